@@ -64,7 +64,7 @@ def can_once(data: bytes) -> list[Message]:
         if whole is not None:
             messages.append(whole)
     seen = decoder.counts
-    counted = seen.good + seen.other_node + seen.host_ops + seen.wrong_length + seen.wrong_state + seen.odd_kind
+    counted = seen.good + seen.foreign + seen.garbage
     require(counted == frames, "every frame is counted once")
     check_messages(messages)
     return messages

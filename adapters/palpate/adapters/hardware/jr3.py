@@ -61,17 +61,12 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
         start_timeout_s: float = 30.0,
     ) -> None:
         super().__init__(_NAME, clock, max_age_ns=max_age_ns, start_timeout_s=start_timeout_s)
-        self._open_wire, self._settings = open_wire, settings
-
-    @property
-    def settings(self) -> Jr3Settings:
-        """Filter, rate and signs."""
-        return self._settings
+        self._open_wire, self.settings = open_wire, settings
 
     @property
     @override
     def period_ns(self) -> int:
-        return self._settings.period_us * 1000
+        return self.settings.period_us * 1000
 
     def reported_facts(self) -> SensorFactsTable:
         """Full scales and rate, as the board reports them. It does not report its noise."""
@@ -95,7 +90,7 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
     def _connect(self) -> None:
         opened = self._open_wire()
         self._close_wire = opened.close
-        self.device = Jr3(opened.wire, self._settings)
+        self.device = Jr3(opened.wire, self.settings)
         start_up(self.device, self._clock.now_ns, self._sleep, self._start_timeout_s)
 
     @override

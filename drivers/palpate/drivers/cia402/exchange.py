@@ -10,7 +10,7 @@ from typing import Final
 from palpate.drivers.can import EMCY, HEARTBEAT, NMT, RPDO1, SYNC, TPDO1
 from palpate.drivers.cia402.drive import RPDO, TPDO
 from palpate.drivers.cia402.link import CanopenLink
-from palpate.drivers.cia402.mailbox import ArmStatistics, Mailbox, NodeBox, Tally
+from palpate.drivers.cia402.mailbox import ArmStatistics, Mailbox, NodeBox
 from palpate.drivers.cia402.object_dictionary import DriveState, Status, state_of
 from palpate.drivers.cia402.settings import ArmSettings
 from palpate.drivers.cia402.watch import AxisView
@@ -39,7 +39,6 @@ class CyclicExchange:
         self._link, self._settings, self._now_ns = link, settings, now_ns
         self._nodes = [joint.node for joint in settings.joints]
         self._mailbox = Mailbox(self._nodes, TPDO.size, now_ns)
-        self._tally = Tally(len(self._nodes))
         self._deadline_ns = int(settings.period_ns * settings.answer_share)
         self._last_heartbeat_ns = 0
         self._unheard_until_ns: int | None = None
@@ -91,7 +90,7 @@ class CyclicExchange:
         sync_ns = self._now_ns()
         self._link.send(SYNC, b"")
         boxes = self._mailbox.wait(sync_ns + self._deadline_ns)
-        self._tally.add(self._now_ns() - begin_ns, [box.answers > 0 for box in boxes])
+        self._mailbox.count(boxes, self._now_ns() - begin_ns)
         self._read(boxes, sync_ns)
         return self.views
 
@@ -111,7 +110,7 @@ class CyclicExchange:
 
     def statistics(self) -> ArmStatistics:
         """Figures so far."""
-        return self._tally.summary(self._mailbox.look(), self._mailbox.emergencies())
+        return self._mailbox.statistics()
 
     def _keep_alive(self, now_ns: int) -> None:
         every_ns = self._settings.host_watchdog_ms * 1_000_000 // _HEARTBEATS_PER_WATCHDOG

@@ -14,6 +14,7 @@ from typing import Final
 
 _EMCY: Final = struct.Struct("<HB5s")
 _EMCY_KEPT: Final = 64
+_TRIPS_KEPT: Final = 8192
 _NS: Final = 1e-9
 
 
@@ -44,13 +45,20 @@ class NodeBox:
     """What is known about one node; the cycle gets copies.
 
     Attributes:
+        answers: To the newest SYNC.
+        missed: SYNCs that were not answered in time.
+        late: Answers that came after their deadline and before the next SYNC. Later ones cannot be told from answers
+            to the next SYNC, because process data carry no number.
+        longest_gap_ns: Between two heartbeats.
         nmt_state: What it said; None before the first one.
+        emergencies: EMCY messages that tell of an error.
     """
 
     node: int
     tpdo: bytes | None = None
     tpdo_ns: int = 0
     answers: int = 0
+    missed: int = 0
     late: int = 0
     duplicates: int = 0
     malformed: int = 0
@@ -60,6 +68,22 @@ class NodeBox:
     boots: int = 0
     emergencies: int = 0
     active: tuple[Emergency, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ArmStatistics:
+    """Figures of the arm.
+
+    Attributes:
+        cycles: SYNCs sent.
+        round_trips_ns: From the first frame of a cycle to the last answer, of the newest that were answered in full.
+        emergencies: The newest EMCY messages, oldest first.
+    """
+
+    cycles: int
+    round_trips_ns: tuple[int, ...]
+    nodes: tuple[NodeBox, ...]
+    emergencies: tuple[Emergency, ...]
 
 
 class Mailbox:
@@ -73,6 +97,8 @@ class Mailbox:
         self._missing = 0
         self._all_here = threading.Condition()
         self._emergencies: deque[Emergency] = deque(maxlen=_EMCY_KEPT)
+        self._cycles = 0
+        self._round_trips_ns: deque[int] = deque(maxlen=_TRIPS_KEPT)
 
     def on_tpdo(self, identifier: int, data: bytearray, _timestamp: float) -> None:
         """Subscriber of process data."""
@@ -147,10 +173,20 @@ class Mailbox:
         with self._all_here:
             return self._copies()
 
-    def emergencies(self) -> tuple[Emergency, ...]:
-        """The newest EMCY messages, oldest first."""
+    def count(self, boxes: Sequence[NodeBox], round_trip_ns: int) -> None:
+        """Take down what came of a cycle: the boxes that :meth:`wait` gave, and how long it took."""
         with self._all_here:
-            return tuple(self._emergencies)
+            self._cycles += 1
+            silent = [box.node for box in boxes if box.answers == 0]
+            for node in silent:
+                self._boxes[node].missed += 1
+            if not silent:
+                self._round_trips_ns.append(round_trip_ns)
+
+    def statistics(self) -> ArmStatistics:
+        """All figures so far."""
+        with self._all_here:
+            return ArmStatistics(self._cycles, tuple(self._round_trips_ns), self._copies(), tuple(self._emergencies))
 
     def start_over(self) -> None:
         """Forget what was said before the nodes were set up: boots, errors, NMT states; heartbeats count from now."""
@@ -160,74 +196,3 @@ class Mailbox:
 
     def _copies(self) -> tuple[NodeBox, ...]:
         return tuple(replace(box) for box in self._boxes.values())
-
-
-_KEPT: Final = 8192
-
-
-@dataclass(frozen=True, slots=True)
-class NodeStatistics:
-    """Figures of one drive since the bus was opened.
-
-    Attributes:
-        late: Answers that came after their deadline and before the next SYNC. Later ones cannot be told from
-            answers to the next SYNC, because process data carry no number.
-    """
-
-    node: int
-    missed: int
-    late: int
-    duplicates: int
-    malformed: int
-    longest_heartbeat_gap_s: float
-    emergencies: int
-
-
-@dataclass(frozen=True, slots=True)
-class ArmStatistics:
-    """Figures of the arm.
-
-    Attributes:
-        cycles: SYNCs sent.
-        round_trips_ns: From the first frame of a cycle to the last answer, of the newest that were answered in full.
-        nodes: One record a drive.
-        emergencies: The newest EMCY messages, oldest first.
-    """
-
-    cycles: int
-    round_trips_ns: tuple[int, ...]
-    nodes: tuple[NodeStatistics, ...]
-    emergencies: tuple[Emergency, ...]
-
-
-class Tally:
-    """Counts while the cycle runs."""
-
-    def __init__(self, drives: int) -> None:
-        self.cycles = 0
-        self.missed = [0] * drives
-        self._round_trips_ns: deque[int] = deque(maxlen=_KEPT)
-
-    def add(self, round_trip_ns: int, fresh: Sequence[bool]) -> None:
-        """Count one cycle."""
-        self.cycles += 1
-        if all(fresh):
-            self._round_trips_ns.append(round_trip_ns)
-        else:
-            self.missed = [missed + (not answered) for missed, answered in zip(self.missed, fresh, strict=True)]
-
-    def summary(self, boxes: Sequence[NodeBox], emergencies: tuple[Emergency, ...]) -> ArmStatistics:
-        """All figures so far."""
-        nodes = tuple(
-            NodeStatistics(
-                node=box.node,
-                missed=missed,
-                late=box.late,
-                duplicates=box.duplicates,
-                malformed=box.malformed,
-                longest_heartbeat_gap_s=box.longest_gap_ns * 1e-9,
-                emergencies=box.emergencies,
-            )
-            for box, missed in zip(boxes, self.missed, strict=True)
-        )
-        return ArmStatistics(self.cycles, tuple(self._round_trips_ns), nodes, emergencies)

@@ -8,11 +8,10 @@ has checked the CRC of 15 bits already, so what arrives damaged passed it, or wa
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 
 from palpate.drivers.can import CanFrame, FrameKind, Jr3Code
 from palpate.drivers.errors import RefusedError
-from palpate.drivers.jr3.messages import Ack, Bootup, Forces, Moments, Op, Reading, Request
+from palpate.drivers.jr3.messages import Ack, Bootup, Forces, Moments, Op, Reading, Request, TransportCounts
 
 BITRATE = 1_000_000
 """Bit/s. FACT: the firmware's configuration."""
@@ -27,25 +26,6 @@ _COMMANDS = {
 }
 _READING, _SCALES = struct.Struct("<3hH"), struct.Struct("<3H")
 _READY, _NOT_INITIALISED = 0, 1
-
-
-@dataclass(slots=True)
-class CanCounts:
-    """What a decoder has seen.
-
-    Attributes:
-        other_node: Frames of other nodes; normal on a shared bus.
-        host_ops: Commands to our node. If the bus does not echo ours, there is another master.
-        wrong_length: Our node and a known operation, but not its length; a CANopen heartbeat looks like this.
-        odd_kind: Error, remote, extended and FD frames.
-    """
-
-    good: int = 0
-    other_node: int = 0
-    host_ops: int = 0
-    wrong_length: int = 0
-    wrong_state: int = 0
-    odd_kind: int = 0
 
 
 def encode_can(request: Request, node: int) -> CanFrame:
@@ -74,16 +54,16 @@ class CanDecoder:
     """Decodes the frames of one node."""
 
     def __init__(self, node: int) -> None:
-        self.counts = CanCounts()
+        self.counts = TransportCounts()
         self._node = node
 
     def decode(self, frame: CanFrame) -> Ack | Forces | Moments | Bootup | None:
         """What a frame says; None when it is not ours or makes no sense (see :attr:`counts`)."""
         if frame.kind is not FrameKind.DATA or not 0 <= frame.can_id <= _OP_MASK | _NODE_MASK:
-            self.counts.odd_kind += 1
+            self.counts.garbage += 1
             return None
         if frame.can_id & _NODE_MASK != self._node:
-            self.counts.other_node += 1
+            self.counts.foreign += 1
             return None
         op, data = frame.can_id & _OP_MASK, frame.data
         if op in (Jr3Code.FORCES, Jr3Code.MOMENTS) and len(data) == _READING.size:
@@ -96,14 +76,14 @@ class CanDecoder:
             self.counts.good += 1
             return Bootup()
         if op in (Jr3Code.ACK, Jr3Code.FORCES, Jr3Code.MOMENTS, Jr3Code.BOOTUP):
-            self.counts.wrong_length += 1
+            self.counts.garbage += 1
         else:
-            self.counts.host_ops += 1
+            self.counts.foreign += 1
         return None
 
     def _ack(self, data: bytes) -> Ack | None:
         if data[0] not in (_READY, _NOT_INITIALISED):
-            self.counts.wrong_state += 1
+            self.counts.garbage += 1
             return None
         self.counts.good += 1
         return Ack(data[0] == _READY, _SCALES.unpack_from(data, 1) if len(data) > 1 else ())

@@ -15,11 +15,10 @@ bear a CRC of 15 bits.
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 
 from palpate.drivers.errors import RefusedError
 from palpate.drivers.jr3.codec_can import pack_arguments
-from palpate.drivers.jr3.messages import Ack, Bootup, Message, Op, Reading, Request
+from palpate.drivers.jr3.messages import Ack, Bootup, Message, Op, Reading, Request, TransportCounts
 
 BAUD_RATE = 115_200
 """Bit/s, 8N1. FACT."""
@@ -37,14 +36,6 @@ _COMMANDS = {
 _READING, _SCALES = struct.Struct("<6hH"), struct.Struct("<6H")
 _PREFIX = 3
 _SHORT_ACK, _LONG_ACK, _BOOTUP = 5, 17, 4
-
-
-@dataclass(slots=True)
-class UartCounts:
-    """What a parser has seen: frames decoded, and bytes that belonged to none of them."""
-
-    good: int = 0
-    garbage_bytes: int = 0
 
 
 def encode_uart(request: Request) -> bytes:
@@ -91,7 +82,7 @@ class UartParser:
     """
 
     def __init__(self) -> None:
-        self.counts = UartCounts()
+        self.counts = TransportCounts()
         self.expect_scales = False
         self._pending = b""
 
@@ -111,7 +102,7 @@ class UartParser:
         at = 0
         while True:
             start = data.find(b"<", at)
-            self.counts.garbage_bytes += (len(data) if start < 0 else start) - at
+            self.counts.garbage += (len(data) if start < 0 else start) - at
             if start < 0:
                 at = len(data)
                 break
@@ -121,7 +112,7 @@ class UartParser:
                 break
             message = self._decode(data, at, size) if size else None
             if message is None:
-                self.counts.garbage_bytes += 1
+                self.counts.garbage += 1
                 at += 1
             else:
                 self.counts.good += 1

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from palpate.drivers.errors import DeviceFaultError, DriverError, GarbledError, SilentError, WiringError
-from palpate.drivers.jr3.messages import FullScales
-from palpate.drivers.jr3.transport import TransportCounts
+from palpate.drivers.jr3.messages import FullScales, TransportCounts
 
 
 @dataclass(frozen=True, slots=True)

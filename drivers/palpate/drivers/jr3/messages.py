@@ -96,6 +96,29 @@ class Reading:
 Message: TypeAlias = Ack | Bootup | Reading
 
 
+@dataclass(slots=True)
+class TransportCounts:
+    """What a wire has seen.
+
+    Attributes:
+        foreign: Frames of other nodes, normal on a shared bus, and commands to ours: if the bus does not echo our own,
+            there is another master (CAN).
+        garbage: Bytes (UART) or frames (CAN) that made no sense: of a known operation with another length, as a
+            CANopen heartbeat's, error, remote, extended and FD frames.
+        orphans: Halves of readings without the other half (CAN).
+        duplicates: Halves of readings that came twice (CAN).
+        bus_offs: Bus-off reports (CAN).
+    """
+
+    good: int = 0
+    foreign: int = 0
+    garbage: int = 0
+    orphans: int = 0
+    duplicates: int = 0
+    send_failures: int = 0
+    bus_offs: int = 0
+
+
 Signs: TypeAlias = tuple[int, int, int, int, int, int]
 
 LEFT_HANDED: Signs = (-1, 1, 1, -1, 1, 1)

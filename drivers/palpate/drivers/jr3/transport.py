@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from palpate.drivers.can import CanLink
 from palpate.drivers.errors import SilentError
 from palpate.drivers.jr3.codec_can import CanDecoder, Reassembly, encode_can
 from palpate.drivers.jr3.codec_uart import UartParser, encode_uart, nudged
-from palpate.drivers.jr3.messages import SCALES_IN_REPLY, Forces, Message, Moments, Op, Request
+from palpate.drivers.jr3.messages import SCALES_IN_REPLY, Forces, Message, Moments, Op, Request, TransportCounts
 from palpate.drivers.jr3.settings import check_node
 from palpate.drivers.serial_port import WRITE_TIMEOUT_S, ByteStream
 
@@ -80,27 +80,6 @@ class TransportTiming:
     attempts: int
     ping_attempts: int
     min_period_us: int
-
-
-@dataclass(frozen=True, slots=True)
-class TransportCounts:
-    """What a wire has seen; see the counters of codecs, joiner and links.
-
-    Attributes:
-        foreign: Frames of other nodes and other masters (CAN).
-        garbage: Frames (CAN) or bytes (UART) that made no sense.
-        orphans: Halves of readings without the other half (CAN).
-        duplicates: Halves of readings that came twice (CAN).
-        bus_offs: Bus-off reports (CAN).
-    """
-
-    good: int = 0
-    foreign: int = 0
-    garbage: int = 0
-    orphans: int = 0
-    duplicates: int = 0
-    send_failures: int = 0
-    bus_offs: int = 0
 
 
 CAN_TIMING = TransportTiming(ack_timeout_ns=250_000_000, attempts=3, ping_attempts=16, min_period_us=540)
@@ -176,10 +155,9 @@ class CanTransport:
     def counts(self) -> TransportCounts:
         """What was seen so far."""
         seen, link = self._decoder.counts, self._link
-        return TransportCounts(
-            good=seen.good,
-            foreign=seen.other_node + seen.host_ops,
-            garbage=seen.wrong_length + seen.wrong_state + seen.odd_kind + link.garbled,
+        return replace(
+            seen,
+            garbage=seen.garbage + link.garbled,
             orphans=self._joiner.orphans,
             duplicates=self._joiner.duplicates,
             send_failures=link.send_failures,
@@ -216,5 +194,4 @@ class UartTransport:
 
     def counts(self) -> TransportCounts:
         """What was seen so far."""
-        seen = self._parser.counts
-        return TransportCounts(good=seen.good, garbage=seen.garbage_bytes, send_failures=self._link.send_failures)
+        return replace(self._parser.counts, send_failures=self._link.send_failures)

@@ -54,6 +54,10 @@ class ZebraZero(ArmDriver):
         clock_ns: Monotonic clock, ns.
         at_home: A person's word that the arm rests in its home pose whenever its controller was switched on.
         store: Keeps the counters from run to run; None keeps them nowhere.
+
+    Attributes:
+        fault: The latched fault, or None.
+        was_reset: Whether the modules came out of a reset at the last :meth:`connect`: only then can home be confirmed.
     """
 
     def __init__(
@@ -73,27 +77,12 @@ class ZebraZero(ArmDriver):
         self._servos = Servos(self._bus, self.settings)
         self._tracking, self._setpoints = Tracking(self.settings), Setpoints(self.settings)
         self._rounds = Rounds(self._bus, self._servos, self._tracking, self.settings, clock_ns)
-        self._state = ZebraState.CLOSED
-        self._fault: Fault | None = None
+        self.state = ZebraState.CLOSED
+        self.fault: Fault | None = None
         self._modules: tuple[Module, ...] = ()
         self._streaming = Streaming.STOP_HERE
-        self._was_reset = self._is_referenced = False
+        self.was_reset = self._is_referenced = False
         self._stopped: StopOutcome | None = None
-
-    @property
-    def state(self) -> ZebraState:
-        """Where the arm is in its life."""
-        return self._state
-
-    @property
-    def fault(self) -> Fault | None:
-        """The latched fault, or None."""
-        return self._fault
-
-    @property
-    def was_reset(self) -> bool:
-        """Whether the modules came out of a reset at the last :meth:`connect`: only then can home be confirmed."""
-        return self._was_reset
 
     @property
     def keeps_counts(self) -> bool:
@@ -109,8 +98,8 @@ class ZebraZero(ArmDriver):
     def report(self) -> ArmReport:
         """Facts about the arm for a person."""
         return ArmReport(
-            state=self._state,
-            fault=None if self._fault is None else str(self._fault),
+            state=self.state,
+            fault=None if self.fault is None else str(self.fault),
             modules=self._modules,
             baud=self._bus.line.baud,
             streaming=self._streaming,
@@ -125,10 +114,10 @@ class ZebraZero(ArmDriver):
             StateError: Nobody confirms that the arm is at home.
             DriverError: As :meth:`connect`, or the stored counters do not fit.
         """
-        if self._state is ZebraState.CLOSED:
+        if self.state is ZebraState.CLOSED:
             self.connect()
         stored = None if self._store is None else self._store.load()
-        if self._was_reset or stored is None:
+        if self.was_reset or stored is None:
             self.confirm_home(at_home=self._at_home)
         else:
             self.resume(stored)
@@ -144,14 +133,14 @@ class ZebraZero(ArmDriver):
             WiringError: Nobody answers, or not six servo modules, or at another baud rate.
             SilentError, GarbledError: Some answer and some do not; only nonsense; the port is gone.
         """
-        connected = after(self._state, ZebraEvent.CONNECT)
+        connected = after(self.state, ZebraEvent.CONNECT)
         self._is_referenced = False
         found = None if reset else self._servos.attach()
-        self._was_reset = found is None
+        self.was_reset = found is None
         self._modules = check_modules(start(self._bus) if found is None else found)
         self._streaming = streaming_for(self._modules, self.settings)
         self._tracking.begin_at(self._servos.meet())
-        self._state, self._fault = connected, None
+        self.state, self.fault = connected, None
 
     def confirm_home(self, *, at_home: bool) -> None:
         """Takes a person's word that the arm rests in its home pose: motors off, counters to zero.
@@ -162,8 +151,8 @@ class ZebraZero(ArmDriver):
             StateError: Out of order, nobody confirms, or the modules were not reset.
             DriverError: The bus failed.
         """
-        homed = after(self._state, ZebraEvent.REFERENCE)
-        if not self._was_reset:
+        homed = after(self.state, ZebraEvent.REFERENCE)
+        if not self.was_reset:
             problem = "the modules have been on since an earlier run, so the arm need not be in its home pose any more"
             remedy = "resume with that run's counters, or switch the controller off and on with the arm at home"
             raise StateError(DEVICE, problem, remedy)
@@ -172,7 +161,7 @@ class ZebraZero(ArmDriver):
             raise StateError(DEVICE, problem, "see that the arm rests in its home pose and confirm with at_home=True")
         self._servos.zero()
         self._tracking.begin_at((0, 0, 0, 0, 0, 0))
-        self._state, self._is_referenced = homed, True
+        self.state, self._is_referenced = homed, True
 
     def resume(self, stored_counts: Sequence[int]) -> None:
         """Takes the counters as they are, because they are where an earlier run has left them.
@@ -184,13 +173,13 @@ class ZebraZero(ArmDriver):
             StateError: Out of order.
             WiringError: The modules have been reset since, or the counters are elsewhere.
         """
-        homed = after(self._state, ZebraEvent.REFERENCE)
-        if self._was_reset:
+        homed = after(self.state, ZebraEvent.REFERENCE)
+        if self.was_reset:
             raise WiringError(DEVICE, "the modules have been reset, so stored counters mean nothing", GO_HOME)
         if not self._tracking.agrees(stored_counts):
             problem = f"counters at {self._tracking.counts}, stored were {tuple(stored_counts)}"
             raise WiringError(DEVICE, problem, GO_HOME)
-        self._state, self._is_referenced = homed, True
+        self.state, self._is_referenced = homed, True
 
     def enable(self) -> None:
         """Lets every servo hold its motor where it stands; nothing moves.
@@ -200,7 +189,7 @@ class ZebraZero(ArmDriver):
             DeviceFaultError: An axis reports a fault, or the pose is beyond a limit; it is latched.
             SilentError, GarbledError: The bus failed; latched as well.
         """
-        enabled = after(self._state, ZebraEvent.ENABLE)
+        enabled = after(self.state, ZebraEvent.ENABLE)
         self._stopped = None
         try:
             counts, fault = self._servos.check()
@@ -213,7 +202,7 @@ class ZebraZero(ArmDriver):
         except DriverError as error:
             self._fail(lost(error))
         self._setpoints.begin_at(self._tracking.position_rad, self._clock_ns())
-        self._state = enabled
+        self.state = enabled
 
     def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
         """What a cycle that is on time would make of the set-point now; sends nothing.
@@ -221,7 +210,7 @@ class ZebraZero(ArmDriver):
         Raises:
             RefusedError: There are not six finite angles.
         """
-        return self._setpoints.preview(setpoint_rad) if self._state is ZebraState.SERVO_ON else self._held(setpoint_rad)
+        return self._setpoints.preview(setpoint_rad) if self.state is ZebraState.SERVO_ON else self._held(setpoint_rad)
 
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> ZebraMeasured:
         """Hands out the set-point, if any, and brings back the pose from before it: one exchange with every axis.
@@ -237,10 +226,10 @@ class ZebraZero(ArmDriver):
             DeviceFaultError: An axis reports a fault, or the pose is beyond a limit. The arm has been stopped.
             SilentError, GarbledError: The bus failed; a stop has been tried.
         """
-        if self._fault is not None:
-            raise self._fault.error()
-        if self._state not in _CYCLING or (setpoint_rad is not None and self._state is ZebraState.HOMED):
-            raise StateError(DEVICE, f"cannot run a cycle while {self._state.value}", "home, and switch the servos on")
+        if self.fault is not None:
+            raise self.fault.error()
+        if self.state not in _CYCLING or (setpoint_rad is not None and self.state is ZebraState.HOMED):
+            raise StateError(DEVICE, f"cannot run a cycle while {self.state.value}", "home, and switch the servos on")
         begin_ns = self._clock_ns()
         applied, commands = self._plan(setpoint_rad, begin_ns)
         is_fresh, trouble = self._rounds.run(commands)
@@ -256,8 +245,8 @@ class ZebraZero(ArmDriver):
         """
         if self._stopped in (StopOutcome.AT_REST, StopOutcome.LINE_DEAD):
             return self._stopped
-        if self._state is ZebraState.SERVO_ON:
-            self._state = after(self._state, ZebraEvent.STOP)
+        if self.state is ZebraState.SERVO_ON:
+            self.state = after(self.state, ZebraEvent.STOP)
         on = sorted(self._servos.on)
         outcome = bring_to_rest(self._bus, on, self.settings.stop_timeout_s, self._clock_ns, are_all=len(on) == JOINTS)
         if outcome is StopOutcome.LINE_DEAD:
@@ -266,14 +255,14 @@ class ZebraZero(ArmDriver):
             self._latch(Fault(FaultKind.STOP_NOT_SEEN))
         elif outcome is StopOutcome.AT_REST:
             self._rounds.look_once()
-        if self._state is ZebraState.STOPPING:
-            self._state = after(self._state, ZebraEvent.AT_REST)
+        if self.state is ZebraState.STOPPING:
+            self.state = after(self.state, ZebraEvent.AT_REST)
         self._stopped = outcome
         return outcome
 
     def stop(self) -> None:
         """Brings the arm to rest and keeps its counters."""
-        if self._state is not ZebraState.CLOSED:
+        if self.state is not ZebraState.CLOSED:
             self.smooth_stop()
             if self._store is not None and (counts := self.stored_counts) is not None:
                 self._store.save(counts)
@@ -288,12 +277,12 @@ class ZebraZero(ArmDriver):
             StateError: Not connected.
             SilentError: A motor did not confirm.
         """
-        if self._state is ZebraState.CLOSED:
+        if self.state is ZebraState.CLOSED:
             raise StateError(DEVICE, "cannot release the motors while closed", "connect first")
         self.smooth_stop()
         self._servos.off()
-        if self._state is ZebraState.STOPPED:
-            self._state = after(self._state, ZebraEvent.RELEASE)
+        if self.state is ZebraState.STOPPED:
+            self.state = after(self.state, ZebraEvent.RELEASE)
 
     def acknowledge(self) -> None:
         """Clears a latched fault and the modules' sticky bits: a person's decision.
@@ -306,18 +295,18 @@ class ZebraZero(ArmDriver):
             SilentError, GarbledError: They do not answer.
             DeviceFaultError: A fault is still there; it stays latched.
         """
-        acknowledged = after(self._state, ZebraEvent.ACKNOWLEDGE)
+        acknowledged = after(self.state, ZebraEvent.ACKNOWLEDGE)
         was_referenced, self._is_referenced = self._is_referenced, False
-        self._state, self._fault, self._stopped = after(self._state, ZebraEvent.CLOSE), None, None
+        self.state, self.fault, self._stopped = after(self.state, ZebraEvent.CLOSE), None, None
         if not was_referenced or self._servos.attach() is None:
             raise WiringError(DEVICE, "the position of the arm is not known any more", GO_HOME)
         self._tracking.begin_at(self._servos.meet())
         remaining = self._servos.clear()
         self._is_referenced = True
         if remaining is not None:
-            self._state, self._fault = ZebraState.FAULTED, remaining
+            self.state, self.fault = ZebraState.FAULTED, remaining
             raise remaining.error()
-        self._state = acknowledged
+        self.state = acknowledged
 
     def close(self) -> None:
         """Stops and forgets the arm; its servos go on holding it. Any time, twice too; never raises."""
@@ -325,7 +314,7 @@ class ZebraZero(ArmDriver):
         self.stop()
         self._servos.on.clear()
         self._stopped = None
-        self._state, self._fault = after(self._state, ZebraEvent.CLOSE), None
+        self.state, self.fault = after(self.state, ZebraEvent.CLOSE), None
 
     def __enter__(self) -> Self:
         return self
@@ -338,7 +327,7 @@ class ZebraZero(ArmDriver):
         return Applied(self._tracking.position_rad, AppliedReason.STOPPED)
 
     def _plan(self, asked_rad: Sequence[float] | None, now_ns: int) -> tuple[Applied | None, tuple[NmcCommand, ...]]:
-        if asked_rad is None or self._state is not ZebraState.SERVO_ON:
+        if asked_rad is None or self.state is not ZebraState.SERVO_ON:
             self._setpoints.hold()
             return None if asked_rad is None else self._held(asked_rad), (NOP,) * JOINTS
         applied = self._setpoints.advance(asked_rad, now_ns)
@@ -362,5 +351,5 @@ class ZebraZero(ArmDriver):
         raise trouble.error
 
     def _latch(self, fault: Fault) -> None:
-        if self._fault is None and self._state is not ZebraState.CLOSED:
-            self._fault, self._state = fault, after(self._state, ZebraEvent.FAULT)
+        if self.fault is None and self.state is not ZebraState.CLOSED:
+            self.fault, self.state = fault, after(self.state, ZebraEvent.FAULT)

@@ -33,6 +33,7 @@ _PEG: Final = 1  # collision groups: only peg against plate
 _PLATE: Final = 2
 _PLATE_RGBA: Final = (0.55, 0.6, 0.6, 1.0)
 _PEG_RGBA: Final = (0.85, 0.55, 0.2, 1.0)
+_ONLY_SEEN: Final[dict[str, Any]] = {"contype": 0, "conaffinity": 0, "mass": 0.0, "group": 2}
 _SOLREF: Final = (0.003, 1.0)
 _SOLIMP: Final = (0.95, 0.99, 0.0001, 0.5, 2.0)
 
@@ -130,10 +131,7 @@ def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
                 type=mujoco.mjtGeom.mjGEOM_CAPSULE,
                 fromto=(0.0, 0.0, 0.0, *start),
                 size=(0.03, 0.0, 0.0),
-                contype=0,
-                conaffinity=0,
-                mass=0.0,
-                group=2,
+                **_ONLY_SEEN,
                 rgba=(0.75, 0.77, 0.8, 1.0),
             )
         stiffness = arm.servo_stiffness_Nm_per_rad[j]
@@ -175,10 +173,7 @@ def _add_wrist(
     sensor.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         size=(0.03, 0.012, 0.0),
-        contype=0,
-        conaffinity=0,
-        mass=0.0,
-        group=2,
+        **_ONLY_SEEN,
         rgba=(0.2, 0.45, 0.7, 1.0),
     )
     # The task's z points out of the tool as the tip's does, so the yaw takes headings in the task to the tip's.
@@ -212,13 +207,13 @@ def _add_wrist(
             damping=(2.0 * springs.damping_ratio * sqrt(stiffness * inertia), 0.0, 0.0),
             limited=mujoco.mjtLimited.mjLIMITED_FALSE,
         )  # fmt: skip
+    touching = {"contype": _PEG, "conaffinity": _PLATE, "mass": 0.0, **_touching(peg.friction)}
     if config.contour.shape != FLAT:
-        add_ball(body, config.contour, contype=_PEG, conaffinity=_PLATE, mass=0.0, **_touching(peg.friction))
+        add_ball(body, config.contour, **touching)
     rim = peg.rim_radius_mm * 1e-3
     c, s = cos(-tool_yaw_rad), sin(-tool_yaw_rad)
     # The upper ring is a body of its own: far above the plate, its whole bounding volume is then passed over at once.
     upper = body.add_body(name="peg_upper", mass=1e-6, inertia=(1e-12, 1e-12, 1e-12), explicitinertial=True)
-    touching = _touching(peg.friction)
     rings = peg_rings(peg) if config.contour.shape == FLAT and not peg.is_hull else ([], [])
     for ring, height, centres in zip((body, upper), (rim, UPPER_RING_M), rings, strict=True):
         for x, y in centres:
@@ -226,9 +221,6 @@ def _add_wrist(
                 type=mujoco.mjtGeom.mjGEOM_SPHERE,
                 size=(rim, 0.0, 0.0),
                 pos=(c * x - s * y, s * x + c * y, -height),
-                contype=_PEG,
-                conaffinity=_PLATE,
-                mass=0.0,
                 group=3,
                 **touching,
             )
@@ -239,9 +231,6 @@ def _add_wrist(
             type=mujoco.mjtGeom.mjGEOM_MESH,
             meshname="peg",
             quat=turn,
-            contype=_PEG,
-            conaffinity=_PLATE,
-            mass=0.0,
             group=2,
             rgba=_PEG_RGBA,
             **touching,
@@ -259,23 +248,18 @@ def _add_cylinder(body: mujoco.MjsBody, config: CellConfig, length: float) -> No
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         size=(radius_mm * 1e-3, length, 0.0),
         pos=(0.0, 0.0, -length),
-        contype=0,
-        conaffinity=0,
-        mass=0.0,
-        group=2,
+        **_ONLY_SEEN,
         rgba=_PEG_RGBA,
     )
 
 
 def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, boxes: list[Box]) -> None:
     """The plate with its hole, in the task frame: z into the hole, surface at 0. Each further hole has its own."""
-    peg = config.peg
     upright = quaternion(goal_in_base.rotation)
     plate = spec.worldbody.add_body(name="plate", pos=goal_in_base.translation, quat=upright)
+    touching = {"contype": _PLATE, "conaffinity": _PEG, "rgba": _PLATE_RGBA, **_touching(config.peg.friction)}
     if config.contour.shape != FLAT:
-        add_contour(
-            plate, config.contour, contype=_PLATE, conaffinity=_PEG, rgba=_PLATE_RGBA, **_touching(peg.friction)
-        )
+        add_contour(plate, config.contour, **touching)
         return
     plates = [plate]
     for number, (x, y) in enumerate(config.more_places_m, 2):
@@ -288,10 +272,7 @@ def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, b
             size=box.half_m,
             pos=(cos(box.heading_rad) * box.distance_m, sin(box.heading_rad) * box.distance_m, box.depth_m),
             quat=(cos(half_heading), 0.0, 0.0, sin(half_heading)),
-            contype=_PLATE,
-            conaffinity=_PEG,
-            rgba=_PLATE_RGBA,
-            **_touching(peg.friction),
+            **touching,
         )
 
 

@@ -246,4 +246,4 @@ def test_figures_for_the_doctor() -> None:
     assert [n.missed for n in figures.nodes] == [0, 0, 1, 0, 0, 1]
     assert [n.duplicates for n in figures.nodes] == [0, 0, 0, 0, 1, 0]
     assert [n.malformed for n in figures.nodes] == [0, 0, 0, 0, 0, 1]
-    assert all(0.049 < n.longest_heartbeat_gap_s < 0.06 for n in figures.nodes)
+    assert all(49e6 < n.longest_gap_ns < 60e6 for n in figures.nodes)

@@ -51,7 +51,7 @@ def test_golden_answers() -> None:
     parser.expect_scales = True
     scales = bytes.fromhex("3C3031 00 7300 6F00 B900 3800 3400 3D00 3E")
     assert parser.feed(scales) == [Ack(True, (115, 111, 185, 56, 52, 61))]
-    assert (parser.counts.good, parser.counts.garbage_bytes, parser.pending) == (4, 0, 0)
+    assert (parser.counts.good, parser.counts.garbage, parser.pending) == (4, 0, 0)
 
 
 def test_a_full_scale_of_62_N_does_not_end_the_acknowledgement() -> None:
@@ -86,7 +86,7 @@ def test_the_chunking_does_not_matter_and_garbage_between_costs_nothing(
         assert split.pending < MAX_FRAME
     assert heard == messages
     assert split.counts == whole.counts
-    assert whole.counts.garbage_bytes == len(garbage) * len(messages)
+    assert whole.counts.garbage == len(garbage) * len(messages)
 
 
 @given(st.binary(max_size=300), st.lists(st.integers(1, 40), max_size=60), st.booleans())

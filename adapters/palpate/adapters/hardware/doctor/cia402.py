@@ -75,7 +75,7 @@ def _traffic(before: ArmStatistics, now: ArmStatistics, notes: Notebook) -> None
         lost, late = node.missed - was.missed, node.late - was.late
         twice, bad = node.duplicates - was.duplicates, node.malformed - was.malformed
         emergencies = node.emergencies - was.emergencies
-        gap_ms = 1e3 * node.longest_heartbeat_gap_s
+        gap_ms = 1e-6 * node.longest_gap_ns
         rows.append((*map(str, (node.node, lost, late, twice, bad, emergencies)), f"{gap_ms:.0f} ms"))
         missed, odd = missed + lost, odd + twice + bad
     columns = ("node", "missed", "late", "duplicates", "malformed", "emergencies", "longest heartbeat gap")

@@ -93,7 +93,7 @@ class Jr3Node:
         self._phase = _Phase.BOOTING
         self._booted = False
         self._phase_ends_ns = 0
-        self._state = BoardState.NOT_INITIALISED
+        self.state = BoardState.NOT_INITIALISED
         self._words: tuple[int, ...] = _FRESH_WORDS
         self._stop_sampling()
 
@@ -106,11 +106,6 @@ class Jr3Node:
         self._zero_sample_due = False
         self._next_sample_ns: int | None = None
         self._period_ns = 0
-
-    @property
-    def state(self) -> BoardState:
-        """State as in acknowledgements."""
-        return self._state
 
     @property
     def listening(self) -> bool:
@@ -157,7 +152,7 @@ class Jr3Node:
             self._read_eeprom(self._phase_ends_ns)
             return True
         if self._phase is _Phase.READING_EEPROM:
-            self._state = BoardState.READY
+            self.state = BoardState.READY
             happened.append(Notice.RESET_DONE if self._booted else Notice.BOOTED)
         self._booted = True
         self._phase = _Phase.SERVING
@@ -207,7 +202,7 @@ class Jr3Node:
             now_ns: Time, ns.
             period_us: Period of the asynchronous stream, us; None to send on SYNC only.
         """
-        if self._state is not BoardState.READY:
+        if self.state is not BoardState.READY:
             return
         self._filter.tune(cut_off_cHz)
         if not self._sampling:
@@ -221,7 +216,7 @@ class Jr3Node:
 
     def stop(self) -> None:
         """Stop sampling: zero, filter and frame counter are lost. FACT: jr3-mbed-firmware Jr3Controller.cpp."""
-        if self._state is BoardState.READY:
+        if self.state is BoardState.READY:
             self._stop_sampling()
 
     def zero(self) -> None:
@@ -236,7 +231,7 @@ class Jr3Node:
 
     def set_filter(self, cut_off_cHz: int) -> None:
         """Change the cut-off (hundredths of a hertz) and go on from the present value."""
-        if self._state is BoardState.READY:
+        if self.state is BoardState.READY:
             self._filter.tune(cut_off_cHz)
 
     def acquire(self) -> Sample | None:
@@ -253,7 +248,7 @@ class Jr3Node:
         FACT (jr3-mbed-firmware-can main.cpp): a node that is not ready leaves the buffer as it was, so the words are
         whatever was in it before; what a fresh buffer holds is assumed.
         """
-        if self._state is BoardState.READY:
+        if self.state is BoardState.READY:
             self._words = self.config.full_scales
         return self._words
 
@@ -263,5 +258,5 @@ class Jr3Node:
         That sampling ends by it is assumed.
         """
         self._stop_sampling()
-        self._state = BoardState.NOT_INITIALISED
+        self.state = BoardState.NOT_INITIALISED
         self._read_eeprom(now_ns)

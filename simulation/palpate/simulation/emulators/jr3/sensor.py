@@ -114,18 +114,14 @@ class MovingAverage:
 
     def __init__(self, generator: np.random.Generator) -> None:
         self._generator = generator
-        self._alpha = 1.0
+        self.alpha = 1.0
+        """Weight of a new acquisition."""
         self.value: Vector = np.zeros(6)
         """State of the six axes, counts."""
 
-    @property
-    def alpha(self) -> float:
-        """Weight of a new acquisition."""
-        return self._alpha
-
     def tune(self, cut_off_cHz: int) -> None:
         """Change the cut-off (hundredths of a hertz; 0: unfiltered) and keep the state."""
-        self._alpha = smoothing_factor(cut_off_cHz)
+        self.alpha = smoothing_factor(cut_off_cHz)
 
     def restart(self) -> None:
         """Start again from zero on all axes."""
@@ -139,9 +135,9 @@ class MovingAverage:
             acquisitions: How often it was acquired, at least once.
             noise_counts: Standard deviation of white noise on each acquisition, counts.
         """
-        keep = 1.0 - self._alpha
+        keep = 1.0 - self.alpha
         left = keep**acquisitions
         self.value = counts + (self.value - counts) * left
         if noise_counts > 0.0:
-            variance = self._alpha**2 * (1.0 - left**2) / (1.0 - keep**2)
+            variance = self.alpha**2 * (1.0 - left**2) / (1.0 - keep**2)
             self.value += noise_counts * math.sqrt(variance) * self._generator.standard_normal(6)

@@ -101,7 +101,7 @@ def test_stale_full_scales_are_what_the_last_sync_left_behind() -> None:
     host.send(0x181, b"\x00\x00", wait_ns=5 * MS)
     forces, moments = host.send(0x080)
     assert len(host.send(0x581)) == 1
-    host.node.firmware._state = type(host.node.firmware.state).NOT_INITIALISED
+    host.node.firmware.state = type(host.node.firmware.state).NOT_INITIALISED
     assert host.send(0x481) == [BusFrame(0x101, b"\x01" + forces.data[:6])]
     assert host.send(0x501) == [BusFrame(0x101, b"\x01" + moments.data[:6])]
 
