@@ -80,7 +80,7 @@ def once(data: bytes) -> str:
     boxes = arm._exchange._mailbox.look()  # noqa: SLF001
     require(sum(box.malformed for box in boxes) == malformed, "malformed frames are counted")
     require(all(len(box.active) <= _KEPT for box in boxes), "bounded memory")
-    require(len(arm._exchange._mailbox.emergencies()) <= _KEPT, "bounded memory")  # noqa: SLF001
+    require(len(arm.statistics().emergencies) <= _KEPT, "bounded memory")
     ended = arm.state
     heard.clear()
     if ended is ArmState.FAULTED:

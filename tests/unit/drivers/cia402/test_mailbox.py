@@ -79,7 +79,7 @@ def test_an_emergency_stays_until_the_node_takes_it_back() -> None:
     mailbox.on_emcy(0x081, bytearray(b"\x07\x00\x00\x00\x00\x00\x00\x00"), 0.0)
     first = mailbox.look()[0]
     assert (first.active, first.emergencies) == ((), 1)
-    assert [e.code for e in mailbox.emergencies()] == [0x8611, 0x0007]
+    assert [e.code for e in mailbox.statistics().emergencies] == [0x8611, 0x0007]
 
 
 def test_a_flood_of_emergencies_does_not_grow_without_end() -> None:
@@ -88,4 +88,4 @@ def test_a_flood_of_emergencies_does_not_grow_without_end() -> None:
         mailbox.on_emcy(0x081, bytearray(b"\x00\x10\x01\x00\x00\x00\x00\x00"), 0.0)
     assert mailbox.look()[0].emergencies == 1000
     assert len(mailbox.look()[0].active) <= 65
-    assert len(mailbox.emergencies()) == 64
+    assert len(mailbox.statistics().emergencies) == 64
