@@ -36,7 +36,7 @@ from palpate.adapters.experiments.grid.worlds import Followed, Named, bounds_of,
 from palpate.core.automata.elman import END, Network
 from palpate.core.automata.infer import Inference, InferenceSettings, infer
 from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.partition import partition
+from palpate.core.automata.partition import bounded_partition
 from palpate.core.automata.strings import Strings
 from palpate.core.automata.training import TrainingSettings
 from palpate.simulation.grid.maps import GridMap
@@ -104,7 +104,7 @@ def rpni(grid: GridMap, strings: Strings, seed: int) -> Machine:
 def untrained_twin(found: Inference, untrained: Inference) -> Machine:
     """The automaton of the chosen network as it was before training, with the same q."""
     networks: dict[int, Network] = {one.restart: one.network for one in untrained.training.networks}
-    cells = partition(networks[found.network.restart], found.chosen.intervals, by_symbol=True)
+    cells = bounded_partition(networks[found.network.restart], found.chosen.intervals, by_symbol=True)
     return cells.minimal()
 
 

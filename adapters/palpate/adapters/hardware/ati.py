@@ -42,11 +42,11 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
     @property
     @override
     def period_ns(self) -> int:
-        return round(1e9 / self._opened().box.rate_Hz)
+        return round(1e9 / self.opened().box.rate_Hz)
 
     def reported_facts(self) -> SensorFactsTable:
         """Rated ranges and rate, as the box tells them. It does not tell its noise."""
-        box = self._opened().box
+        box = self.opened().box
         return SensorFactsTable(range_N=box.range_N, range_Nm=box.range_Nm, rate_Hz=box.rate_Hz, frame="sensor")
 
     @override
@@ -56,11 +56,11 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
 
     @override
     def _on_activate(self) -> None:
-        self._opened().start(self._clock.now_ns())
+        self.opened().start(self._clock.now_ns())
         super()._on_activate()
 
     def _on_deactivate(self) -> None:
-        self._opened().stop()
+        self.opened().stop()
 
     @override
     def _leave(self, device: NetFt) -> None:

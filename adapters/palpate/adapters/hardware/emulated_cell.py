@@ -44,8 +44,6 @@ class EmulationConfig:
     """What is emulated, and how badly.
 
     Attributes:
-        arm: One of ``ARMS``.
-        force: One of ``SENSORS``.
         baud: Line rate that the rig file asks the NMC modules for.
         wrist_backlash_deg: Full gap of the wrist's gears.
         usb_latency_ms: Latency timer of an emulated USB adapter on the serial lines.

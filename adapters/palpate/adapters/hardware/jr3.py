@@ -70,7 +70,7 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
 
     def reported_facts(self) -> SensorFactsTable:
         """Full scales and rate, as the board reports them. It does not report its noise."""
-        identity = self._opened().identity
+        identity = self.opened().identity
         x, y, z = identity.full_scales.force_N
         tx, ty, tz = identity.full_scales.moment_dNm
         return SensorFactsTable(

@@ -69,13 +69,14 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
             raise DeviceError(self.name, "has not delivered a sample yet")
         return self._made(sample)
 
-    def _opened(self) -> DriverT:
+    def opened(self) -> DriverT:
+        """The driver; DeviceError before ``configure``."""
         if self.device is None:
             raise DeviceError(self.name, "is not open")
         return self.device
 
     def _polled(self) -> DriverT:
-        device = self._opened()
+        device = self.opened()
         try:
             now_ns = self._clock.now_ns()
             device.poll(now_ns)

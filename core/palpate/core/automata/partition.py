@@ -22,7 +22,7 @@ from palpate.core.automata.letters import END, letters_of
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import minimised
 from palpate.core.automata.prefix_tree import Integers, PrefixTree
-from palpate.core.errors import ConfigurationError, require_in, require_whole
+from palpate.core.errors import require_in, require_whole
 
 LEAST_SHARE: Final = 0.02
 """Probability above which a successor is held to be possible."""
@@ -94,23 +94,10 @@ class Partition:
         return minimised(self.machine(least_share), apart if (self.last != NONE).any() else None)
 
 
-def partition(network: Network, intervals: int, *, centres: bool = False, by_symbol: bool = False) -> Partition:
-    """Find the states that any strings lead to, and how; see :func:`bounded_partition`.
-
-    Raises:
-        ConfigurationError: The number of intervals is out of range, or there are more than ``MOST_STATES`` states.
-    """
-    found = bounded_partition(network, intervals, MOST_STATES, centres=centres, by_symbol=by_symbol)
-    if found is None:
-        accepted = f"fewer; this gives more than {MOST_STATES} states"
-        raise ConfigurationError("automaton.intervals", intervals, accepted)
-    return found
-
-
 def bounded_partition(
     network: Network,
     intervals: int,
-    most_states: int,
+    most_states: int = MOST_STATES,
     *,
     centres: bool = False,
     by_symbol: bool = False,

@@ -17,11 +17,7 @@ def rotated(rotation: Sequence[Sequence[float]], vector: Vector3) -> Vector3:
 
 
 class FixedFrame:
-    """Takes places and vectors, (3,), from the base frame into this one, and back.
-
-    Args:
-        in_base: Its placement.
-    """
+    """Takes places and vectors, (3,), from the base frame into this one, and back."""
 
     def __init__(self, in_base: pin.SE3) -> None:
         self._origin_m: list[float] = in_base.translation.tolist()

@@ -90,7 +90,6 @@ class InverseKinematics:
         """Joint angles that reach a placement, found by iteration from a seed.
 
         Args:
-            tip_target_in_base: Where the tip shall be.
             free_yaw: Leave the rotation about the tool axis to the arm.
             seed_rad: Where to start, (n,); it picks the branch of the solution.
             field: The setting to name when there is no solution.

@@ -82,7 +82,6 @@ class DampingControl(ControlLaw):
     Args:
         damping_N_s_per_m: B.
         nominal_force_N: F_nominal, (3,), task frame; pressing into the hole's direction has a negative z.
-        speed_limit_m_s: Top speed of the tip.
         stiffness_N_per_m: K, the stiffest contact expected.
         period_s: Control period T.
     """
@@ -124,7 +123,6 @@ class PositionControl(ControlLaw):
 
     Args:
         gain_per_s: K.
-        speed_limit_m_s: Top speed of the tip.
         period_s: Control period T.
     """
 
@@ -161,7 +159,6 @@ class ForceControl(ControlLaw):
         integral_m_per_N_s: k_i.
         proportional_m_per_N: k_p.
         target_N: F_target, (3,), task frame.
-        speed_limit_m_s: Top speed of the tip.
         stiffness_N_per_m: K, the stiffest contact expected.
         period_s: Control period T.
     """

@@ -29,9 +29,7 @@ class TipMotion:
 
     Args:
         kinematics: Work space for the commanded configuration; not shared with the measured one.
-        task_in_base: Placement of the task frame.
         tip_rotation_in_base: Orientation of the upright tool, (3, 3).
-        period_s: Control period.
 
     Attributes:
         reference_m: Commanded tip, (3,), task frame.

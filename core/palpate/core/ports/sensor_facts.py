@@ -21,7 +21,6 @@ class SensorFacts:
         noise_Nm: Standard deviation of one torque channel; 0 only in a simulated cell.
         range_N: Largest force that it can show along each axis of its frame, (3,); infinite where there is no end.
         range_Nm: Largest torque about each axis, (3,).
-        frame: Name of the frame of its samples.
 
     Raises:
         ConfigurationError: A value that no sensor has.

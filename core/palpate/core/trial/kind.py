@@ -51,7 +51,6 @@ class Fit:
     Attributes:
         clearance_mm: Gap between tool and part all round, at its widest.
         lean_mrad: Tilt of the tool in the gripper, and of the part under it.
-        depth_mm: Depth of the hole.
     """
 
     diameter_mm: float

@@ -23,7 +23,6 @@ class Measurement:
     """The first stage of every tick. Attributes hold the newest tick, SI units, task frame.
 
     Args:
-        task_in_base: Placement of the task frame.
         signal: Tares, scales and filters the six wrench channels.
         aligned: Depth takes the place at the time of the force, where that is behind the encoders by more than a tick;
             False, as in trials without proofs of contact, takes the newest of both.

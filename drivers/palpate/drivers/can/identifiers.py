@@ -62,11 +62,7 @@ class Jr3Code(enum.IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """One identifier with two meanings.
-
-    Attributes:
-        identifier: On the bus, 11 bits.
-    """
+    """One identifier with two meanings."""
 
     identifier: int
     canopen: str

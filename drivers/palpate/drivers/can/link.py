@@ -44,7 +44,6 @@ class CanFrame:
 
     Attributes:
         data: Payload. Its real length counts, whatever the interface claimed.
-        kind: What sort of frame.
     """
 
     can_id: int

@@ -80,7 +80,6 @@ class CanopenLink:
         Args:
             interface: As :func:`palpate.drivers.can.open_bus`, like the next two and the options.
             in_receiver: Called once by the receive thread, with the first frame; for its priority, for instance.
-            options: Further options of that interface.
 
         Raises:
             WiringError: There is no such bus, or no permission.

@@ -75,7 +75,6 @@ class ArmStatistics:
     """Figures of the arm.
 
     Attributes:
-        cycles: SYNCs sent.
         round_trips_ns: From the first frame of a cycle to the last answer, of the newest that were answered in full.
         emergencies: The newest EMCY messages, oldest first.
     """

@@ -115,9 +115,6 @@ class Transport(Protocol):
 class CanTransport:
     """The board on a CAN bus.
 
-    Args:
-        node: Node number of the board, 1 to 127.
-
     Raises:
         SettingError: The node number cannot work (:func:`palpate.drivers.jr3.settings.check_node`).
     """

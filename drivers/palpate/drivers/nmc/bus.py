@@ -39,9 +39,6 @@ class NmcBus:
 
     Not thread-safe: one thread talks. Whatever exception a port raises means that it is gone: besides ``OSError``,
     pyserial lets ``termios.error`` and ``TypeError`` through when an adapter is unplugged.
-
-    Args:
-        clock_ns: A monotonic clock, ns.
     """
 
     def __init__(

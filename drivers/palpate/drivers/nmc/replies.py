@@ -59,7 +59,6 @@ class Reply:
     """One accepted reply; an item that the mask does not name is None.
 
     Attributes:
-        status: NmcStatus byte.
         position_counts: Encoder position, s32.
         analog: A/D value, u8.
         velocity_counts_per_tick: Velocity without fraction, s16.

@@ -29,11 +29,7 @@ _END_S: Final = 0.2
 
 @dataclass(frozen=True, slots=True)
 class UrHello:
-    """Who the controller is.
-
-    Attributes:
-        version: Of PolyScope, as it says it.
-    """
+    """Who the controller is."""
 
     version: str
     serial: str

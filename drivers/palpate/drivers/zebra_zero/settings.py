@@ -121,7 +121,6 @@ class ServoGains:
     """Servo filter. FACT: the port sends these defaults to the real arm.
 
     Attributes:
-        current_limit: 0: none.
         servo_rate_divisor: Servo tick in units of 0.512 ms.
         step_multiplier: A 15th data byte, which drivers for firmware 10 send; None: 14 bytes, as the port does.
     """

@@ -8,11 +8,7 @@ _COARSE_SUBSTEPS = 3
 
 
 def accuracy_lines(cell: CellConfig) -> list[str]:
-    """What is to be said of a cell that touches less truly than the one that comes, a line each.
-
-    Args:
-        cell: Physical parameters.
-    """
+    """What is to be said of a cell that touches less truly than the one that comes, a line each."""
     peg, lines = cell.peg, []
     if peg.cross_section == "round" and peg.rim_spheres != peg.wall_boxes:
         lines.append(

@@ -42,10 +42,7 @@ class WorkCell:
 
     Args:
         kinematics: The arm with its tool; its configuration is read at construction only.
-        config: Physical parameters.
-        goal_in_base: Placement of the nominal goal.
         ready_rad: Joint angles that every trial starts from, (n,), tool pointing down.
-        rate_Hz: Control rate.
         wander_m: How far from the nominal goal the peg may be led; the plate is made large enough for it.
         hidden: What else is true of it; None for nothing. The configuration has what physics know of that already.
 

@@ -42,13 +42,7 @@ class Leeway:
 
 
 def listed_pairs(config: CellConfig, boxes: list[Box], leeway: Leeway) -> list[tuple[int, int]]:
-    """Numbers of sphere and box that can touch within the leeway; the upper ring's spheres count on from the lower's.
-
-    Args:
-        config: Physical parameters.
-        boxes: The plate's.
-        leeway: Where the peg may be.
-    """
+    """Numbers of sphere and box that can touch within the leeway; the upper ring's count on from the lower's."""
     lower, upper = peg_rings(config.peg)
     radius_m = config.peg.rim_radius_mm * 1e-3
     pairs = []

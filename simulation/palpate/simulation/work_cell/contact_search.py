@@ -30,7 +30,6 @@ class ContactSearch:
     Args:
         model: The cell, with all contacts searched for.
         listed: For each leeway, narrowest first, the cell with the pairs listed that can touch within it.
-        data: The state.
         radius_m: Distance of the peg's outermost sphere from its axis.
         yaw_rad: Angle from the plate's x to the tip's x about the plate's z, as the arm holds the tool.
 

@@ -54,8 +54,6 @@ def build_work_cell(
     sensor frame, ``tip_position`` for scoring; site ``tip``.
 
     Args:
-        kinematics: The arm with its tool.
-        config: Physical parameters.
         goal_in_base: Placement of the nominal goal (task frame) in the base frame; the plate starts there.
         tool_yaw_rad: Angle from the task's x to the tip's x about the task's z, with which the arm will hold the
             tool; a peg that is not round is gripped so that it fits the hole at this yaw.

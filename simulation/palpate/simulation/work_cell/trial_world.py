@@ -48,7 +48,6 @@ def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
 
     Args:
         config: The cell, with the conditions that change in it.
-        seed: The run's seed.
         trial: Index of the trial. Batches and wear are counted from the beginning of its series.
     """
     conditions, peg, drawn = config.conditions, config.peg, dict[str, float]()

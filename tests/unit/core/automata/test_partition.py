@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from palpate.core.automata import Kind, Machine, Strings
 from palpate.core.automata.elman import RANGES, Architecture, Network, Readout
-from palpate.core.automata.partition import bounded_partition, partition
+from palpate.core.automata.partition import bounded_partition
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.networks import drift, last_symbol, parity
@@ -59,7 +59,7 @@ def drawn(shape: Architecture, seed: int) -> Network:
 @given(shapes, st.integers(0, 10**6), st.integers(1, 9), st.booleans())
 def test_a_level_at_once_is_one_after_the_other(shape, seed, intervals, centres) -> None:
     network = drawn(shape, seed)
-    found = partition(network, intervals, centres=centres)
+    found = bounded_partition(network, intervals, centres=centres)
     vectors, rows = one_by_one(network, intervals, centres)
     assert found.transitions.tolist() == rows
     assert found.vectors == pytest.approx(np.array(vectors), abs=1e-12)
@@ -67,7 +67,7 @@ def test_a_level_at_once_is_one_after_the_other(shape, seed, intervals, centres)
 
 @given(shapes, st.integers(0, 10**6), st.integers(1, 7))
 def test_every_cell_is_reached_and_every_transition_known(shape, seed, intervals) -> None:
-    found = partition(drawn(shape, seed), intervals)
+    found = bounded_partition(drawn(shape, seed), intervals)
     machine = found.machine()
     assert machine.complete
     assert machine.reachable() == tuple(range(len(machine.transitions)))
@@ -86,7 +86,7 @@ def entered_by(machine: Machine) -> list[set[int]]:
 
 @given(shapes, st.integers(0, 10**6), st.integers(2, 9))
 def test_one_symbol_at_most_leads_into_each_state_also_where_several_lead_into_its_cell(shape, seed, intervals) -> None:
-    machine = partition(drawn(shape, seed), intervals, by_symbol=True).minimal()
+    machine = bounded_partition(drawn(shape, seed), intervals, by_symbol=True).minimal()
     assert all(len(symbols) <= 1 for symbols in entered_by(machine))
 
 
@@ -100,7 +100,7 @@ def test_with_strings_every_state_is_one_that_a_string_comes_to(shape, seed, int
 
 
 def test_the_threshold_decides_what_is_possible() -> None:
-    shares = partition(last_symbol(), 2)
+    shares = bounded_partition(last_symbol(), 2)
     assert shares.machine(0.4).state_outputs[0] == ("a", "b")
     assert shares.machine(0.6).state_outputs[0] == ()
     assert shares.machine(0.6).state_outputs[1] == ("b",)
@@ -119,4 +119,4 @@ def test_a_search_may_be_bounded() -> None:
 @pytest.mark.parametrize("intervals", [0, 1001, 2.5])
 def test_bad_intervals_are_refused(intervals) -> None:
     with pytest.raises(ConfigurationError, match=r"automaton\.intervals"):
-        partition(parity(), intervals)
+        bounded_partition(parity(), intervals)

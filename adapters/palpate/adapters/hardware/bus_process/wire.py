@@ -44,11 +44,7 @@ class Report(NamedTuple):
 
 
 class HostedStatus(NamedTuple):
-    """How things stand at the arm; its process notes it every millisecond.
-
-    Attributes:
-        time_ns: When, on the run's clock.
-    """
+    """How things stand at the arm; its process notes it every millisecond."""
 
     time_ns: int
     fault: str | None = None

@@ -9,7 +9,6 @@ from palpate.adapters.hardware.doctor.facts import MeasuredNoise
 from palpate.adapters.hardware.doctor.findings import Notebook
 from palpate.adapters.hardware.doctor.jr3 import judge_rate, listen
 from palpate.adapters.hardware.doctor.ports import examine_wrench
-from palpate.core.errors import DeviceError
 from palpate.core.ports import Clock
 
 _CABLE: Final = "connect box and computer directly, or through one switch that carries nothing else"
@@ -17,9 +16,7 @@ _CABLE: Final = "connect box and computer directly, or through one switch that c
 
 def examine_netft(sensor: NetFtForceSensor, clock: Clock, seconds: float, notes: Notebook) -> MeasuredNoise | None:
     """How the box is set, its rate, what was lost on the way, noise. The sensor is active."""
-    device = sensor.device
-    if device is None:
-        raise DeviceError(sensor.name, "is not open")
+    device = sensor.opened()
     box = device.box
     notes.fact("identity", f"calibration {box.calibration}, firmware {box.firmware}", box.calibration)
     forces, torques = (", ".join(f"{most:g}" for most in ranges) for ranges in (box.range_N, box.range_Nm))

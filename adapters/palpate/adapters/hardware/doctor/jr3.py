@@ -9,7 +9,6 @@ from palpate.adapters.hardware.doctor.findings import Notebook
 from palpate.adapters.hardware.doctor.pace import distances, rate_Hz, spread_of
 from palpate.adapters.hardware.doctor.ports import WrenchReading, examine_wrench
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor
-from palpate.core.errors import DeviceError
 from palpate.core.ports import CONTROL_RATE_HZ, Clock
 from palpate.drivers.force_sensor import PolledSensor
 from palpate.drivers.jr3 import CAN_TIMING, UART_TIMING, Jr3Statistics
@@ -24,9 +23,7 @@ _CLUMPED_MS: Final = 3.0
 
 def examine_jr3(sensor: Jr3ForceSensor, clock: Clock, seconds: float, notes: Notebook) -> MeasuredNoise | None:
     """Identity, rate, counters, noise. The sensor is active."""
-    device = sensor.device
-    if device is None:
-        raise DeviceError(sensor.name, "is not open")
+    device = sensor.opened()
     identity = device.identity
     scales = identity.full_scales
     newtons, metres = scales.force_N, tuple(moment * 0.1 for moment in scales.moment_dNm)

@@ -19,11 +19,7 @@ _LATE_MS: Final = 3.0
 
 @dataclass(frozen=True)
 class IntervalSpread:
-    """A distribution of times.
-
-    Attributes:
-        p99_ms: 99th percentile.
-    """
+    """A distribution of times."""
 
     min_ms: float
     median_ms: float

@@ -35,12 +35,7 @@ _STILL_N: Final = 1.0
 
 @dataclass(frozen=True)
 class WrenchReading:
-    """One reading, whichever adapter it came through.
-
-    Attributes:
-        force_N: Force, (3,).
-        torque_Nm: Torque, (3,).
-    """
+    """One reading, whichever adapter it came through."""
 
     force_N: Vector3
     torque_Nm: Vector3

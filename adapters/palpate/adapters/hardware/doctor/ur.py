@@ -10,7 +10,6 @@ from palpate.adapters.hardware.doctor.jr3 import judge_rate, listen
 from palpate.adapters.hardware.doctor.pace import at_rate, rate_Hz, spread_of
 from palpate.adapters.hardware.doctor.ports import examine_wrench
 from palpate.adapters.hardware.ur import UrToolForceSensor
-from palpate.core.errors import DeviceError
 from palpate.core.ports import CONTROL_RATE_HZ, Clock
 from palpate.drivers.ur import RANGE_N, RANGE_NM, UrArm
 
@@ -58,9 +57,7 @@ def examine_tool_force(
     sensor: UrToolForceSensor, clock: Clock, seconds: float, notes: Notebook
 ) -> MeasuredNoise | None:
     """Rate and noise of the tool force. The sensor is active."""
-    device = sensor.device
-    if device is None:
-        raise DeviceError(sensor.name, "is not open")
+    device = sensor.opened()
     notes.fact("full scales", f"{RANGE_N[0]:g} N; {RANGE_NM[0]:g} N m, a UR5e's")
     readings, _ = listen(device, clock, seconds)
     # Of packages that came between two looks only the newest is taken; the loop looks so often.

@@ -88,7 +88,6 @@ class Stopwatch(LoopObserver):
         ticks: Ticks that were timed, those of the warm-up included.
         late_ticks: How many ticks were later than the limit to warn of, by cause.
         slow_cores: In how many ticks the core took longer than the limit.
-        newest_late: The newest late ticks, at most 256.
     """
 
     def __init__(

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import threading
-from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Final, Protocol
+from typing import Final
 
 from typing_extensions import override
 
 from palpate.adapters.hardware.real_time import LoopAccount
+from palpate.adapters.hardware.watchdogs.process import ProcessWatchdog
 from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, WatchdogTrip, stop_surely, tell_surely
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
 from palpate.core.ports import AppliedCommand, ArmCommand, Clock, CommandReason, DeviceDecorator, JointCommand, Life
@@ -106,15 +106,11 @@ class WatchedArm(DeviceDecorator, ArmCommand):
         arm: The arm. Its ``stop`` is called from another thread.
         max_command_age_ns: Age of the newest command at which the arm still goes on.
         tell: Is told of a trip, by the thread or by whoever sends.
-
-    Attributes:
-        stop_trouble: Why the arm could not be told of the last ``stop``; empty when it could.
     """
 
     def __init__(self, arm: ArmCommand, clock: Clock, max_command_age_ns: int, *, tell: TellTrip | None = None) -> None:
         super().__init__(arm)
         self._arm, self._clock, self._limit_ns, self._tell = arm, clock, max_command_age_ns, tell
-        self.stop_trouble = ""
         self._latch = Latch()
         self._watch = AgeWatch("command watchdog", clock, max_command_age_ns, self._too_old)
 
@@ -158,7 +154,7 @@ class WatchedArm(DeviceDecorator, ArmCommand):
     def stop(self) -> None:
         """Takes no lock, and tells nobody: a signal handler may call it."""
         self._watch.rest()
-        self.stop_trouble = stop_surely(self._arm)
+        stop_surely(self._arm)
 
     def check(self) -> bool:
         """Look now whether the newest command is too old; True if the arm was stopped for it."""
@@ -173,14 +169,6 @@ class WatchedArm(DeviceDecorator, ArmCommand):
             tell_surely(self._tell, trip)
 
 
-class Resting(Protocol):
-    """A watchdog that need not be fed for a while."""
-
-    @abstractmethod
-    def rest(self) -> None:
-        """Nobody need feed until the next feeding."""
-
-
 class GuardedArm(DeviceDecorator, ArmCommand):
     """Neither activates nor moves the arm until every trip is acknowledged.
 
@@ -188,7 +176,7 @@ class GuardedArm(DeviceDecorator, ArmCommand):
         resting: Watchdogs of the loop, which rests when the arm was stopped.
     """
 
-    def __init__(self, arm: ArmCommand, latches: Sequence[Latching], resting: Sequence[Resting] = ()) -> None:
+    def __init__(self, arm: ArmCommand, latches: Sequence[Latching], resting: Sequence[ProcessWatchdog] = ()) -> None:
         super().__init__(arm)
         self._arm, self._latches, self._resting = arm, tuple(latches), tuple(resting)
 

@@ -27,7 +27,6 @@ class OperatorSources:
     """Where a stop may come from.
 
     Attributes:
-        signal_number: This signal; None for none.
         file: A file that appears; None for none.
         socket: A connection to a Unix socket at this path; None for none.
         poll_s: How often to look whether the file is there, s.

@@ -8,10 +8,9 @@ import signal
 import subprocess
 import sys
 import time
-from abc import abstractmethod
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import Final, Protocol, Self
+from typing import Final, Self
 
 from typing_extensions import override
 
@@ -21,18 +20,10 @@ from palpate.core.errors import ConfigurationError, LifecycleError, require_in
 from palpate.core.ports import ArmCommand, Clock
 
 
-class Fed(Protocol):
-    """A watchdog that must be fed each tick."""
-
-    @abstractmethod
-    def feed(self) -> None:
-        """The loop lives."""
-
-
 class WatchedClock(Clock):
     """Feeds at the end of each sleep, which is where a tick begins; so a loop over the ports need not know of it."""
 
-    def __init__(self, clock: Clock, watchdogs: Sequence[Fed]) -> None:
+    def __init__(self, clock: Clock, watchdogs: Sequence[ProcessWatchdog]) -> None:
         self._clock, self._watchdogs = clock, tuple(watchdogs)
 
     @override

@@ -17,10 +17,7 @@ class EmulatedBoxConfig:
 
     Attributes:
         rate_Hz: Records a second, at most 7000.
-        force_unit: As its page says it.
-        torque_unit: As its page says it.
         ratings: Rated range of the six axes, in these units.
-        buffered_records: Records of a datagram in buffered mode.
     """
 
     rate_Hz: int = 1000
@@ -46,7 +43,6 @@ class EmulatedBox:
     Attributes:
         silent: Set it to have nothing sent.
         network: What becomes of datagrams on their way; set it to lose, repeat or reorder some.
-        streams: Whether it streams now.
     """
 
     def __init__(self, wrench: Callable[[int], tuple[float, ...]], config: EmulatedBoxConfig | None = None) -> None:

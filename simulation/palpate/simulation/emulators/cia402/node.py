@@ -56,7 +56,6 @@ class CanopenFaults:
         duplicate_tpdos: So many of the next process data are sent twice.
         malformed_tpdos: So many of the next process data are one byte short.
         silent: Nothing is sent at all, though everything is received and carried out.
-        heartbeat_stopped: Only heartbeats are missing.
         fault_persists: A fault-reset does nothing.
         flipped_status: Bits of the statusword that are told the other way round.
     """
