@@ -8,7 +8,7 @@ from typing import Final, NoReturn, Protocol, Self
 
 from palpate.drivers.arm import Applied, AppliedReason, ArmDriver
 from palpate.drivers.errors import DeviceFaultError, DriverError, StateError, WiringError
-from palpate.drivers.nmc import NOP, Module, NmcBus, NmcCommand, start
+from palpate.drivers.nmc import NOP, BusStatistics, Module, NmcBus, NmcCommand, start
 from palpate.drivers.serial_port import ByteStream
 from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, SixCounts, six
 from palpate.drivers.zebra_zero.servos import (
@@ -22,7 +22,7 @@ from palpate.drivers.zebra_zero.servos import (
     streaming_for,
 )
 from palpate.drivers.zebra_zero.settings import Streaming, ZebraZeroSettings
-from palpate.drivers.zebra_zero.states import ArmReport, Fault, FaultKind, ZebraEvent, ZebraMeasured, ZebraState, after
+from palpate.drivers.zebra_zero.states import Fault, FaultKind, ZebraEvent, ZebraMeasured, ZebraState, after
 from palpate.drivers.zebra_zero.tracking import Rounds, Setpoints, Tracking, Trouble, lost
 
 _CYCLING: Final = (ZebraState.HOMED, ZebraState.SERVO_ON, ZebraState.STOPPED)
@@ -57,6 +57,8 @@ class ZebraZero(ArmDriver):
 
     Attributes:
         fault: The latched fault, or None.
+        modules: Those of the last :meth:`connect`, in the order of the chain.
+        streaming: How set-points reach them.
         was_reset: Whether the modules came out of a reset at the last :meth:`connect`: only then can home be confirmed.
     """
 
@@ -79,8 +81,8 @@ class ZebraZero(ArmDriver):
         self._rounds = Rounds(self._bus, self._servos, self._tracking, self.settings, clock_ns)
         self.state = ZebraState.CLOSED
         self.fault: Fault | None = None
-        self._modules: tuple[Module, ...] = ()
-        self._streaming = Streaming.STOP_HERE
+        self.modules: tuple[Module, ...] = ()
+        self.streaming = Streaming.STOP_HERE
         self.was_reset = self._is_referenced = False
         self._stopped: StopOutcome | None = None
 
@@ -95,17 +97,14 @@ class ZebraZero(ArmDriver):
         return self._tracking.counts if self._is_referenced else None
 
     @property
-    def report(self) -> ArmReport:
-        """Facts about the arm for a person."""
-        return ArmReport(
-            state=self.state,
-            fault=None if self.fault is None else str(self.fault),
-            modules=self._modules,
-            baud=self._bus.line.baud,
-            streaming=self._streaming,
-            budget=self.settings.budget(),
-            statistics=self._bus.statistics,
-        )
+    def statistics(self) -> BusStatistics:
+        """What has happened on the bus so far."""
+        return self._bus.statistics
+
+    @property
+    def baud(self) -> int:
+        """Rate of the line now, bit/s."""
+        return self._bus.line.baud
 
     def open(self) -> None:
         """Finds the modules, and takes the arm's position from the stored counters, or from a person's word.
@@ -137,8 +136,8 @@ class ZebraZero(ArmDriver):
         self._is_referenced = False
         found = None if reset else self._servos.attach()
         self.was_reset = found is None
-        self._modules = check_modules(start(self._bus) if found is None else found)
-        self._streaming = streaming_for(self._modules, self.settings)
+        self.modules = check_modules(start(self._bus) if found is None else found)
+        self.streaming = streaming_for(self.modules, self.settings)
         self._tracking.begin_at(self._servos.meet())
         self.state, self.fault = connected, None
 
@@ -332,7 +331,7 @@ class ZebraZero(ArmDriver):
             return None if asked_rad is None else self._held(asked_rad), (NOP,) * JOINTS
         applied = self._setpoints.advance(asked_rad, now_ns)
         counts = self.settings.transmission.to_counts(applied.position_rad)
-        return applied, tuple(setpoint(self._streaming, count) for count in counts)
+        return applied, tuple(setpoint(self.streaming, count) for count in counts)
 
     def _check(self, fault: Fault | None) -> None:
         if fault is not None:

@@ -1,4 +1,4 @@
-"""The states of the arm as one table, its faults, how they show in a reply, and what it reports."""
+"""The states of the arm as one table, its faults and how they show in a reply."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import enum
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.drivers.arm import BusBudget, Measured
+from palpate.drivers.arm import Measured
 from palpate.drivers.errors import DeviceFaultError, StateError
-from palpate.drivers.nmc import Aux, BusStatistics, Module, NmcStatus, Reply
+from palpate.drivers.nmc import Aux, NmcStatus, Reply
 from palpate.drivers.zebra_zero.counts import DEVICE, SixCounts
-from palpate.drivers.zebra_zero.settings import Streaming, ZebraZeroSettings
+from palpate.drivers.zebra_zero.settings import ZebraZeroSettings
 
 
 class ZebraState(enum.Enum):
@@ -144,16 +144,3 @@ class ZebraMeasured(Measured):
     aux: tuple[Aux | None, ...]
     begin_ns: int
     end_ns: int
-
-
-@dataclass(frozen=True, slots=True)
-class ArmReport:
-    """Facts about the arm for a person."""
-
-    state: ZebraState
-    fault: str | None
-    modules: tuple[Module, ...]
-    baud: int
-    streaming: Streaming
-    budget: BusBudget
-    statistics: BusStatistics

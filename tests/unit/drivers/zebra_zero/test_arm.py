@@ -106,9 +106,9 @@ def test_sequence_of_one_axis(line):
 
 
 def test_streaming_follows_the_documented_firmware(line):
-    assert running(line).report.streaming is Streaming.TRAPEZOID
+    assert running(line).streaming is Streaming.TRAPEZOID
     other = Line([Module(version=10 if number else 5) for number in range(6)])
-    assert running(other).report.streaming is Streaming.STOP_HERE
+    assert running(other).streaming is Streaming.STOP_HERE
 
 
 def test_cycle_that_comes_too_soon_takes_a_shorter_step(line):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 from palpate.adapters.hardware.doctor.findings import Notebook
-from palpate.adapters.hardware.doctor.pace import at_rate, rate_Hz, spread_of
-from palpate.core.ports import CONTROL_RATE_HZ, Clock
+from palpate.adapters.hardware.doctor.pace import at_rate, judge_cycles, rate_Hz, spread_of
+from palpate.core.ports import Clock
 from palpate.drivers.cia402 import ArmStatistics, Cia402Arm, DrivesMeasured, DriveState, bits_per_cycle, outside
 
 _CABLE: Final = "check the bus: 60 ohm between CAN_H and CAN_L with the power off, shield, one bit rate for all nodes"
@@ -98,29 +98,20 @@ def _budget(arm: Cia402Arm, begun: list[int], late_ns: list[int], notes: Noteboo
     trips = spread_of(statistics.round_trips_ns)
     if late is None or trips is None:
         return
-    wanted, got = float(settings.rate_Hz), rate_Hz(begun)
     drives = len(settings.joints)
     wire_ms = 1e3 * bits_per_cycle(drives, stuffed=False) / settings.bitrate
     latency_ms = max(0.0, trips.median_ms - wire_ms)
     notes.fact("round trip", f"{trips}, all drives; their frames alone need {wire_ms:.2f} ms", trips.median_ms)
     told = f"{latency_ms:.2f} ms a cycle beyond the frames, adapter and drives together"
     notes.fact("adapter latency", told, latency_ms)
-    notes.fact("jitter", f"cycles begin late by {late}", late.median_ms)
-    notes.fact("cycle rate", f"{got:.1f} Hz, asked for {wanted:.1f} Hz", got)
     highest = settings.answer_share * 1e3 / trips.p99_ms
-    fits = next((k for k in range(1, CONTROL_RATE_HZ) if CONTROL_RATE_HZ / k <= highest), CONTROL_RATE_HZ)
     told = (
         f"computed {settings.budget.max_rate_Hz:.0f} Hz at most ({bits_per_cycle(drives)} bits a cycle), "
-        f"measured {highest:.1f} Hz (answers within {settings.answer_share:.0%} of the period); "
-        f"divider = {fits} fits, {CONTROL_RATE_HZ / fits:.1f} Hz"
+        f"measured {highest:.1f} Hz (answers within {settings.answer_share:.0%} of the period)"
     )
-    notes.fact("budget", told, fits)
-    notes.judge(
-        got > 0.97 * wanted and highest >= wanted,
-        f"{wanted:.1f} Hz fit the bus",
-        f"{wanted:.1f} Hz do not fit: answers take {trips.p99_ms:.2f} ms (99 %), {got:.1f} Hz were achieved",
-        f"[arm] divider = {fits}, or an adapter with less latency (socketcan instead of slcan)",
-    )
+    slow = f"answers take {trips.p99_ms:.2f} ms (99 %)"
+    remedy = "or an adapter with less latency (socketcan instead of slcan)"
+    judge_cycles((float(settings.rate_Hz), rate_Hz(begun), late), highest, told, slow, remedy, notes)
 
 
 def _hex(number: int | None) -> str:

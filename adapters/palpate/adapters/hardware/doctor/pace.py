@@ -9,7 +9,7 @@ from statistics import median
 from typing import Final
 
 from palpate.adapters.hardware.doctor.findings import Notebook
-from palpate.core.ports import Clock
+from palpate.core.ports import CONTROL_RATE_HZ, Clock
 
 _NAPS: Final = 100
 _NAP_NS: Final = 3_000_000
@@ -61,6 +61,30 @@ def at_rate(clock: Clock, wanted_Hz: float, seconds: float, act: Callable[[], No
         late_ns.append(clock.now_ns() - due_ns)
         act()
         slot = max(slot + 1, (clock.now_ns() - start_ns) // period_ns + 1)
+
+
+def judge_cycles(
+    times: tuple[float, float, IntervalSpread], highest_Hz: float, told: str, slow: str, remedy: str, notes: Notebook
+) -> None:
+    """Whether a bus carries the rate that is asked for, and which divider of the control rate would fit.
+
+    Args:
+        times: Rate asked for, rate achieved, both in Hz, and how late cycles began.
+        told: What the budget says and what was measured.
+        slow: What takes too long where the rate does not fit.
+        remedy: What helps beside another divider.
+    """
+    wanted_Hz, got_Hz, late = times
+    notes.fact("jitter", f"cycles begin late by {late}", late.median_ms)
+    notes.fact("cycle rate", f"{got_Hz:.1f} Hz, asked for {wanted_Hz:.1f} Hz", got_Hz)
+    fits = next((k for k in range(1, CONTROL_RATE_HZ) if CONTROL_RATE_HZ / k <= highest_Hz), CONTROL_RATE_HZ)
+    notes.fact("budget", f"{told}; divider = {fits} fits, {CONTROL_RATE_HZ / fits:.1f} Hz", fits)
+    notes.judge(
+        got_Hz > 0.97 * wanted_Hz and highest_Hz >= wanted_Hz,
+        f"{wanted_Hz:.1f} Hz fit the bus",
+        f"{wanted_Hz:.1f} Hz do not fit: {slow}, {got_Hz:.1f} Hz were achieved",
+        f"[arm] divider = {fits}, {remedy}",
+    )
 
 
 def examine_clock(clock: Clock, notes: Notebook) -> None:

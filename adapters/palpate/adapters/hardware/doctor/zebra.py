@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 from palpate.adapters.hardware.doctor.findings import Notebook
-from palpate.adapters.hardware.doctor.pace import at_rate, rate_Hz, spread_of
-from palpate.core.ports import CONTROL_RATE_HZ, Clock
+from palpate.adapters.hardware.doctor.pace import at_rate, judge_cycles, rate_Hz, spread_of
+from palpate.core.ports import Clock
 from palpate.drivers.nmc import Aux, BusStatistics, NmcStatus, Reply
 from palpate.drivers.zebra_zero import Fault, FaultKind, ZebraMeasured, ZebraZero, fault_in
 
@@ -16,18 +16,17 @@ _LOST_SHARE: Final = 0.001
 
 def tell_modules(arm: ZebraZero, notes: Notebook) -> None:
     """Who the modules are."""
-    report = arm.report
-    kinds = sorted({module.identity.name for module in report.modules})
-    notes.fact("modules", f"{len(report.modules)}, addresses 1 to {len(report.modules)}: {'; '.join(kinds)}")
-    notes.fact("line", f"{report.baud} baud", report.baud)
+    kinds = sorted({module.identity.name for module in arm.modules})
+    notes.fact("modules", f"{len(arm.modules)}, addresses 1 to {len(arm.modules)}: {'; '.join(kinds)}")
+    notes.fact("line", f"{arm.baud} baud", arm.baud)
     notes.fact("woken by us", "yes: they came out of a reset" if arm.was_reset else "no: they still had addresses")
-    notes.fact("set-points by", report.streaming.value, report.streaming.value)
+    notes.fact("set-points by", arm.streaming.value, arm.streaming.value)
     if len(kinds) > 1:
         notes.note(
             "the modules have different firmware", "see that set-points reach all of them: palpate doctor --move"
         )
     else:
-        notes.ok(f"{len(report.modules)} servo modules answer at {report.baud} baud")
+        notes.ok(f"{len(arm.modules)} servo modules answer at {arm.baud} baud")
     if not arm.keeps_counts:
         remedy = '[arm] counts_file = "zebra.counts.json" keeps the counters from run to run'
         notes.note("the next program finds the modules awake and their counters without meaning", remedy)
@@ -35,11 +34,10 @@ def tell_modules(arm: ZebraZero, notes: Notebook) -> None:
 
 def examine_zebra(arm: ZebraZero, clock: Clock, seconds: float, notes: Notebook) -> None:
     """Line, budget and axes, by cycles without a set-point."""
-    report = arm.report
-    notes.fact("state", report.state.value if report.fault is None else f"{report.state.value}: {report.fault}")
+    notes.fact("state", arm.state.value if arm.fault is None else f"{arm.state.value}: {arm.fault}")
     cycles: list[ZebraMeasured] = []
     late_ns: list[int] = []
-    before = report.statistics
+    before = arm.statistics
     try:
         at_rate(clock, arm.settings.rate_Hz, seconds, lambda: cycles.append(arm.cycle()), late_ns)
     finally:
@@ -50,7 +48,7 @@ def examine_zebra(arm: ZebraZero, clock: Clock, seconds: float, notes: Notebook)
 
 
 def _line(before: BusStatistics, arm: ZebraZero, notes: Notebook) -> None:
-    now = arm.report.statistics
+    now = arm.statistics
     exchanges = now.exchanges - before.exchanges
     if (spread := spread_of(now.round_trips_ns)) is not None:
         notes.fact("round trip", f"{spread}, one axis", spread.median_ms)
@@ -88,33 +86,24 @@ def _latency(before: BusStatistics, now: BusStatistics, exchanges: int, arm: Zeb
 
 
 def _budget(arm: ZebraZero, cycles: list[ZebraMeasured], late_ns: list[int], notes: Notebook) -> None:
-    report, late = arm.report, spread_of(late_ns)
+    late, budget = spread_of(late_ns), arm.settings.budget()
     took = spread_of([cycle.end_ns - cycle.begin_ns for cycle in cycles])
     if took is None or late is None:
         return
-    wanted, got = arm.settings.rate_Hz, rate_Hz([cycle.begin_ns for cycle in cycles])
-    notes.fact("cycle", f"{took}; computed {1e3 * report.budget.cycle_s:.2f} ms", took.median_ms)
-    notes.fact("jitter", f"cycles begin late by {late}", late.median_ms)
-    notes.fact("cycle rate", f"{got:.1f} Hz, asked for {wanted:.1f} Hz", got)
-    highest = (1.0 - arm.settings.reserve) * 1e3 / took.p99_ms
-    fits = next((k for k in range(1, CONTROL_RATE_HZ) if CONTROL_RATE_HZ / k <= highest), CONTROL_RATE_HZ)
-    told = (
-        f"computed {report.budget.max_rate_Hz:.1f} Hz at most, measured {highest:.1f} Hz "
-        f"({arm.settings.reserve:.0%} left free); divider = {fits} fits, {CONTROL_RATE_HZ / fits:.1f} Hz"
-    )
-    notes.fact("budget", told, fits)
-    notes.judge(
-        got > 0.97 * wanted and highest >= wanted,
-        f"{wanted:.1f} Hz fit the bus",
-        f"{wanted:.1f} Hz do not fit: cycles take {took.p99_ms:.2f} ms (99 %), {got:.1f} Hz were achieved",
-        f"[arm] divider = {fits}, a higher baud, or an adapter with less latency",
-    )
+    notes.fact("cycle", f"{took}; computed {1e3 * budget.cycle_s:.2f} ms", took.median_ms)
+    reserve = arm.settings.reserve
+    highest = (1.0 - reserve) * 1e3 / took.p99_ms
+    told = f"computed {budget.max_rate_Hz:.1f} Hz at most, measured {highest:.1f} Hz ({reserve:.0%} left free)"
+    slow = f"cycles take {took.p99_ms:.2f} ms (99 %)"
+    got = rate_Hz([cycle.begin_ns for cycle in cycles])
+    remedy = "a higher baud, or an adapter with less latency"
+    judge_cycles((arm.settings.rate_Hz, got, late), highest, told, slow, remedy, notes)
 
 
 def _axes(arm: ZebraZero, last: ZebraMeasured, notes: Notebook) -> None:
     settings, limits = arm.settings, arm.settings.limits
     rows = []
-    for i, module in enumerate(arm.report.modules):
+    for i, module in enumerate(arm.modules):
         status, aux = last.status[i], last.aux[i]
         servo = "?" if aux is None else "on" if aux & Aux.SERVO_ON else "off"
         power = "on" if status & NmcStatus.POWER_ON else "OFF"
