@@ -26,7 +26,7 @@ from palpate.core.ports import (
     ManagedDevice,
     Validity,
 )
-from palpate.drivers.arm import ArmDriver
+from palpate.drivers.device import ArmDriver
 from palpate.drivers.errors import DriverError
 
 _NS: Final = 1_000_000_000

@@ -10,8 +10,8 @@ from typing import ClassVar, Final, Generic, TypeVar
 from palpate.adapters.hardware.errors import told, translated, translating
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, Validity, WrenchSample
+from palpate.drivers.device import ForceSample, PolledSensor
 from palpate.drivers.errors import DriverError, SilentError
-from palpate.drivers.force_sensor import ForceSample, PolledSensor
 
 DriverT = TypeVar("DriverT", bound=PolledSensor)
 _LINE_NS: Final = 20_000_000

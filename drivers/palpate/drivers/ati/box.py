@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Final
 
+from palpate.drivers.device import Vector3
 from palpate.drivers.errors import GarbledError, SettingError
-from palpate.drivers.force_sensor import Vector3
 
 _NAME: Final = "ATI Net F/T"
 PAGE: Final = "/netftapi2.xml"

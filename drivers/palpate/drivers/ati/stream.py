@@ -10,8 +10,8 @@ from typing_extensions import override
 from palpate.drivers.ati.box import NetFtBox
 from palpate.drivers.ati.rdt import SATURATED, RdtCommand, RdtRecord, decode_records, encode_request, faults_in
 from palpate.drivers.ati.wire import UdpWire
+from palpate.drivers.device import ForceSample, PolledSensor
 from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError
-from palpate.drivers.force_sensor import ForceSample, PolledSensor
 
 _NAME: Final = "ATI Net F/T"
 _ASK_AGAIN_NS: Final = 100_000_000

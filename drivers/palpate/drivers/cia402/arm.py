@@ -14,7 +14,6 @@ from typing import Final
 
 from typing_extensions import override
 
-from palpate.drivers.arm import Applied, AppliedReason, ArmState, LatchingArm, Measured
 from palpate.drivers.cia402.bring_up import BringUp
 from palpate.drivers.cia402.drive import DriveIdentity, Targets
 from palpate.drivers.cia402.exchange import CyclicExchange
@@ -23,6 +22,7 @@ from palpate.drivers.cia402.mailbox import ArmStatistics
 from palpate.drivers.cia402.object_dictionary import Controlword, DriveState
 from palpate.drivers.cia402.settings import ArmSettings, limited, require_sound
 from palpate.drivers.cia402.watch import KEEP_TIME, outside, trouble
+from palpate.drivers.device import Applied, AppliedReason, ArmState, LatchingArm, Measured
 from palpate.drivers.errors import DriverError, LateError, SilentError, StateError
 
 

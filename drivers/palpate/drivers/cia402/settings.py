@@ -13,9 +13,9 @@ from fractions import Fraction
 from math import isfinite
 from typing import Final
 
-from palpate.drivers.arm import Applied, BusBudget, clamped, held_back
 from palpate.drivers.can import HIGHEST_NODE
 from palpate.drivers.cia402.object_dictionary import OperationMode
+from palpate.drivers.device import Applied, BusBudget, clamped, held_back
 from palpate.drivers.errors import RefusedError, SettingError
 
 PDO_BYTES: Final = 6

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing_extensions import override
 
+from palpate.drivers.device import PolledSensor
 from palpate.drivers.errors import DriverError, SettingError, StateError
-from palpate.drivers.force_sensor import PolledSensor
 from palpate.drivers.jr3 import health
 from palpate.drivers.jr3.health import BoardIdentity, Jr3Statistics
 from palpate.drivers.jr3.messages import Ack, FullScales, Jr3Sample, Op, Reading, Request

@@ -10,8 +10,8 @@ import enum
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from palpate.drivers.device import ForceSample, Vector3
 from palpate.drivers.errors import DeviceFaultError, SettingError
-from palpate.drivers.force_sensor import ForceSample, Vector3
 
 Counts3: TypeAlias = tuple[int, int, int]
 

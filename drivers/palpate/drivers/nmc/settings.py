@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Final
 
-from palpate.drivers.arm import BusBudget
+from palpate.drivers.device import BusBudget
 from palpate.drivers.errors import SettingError
 from palpate.drivers.nmc.frames import GROUP_BIT, NmcCommand, StatusItem
 from palpate.drivers.nmc.replies import reply_size_bytes

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from math import inf, isfinite
 from typing import Final
 
-from palpate.drivers.arm import Applied, AppliedReason, ArmState, LatchingArm, Measured, clamped, held_back
+from palpate.drivers.device import Applied, AppliedReason, ArmState, LatchingArm, Measured, clamped, held_back
 from palpate.drivers.errors import (
     DeviceFaultError,
     DriverError,

@@ -6,8 +6,8 @@ from typing import Final
 
 from typing_extensions import override
 
+from palpate.drivers.device import ForceSample, PolledSensor
 from palpate.drivers.errors import DriverError, SilentError, WiringError
-from palpate.drivers.force_sensor import ForceSample, PolledSensor
 from palpate.drivers.ur.link import CHECK, NAME, UrLink
 
 RANGE_N: Final = (50.0, 50.0, 50.0)

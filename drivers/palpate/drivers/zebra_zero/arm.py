@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Final, NoReturn, Protocol, Self
 
-from palpate.drivers.arm import Applied, AppliedReason, ArmDriver
+from palpate.drivers.device import Applied, AppliedReason, ArmDriver
 from palpate.drivers.errors import DeviceFaultError, DriverError, StateError, WiringError
 from palpate.drivers.nmc import NOP, BusStatistics, Module, NmcBus, NmcCommand, start
 from palpate.drivers.serial_port import ByteStream

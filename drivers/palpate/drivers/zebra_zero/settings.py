@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field
 from math import copysign, inf, isfinite
 from typing import Final
 
-from palpate.drivers.arm import Applied, BusBudget, clamped, held_back
+from palpate.drivers.device import Applied, BusBudget, clamped, held_back
 from palpate.drivers.errors import SettingError
 from palpate.drivers.nmc import (
     BusSettings,

@@ -6,7 +6,7 @@ import enum
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.drivers.arm import Measured
+from palpate.drivers.device import Measured
 from palpate.drivers.errors import DeviceFaultError, StateError
 from palpate.drivers.nmc import Aux, NmcStatus, Reply
 from palpate.drivers.zebra_zero.counts import DEVICE, SixCounts

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.drivers.arm import Applied
+from palpate.drivers.device import Applied
 from palpate.drivers.errors import DriverError, GarbledError
 from palpate.drivers.nmc import NOP, Aux, NmcBus, NmcCommand, NmcStatus, Reply
 from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, Six, SixCounts, six

@@ -9,7 +9,7 @@ import pytest
 
 from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
 from palpate.core.ports import JointCommand, Life
-from palpate.drivers.arm import Applied, ArmDriver, Measured
+from palpate.drivers.device import Applied, ArmDriver, Measured
 from palpate.drivers.errors import SilentError
 from tests.contracts import test_cia402, test_jr3, test_zebra
 from tests.virtual_time import VirtualTime

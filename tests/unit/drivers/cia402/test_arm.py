@@ -5,8 +5,8 @@ from math import nan
 
 import pytest
 
-from palpate.drivers.arm import AppliedReason, ArmState
 from palpate.drivers.cia402.object_dictionary import DriveState, OperationMode
+from palpate.drivers.device import AppliedReason, ArmState
 from palpate.drivers.errors import DeviceFaultError, RefusedError, SilentError, StateError, WiringError
 from palpate.simulation.emulators.cia402.objects import ABORT_NO_OBJECT, SdoAbortError
 from palpate.simulation.emulators.cia402.servo import PowerState

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from palpate.drivers.arm import ArmState
+from palpate.drivers.device import ArmState
 from palpate.drivers.errors import DeviceFaultError, DriverError, LateError, SilentError
 from palpate.simulation.emulators.cia402.node import NmtState
 from palpate.simulation.emulators.cia402.servo import PowerState

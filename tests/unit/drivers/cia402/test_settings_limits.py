@@ -3,8 +3,8 @@ from math import inf, nan
 import pytest
 
 from palpate.core.ports.values import CommandReason
-from palpate.drivers.arm import AppliedReason
 from palpate.drivers.cia402.settings import require_sound
+from palpate.drivers.device import AppliedReason
 from palpate.drivers.errors import RefusedError
 from tests.unit.drivers.cia402.bench import joints
 

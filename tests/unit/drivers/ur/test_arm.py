@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from palpate.core.ports import CONTROL_RATE_HZ
-from palpate.drivers.arm import AppliedReason, ArmState
+from palpate.drivers.device import AppliedReason, ArmState
 from palpate.drivers.errors import DriverError, RefusedError, SettingError, SilentError, StateError, WiringError
 from palpate.drivers.ur.arm import UrArm
 from palpate.drivers.ur.judgement import UrSettings

@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.drivers.arm import AppliedReason
+from palpate.drivers.device import AppliedReason
 from palpate.drivers.errors import (
     DeviceFaultError,
     GarbledError,

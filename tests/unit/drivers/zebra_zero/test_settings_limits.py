@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.drivers.arm import AppliedReason
+from palpate.drivers.device import AppliedReason
 from palpate.drivers.errors import RefusedError, SettingError
 from palpate.drivers.zebra_zero.counts import HOME_RAD
 from palpate.drivers.zebra_zero.settings import JointLimits

@@ -10,7 +10,7 @@ from palpate.adapters.hardware.doctor.pace import distances, rate_Hz, spread_of
 from palpate.adapters.hardware.doctor.ports import WrenchReading, examine_wrench
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor
 from palpate.core.ports import CONTROL_RATE_HZ, Clock
-from palpate.drivers.force_sensor import PolledSensor
+from palpate.drivers.device import PolledSensor
 from palpate.drivers.jr3 import CAN_TIMING, UART_TIMING, Jr3Statistics
 
 _POLL_NS: Final = 1_000_000
