@@ -1,19 +1,23 @@
 """Insertions in six degrees of freedom: success, time and force over drawn orientations of hole, plate and grip.
 
     python -m benchmarks.insertion_6dof --shape square --trials 50 --seed 1 --conditions asked
+    python -m benchmarks.insertion_6dof --matrix matrix.csv --trials 100 --seed 1
     python -m benchmarks.insertion_6dof --tick
 
 Success is the task's own: inserted, full depth, true peak force below 30 N, with the supervisor on. ``--tick`` is the
-processor time of a tick of the core without physics, in turns with that of an insertion by steps across.
+processor time of a tick of the core without physics, in turns with that of an insertion by steps across. ``--matrix``
+is every shape at every clearance, cell by cell into a file, which the next call goes on from, and the table of it.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import time
 from collections import Counter
 from collections.abc import Mapping
 from multiprocessing import get_context
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -45,6 +49,8 @@ CORNERS = {
     "hexagon": (6, 16.743),
     "keyed": (0, 11.5),
 }
+DOWN_MM = {"triangle": 1.4}
+"""How far a corner or flat is let down in the matrix, 0.9 mm where nothing is said: half its height below the tip."""
 GRIP: Mapping[str, Any] = {"tilt_mrad": 4.0, "conditions": {"tilt_heading": "drawn", "grip_trials": 1}}
 CONDITIONS: Mapping[str, Mapping[str, Any]] = {
     "asked": {},
@@ -53,6 +59,7 @@ CONDITIONS: Mapping[str, Mapping[str, Any]] = {
     "tightest": {"cell": {"peg": {"clearance_mm": 0.02}}},
     "yaw-10": {"cell": {"conditions": {"yaw_deg": 10.0}}},
 }
+ON_DIAMETER_MM = (2.0, 0.5, 0.1, 0.04)
 
 
 def world_of(shape: str) -> Mapping[str, Any]:
@@ -70,7 +77,7 @@ def config_of(shape: str, conditions: str, arm: str, options: Mapping[str, Any])
     own = {"corners": float(corners), "corner_mm": corner_mm} if corners else {}
     own |= {"inside_mm": 8.0} if shape == "triangle" else {}
     if shape == "keyed":
-        own = {"corner_mm": corner_mm, "flat_deg": 37.5, "inside_mm": 7.0, "lean_deg": 7.0}
+        own = {"corner_mm": corner_mm, "flat_deg": 37.5, "inside_mm": 7.0, "lean_deg": 7.0, "down_mm": 0.9}
     return overlay(config, {"task": {"options": {**own, **options}}})
 
 
@@ -133,6 +140,44 @@ class Kept(LoopObserver):
         self.snapshots.append(snapshot)
 
 
+def matrix(path: Path, count: int, seed: int, shapes: list[str]) -> None:
+    """The cells that the file lacks, and the table of all: the policy's settings are the same at every clearance."""
+    fields = ["shape", "on_diameter_mm", "seed", "trials", "good", "median_s", "p95_s", "peak_N"]
+    done = list(csv.DictReader(path.open())) if path.exists() else []
+    cells = {(row["shape"], float(row["on_diameter_mm"])): row for row in done}
+    for shape in shapes:
+        options = {} if shape == "round" else {"down_mm": DOWN_MM.get(shape, 0.9)}
+        config = config_of(shape, "asked", "zebra-zero", options)
+        for on_diameter_mm in ON_DIAMETER_MM:
+            if (shape, on_diameter_mm) in cells:
+                continue
+            fitted = overlay(config, {"cell": {"peg": {"clearance_mm": on_diameter_mm / 2}}})
+            rows = trials(fitted, "give-way" if shape == "round" else "corner-first", seed, range(count))
+            print(f"{shape}, {on_diameter_mm:g} mm on the diameter, seed {seed}")
+            show(rows, verbose=False)
+            times = [row[3] for row in rows if row[2]] or [np.nan]
+            facts = (
+                shape, on_diameter_mm, seed, count, sum(row[2] for row in rows), round(float(np.median(times)), 3),
+                round(float(np.quantile(times, 0.95)), 3), round(max(row[4] for row in rows), 1),
+            )  # fmt: skip
+            cells[shape, on_diameter_mm] = dict(zip(fields, map(str, facts), strict=True))
+            with path.open("w", newline="") as file:
+                writer = csv.DictWriter(file, fields)
+                writer.writeheader()
+                writer.writerows(cells.values())
+    print("| on the diameter |", " | ".join(f"{each:g} mm" for each in ON_DIAMETER_MM), "|")
+    print("|---" * (len(ON_DIAMETER_MM) + 1) + "|")
+    for shape in shapes:
+        texts = []
+        for row in (cells[shape, each] for each in ON_DIAMETER_MM):
+            low, high = exact_interval(int(row["good"]), int(row["trials"]), 0.95)
+            texts.append(
+                f"{row['good']} of {row['trials']} [{low:.3f} {high:.3f}]; {float(row['median_s']):.1f} / "
+                f"{float(row['p95_s']):.1f} s; {row['peak_N']} N"
+            )
+        print(f"| {shape} |", " | ".join(texts), "|")
+
+
 def tick_costs(rounds: int = 30) -> None:
     """Processor time of a tick of the core, in turns with an insertion by steps across, over recorded snapshots."""
     kept = []
@@ -166,7 +211,7 @@ def tick_costs(rounds: int = 30) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--shape", choices=CORNERS, default="square")
+    parser.add_argument("--shape", choices=CORNERS, default="")
     parser.add_argument("--policy", default="")
     parser.add_argument("--conditions", choices=CONDITIONS, default="asked")
     parser.add_argument("--arm", default="zebra-zero")
@@ -176,11 +221,16 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--options", nargs="*", default=[], help="NAME VALUE ... of task.options")
     parser.add_argument("--verbose", action="store_true")
+    parser.add_argument("--matrix", type=Path, help="every shape at every clearance, into this file")
     parser.add_argument("--tick", action="store_true", help="what a tick of the core costs, and nothing else")
     told = parser.parse_args()
     if told.tick:
         tick_costs()
         return
+    if told.matrix:
+        matrix(told.matrix, told.trials, told.seed, [told.shape] if told.shape else list(CORNERS))
+        return
+    told.shape = told.shape or "square"
     options = {name: float(value) for name, value in zip(told.options[::2], told.options[1::2], strict=True)}
     config = config_of(told.shape, told.conditions, told.arm, options)
     policy = told.policy or ("give-way" if told.shape == "round" else "corner-first")

@@ -133,9 +133,10 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     "flat-first": (
         "run", "--task", "insertion-6dof", "--policy", "corner-first", "--trials", "1", "--seed", "36",
         "--cell.peg.cross-section", "keyed", "--task.options", "flat_deg", "37.5", "corner_mm", "11.5",
-        "inside_mm", "2", "lean_deg", "6", "--task.insertion-depth-mm", "3", "--cell.peg.hole-depth-mm", "3",
-        "--cell.tilt-mrad", "0.5", "--task.ready-height-mm", "1", "--task.tare-ticks", "7",
-        "--task.ticks-per-action", "10", "--cell.conditions.yaw-deg", "2", "--task.start-uncertainty-mm", "1",
+        "inside_mm", "2", "lean_deg", "6", "down_mm", "0.9", "--task.insertion-depth-mm", "3",
+        "--cell.peg.hole-depth-mm", "3", "--cell.tilt-mrad", "0.5", "--task.ready-height-mm", "1",
+        "--task.tare-ticks", "7", "--task.ticks-per-action", "10", "--cell.conditions.yaw-deg", "2",
+        "--task.start-uncertainty-mm", "1",
     ),
     # Programmed skills that a learner chooses from, after what it learned in a trial before.
     "train-skills": (

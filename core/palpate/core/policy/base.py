@@ -47,7 +47,8 @@ class Spatial:
 
     Attributes:
         law: Its control law.
-        rise_m: By how much it lifts the tip, away from the plate; how far above it a push keeps the tip, 0 for no such.
+        rise_m: By how much it lifts the tip, away from the plate. A push keeps the tip so far above it, or below where
+            this is negative; 0 for no such bound.
         turn_rad: By how much it turns the tool, (3,): lean about the task's x and y, and yaw about its z.
         push_N: Force with which it pushes, (2,), task frame.
         pivot_m: Point of the tool's end face about which it turns, (2,), task frame, from the tip of the upright tool.

@@ -12,6 +12,8 @@ _LEAN_RAD: Final = radians(1.1)
 """By so much an action at most, or a wrist near its singularity would have to be faster than it can be."""
 _ASIDE_M: Final = 1.5e-3
 """There is one flat: it is tried again so far aside, on one side and the other."""
+_STOOD_M: Final = 0.9e-3
+"""A tool that is let down to a height stands no deeper: how it leans shows on the way down, which gives way to it."""
 _RISE_M: Final = 2.2e-3
 _CAUGHT_N: Final = 1.5
 """A tool that feels more across its axis is caught on an edge: straight up first."""
@@ -34,6 +36,7 @@ class Corner:
 
     Attributes:
         half_rad: Half the angle between two corners.
+        down_m: How deep it is let down until the tool stands; 0: as far as it goes.
         leaned: Actions of the lean so far.
         lead_m: By so much the tool is led on at the next push, (2,), task frame.
     """
@@ -42,7 +45,7 @@ class Corner:
         self._flat = options.flat_deg > 0.0
         self.half_rad = radians(options.flat_deg) if self._flat else pi / int(options.corners or 4)
         self._inside_m, self.radius_m = options.inside_mm * 1e-3, options.corner_mm * 1e-3
-        self.lean_rad, self.push_N = radians(options.lean_deg), options.push_N
+        self.lean_rad, self.push_N, self.down_m = radians(options.lean_deg), options.push_N, options.down_mm * 1e-3
         self.take(0)
 
     def take(self, number: int) -> None:
@@ -100,7 +103,10 @@ class Corner:
         c, s = cos(self._heading_rad + yaw), sin(self._heading_rad + yaw)
         turn = -upright * lean_x, -upright * lean_y, 0.0
         push = self._push * c, self._push * s
-        return Spatial(Law.PUSH, 0.0, turn, push, (self.radius_m * c, self.radius_m * s))
+        down_m = min(self.down_m, _STOOD_M) if upright else self.down_m
+        # Kept so deep, and the tip as high as that is while the tool leans so far.
+        rise_m = self.radius_m * sin((1.0 - upright) * hypot(lean_x, lean_y)) - down_m if down_m else 0.0
+        return Spatial(Law.PUSH, rise_m, turn, push, (self.radius_m * c, self.radius_m * s))
 
     def withdrawing(self, observation: Observation) -> Spatial:
         """Out of the hole, standing up."""

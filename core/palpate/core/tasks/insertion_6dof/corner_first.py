@@ -24,12 +24,8 @@ QUIET_ACTIONS: Final = 2
 """So many actions in a row both walls have to carry, and nothing to turn the tool."""
 CAUGHT_M: Final = 0.5e-3
 """A tip that is less deep below the plate hangs on a wall though both of them carry."""
-_FLAT_M: Final = 1e-3
-"""A flat is let down so far and no further, or the peg's sides would wedge in the hole and hold what it should turn."""
 _HANGS_M: Final = 0.15e-3
-"""A flat that is higher by more hangs on an edge."""
-_FLAT_ON_PLATE: Final = 0.8
-"""A leaning tip that is as high above the plate as this share of its height over its flat has it on the plate."""
+"""One that is let down to a height and is higher by more hangs on an edge."""
 DRIVE_RAD: Final = 0.018
 DRIVEN_ACTIONS: Final = 7
 LONGEST_PUSH: Final = 40
@@ -59,15 +55,13 @@ class CornerFirst(FixedPolicy):
 
     def __init__(self, options: SpatialOptions) -> None:
         super().__init__()
-        flat = options.flat_deg > 0.0
-        if options.corners < 3 and not flat:
+        if options.corners < 3 and not options.flat_deg:
             raise ConfigurationError("task.options.corners", options.corners, f"3 or more for the policy {NAME}")
         self._corner = Corner(options)
-        height_m = self._corner.radius_m * sin(self._corner.lean_rad)
-        self._on_plate_m, self._caught_m, self._held_m = ON_PLATE_M - height_m, CAUGHT_M, 0.0
-        if flat:
-            self._held_m = max(height_m - _FLAT_M, _HANGS_M)
-            self._on_plate_m, self._caught_m = -_FLAT_ON_PLATE * height_m, -self._held_m - _HANGS_M
+        height_m, down_m = self._corner.radius_m * sin(self._corner.lean_rad), self._corner.down_m
+        self._on_plate_m, self._caught_m = ON_PLATE_M - height_m, CAUGHT_M
+        if down_m:
+            self._on_plate_m, self._caught_m = 0.5 * down_m - height_m, down_m - height_m - _HANGS_M
 
     @override
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
@@ -100,7 +94,7 @@ class CornerFirst(FixedPolicy):
             displacement_m, spatial = corner.leaning(observation)
         elif self._stage is _Act.PUSH:
             displacement_m = corner.lead_m
-            spatial = replace(corner.pushing(observation, 0.0), rise_m=self._held_m)
+            spatial = corner.pushing(observation, 0.0)
             if self._driven:
                 self._driven -= 1
                 yaw_rad = self._drive_rad if self._driven >= DRIVEN_ACTIONS else -self._drive_rad

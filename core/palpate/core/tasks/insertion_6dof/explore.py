@@ -153,7 +153,7 @@ class SpatialExplore(Explore):
         free = min(max(1.0 + (fx * px + fy * py) / max(px * px + py * py, 1e-6), 0.0), 1.0) / action_s
         vx, vy, _ = limited((k * (fx + px) + free * dx, k * (fy + py) + free * dy, 0.0), _FASTEST_PUSH_M_S)
         vz = self._law.velocity_m_s(reference_m, reference_m, (0.0, 0.0, fz))[2]
-        if (rise_m := self._spatial.rise_m) > 0.0:
+        if rise_m := self._spatial.rise_m:
             vz = min(vz, -_HEIGHT_GAIN_PER_S * (rise_m + self._depth_m))
         elif self._depth_m > self._deepest_m:
             vz = min(vz, 0.0)

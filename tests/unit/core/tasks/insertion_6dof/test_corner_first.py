@@ -100,8 +100,8 @@ def test_a_tool_that_is_caught_goes_straight_up_first() -> None:
     assert spatial(policy.choose(seen())).turn_rad != NONE
 
 
-def test_a_flat_leads_as_a_corner_does_held_above_where_it_would_wedge_and_again_aside() -> None:
-    policy = CornerFirst(SpatialOptions(flat_deg=37.5, corner_mm=11.5, lean_deg=7.0, inside_mm=7.0))
+def test_a_flat_leads_as_a_corner_does_let_down_no_deeper_than_asked_and_again_aside() -> None:
+    policy = CornerFirst(SpatialOptions(flat_deg=37.5, corner_mm=11.5, lean_deg=7.0, inside_mm=7.0, down_mm=0.9))
     policy.begin_trial(0, np.random.default_rng(0))
     places = []
     for _ in range(3):
@@ -110,8 +110,8 @@ def test_a_flat_leads_as_a_corner_does_held_above_where_it_would_wedge_and_again
         assert spatial(first).turn_rad == pytest.approx((0.0, -radians(1.0), 0.0))
         walls, leaned, held = (-4.8, 0.0, -1.0), (0.0, -radians(7.0), 0.0), -0.45e-3
         pushing = [policy.choose(seen(walls, NONE, leaned, held)) for _ in range(3)]
-        # 1 mm of the 1.4 mm by which the flat lies below the tip goes into the hole.
-        assert spatial(pushing[0]).rise_m == pytest.approx(0.4e-3, abs=2e-6)
+        # 0.9 of the 1.4 mm by which the flat lies below the tip, and of the 1.2 mm after a degree of standing up.
+        assert [spatial(each).rise_m * 1e3 for each in pushing] == pytest.approx([0.501, 0.501, 0.302], abs=1e-3)
         assert spatial(pushing[0]).push_N == pytest.approx((4.76, 0.0), abs=0.01)
         assert [each.action.name for each in pushing] == ["push", "push", "stand"]
         assert [policy.choose(seen()).action.name for _ in range(2)] == ["withdraw", "withdraw"]
