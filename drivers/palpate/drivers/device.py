@@ -92,7 +92,17 @@ class ArmState(enum.Enum):
 
 
 class ArmDriver(Protocol):
-    """A driver of an arm. Only ``preview`` may be called from another thread than the rest."""
+    """A driver of an arm. Only ``preview`` may be called from another thread than the rest.
+
+    What fails while it is enabled stops the arm and is latched: each cycle raises it again until it is acknowledged.
+
+    Raises:
+        StateError: By any request that is out of order, or that finds a joint outside its limits.
+        RefusedError: By ``preview`` and ``cycle``: a wrong number of angles, or one is not finite; nothing was sent.
+        SettingError, WiringError: By ``open``: nobody is there, or somebody else, or it is set up otherwise.
+        SilentError, GarbledError: The bus, or a device on it, fell silent or makes no sense.
+        DeviceFaultError: A fault is reported, or a pose is where it may not be.
+    """
 
     @property
     def notes(self) -> tuple[str, ...]:

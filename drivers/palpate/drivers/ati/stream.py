@@ -68,13 +68,7 @@ class NetFt(PolledSensor):
         self._ask(RdtCommand.STOP)
 
     def check(self) -> None:
-        """Raise what is wrong now.
-
-        Raises:
-            DeviceFaultError: The box reports a fault; it waits for :meth:`acknowledge`.
-            WiringError: There is no way to the box; likewise.
-            SilentError: Its stream has ceased; a new sample ends that by itself.
-        """
+        """Raise what is wrong now."""
         if self.failure is not None:
             raise self.failure
         if self._newest is not None and self._polled_ns - self._heard_ns > _STALL_NS:

@@ -91,14 +91,7 @@ class Cia402Arm(LatchingArm):
         return self._exchange.statistics()
 
     def open(self) -> None:
-        """Find the drives, set them up and hear each of them once. Nothing gets power.
-
-        Raises:
-            StateError: It is done already.
-            WiringError: A drive is not there, or is something else.
-            SilentError: A drive, or the bus, fell silent.
-            DeviceFaultError: A drive refuses a setting.
-        """
+        """Find the drives, set them up and hear each of them once. Nothing gets power."""
         self._require("open()", ArmState.NEW)
         self._link.require_alive()
         self._exchange.listen()
@@ -110,11 +103,6 @@ class Cia402Arm(LatchingArm):
         """Put the drives under power where they are; nothing moves.
 
         Afterwards :meth:`cycle` has to be called without long pauses: it is what keeps the drives' watchdog calm.
-
-        Raises:
-            StateError: It is not configured, or a joint stands outside its limits.
-            SilentError: A drive, or the bus, fell silent.
-            DeviceFaultError: A drive reports a fault, or does not follow.
         """
         self._require("enable()", ArmState.CONFIGURED)
         with self._latching():
@@ -133,13 +121,7 @@ class Cia402Arm(LatchingArm):
         self._state = ArmState.ENABLED
 
     def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
-        """What a :meth:`cycle` that is on time would make of a set-point now; nothing is sent.
-
-        Raises:
-            RefusedError: The number of angles is wrong, or one is not finite.
-            StateError: The arm is not enabled.
-            DeviceFaultError: A fault waits to be acknowledged.
-        """
+        """What a :meth:`cycle` that is on time would make of a set-point now; nothing is sent."""
         return self._limited(setpoint_rad, self.settings.period_s)
 
     def _limited(self, setpoint_rad: Sequence[float], step_s: float) -> Applied:
@@ -155,13 +137,6 @@ class Cia402Arm(LatchingArm):
         The set-point takes effect at this SYNC, and the angles are those of the same moment, so they do not depend
         on it. Without a set-point an enabled arm keeps its last one. Called sooner than a period after the last, it
         shortens the step in proportion.
-
-        Raises:
-            RefusedError: The number of angles is wrong, or one is not finite; nothing was sent.
-            StateError: The arm is not configured, or a set-point came while it was not enabled.
-            SilentError: A drive, or the bus, is silent; the arm was stopped, and the fault is latched.
-            DeviceFaultError: A drive reports a fault or is not where it may be; stopped and latched. Again in every
-                cycle until a person acknowledges it.
         """
         self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
         now_ns = self._now_ns()
@@ -195,13 +170,7 @@ class Cia402Arm(LatchingArm):
         self._exchange.shout(Controlword.QUICK_STOP, self._targets.hold(self._exchange.views))
 
     def disable(self) -> None:
-        """Stop, wait for standstill, take the power away. Holding the joints is then the brakes' business.
-
-        Raises:
-            StateError: The arm is neither configured nor enabled.
-            SilentError: A drive, or the bus, fell silent.
-            DeviceFaultError: A drive reports a fault.
-        """
+        """Stop, wait for standstill, take the power away. Holding the joints is then the brakes' business."""
         self._require("disable()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
         if self._state is ArmState.CONFIGURED:
             return

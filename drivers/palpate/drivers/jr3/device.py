@@ -82,12 +82,7 @@ class Jr3(PolledSensor):
         self._sampler.after_boot = False
 
     def check(self) -> None:
-        """Raise what is wrong now.
-
-        Raises:
-            SilentError: No new reading for ``stall_periods``; a reading ends that by itself.
-            DriverError: The conversation has failed (``failure``); only :meth:`open` leads on.
-        """
+        """Raise what is wrong now."""
         if self.failure is not None:
             raise self.failure
         if self.phase is Jr3Phase.SILENT:

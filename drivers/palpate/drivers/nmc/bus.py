@@ -39,6 +39,9 @@ class NmcBus:
 
     Not thread-safe: one thread talks. Whatever exception a port raises means that it is gone: besides ``OSError``,
     pyserial lets ``termios.error`` and ``TypeError`` through when an adapter is unplugged.
+
+    Raises:
+        SilentError: By whatever talks: the port is gone.
     """
 
     def __init__(
@@ -75,11 +78,7 @@ class NmcBus:
         self._sleep_s(duration_s)
 
     def set_line(self, baud: int) -> None:
-        """Changes the rate of our own end.
-
-        Raises:
-            SilentError: The port is gone.
-        """
+        """Changes the rate of our own end."""
         self.line = SerialTiming(baud, self.settings.adapter_latency_s, self.settings.turnaround_s)
         try:
             self._stream.baudrate = baud
@@ -101,11 +100,7 @@ class NmcBus:
         self._demand = None
 
     def resync(self) -> None:
-        """Flushes the line and completes any frame that a module may still be waiting for.
-
-        Raises:
-            SilentError: The port is gone.
-        """
+        """Flushes the line and completes any frame that a module may still be waiting for."""
         self._counters.resyncs += 1
         try:
             came = self._stream.in_waiting
@@ -123,11 +118,7 @@ class NmcBus:
         self._is_dirty = False
 
     def send_raw(self, data: bytes) -> None:
-        """Sends bytes to which nobody is to answer, and waits until they are out.
-
-        Raises:
-            SilentError: The port is gone.
-        """
+        """Sends bytes to which nobody is to answer, and waits until they are out."""
         try:
             self._stream.write(data)
         except Exception as error:
@@ -135,11 +126,7 @@ class NmcBus:
         self._sleep_s(self.line.wire_s(len(data)))
 
     def shout(self, addresses: Iterable[int], command: NmcCommand) -> None:
-        """Sends a command twice to each of these modules and waits for no reply; for a line that may carry but one way.
-
-        Raises:
-            SilentError: The port is gone.
-        """
+        """Sends a command twice to each of these modules, waiting for no reply: for a line that carries but one way."""
         if self._is_dirty:
             self.resync()
         # What they answer belongs to no request.
@@ -147,11 +134,7 @@ class NmcBus:
         self.send_raw(b"".join(command.frame(address) for address in addresses) * 2)
 
     def attempt(self, address: int, command: NmcCommand) -> Reply | Discarded:
-        """One try, allowed even while a new start is demanded; failures are counted but raise nothing.
-
-        Raises:
-            SilentError: The port is gone.
-        """
+        """One try, allowed even while a new start is demanded; failures are counted but raise nothing."""
         mask = self._expected(address, command)
         frame, size = command.frame(address), reply_size_bytes(mask)
         if self._is_dirty:
@@ -212,11 +195,7 @@ class NmcBus:
         return reply
 
     def group(self, command: NmcCommand) -> None:
-        """A command to all modules at once; none of them answers.
-
-        Raises:
-            SilentError: The port is gone.
-        """
+        """A command to all modules at once; none of them answers."""
         if self._is_dirty:
             self.resync()
         self.send_raw(command.frame(EVERYBODY))

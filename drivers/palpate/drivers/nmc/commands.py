@@ -1,4 +1,7 @@
-"""The commands of the NMC table, each as what makes a :class:`NmcCommand`. FACT: libnmc, PyLabRobot, Logosol."""
+"""The commands of the NMC table, each as what makes a :class:`NmcCommand`. FACT: libnmc, PyLabRobot, Logosol.
+
+RefusedError is raised where a value does not fit its field, is not finite, or has no place in the command.
+"""
 
 from __future__ import annotations
 
@@ -65,9 +68,6 @@ def load_traj(
         position_counts: Target position, s32.
         velocity_word: Magnitude, u32, see :mod:`palpate.drivers.nmc.commands`.
         acceleration_word: Magnitude, u32.
-
-    Raises:
-        RefusedError: A field does not fit.
     """
     fields = (
         (TrajectoryControl.POSITION, "i", position_counts),
@@ -96,11 +96,7 @@ def set_gain(
     deadband: int,
     step_multiplier: int | None = None,
 ) -> NmcCommand:
-    """Sets the servo filter: 14 data bytes, or 15 with the step multiplier that firmware 10 of the SC adds.
-
-    Raises:
-        RefusedError: A field does not fit, or the servo rate divisor is zero.
-    """
+    """Sets the servo filter: 14 data bytes, or 15 with the step multiplier that firmware 10 of the SC adds."""
     if servo_rate_divisor < 1:
         raise refused("the servo rate divisor must be 1 at least")
     data = _pack("4h2Bh2B", kp, kd, ki, integration_limit, output_limit, current_limit, error_limit_counts,
@@ -109,11 +105,7 @@ def set_gain(
 
 
 def stop_motor(control: StopControl, position_counts: int | None = None) -> NmcCommand:
-    """Stops the motor in the way of ``control``; ``StopControl.HERE`` takes a position, s32, and nothing else does.
-
-    Raises:
-        RefusedError: The position is missing, superfluous, or does not fit.
-    """
+    """Stops the motor in the way of ``control``; ``StopControl.HERE`` takes a position, s32, and nothing else does."""
     if (position_counts is not None) != bool(control & StopControl.HERE):
         raise refused("STOP_MOTOR takes a position with StopControl.HERE, and only then")
     return NmcCommand(
@@ -139,18 +131,10 @@ def _word(value: float, what: str) -> int:
 
 
 def velocity_word(velocity_counts_per_s: float, servo_rate_divisor: int = 1) -> int:
-    """The u32 for a velocity magnitude.
-
-    Raises:
-        RefusedError: It is negative, not finite, or does not fit.
-    """
+    """The u32 for a velocity magnitude."""
     return _word(velocity_counts_per_s * _ONE * TICK_S * servo_rate_divisor, "velocity word")
 
 
 def acceleration_word(acceleration_counts_per_s2: float, servo_rate_divisor: int = 1) -> int:
-    """The u32 for an acceleration magnitude.
-
-    Raises:
-        RefusedError: It is negative, not finite, or does not fit.
-    """
+    """The u32 for an acceleration magnitude."""
     return _word(acceleration_counts_per_s2 * _ONE * (TICK_S * servo_rate_divisor) ** 2, "acceleration word")

@@ -59,11 +59,7 @@ class UrArm(LatchingArm):
         self._cycled_ns = 0
 
     def open(self) -> None:
-        """Reach the controller and hold it against the rig file; nothing moves.
-
-        Raises:
-            DriverError: It is not there, in local control, without power, of another version, or set up otherwise.
-        """
+        """Reach the controller and hold it against the rig file; nothing moves."""
         self._require("open()", ArmState.NEW)
         seen = self._reach()
         try:
@@ -75,11 +71,7 @@ class UrArm(LatchingArm):
         self._state = ArmState.CONFIGURED
 
     def enable(self) -> None:
-        """Start the control program, watched by the controller; the arm holds still. A broken connection is made again.
-
-        Raises:
-            DriverError: As :meth:`open`.
-        """
+        """Start the control program, watched by the controller; the arm holds still. A lost link is made again."""
         self._require("enable()", ArmState.CONFIGURED)
         try:
             seen = self._fresh()
@@ -103,12 +95,7 @@ class UrArm(LatchingArm):
         self._state = ArmState.ENABLED
 
     def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
-        """What a cycle would make of a set-point now; nothing is sent.
-
-        Raises:
-            RefusedError: The number of angles is wrong, or one is not finite.
-            StateError: The arm is not enabled.
-        """
+        """What a cycle would make of a set-point now; nothing is sent."""
         self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
         asked = tuple(map(float, setpoint_rad))
         if len(asked) != JOINTS or not all(map(isfinite, asked)):
@@ -122,13 +109,7 @@ class UrArm(LatchingArm):
         return held_back(asked, within, self._reference_rad, share)
 
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
-        """Send a set-point, look at the newest state; None holds.
-
-        Raises:
-            RefusedError: The number of angles is wrong, or one is not finite; nothing was sent.
-            StateError: The arm is not configured.
-            DriverError: A stop of the controller, silence, or a force beyond the guard; stopped and latched.
-        """
+        """Send a set-point, look at the newest state; None holds."""
         self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
         applied = None if setpoint_rad is None else self.preview(setpoint_rad)
         enabled, before = self._state is ArmState.ENABLED, self._seen
@@ -170,11 +151,7 @@ class UrArm(LatchingArm):
             self._link.close()
 
     def disable(self) -> None:
-        """Stop. The controller's watchdog then ends the program, and the arm holds itself.
-
-        Raises:
-            StateError: The arm is neither configured nor enabled.
-        """
+        """Stop. The controller's watchdog then ends the program, and the arm holds itself."""
         self._require("disable()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
         self.stop()
         self._state = ArmState.CONFIGURED

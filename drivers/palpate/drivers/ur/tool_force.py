@@ -25,12 +25,7 @@ class UrToolForce(PolledSensor):
         self._polled_ns = 0
 
     def check(self) -> None:
-        """Raise what is wrong now.
-
-        Raises:
-            WiringError: The connection is broken; it waits for :meth:`acknowledge`.
-            SilentError: Nothing comes over it.
-        """
+        """Raise what is wrong now."""
         if self.failure is not None:
             raise self.failure
         if self.latest is not None and self._polled_ns - self.latest.receive_time_ns > _STALL_NS:

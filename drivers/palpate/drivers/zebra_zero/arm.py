@@ -181,13 +181,7 @@ class ZebraZero(ArmDriver):
         self.state, self._is_referenced = homed, True
 
     def enable(self) -> None:
-        """Lets every servo hold its motor where it stands; nothing moves.
-
-        Raises:
-            StateError: Out of order.
-            DeviceFaultError: An axis reports a fault, or the pose is beyond a limit; it is latched.
-            SilentError, GarbledError: The bus failed; latched as well.
-        """
+        """Lets every servo hold its motor where it stands; nothing moves."""
         enabled = after(self.state, ZebraEvent.ENABLE)
         self._stopped = None
         try:
@@ -204,11 +198,7 @@ class ZebraZero(ArmDriver):
         self.state = enabled
 
     def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
-        """What a cycle that is on time would make of the set-point now; sends nothing.
-
-        Raises:
-            RefusedError: There are not six finite angles.
-        """
+        """What a cycle that is on time would make of the set-point now; sends nothing."""
         return self._setpoints.preview(setpoint_rad) if self.state is ZebraState.SERVO_ON else self._held(setpoint_rad)
 
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> ZebraMeasured:
@@ -218,12 +208,6 @@ class ZebraZero(ArmDriver):
 
         Args:
             setpoint_rad: Wanted joint angles, (6,); None: hold.
-
-        Raises:
-            StateError: Out of order, or a set-point while the servos were never switched on.
-            RefusedError: There are not six finite angles; nothing was sent.
-            DeviceFaultError: An axis reports a fault, or the pose is beyond a limit. The arm has been stopped.
-            SilentError, GarbledError: The bus failed; a stop has been tried.
         """
         if self.fault is not None:
             raise self.fault.error()
