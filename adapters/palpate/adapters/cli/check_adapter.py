@@ -65,9 +65,6 @@ def check(
     """The port's name, and what became of each clause of its contract.
 
     As with ``python -m``, what lies in the current folder can be named.
-
-    Raises:
-        ConfigurationError: The name leads to nothing that can be tried, or not within these limits.
     """
     with from_here():
         port, suite = find_suite(name)

@@ -32,7 +32,6 @@ def capture_half_width_m(
     control, over the same ports; the distance of the pass is found by bisection. Sensor noise is off.
 
     Args:
-        config: The run's configuration; its hole lies at the nominal goal here.
         speed_m_s: Mean speed of the pass: each action moves for four fifths of its time.
     """
     sensor = replace(config.cell.sensor, force_noise_N=0.0, torque_noise_Nm=0.0)

@@ -123,11 +123,7 @@ class Handover(FixedPolicy, LoopObserver):
             self._turn.notify_all()
 
     def wait(self) -> Any:
-        """What the agent is shown next.
-
-        Raises:
-            BaseException: What ended the trial.
-        """
+        """What the agent is shown next."""
         with self._turn:
             self._turn.wait_for(lambda: self._shown or self._error is not None or self._over)
             if self._error is not None:

@@ -82,9 +82,6 @@ class PortReadings(Observations):
     Joint angles and wrench as measured (wrench untared, sensor frame), run-clock times of the tick and of both
     measurements, and the command of the tick before as it was applied. Unbounded.
 
-    Args:
-        joints: Number of joints.
-
     Attributes:
         names: What each number is, with its unit.
     """

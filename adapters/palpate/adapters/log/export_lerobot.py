@@ -36,40 +36,6 @@ _SAME_NS: Final = 1_000
 
 
 @dataclass(frozen=True)
-class Frames:
-    """Frames of one trial; arrays with one row a frame.
-
-    Attributes:
-        joints_rad: Joint angles, (n, joints).
-        wrench: Force in N and torque in N m, as the sensor gave them, (n, 6).
-        wrench_age_s: The frame's time minus the time at which the wrench was measured, (n,).
-        joints_age_s: The same of the joint angles, (n,).
-        trusted: Whether the newest readings of both were marked valid, (n,).
-        applied_rad: The command as applied, (n, joints).
-        asked_rad: The command as asked, (n, joints).
-        tick: Number of the control tick that the frame shows, (n,).
-        reward: What was earned after this frame and up to the next, (n,).
-        success: Whether the trial came to success; by the world's truth where it is known, else by the outcome.
-        ended: Whether the log goes to the trial's end.
-    """
-
-    joints_rad: Floats
-    wrench: Floats
-    wrench_age_s: Floats
-    joints_age_s: Floats
-    trusted: npt.NDArray[np.bool_]
-    applied_rad: Floats
-    asked_rad: Floats
-    tick: Whole
-    reward: Floats
-    success: bool
-    ended: bool
-
-    def __len__(self) -> int:
-        return len(self.tick)
-
-
-@dataclass(frozen=True)
 class _Row:
     """What was newest at one tick."""
 
@@ -82,14 +48,12 @@ class _Row:
     trusted: bool
 
 
-def frames_of(log: TrialLog, fps: int) -> Frames:
-    """Frames from the first tick at which everything was there to the last tick.
+def frames_of(log: TrialLog, fps: int) -> Table:
+    """The dataset's columns for a trial, from the first tick at which everything was there to the last tick.
 
-    A sample that its device marked invalid holds no measurement: the one before stays, and grows older.
-
-    Args:
-        log: The trial.
-        fps: Frames per second, at least 1.
+    A sample that its device marked invalid holds no measurement: the one before stays, and grows older. An age is the
+    frame's time minus that of the measurement; ``tick`` is the control tick that the frame shows. Success is by the
+    world's truth where it is known, else by the outcome.
     """
     rows = _rows(log)
     if not rows:
@@ -107,19 +71,21 @@ def frames_of(log: TrialLog, fps: int) -> Frames:
         return np.array(values, dtype=kind)[shown]
 
     tick = column([row.tick for row in rows], np.int64)
-    return Frames(
-        joints_rad=column([row.joints.position_rad for row in rows]),
-        wrench=column([(*row.wrench.force_N, *row.wrench.torque_Nm) for row in rows]),
-        wrench_age_s=(frame_ns - column([row.wrench.source_time_ns for row in rows], np.int64)) / _NS,
-        joints_age_s=(frame_ns - column([row.joints.source_time_ns for row in rows], np.int64)) / _NS,
-        trusted=column([row.trusted for row in rows], np.bool_),
-        applied_rad=column([row.applied.position_rad for row in rows]),
-        asked_rad=column([row.asked for row in rows]),
-        tick=tick,
-        reward=_rewards(log, tick),
-        success=_success(log),
-        ended=log.end is not None and not log.end.error,
-    )
+    last = np.arange(count) == count - 1
+    return {
+        "observation.state": column([row.joints.position_rad for row in rows]),
+        "observation.wrench": column([(*row.wrench.force_N, *row.wrench.torque_Nm) for row in rows]),
+        "observation.state_age_s": (frame_ns - column([row.joints.source_time_ns for row in rows], np.int64)) / _NS,
+        "observation.wrench_age_s": (frame_ns - column([row.wrench.source_time_ns for row in rows], np.int64)) / _NS,
+        "observation.valid": column([row.trusted for row in rows], np.bool_),
+        "action": column([row.applied.position_rad for row in rows]),
+        "action.asked": column([row.asked for row in rows]),
+        "tick": tick,
+        "next.reward": _rewards(log, tick),
+        "next.done": last & (log.end is not None and not log.end.error),
+        "next.success": last & _success(log),
+        **decision_columns(log, tick),
+    }
 
 
 def _rows(log: TrialLog) -> list[_Row]:
@@ -172,12 +138,7 @@ _WRENCH_NAMES: Final = ("force_x_N", "force_y_N", "force_z_N", "torque_x_Nm", "t
 
 
 def export_lerobot(paths: Sequence[Path], out: Path, fps: int) -> int:
-    """Write logs as a dataset that LeRobot loads; returns the number of frames.
-
-    Args:
-        paths: The logs, all of one arm.
-        out: The folder; it must not be there yet, or be empty.
-        fps: Frames per second.
+    """Write logs, all of one arm, as a dataset that LeRobot loads; returns the number of frames.
 
     Raises:
         ConfigurationError: What writes Parquet files is not installed.
@@ -192,13 +153,13 @@ def export_lerobot(paths: Sequence[Path], out: Path, fps: int) -> int:
         for path in paths:
             log = read_log(path)
             frames = frames_of(log, fps)
-            joints = frames.joints_rad.shape[1]
+            joints = frames["observation.state"].shape[1]
             if not episodes:
                 arm, features = log.start.arm, _features(joints)
             elif (log.start.arm, _features(joints)) != (arm, features):
                 problem = f"is of the arm {log.start.arm}, others before it of {arm}"
                 raise LogError(log.path, "", problem, "export the logs of each arm by themselves")
-            episodes.append(Episode(_table(frames) | decision_columns(log, frames.tick), _task(log)))
+            episodes.append(Episode(frames, _task(log)))
             facts.append(_facts(log, frames))
         write_dataset(passing, episodes, features, fps, arm, {"palpate": _summary(episodes, facts)})
         text = json.dumps(finite({"episodes": facts}), indent=2, ensure_ascii=False, allow_nan=False)
@@ -224,29 +185,12 @@ def _features(joints: int) -> dict[str, Feature]:
     }
 
 
-def _table(frames: Frames) -> Table:
-    last = np.arange(len(frames)) == len(frames) - 1
-    return {
-        "observation.state": frames.joints_rad,
-        "observation.wrench": frames.wrench,
-        "observation.state_age_s": frames.joints_age_s,
-        "observation.wrench_age_s": frames.wrench_age_s,
-        "observation.valid": frames.trusted,
-        "action": frames.applied_rad,
-        "action.asked": frames.asked_rad,
-        "tick": frames.tick,
-        "next.reward": frames.reward,
-        "next.done": last & frames.ended,
-        "next.success": last & frames.success,
-    }
-
-
 def _task(log: TrialLog) -> str:
     peg = config_of(log).cell.peg
     return f"insert the {peg.cross_section} peg of {peg.diameter_mm:g} mm into its hole by touch"
 
 
-def _facts(log: TrialLog, frames: Frames) -> dict[str, Any]:
+def _facts(log: TrialLog, frames: Table) -> dict[str, Any]:
     info: LogInfo = info_of(log)
     tare = tare_of(log, list(log.records()))
     end = log.end
@@ -254,17 +198,17 @@ def _facts(log: TrialLog, frames: Frames) -> dict[str, Any]:
         "log": log.path,
         **info.what,
         "outcome": None if end is None else end.outcome or end.error,
-        "success": frames.success,
+        "success": _success(log),
         "success_by": "truth of the world" if end is not None and end.success is not None else "outcome of the core",
-        "frames": len(frames),
-        "frames_showing_an_older_tick": int(np.sum(np.diff(frames.tick) == 0)),
+        "frames": len(frames["tick"]),
+        "frames_showing_an_older_tick": int(np.sum(np.diff(frames["tick"]) == 0)),
         "ticks": info.ticks.count,
         "ticks_missing": info.ticks.missing,
         "control_rate_Hz": info.ticks.rate_Hz,
         "wrench_rate_Hz": info.force_sensor.rate_Hz,
         "state_rate_Hz": info.joint_encoder.rate_Hz,
-        "wrench_age_s": _spread(frames.wrench_age_s),
-        "state_age_s": _spread(frames.joints_age_s),
+        "wrench_age_s": _spread(frames["observation.wrench_age_s"]),
+        "state_age_s": _spread(frames["observation.state_age_s"]),
         "wrench_tare": tare.bias,
         "wrench_tare_from": tare.origin,
     }

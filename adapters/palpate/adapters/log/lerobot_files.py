@@ -84,14 +84,9 @@ def write_dataset(
     robot: str,
     more: Mapping[str, Any],
 ) -> None:
-    """Write a dataset into an empty folder.
+    """Write a dataset into an empty folder; each episode has the columns that ``features`` describes.
 
     Args:
-        folder: Where to.
-        episodes: In order; each has the columns that ``features`` describes.
-        features: The columns, besides those that every dataset has.
-        fps: Frames per second.
-        robot: Name of the robot.
         more: Further entries of ``info.json``.
     """
     tasks = sorted({episode.task for episode in episodes})

@@ -69,11 +69,7 @@ def layout_of(record: TickRecord) -> FullLayout | None:
 
 
 class FullLayout:
-    """The layout of a tick in which everything is there. Immutable.
-
-    Args:
-        frame: Name of the wrench's frame.
-    """
+    """The layout of a tick in which everything is there. Immutable."""
 
     def __init__(self, asked: int, joints: int, applied: int, frame: str) -> None:
         wrench = _Segments()

@@ -24,10 +24,7 @@ _LEAST_N: Final = 1.0
 def reference_N(forces_N: Iterable[float]) -> float:
     """The force whose arrow stands in the picture as a scale: 1, 2 or 5 times a power of ten.
 
-    About half of the largest force.
-
-    Args:
-        forces_N: Norms of all forces of the trial.
+    About half of the largest of the trial's forces, given by their norms.
     """
     half = max([_LEAST_N, *forces_N]) / 2.0
     power = 10.0 ** floor(log10(half))
@@ -45,15 +42,7 @@ def metres_per_N(reference_N: float, view: View) -> float:
 def arrow_pixels(
     view: View, size: tuple[int, int], foot_m: Array, force_N: Array, length_m_per_N: float
 ) -> tuple[Point, Point]:
-    """Foot and head of a force's arrow, in pixels.
-
-    Args:
-        view: Where it is seen from.
-        size: Width and height of the picture.
-        foot_m: Where the force acts, (3,), base frame.
-        force_N: The force, (3,), base frame.
-        length_m_per_N: Scale.
-    """
+    """Foot and head, in pixels, of the arrow of a force (3,) that acts at a point (3,), both in the base frame."""
     head_m = foot_m + force_N * length_m_per_N
     return view.pixel_of(foot_m, *size), view.pixel_of(head_m, *size)
 

@@ -84,14 +84,7 @@ class MujocoJointEncoder(ManagedDevice, JointEncoder):
 
 
 class MujocoArm(ManagedDevice, ArmCommand):
-    """Joint servos, with the arm's limits of velocity and position applied, in this order.
-
-    Args:
-        cell: The work cell.
-        lower_rad: Lower joint limits, (n,).
-        upper_rad: Upper joint limits, (n,).
-        velocity_limit_rad_s: Joint velocity limits, (n,).
-    """
+    """Joint servos, with the arm's limits of velocity and position, (n,) each, applied in this order."""
 
     def __init__(
         self,

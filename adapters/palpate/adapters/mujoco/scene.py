@@ -192,11 +192,7 @@ def true_hole_m(log: TrialLog) -> tuple[float, float, float] | None:
 
 
 class Stage:
-    """A cell with lights and a camera; :meth:`close` it when done.
-
-    Args:
-        cell: What to draw.
-        size: Width and height of the largest picture, in pixels.
+    """A cell with lights and a camera, for pictures up to a size in pixels; :meth:`close` it when done.
 
     Raises:
         UsageError: There is no graphics library that works.

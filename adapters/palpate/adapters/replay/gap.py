@@ -213,9 +213,6 @@ def cell_with(cell: CellConfig, values: Array) -> CellConfig:
 def drive(trial: Driven, values: Array, ticks: int | None = None) -> tuple[Array, Array]:
     """What the cell with these values gives under the commands of a trial.
 
-    Args:
-        ticks: So many of its ticks; None for all.
-
     Returns:
         Wrenches, tared, (ticks, 6); joint angles, (ticks, n).
     """

@@ -58,11 +58,7 @@ class LogItem(pytest.Item):
         self._log = log
 
     def runtest(self) -> None:
-        """Replay it.
-
-        Raises:
-            ReplayDiffersError: It is not equal.
-        """
+        """Replay it."""
         from palpate.adapters.replay.batch import exit_code, explanation, replay_file
         from palpate.adapters.replay.rebuild import Changes, Rebuilder
 

@@ -192,11 +192,7 @@ class Tape:
                 self.stops.append(Raised(call.error, call.text) if call.error else None)
 
     def load_rest(self) -> None:
-        """Bring all ticks that are left.
-
-        Raises:
-            LogError: Ticks are missing.
-        """
+        """Bring all ticks that are left."""
         while self._load():
             pass
 

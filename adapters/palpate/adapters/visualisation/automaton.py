@@ -41,10 +41,6 @@ def machine_picture(machine: Machine, title: str = "", file_format: Literal["svg
 
     An edge has the colour of the state that it leaves, and its label is where it leaves. Equal machines and titles give
     equal bytes. Pictures stay readable up to some 30 states with six edges each.
-
-    Args:
-        title: Shown above; nothing if empty.
-        file_format: SVG, whose texts can be searched, or PNG.
     """
     texts = _texts(machine)
     layout = lay_out(machine, _radius_in(texts), _LINE_IN)

@@ -17,10 +17,6 @@ _COLOURS: Final = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e
 def memory_picture(document: MemoryDocument, belief: Floats, after: str, kind: str) -> bytes:
     """Draw the model of a memory file.
 
-    Args:
-        document: The file's content; its learner is of offsets.
-        belief: Probability of each offset, (offsets,).
-
     Raises:
         ConfigurationError: It has no model of offsets.
     """

@@ -40,12 +40,7 @@ class WindowClosedError(Exception):
 
 
 class ShownClock(Clock):
-    """The simulator's clock, held back to real time and shown. Trials come out as without it, bit for bit.
-
-    Args:
-        simulated: The simulator's clock; sleeping on it moves the cell on.
-        real: Real time; None takes the system's monotonic clock.
-    """
+    """The simulator's clock, held back to real time and shown. Trials come out as without it, bit for bit."""
 
     def __init__(
         self,

@@ -13,7 +13,7 @@ import pytest
 
 from palpate.adapters.config import scenario, to_toml
 from palpate.adapters.log import EndRecord, ReinforcementEntry, TickRecord, export_lerobot, read_log
-from palpate.adapters.log.export_lerobot import Frames, frames_of
+from palpate.adapters.log.export_lerobot import frames_of
 from palpate.core.errors import ConfigurationError, LogError
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
 from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log
@@ -30,7 +30,7 @@ def exact(number: int, **changes: Any) -> TickRecord:
     return tick(number, time_ns=now, deadline_ns=now, wrench=wrench, joints=joints, **changes)
 
 
-def frames(path: Path, ticks: list[TickRecord], fps: int, **more: Any) -> Frames:
+def frames(path: Path, ticks: list[TickRecord], fps: int, **more: Any) -> dict[str, Any]:
     return frames_of(read_log(write_log(path / "a.mcap", ticks, **more)), fps)
 
 
@@ -40,40 +40,40 @@ def column(folder: Path, name: str) -> np.ndarray:
 
 def test_at_the_control_rate_every_tick_is_a_frame(tmp_path: Path) -> None:
     found = frames(tmp_path, [exact(k) for k in range(1000)], 140)
-    assert found.tick.tolist() == list(range(1000))
-    assert found.wrench_age_s == pytest.approx(0.002, abs=1e-8)
-    assert found.joints_age_s == pytest.approx(0.0, abs=1e-8)
-    assert found.wrench[:, 0] == pytest.approx(0.1 * np.arange(1000))
+    assert found["tick"].tolist() == list(range(1000))
+    assert found["observation.wrench_age_s"] == pytest.approx(0.002, abs=1e-8)
+    assert found["observation.state_age_s"] == pytest.approx(0.0, abs=1e-8)
+    assert found["observation.wrench"][:, 0] == pytest.approx(0.1 * np.arange(1000))
 
 
 def test_rounded_clock_readings_do_not_make_frames_miss_their_tick(tmp_path: Path) -> None:
     late_by_one = [exact(k, counterfactual=False) for k in range(500)]
     late_by_one = [replace(r, time_ns=(r.time_ns or 0) + r.tick % 2) for r in late_by_one]
-    assert frames(tmp_path, late_by_one, 140).tick.tolist() == list(range(500))
+    assert frames(tmp_path, late_by_one, 140)["tick"].tolist() == list(range(500))
 
 
 def test_fewer_frames_take_the_newest_tick_and_interpolate_nothing(tmp_path: Path) -> None:
     found = frames(tmp_path, [exact(k) for k in range(141)], 30)
-    assert len(found) == 31
+    assert len(found["tick"]) == 31
     # Frame k is at k/30 s: the last tick that had begun by then.
-    assert found.tick.tolist() == [k * 140 // 30 for k in range(31)]
-    assert found.wrench[:, 0] == pytest.approx(0.1 * found.tick)
+    assert found["tick"].tolist() == [k * 140 // 30 for k in range(31)]
+    assert found["observation.wrench"][:, 0] == pytest.approx(0.1 * found["tick"])
     for k in range(31):
         expected = k / 30 - (k * 140 // 30) / 140
-        assert found.joints_age_s[k] == pytest.approx(expected, abs=1e-8)
-        assert found.wrench_age_s[k] == pytest.approx(expected + 0.002, abs=1e-8)
+        assert found["observation.state_age_s"][k] == pytest.approx(expected, abs=1e-8)
+        assert found["observation.wrench_age_s"][k] == pytest.approx(expected + 0.002, abs=1e-8)
 
 
 def test_more_frames_than_ticks_show_ticks_again_and_older(tmp_path: Path) -> None:
     found = frames(tmp_path, [exact(k) for k in range(8)], 280)
-    assert found.tick.tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7]
-    assert found.joints_age_s[1] == pytest.approx(1 / 280, abs=1e-8)
+    assert found["tick"].tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7]
+    assert found["observation.state_age_s"][1] == pytest.approx(1 / 280, abs=1e-8)
 
 
 def test_a_gap_is_seen_by_the_age(tmp_path: Path) -> None:
     found = frames(tmp_path, [exact(k) for k in (0, 1, 2, 8, 9)], 140)
-    assert found.tick.tolist() == [0, 1, 2, 2, 2, 2, 2, 2, 8, 9]
-    assert found.joints_age_s[7] == pytest.approx(5 / 140, abs=1e-8)
+    assert found["tick"].tolist() == [0, 1, 2, 2, 2, 2, 2, 2, 8, 9]
+    assert found["observation.state_age_s"][7] == pytest.approx(5 / 140, abs=1e-8)
 
 
 def test_an_invalid_sample_leaves_the_one_before(tmp_path: Path) -> None:
@@ -81,16 +81,16 @@ def test_an_invalid_sample_leaves_the_one_before(tmp_path: Path) -> None:
     saturated = replace(exact(3).wrench, validity=Validity.SATURATED)  # type: ignore[type-var]
     ticks = [exact(0), exact(1), replace(exact(2), wrench=bad), replace(exact(3), wrench=saturated), exact(4)]
     found = frames(tmp_path, ticks, 140)
-    assert found.wrench[:, 0] == pytest.approx([0.0, 0.1, 0.1, 0.3, 0.4])
-    assert found.wrench_age_s[2] == pytest.approx(0.002 + 1 / 140, abs=1e-8)
-    assert found.trusted.tolist() == [True, True, False, False, True]
+    assert found["observation.wrench"][:, 0] == pytest.approx([0.0, 0.1, 0.1, 0.3, 0.4])
+    assert found["observation.wrench_age_s"][2] == pytest.approx(0.002 + 1 / 140, abs=1e-8)
+    assert found["observation.valid"].tolist() == [True, True, False, False, True]
 
 
 def test_frames_begin_where_everything_is_there(tmp_path: Path) -> None:
     silent = {"applied": None, "asked_rad": None}
     ticks = [replace(exact(0), wrench=None, **silent), replace(exact(1), **silent), exact(2), exact(3)]
     found = frames(tmp_path, ticks, 140)
-    assert found.tick.tolist() == [2, 3]
+    assert found["tick"].tolist() == [2, 3]
     with pytest.raises(LogError, match="nothing to export"):
         frames_of(read_log(write_log(tmp_path / "b.mcap", ticks[:1])), 140)
 
@@ -98,18 +98,18 @@ def test_frames_begin_where_everything_is_there(tmp_path: Path) -> None:
 def test_asked_and_applied_stay_apart(tmp_path: Path) -> None:
     limited = AppliedCommand((9.0,) * 6, CommandReason.VELOCITY_LIMIT)
     found = frames(tmp_path, [exact(0), exact(1, applied=limited)], 140)
-    assert found.asked_rad.tolist() == [list(POSTURE)] * 2
-    assert found.applied_rad.tolist() == [list(POSTURE), [9.0] * 6]
+    assert found["action.asked"].tolist() == [list(POSTURE)] * 2
+    assert found["action"].tolist() == [list(POSTURE), [9.0] * 6]
 
 
 @pytest.mark.parametrize("fps", [7, 30, 140, 400])
 def test_rewards_are_neither_lost_nor_counted_twice(tmp_path: Path, fps: int) -> None:
     earned = [ReinforcementEntry(tick=k, number=k, reinforcement=-1.0 - k) for k in (0, 1, 14, 28, 28, 59)]
     found = frames(tmp_path, [exact(k) for k in range(60)], fps, others=earned)
-    assert found.reward.sum() == sum(entry.reinforcement for entry in earned)
+    assert found["next.reward"].sum() == sum(entry.reinforcement for entry in earned)
     # A reward follows the frame that came before it.
-    (frame,) = np.flatnonzero(found.reward == -15.0) if fps >= 30 else (0,)
-    assert found.tick[frame] < 14
+    (frame,) = np.flatnonzero(found["next.reward"] == -15.0) if fps >= 30 else (0,)
+    assert found["tick"][frame] < 14
 
 
 @pytest.mark.parametrize(
@@ -125,7 +125,7 @@ def test_rewards_are_neither_lost_nor_counted_twice(tmp_path: Path, fps: int) ->
 )
 def test_success_by_truth_or_else_by_outcome(tmp_path: Path, end: EndRecord | None, success: bool, ended: bool) -> None:
     found = frames(tmp_path, [exact(0), exact(1)], 140, end=end)
-    assert (found.success, found.ended) == (success, ended)
+    assert (found["next.success"].tolist(), found["next.done"].tolist()) == ([False, success], [False, ended])
 
 
 def test_the_dataset(tmp_path: Path) -> None:

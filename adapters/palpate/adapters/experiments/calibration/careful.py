@@ -110,11 +110,7 @@ class CarefulArm:
             self.tick(pose)
 
     def tip_line(self, target_in_base: pin.SE3, speed_m_s: float | None = None) -> Iterator[Felt]:
-        """Go straight with the tip, its orientation kept; gives each tick, and ends wherever its reader leaves it.
-
-        Raises:
-            DeviceError: The arm cannot follow that line.
-        """
+        """Go straight with the tip, its orientation kept; gives each tick, and ends wherever its reader leaves it."""
         begin = self.place(self._asked)
         way = target_in_base.translation - begin.translation
         ticks = max(1, ceil(float(np.linalg.norm(way)) / (speed_m_s or SPEED_M_S) * CONTROL_RATE_HZ))
@@ -133,11 +129,7 @@ class CarefulArm:
         return felt
 
     def tick(self, q_rad: JointVector) -> Felt:
-        """One control tick.
-
-        Raises:
-            DeviceError: A sensor is silent, the arm is held back, or the force is too high.
-        """
+        """One control tick."""
         clock, ports = self._ports.clock, self._ports
         for _ in range(_BLIND_TICKS):
             clock.sleep_until(tick_time_ns(self._start_ns, self._slot))

@@ -54,17 +54,6 @@ def teach_trials(
     A trial that was cut short, by a button that was let go, counts as one; what was shown in the last, unfinished one
     of a lesson that is ended is left out.
 
-    Args:
-        config: The run's configuration.
-        ready: The ready pose.
-        rig: What to run on, entered.
-        perception: From signals to states.
-        teacher: The person.
-        trials: Number of trials.
-        on_trial: Is given each trial, and what was shown in it.
-        recorder: Records them; None records none.
-        session: Real time, entered; None where the rig has none.
-
     Raises:
         DeviceError: A device failed, the arm was stopped, the supervisor tripped, or the gamepad is gone.
     """

@@ -28,9 +28,6 @@ class Teacher(FixedPolicy, LoopObserver):
     the state that was felt before it.
 
     Args:
-        hand: What the person teaches with.
-        states: Names of the states.
-        actions: The compass steps.
         tell: Is given the trial's number, the observation and its state ahead of each question.
         guided: Whether the person pushes the tool.
 
@@ -96,23 +93,14 @@ class Teacher(FixedPolicy, LoopObserver):
 
 
 class HeldArm(DeviceDecorator, ArmCommand):
-    """An arm that takes commands only while a person holds the button, on its way to the ready pose.
-
-    Args:
-        arm: The arm.
-        teacher: Has the button; in a trial the task is asked to end instead.
-    """
+    """An arm that takes commands only while the teacher's hand holds the button, on its way to the ready pose."""
 
     def __init__(self, arm: ArmCommand, teacher: Teacher) -> None:
         super().__init__(arm)
         self._arm, self._teacher = arm, teacher
 
     def send(self, command: JointCommand) -> AppliedCommand:
-        """Pass a command on.
-
-        Raises:
-            DeviceError: The button was let go.
-        """
+        """Pass a command on, unless the button was let go."""
         if self._teacher.on_the_way and not self._teacher.hand.held:
             self._arm.stop()
             raise DeviceError("teach", "the button was let go on the way to the ready pose: begin again and hold it")

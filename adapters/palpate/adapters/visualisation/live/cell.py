@@ -25,11 +25,7 @@ _M_PER_N: Final = 0.015
 
 
 class CellFrames:
-    """Where everything of a cell is, moment by moment.
-
-    Raises:
-        LogError: It does not.
-    """
+    """Where everything of a cell is, moment by moment."""
 
     def __init__(self, log: TrialLog) -> None:
         self._cell = DrawnCell(log)
@@ -52,11 +48,7 @@ class CellFrames:
             self.bodies[self._names[int(model.geom_bodyid[geom])]].append(shape)
 
     def at(self, moment: Moment) -> tuple[dict[str, Pose], tuple[Row, Row] | None, Row]:
-        """The frames in the base; the force as an arrow; and the tip in the task frame, mm.
-
-        Raises:
-            LogError: The arm has another number of joints.
-        """
+        """The frames in the base; the force as an arrow; and the tip in the task frame, mm."""
         cell = self._cell
         cell.pose(moment)
         positions, turns = cell.data.xpos.tolist(), cell.data.xquat.tolist()

@@ -56,11 +56,7 @@ class TrialStream:
         self._rows: dict[str, tuple[list[int], list[Row]]] = {topic: ([], []) for topic in SERIES}
 
     def take(self, message: RawMessage) -> None:
-        """Show a message of a trial, or keep its numbers.
-
-        Raises:
-            LogError: It is none of ours, or no trial has begun.
-        """
+        """Show a message of a trial, or keep its numbers."""
         try:
             if message.channel == START.id:
                 self._begin(message)

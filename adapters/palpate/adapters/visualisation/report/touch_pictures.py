@@ -18,11 +18,7 @@ _SPACING_MM: Final = 0.6
 
 
 def touch_pictures(name: str, belief: BeliefEntry, title: str) -> tuple[Picture, ...]:
-    """The touch model of a belief; none while it has learned too little.
-
-    Args:
-        name: Name of the picture's file.
-    """
+    """The touch model of a belief; none while it has learned too little."""
     model = belief.touch_model()
     return () if model is None else (_arrows(name, model, belief, title),)
 
