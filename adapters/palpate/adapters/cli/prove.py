@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from palpate.adapters.cli.notices import print_weakened, say
-from palpate.adapters.cli.study import CellProgress
+from palpate.adapters.cli.study import CellProgress, jobs_of
 from palpate.adapters.cli.study_options import ProveOptions
 from palpate.adapters.experiments import ClaimVerdict, RunFolder, on_signals, policy_for
 from palpate.adapters.experiments.study import (
-    CellJob,
     Processes,
     Sequential,
     StudyFolder,
@@ -45,8 +44,7 @@ def prove(options: ProveOptions) -> int:
         folder.clear(cells, finished)
         missing = [cell for cell in cells if cell.name not in finished]
         say(f"{claim}: {asked.trials * len(cells)} trials in {folder.path}, {asked.trials * len(missing)} to be made")
-        place, here = os.path.abspath(folder.cells), os.getcwd()
-        jobs = (CellJob(place, cell, asked.base, asked.trials, files, here) for cell in missing)
+        jobs = jobs_of(asked, folder, missing, files)
         progress, count = CellProgress(len(cells), len(finished)), options.jobs or os.cpu_count() or 1
         try:
             with on_signals(signal.default_int_handler):

@@ -66,7 +66,7 @@ def study(options: StudyOptions) -> int:
             _notice(f"{cell} was begun and not finished: it is made anew")
         if finished:
             say(f"{len(finished)} of them are finished already")
-        jobs = _jobs(asked, folder, [cell for cell in cells if cell.name not in finished], files)
+        jobs = jobs_of(asked, folder, [cell for cell in cells if cell.name not in finished], files)
         progress = CellProgress(len(cells), len(finished), lambda name: _show(live, folder, name))
         try:
             with on_signals(signal.default_int_handler):
@@ -103,7 +103,10 @@ def _engine(options: StudyOptions) -> Engine:
     return Sequential() if options.engine == "sequential" else Processes(options.jobs or os.cpu_count() or 1)
 
 
-def _jobs(asked: Study, folder: StudyFolder, cells: Sequence[StudyCell], files: Mapping[str, str]) -> Iterator[CellJob]:
+def jobs_of(
+    asked: Study, folder: StudyFolder, cells: Sequence[StudyCell], files: Mapping[str, str]
+) -> Iterator[CellJob]:
+    """What is to be made of each cell."""
     path, here = os.path.abspath(folder.cells), os.getcwd()
     return (CellJob(path, cell, asked.base, asked.trials, files, here) for cell in cells)
 

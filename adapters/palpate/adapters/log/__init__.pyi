@@ -49,6 +49,7 @@ from .schema import START as START
 from .schema import TICK as TICK
 from .schema import ChannelKind as ChannelKind
 from .series import Series as Series
+from .series import Tare as Tare
 from .series import config_of as config_of
 from .series import series_of as series_of
 from .series import tare_of as tare_of

@@ -59,7 +59,7 @@ def names_for(paths: Sequence[Path]) -> list[str]:
 
 def _write_log(log: TrialLog, folder: Path) -> None:
     records = list(log.records())
-    joints = _most_joints(records, log.calls)
+    joints = _most_joints([*records, *log.calls])
     _write(
         folder / "ticks.csv",
         ("tick", "time_ns", "deadline_ns", *_sample_columns(joints), "counterfactual"),
@@ -146,21 +146,17 @@ def _filled(values: JointVector | None, joints: int) -> tuple[float | None, ...]
     return (*have, *((None,) * (joints - len(have))))
 
 
-def _most_joints(records: Iterable[TickRecord], calls: Iterable[CallEntry]) -> int:
-    entries: list[TickRecord | CallEntry] = [*records, *calls]
-    return max(
-        (
-            len(vector)
-            for entry in entries
-            for vector in (
-                entry.asked_rad,
-                None if entry.joints is None else entry.joints.position_rad,
-                None if entry.applied is None else entry.applied.position_rad,
-            )
-            if vector is not None
-        ),
-        default=0,
+def _most_joints(entries: Iterable[TickRecord | CallEntry]) -> int:
+    vectors = (
+        vector
+        for entry in entries
+        for vector in (
+            entry.asked_rad,
+            entry.joints and entry.joints.position_rad,
+            entry.applied and entry.applied.position_rad,
+        )
     )
+    return max((len(vector) for vector in vectors if vector), default=0)
 
 
 def _write(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:

@@ -16,7 +16,7 @@ from palpate.adapters.log.info import NS
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.tick_layout import TickRecord
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
-from palpate.core.ports import Validity
+from palpate.core.ports import Validity, WrenchSample
 from palpate.core.trial import Phase
 
 _NUMBERS = re.compile(r"(\S+) (\S+) (\S+) N, (\S+) (\S+) (\S+) N m\b")
@@ -32,6 +32,12 @@ class Tare:
 
     bias: tuple[float, ...]
     origin: str
+
+    def taken_from(self, sample: WrenchSample | None) -> tuple[float, ...] | None:
+        """Force and torque, (6,), less the zero; None without a sample that holds a measurement."""
+        if sample is None or sample.validity is Validity.INVALID:
+            return None
+        return tuple(a - b for a, b in zip((*sample.force_N, *sample.torque_Nm), self.bias, strict=True))
 
 
 def tare_of(log: TrialLog, ticks: list[TickRecord]) -> Tare:
@@ -132,7 +138,8 @@ def series_of(log: TrialLog) -> Series:
             # A row without values breaks the lines where ticks are missing.
             rows.append((-1.0, (rows[-1][1] + time_s) / 2, *nothing))
         before = record.tick
-        rows.append((float(record.tick), time_s, *_wrench(record, tare), *tip.at(record), *_altered(record, joints)))
+        wrench = tare.taken_from(record.wrench) or (np.nan,) * 6
+        rows.append((float(record.tick), time_s, *wrench, *tip.at(record), *_altered(record, joints)))
     table = np.array(rows)
     return Series(
         config=config,
@@ -170,14 +177,6 @@ class _Tip:
         self._kinematics.update(joints.position_rad)
         x, y, z = self._base_in_task.act(self._kinematics.tip_position_m) * 1e3
         return float(x), float(y), float(z)
-
-
-def _wrench(record: TickRecord, tare: Tare) -> tuple[float, ...]:
-    sample = record.wrench
-    if sample is None or sample.validity is Validity.INVALID:
-        return (np.nan,) * 6
-    raw = (*sample.force_N, *sample.torque_Nm)
-    return tuple(value - zero for value, zero in zip(raw, tare.bias, strict=True))
 
 
 def _altered(record: TickRecord, joints: int) -> tuple[float, ...]:

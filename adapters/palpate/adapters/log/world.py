@@ -29,8 +29,7 @@ def recorded_sensor(world_json: str) -> SensorFacts | None:
     Raises:
         ConfigurationError: They are no facts of a sensor.
     """
-    world: Any = json.loads(world_json or "{}")
-    facts = world.get(_SENSOR) if isinstance(world, Mapping) else None
+    facts: Any = _world(world_json).get(_SENSOR)
     if facts is None:
         return None
     try:
@@ -42,8 +41,7 @@ def recorded_sensor(world_json: str) -> SensorFacts | None:
 
 def recorded_turn(world_json: str) -> Vector3:
     """The rotation vector from the task's axes to the hole's that a log holds; zero where the hole was not turned."""
-    world: Any = json.loads(world_json or "{}")
-    turn = world.get("hole_turn_rad") if isinstance(world, Mapping) else None
+    turn = _world(world_json).get("hole_turn_rad")
     if not isinstance(turn, list) or len(turn) != 3 or not all(isinstance(each, float) for each in turn):
         return 0.0, 0.0, 0.0
     return turn[0], turn[1], turn[2]
@@ -51,10 +49,14 @@ def recorded_turn(world_json: str) -> Vector3:
 
 def recorded_drawn(world_json: str) -> dict[str, float]:
     """What was drawn for the trial beside the first hole, as in ``Truth.drawn``; empty where that is not told."""
-    world: Any = json.loads(world_json or "{}")
-    drawn = world.get("drawn") if isinstance(world, Mapping) else None
+    drawn = _world(world_json).get("drawn")
     given = drawn.items() if isinstance(drawn, Mapping) else ()
     return {name: float(value) for name, value in given if isinstance(value, (int, float))}
+
+
+def _world(world_json: str) -> Mapping[str, Any]:
+    world: Any = json.loads(world_json or "{}")
+    return world if isinstance(world, Mapping) else {}
 
 
 _RANGES: Final = ("range_N", "range_Nm")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from palpate.adapters.log import DecisionEntry, TrialLog, config_of
+from palpate.adapters.log import DecisionEntry, TrialLog, config_of, json_in
 from palpate.adapters.mujoco.graphics import off_screen_context
 from palpate.adapters.mujoco.views import FIELD_OF_VIEW_DEG, Array, View, close_up, whole_arm
 from palpate.core.errors import LogError, PalpateError
@@ -175,19 +175,16 @@ class DrawnCell:
 
 def true_hole_m(log: TrialLog) -> tuple[float, float, float] | None:
     """Where the hole really was, (3,), task frame; None where it is not known."""
-    facts: Any = {}
-    try:
-        facts = json.loads(log.start.world_json or "{}")
-    except ValueError:
-        facts = {}
-    found = facts.get("hole_in_task_m") if isinstance(facts, dict) else None
+    found: Any = None
+    with suppress(LogError):
+        found = json_in(log, "start.world_json", log.start.world_json).get("hole_in_task_m")
     if found is None and log.end is not None:
         found = log.end.true_hole_in_task_m
     if not isinstance(found, (list, tuple)) or len(found) != 3:
         return None
     if not all(isinstance(value, (int, float)) and np.isfinite(value) for value in found):
         return None
-    x, y, z = (float(value) for value in found)
+    x, y, z = map(float, found)
     return x, y, z
 
 

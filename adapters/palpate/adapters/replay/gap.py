@@ -13,8 +13,7 @@ import numpy.typing as npt
 import pinocchio as pin
 
 from palpate.adapters.config import RunConfig, overlay
-from palpate.adapters.log import TrialLog, read_log, tare_of
-from palpate.adapters.replay.rebuild import log_config
+from palpate.adapters.log import TrialLog, config_of, read_log, tare_of
 from palpate.core.errors import ConfigurationError, LogError, UndeterminedError
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Validity
@@ -149,7 +148,7 @@ def driven_from(path: Path) -> Driven:
         LogError: The log cannot be read, or holds no contact.
     """
     log = read_log(path)
-    config = log_config(log)
+    config = config_of(log)
     records = [each for each in log.records() if each.time_ns is not None and each.joints is not None]
     first = {each.name if each.name != "phase" else each.detail: each.tick for each in reversed(log.events)}
     contact = first.get("contact")

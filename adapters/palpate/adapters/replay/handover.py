@@ -14,10 +14,10 @@ from contextlib import contextmanager
 from typing import Any
 
 from palpate.adapters.experiments import ScoredTrial, score, truth_fields
-from palpate.adapters.log import TrialLog, TrialRecorder
+from palpate.adapters.log import TrialLog, TrialRecorder, config_of
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.adapters.replay.differences import same_bits
-from palpate.adapters.replay.rebuild import Rebuilt, log_config
+from palpate.adapters.replay.rebuild import Rebuilt
 from palpate.adapters.replay.tape import Tape
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import LogError
@@ -79,7 +79,7 @@ def continue_in_mujoco(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording)
     """
     log = tape.log
     facts = _simulator_facts(log)
-    config = log_config(log)
+    config = config_of(log)
     with SimulatedRig(config, rebuilt.ready) as rig:
         rig.set_clock_ticks(facts["ticks"])
         rig.prepare(rebuilt.setup.index)

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from palpate.adapters.config import RunConfig, overlay, recorded_config
+from palpate.adapters.config import RunConfig, overlay
 from palpate.adapters.experiments import (
     OUTSIDE,
     build_supervisor,
@@ -21,7 +21,7 @@ from palpate.adapters.experiments import (
     policy_for,
     task_actions,
 )
-from palpate.adapters.log import PERSON, TrialLog, learner_of_json, recorded_sensor
+from palpate.adapters.log import PERSON, TrialLog, config_of, learner_of_json, recorded_sensor
 from palpate.adapters.mujoco import simulated_sensor
 from palpate.adapters.replay.recorded_decisions import RecordedDecisions
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
@@ -79,19 +79,6 @@ class Changes:
         return bool(self.settings) or self.config is not None or self.policy is not None
 
 
-def log_config(log: TrialLog) -> RunConfig:
-    """The configuration that a trial was recorded with.
-
-    Raises:
-        LogError: This version cannot read it.
-    """
-    try:
-        return recorded_config(tomllib.loads(log.start.config_toml))
-    except (tomllib.TOMLDecodeError, ConfigurationError) as error:
-        problem = f"its configuration cannot be read ({error})"
-        raise LogError(log.path, "", problem, "use the version of palpate that recorded it") from error
-
-
 def changed_config(log: TrialLog, changes: Changes) -> RunConfig:
     """The configuration to replay with.
 
@@ -99,7 +86,7 @@ def changed_config(log: TrialLog, changes: Changes) -> RunConfig:
         ConfigurationError: A change cannot be made.
         LogError: The log was recorded with another arm.
     """
-    recorded = log_config(log)
+    recorded = config_of(log)
     config = recorded
     if changes.config is not None:
         config = changes.config

@@ -12,9 +12,9 @@ from typing_extensions import override
 
 from palpate.adapters.config import LEARNERS, RunConfig, overlay
 from palpate.adapters.experiments import configured_perception, learning_policy, perception_settings
-from palpate.adapters.log import json_in, made_with, read_log
+from palpate.adapters.log import config_of, json_in, made_with, read_log
 from palpate.adapters.replay.engine import Verdict, replay
-from palpate.adapters.replay.rebuild import Rebuilder, log_config
+from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.errors import ConfigurationError, LogError
 from palpate.core.perception import perception_from_dict
 from palpate.core.policy import (
@@ -102,12 +102,12 @@ def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fou
     trials: list[TouchedTrial] = []
     rebuilder = Rebuilder(around=lambda policy: TouchWatch(policy, trials))
     first = read_log(paths[0])
-    recorded, left_out = log_config(first), list[str]()
+    recorded, left_out = config_of(first), list[str]()
     for path in paths:
         before = len(trials)
         try:
             log = read_log(path)
-            _require_same_tool(recorded, log_config(log), path)
+            _require_same_tool(recorded, config_of(log), path)
             came_to = replay(log, rebuilder)
         except LogError as error:
             left_out.append(" ".join(str(error).split()))

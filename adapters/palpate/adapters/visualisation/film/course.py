@@ -90,11 +90,9 @@ def course_of(log: TrialLog) -> Course:
     moments: list[Moment] = []
     for record in records:
         sample = record.wrench
-        if sample is not None and sample.validity is not Validity.INVALID:
-            raw = (*sample.force_N, *sample.torque_Nm)
-            wrenches = [*wrenches, tuple(a - b for a, b in zip(raw, tare.bias, strict=True))][-FORCE_TICKS:]
-        elif sample is not None:
-            wrenches = []
+        if sample is not None:
+            wrench = tare.taken_from(sample)
+            wrenches = [] if wrench is None else [*wrenches, wrench][-FORCE_TICKS:]
         if record.joints is not None and record.joints.validity is not Validity.INVALID:
             joints = record.joints.position_rad
         time_ns = record.deadline_ns if record.time_ns is None else record.time_ns

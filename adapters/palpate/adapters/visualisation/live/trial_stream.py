@@ -18,7 +18,7 @@ from palpate.adapters.log import (
     EndRecord,
     RawMessage,
     StartRecord,
-    TickRecord,
+    Tare,
     TrialLog,
     decode_record,
     decode_tick,
@@ -37,6 +37,7 @@ POSE_TICKS: Final = 5
 """A picture every so many ticks: 28 a second."""
 _MEAN_TICKS: Final = 5
 """The arrow of the force is a mean over so many ticks; the noise of single samples would make it flicker."""
+_NO_ZERO: Final = Tare((0.0,) * 6, "nothing")
 _NO_WRENCH: Final = (float("nan"),) * 6
 _SUPERVISED: Final = {"clamp": "has clamped", "doubt": "doubts", "trip": "draws the tool back"}
 """What the supervisor does from such an event on."""
@@ -50,7 +51,7 @@ class TrialStream:
         self._log: TrialLog | None = None
         self._cell: CellFrames | None = None
         self._values: dict[str, dict[str, float]] = {}
-        self._zero: Row = (0.0,) * 6
+        self._zero = _NO_ZERO
         self._wrenches: deque[Row] = deque(maxlen=_MEAN_TICKS)
         self._layout: Any = None
         self._rows: dict[str, tuple[list[int], list[Row]]] = {topic: ([], []) for topic in SERIES}
@@ -81,7 +82,7 @@ class TrialStream:
     def _begin(self, message: RawMessage) -> None:
         start = decode_record("Start", StartRecord, message.payload)
         self._log, self._layout = TrialLog("live view", 0, start), None
-        self._zero, self._values = (0.0,) * 6, values_of(start)
+        self._zero, self._values = _NO_ZERO, values_of(start)
         self._wrenches.clear()
         display, time_ns = self._display, message.time_ns
         display.event(time_ns, f"trial {_number(start)} begins: {start.command}, {start.policy or start.arm}")
@@ -100,7 +101,7 @@ class TrialStream:
         time_ns = record.deadline_ns if record.time_ns is None else record.time_ns
         if time_ns is None:
             return
-        wrench = self._tared(record)
+        wrench = self._zero.taken_from(record.wrench)
         if wrench is None:
             self._wrenches.clear()
         else:
@@ -116,19 +117,12 @@ class TrialStream:
         if joints is not None and joints.validity is not Validity.INVALID and not record.tick % POSE_TICKS:
             self._pose(log, record.tick, time_ns, joints.position_rad)
 
-    def _tared(self, record: TickRecord) -> Row | None:
-        sample = record.wrench
-        if sample is None or sample.validity is Validity.INVALID:
-            return None
-        raw = (*sample.force_N, *sample.torque_Nm)
-        return tuple(value - zero for value, zero in zip(raw, self._zero, strict=True))
-
     def _pose(self, log: TrialLog, tick: int, time_ns: int, joints_rad: JointVector) -> None:
         if self._cell is None:
             return
         fx, fy, fz, tx, ty, tz = np.mean(self._wrenches, axis=0).tolist() if self._wrenches else _NO_WRENCH
         # Before the zero is known the arrow would show the tool's weight.
-        known = bool(self._wrenches) and any(self._zero)
+        known = bool(self._wrenches) and any(self._zero.bias)
         force, torque = ((fx, fy, fz), (tx, ty, tz)) if known else (None, None)
         decision = log.decisions[-1] if log.decisions else None
         frames, arrow, tip_mm = self._cell.at(Moment(tick, 0.0, joints_rad, force, torque, "", decision))
@@ -143,7 +137,7 @@ class TrialStream:
         elif message.channel == EVENT.id:
             event = log.events[-1]
             if event.name == "tare":
-                self._zero = tare_of(log, []).bias
+                self._zero = tare_of(log, [])
             state = _SUPERVISED.get(event.name)
             if state is not None:
                 display.supervisor(time_ns, state, event.detail)

@@ -12,7 +12,7 @@ from palpate.adapters.log import LOG_FOLDER
 from palpate.adapters.visualisation.report.canvas import COLOURS, drawn
 from palpate.adapters.visualisation.report.files import is_there, number, read_json, read_run_toml, read_table
 from palpate.adapters.visualisation.report.logs import logs_in
-from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture, share
+from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture, share, shown_facts
 from palpate.adapters.visualisation.report.run_page import log_sections, settings_section
 from palpate.core.errors import OutputError
 
@@ -94,7 +94,7 @@ def compare_page(folder: Path, title: str, *, logs: bool) -> Page:
     return Page(
         title=title,
         kind="a comparison of strategies on the same trials",
-        facts=tuple((name, str(value)) for name, value in shown if value not in (None, "")),
+        facts=shown_facts(shown),
         notices=() if finished else ("This comparison ended early: strategies or trials are missing.",),
         sections=tuple(sections),
         summary=tuple(dict(row) for row in rows),

@@ -7,7 +7,6 @@ from math import hypot
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
 from palpate.adapters.visualisation.report.canvas import COLOURS, drawn
 from palpate.adapters.visualisation.report.files import is_there, number, read_json, read_table
 from palpate.adapters.visualisation.report.learning_pictures import (
@@ -17,7 +16,8 @@ from palpate.adapters.visualisation.report.learning_pictures import (
     learning_picture,
 )
 from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture, counted, share
-from palpate.adapters.visualisation.report.policy_pictures import arrows_pictures, q_picture
+from palpate.adapters.visualisation.report.policy_pictures import arrows_pictures
+from palpate.adapters.visualisation.report.run_page import table_sections
 from palpate.adapters.visualisation.report.run_source import policy_in
 from palpate.core.errors import OutputError
 from palpate.core.policy import PolicyDocument
@@ -91,7 +91,6 @@ def explore_page(folder: Path, title: str, *, logs: bool) -> Page:
         title=title,
         kind="learning in a grid world",
         facts=tuple(facts),
-        notices=(),
         sections=(
             _figures(scores, bounds),
             PageSection("Learning curve", pictures=(learning_picture("learning", [curve], levels, axes),)),
@@ -144,10 +143,4 @@ def _policy(folder: Path, seeds: list[int], rows: list[str]) -> list[PageSection
     else:
         pictures = arrows_pictures("policy", document, title, up=True)
     text = f"{counted(len(document.states), 'state')}, {counted(len(document.actions), 'action')}."
-    sections = [PageSection("Policy", (text,), pictures=pictures)]
-    q = q_picture("q-policy", document, title)
-    sections += [PageSection("Q values", pictures=(q,))] if q is not None else []
-    machine = machine_in(document)
-    if machine is not None:
-        sections.append(automaton_section(machine, text="Its states are the policy's."))
-    return sections
+    return table_sections(document, "policy", title, text, pictures)

@@ -7,7 +7,7 @@ from typing import Any
 
 from palpate.adapters.visualisation.report.automaton_section import automaton_section
 from palpate.adapters.visualisation.report.files import is_there, read_json, read_png
-from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture
+from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture, shown_facts
 from palpate.core.automata import load, shown_name
 from palpate.core.errors import OutputError
 
@@ -28,8 +28,7 @@ def infer_page(folder: Path, title: str, *, logs: bool) -> Page:
     return Page(
         title=title,
         kind="an inferred automaton",
-        facts=tuple((name, str(value)) for name, value in facts if value is not None),
-        notices=(),
+        facts=shown_facts(facts),
         sections=(automaton_section(machine), _choice(report, rows), _training(folder)),
         summary=tuple(rows),
     )

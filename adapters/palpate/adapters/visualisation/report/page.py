@@ -61,14 +61,19 @@ class Page:
     title: str
     kind: str
     facts: tuple[tuple[str, str], ...]
-    notices: tuple[str, ...]
     sections: tuple[PageSection, ...]
     summary: tuple[dict[str, Cell], ...]
+    notices: tuple[str, ...] = ()
 
     @property
     def pictures(self) -> tuple[Picture, ...]:
         """All pictures, in order."""
         return tuple(picture for section in self.sections for picture in section.pictures)
+
+
+def shown_facts(facts: Sequence[tuple[str, object]]) -> tuple[tuple[str, str], ...]:
+    """Names and values for people, without those that have none."""
+    return tuple((name, str(value)) for name, value in facts if value not in (None, ""))
 
 
 def counted(number: int, noun: str, plural: str = "") -> str:

@@ -12,9 +12,18 @@ from palpate.adapters.visualisation.report.automaton_section import automaton_se
 from palpate.adapters.visualisation.report.files import is_there, read_text
 from palpate.adapters.visualisation.report.learning_pictures import learning_picture, window_of
 from palpate.adapters.visualisation.report.logs import force_picture, logs_in, spread_over, timing_section
-from palpate.adapters.visualisation.report.page import Cell, Page, PageSection, PageTable, Picture, counted, share
+from palpate.adapters.visualisation.report.page import (
+    Cell,
+    Page,
+    PageSection,
+    PageTable,
+    Picture,
+    counted,
+    share,
+    shown_facts,
+)
 from palpate.adapters.visualisation.report.policy_pictures import arrows_pictures, q_picture
-from palpate.adapters.visualisation.report.run_source import RunSource
+from palpate.adapters.visualisation.report.run_source import RunSource, curve_of
 from palpate.adapters.visualisation.report.touch_pictures import touch_pictures
 from palpate.core.policy import PolicyDocument
 
@@ -55,7 +64,7 @@ def facts_of(run: RunSource) -> tuple[tuple[str, str], ...]:
     versions = run.facts.get("versions")
     if isinstance(versions, dict):
         facts.append(("Made with", ", ".join(f"{name} {version}" for name, version in versions.items())))
-    return tuple((name, str(value)) for name, value in facts if value is not None)
+    return shown_facts(facts)
 
 
 def notices_of(run: RunSource) -> tuple[str, ...]:
@@ -96,7 +105,14 @@ def policy_sections(document: PolicyDocument, name: str, title: str) -> list[Pag
     visited = sum(row.visits > 0 for row in document.table)
     if learner and visited < len(document.states):
         text += f" {counted(len(document.states) - visited, 'state was', 'states were')} never visited."
-    sections = [PageSection("Policy", (text,), pictures=arrows_pictures(name, document, title))]
+    return table_sections(document, name, title, text, arrows_pictures(name, document, title))
+
+
+def table_sections(
+    document: PolicyDocument, name: str, title: str, text: str, pictures: tuple[Picture, ...]
+) -> list[PageSection]:
+    """Pictures of a policy with a table, its Q values where it has some, and the automaton that gives its states."""
+    sections = [PageSection("Policy", (text,), pictures=pictures)]
     q = q_picture(f"q-{name}", document, title)
     if q is not None:
         sections.append(PageSection("Q values", pictures=(q,)))
@@ -175,7 +191,7 @@ def drawn_values(rows: Sequence[TrialRow]) -> list[PageTable]:
 def _curve(run: RunSource) -> PageSection:
     label = f"moving average of {window_of(len(run.rows))}"
     title = "Learning curve" if run.learns else "Trial by trial"
-    return PageSection(title, pictures=(learning_picture("learning", [run.curve(label)]),))
+    return PageSection(title, pictures=(learning_picture("learning", [curve_of(label, [run.rows])]),))
 
 
 def _drawn_trials(run: RunSource) -> list[tuple[Path, str]]:

@@ -70,10 +70,6 @@ class RunSource:
         """Name of the policy."""
         return str(self.facts.get("policy", "unknown"))
 
-    def curve(self, label: str) -> LearningCurve:
-        """Its trials for a learning curve."""
-        return curve_of(label, [self.rows])
-
 
 def curve_of(label: str, runs: list[tuple[TrialRow, ...]]) -> LearningCurve:
     """A curve of equal runs with different seeds."""
