@@ -25,7 +25,6 @@ from palpate.adapters.experiments import (
     ScoredTrial,
     Trainer,
     at_work,
-    checkpoint_perception,
     configured_perception,
     fitted_perception,
     foreign_code,
@@ -43,6 +42,7 @@ from palpate.adapters.experiments import (
 )
 from palpate.adapters.log import LOG_FOLDER, made_with, set_aside
 from palpate.core.errors import ConfigurationError, OutputError
+from palpate.core.perception import perception_from_dict
 from palpate.core.policy import PolicyDocument, learner_of
 from palpate.core.trial import reachable_share
 
@@ -88,7 +88,7 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
     if document is not None:
         perception = perception_of(document, config, perception)
     if checkpoint is not None:
-        perception = checkpoint_perception(checkpoint)
+        perception = perception_from_dict(checkpoint.perception)
 
     with ExitStack() as opened:
         live, rig = opened_rig(opened, options, config, ready)

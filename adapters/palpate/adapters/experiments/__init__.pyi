@@ -58,7 +58,6 @@ from .tables import csv_text as csv_text
 from .tables import render_table as render_table
 from .training import Checkpoint as Checkpoint
 from .training import Trainer as Trainer
-from .training import checkpoint_perception as checkpoint_perception
 from .training import resume_from as resume_from
 from .training import run_toml as run_toml
 from .training import write_training as write_training

@@ -17,7 +17,7 @@ from palpate.adapters.experiments.trial import ScoredTrial, interrupting, requir
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder, made_with
 from palpate.core.errors import ConfigurationError, OutputError
-from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
+from palpate.core.perception import Perception, perception_to_dict
 from palpate.core.policy import Policy, document_of, learner_of
 from palpate.core.ports import Rig
 from palpate.core.trial import Outcome, ReadyPose
@@ -181,8 +181,3 @@ def resume_from(checkpoint: Checkpoint, policy: Policy, rig: Rig) -> None:
         learner.set_state(checkpoint.learner)
     except (KeyError, TypeError, ValueError) as error:
         raise OutputError("checkpoint.json", f"holds no state of this learner ({error})", "begin a new run") from error
-
-
-def checkpoint_perception(checkpoint: Checkpoint) -> Perception:
-    """The perception that a checkpoint was made with."""
-    return perception_from_dict(checkpoint.perception)

@@ -8,7 +8,7 @@ import os
 from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import IO, Any, Final, Protocol
+from typing import IO, Any, Final
 
 from mcap.writer import CompressionType, Writer
 
@@ -19,19 +19,6 @@ CHUNK_NS: Final = 250_000_000
 """Greatest span of trial time in one chunk: what a kill can cost, with what is still on its way to the writer."""
 CHUNK_BYTES: Final = 1 << 20
 """Greatest size of a chunk before compression, should time stand still."""
-
-
-class LogStream(Protocol):
-    """What a log is written to."""
-
-    def write(self, data: bytes, /) -> int:
-        """Write all of it."""
-
-    def tell(self) -> int:
-        """Bytes written so far."""
-
-    def flush(self) -> None:
-        """Keep nothing back."""
 
 
 class LogFile:
@@ -45,7 +32,11 @@ class LogFile:
     """
 
     def __init__(
-        self, stream: LogStream, channels: list[dict[str, Any]], metadata: dict[str, str], chunk_ns: int = CHUNK_NS
+        self,
+        stream: IO[bytes] | NewFile,
+        channels: list[dict[str, Any]],
+        metadata: dict[str, str],
+        chunk_ns: int = CHUNK_NS,
     ) -> None:
         # Parts of the library's interface are not typed.
         self._writer: Any = Writer(

@@ -12,6 +12,7 @@ from abc import abstractmethod
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import IO, Any, Final, Protocol, cast
 
@@ -78,11 +79,11 @@ class MemorySink(Sink):
 
     def __init__(self) -> None:
         self.logs: list[bytes] = []
-        self._open: tuple[LogFile, _Buffer] | None = None
+        self._open: tuple[LogFile, BytesIO] | None = None
 
     @override
     def open(self, opening: Opening) -> None:
-        stream = _Buffer()
+        stream = BytesIO()
         self._open = (LogFile(stream, describe_channels(), opening.metadata), stream)
 
     @override
@@ -97,7 +98,7 @@ class MemorySink(Sink):
         if self._open is not None:
             self.put(frames)
             self._open[0].finish()
-            self.logs.append(bytes(self._open[1].data))
+            self.logs.append(self._open[1].getvalue())
             self._open = None
 
     def trouble(self) -> str | None:
@@ -346,22 +347,6 @@ class Tee(Sink):
     @override
     def closed(self) -> dict[str, tuple[int, str]]:
         return self._sink.closed()
-
-
-class _Buffer:
-    """A stream in memory."""
-
-    def __init__(self) -> None:
-        self.data = bytearray()
-
-    def write(self, data: bytes, /) -> int:
-        self.data += data
-        return len(data)
-
-    def tell(self) -> int:
-        return len(self.data)
-
-    def flush(self) -> None: ...
 
 
 def _enlarge(pipe: int) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -16,16 +16,11 @@ _DPI: Final = 120
 _AXES: Final = "xyz"
 
 
-def _panels(figure: Any) -> tuple[Any, Any]:
-    left, right = figure.subplots(1, 2)
-    return left, right
-
-
 def rest_picture(wrenches: Array, rest: Rest) -> bytes:
     """Force and torque at rest, less their means, with two standard deviations."""
     with drawing(*_SIZE_IN, _DPI) as canvas:
         rows = (("force, N", rest.noise_N, slice(3)), ("torque, N m", rest.noise_Nm, slice(3, 6)))
-        for panel, (label, noise, part) in zip(_panels(canvas.figure), rows, strict=True):
+        for panel, (label, noise, part) in zip(canvas.figure.subplots(1, 2), rows, strict=True):
             panel.plot(wrenches[:, part] - wrenches[:, part].mean(axis=0), lw=0.5, label=list(_AXES))
             panel.axhspan(-2.0 * noise.value, 2.0 * noise.value, color="0.9", zorder=0)
             panel.set(xlabel="sample", ylabel=label)
@@ -38,7 +33,7 @@ def weigh_picture(load: ToolLoad, down_in_tool: Array, means: Array) -> bytes:
     fitted = load.wrenches(down_in_tool)
     with drawing(*_SIZE_IN, _DPI) as canvas:
         rows = (("force, N", slice(3)), ("torque, N m", slice(3, 6)))
-        for panel, (label, part) in zip(_panels(canvas.figure), rows, strict=True):
+        for panel, (label, part) in zip(canvas.figure.subplots(1, 2), rows, strict=True):
             for k, axis in enumerate(_AXES):
                 panel.plot(fitted[:, part][:, k], lw=0.8, color=f"C{k}")
                 panel.plot(means[:, part][:, k], "o", ms=4, color=f"C{k}", label=axis)
