@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.log.reader import TrialLog, read_log
-from palpate.adapters.replay.rebuild import Changes, Rebuilder, changed_config, log_config, parse_setting
+from palpate.adapters.log import TrialLog, config_of, read_log
+from palpate.adapters.replay.rebuild import Changes, Rebuilder, changed_config, parse_setting
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
 
 GOLDEN = Path(__file__).parents[3] / "golden"
@@ -44,7 +44,7 @@ def test_settings_that_are_none(setting: str) -> None:
 
 def test_settings_lie_over_the_log_s_own_configuration(log: TrialLog) -> None:
     config = changed_config(log, Changes(settings=("task.press_kgf=0.4",)))
-    assert config == replace(log_config(log), task=replace(log_config(log).task, press_kgf=0.4))
+    assert config == replace(config_of(log), task=replace(config_of(log).task, press_kgf=0.4))
 
 
 def test_one_rebuilder_serves_many_logs(log: TrialLog) -> None:
