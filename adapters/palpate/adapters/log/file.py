@@ -8,12 +8,15 @@ import os
 from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import IO, Any, Final
+from typing import IO, TYPE_CHECKING, Any, Final
 
 from mcap.writer import CompressionType, Writer
 
-from palpate.adapters.log.reader import TrialLog
 from palpate.core.errors import LogError
+
+if TYPE_CHECKING:
+    # The writer process would load protobuf and numpy with it.
+    from palpate.adapters.log.reader import TrialLog
 
 CHUNK_NS: Final = 250_000_000
 """Greatest span of trial time in one chunk: what a kill can cost, with what is still on its way to the writer."""

@@ -35,6 +35,11 @@ def write(data: bytes) -> list[tuple[str, str]]:
     return reports
 
 
+def test_the_process_loads_no_more_than_it_writes_with() -> None:
+    program = "import sys, palpate.adapters.log.writer_process; sys.exit(len({'numpy', 'google'} & set(sys.modules)))"
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+
+
 def test_logs_one_after_the_other(tmp_path: Path) -> None:
     one, two = tmp_path / "1.mcap", tmp_path / "2.mcap"
     trial = frames_of(messages())
