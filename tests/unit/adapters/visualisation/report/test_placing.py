@@ -44,7 +44,7 @@ def page(text: str = "words") -> Page:
         ),
         PageSection("with nothing"),
     )
-    return Page(text, text, ((text, text),), (text,), sections, ({"a": text, "b": None}, {"a": 1.5, "c": True}))
+    return Page(text, text, ((text, text),), sections, ({"a": text, "b": None}, {"a": 1.5, "c": True}), (text,))
 
 
 def test_names_of_all_kinds_stay_words() -> None:
