@@ -10,7 +10,7 @@ from typing import Any
 
 from palpate.adapters.cli.notices import print_troubles, print_weakened, unrecorded
 from palpate.adapters.cli.options import CompareOptions
-from palpate.adapters.cli.run import run_named
+from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments import (
     COMPARATORS,
     ChosenPolicy,
@@ -22,6 +22,7 @@ from palpate.adapters.experiments import (
     open_rig,
     ready_pose,
     require_usable,
+    run_chosen,
     run_toml,
     shown_interval,
     summary_of,
@@ -56,10 +57,12 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
             # Two runs may have folders of the same name, or one of a comparator's.
             taken = policy.label in summaries or (policy.label in COMPARATORS and policy.name not in COMPARATORS)
             logs = f"{policy.label}-{number}" if taken else policy.label
-            with open_rig(config, ready) as rig:
-                rows, finished = run_named(
-                    policy, config, ready, rig, options.trials, recorder=recorder, command="compare", subfolder=logs
-                )
+            with open_rig(config, ready) as rig, progress(options.trials, "trial", policy.label) as bar:
+                rows = run_chosen(
+                    policy, config, ready, rig, options.trials,
+                    recorder=recorder, command="compare", subfolder=logs, on_trial=bar.update,
+                )  # fmt: skip
+            finished = len(rows) == options.trials
             if rows:
                 summaries[policy.name if taken else policy.label] = summary_of(rows)
             if not finished:

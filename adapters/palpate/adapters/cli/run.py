@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 
 from palpate.adapters.cli.notices import (
     marked_line,
@@ -15,12 +14,10 @@ from palpate.adapters.cli.notices import (
 from palpate.adapters.cli.opening import opened_recorder, opened_rig
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.cli.progress import progress
-from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import (
     NOBODY_KNOWS,
     ChosenPolicy,
     RunFolder,
-    TrialRow,
     next_free_folder,
     policy_for,
     ready_pose,
@@ -30,8 +27,6 @@ from palpate.adapters.experiments import (
     write_evaluation,
 )
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import Rig
-from palpate.core.trial import ReadyPose
 
 
 def run(options: RunOptions) -> int:
@@ -59,9 +54,11 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
         folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=named))
         folder.keep_manifest("run")
         recorder, session = opened_recorder(opened, kept, options, config, folder, live)
-        rows, finished = run_named(
-            chosen, config, ready, rig, options.trials, folder=folder, recorder=recorder, session=session
-        )
+        with progress(options.trials, "trial", chosen.label) as bar:
+            rows = run_chosen(
+                chosen, config, ready, rig, options.trials,
+                folder=folder, recorder=recorder, session=session, on_trial=bar.update,
+            )  # fmt: skip
         if session is not None:
             sys.stdout.write(session.report() + "\n")
     summary = write_evaluation(config, folder, named, chosen.document, rows, options.trials)
@@ -74,17 +71,4 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
         f"peak force {summary['peak_force_N']:.1f} N; outcomes {summary['outcomes']}\n"
         f"{marked_line(summary)}saved in {folder.path}\n"
     )
-    return int(unrecorded(recorder)) if finished else 130
-
-
-def run_named(
-    chosen: ChosenPolicy, config: RunConfig, ready: ReadyPose, rig: Rig, trials: int, **others: Any
-) -> tuple[list[TrialRow], bool]:
-    """Run trials with progress on the terminal; returns the finished ones and whether these are all.
-
-    Args:
-        others: As :func:`run_chosen` takes them.
-    """
-    with progress(trials, "trial", chosen.label) as bar:
-        rows = run_chosen(chosen, config, ready, rig, trials, on_trial=bar.update, **others)
-    return rows, len(rows) == trials
+    return int(unrecorded(recorder)) if len(rows) == options.trials else 130
