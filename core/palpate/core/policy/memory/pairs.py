@@ -7,6 +7,7 @@ later on, backwards, so that what the goal is worth comes to the start of the wa
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Self, TypeAlias
 
@@ -46,6 +47,7 @@ PAIRS: Final = "pairs"
 LONGEST: Final = 4
 _TRUSTED: Final = 3.0  # visits after which a longer past counts as much as all the shorter ones
 _REPLAYED: Final = 20
+_WEARY: Final = 1.0  # what an action of a frozen learner loses with each time that it was taken in vain
 _PENALTY: Final = -1.0
 
 
@@ -54,6 +56,9 @@ class PairsLearner(Learner):
 
     The values of a past are mixed from short to long: a longer one that was tried n times counts n / (n + 3). After
     each trial some that are stored are learned from again.
+
+    While it learns, values of what leads round in a circle sink at once. Those of a frozen learner stay; so it counts
+    what it did in this trial, and an action that was taken before after the same two readings is worth less.
 
     Args:
         symbols: Names of the symbols; these are the states that it is asked in.
@@ -88,6 +93,7 @@ class PairsLearner(Learner):
         self._symbols: list[int] = []
         self._actions: list[int] = []
         self._next: int | None = None
+        self._taken: Counter[tuple[Past, int]] = Counter()
 
     @property
     @override
@@ -131,7 +137,10 @@ class PairsLearner(Learner):
         """
         self._symbols.append(observation.state)
         values = self.values(self.past_of(self._symbols, self._actions))
+        recent = (*self._symbols[-2:], *self._actions[-1:])
+        values = [v - _WEARY * self._taken[recent, action] for action, v in enumerate(values)]
         index = boltzmann(values, self._temperature, drawing_from(self._rng, type(self).__name__))
+        self._taken[recent, index] += self.frozen
         return Decision(self.actions[index], index, LEARNED)
 
     def past_of(self, symbols: Sequence[int], actions: Sequence[int]) -> Past:

@@ -1,11 +1,14 @@
 """Tables of pasts: what they hold, how they are mixed, and that they learn what symbols alone cannot."""
 
+import numpy as np
 import pytest
 
 from palpate.core.perception import IdentityState
-from palpate.core.policy import PairsLearner, Transition
+from palpate.core.policy import Observation, PairsLearner, Transition
 from palpate.simulation.grid import GridMap, grid_actions, run_trial, walked_steps
 from tests.unit.core.policy.memory.worlds import AMBIGUOUS
+
+ZERO = (0.0, 0.0, 0.0)
 
 
 def test_a_past_is_the_last_readings_and_the_actions_between_them() -> None:
@@ -44,3 +47,17 @@ def test_a_state_goes_on_as_the_learner_it_is_of() -> None:
     walks = [run_trial(AMBIGUOUS, identity, learner, 0, 15) for learner in (one, other)]
     assert walks[0] == walks[1]
     assert one.get_state() == other.get_state()
+
+
+def test_a_frozen_one_leaves_a_circle_and_changes_no_value() -> None:
+    learner = PairsLearner(("A",), grid_actions(), frozen=True)
+    learner._tables = {(0,): ([0.0, -2.5, *[-9.0] * 6], [1000] * 8)}
+    before = learner.get_state()
+    learner.begin_trial(0, np.random.default_rng(0))
+    taken = []
+    for _ in range(6):
+        taken.append(learner.choose(Observation(0, ZERO, ZERO, ZERO, ZERO, 0)).index)
+        learner.learn(Transition(0, taken[-1], -1.0, 0))
+    assert taken[0] == 0
+    assert 1 in taken
+    assert learner.get_state() == before | {"temperature": learner.temperature}
