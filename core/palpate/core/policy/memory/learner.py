@@ -34,8 +34,6 @@ CLONES: Final = "clones"
 REFITS: Final = {OFFSET: (30, 60, 100, 150, 220, 300, 400, 500), CLONES: (60, 120, 250, 500)}
 """Of each kind of model the numbers of trials after which it is fitted anew; then after every half more. Until the
 first of them actions are random."""
-_MANY_STARTS, _FEW_TRIALS = 2, 100  # first guesses that a fit to few trials is chosen from
-
 
 PATIENCE: Final = 20
 """After so many actions in a trial the belief is doubted: a growing share is random, at four times as many all."""
@@ -142,9 +140,7 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
     def _models_of(self, trials: Sequence[RecordedTrial], seed: int) -> tuple[WorldModel, ...]:
         if self.parameters.kind == CLONES:
             return fit_clones(trials, len(self.states), len(self.actions), seed=seed)
-        starts = _MANY_STARTS if len(trials) <= _FEW_TRIALS else 1
-        reach, symbols = self.parameters.reach, len(self.states)
-        return (fit_offsets(trials, self._steps, reach, symbols, starts=starts, seed=seed),)
+        return (fit_offsets(trials, self._steps, self.parameters.reach, len(self.states), seed=seed),)
 
     @override
     def _begin(self, rng: np.random.Generator) -> None:

@@ -31,6 +31,7 @@ _VISITS: Final = 0.5  # offsets that are expected to have been visited no oftene
 _FIRST_ITERATIONS, _FIRST_VISITS = 3, 0.001  # after so many iterations those that hardly occur are dropped already
 _SHRUNK: Final = 0.9  # ... when so few would be left that it pays
 _GAIN: Final = 0.01  # nats that an iteration has to bring in
+_ANCHORED, _ITERATIONS = 15, 25  # iterations over the trials that reached the goal, and over all
 
 
 def lattice_steps(actions: Sequence[Action]) -> tuple[Offset, ...]:
@@ -163,36 +164,24 @@ class OffsetModel:
 
 
 def fit_offsets(
-    trials: Sequence[RecordedTrial],
-    steps: tuple[Offset, ...],
-    reach: int,
-    symbols: int,
-    *,
-    starts: int = 3,
-    iterations: int = 25,
-    seed: int = 0,
+    trials: Sequence[RecordedTrial], steps: tuple[Offset, ...], reach: int, symbols: int, *, seed: int = 0
 ) -> OffsetModel:
     """Fit a model from scratch.
 
+    Trials that reached the goal are fitted first: each ends at a known offset, while the others fit in anywhere, and
+    fill the plane with offsets of their own if they come before there is a map to find them on.
+
     Args:
         trials: What was read and done, at least one trial.
-        starts: So many first guesses are fitted to four of five trials, and the one with the least loss on the fifth
-            is fitted to all; with one, nothing is held out.
     """
-    rng = np.random.default_rng(seed)
-    blanks = [OffsetModel.blank(steps, reach, symbols, rng) for _ in range(starts)]
-    best = 0
-    if starts > 1 and len(trials) >= 10:
-        kept = Batch.of([trial for number, trial in enumerate(trials) if number % 5 != 4])
-        held = trials[4::5]
-        losses = [_fitted(blank, kept, iterations, 0.0).log_loss(held) for blank in blanks]
-        best = losses.index(min(losses))
-    return _fitted(blanks[best], Batch.of(trials), iterations, _VISITS).rounded()
-
-
-def _fitted(model: OffsetModel, batch: Batch, iterations: int, least: float) -> OffsetModel:
+    model = OffsetModel.blank(steps, reach, symbols, np.random.default_rng(seed))
+    if anchored := [trial for trial in trials if trial.reached]:
+        batch = Batch.of(anchored)
+        for _ in range(_ANCHORED):
+            model, _, _ = model.improved(batch)
+    batch = Batch.of(trials)
     visits, before = np.ones(len(model.offsets)), -inf
-    for iteration in range(iterations):
+    for iteration in range(_ITERATIONS):
         model, visits, log_likelihood = model.improved(batch)
         if log_likelihood - before < _GAIN and iteration > _FIRST_ITERATIONS:
             break
@@ -201,7 +190,7 @@ def _fitted(model: OffsetModel, batch: Batch, iterations: int, least: float) -> 
             kept = visits > _FIRST_VISITS
             if kept.mean() < _SHRUNK:
                 model, visits = model.pruned(visits, _FIRST_VISITS), visits[kept]
-    return model.pruned(visits, least)
+    return model.pruned(visits, _VISITS).rounded()
 
 
 def _expected_starts(offsets: Sequence[Offset]) -> Floats:

@@ -12,7 +12,7 @@ from palpate.core.policy import compass_actions
 from palpate.core.policy.memory import OffsetModel
 from palpate.core.policy.memory.offset_model import fit_offsets, lattice_steps
 from palpate.core.policy.memory.recorded import Batch
-from palpate.simulation.grid import grid_actions
+from palpate.simulation.grid import GridMap, grid_actions
 from tests.unit.core.policy.memory.worlds import AMBIGUOUS, STEPS, random_trials, true_offsets
 
 
@@ -48,6 +48,13 @@ def test_the_map_is_found_from_random_walks() -> None:
     assert told == list(truth.emissions.argmax(axis=1))
     held = random_trials(AMBIGUOUS, 40, seed=1)
     assert found.log_loss(held) < log(3)
+
+
+def test_trials_that_never_arrived_fill_no_offsets_of_their_own() -> None:
+    rows = "AEAFDBAD ADFDGEEF GCBBEFEC BCCBAAGB BBBCFDFB GEDAGEGG GCGCEDGB GACABDED FBABFDCD C·DADFBD EFFCCGDB"
+    grid = GridMap.from_text(rows.replace(" ", "\n"))
+    found = fit_offsets(random_trials(grid, 60, limit=60), STEPS, 10, 7)
+    assert len(found.offsets) < 1.2 * len(grid.cells)
 
 
 def test_actions_on_no_lattice_are_refused_and_a_model_too_large_before_it_is_built() -> None:
