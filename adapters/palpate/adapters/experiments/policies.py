@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, entries, task_kind
-from palpate.adapters.experiments.build import task_actions, task_reach
+from palpate.adapters.experiments.build import SKILLS, task_actions, task_reach
 from palpate.adapters.experiments.comparators import Omniscient, Spiral, TorqueFollowing
 from palpate.adapters.experiments.foreign import GROUP, foreign_entry, foreign_policy
 from palpate.adapters.log import made_with
@@ -40,6 +40,9 @@ SPIRAL_PITCH_M: Final = 0.30e-3
 """Distance between the turns: 1.7 times the capture half-width of the default cell (docs/results.md), because chords
 between the points of a spiral leave wider gaps than its turns."""
 OMNISCIENT_SPEED_M_S: Final = 0.01
+
+_NEVER: Final = -1e6
+"""Q of a skill where it cannot begin: no temperature draws it."""
 
 Hole = Callable[[], Sequence[float]]
 
@@ -163,7 +166,15 @@ def learning_policy(config: RunConfig, perception: Perception, code: str = "") -
         belief = BeliefLearner(learning.belief, reach.half_width_m, reach.action_s)
         return MixedPolicy(perception.states, [*(parts or [none]), belief])
     back_off = BackOff.of(learning.back_off_visits, perception.identifier.symbol_of)
-    parts.append(new_learner(learning_parameters(config), perception.states, actions, back_off=back_off))
+    learner = new_learner(learning_parameters(config), perception.states, actions, back_off=back_off)
+    if config.perception.symbols == SKILLS:
+        may, begun = task_kind(config.task.name).may_begin, learner.get_state()
+        begun["q"] = [
+            [value if may(action.name, state) else _NEVER for action, value in zip(actions, row, strict=True)]
+            for state, row in zip(perception.states, begun["q"], strict=True)
+        ]
+        learner.set_state(begun)
+    parts.append(learner)
     return parts[0] if len(parts) == 1 else MixedPolicy(perception.states, parts)
 
 

@@ -98,6 +98,10 @@ class TaskKind(Protocol):
         """Programmed skills that policies may choose from instead, each until it is over; none, unless it has."""
         return ()
 
+    def may_begin(self, skill: str, state: str) -> bool:
+        """Whether a skill is one for this state, both by name; where it is not, no learner tries it."""
+        return True
+
     @abstractmethod
     def make(self, parts: TaskParts) -> Task:
         """The task, ready to run over any ports.

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from palpate.adapters.config import overlay
 from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig, scenario
 from palpate.adapters.experiments import (
     build_perception,
@@ -95,6 +96,19 @@ def test_a_learner_is_chosen_by_name_and_learns_on_as_what_it_is() -> None:
     assert isinstance(loaded_policy(file, config, perception, frozen=False), Sarsa)
     with pytest.raises(ConfigurationError, match="learner = 'q-learning' is refused: 'sarsa', as in the policy file"):
         loaded_policy(file, DEFAULT, perception, frozen=False)
+
+
+def test_skills_are_learned_where_they_may_begin_and_only_by_tasks_that_have_some() -> None:
+    config = overlay(
+        scenario("blind-square", "skills"), {"task": {"name": "insertion-6dof", "options": {"corners": 4.0}}}
+    )
+    learner = learner_of(learning_policy(config, build_perception(config)))
+    assert isinstance(learner, Sarsa)
+    row = dict(zip((action.name for action in learner.actions), learner.q[0], strict=True))
+    assert learner.states[0] == "upright in the air at first"
+    assert (row["lean 5 deg"], row["insert"] < -1e5) == (learner.parameters.initial_value, True)
+    with pytest.raises(ConfigurationError, match="a task that has skills; insertion has none"):
+        build_perception(scenario("blind", "skills"))
 
 
 @pytest.mark.parametrize(("centre", "half_width_m"), [("goal", 3.5e-3), ("start", 6.5e-3)])

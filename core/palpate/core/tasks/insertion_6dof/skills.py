@@ -42,6 +42,18 @@ def _skills() -> tuple[Action, ...]:
 
 SKILLS: Final = _skills()
 
+_ANYWHERE: Final = ("upright", "leaning", "corner")
+_BEGINS: Final = {
+    _LEAN: _ANYWHERE, _PUSH: ("leaning", "corner"), _DRIVE: ("corner",), _STAND: ("leaning", "corner"),
+    _INSERT: ("upright in the hole",), _WITHDRAW: ("upright in the hole", "corner"),
+}  # fmt: skip
+"""How the names of the situations begin in which a skill may: elsewhere it does nothing, or harm."""
+
+
+def may_begin(skill: str, state: str) -> bool:
+    """Whether a skill is one for a state, both by name."""
+    return state.startswith(_BEGINS[skill.partition(" ")[0]])
+
 
 class Skills:
     """The skill that runs, action by action.

@@ -5,11 +5,11 @@ from math import cos, pi, radians
 import numpy as np
 import pytest
 
-from palpate.core.perception import FACTS
+from palpate.core.perception import FACTS, Situations
 from palpate.core.policy import Law, Observation
 from palpate.core.ports import Vector3
 from palpate.core.tasks.insertion_6dof import SpatialOptions
-from palpate.core.tasks.insertion_6dof.skills import KINDS, SKILLS, Skills
+from palpate.core.tasks.insertion_6dof.skills import KINDS, SKILLS, Skills, may_begin
 
 SQUARE = SpatialOptions(corners=4.0, corner_mm=20.0)
 NONE: Vector3 = (0.0, 0.0, 0.0)
@@ -101,3 +101,12 @@ def test_facts_have_the_depth_of_the_lowest_corner_and_the_lesser_wall() -> None
 
 def test_kinds_are_the_first_words_of_the_names() -> None:
     assert list(dict.fromkeys(name.split()[0] for name in NAMED)) == list(KINDS)
+
+
+def test_skills_begin_only_where_they_can_come_to_something() -> None:
+    begins = {
+        kind: [one.split()[0] for one in Situations.symbols if may_begin(kind, f"{one} after push")] for kind in KINDS
+    }
+    assert (begins["insert"], begins["drive"]) == (["upright"], ["corner"] * 3)
+    assert begins["push"] == begins["stand"] == ["leaning"] * 2 + ["corner"] * 3
+    assert len(begins["lean"]) == len(Situations.symbols)
