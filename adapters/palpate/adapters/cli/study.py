@@ -55,6 +55,7 @@ def study(options: StudyOptions) -> int:
     _permit(asked, folder, size, options.yes)
     files = {path: digest_of(path, setting) for path, setting in asked.files().items()}
     require_possible(asked)
+    engine = Sequential() if options.engine == "sequential" else Processes(options.jobs or os.cpu_count() or 1)
     cells = list(asked.cells())
     folder.require_fits(asked, cells, files)
     folder.finished(cells)
@@ -63,14 +64,14 @@ def study(options: StudyOptions) -> int:
         say(size)
         finished = folder.finished(cells)
         for cell in folder.clear(cells, finished):
-            _notice(f"{cell} was begun and not finished: it is made anew")
+            sys.stderr.write(f"palpate: {cell} was begun and not finished: it is made anew\n")
         if finished:
             say(f"{len(finished)} of them are finished already")
         jobs = jobs_of(asked, folder, [cell for cell in cells if cell.name not in finished], files)
         progress = CellProgress(len(cells), len(finished), lambda name: _show(live, folder, name))
         try:
             with on_signals(signal.default_int_handler):
-                progress.follow(_engine(options), jobs)
+                progress.follow(engine, jobs)
         finally:
             # What workers left that died, or that were ended now.
             folder.clear(cells, folder.finished(cells))
@@ -97,10 +98,6 @@ def _permit(asked: Study, folder: StudyFolder, size: str, yes: bool) -> None:
     sys.stderr.flush()
     if sys.stdin.readline().strip().lower() not in ("y", "yes"):
         raise UsageError("not begun")
-
-
-def _engine(options: StudyOptions) -> Engine:
-    return Sequential() if options.engine == "sequential" else Processes(options.jobs or os.cpu_count() or 1)
 
 
 def jobs_of(
@@ -158,7 +155,3 @@ def _end(options: StudyOptions, folder: StudyFolder, progress: CellProgress, who
         say(f"ended early; go on with: {shlex.join(again)}")
         return 130
     return 1 if progress.failed else 0
-
-
-def _notice(text: str) -> None:
-    sys.stderr.write(f"palpate: {text}\n")
