@@ -33,6 +33,7 @@ from palpate.core.policy import (
     policy_from,
 )
 from palpate.core.policy.belief import BeliefLearner
+from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.core.tasks.insertion_6dof import CornerFirst, GiveWay, SpatialOptions
 from palpate.core.trial import N_PER_KGF, options_of
 
@@ -49,15 +50,16 @@ Hole = Callable[[], Sequence[float]]
 OUTSIDE: Final = "environment"
 """An agent outside chose, through an environment: of it nothing is known but its decisions."""
 
-COMPARATORS: Final[dict[str, str]] = {
-    "omniscient": "straight to the true hole",
-    "torque": "hand-written: step where the torque says the hole is",
-    "spiral-10": "Archimedean spiral, 10 mm/s",
-    "spiral-5": "Archimedean spiral, 5 mm/s",
-    "random": "random walk over the compass steps",
-    "give-way": "insertion-6dof: the torque rule, giving way in tilt first, and at every fifth action",
-    "corner-first": "insertion-6dof: one corner of the peg first, pushed into its corner of the hole",
+_MAKERS: Final[dict[str, Callable[[RunConfig, Hole], Policy]]] = {
+    "omniscient": lambda config, hole_m: Omniscient(hole_m, OMNISCIENT_SPEED_M_S * _action_s(config)),
+    "torque": lambda config, _: TorqueFollowing(task_actions(config), _threshold_Nm(config)),
+    "spiral-10": lambda config, _: Spiral("spiral-10", SPIRAL_PITCH_M, 0.010 * _action_s(config)),
+    "spiral-5": lambda config, _: Spiral("spiral-5", SPIRAL_PITCH_M, 0.005 * _action_s(config)),
+    "random": lambda config, _: RandomWalkPolicy(task_actions(config)),
+    "give-way": lambda config, _: GiveWay(task_actions(config), _threshold_Nm(config)),
+    "corner-first": lambda config, _: CornerFirst(spatial_options(config)),
 }
+COMPARATORS: Final = tuple(_MAKERS)
 _SPATIAL: Final = frozenset({"give-way", "corner-first"})
 
 
@@ -93,21 +95,19 @@ def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
     Raises:
         ConfigurationError: There is none of that name.
     """
-    actions = task_actions(config)
-    per_action = config.task.ticks_per_action / 140
-    makers: dict[str, Callable[[], Policy]] = {
-        "omniscient": lambda: Omniscient(hole_m, OMNISCIENT_SPEED_M_S * per_action),
-        "torque": lambda: TorqueFollowing(actions, config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF),
-        "spiral-10": lambda: Spiral("spiral-10", SPIRAL_PITCH_M, 0.010 * per_action),
-        "spiral-5": lambda: Spiral("spiral-5", SPIRAL_PITCH_M, 0.005 * per_action),
-        "random": lambda: RandomWalkPolicy(actions),
-        "give-way": lambda: GiveWay(actions, config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF),
-        "corner-first": lambda: CornerFirst(spatial_options(config)),
-        NO_POLICY: lambda: RandomWalkPolicy(actions),
-    }
-    if name not in makers:
+    if name == NO_POLICY:
+        return RandomWalkPolicy(task_actions(config))
+    if name not in _MAKERS:
         raise ConfigurationError("policy", name, accepted_policies())
-    return makers[name]()
+    return _MAKERS[name](config, hole_m)
+
+
+def _action_s(config: RunConfig) -> float:
+    return config.task.ticks_per_action / CONTROL_RATE_HZ
+
+
+def _threshold_Nm(config: RunConfig) -> float:
+    return config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF
 
 
 def spatial_options(config: RunConfig) -> SpatialOptions:

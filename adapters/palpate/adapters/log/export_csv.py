@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from palpate.adapters.log.file import finite, json_in
 from palpate.adapters.log.reader import TrialLog, read_log
-from palpate.adapters.log.records import CallEntry
+from palpate.adapters.log.records import CallEntry, EventEntry, LossEntry
 from palpate.adapters.log.tick_layout import TickRecord
 from palpate.core.ports import AppliedCommand, JointSample, JointVector, WrenchSample, new_folder
 
@@ -85,16 +85,9 @@ def _write_log(log: TrialLog, folder: Path) -> None:
             for d in log.decisions
         ),
     )  # fmt: skip
-    _write(
-        folder / "events.csv",
-        ("tick", "name", "detail", "counterfactual"),
-        ((e.tick, e.name, e.detail, e.counterfactual) for e in log.events),
-    )
-    _write(
-        folder / "recorder.csv",
-        ("tick", "problem", "text", "dropped_messages", "first_dropped_tick", "last_dropped_tick"),
-        (dataclasses.astuple(loss) for loss in log.losses),
-    )
+    for name, kind, entries in (("events", EventEntry, log.events), ("recorder", LossEntry, log.losses)):
+        columns = [field.name for field in dataclasses.fields(kind)]
+        _write(folder / f"{name}.csv", columns, map(dataclasses.astuple, entries))
     (folder / "config.toml").write_text(log.start.config_toml, encoding="utf-8")
     _write_json(folder / "start.json", {"log": log.path, **_unfolded(log, "start", log.start)})
     if log.end is not None:
