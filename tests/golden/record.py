@@ -133,7 +133,7 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     "flat-first": (
         "run", "--task", "insertion-6dof", "--policy", "corner-first", "--trials", "1", "--seed", "36",
         "--cell.peg.cross-section", "keyed", "--task.options", "flat_deg", "37.5", "corner_mm", "11.5",
-        "inside_mm", "2", "lean_deg", "6", "down_mm", "0.9", "--task.insertion-depth-mm", "3",
+        "inside_mm", "2", "lean_deg", "6", "down_share", "0.75", "--task.insertion-depth-mm", "3",
         "--cell.peg.hole-depth-mm", "3", "--cell.tilt-mrad", "0.5", "--task.ready-height-mm", "1",
         "--task.tare-ticks", "7", "--task.ticks-per-action", "10", "--cell.conditions.yaw-deg", "2",
         "--task.start-uncertainty-mm", "1",

@@ -45,7 +45,8 @@ class Corner:
         self._flat = options.flat_deg > 0.0
         self.half_rad = radians(options.flat_deg) if self._flat else pi / int(options.corners or 4)
         self._inside_m, self.radius_m = options.inside_mm * 1e-3, options.corner_mm * 1e-3
-        self.lean_rad, self.push_N, self.down_m = radians(options.lean_deg), options.push_N, options.down_mm * 1e-3
+        self.lean_rad, self.push_N = radians(options.lean_deg), options.push_N
+        self.down_m = options.down_share * self.radius_m * sin(self.lean_rad)
         self.take(0)
 
     def take(self, number: int) -> None:
@@ -79,6 +80,11 @@ class Corner:
     def clear(self, observation: Observation) -> bool:
         """Whether the leaning tool is out of the hole."""
         return observation.depth_m < -self.radius_m * sin(hypot(*observation.turn_rad[:2])) - _CLEAR_M
+
+    def passed(self, observation: Observation) -> bool:
+        """Whether a corner kept at a height was pushed as far past its nominal place as it had come down inside it."""
+        x, y, _ = observation.reference_m
+        return self.down_m > 0.0 and x * cos(self._heading_rad) + y * sin(self._heading_rad) > self._inside_m
 
     def leaning(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
         """Up, and in equal parts over the corner and to the lean."""

@@ -122,6 +122,7 @@ class CornerFirst(FixedPolicy):
         elif (
             (self._quiet >= QUIET_ACTIONS and not self._driven)
             or self._pushed == LONGEST_PUSH
+            or self._corner.passed(observation)
             or (self._pushed > 2 and observation.depth_m < self._on_plate_m)
         ):
             self._stage = _Act.WITHDRAW

@@ -101,21 +101,33 @@ def test_a_tool_that_is_caught_goes_straight_up_first() -> None:
 
 
 def test_a_flat_leads_as_a_corner_does_let_down_no_deeper_than_asked_and_again_aside() -> None:
-    policy = CornerFirst(SpatialOptions(flat_deg=37.5, corner_mm=11.5, lean_deg=7.0, inside_mm=7.0, down_mm=0.9))
+    policy = CornerFirst(SpatialOptions(flat_deg=37.5, corner_mm=11.5, lean_deg=7.0, inside_mm=7.0, down_share=0.75))
     policy.begin_trial(0, np.random.default_rng(0))
     places = []
     for _ in range(3):
         first, *_ = [policy.choose(seen(depth_m=-4e-3)) for _ in range(7)]
         places.append(np.array(first.action.displacement_m) * 7e3)
         assert spatial(first).turn_rad == pytest.approx((0.0, -radians(1.0), 0.0))
-        walls, leaned, held = (-4.8, 0.0, -1.0), (0.0, -radians(7.0), 0.0), -0.45e-3
+        walls, leaned, held = (-4.8, 0.0, -1.0), (0.0, -radians(7.0), 0.0), -0.4e-3
         pushing = [policy.choose(seen(walls, NONE, leaned, held)) for _ in range(3)]
-        # 0.9 of the 1.4 mm by which the flat lies below the tip, and of the 1.2 mm after a degree of standing up.
-        assert [spatial(each).rise_m * 1e3 for each in pushing] == pytest.approx([0.501, 0.501, 0.302], abs=1e-3)
+        # Three quarters of the 1.4 mm by which the flat lies below the tip; 0.9 of the 1.2 mm once the tool stands up.
+        assert [spatial(each).rise_m * 1e3 for each in pushing] == pytest.approx([0.350, 0.350, 0.302], abs=1e-3)
         assert spatial(pushing[0]).push_N == pytest.approx((4.76, 0.0), abs=0.01)
         assert [each.action.name for each in pushing] == ["push", "push", "stand"]
         assert [policy.choose(seen()).action.name for _ in range(2)] == ["withdraw", "withdraw"]
     assert places == [pytest.approx((-7.0, aside_mm)) for aside_mm in (0.0, -1.5, 1.5)]
+
+
+@pytest.mark.parametrize(("share", "laws"), [(0.0, {Law.PUSH}), (0.75, {Law.WITHDRAW})])
+def test_a_corner_that_is_kept_at_a_height_is_pushed_no_further_than_past_its_place(
+    share: float, laws: set[Law]
+) -> None:
+    policy = CornerFirst(SpatialOptions(corners=4.0, corner_mm=20.0, down_share=share))
+    policy.begin_trial(0, np.random.default_rng(0))
+    for _ in range(6):
+        policy.choose(seen())
+    past = Observation(0, NONE, (5e-3, 5e-3, 0.0), NONE, NONE, 0, (0.06, -0.06, 0.0), NONE, 0.0)
+    assert {spatial(policy.choose(past)).law} == laws
 
 
 @pytest.mark.parametrize(
