@@ -90,7 +90,7 @@ def test_what_is_no_log_of_one_trial_is_told_from_one(data: bytes, expected: str
 
 def test_cut_at_any_byte_it_is_noticed() -> None:
     data = log_bytes(SMALL)
-    for length in range(0, len(data), 3):
+    for length in range(0, len(data), 5):
         assert "footer" in complaint(data[:length]) or "offset" in complaint(data[:length]) or not length
 
 
@@ -130,7 +130,7 @@ def test_a_log_that_another_tool_has_rewritten_reads_the_same(settings: dict[str
 def test_any_bit_flipped_under_valid_checksums_raises_nothing_else() -> None:
     # As a program with an error would write it: what checksums cannot tell, the decoding must.
     chance = random.Random(3)
-    for _ in range(1500):
+    for _ in range(900):
         content = list(SMALL)
         for _ in range(chance.choice((1, 1, 3))):
             at = chance.randrange(len(content))

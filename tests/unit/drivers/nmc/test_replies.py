@@ -12,7 +12,7 @@ from palpate.drivers.nmc.replies import Discarded, ModuleIdentity, Reply, decode
 
 MASKS = st.integers(0, 255).map(StatusItem)
 SIZES = {0x01: 4, 0x02: 1, 0x04: 2, 0x08: 1, 0x10: 4, 0x20: 2, 0x40: 2, 0x80: 1}
-TRIALS = 200_000
+TRIALS = 60_000
 
 
 def with_sum(body):
@@ -81,7 +81,7 @@ def test_share_of_random_corruptions_that_pass():
     mask = StatusItem.POSITION | StatusItem.AUX
     size = reply_size_bytes(mask)
     noise = sum(isinstance(decode_reply(draw.randbytes(size), mask), Reply) for _ in range(TRIALS))
-    assert noise / TRIALS == pytest.approx(1 / 512, rel=0.15)
+    assert noise / TRIALS == pytest.approx(1 / 512, rel=0.25)
     good = with_sum(bytes((9, 1, 2, 3, 0, 4)))
     passed = 0
     for _ in range(TRIALS):

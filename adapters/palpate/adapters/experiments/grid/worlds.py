@@ -89,8 +89,10 @@ class Named:
         try:
             return identifier(NONE if self.name == SYMBOLS else self.name, grid.symbols)
         except ConfigurationError as error:
-            # In a grid the state without memory has another name than in the configuration of the insertion task.
-            raise ConfigurationError("state", self.name, error.accepted.replace(f"{NONE},", f"{SYMBOLS},")) from error
+            # In a grid the state without memory has another name than in the configuration of the insertion task, and
+            # an action leaves no state.
+            accepted = error.accepted.replace(f"{NONE}, last-action,", f"{SYMBOLS},")
+            raise ConfigurationError("state", self.name, accepted) from error
 
 
 @dataclass(frozen=True)
