@@ -27,7 +27,8 @@ from palpate.adapters.config import BEFORE_SLIDING, overlay, scenario
 from palpate.adapters.experiments import build_perception, build_task, comparator, learning_policy, run_scored_trial
 from palpate.adapters.experiments.statistics import wilson_interval
 from palpate.adapters.mujoco import SimulatedRig
-from palpate.core.policy.belief import TouchedTrial, TouchModel, fit, learner, planner
+from palpate.core.policy.belief import TouchedTrial, fit, lean, learner, planner
+from palpate.core.policy.belief.lean import LeanModel
 from palpate.core.policy.belief.places import Places
 from palpate.core.trial import find_ready_pose
 
@@ -42,8 +43,8 @@ _NOTHING = 1e12
 FAILED_S = 20.0
 
 
-def _without_bias(trials: Sequence[TouchedTrial]) -> TouchModel:
-    return replace(fit.fit_touch_model(trials), bias_Nm=1e-9)
+def _without_bias(trials: Sequence[TouchedTrial]) -> LeanModel:
+    return replace(lean.fit_lean_model(trials), bias_Nm=1e-9, spread_Nm=1e-9)
 
 
 def _anywhere(holes: Sequence[object], places: Places) -> np.ndarray:
@@ -53,14 +54,15 @@ def _anywhere(holes: Sequence[object], places: Places) -> np.ndarray:
 ABLATIONS: dict[str, Sequence[Any]] = {
     "belief": (),
     "belief-symbols": (),
+    "belief-lean": (),
     "belief-symmetry": (patch.object(fit, "_CUE_COUNT", _NOTHING),),
-    "belief-residual": (patch.object(fit, "_RESIDUAL_COUNT", _NOTHING),),
-    "belief-bias": (patch.object(learner, "fit_touch_model", _without_bias),),
+    "belief-residual": (patch.object(lean, "_RESIDUAL_SHARE", 1e-9),),
+    "belief-bias": (patch.object(learner, "fit_lean_model", _without_bias),),
     "belief-prior": (patch.object(learner, "place_prior", _anywhere),),
     "belief-lengths": (patch.object(planner, "_LENGTHS_M", ()), patch.object(planner, "_HEADINGS", 8)),
 }
-"""What each leaves out; ``symbols`` the size of the torque, of which only the paper's bands are left; ``lengths`` all
-ways but eight headings of one length."""
+"""What each leaves out; ``symbols`` the size of the torque, of which only the paper's bands are left; ``lean`` that a
+tool may lean, and be gripped anew; ``lengths`` all ways but eight headings of one length."""
 
 
 def run(job: tuple[str, str, int, int]) -> dict[str, Any]:
@@ -70,6 +72,8 @@ def run(job: tuple[str, str, int, int]) -> dict[str, Any]:
     config = replace(scenario(name, "belief"), arm=arm, seed=seed)
     if policy == "belief-symbols":
         config = overlay(config, {"learning": {"belief": {"symbol_Nm": PAPER_BAND_NM}}})
+    if policy == "belief-lean":
+        config = overlay(config, {"learning": {"belief": {"regrip_share": 0.0}}})
     if policy not in ABLATIONS:
         config = overlay(config, BEFORE_SLIDING)
     ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)

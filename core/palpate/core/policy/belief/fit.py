@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import sqrt
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -31,7 +31,7 @@ _BORROWED: Final = 0.1
 """Share of its neighbours' touches that a ring takes for its own."""
 _BIAS_TRIALS: Final = 2.0
 """What is believed of the bias beforehand, that it is as large as the noise, is worth so many trials."""
-_LEAST_NM: Final = 1e-4
+LEAST_NM: Final = 1e-4
 """Nothing is less noisy than this."""
 
 
@@ -43,7 +43,7 @@ def fit_touch_model(trials: Sequence[TouchedTrial]) -> TouchModel:
     """
     examples = Examples.of(trials)
     require_touches(len(examples.trial))
-    fits = [_Fit(examples, lag) for lag in LAGS]
+    fits = [TouchFit(examples, lag) for lag in LAGS]
     return min(fits, key=lambda fit: fit.pooled).model()
 
 
@@ -58,8 +58,10 @@ def require_touches(count: int) -> None:
         raise ConfigurationError("touch model", f"{count} touches", accepted)
 
 
-class _Fit:
+class TouchFit:
     """The fit at one lag."""
+
+    _residual_count = _RESIDUAL_COUNT
 
     def __init__(self, examples: Examples, lag: float) -> None:
         self._lag, self._torque, self._trial = lag, examples.torque_Nm, examples.trial
@@ -71,7 +73,7 @@ class _Fit:
         self._trials = int(self._trial.max()) + 1
         self._per_trial = np.bincount(self._trial, minlength=self._trials).astype(float)
         self._cues = self._residuals = np.zeros((len(self._torque), 2))
-        self.pooled = max(float(np.square(self._torque).mean()), _LEAST_NM**2)
+        self.pooled = max(float(np.square(self._torque).mean()), LEAST_NM**2)
         self._bias_variance = self.pooled
         for _ in range(_SWEEPS):
             self._sweep()
@@ -82,13 +84,16 @@ class _Fit:
         # What is borne with a greater load shows more: least squares weight a lever by the load's square.
         self._fit_cue(self._load * left - self._weight * self._residuals)
         self._fit_residual(self._load * left - self._weight * self._cues)
-        self._left = np.square(left - self._load * (self._cues + self._residuals)).mean(axis=1)
-        self.pooled = max(float(self._left.mean()), _LEAST_NM**2)
+        self._take_left(left - self._load * (self._cues + self._residuals))
+
+    def _take_left(self, unexplained: Floats) -> None:
+        self._left = np.square(unexplained).mean(axis=1)
+        self.pooled = max(float(self._left.mean()), LEAST_NM**2)
 
     def _fit_cue(self, weighted: Floats) -> None:
         sums, counts = self._by_ring(self._at.turned_back(weighted)), self._by_ring(self._weight)
         common = sums.sum(axis=0) / (counts.sum() + _CUE_COUNT)
-        sums, counts = _borrowing(sums), _borrowing(counts)
+        sums, counts = borrowing(sums), borrowing(counts)
         self._cue = (sums + _CUE_COUNT * common) / (counts + _CUE_COUNT)
         self._cues = self._at.turned(self._at.between(self._cue))
 
@@ -99,7 +104,7 @@ class _Fit:
         for column, values in enumerate((weighted[:, 0], weighted[:, 1], self._weight[:, 0])):
             table[:, column] = np.bincount(cells, low * values, size)
             table[:, column] += np.bincount(cells + SECTORS, high * values, size)
-        means = table[:, :2] / (table[:, 2:] + _RESIDUAL_COUNT)
+        means = table[:, :2] / (table[:, 2:] + self._residual_count)
         self._residual = means.reshape(len(RINGS_M), SECTORS, 2)
         self._residuals = self._at.between_cells(self._residual)
 
@@ -114,8 +119,11 @@ class _Fit:
         shrink = self._bias_variance * weights
         self._bias = shrink[:, None] * (means - self._offset)
         spread = float((np.square(self._bias).mean(axis=1) + shrink * noise).sum())
+        self._bias_variance = self._shrunk_variance(spread)
+
+    def _shrunk_variance(self, spread: float) -> float:
         before = _BIAS_TRIALS * self.pooled
-        self._bias_variance = max((spread + before) / (self._trials + _BIAS_TRIALS), _LEAST_NM**2)
+        return max((spread + before) / (self._trials + _BIAS_TRIALS), LEAST_NM**2)
 
     def _by_ring(self, values: Floats) -> Floats:
         """Sums of values (n, k) by ring, each value shared between the two rings it lies between."""
@@ -129,20 +137,23 @@ class _Fit:
 
     def model(self) -> TouchModel:
         """What was fitted."""
+        return TouchModel(**self._parts())
+
+    def _parts(self) -> dict[str, Any]:
         counts = self._by_ring(np.ones((len(self._left), 1)))[:, 0]
         variance = (self._by_ring(self._left[:, None])[:, 0] + _NOISE_COUNT * self.pooled) / (counts + _NOISE_COUNT)
-        return TouchModel(
-            lag=self._lag,
-            offset_Nm=_pair(self._offset),
-            cue_Nm=tuple(map(_pair, self._cue)),
-            residual_Nm=tuple(tuple(map(_pair, ring)) for ring in self._residual),
-            noise_Nm=tuple(sqrt(max(float(value), _LEAST_NM**2)) for value in variance),
-            bias_Nm=sqrt(self._bias_variance),
-            touches=len(self._left),
-        )
+        return {
+            "lag": self._lag,
+            "offset_Nm": as_pair(self._offset),
+            "cue_Nm": tuple(map(as_pair, self._cue)),
+            "residual_Nm": tuple(tuple(map(as_pair, ring)) for ring in self._residual),
+            "noise_Nm": tuple(sqrt(max(float(value), LEAST_NM**2)) for value in variance),
+            "bias_Nm": sqrt(self._bias_variance),
+            "touches": len(self._left),
+        }
 
 
-def _borrowing(table: Floats) -> Floats:
+def borrowing(table: Floats) -> Floats:
     """A table by rings (rings, k), each with a share of its neighbours'."""
     lent = _BORROWED * table
     table = table.copy()
@@ -151,5 +162,6 @@ def _borrowing(table: Floats) -> Floats:
     return table
 
 
-def _pair(values: Floats) -> Pair:
+def as_pair(values: Floats) -> Pair:
+    """Two numbers, (2,), as a pair."""
     return float(values[0]), float(values[1])

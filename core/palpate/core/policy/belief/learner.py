@@ -12,6 +12,8 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import LEARNED, Action, Decision, Hindsight, Observation
 from palpate.core.policy.belief.arithmetic import logarithm
 from palpate.core.policy.belief.fit import FEWEST_TOUCHES, fit_touch_model
+from palpate.core.policy.belief.lean import fit_lean_model
+from palpate.core.policy.belief.lean_belief import LeanTable
 from palpate.core.policy.belief.model import TouchModel
 from palpate.core.policy.belief.places import PlaceBelief, Places, TouchTable
 from palpate.core.policy.belief.planner import Planner, SpiralSearch
@@ -86,8 +88,13 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self._model = self._table = None
         if sum(len(trial.touches) for trial in self._trials) < FEWEST_TOUCHES:
             return
-        self._model = fit_touch_model(self._trials)
-        self._table, self._lag = TouchTable(self._model, self._places), self._model.lag
+        if self.parameters.regrip_share > 0.0:
+            self._model = leaning = fit_lean_model(self._trials)
+            self._table = LeanTable(leaning, self._places, self.parameters.regrip_share)
+        else:
+            self._model = fit_touch_model(self._trials)
+            self._table = TouchTable(self._model, self._places)
+        self._lag = self._model.lag
         if self.parameters.symbol_Nm > 0.0:
             symbols = fit_symbol_model(self._trials, self.parameters.symbol_Nm)
             self._table, self._lag = SymbolTable(symbols, self._places), symbols.lag

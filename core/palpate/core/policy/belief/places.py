@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from math import ceil, log
 from typing import Final
 
@@ -74,23 +75,19 @@ class TouchTable:
         axis = np.arange(-self._reach, self._reach + 1) * PITCH_M
         side = len(axis)
         directions = Directions.of(np.repeat(axis, side), np.tile(axis, side))
-        expected, variance = model.expected_Nm(directions), model.variance(directions)
-        precision = 1.0 / variance
-        square = expected[:, 0] * expected[:, 0] + expected[:, 1] * expected[:, 1]
-        self._tables = [
-            table.reshape(side, side)
-            for table in (
-                precision,
-                precision * expected[:, 0],
-                precision * expected[:, 1],
-                precision * square,
-                2.0 * logarithm(variance),
-            )
-        ]
+        self._tables = [table.reshape(side, side) for table in self._columns(model, directions)]
         self.offset_Nm = model.offset_Nm
         self.bias_precision = 1.0 / (model.bias_Nm * model.bias_Nm)
 
-    def begin(self, log_prior: Floats, kept: float) -> TorqueBelief:
+    def _columns(self, model: TouchModel, directions: Directions) -> Sequence[Floats]:
+        """What :meth:`at` gives, for each displacement."""
+        expected, variance = model.expected_Nm(directions), model.variance(directions)
+        precision = 1.0 / variance
+        square = expected[:, 0] * expected[:, 0] + expected[:, 1] * expected[:, 1]
+        of_expected = (precision * expected[:, 0], precision * expected[:, 1], precision * square)
+        return precision, *of_expected, 2.0 * logarithm(variance)
+
+    def begin(self, log_prior: Floats, kept: float) -> PlaceBelief:
         """A trial's belief, of its prior alone, (size, size)."""
         return TorqueBelief(self, log_prior, kept)
 

@@ -18,7 +18,9 @@ class BeliefParameters(Settings):
     """What does not follow from the task."""
 
     TABLE: ClassVar[str] = "learning.belief"
-    UNTOLD: ClassVar[Mapping[str, Any]] = MappingProxyType({"symbol_Nm": 0.0, "kept": 0.97, "search_speed_mm_s": 0.0})
+    UNTOLD: ClassVar[Mapping[str, Any]] = MappingProxyType(
+        {"symbol_Nm": 0.0, "kept": 0.97, "search_speed_mm_s": 0.0, "regrip_share": 0.0}
+    )
 
     capture_mm: Annotated[float, Range(0.02, 2.0)] = 0.15
     """A hole within this distance of the peg's way takes it in."""
@@ -37,6 +39,9 @@ class BeliefParameters(Settings):
     many again a search of everything, to the end."""
     search_steps: Annotated[int, Range(1, 10000)] = 40
     """Steps of the first of these searches."""
+    regrip_share: Annotated[float, Range(0.0, 0.5)] = 0.05
+    """How likely the tool leans otherwise than in the trials before; 0: the touch model of before, which knows of no
+    lean."""
     symbol_Nm: Annotated[float, Range(0.0, 10.0)] = 0.0
     """0: torques count as they are; else only whether each component is below, within or above so much, as in the
     paper, where it is 0.7 kgf mm, 0.006865 N m."""

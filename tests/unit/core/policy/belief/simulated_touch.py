@@ -11,8 +11,12 @@ OFFSET_NM = (0.004, -0.002)
 def touch_at(place_m: np.ndarray, hole_m: np.ndarray, rng: np.random.Generator, noise_Nm: float = 0.003) -> Touch:
     x, y = (hole_m - place_m) / max(float(np.hypot(*(hole_m - place_m))), 1e-9)
     torque = np.array([CUE_NM * y, -CUE_NM * x]) + OFFSET_NM + noise_Nm * rng.standard_normal(2)
+    return touch_of(place_m, torque)
+
+
+def touch_of(place_m: np.ndarray, torque_Nm: np.ndarray) -> Touch:
     a, b = np.rint(place_m / LENGTH_M).astype(int).tolist()
-    c, d = np.rint(torque / TORQUE_NM).astype(int).tolist()
+    c, d = np.rint(torque_Nm / TORQUE_NM).astype(int).tolist()
     return Touch((a, b), (c, d), 4900)
 
 
@@ -24,4 +28,29 @@ def trials(count: int, touches: int = 8, seed: int = 3, noise_Nm: float = 0.003)
         felt = tuple(touch_at(rng.uniform(-0.0035, 0.0035, 2), hole, rng, noise_Nm) for _ in range(touches))
         x, y = np.rint(hole / LENGTH_M).astype(int).tolist()
         made.append(TouchedTrial((x, y), felt))
+    return made
+
+
+GAINS = (1.2, -0.3)
+"""Along and across the heading of the hole, how much more of a lean's torque there is."""
+
+
+def expected_Nm(way_m: np.ndarray, lean_Nm: np.ndarray) -> np.ndarray:
+    """Torque of a tool that leans."""
+    along = way_m / float(np.hypot(*way_m))
+    across = np.array([-along[1], along[0]])
+    seen: np.ndarray = sum((1.0 + g) * (lean_Nm @ axis) * axis for g, axis in zip(GAINS, (along, across), strict=True))
+    return seen - CUE_NM * across
+
+
+def leaning_trials(leans_Nm: list[tuple[float, float]], touches: int = 12, seed: int = 5) -> list[TouchedTrial]:
+    """Trials with a lean each."""
+    rng, made = np.random.default_rng(seed), []
+    for lean in leans_Nm:
+        felt = []
+        for _ in range(touches):
+            place = rng.uniform(-0.0025, 0.0025, 2)
+            torque = expected_Nm(-place, np.array(lean)) + 0.003 * rng.standard_normal(2)
+            felt.append(touch_of(place, torque))
+        made.append(TouchedTrial((0, 0), tuple(felt)))
     return made
