@@ -256,15 +256,11 @@ class FlightRecorder(LoopObserver):
             if isinstance(item, bytes):
                 frames.append(item)
                 continue
-            deadline_ns, snapshot, command, applied = item
-            time_ns, wrench, joints = snapshot.time_ns, snapshot.wrench, snapshot.joints
-            asked_rad, applied_rad = command.position_rad, applied.position_rad
+            _, snapshot, command, applied = item
             try:
-                layout = full_layout(len(asked_rad), len(joints.position_rad), len(applied_rad), wrench.frame)
-                payload = layout.pack(
-                    snapshot.tick, time_ns, deadline_ns, wrench, joints, asked_rad, applied_rad, applied.reason
-                )
-                frames.append(message_frame(TICK.id, time_ns, payload))
+                asked, joints = command.position_rad, snapshot.joints.position_rad
+                layout = full_layout(len(asked), len(joints), len(applied.position_rad), snapshot.wrench.frame)
+                frames.append(message_frame(TICK.id, snapshot.time_ns, layout.pack(*item)))
             except _UNFIT as error:
                 self._refuse(TICK, error, snapshot.tick)
         if self._lost is not None:

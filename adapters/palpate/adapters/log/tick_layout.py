@@ -8,18 +8,21 @@ tests, and the fallback for a message of ours that has another layout.
 from __future__ import annotations
 
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
 
 from palpate.adapters.log.messages import decode_record
-from palpate.adapters.log.schema import ENUMS, MESSAGES, enum_number
+from palpate.adapters.log.schema import ENUMS, MESSAGES, VECTOR, enum_number
 from palpate.core.errors import CommandError
 from palpate.core.ports import (
     AppliedCommand,
     CommandReason,
+    JointCommand,
     JointSample,
     JointVector,
+    Snapshot,
     Validity,
     WrenchKind,
     WrenchSample,
@@ -72,20 +75,8 @@ class FullLayout:
     """The layout of a tick in which everything is there. Immutable."""
 
     def __init__(self, asked: int, joints: int, applied: int, frame: str) -> None:
-        wrench = _Segments()
-        wrench.vector("Wrench", "force_N", 3).vector("Wrench", "torque_Nm", 3)
-        for name in ("source_time_ns", "receive_time_ns", "sequence"):
-            wrench.integer("Wrench", name)
-        wrench.enum("Wrench", "validity").enum("Wrench", "kind").text("Wrench", "frame", frame)
-        sample = _Segments().vector("Joints", "position_rad", joints)
-        for name in ("source_time_ns", "receive_time_ns", "sequence"):
-            sample.integer("Joints", name)
-        sample.enum("Joints", "validity")
-        tick = _Segments()
-        for name in ("tick", "time_ns", "deadline_ns"):
-            tick.integer("Tick", name)
-        tick.nested("Tick", "wrench", wrench).nested("Tick", "joints", sample)
-        tick.vector("Tick", "asked_rad", asked).vector("Tick", "applied_rad", applied).enum("Tick", "reason")
+        lengths = {"force_N": 3, "torque_Nm": 3, "position_rad": joints, "asked_rad": asked, "applied_rad": applied}
+        tick = _Segments("Tick", lengths, frame.encode())
         self._frame = frame
         self._packer, self._constants = tick.packer()
         self._reader = tick.reader()
@@ -96,23 +87,14 @@ class FullLayout:
         self._applied_at = self._asked_at + asked
         self._reason_at = self._applied_at + applied
 
-    def pack(
-        self,
-        tick: int,
-        time_ns: int,
-        deadline_ns: int,
-        wrench: WrenchSample,
-        joints: JointSample,
-        asked_rad: JointVector,
-        applied_rad: JointVector,
-        reason: CommandReason,
-    ) -> bytes:
+    def pack(self, deadline_ns: int, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> bytes:
         """The message's bytes."""
+        wrench, joints, reason = snapshot.wrench, snapshot.joints, applied.reason
         validity, kind, trust = wrench.validity, wrench.kind, joints.validity
         k = self._constants
         # The order of the arguments is that of the segments; identity first, because hashing an enum member is slow.
         return self._packer.pack(
-            k[0], tick, k[1], time_ns, k[2], deadline_ns,
+            k[0], snapshot.tick, k[1], snapshot.time_ns, k[2], deadline_ns,
             k[3], *wrench.force_N, k[4], *wrench.torque_Nm,
             k[5], wrench.source_time_ns, k[6], wrench.receive_time_ns, k[7], wrench.sequence,
             k[8], 0 if validity is Validity.VALID else enum_number("Validity", validity),
@@ -120,7 +102,7 @@ class FullLayout:
             k[10], *joints.position_rad,
             k[11], joints.source_time_ns, k[12], joints.receive_time_ns, k[13], joints.sequence,
             k[14], 0 if trust is Validity.VALID else enum_number("Validity", trust),
-            k[15], *asked_rad, k[16], *applied_rad,
+            k[15], *command.position_rad, k[16], *applied.position_rad,
             k[17], 0 if reason is CommandReason.AS_ASKED else enum_number("Reason", reason),
         )  # fmt: skip
 
@@ -159,33 +141,31 @@ def full_layout(asked: int, joints: int, applied: int, frame: str) -> FullLayout
 
 
 class _Segments:
-    """Constant bytes and numbers in turns; numbers are ``(struct code, count)``."""
+    """A message as constant bytes and numbers in turns; numbers are ``(struct code, count)``."""
 
-    def __init__(self) -> None:
+    def __init__(self, message: str, lengths: Mapping[str, int], frame: bytes) -> None:
         self._parts: list[tuple[bytes, str, int]] = []
         self._tail = b""
-
-    def integer(self, message: str, field: str) -> _Segments:
-        return self._number(_tag(message, field, _FIXED64), "q", 1)
-
-    def enum(self, message: str, field: str) -> _Segments:
-        # A varint below 128 is one byte.
-        return self._number(_tag(message, field, _VARINT), "B", 1)
-
-    def vector(self, message: str, field: str, length: int) -> _Segments:
-        return self._number(_tag(message, field, _BYTES) + _varint(8 * length), "d", length)
-
-    def text(self, message: str, field: str, text: str) -> _Segments:
-        data = text.encode()
-        self._tail += _tag(message, field, _BYTES) + _varint(len(data)) + data
-        return self
-
-    def nested(self, message: str, field: str, inner: _Segments) -> _Segments:
-        self._tail += _tag(message, field, _BYTES) + _varint(inner._size())
-        for part in inner._parts:
-            self._number(*part)
-        self._tail += inner._tail
-        return self
+        for name, kind, number in MESSAGES[message]:
+            if kind == VECTOR:
+                self._tail += _tag(number, _BYTES) + _varint(8 * lengths[name])
+                self._number("d", lengths[name])
+            elif kind == "sfixed64":
+                self._tail += _tag(number, _FIXED64)
+                self._number("q")
+            elif kind in ENUMS:
+                # A varint below 128 is one byte.
+                self._tail += _tag(number, _VARINT)
+                self._number("B")
+            elif kind == "string":
+                self._tail += _tag(number, _BYTES) + _varint(len(frame)) + frame
+            elif kind in MESSAGES:
+                inner = _Segments(kind, lengths, frame)
+                self._tail += _tag(number, _BYTES) + _varint(inner._size())
+                for constant, code, count in inner._parts:
+                    self._tail += constant
+                    self._number(code, count)
+                self._tail += inner._tail
 
     def packer(self) -> tuple[struct.Struct, tuple[bytes, ...]]:
         """Takes constant, numbers, constant, numbers, ... and the constants."""
@@ -205,18 +185,16 @@ class _Segments:
             template += constant + bytes(numbers)
         return int.from_bytes(mask, "little"), int.from_bytes(template, "little")
 
-    def _number(self, constant: bytes, code: str, count: int) -> _Segments:
-        self._parts.append((self._tail + constant, code, count))
+    def _number(self, code: str, count: int = 1) -> None:
+        self._parts.append((self._tail, code, count))
         self._tail = b""
-        return self
 
     def _size(self) -> int:
         numbers = sum(len(c) + struct.calcsize(f"<{count}{code}") for c, code, count in self._parts)
         return numbers + len(self._tail)
 
 
-def _tag(message: str, field: str, wire: int) -> bytes:
-    number = next(number for name, _, number in MESSAGES[message] if name == field)
+def _tag(number: int, wire: int) -> bytes:
     return _varint(number << 3 | wire)
 
 

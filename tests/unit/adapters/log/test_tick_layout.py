@@ -3,6 +3,7 @@
 import struct
 from dataclasses import replace
 from math import isfinite
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -78,8 +79,8 @@ def by_protobuf(record: TickRecord) -> bytes:
 def packed(tick: TickRecord) -> bytes:
     """As the recorder packs a tick in which everything is there."""
     layout: Any = layout_of(tick)
-    rest: Any = (tick.wrench, tick.joints, tick.asked_rad, tick.applied.position_rad, tick.applied.reason)
-    return layout.pack(tick.tick, tick.time_ns, tick.deadline_ns, *rest)
+    snapshot = SimpleNamespace(tick=tick.tick, time_ns=tick.time_ns, wrench=tick.wrench, joints=tick.joints)
+    return layout.pack(tick.deadline_ns, snapshot, SimpleNamespace(position_rad=tick.asked_rad), tick.applied)
 
 
 def bits(record: TickRecord) -> Any:
