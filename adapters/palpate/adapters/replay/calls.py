@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import zip_longest
 from typing import Final
 
-from palpate.adapters.log import CallEntry, TickRecord
+from palpate.adapters.log import CallEntry
 
 SLEEP: Final = "clock.sleep_until"
 NOW: Final = "clock.now_ns"
@@ -20,26 +20,13 @@ class CallOrder:
     """The two lists; calls are named ``port.call``.
 
     Attributes:
+        told: Those of the log.
         made: What the core has called, once it was answered.
     """
 
     def __init__(self) -> None:
         self.told: list[str] = []
         self.made: list[str] = []
-
-    def tell(self, record: TickRecord) -> None:
-        """Add the calls of a tick: a loop makes those that are there in this order."""
-        told = self.told
-        if record.deadline_ns is not None:
-            told.append(SLEEP)
-        if record.time_ns is not None:
-            told.append(NOW)
-        if record.wrench is not None:
-            told.append(FORCE)
-        if record.joints is not None:
-            told.append(JOINTS)
-        if record.asked_rad is not None and record.applied is not None:
-            told.append(SEND)
 
     def tell_call(self, call: CallEntry) -> None:
         """Add a call that is none of a tick's own; other entries, such as of an injected fault, are none."""

@@ -63,10 +63,16 @@ class Sent(NamedTuple):
 class Track(Generic[T]):
     """What one port gave, call by call."""
 
-    def __init__(self, call: str, load: Callable[[], bool], made: Callable[[str], None]) -> None:
-        self._call, self._load, self._made = call, load, made
+    def __init__(self, call: str, load: Callable[[], bool], order: CallOrder) -> None:
+        self._call, self._load = call, load
+        self._told, self._made = order.told.append, order.made.append
         self._items: deque[T | Raised] = deque()
         self.append = self._items.append
+
+    def tell(self, item: T) -> None:
+        """Add what a call of a tick gave."""
+        self._items.append(item)
+        self._told(self._call)
 
     def next(self) -> T:
         """The next one; what failed fails again.
@@ -122,13 +128,12 @@ class Tape:
         self.last: TickRecord | None = None
         self.odd_tick: int | None = None
         self.claimed_tick: int | None = None
-        made = self.order.made.append
-        self.clock: Track[int] = Track(NOW, self._load, made)
-        self.deadlines: Track[int] = Track(SLEEP, self._load, made)
-        self.wrenches: Track[WrenchSample] = Track(FORCE, self._load, made)
-        self.joints: Track[JointSample] = Track(JOINTS, self._load, made)
-        self.sends: Track[Sent] = Track(SEND, self._load, made)
-        self.stops: Track[None] = Track(STOP, self._load, made)
+        self.clock: Track[int] = Track(NOW, self._load, self.order)
+        self.deadlines: Track[int] = Track(SLEEP, self._load, self.order)
+        self.wrenches: Track[WrenchSample] = Track(FORCE, self._load, self.order)
+        self.joints: Track[JointSample] = Track(JOINTS, self._load, self.order)
+        self.sends: Track[Sent] = Track(SEND, self._load, self.order)
+        self.stops: Track[None] = Track(STOP, self._load, self.order)
         self._calls: dict[int, list[CallEntry]] = defaultdict(list)
         for call in log.calls:
             self._calls[call.tick].append(call)
@@ -148,19 +153,19 @@ class Tape:
         self.last = record
         if record.counterfactual and self.claimed_tick is None:
             self.claimed_tick = tick
-        self.order.tell(record)
+        # In the order in which a loop makes these calls.
         if record.deadline_ns is not None:
-            self.deadlines.append(record.deadline_ns)
+            self.deadlines.tell(record.deadline_ns)
         if record.time_ns is not None:
-            self.clock.append(record.time_ns)
+            self.clock.tell(record.time_ns)
         if record.wrench is not None:
-            self.wrenches.append(record.wrench)
+            self.wrenches.tell(record.wrench)
             if self.odd_tick is None and not _as_measured(record.wrench):
                 self.odd_tick = tick
         if record.joints is not None:
-            self.joints.append(record.joints)
+            self.joints.tell(record.joints)
         if record.asked_rad is not None and record.applied is not None:
-            self.sends.append(Sent(tick, record.asked_rad, record.applied))
+            self.sends.tell(Sent(tick, record.asked_rad, record.applied))
         if tick in self._calls:
             self._add_calls(self._calls[tick])
         return True
