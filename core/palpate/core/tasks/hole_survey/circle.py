@@ -44,26 +44,24 @@ def fit_circle(places_m: Sequence[tuple[float, float]]) -> Circle | None:
     count = len(places_m)
     cx, cy = sum(x for x, _ in places_m) / count, sum(y for _, y in places_m) / count
     radius = sum(hypot(x - cx, y - cy) for x, y in places_m) / count
-    for last in (False,) * _ROUNDS + (True,):
+    left = _ROUNDS
+    while True:
         rows: list[Row] = []
         misses: list[float] = []
         for x, y in places_m:
             away = hypot(x - cx, y - cy)
-            if away == 0.0:
-                return None
-            rows.append(((x - cx) / away, (y - cy) / away, 1.0))
+            rows.append(((x - cx) / away, (y - cy) / away, 1.0) if away else (0.0, 0.0, 1.0))
             misses.append(away - radius)
         inverse = _inverse([[sum(row[i] * row[j] for row in rows) / count for j in range(3)] for i in range(3)])
         if inverse is None:
             return None
         slope = [sum(row[i] * miss for row, miss in zip(rows, misses, strict=True)) / count for i in range(3)]
-        if last:
+        if not left:
             scatter = sqrt(sum(miss * miss for miss in misses) / max(count - 3, 1))
             sx, sy, sr = (scatter * sqrt(inverse[i][i] / count) for i in range(3))
             return Circle((cx, cy), radius, (sx, sy), sr, scatter)
         dx, dy, dr = (sum(each * s for each, s in zip(row, slope, strict=True)) for row in inverse)
-        cx, cy, radius = cx + dx, cy + dy, radius + dr
-    return None
+        cx, cy, radius, left = cx + dx, cy + dy, radius + dr, left - 1
 
 
 def _inverse(m: list[list[float]]) -> list[list[float]] | None:

@@ -52,7 +52,6 @@ class SpatialExplore(Explore):
         pull = (0.0, 0.0, _PULL_N)
         self._pull = DampingControl(damping_N_s_per_m, pull, _WITHDRAW_M_S, equipment.axial_N_per_m, PERIOD_S)
         self._most_rad = radians(options.most_lean_deg), radians(options.most_yaw_deg)
-        self._spatial, self._rate_rad_s = _STEP, (0.0, 0.0, 0.0)
 
     @override
     def resume(self) -> None:
