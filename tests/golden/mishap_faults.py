@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from palpate.core.motion import ToolGeometry
+
 
 def force(kind: str, tick: int, **plan: Any) -> Mapping[str, Any]:
     """Of the force sensor, from a tick on."""
@@ -29,3 +31,20 @@ def clock(kind: str, tick: int, **plan: Any) -> Mapping[str, Any]:
 def weak(**limits: Any) -> dict[str, Any]:
     """Limits of the supervisor, some of them weaker."""
     return {"supervision": limits}
+
+
+def dead(tick: int) -> tuple[Mapping[str, Any], ...]:
+    """A force sensor that gives its noise and nothing else."""
+    forces, torques = (0, 1, 2), (3, 4, 5)
+    return (
+        force("unit", tick, factor=1e-4),
+        force("noise", tick, magnitude=0.1, channels=forces),
+        force("noise", tick, magnitude=0.004, channels=torques),
+    )
+
+
+def shove(tick: int, x_N: float, y_N: float) -> tuple[Mapping[str, Any], ...]:
+    """A lateral force with the torque that it has at the tip."""
+    lever_m = ToolGeometry().tip_from_sensor_m
+    wrench = ((0, x_N), (1, y_N), (3, -lever_m * y_N), (4, lever_m * x_N))
+    return tuple(force("offset", tick, magnitude=value, channels=(channel,)) for channel, value in wrench)

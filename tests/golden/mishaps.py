@@ -6,33 +6,13 @@ draws the tool back by little.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import nan, pi
 from typing import Any, Final
 
-from palpate.core.motion import ToolGeometry
 from palpate.core.ports import CommandReason
 from tests.golden.mishap import Mishap
-from tests.golden.mishap_faults import arm, clock, force, joints, weak
+from tests.golden.mishap_faults import arm, clock, dead, force, joints, shove, weak
 from tests.golden.mishaps_newer_tasks import NEWER_TASKS
-
-
-def _dead(tick: int) -> tuple[Mapping[str, Any], ...]:
-    """A force sensor that gives its noise and nothing else."""
-    forces, torques = (0, 1, 2), (3, 4, 5)
-    return (
-        force("unit", tick, factor=1e-4),
-        force("noise", tick, magnitude=0.1, channels=forces),
-        force("noise", tick, magnitude=0.004, channels=torques),
-    )
-
-
-def _shove(tick: int, x_N: float, y_N: float) -> tuple[Mapping[str, Any], ...]:
-    """A lateral force with the torque that it has at the tip."""
-    lever_m = ToolGeometry().tip_from_sensor_m
-    wrench = ((0, x_N), (1, y_N), (3, -lever_m * y_N), (4, lever_m * x_N))
-    return tuple(force("offset", tick, magnitude=value, channels=(channel,)) for channel, value in wrench)
-
 
 _EXPLORING: Final = 150
 """A tick at which trial 0 explores."""
@@ -131,7 +111,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
     ),
     "calibrated-torque": Mishap((force("spike", _EXPLORING, magnitude=9.0, channels=(3, 4, 5)),), _CALIBRATED),
     "calibrated-misfit": Mishap((force("offset", _EXPLORING, magnitude=2.0, channels=(3, 4)),), _CALIBRATED),
-    "calibrated-rate": Mishap((force("spike", _EXPLORING, magnitude=27.0, channels=(0, 1)),), _CALIBRATED),
+    "calibrated-rate": Mishap((force("spike", _EXPLORING, magnitude=15.0, channels=(0, 1, 2)),), _CALIBRATED),
     "calibrated-contact": Mishap((force("spike", 20, magnitude=-3.0, channels=(0, 1, 2)),), _CALIBRATED),
     "calibrated-force": Mishap((force("spike", 20, magnitude=45.0, channels=(0, 1, 2)),), _CALIBRATED),
     "effort": Mishap(
@@ -170,14 +150,19 @@ MISHAPS: Final[dict[str, Mishap]] = {
         {"supervision": {"area_margin_mm": 0.05}, "task": {"area_centre": "start"}},
         trial=2,
     ),
+    "trip-area-x": Mishap(
+        (joints("spike", _EXPLORING, magnitude=0.06, channels=(1,)),),
+        {"task": {"area_centre": "start"}, **_near_walls(depth_margin_mm=200.0, height_margin_mm=200.0)},
+        trial=2,
+    ),
     "inserted-ur5": Mishap(settings={"arm": "ur5", "task": {"time_limit_s": 4.0, "insertion_depth_mm": 3.0}}),
     "inserted-blind": Mishap(
         settings={"task": {"time_limit_s": 6.0}, "cell": {"hole_uncertainty_mm": 3.0, "hole_height_error_mm": 0.3}},
         trial=1,
     ),
-    "lies-dead-approach": Mishap(_dead(0)),
-    "lies-dead-explore": Mishap(_dead(_EXPLORING), {"task": {"time_limit_s": 4.0}}),
-    "lies-dead-in-the-hole": Mishap(_dead(232), {"task": {"time_limit_s": 4.0}}),
+    "lies-dead-approach": Mishap(dead(0)),
+    "lies-dead-explore": Mishap(dead(_EXPLORING), {"task": {"time_limit_s": 4.0}}),
+    "lies-dead-in-the-hole": Mishap(dead(232), {"task": {"time_limit_s": 4.0}}),
     "lies-noisier": Mishap((force("noise", 20, magnitude=0.45),), {"supervision": {"max_noise_ratio": 2.0}}),
     "trip-kind": Mishap(tared_from=20),
     "first-kind": Mishap(tared_from=0),
@@ -375,6 +360,12 @@ MISHAPS: Final[dict[str, Mishap]] = {
         {"task": _SOON},
         (62, "stop"),
     ),
+    # A sample that comes again under its own number is no recording.
+    "repeated-for-short": Mishap(
+        (force("repeat", 20, span_ticks=1, duration_ticks=5),),
+        {"task": _SOON, "supervision": {"max_recurring_samples": 3}},
+        (30, "stop"),
+    ),
     # Two samples so close in time that their noise would be a rate.
     "samples-close": Mishap(settings={"task": _SOON}, at=(26, "stop"), ahead={20: 7_140_000}),
     # Too fast over two ticks, and not over the four that count.
@@ -445,7 +436,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "heavy-tool": Mishap((force("offset", 0, magnitude=30.0, channels=(2,)),), {"task": _SOON}, (4, "stop")),
     # A lateral force that seems to come from the tip leads the tool as far aside as a wall can be, and half back.
     "shoved": Mishap(
-        (*_shove(90, 4.0, 8.0), *_shove(122, 0.5, -12.0)), {"task": _SOON | {"play_mm": 0.1}}, (130, "stop")
+        (*shove(90, 4.0, 8.0), *shove(122, 0.5, -12.0)), {"task": _SOON | {"play_mm": 0.1}}, (130, "stop")
     ),
     "surface-interrupted": Mishap(
         settings={"task": _SOON | {"name": "surface-follow", "options": {"stroke_mm": 14.0}}}, at=(12, "interrupt")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 from tests.golden.mishap import Mishap
-from tests.golden.mishap_faults import force, joints, weak
+from tests.golden.mishap_faults import dead, force, joints, shove, weak
 
 _FOLLOWED: Final = weak(max_tracking_error_mrad=500.0, max_joint_velocity_share=5.0)
 """Encoders may jump."""
@@ -21,6 +21,31 @@ def _corner(**task: Any) -> dict[str, Any]:
     peg = {"cross_section": "square", "hole_depth_mm": 2.0}
     cell = {"peg": peg, "conditions": {"yaw_deg": 0.5}, "contacts": "searched"}
     return {"task": settings | task, "cell": cell, **_FOLLOWED}
+
+
+def _give_way(**task: Any) -> dict[str, Any]:
+    """A round peg in a grip that may give way."""
+    settings = {"name": "insertion-6dof", "ticks_per_action": 8, "tare_ticks": 7, "ready_height_mm": 1.0}
+    cell = {"peg": {"hole_depth_mm": 2.0}, "contacts": "searched"}
+    return {"task": settings | {"insertion_depth_mm": 2.0} | task, "cell": cell}
+
+
+def _survey(
+    options: dict[str, float] | None = None,
+    cell: dict[str, Any] | None = None,
+    control: dict[str, float] | None = None,
+    **task: Any,
+) -> dict[str, Any]:
+    """A survey of one shallow hole where it is thought to be, with as few touches as can be."""
+    few = {"plate_touches": 2.0, "floor_touches": 2.0, "wall_touches": 4.0, "pitch_mm": 0.7, "aside_mm": 4.5}
+    settings: dict[str, Any] = {
+        "name": "hole-survey", "goal": {"x_mm": 410.0}, "more_goals_mm": [], "area_half_width_mm": 9.0,
+        "max_force_N": 20.0, "ready_height_mm": 0.8, "tare_ticks": 4, "travel_speed_mm_s": 60.0,
+        "insertion_depth_mm": 1.0, "press_kgf": 0.25, "time_limit_s": 60.0, "options": few | (options or {}),
+    }  # fmt: skip
+    peg = {"diameter_mm": 6.0, "clearance_mm": 0.3, "hole_depth_mm": 1.2} | (cell or {}).pop("peg", {})
+    world = {"hole_uncertainty_mm": 0.0, "more_holes_mm": []} | (cell or {}) | {"peg": peg}
+    return {"task": settings | task, "cell": world, "control": {"damping_N_s_per_m": 100.0} | (control or {})}
 
 
 NEWER_TASKS: Final[dict[str, Mishap]] = {
@@ -49,4 +74,40 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         _corner(time_limit_s=3.4),
         policy="corner-first",
     ),
+    # The plate is lost for two ticks while the tool gives way.
+    "give-way-lost": Mishap(
+        (force("offset", 60, magnitude=8.0, channels=(2,), duration_ticks=2),),
+        _give_way(start_uncertainty_mm=1.0),
+        (70, "stop"),
+        policy="give-way",
+        trial=2,
+    ),
+    # Torques that do not settle, so that it is waited for them no longer.
+    "seated-late": Mishap(
+        (force("noise", 66, magnitude=0.15, channels=(3, 4)),), _give_way(start_uncertainty_mm=0.0), policy="give-way"
+    ),
+    "survey-no-plate": Mishap(
+        settings=_survey(cell={"hole_height_error_mm": -2.0}, surface_uncertainty_mm=0.0), policy="none"
+    ),
+    "survey-no-life": Mishap(dead(225), _survey(), policy="none"),
+    "survey-no-hole": Mishap(settings=_survey({"search_mm": 0.4}, {"hole_uncertainty_mm": 4.0}), policy="none"),
+    # And out of time on the way to the second.
+    "survey-no-floor": Mishap(
+        settings=_survey(
+            {"deepest_mm": 2.0},
+            {"peg": {"hole_depth_mm": 8.0}, "more_holes_mm": [25.0, 0.0]},
+            more_goals_mm=[25.0, 0.0],
+            time_limit_s=2.0,
+        ),
+        policy="none",
+    ),
+    "survey-no-wall": Mishap(settings=_survey({"widest_mm": 6.05}), policy="none"),
+    # A force that no wall gives: all round, and only where every second touch is to be.
+    "survey-held-aside": Mishap(shove(440, 5.0, 0.5), _survey(), policy="none"),
+    "survey-no-circle": Mishap(
+        (*({**each, "duration_ticks": 23} for each in shove(486, 5.5, 0.01)), *shove(556, 5.5, 0.01)),
+        _survey(),
+        policy="none",
+    ),
+    "survey-other-gripper": Mishap(settings=_survey(control={"lateral_stiffness_N_per_mm": 20.0}), policy="none"),
 }

@@ -109,17 +109,10 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "run", "--trials", "1", "--seed", "45", "--task.time-limit-s", "0.4", "--perception.filter-order", "1",
         "--policy", "train-mixed",
     ),
-    # Six degrees of freedom: a corner first, and a round peg that gives way in tilt, steps, and does not know where to.
-    "corner-first": (
-        "run", "--task", "insertion-6dof", "--policy", "corner-first", "--trials", "1", "--seed", "35",
-        "--cell.peg.cross-section", "square", "--task.options", "corners", "4", "corner_mm", "20.5", "inside_mm", "2",
-        "lean_deg", "3", "--task.insertion-depth-mm", "3", "--cell.peg.hole-depth-mm", "3", "--cell.tilt-mrad", "0.5",
-        "--task.ready-height-mm", "1", "--task.tare-ticks", "7", "--task.ticks-per-action", "8",
-        "--cell.conditions.yaw-deg", "2", "--task.start-uncertainty-mm", "1",
-    ),
+    # A round peg in six degrees of freedom: gives way in tilt, steps, and does not know where to.
     "give-way": (
         "run", "--task", "insertion-6dof", "--policy", "give-way", "--trials", "1", "--seed", "36", *SHALLOW,
-        "--task.time-limit-s", "0.3", "--task.start-uncertainty-mm", "1", "--cell.tilt-mrad", "4",
+        "--task.time-limit-s", "0.55", "--task.start-uncertainty-mm", "1", "--cell.tilt-mrad", "4",
         "--task.ticks-per-action", "8", "--perception.torque-threshold-kgf-mm", "5",
     ),
     # Wedged, driven, withdrawn, and the next corner.
@@ -127,7 +120,8 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "run", "--task", "insertion-6dof", "--policy", "corner-first", "--trials", "1", "--seed", "4",
         "--cell.peg.cross-section", "square", "--task.options", "corners", "4", "corner_mm", "20.5",
         "--cell.peg.friction", "0.4", "--cell.conditions.yaw-deg", "5", "--cell.conditions.plate-lean-mrad", "17.5",
-        "--cell.tilt-mrad", "4", "--cell.hole-uncertainty-mm", "3", "--task.time-limit-s", "7",
+        "--cell.tilt-mrad", "4", "--cell.hole-uncertainty-mm", "3", "--task.time-limit-s", "3.5",
+        "--task.ready-height-mm", "1", "--task.tare-ticks", "7", "--task.ticks-per-action", "7",
     ),
     # The flat of a keyed peg first.
     "flat-first": (
@@ -141,16 +135,17 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     # Programmed skills that a learner chooses from, after what it learned in a trial before.
     "train-skills": (
         "train", "--task", "insertion-6dof", "--learner", "skills", "--scenario", "blind-square", "--trials", "2",
-        "--seed", "37", "--task.options", "corners", "4", "corner_mm", "20.5", "--task.time-limit-s", "8",
-        "--task.ready-height-mm", "1", "--task.tare-ticks", "7",
+        "--seed", "37", "--task.options", "corners", "4", "corner_mm", "20.5", "--task.time-limit-s", "4",
+        "--task.ready-height-mm", "1", "--task.tare-ticks", "7", "--task.ticks-per-action", "7",
     ),
     # The plate on both sides, a search, down to the floor, and the walls all round.
     "hole-survey": (
         "run", "--task", "hole-survey", "--trials", "1", "--seed", "32", "--task.options", "plate_touches", "2",
-        "floor_touches", "2", "pitch_mm", "0.7", "aside_mm", "4.5", "--task.ready-height-mm", "0.8",
+        "floor_touches", "2", "wall_touches", "6", "pitch_mm", "0.7", "aside_mm", "4.5",
+        "--task.ready-height-mm", "0.8",
         "--task.tare-ticks", "4", "--task.more-goals-mm", "--cell.more-holes-mm", "--task.travel-speed-mm-s", "60",
         "--cell.peg.clearance-mm", "0.3", "--cell.peg.hole-depth-mm", "1.2", "--task.insertion-depth-mm", "1",
-        "--cell.hole-uncertainty-mm", "0.6", "--control.damping-N-s-per-m", "100", "--task.press-kgf", "0.25",
+        "--cell.hole-uncertainty-mm", "0.6", "--control.damping-N-s-per-m", "100", "--task.press-kgf", "0.35",
     ),
 }  # fmt: skip
 
