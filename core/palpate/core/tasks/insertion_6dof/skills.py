@@ -30,17 +30,18 @@ _PUSHES_N: Final = (2.0, 3.0, 4.0)
 _STANDS_DEG: Final = (1.0, 1.6)
 
 
-def _skills() -> tuple[Action, ...]:
-    """What a skill is in numbers: the same for all shapes, of a corner in the direction of x."""
-    own = [(f"{_LEAN} {deg:g} deg", Spatial(Law.LIFT, turn_rad=(0.0, -radians(deg), 0.0))) for deg in _LEANS_DEG]
-    own += [(f"{_PUSH} {force:g} N", Spatial(Law.PUSH, push_N=(force, 0.0))) for force in _PUSHES_N]
-    own += [(_DRIVE, Spatial(Law.PUSH, turn_rad=(0.0, 0.0, DRIVE_RAD)))]
-    own += [(f"{_STAND} {deg:g} deg", Spatial(Law.PUSH, turn_rad=(0.0, radians(deg), 0.0))) for deg in _STANDS_DEG]
-    own += [(_INSERT, Spatial(Law.INSERT)), (_WITHDRAW, Spatial(Law.WITHDRAW))]
-    return tuple(Action(name, (0.0, 0.0), spatial) for name, spatial in own)
-
-
-SKILLS: Final = _skills()
+SKILLS: Final = tuple(
+    Action(name, (0.0, 0.0), spatial)
+    for name, spatial in (
+        *((f"{_LEAN} {deg:g} deg", Spatial(Law.LIFT, turn_rad=(0.0, -radians(deg), 0.0))) for deg in _LEANS_DEG),
+        *((f"{_PUSH} {force:g} N", Spatial(Law.PUSH, push_N=(force, 0.0))) for force in _PUSHES_N),
+        (_DRIVE, Spatial(Law.PUSH, turn_rad=(0.0, 0.0, DRIVE_RAD))),
+        *((f"{_STAND} {deg:g} deg", Spatial(Law.PUSH, turn_rad=(0.0, radians(deg), 0.0))) for deg in _STANDS_DEG),
+        (_INSERT, Spatial(Law.INSERT)),
+        (_WITHDRAW, Spatial(Law.WITHDRAW)),
+    )
+)
+"""What each is in numbers, the same for all shapes: of a corner in the direction of x."""
 
 _ANYWHERE: Final = ("upright", "leaning", "corner")
 _BEGINS: Final = {
@@ -113,8 +114,7 @@ class Skills:
             return self._pushed(observation)
         if kind == _DRIVE:
             yaw_rad = self._drive_rad if self._done < DRIVEN_ACTIONS else -self._drive_rad
-            if observation.depth_m > CAUGHT_M:
-                yaw_rad = 0.0
+            yaw_rad = 0.0 if observation.depth_m > CAUGHT_M else yaw_rad
             displacement_m, spatial = self._pushed(observation)
             return displacement_m, replace(spatial, turn_rad=(0.0, 0.0, yaw_rad))
         if kind == _STAND:

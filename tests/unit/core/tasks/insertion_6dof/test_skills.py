@@ -99,10 +99,6 @@ def test_facts_have_the_depth_of_the_lowest_corner_and_the_lesser_wall() -> None
     assert (facts["wall_force"], facts["yaw_torque"]) == (pytest.approx(3.0), 0.01)
 
 
-def test_kinds_are_the_first_words_of_the_names() -> None:
-    assert list(dict.fromkeys(name.split()[0] for name in NAMED)) == list(KINDS)
-
-
 def test_skills_begin_only_where_they_can_come_to_something() -> None:
     begins = {
         kind: [one.split()[0] for one in Situations.symbols if may_begin(kind, f"{one} after push")] for kind in KINDS
