@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from palpate.adapters.log.file import finite
 from palpate.adapters.log.info import LogInfo, info_of
-from palpate.adapters.log.lerobot_decisions import DECISION_FEATURES, decision_columns
+from palpate.adapters.log.lerobot_decisions import decision_columns
 from palpate.adapters.log.lerobot_files import Episode, Feature, Table, require_pyarrow, write_dataset
 from palpate.adapters.log.reader import TrialLog, read_log
 from palpate.adapters.log.series import config_of, tare_of
@@ -134,6 +134,8 @@ def _success(log: TrialLog) -> bool:
 FACTS_FILE: Final = "meta/palpate.json"
 """Facts about each episode that the format has no place for."""
 
+_DTYPES: Final = {"f": "float32", "i": "int64", "b": "bool", "U": "string"}
+"""Of a dataset's numbers, by numpy's kind."""
 _WRENCH_NAMES: Final = ("force_x_N", "force_y_N", "force_z_N", "torque_x_Nm", "torque_y_Nm", "torque_z_Nm")
 
 
@@ -153,10 +155,9 @@ def export_lerobot(paths: Sequence[Path], out: Path, fps: int) -> int:
         for path in paths:
             log = read_log(path)
             frames = frames_of(log, fps)
-            joints = frames["observation.state"].shape[1]
             if not episodes:
-                arm, features = log.start.arm, _features(joints)
-            elif (log.start.arm, _features(joints)) != (arm, features):
+                arm, features = log.start.arm, _features(frames)
+            elif (log.start.arm, _features(frames)) != (arm, features):
                 problem = f"is of the arm {log.start.arm}, others before it of {arm}"
                 raise LogError(log.path, "", problem, "export the logs of each arm by themselves")
             episodes.append(Episode(frames, _task(log)))
@@ -167,21 +168,14 @@ def export_lerobot(paths: Sequence[Path], out: Path, fps: int) -> int:
     return sum(len(episode) for episode in episodes)
 
 
-def _features(joints: int) -> dict[str, Feature]:
-    names = tuple(f"joint_{i}_rad" for i in range(1, joints + 1))
+def _features(frames: Table) -> dict[str, Feature]:
+    """The columns as a dataset describes them."""
+    joints = tuple(f"joint_{i}_rad" for i in range(1, frames["observation.state"].shape[1] + 1))
+    names = dict.fromkeys(("observation.state", "action", "action.asked"), joints)
+    names["observation.wrench"] = _WRENCH_NAMES
     return {
-        "observation.state": Feature("float32", joints, names),
-        "observation.wrench": Feature("float32", 6, _WRENCH_NAMES),
-        "observation.state_age_s": Feature("float32"),
-        "observation.wrench_age_s": Feature("float32"),
-        "observation.valid": Feature("bool"),
-        "action": Feature("float32", joints, names),
-        "action.asked": Feature("float32", joints, names),
-        "tick": Feature("int64"),
-        "next.reward": Feature("float32"),
-        "next.done": Feature("bool"),
-        "next.success": Feature("bool"),
-        **DECISION_FEATURES,
+        name: Feature(_DTYPES[values.dtype.kind], values[0].size, names.get(name, ()))
+        for name, values in frames.items()
     }
 
 

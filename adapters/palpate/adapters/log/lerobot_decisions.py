@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from palpate.adapters.log.lerobot_files import Feature, Table, require_pyarrow
+from palpate.adapters.log.lerobot_files import Table, require_pyarrow
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.records import DecisionEntry
 from palpate.core.errors import LogError
@@ -22,7 +22,7 @@ from palpate.core.errors import LogError
 PERSON: Final = "person"
 """Source of a decision that a person made, in a lesson; the last of its grounds is the state of the example."""
 _NUMBER, _STATE, _ACTION = "decision.number", "decision.state", "decision.action"
-DECISION_FEATURES: Final = {_NUMBER: Feature("int64"), _STATE: Feature("string"), _ACTION: Feature("string")}
+_COLUMNS: Final = (_NUMBER, _STATE, _ACTION)
 
 
 def decision_columns(log: TrialLog, tick: npt.NDArray[np.int64]) -> Table:
@@ -66,7 +66,7 @@ def import_examples(folder: Path) -> list[tuple[int, int, str, str]]:
     import pyarrow.parquet as pq
 
     try:
-        wanted = ["episode_index", "frame_index", *DECISION_FEATURES, "next.success"]
+        wanted = ["episode_index", "frame_index", *_COLUMNS, "next.success"]
         parts = [pq.read_table(path, columns=wanted) for path in sorted((folder / "data").rglob("*.parquet"))]
         table: dict[str, Any] = {name: pa.concat_tables(parts)[name].to_numpy() for name in wanted}
     except (OSError, KeyError, ValueError, TypeError, pa.ArrowException) as error:
@@ -78,7 +78,7 @@ def import_examples(folder: Path) -> list[tuple[int, int, str, str]]:
 def _of_episode(folder: Path, table: dict[str, Any], episode: int) -> Iterator[tuple[int, int, str, str]]:
     rows = np.flatnonzero(table["episode_index"] == episode)
     rows = rows[np.argsort(table["frame_index"][rows])]
-    number, state, action = (table[name][rows] for name in DECISION_FEATURES)
+    number, state, action = (table[name][rows] for name in _COLUMNS)
     if not table["next.success"][rows].any():
         return
     first = np.flatnonzero(np.diff(number, prepend=-1))
