@@ -360,11 +360,11 @@ MISHAPS: Final[dict[str, Mishap]] = {
         {"task": _SOON},
         (62, "stop"),
     ),
-    # A sample that comes again under its own number is no recording.
+    # A sample that comes again under its own number is no channel that stays where it is.
     "repeated-for-short": Mishap(
-        (force("repeat", 20, span_ticks=1, duration_ticks=5),),
-        {"task": _SOON, "supervision": {"max_recurring_samples": 3}},
-        (30, "stop"),
+        (force("repeat", 20, span_ticks=1, duration_ticks=12),),
+        {"task": _SOON, **weak(flat_line_samples=10, max_force_age_ms=200.0)},
+        (36, "stop"),
     ),
     # Two samples so close in time that their noise would be a rate.
     "samples-close": Mishap(settings={"task": _SOON}, at=(26, "stop"), ahead={20: 7_140_000}),
