@@ -6,6 +6,9 @@ One line a seed goes to ``--out`` as soon as it is there, and a second call goes
 seconds of exploration; a failure counts 20. "Converged" is the first trial from which the mean of the next ten is
 within 20 % of the mean of trials 11 to 50.
 
+``--first-trials 100`` runs so many first trials instead, a seed each, with nothing known. The last column is how long a
+decision took, of the wall clock: a figure for an idle machine and one job.
+
 ``--policy belief-WITHOUT`` leaves out one part of the learner: what each part is worth.
 """
 
@@ -18,6 +21,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from multiprocessing import Pool
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 from unittest.mock import patch
 
@@ -27,6 +31,7 @@ from palpate.adapters.config import BEFORE_SLIDING, overlay, scenario
 from palpate.adapters.experiments import build_perception, build_task, comparator, learning_policy, run_scored_trial
 from palpate.adapters.experiments.statistics import wilson_interval
 from palpate.adapters.mujoco import SimulatedRig
+from palpate.core.policy import Decision, Observation
 from palpate.core.policy.belief import TouchedTrial, fit, lean, learner, planner
 from palpate.core.policy.belief.lean import LeanModel
 from palpate.core.policy.belief.places import Places
@@ -65,6 +70,18 @@ ABLATIONS: dict[str, Sequence[Any]] = {
 tool may lean, and be gripped anew; ``lengths`` all ways but eight headings of one length."""
 
 
+def _timed(into: list[float]) -> Any:
+    choose = learner.BeliefLearner.choose
+
+    def timed(policy: learner.BeliefLearner, observation: Observation) -> Decision:
+        begun_s = perf_counter()
+        decision = choose(policy, observation)
+        into.append(perf_counter() - begun_s)
+        return decision
+
+    return patch.object(learner.BeliefLearner, "choose", timed)
+
+
 def run(job: tuple[str, str, int, int]) -> dict[str, Any]:
     """One seed of a condition: times, successes, outcomes, true peak forces."""
     condition, policy, seed, trials = job
@@ -78,7 +95,9 @@ def run(job: tuple[str, str, int, int]) -> dict[str, Any]:
         config = overlay(config, BEFORE_SLIDING)
     ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
     rows = []
+    decisions_s: list[float] = []
     with SimulatedRig(config, ready) as rig, ExitStack() as without:
+        without.enter_context(_timed(decisions_s))
         for each in ABLATIONS.get(policy, ()):
             without.enter_context(each)
 
@@ -92,7 +111,8 @@ def run(job: tuple[str, str, int, int]) -> dict[str, Any]:
             time_s = round(scored.report.exploration_time_s, 4) if scored.success else FAILED_S
             outcome = scored.report.outcome
             rows.append((time_s, scored.success, outcome and outcome.value, round(rig.truth().peak_force_N, 2)))
-    return {"condition": condition, "policy": policy, "seed": seed, "trials": rows}
+    decisions_us = [round(1e6 * value) for value in decisions_s]
+    return {"condition": condition, "policy": policy, "seed": seed, "trials": rows, "decisions_us": decisions_us}
 
 
 def converged(times: np.ndarray) -> int:
@@ -120,9 +140,23 @@ def line(condition: str, policy: str, seeds: Sequence[dict[str, Any]]) -> str:
         f"{late.mean():.3f} ({spread.min():.2f} to {spread.max():.2f})",
         f"{np.median(late):.3f}", f"{np.quantile(late, 0.95):.2f}",
         f"{np.median([converged(row) for row in times]):g}",
-        f"{np.quantile(peaks, 0.99):.1f} / {peaks.max():.1f}",
+        f"{np.quantile(peaks, 0.99):.1f} / {peaks.max():.1f}", decisions(seeds),
     )  # fmt: skip
     return "| " + " | ".join(cells) + " |"
+
+
+def decisions(seeds: Sequence[dict[str, Any]]) -> str:
+    """How long a decision took, ms, at 99 and 99.9 %; nothing of files of before."""
+    taken_ms = [1e-3 * each for seed in seeds for each in seed.get("decisions_us", ())]
+    return f"{np.quantile(taken_ms, 0.99):.2f} / {np.quantile(taken_ms, 0.999):.2f}" if taken_ms else ""
+
+
+def first_line(condition: str, policy: str, seeds: Sequence[dict[str, Any]]) -> str:
+    """A row of the table of first trials."""
+    times, wins = ([seed["trials"][0][k] for seed in seeds] for k in (0, 1))
+    low, high = wilson_interval(sum(wins), len(wins))
+    found = f"{sum(wins)} of {len(wins)} ({100 * low:.1f} to {100 * high:.1f} %)"
+    return f"| {condition} | {policy} | {found} | {np.mean(times):.2f} | {np.quantile(times, 0.95):.2f} |"
 
 
 def main() -> None:
@@ -134,9 +168,12 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
     parser.add_argument("--trials", type=int, default=50)
+    parser.add_argument("--first-trials", type=int, default=0, help="so many first trials, a seed each, and no more")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
+    if options.first_trials:
+        options.seeds, options.trials = options.first_trials, 1
     done = [json.loads(text) for text in options.out.read_text().splitlines()] if options.out.exists() else []
     known = {(seed["condition"], seed["policy"], seed["seed"]) for seed in done}
     # Seeds first: an early end leaves some of each condition.
@@ -151,14 +188,17 @@ def main() -> None:
             done.append(result)
             file.write(json.dumps(result) + "\n")
             file.flush()
-    print(
+    head = (
         "| condition | policy | seeds | first trial | from trial 2 | mean 2-10, s | mean 11-, s (seeds) | median"
-          " | p95 | converged | force p99 / most, N |")  # fmt: skip
-    print("|---" * 11 + "|")
+        " | p95 | converged | force p99 / most, N | decision 99 / 99.9 %, ms |"
+    )
+    if options.first_trials:
+        head = "| condition | policy | first trial | mean, s | p95 |"
+    print(head + "\n" + "|---" * (head.count("|") - 1) + "|")
     for condition in options.conditions:
         rows = [seed for seed in done if (seed["condition"], seed["policy"]) == (condition, options.policy)]
         if rows:
-            print(line(condition, options.policy, rows))
+            print((first_line if options.first_trials else line)(condition, options.policy, rows))
 
 
 if __name__ == "__main__":

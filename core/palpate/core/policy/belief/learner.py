@@ -15,7 +15,7 @@ from palpate.core.policy.belief.fit import FEWEST_TOUCHES, fit_touch_model
 from palpate.core.policy.belief.lean import fit_lean_model
 from palpate.core.policy.belief.lean_belief import LeanTable
 from palpate.core.policy.belief.model import TouchModel
-from palpate.core.policy.belief.places import PlaceBelief, Places, TouchTable
+from palpate.core.policy.belief.places import ALIKE, GRADED, PlaceBelief, Places, TouchTable
 from palpate.core.policy.belief.planner import Planner, SpiralSearch
 from palpate.core.policy.belief.prior import place_prior
 from palpate.core.policy.belief.settings import BeliefParameters
@@ -132,7 +132,10 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
     def _take_in(self, belief: PlaceBelief, before: Touch, touch: Touch) -> None:
         (x, y), (px, py), lag = touch.place_m, before.place_m, self._lag
         if touch is not before:
-            belief.pass_over(self._places.near_way((px, py), (x - px, y - py), self.parameters.capture_mm * 1e-3))
+            off_m2 = self._places.off_way_m2((px, py), (x - px, y - py))
+            for widths, log_weight in GRADED if self.parameters.graded_misses else ALIKE:
+                width_m = widths * (self.parameters.capture_mm * 1e-3)
+                belief.pass_over(off_m2 <= width_m * width_m, log_weight)
         place = self._inside((x - lag * (x - px), y - lag * (y - py)))
         belief.feel(*self._places.cell(*place), touch.torque_Nm, touch.load)
 

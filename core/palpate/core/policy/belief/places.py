@@ -15,17 +15,20 @@ from palpate.core.policy.belief.model import Directions, TouchModel
 
 PITCH_M: Final = 1e-4
 """Distance between places."""
-_MISSED: Final = log(0.3)
-"""Weight of a place that was passed over without a drop: it may still be the hole, by chance or tilt."""
+ALIKE: Final = ((1.0, log(0.3)),)
+"""Of what lies within so many capture widths of the way, weight after it was passed over without a drop: it may still
+be the hole, by chance or tilt."""
+GRADED: Final = ((0.5, log(0.45)), (1.0, log(0.55)), (1.5, log(0.6)))
+"""The same, the less the further off: of holes in `blind-noise` within these widths 0.15, 0.27 and 0.6 were missed."""
 
 
-def near_way(x_m: Floats, y_m: Floats, dx_m: float, dy_m: float, width_m: float) -> np.ndarray:
-    """Which of these points are within ``width_m`` of the straight way from the origin to (dx, dy)."""
+def off_way_m2(x_m: Floats, y_m: Floats, dx_m: float, dy_m: float) -> Floats:
+    """Squared distances of these points from the straight way from the origin to (dx, dy)."""
     length = dx_m * dx_m + dy_m * dy_m
     along = np.clip((x_m * dx_m + y_m * dy_m) / length, 0.0, 1.0) if length > 0.0 else np.zeros_like(x_m)
     off_x, off_y = x_m - along * dx_m, y_m - along * dy_m
-    near: np.ndarray = off_x * off_x + off_y * off_y <= width_m * width_m
-    return near
+    squared: Floats = off_x * off_x + off_y * off_y
+    return squared
 
 
 class Places:
@@ -54,10 +57,10 @@ class Places:
         """The mean place, (x, y)."""
         return float((belief.sum(axis=1) * self.axis_m).sum()), float((belief.sum(axis=0) * self.axis_m).sum())
 
-    def near_way(self, from_m: tuple[float, float], way_m: tuple[float, float], width_m: float) -> np.ndarray:
-        """Which places are within ``width_m`` of a straight way, (size, size)."""
+    def off_way_m2(self, from_m: tuple[float, float], way_m: tuple[float, float]) -> Floats:
+        """Squared distances of the places from a straight way, (size, size)."""
         x, y = self.axis_m[:, None] - from_m[0], self.axis_m[None, :] - from_m[1]
-        return near_way(x, y, *way_m, width_m)
+        return off_way_m2(x, y, *way_m)
 
 
 class TouchTable:
@@ -122,9 +125,9 @@ class PlaceBelief:
     def evidence(self) -> Floats:
         """Logarithm of how well each place explains the touches, (size, size); only differences count."""
 
-    def pass_over(self, cells: np.ndarray) -> None:
+    def pass_over(self, cells: np.ndarray, log_weight: float) -> None:
         """These places, (size, size) of truth values, were passed without a drop."""
-        self._passed[cells] += _MISSED
+        self._passed[cells] += log_weight
 
     def probabilities(self) -> Floats:
         """How likely the hole is at each place, (size, size)."""

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from palpate.core.policy.belief.arithmetic import Floats
-from palpate.core.policy.belief.places import PITCH_M, Places, near_way
+from palpate.core.policy.belief.places import PITCH_M, Places, off_way_m2
 
 _HEADINGS: Final = 16
 _LENGTHS_M: Final = (2e-4, 4e-4)
@@ -38,7 +38,10 @@ class Planner:
         x, y = np.meshgrid(*(np.arange(-reach, reach + 1) * PITCH_M,) * 2, indexing="ij")
         # What a place on the way would cost if the peg were not taken in there.
         self._saved = np.stack(
-            [(near_way(x, y, dx, dy, capture_m) * self._cost(x - dx, y - dy)).reshape(-1) for dx, dy in self.ways]
+            [
+                ((off_way_m2(x, y, dx, dy) <= capture_m * capture_m) * self._cost(x - dx, y - dy)).reshape(-1)
+                for dx, dy in self.ways
+            ]
         )
         blocks = -(-places.size // _BLOCK)
         self._padded = blocks * _BLOCK

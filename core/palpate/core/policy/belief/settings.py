@@ -19,7 +19,7 @@ class BeliefParameters(Settings):
 
     TABLE: ClassVar[str] = "learning.belief"
     UNTOLD: ClassVar[Mapping[str, Any]] = MappingProxyType(
-        {"symbol_Nm": 0.0, "kept": 0.97, "search_speed_mm_s": 0.0, "regrip_share": 0.0}
+        {"symbol_Nm": 0.0, "kept": 0.97, "search_speed_mm_s": 0.0, "regrip_share": 0.0, "graded_misses": False}
     )
 
     capture_mm: Annotated[float, Range(0.02, 2.0)] = 0.15
@@ -42,6 +42,9 @@ class BeliefParameters(Settings):
     regrip_share: Annotated[float, Range(0.0, 0.5)] = 0.05
     """How likely the tool leans otherwise than in the trials before; 0: the touch model of before, which knows of no
     lean."""
+    graded_misses: bool = True
+    """Whether a place off the way that was gone is less surely no hole the further off it is, up to one and a half
+    capture_mm; else all within capture_mm are alike."""
     symbol_Nm: Annotated[float, Range(0.0, 10.0)] = 0.0
     """0: torques count as they are; else only whether each component is below, within or above so much, as in the
     paper, where it is 0.7 kgf mm, 0.006865 N m."""

@@ -7,7 +7,7 @@ from palpate.core.policy.belief.fit import fit_touch_model
 from palpate.core.policy.belief.lean import LeanModel, fit_lean_model
 from palpate.core.policy.belief.lean_belief import LeanTable
 from palpate.core.policy.belief.model import RINGS_M, SECTORS
-from palpate.core.policy.belief.places import Places, TouchTable
+from palpate.core.policy.belief.places import GRADED, Places, TouchTable
 from tests.unit.core.policy.belief.simulated_touch import GAINS, expected_Nm, leaning_trials
 
 PLACES = Places(1e-3)
@@ -55,3 +55,12 @@ def test_a_tool_that_was_gripped_anew_is_noticed_in_the_trial() -> None:
     likeliest = [np.unravel_index(np.argmax(belief.probabilities()), EVEN.shape) for belief in beliefs]
     off = [float(np.hypot(*(hole - cell))) for cell in likeliest]
     assert off[0] <= 3.0 < off[1]
+
+
+def test_a_place_is_missed_the_less_the_further_off_the_way_was() -> None:
+    belief, off_m2 = LeanTable(fit_lean_model(leaning_trials([(0.0, 0.0)])), PLACES, 0.05).begin(EVEN, 1.0), EVEN.copy()
+    off_m2[:] = np.square(PLACES.axis_m)[:, None]
+    for widths, log_weight in GRADED:
+        belief.pass_over(off_m2 <= np.square(widths * 1.5e-4), log_weight)
+    left = belief.probabilities()[10:, 0] / belief.probabilities()[-1, 0]
+    assert left[:4] == pytest.approx([0.1485, 0.33, 0.6, 1.0])
