@@ -96,6 +96,9 @@ TAMPERINGS: dict[str, Tampering] = {
     "picture": cut("learning_curve.png", 0.9),
     "manifest's digest": _in_json("manifest.json", lambda m: m["files"]["policy.json"].update(sha256="0" * 64)),
     "manifest's entry": _in_json("manifest.json", lambda m: m["files"].pop("policy.json")),
+    "manifest's number of trials": _in_json("manifest.json", lambda m: m.update(trials=4)),
+    "a log's number": lambda f: (f / "logs/trial-00002.mcap").rename(f / "logs/trial-00003.mcap"),
+    "a log's reinforcement": log_with("/reinforcement", 0, one_ulp("reinforcement")),
     "table of a comparison added": lambda f: _write(shutil.copy(f / "trials.csv", f / "compare.csv"), bytes),
 }  # fmt: skip
 

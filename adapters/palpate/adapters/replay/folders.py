@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -30,7 +31,9 @@ def judge_folders(names: Sequence[str]) -> FolderFindings:
     for folder in _run_folders(names):
         manifest = read_manifest(folder)
         if manifest is None:
-            found.notices.append(f"{folder} has no manifest: an older run, whose files are taken as they are")
+            found.notices.append(
+                f"{folder} has no manifest: an older run, or it was taken away; its files are taken as they are"
+            )
             try:
                 trials = [row.trial for row in RunFolder(folder).read_trials()]
             except OutputError as error:
@@ -39,6 +42,12 @@ def judge_folders(names: Sequence[str]) -> FolderFindings:
                 found.problems += _missing_logs(folder, trials)
             continue
         found.problems += manifest.problems(folder)
+        if manifest.finished and (folder / "trials.csv").is_file():
+            with suppress(OutputError):
+                rows = len(RunFolder(folder).read_trials())
+                if rows != manifest.trials:
+                    told = f"tells of {manifest.trials} trials, trials.csv of {rows}"
+                    found.problems.append(f"{folder / MANIFEST}: {told}")
         if not manifest.finished:
             # The log of the newest trial need not have been begun when the run was cut short.
             gone = _missing_logs(folder, range(manifest.trials - 1))
