@@ -50,3 +50,15 @@ def test_the_campaign_strikes_in_the_phases_of_any_task(palpate: CommandLine) ->
     assert "one of lift, transfer, settle, travel, plate, search, floor, wall" in palpate.refusal(
         *chosen, "--phase", "explore"
     )
+
+
+def test_a_leaning_corner_is_not_pushed_on_by_a_sensor_that_shows_a_tenth_of_the_force_turned_round(
+    palpate: CommandLine, tmp_path: Path
+) -> None:
+    task = ("--task", "insertion-6dof", "--scenario", "blind-square", "--task.options", "corners", 4, "corner_mm", 20.5)
+    chosen = ("--policy", "corner-first", "--group", "liars", "--phase", "explore", "--fault", "flipped and times 0.1")
+    palpate.succeed("faults", *task, *chosen, "--jobs", 1, "--out", tmp_path / "runs.csv")
+    with (tmp_path / "runs.csv").open() as stream:
+        (run,) = csv.DictReader(stream)
+    assert run["latched"] == "True"
+    assert float(run["peak_force_N"]) < 60.0

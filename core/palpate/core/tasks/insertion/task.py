@@ -86,6 +86,8 @@ class InsertionTask(TouchTask):
         """
         self._state.observation = None
         self._velocity_m_s = self._explore.choose()
+        # The first tick of an action may doubt, too.
+        self.expectation = self._state.expectation
 
     @override
     def _follow(self) -> None:

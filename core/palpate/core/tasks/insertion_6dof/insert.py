@@ -49,7 +49,10 @@ class SpatialInsert(Insert):
             self._seating += 1
             tx, ty, _ = measured.filtered_wrench_at_tip()[1]
             seated = hypot(tx, ty) < _SEATED_NM and measured.filtered_force_z_N < -self._seated_N
-            self.over = seated or self._seating > _SEATING_TICKS
+            # Past the floor there is none, or a sensor that does not show it: what follows proves which.
+            depth_m = measured.tip_depth_m(self._axial_N_per_m) - self._state.surface_m - self._state.slack_m
+            past = depth_m > self._full_depth_m + self._tolerance_m
+            self.over = seated or past or self._seating > _SEATING_TICKS
             velocity = self._law.velocity_m_s(reference_m, reference_m, measured.force_N)
             velocity = velocity if self._checks is None else self._checks.bounded(velocity)
         else:
