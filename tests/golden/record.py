@@ -135,7 +135,7 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     # Programmed skills that a learner chooses from, after what it learned in a trial before.
     "train-skills": (
         "train", "--task", "insertion-6dof", "--learner", "skills", "--scenario", "blind-square", "--trials", "2",
-        "--seed", "37", "--task.options", "corners", "4", "corner_mm", "20.5", "--task.time-limit-s", "4",
+        "--seed", "54", "--task.options", "corners", "4", "corner_mm", "20.5", "--task.time-limit-s", "6",
         "--task.ready-height-mm", "1", "--task.tare-ticks", "7", "--task.ticks-per-action", "7",
     ),
     # The plate on both sides, a search, down to the floor, and the walls all round.

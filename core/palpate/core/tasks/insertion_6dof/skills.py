@@ -25,7 +25,8 @@ _FAR_SHARE: Final = 0.7
 """A tool that is so far out, as a share of the area's half width, is pushed no further."""
 _LONGEST: Final = 20
 """A skill that came to nothing in so many actions is over."""
-_LEANS_DEG: Final = (3.5, 5.0, 6.5)
+_LEANS_DEG: Final = (3.5, 5.0)
+"""No more: a triangle that stood up from 6.5 was a lever between its walls."""
 _PUSHES_N: Final = (2.0, 3.0, 4.0)
 _STANDS_DEG: Final = (1.0, 1.6)
 

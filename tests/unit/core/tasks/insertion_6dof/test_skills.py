@@ -44,7 +44,7 @@ def length(skills: Skills, observation: Observation) -> int:
     ("name", "observation", "actions"),
     [
         ("lean 3.5 deg", seen(), 4),
-        ("lean 6.5 deg", seen(), 6),
+        ("lean 5 deg", seen(), 5),
         # What is held in the hole is drawn, not lifted, however long that takes.
         ("lean 5 deg", seen(turn=LEANED, depth_m=1e-3), 40),
         ("push 3 N", seen(WALLS, NONE, LEANED, 1e-3), 2),
@@ -65,7 +65,7 @@ def test_each_skill_has_an_end(name: str, observation: Observation, actions: int
 
 def test_leans_and_pushes_are_of_the_size_that_was_chosen_and_go_on_to_the_next_corner() -> None:
     skills, headings = begun("lean 3.5 deg", seen()), []
-    for name, deg in (("lean 3.5 deg", 3.5), ("lean 6.5 deg", 6.5)):
+    for name, deg in (("lean 3.5 deg", 3.5), ("lean 5 deg", 5.0)):
         skills.begin(NAMED[name], seen())
         turns = [skills.step(seen())[1].turn_rad for _ in range(10) if not skills.over(seen())]
         headings.append(np.sign(turns[0][:2]).tolist())
