@@ -190,7 +190,7 @@ class Probe:
             # Doubted, or contact slipped away before the lift: then once more.
             yield 0.0, 0.0, 0.0
 
-    def wall(self, heading: Place, widest_m: float) -> Generator[Vector3, None, WallTouch]:
+    def wall(self, heading: Place, widest_m: float, *, felt: bool = True) -> Generator[Vector3, None, WallTouch]:
         """Aside until a wall pushes back, wherever it leads along itself; at the end the tip still pushes.
 
         Args:
@@ -202,12 +202,16 @@ class Probe:
             x, y, _ = self.reference_m
             if hypot(x - begun[0], y - begun[1]) > widest_m:
                 yield from self.doubt(self._no_wall(widest_m))
-            yield from self.felt((heading[0] * _FAST_M_S, heading[1] * _FAST_M_S, 0.0))
+            across = heading[0] * _FAST_M_S, heading[1] * _FAST_M_S, 0.0
+            if felt:
+                yield from self.felt(across)
+            else:
+                yield across
         return (yield from self._rested())
 
     def wall_again(self, heading: Place, widest_m: float) -> Generator[Vector3, None, WallTouch]:
         """The same, then off the wall and slowly on to it once more, so that the force is held against the way."""
-        yield from self.wall(heading, widest_m)
+        yield from self.wall(heading, widest_m, felt=False)
         x, y, z = self.reference_m
         yield from self.to((x - heading[0] * self._back_m, y - heading[1] * self._back_m, z), careful=True)
         for _ in range(_REST_TICKS):
