@@ -173,11 +173,15 @@ class Probe:
         Returns:
             Depth of what lies there below the nominal plane; None where there is nothing.
         """
+        still_m = deepest_m
         while True:
             while -self._measured.filtered_force_z_N < _PRESSED_SHARE * self._press_N:
                 if self.reference_m[2] > deepest_m:
                     return None
-                if felt:
+                # Borne, it goes on without a heave, or the lift would begin at any force; but not far.
+                if self.bears:
+                    still_m = min(still_m, self.reference_m[2] + self._sink_m)
+                if felt and not (self.bears and self.reference_m[2] < still_m):
                     yield from self.felt(self.yielding_m_s)
                 else:
                     yield self.yielding_m_s

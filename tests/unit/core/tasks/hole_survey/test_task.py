@@ -115,7 +115,7 @@ def test_a_sensor_that_lies_is_named_at_a_touch(spoil: Callable[[WrenchSample], 
     assert told in report.events[-1].detail
 
 
-@pytest.mark.parametrize("last", [480, 570, 810, 1290])
+@pytest.mark.parametrize("last", [480, 570, 588, 810, 1290])
 def test_a_sensor_that_dies_with_noise_is_found_before_it_lets_the_tool_press_hard(last: int) -> None:
     world, chance, peaks_N, alive = plate(HOLES[0]), random.Random(1), [0.0], list[WrenchSample]()
 
