@@ -101,11 +101,16 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         ),
         policy="none",
     ),
-    "survey-no-wall": Mishap(settings=_survey({"widest_mm": 6.05}), policy="none"),
-    # A force that no wall gives: all round, and only where every second touch is to be.
+    # The plate is lost before its first lift.
+    "survey-no-wall": Mishap(
+        (force("offset", 63, magnitude=2.4, channels=(2,), duration_ticks=12),),
+        _survey({"widest_mm": 6.05}),
+        policy="none",
+    ),
+    # A force that no wall gives: all round, and so that all places lie on a line.
     "survey-held-aside": Mishap(shove(440, 5.0, 0.5), _survey(), policy="none"),
     "survey-no-circle": Mishap(
-        (*({**each, "duration_ticks": 23} for each in shove(486, 5.5, 0.01)), *shove(556, 5.5, 0.01)),
+        (*({**each, "duration_ticks": 23} for each in shove(438, 5.5, 0.01)), *shove(516, 5.5, 0.01)),
         _survey(),
         policy="none",
     ),
