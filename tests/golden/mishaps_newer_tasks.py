@@ -65,6 +65,8 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         (176, "stop"),
         policy="corner-first",
     ),
+    # A force along the push, which only a wall can answer, and against it.
+    "corner-pulled": Mishap(shove(84, -4.0, -4.0), _corner(), policy="corner-first"),
     # Encoders that are off hide the floor; withdrawn as if it were wedged, and on to the next corner.
     "corner-stuck": Mishap(
         (

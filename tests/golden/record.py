@@ -22,6 +22,11 @@ SHALLOW = (
     "--task.tare-ticks", "7",
 )  # fmt: skip
 FOLLOW = ("run", "--task", "surface-follow", "--trials", "1", "--seed", "31", "--task.tare-ticks", "7")
+SKILLS = (
+    "train", "--task", "insertion-6dof", "--learner", "skills", "--scenario", "blind-square", "--trials", "2",
+    "--task.options", "corners", "4", "corner_mm", "20.5", "--task.ready-height-mm", "1", "--task.tare-ticks", "7",
+    "--task.ticks-per-action", "7",
+)  # fmt: skip
 
 RECORDINGS: dict[str, tuple[str, ...]] = {
     # Learning, with what was learned in the trials before: the last of several.
@@ -133,11 +138,9 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "--task.start-uncertainty-mm", "1",
     ),
     # Programmed skills that a learner chooses from, after what it learned in a trial before.
-    "train-skills": (
-        "train", "--task", "insertion-6dof", "--learner", "skills", "--scenario", "blind-square", "--trials", "2",
-        "--seed", "54", "--task.options", "corners", "4", "corner_mm", "20.5", "--task.time-limit-s", "6",
-        "--task.ready-height-mm", "1", "--task.tare-ticks", "7", "--task.ticks-per-action", "7",
-    ),
+    "train-skills": (*SKILLS, "--seed", "54", "--task.time-limit-s", "6"),
+    # Inserted where there is no hole, pushed as far as may be, and driven there.
+    "train-skills-far": (*SKILLS, "--seed", "79", "--task.time-limit-s", "3.85"),
     # The plate on both sides, a search, down to the floor, and the walls all round.
     "hole-survey": (
         "run", "--task", "hole-survey", "--trials", "1", "--seed", "32", "--task.options", "plate_touches", "2",
