@@ -80,7 +80,7 @@ def test_a_task_of_another_package_is_run_and_replayed(
         ("run", (*SURVEY[:2], "--cell.more-holes-mm", "20", "0"), "places at least"),
         ("train", SHORT, "a task that lets a policy choose"),
         ("compare", SHORT, "asks no policy"),
-        ("faults", SHORT, "asks no policy"),
+        ("faults", (*SHORT, "--policy", "torque"), "asks no policy"),
     ],
 )
 def test_what_does_not_go_together_is_one_line(
