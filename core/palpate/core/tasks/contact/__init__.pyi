@@ -9,6 +9,7 @@ from .proof import PAST_PLATE_M as PAST_PLATE_M
 from .proof import ContactProof as ContactProof
 from .proof import NoProof as NoProof
 from .proof import Proof as Proof
+from .restless import RestlessForce as RestlessForce
 from .touch_task import TouchTask as TouchTask
 from .trial_state import TrialState as TrialState
 from .way_to_start import RunningPhase as RunningPhase

@@ -15,6 +15,7 @@ class TrialState:
 
     Attributes:
         phase: Where in the trial it is; a task's own phases are members of an enumeration of its own.
+        noise: Deviation of each channel of the force sensor, (6,), N and N m, while it was tared.
         observation: What an action is to be chosen by in this tick; None in ticks without a choice.
     """
 
@@ -31,6 +32,7 @@ class TrialState:
         # A trial may begin with the tool still where the one before left it.
         self.expectation = Expectation(contact=True)
         self.tick = 0
+        self.noise: tuple[float, ...] = (0.0,) * 6
 
     def enter(self, phase: Enum, expectation: Expectation) -> None:
         """Another phase begins."""

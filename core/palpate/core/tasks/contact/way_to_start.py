@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from math import sqrt
 from operator import sub
 from typing import Final, Protocol
 
@@ -78,7 +79,7 @@ class Settle(RunningPhase):
         """A trial begins."""
         self.over = False
         self.bias: Bias | None = None
-        self._sum = [0.0] * 6
+        self._sum, self._values = [0.0] * 6, list[tuple[float, ...]]()
 
     def enter(self) -> None:
         """Begin to rest."""
@@ -89,12 +90,17 @@ class Settle(RunningPhase):
         self._countdown -= 1
         if self._countdown < self._tare_ticks:
             wrench = self._state.snapshot.wrench
-            for i, value in enumerate((*wrench.force_N, *wrench.torque_Nm)):
+            self._values.append((*wrench.force_N, *wrench.torque_Nm))
+            for i, value in enumerate(self._values[-1]):
                 self._sum[i] += value
         if self._countdown == 0:
             a, b, c, d, e, f = (total / self._tare_ticks for total in self._sum)
             self.bias = (a, b, c, d, e, f)
             self._measurement.tare(self.bias)
+            self._state.noise = tuple(
+                sqrt(sum((value - mean) ** 2 for value in values) / max(self._tare_ticks - 1, 1))
+                for values, mean in zip(zip(*self._values, strict=True), self.bias, strict=True)
+            )
             self._state.event("tare", f"{a:.6g} {b:.6g} {c:.6g} N, {d:.6g} {e:.6g} {f:.6g} N m, sensor frame")
             self.over = True
         return 0.0, 0.0, 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import hypot, radians
+from math import hypot, radians, sin
 from typing import Final
 
 from typing_extensions import override
@@ -10,6 +10,7 @@ from typing_extensions import override
 from palpate.core.motion import FASTEST_TURN_RAD_S, DampingControl, GivingWay, leaning, limited, rotated
 from palpate.core.policy import Action, Law, Spatial
 from palpate.core.ports import PERIOD_S, Vector3
+from palpate.core.tasks.contact import RestlessForce
 from palpate.core.tasks.insertion.phases import Equipment, Explore, ExploringChecks
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 from palpate.core.trial import Trip, TripReason
@@ -21,6 +22,8 @@ _PULL_N: Final = 1.2
 _WEDGED_NM: Final = 0.15
 _HELD_N: Final = 2.5
 _WITHDRAW_M_S: Final = 12e-3
+_CLEAR_M: Final = 3e-4
+"""A tool whose lowest corner is so high above the plate meets nothing."""
 _ALONG_N: Final = 2.0
 """A wall answers a push against it; along it, in 14 trials without a fault, never more than 0.1 N lasted so long."""
 _ALONG_TICKS: Final = 4
@@ -41,11 +44,15 @@ class SpatialExplore(Explore):
     Args:
         equipment: What the phases share.
         checks: Prove contact while the upright tool steps across; None for a task without proofs.
+        felt: Stops the tool while it pushes or is withdrawn, and nothing is felt; None for a task without proofs.
         options: How the tool gives way, and how far it may turn.
     """
 
-    def __init__(self, equipment: Equipment, checks: ExploringChecks | None, options: SpatialOptions) -> None:
+    def __init__(
+        self, equipment: Equipment, checks: ExploringChecks | None, felt: RestlessForce | None, options: SpatialOptions
+    ) -> None:
         super().__init__(equipment, checks)
+        self._felt = felt
         self._free = equipment.laws.free
         self._deepest_m = min(_DEEPEST_M, 0.4 * equipment.task.insertion_depth_mm * 1e-3)
         self._push_m_per_N_s = options.push_m_per_N_s
@@ -61,6 +68,8 @@ class SpatialExplore(Explore):
     def begin(self, start_m: tuple[float, float]) -> None:
         super().begin(start_m)
         self._along_ticks = 0
+        if self._felt is not None:
+            self._felt.begin()
 
     @override
     def resume(self) -> None:
@@ -77,9 +86,17 @@ class SpatialExplore(Explore):
     def _upright(self) -> bool:
         return hypot(*self._motion.turn_rad[:2]) < _UPRIGHT_RAD
 
+    @property
+    def _low(self) -> bool:
+        """Whether the lowest corner is where it can meet something."""
+        reach_m = hypot(*self._spatial.pivot_m) * sin(hypot(*self._motion.turn_rad[:2]))
+        return self._depth_m + reach_m > -_CLEAR_M
+
     @override
     def step(self) -> Vector3:
         law = self._spatial.law
+        if self._felt is not None:
+            self._felt.watch()
         if law in (Law.STEP, Law.GIVE_WAY) and self._upright:
             return super().step()
         if self._out_of_time():
@@ -150,10 +167,13 @@ class SpatialExplore(Explore):
             velocity, rate = (vx, vy, pulled), (u + a, v + b, w + c)
         else:
             velocity = rate = (0.0, 0.0, 0.0)
-        if rate == (0.0, 0.0, 0.0):
-            return velocity
-        self._motion.turn(rate)
-        return self._about_pivot(velocity, rate)
+        felt = self._felt if spatial.law in (Law.PUSH, Law.WITHDRAW) and self._low else None
+        if felt is not None and felt.waits:
+            rate = (0.0, 0.0, 0.0)
+        if rate != (0.0, 0.0, 0.0):
+            self._motion.turn(rate)
+            velocity = self._about_pivot(velocity, rate)
+        return velocity if felt is None else felt.velocity_m_s(velocity)
 
     def _hold_against(self, push_N: tuple[float, float]) -> None:
         (px, py), (fx, fy, _), tick = push_N, self._measurement.force_N, self._state.tick

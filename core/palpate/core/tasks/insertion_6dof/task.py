@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing_extensions import override
 
 from palpate.core.motion import TipMotion
+from palpate.core.tasks.contact import RestlessForce
 from palpate.core.tasks.insertion import Agent, InsertionTask
 from palpate.core.tasks.insertion.phases import Equipment, ExploringChecks, SinkingChecks
 from palpate.core.tasks.insertion_6dof.explore import SpatialExplore
@@ -26,13 +27,17 @@ class SpatialTask(InsertionTask):
         motion: TipMotion,
         agent: Agent,
     ) -> None:
-        self._options = options_of(SpatialOptions, task)
+        self._options, self._control = options_of(SpatialOptions, task), control
         measurement.take_off_weight(self._options.tool_kg * _G_M_S2, self._options.tool_above_tip_mm * 1e-3)
         super().__init__(task, control, measurement, motion, agent)
 
     @override
     def _explore_with(self, equipment: Equipment, checks: ExploringChecks | None) -> SpatialExplore:
-        return SpatialExplore(equipment, checks, self._options)
+        felt: RestlessForce | None = None
+        if checks is not None:
+            speed_m_s = equipment.task.travel_speed_mm_s * 1e-3
+            felt = RestlessForce(equipment.state, equipment.measurement, self._control, speed_m_s)
+        return SpatialExplore(equipment, checks, felt, self._options)
 
     @override
     def _insert_with(self, equipment: Equipment, checks: SinkingChecks | None) -> SpatialInsert:

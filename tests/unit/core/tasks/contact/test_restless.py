@@ -1,0 +1,55 @@
+"""A tool that pushes goes on while its sensor shows more than noise, and stops soon after it does not."""
+
+import random
+from collections.abc import Callable
+from types import SimpleNamespace
+
+import pytest
+
+from palpate.core.ports import PERIOD_S, JointSample, Snapshot, WrenchSample
+from palpate.core.tasks.contact import RestlessForce, TrialState
+from palpate.core.trial import ControlConfig, TrialSetup
+
+NOISE = (0.1, 0.1, 0.1, 0.004, 0.004, 0.004)
+SPEED_M_S = 0.01
+HEAVE_N_PER_M = 2e3
+"""Inertia of 0.3 kg at 14 Hz."""
+
+
+def pushed(force_N: Callable[[int, float], float], ticks: int = 200) -> tuple[float, list[str]]:
+    """Way across of a tool whose sensor shows this axial force at a tick and height, and what was doubted."""
+    state, measured, chance = TrialState(), SimpleNamespace(), random.Random(3)
+    state.begin(TrialSetup(0, 0, (0.0, 0.0)))
+    state.noise = NOISE
+    restless = RestlessForce(state, measured, ControlConfig(), 0.02)  # type: ignore[arg-type]
+    way_m = height_m = 0.0
+    for state.tick in range(ticks):
+        x, y, z, a, b, c = (chance.gauss(0.0, deviation) for deviation in NOISE)
+        measured.force_N = x, y, z + force_N(state.tick, height_m)
+        wrench = WrenchSample(measured.force_N, (a, b, c), 0, 0, state.tick)
+        state.snapshot = Snapshot(state.tick, 0, wrench, JointSample((0.0,), 0, 0, state.tick))
+        restless.watch()
+        vx, _, vz = restless.velocity_m_s((SPEED_M_S, 0.0, 0.0))
+        way_m, height_m = way_m + vx * PERIOD_S, height_m + vz * PERIOD_S
+    return way_m, [event.detail for event in state.report.events]
+
+
+@pytest.mark.parametrize(
+    "force_N",
+    [
+        lambda tick, _: -5.0 + 0.5 * (tick % 3),  # sliding
+        lambda _, height_m: HEAVE_N_PER_M * height_m,  # in air
+    ],
+)
+def test_a_live_sensor_lets_the_tool_go_on(force_N: Callable[[int, float], float]) -> None:
+    way_m, doubts = pushed(force_N)
+    assert way_m > 0.9 * 200 * SPEED_M_S * PERIOD_S
+    assert not doubts
+
+
+def test_a_dead_one_with_its_noise_stops_it_and_is_doubted() -> None:
+    way_m, doubts = pushed(lambda tick, _: -4.9)
+    assert way_m * 40e3 < 26.0
+    assert doubts == [
+        "FORCE_WITHOUT_SPRING: the force does not follow a tool that pushed without any: the force sensor is dead"
+    ]
