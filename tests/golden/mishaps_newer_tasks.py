@@ -76,6 +76,18 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         _corner(time_limit_s=3.4),
         policy="corner-first",
     ),
+    # Too little force, and a noise in which it does not scatter: it heaves, and the force follows. Then noise and no
+    # force: it stops, heaves, and nothing follows.
+    "corner-dead": Mishap(
+        (
+            force("unit", 60, factor=0.3, duration_ticks=45),
+            force("unit", 105, factor=1e-4),
+            force("noise", 0, magnitude=0.15, channels=(0, 1, 2)),
+            force("noise", 0, magnitude=0.006, channels=(3, 4, 5)),
+        ),
+        _corner(time_limit_s=2.0),
+        policy="corner-first",
+    ),
     # The plate is lost for two ticks while the tool gives way.
     "give-way-lost": Mishap(
         (force("offset", 60, magnitude=8.0, channels=(2,), duration_ticks=2),),
