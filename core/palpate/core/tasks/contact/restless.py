@@ -20,7 +20,7 @@ _UNFELT_N: Final = 25.0
 _HEAVED_N: Final = 4.0
 """From so much of it on the tool heaves; below, a way that is felt now and then would be disturbed."""
 _HEAVE_M: Final = 2.5e-4
-_LONGEST_TICKS: Final = CONTROL_RATE_HZ // 2
+_LONGEST_TICKS: Final = CONTROL_RATE_HZ
 
 
 class RestlessForce:

@@ -92,6 +92,14 @@ class SpatialExplore(Explore):
         reach_m = hypot(*self._spatial.pivot_m) * sin(hypot(*self._motion.turn_rad[:2]))
         return self._depth_m + reach_m > -_CLEAR_M
 
+    @property
+    def _pushes_low(self) -> bool:
+        return self._spatial.law in (Law.PUSH, Law.WITHDRAW) and self._low
+
+    @property
+    def _waits(self) -> bool:
+        return self._felt is not None and self._felt.waits and self._pushes_low
+
     @override
     def step(self) -> Vector3:
         law = self._spatial.law
@@ -106,7 +114,8 @@ class SpatialExplore(Explore):
             self._state.event("sunk below the surface")
             self.over = True
             return 0.0, 0.0, 0.0
-        self.countdown -= 1
+        if not self._waits:
+            self.countdown -= 1
         if self.countdown <= 0:
             self._perceive()
         return self._way_on()
@@ -167,8 +176,8 @@ class SpatialExplore(Explore):
             velocity, rate = (vx, vy, pulled), (u + a, v + b, w + c)
         else:
             velocity = rate = (0.0, 0.0, 0.0)
-        felt = self._felt if spatial.law in (Law.PUSH, Law.WITHDRAW) and self._low else None
-        if felt is not None and felt.waits:
+        felt = self._felt if self._pushes_low else None
+        if self._waits:
             rate = (0.0, 0.0, 0.0)
         if rate != (0.0, 0.0, 0.0):
             self._motion.turn(rate)
