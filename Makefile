@@ -9,7 +9,7 @@ BENCH ?= runs/bench.json
 # PyPI's torch for Linux brings gigabytes of CUDA, which nothing here uses.
 TORCH_CPU ?= https://download.pytorch.org/whl/cpu
 
-.PHONY: help setup train test lint docs docs-setup golden browser browser-check foxglove-check bench bench-full clean
+.PHONY: help setup train test suite lint style types docs docs-setup golden browser browser-check foxglove-check bench bench-full clean
 
 help:
 	@echo "make setup   create .venv and install pinned dependencies (does nothing when nothing changed)"
@@ -42,20 +42,28 @@ train: setup
 		$(BIN)/palpate train --scenario paper --out $(RUN); \
 	fi
 
-lint: setup
+lint: style types
+
+style: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	$(BIN)/mypy --num-workers 2
 	$(BIN)/lint-imports
+
+types: setup
+	$(BIN)/mypy --num-workers 2
 
 # What waits for real time runs by itself afterwards: beside busy workers its devices would come late.
 # Bytecode is kept, also where the environment says not to: each process that a test starts would compile all anew.
 test: export PYTHONDONTWRITEBYTECODE :=
 # Three workers share two processors, for some tests sleep; their libraries' own threads would only wait for each other.
 test: export OMP_NUM_THREADS := 1
-test: lint
-	$(BIN)/pytest -n 3 --dist loadgroup --ignore tests/wall_clock --ignore tests/documents
+# Types are checked beside the tests: neither keeps two processors busy all the time.
+test: style
+	$(MAKE) --no-print-directory --jobs 2 types suite
 	$(BIN)/pytest -n 2 --dist loadgroup tests/wall_clock
+
+suite: setup
+	$(BIN)/pytest -n 3 --dist loadgroup --ignore tests/wall_clock --ignore tests/documents
 
 # Under a minute; its builder is an extra of its own, which neither training nor tests need.
 docs-setup: setup
