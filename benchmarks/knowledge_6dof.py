@@ -11,10 +11,7 @@ Times are seconds of exploration; a failure counts 20.
 
 from __future__ import annotations
 
-import argparse
-import json
 from collections.abc import Sequence
-from multiprocessing import Pool
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -23,6 +20,7 @@ import numpy.typing as npt
 
 from benchmarks.belief import FAILED_S
 from benchmarks.insertion_6dof import config_of
+from benchmarks.seeds import run_seeds
 from palpate.adapters.config import LEARNERS, RunConfig, overlay
 from palpate.adapters.experiments import (
     build_perception,
@@ -146,24 +144,10 @@ def draw(done: Sequence[dict[str, Any]], path: Path) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=10)
-    parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--picture", type=Path)
-    options = parser.parse_args()
-    done = [json.loads(text) for text in options.out.read_text().splitlines()] if options.out.exists() else []
-    known = {seed["seed"] for seed in done}
-    seeds = [seed for seed in range(options.first_seed, options.first_seed + options.seeds) if seed not in known]
-    with Pool(options.jobs) as pool, options.out.open("a") as file:
-        for result in pool.imap_unordered(run, seeds):
-            done.append(result)
-            file.write(json.dumps(result) + "\n")
-            file.flush()
+    done, picture = run_seeds(__doc__, run, FIRST_SEED)
     table(done)
-    if options.picture is not None:
-        draw(done, options.picture)
+    if picture is not None:
+        draw(done, picture)
 
 
 if __name__ == "__main__":

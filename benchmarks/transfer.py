@@ -8,16 +8,14 @@ seconds of exploration; a failure counts 20.
 
 from __future__ import annotations
 
-import argparse
-import json
 from dataclasses import replace
-from multiprocessing import Pool
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks.belief import FAILED_S
+from benchmarks.seeds import run_seeds
 from palpate.adapters.config import RunConfig, scenario
 from palpate.adapters.experiments import build_perception, build_task, learning_policy, run_scored_trial
 from palpate.adapters.mujoco import SimulatedRig
@@ -81,21 +79,7 @@ def draw(done: list[dict[str, Any]], path: Path) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=10)
-    parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--picture", type=Path)
-    options = parser.parse_args()
-    done = [json.loads(text) for text in options.out.read_text().splitlines()] if options.out.exists() else []
-    known = {seed["seed"] for seed in done}
-    jobs = [seed for seed in range(options.first_seed, options.first_seed + options.seeds) if seed not in known]
-    with Pool(options.jobs) as pool, options.out.open("a") as file:
-        for result in pool.imap_unordered(run, jobs):
-            done.append(result)
-            file.write(json.dumps(result) + "\n")
-            file.flush()
+    done, picture = run_seeds(__doc__, run, FIRST_SEED)
     print("| world | begins | trial 1, s | trials 2-5, s | trials 6-15, s | failed |\n|---|---|---|---|---|---|")
     for name in WORLDS:
         for row, label in enumerate(("from nothing", "from `blind`")):
@@ -103,8 +87,8 @@ def main() -> None:
             means = (times[:, 0].mean(), times[:, 1:5].mean(), times[:, 5:].mean())
             cells = " | ".join(f"{mean:.2f}" for mean in means)
             print(f"| {name} | {label} | {cells} | {int((times >= FAILED_S).sum())} of {times.size} |")
-    if options.picture is not None:
-        draw(done, options.picture)
+    if picture is not None:
+        draw(done, picture)
 
 
 if __name__ == "__main__":

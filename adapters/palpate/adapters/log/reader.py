@@ -332,7 +332,7 @@ def require_mcap(path: str, data: bytes) -> int:
 def _writer_of(data: bytes) -> str:
     try:
         header = Header.read(ReadDataStream(BytesIO(data[len(MCAP0_MAGIC) + _HEAD.size :])))
-    except Exception:
+    except Exception:  # whatever the library raises at bytes that are no header
         return "without a readable header"
     return f"written by {header.library!r}, profile {header.profile!r}"
 

@@ -10,10 +10,10 @@ from .engine import Replay as Replay
 from .engine import Verdict as Verdict
 from .folders import FolderFindings as FolderFindings
 from .folders import judge_folders as judge_folders
-from .gap import KNOBS as KNOBS
 from .gap import WRENCH_AXES as WRENCH_AXES
 from .gap import Gap as Gap
 from .gap import gap_of as gap_of
+from .gap_cell import KNOBS as KNOBS
 from .rebuild import Changes as Changes
 from .rebuild import parse_setting as parse_setting
 from .touches import FoundTouches as FoundTouches

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from palpate.adapters.config import overlay, scenario
 from palpate.adapters.experiments import ChosenPolicy, Recorded, RunFolder, run_policy
 from palpate.adapters.mujoco import SimulatedRig
-from palpate.adapters.replay import find_logs, gap, gap_of
+from palpate.adapters.replay import find_logs, gap_cell, gap_fit, gap_of
 from palpate.core.errors import ConfigurationError, LogError
 from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell import HiddenValues
@@ -36,20 +36,20 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 
 def test_the_cell_gives_a_recorded_trial_again_when_it_is_as_the_rig_was(logs: list[Path]) -> None:
-    trial = gap.driven_from(logs[0])
-    wrench, joints = gap.drive(trial, TRUE)
-    touch = slice(gap._SETTLED.start, gap._FREE_TICKS + gap._TOUCH_TICKS)
-    rest = (trial.wrench - gap.late(wrench, 2.8))[touch]
+    trial = gap_cell.driven_from(logs[0])
+    wrench, joints = gap_cell.drive(trial, TRUE)
+    touch = slice(gap_cell.SETTLED.start, gap_cell.FREE_TICKS + gap_fit.TOUCH_TICKS)
+    rest = (trial.wrench - gap_cell.late(wrench, 2.8))[touch]
     # What is left is the sensor's noise.
     assert rest.std(axis=0) == pytest.approx([0.1] * 3 + [0.004] * 3, rel=0.35)
     assert np.abs(trial.joints_rad - joints).max() < 1e-4
 
 
 def test_stiffness_friction_and_latency_are_found(logs: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(gap, "_MOST_TICKS", 100)
-    monkeypatch.setattr(gap, "_PASSES", 1)
-    monkeypatch.setattr(gap, "_FRICTIONS", (0.7, 1.7))
-    monkeypatch.setattr(gap, "_DELAYS", (0.5,))
+    monkeypatch.setattr(gap_cell, "_MOST_TICKS", 100)
+    monkeypatch.setattr(gap_fit, "_PASSES", 1)
+    monkeypatch.setattr(gap_fit, "_FRICTIONS", (0.7, 1.7))
+    monkeypatch.setattr(gap_fit, "_DELAYS", (0.5,))
     found = gap_of(logs, lambda: None)
     friction, axial, across, _, plate_mm, _ = found.values
     assert [friction, axial, found.wrench_late_ms] == pytest.approx([0.35, 0.7, 20.0], rel=0.1)
@@ -63,7 +63,7 @@ def test_stiffness_friction_and_latency_are_found(logs: list[Path], monkeypatch:
 @given(st.floats(0.0, 9.0))
 def test_a_trace_is_put_off_by_any_time(ticks: float) -> None:
     trace = np.arange(40.0)[:, None]
-    assert gap.late(trace, ticks)[:, 0] == pytest.approx(np.maximum(trace[:, 0] - ticks, 0.0))
+    assert gap_cell.late(trace, ticks)[:, 0] == pytest.approx(np.maximum(trace[:, 0] - ticks, 0.0))
 
 
 def test_logs_of_another_cell_and_of_no_contact_are_refused(logs: list[Path], palpate: CommandLine) -> None:
@@ -71,5 +71,5 @@ def test_logs_of_another_cell_and_of_no_contact_are_refused(logs: list[Path], pa
     with pytest.raises(ConfigurationError, match="logs recorded with the cell and arm of"):
         gap_of([logs[0], Path("other/logs/trial-00000.mcap")], lambda: None)
     with pytest.raises(LogError, match="holds no contact"):
-        gap.driven_from(Path(__file__).parents[3] / "golden" / "no-contact.mcap")
+        gap_cell.driven_from(Path(__file__).parents[3] / "golden" / "no-contact.mcap")
     assert "palpate gap needs logs" in palpate.refusal("gap")

@@ -39,7 +39,7 @@ _RECENT: Final = 0.7
 
 @dataclass(frozen=True, slots=True)
 class LeanModel(TouchModel):
-    """A touch model that knows of the lean; its offset is that of the last trials.
+    """A touch model with the lean in it; its offset is that of the last trials.
 
     Attributes:
         gain: How much more of the lean's torque there is along and across the heading of the hole, at each ring,

@@ -40,7 +40,7 @@ class BeliefParameters(Settings):
     search_steps: Annotated[int, Range(1, 10000)] = 40
     """Steps of the first of these searches."""
     regrip_share: Annotated[float, Range(0.0, 0.5)] = 0.05
-    """How likely the tool leans otherwise than in the trials before; 0: the touch model of before, which knows of no
+    """How likely the tool leans otherwise than in the trials before; 0: the touch model of before, without a
     lean."""
     graded_misses: bool = True
     """Whether a place off the way that was gone is less surely no hole the further off it is, up to one and a half

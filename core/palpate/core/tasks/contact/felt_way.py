@@ -1,4 +1,4 @@
-"""A way on which nobody knows where something is met: the tool heaves, and the force has to follow."""
+"""A way on which something may be met anywhere: the tool heaves, and the force has to follow."""
 
 from __future__ import annotations
 

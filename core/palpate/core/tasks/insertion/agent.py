@@ -73,14 +73,20 @@ class Agent:
         depth_m: float = 0.0,
     ) -> Observation:
         """The action before has ended: learn from it, and give what :meth:`choose` will choose the next one by."""
-        state = self._observe(position_m, force_N, torque_Nm)
-        self._settle(next_state=state)
-        number = len(self.decisions)
-        observation = Observation(
+        percept, number = self.percept, len(self.decisions)
+        state = 0 if percept is None else percept[1]
+        seen = Observation(
             state, position_m, reference_m, force_N, torque_Nm, number, turn_rad, live_torque_Nm, depth_m
         )
+        observation = self._learn_from(tick, seen)
         self._asked = (tick, observation)
         return observation
+
+    def _learn_from(self, tick: int, seen: Observation) -> Observation:
+        """Learn from the action before, and give what was seen with the state that it led to."""
+        state = self._observe(seen.position_m, seen.force_N, seen.torque_Nm)
+        self._settle(next_state=state)
+        return replace(seen, state=state)
 
     def choose(self) -> Decision:
         """Choose the next action by what was just perceived.

@@ -11,18 +11,19 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
+from palpate.core.perception import Situations
 from palpate.core.policy import Action, Decision, FixedPolicy, Law, Observation, Spatial
 from palpate.core.tasks.insertion_6dof.corner import UPRIGHT_RAD, Corner
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
 NAME: Final = "corner-first"
-ON_PLATE_M: Final = 0.6e-3
+ON_PLATE_M: Final = Situations.plate_m
 """A leaning tip that is lower by no more than this than one whose corner stands on the plate is not in the hole."""
-WALL_N: Final = 1.5
-QUIET_NM: Final = 0.012
+WALL_N: Final = Situations.wall_N
+QUIET_NM: Final = Situations.quiet_Nm
 QUIET_ACTIONS: Final = 2
 """So many actions in a row both walls have to carry, and nothing to turn the tool."""
-CAUGHT_M: Final = 0.5e-3
+CAUGHT_M: Final = Situations.caught_m
 """A tip that is less deep below the plate hangs on a wall though both of them carry."""
 _HANGS_M: Final = 0.15e-3
 """One that is let down to a height and is higher by more hangs on an edge."""

@@ -1,0 +1,199 @@
+"""A recorded trial, and the simulated cell that is driven with its commands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf
+from pathlib import Path
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+import pinocchio as pin
+
+from palpate.adapters.config import RunConfig, overlay
+from palpate.adapters.log import TrialLog, config_of, read_log, tare_of
+from palpate.core.errors import LogError
+from palpate.core.motion import Kinematics, ToolGeometry, arm_named
+from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Validity
+from palpate.core.trial import Outcome, Phase, goal_in_base, wander_m
+from palpate.simulation.work_cell import CellConfig, WorkCell
+
+Array: TypeAlias = npt.NDArray[np.float64]
+
+_STILL: Final[dict[str, Any]] = {
+    # A list of contacts takes longer to make than a short drive to search.
+    "contacts": "searched",
+    "hole_uncertainty_mm": 0.0, "hole_height_error_mm": 0.0, "tilt_mrad": 0.0, "conditions": {"hole_shift_mm": 0.0},
+    "sensor": {
+        "force_noise_N": 0.0, "torque_noise_Nm": 0.0, "force_bias_N": 0.0, "torque_bias_Nm": 0.0,
+        "encoder_counts_share": 0.0,
+    },
+}  # fmt: skip
+"""Of the cell that is driven: nothing of it is drawn."""
+_MOST_TICKS: Final = 3 * CONTROL_RATE_HZ
+"""After the first contact."""
+FREE_TICKS: Final = 60
+"""In free air, before the touch."""
+SETTLED: Final = slice(15, 40)
+BEFORE_TICKS: Final = 10
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A parameter that is fitted."""
+
+    name: str
+    step: float
+    low: float
+    high: float
+    of_cell: bool = True
+
+
+KNOBS: Final = (
+    Knob("friction", 0.02, 0.0, 1.5),
+    Knob("axial stiffness, share", 0.03, 0.1, 10.0),
+    Knob("stiffness across, share", 0.05, 0.1, 10.0),
+    Knob("damping ratio", 0.1, 0.05, 5.0),
+    Knob("plate higher than believed, mm", 0.01, -4.0, 4.0, False),
+    Knob("wrench late, ticks", 0.25, 0.0, 20.0, False),
+)
+LATE: Final = 5
+PLATE: Final = 4
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A recorded trial on the grid of control ticks.
+
+    Attributes:
+        ready_rad: The ready pose, (n,).
+        command_rad: Commands, (ticks, n).
+        joints_rad: What the encoders showed, (ticks, n); NaN where nothing was valid.
+        wrench: What was felt, tared, (ticks, 6), frame of the tool; NaN where nothing was valid.
+        hole_m: Where the peg came to rest in the hole, (2,), task frame; the goal where it did not.
+    """
+
+    path: str
+    config: RunConfig
+    ready_rad: Array
+    command_rad: Array
+    joints_rad: Array
+    wrench: Array
+    hole_m: tuple[float, float]
+
+
+def driven_from(path: Path) -> Driven:
+    """A log's trial, up to where the peg begins to sink.
+
+    Raises:
+        LogError: The log cannot be read, or holds no contact.
+    """
+    log = read_log(path)
+    config = config_of(log)
+    records = [each for each in log.records() if each.time_ns is not None and each.joints is not None]
+    first = {each.name if each.name != "phase" else each.detail: each.tick for each in reversed(log.events)}
+    contact = first.get("contact")
+    if not records or contact is None:
+        raise LogError(str(path), "", "holds no contact", "name logs of trials that touched the plate")
+    end = min(first.get(Phase.INSERT.value, inf) - BEFORE_TICKS, contact + _MOST_TICKS)
+    start_ns = records[0].time_ns or 0
+    slots = [round(((each.time_ns or 0) - start_ns) * CONTROL_RATE_HZ / 1e9) for each in records]
+    count = next((slot for slot, each in zip(slots, records, strict=True) if each.tick >= end), slots[-1] + 1)
+    touched = next(slot for slot, each in zip(slots, records, strict=True) if each.tick >= contact)
+    joints = len(records[0].joints.position_rad) if records[0].joints else 0
+    command, places = np.full((count, joints), np.nan), np.full((count, joints), np.nan)
+    wrench = np.full((count, 6), np.nan)
+    bias = np.array(tare_of(log, records).bias)
+    for slot, each in zip(slots, records, strict=True):
+        if slot >= count:
+            break
+        if each.applied is not None:
+            command[slot:] = each.applied.position_rad
+        if each.joints is not None and each.joints.validity is Validity.VALID:
+            places[slot] = each.joints.position_rad
+        if each.wrench is not None and each.wrench.validity is Validity.VALID:
+            wrench[slot] = np.array((*each.wrench.force_N, *each.wrench.torque_Nm)) - bias
+    # The last of the way in free air is enough to begin with.
+    begin = touched - FREE_TICKS
+    if begin < 0 or np.isnan(command[begin, 0]):
+        raise LogError(str(path), "", "touches as soon as it begins", "name logs of trials that begin above the plate")
+    ready = np.array(log.start.ready_rad)
+    place = _rest_place(log, config)
+    return Driven(str(path), config, ready, command[begin:], places[begin:], wrench[begin:], place)
+
+
+def _rest_place(log: TrialLog, config: RunConfig) -> tuple[float, float]:
+    if log.end is None or log.end.outcome != Outcome.INSERTED.value:
+        return 0.0, 0.0
+    last: JointVector = ()
+    for record in log.records():
+        if record.joints is not None and record.joints.validity is Validity.VALID:
+            last = record.joints.position_rad
+    kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+    kinematics.update(last)
+    x, y, _ = goal_in_base(config.task.goal).actInv(kinematics.tip_position_m)
+    return float(x), float(y)
+
+
+def cell_with(cell: CellConfig, values: Array) -> CellConfig:
+    """The configured cell with these values of the knobs."""
+    springs = cell.compliance
+    across = {
+        name: getattr(springs, name) * float(values[2])
+        for name in ("lateral_N_per_mm", "tilt_Nm_per_rad", "torsion_Nm_per_rad")
+    }
+    axial = springs.axial_N_per_mm * float(values[1])
+    return replace(
+        cell,
+        peg=replace(cell.peg, friction=float(values[0])),
+        compliance=replace(springs, axial_N_per_mm=axial, damping_ratio=float(values[3]), **across),
+    )
+
+
+def drive(trial: Driven, values: Array, ticks: int | None = None) -> tuple[Array, Array]:
+    """What the cell with these values gives under the commands of a trial.
+
+    Returns:
+        Wrenches, tared, (ticks, 6); joint angles, (ticks, n).
+    """
+    config, (x, y) = trial.config, trial.hole_m
+    goal = goal_in_base(config.task.goal)
+    cell = WorkCell(
+        Kinematics(arm_named(config.arm), ToolGeometry()),
+        overlay(cell_with(config.cell, values), _STILL),
+        goal_in_base=goal * pin.SE3(np.eye(3), np.array([x, y, -float(values[PLATE]) * 1e-3])),
+        ready_rad=trial.ready_rad,
+        rate_Hz=CONTROL_RATE_HZ,
+        wander_m=2.0 * wander_m(config.task),
+    )
+    commands = trial.command_rad[:ticks]
+    cell.place(commands[0])
+    wrench, joints = np.empty((len(commands), 6)), np.empty_like(commands)
+    for tick, command in enumerate(commands):
+        wrench[tick] = cell.measure_wrench()
+        joints[tick] = cell.joint_angles()
+        cell.command(tuple(command.tolist()))
+        cell.advance()
+    return wrench - wrench[SETTLED].mean(axis=0), joints
+
+
+def tip_depth_mm(trial: Driven) -> Array:
+    """Depth of the tip by the encoders, (ticks, 1), task frame."""
+    kinematics, task = Kinematics(arm_named(trial.config.arm), ToolGeometry()), goal_in_base(trial.config.task.goal)
+    depths, depth = [], 0.0
+    for q_rad in trial.joints_rad:
+        if not np.isnan(q_rad[0]):
+            kinematics.update(q_rad)
+            depth = float(task.actInv(kinematics.tip_position_m)[2]) * 1e3
+        depths.append(depth)
+    return np.array(depths)[:, None]
+
+
+def late(trace: Array, ticks: float) -> Array:
+    """A trace, (n, k), so many control ticks later; at first its first row."""
+    at = np.clip(np.arange(len(trace)) - ticks, 0.0, None)
+    whole = at.astype(np.int64)
+    rest = (at - whole)[:, None]
+    shifted: Array = trace[whole] * (1.0 - rest) + trace[np.minimum(whole + 1, len(trace) - 1)] * rest
+    return shifted

@@ -1,0 +1,37 @@
+"""Seeds of a benchmark in several processes, each one line of JSON; a file that has some already is gone on with."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from multiprocessing import Pool
+from pathlib import Path
+from typing import Any
+
+
+def run_seeds(description: str | None, run: Callable[[int], Any], first_seed: int) -> tuple[list[Any], Path | None]:
+    """Run what the command line asks for.
+
+    Args:
+        run: What one seed gives, a JSON object with its ``seed``.
+
+    Returns:
+        The results of all seeds in the file, and where a picture of them goes, if anywhere.
+    """
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--first-seed", type=int, default=first_seed)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--picture", type=Path)
+    options = parser.parse_args()
+    done = [json.loads(text) for text in options.out.read_text().splitlines()] if options.out.exists() else []
+    known = {result["seed"] for result in done}
+    seeds = [seed for seed in range(options.first_seed, options.first_seed + options.seeds) if seed not in known]
+    with Pool(options.jobs) as pool, options.out.open("a") as file:
+        for result in pool.imap_unordered(run, seeds):
+            done.append(result)
+            file.write(json.dumps(result) + "\n")
+            file.flush()
+    return done, options.picture
