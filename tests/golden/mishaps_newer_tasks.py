@@ -128,5 +128,6 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         _survey(),
         policy="none",
     ),
-    "survey-other-gripper": Mishap(settings=_survey(control={"lateral_stiffness_N_per_mm": 20.0}), policy="none"),
+    # And the sensor dies on the slow way to the wall, which ends where no force comes.
+    "survey-other-gripper": Mishap(dead(758), _survey(control={"lateral_stiffness_N_per_mm": 20.0}), policy="none"),
 }
