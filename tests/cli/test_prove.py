@@ -11,6 +11,9 @@ EASY = ("--policy", "omniscient", "--claim.success-percent", 15, "--jobs", 1, "-
 def test_trials_prove_a_claim_or_do_not_and_the_worst_are_kept(palpate: CommandLine) -> None:
     told = palpate.succeed("prove", *EASY, "--trials", 2).splitlines()
     assert told[1] == "proved: 2 of 2 ended well (95 % interval 15.811 to 100.000 %)"
+    # Of any task, not of holes alone.
+    assert told[0].startswith("at least 15 % of trials succeed with a true peak of at most 30 N, at 95 %: 2 trials in")
+    assert told[2].startswith("without success 0; success with a greater force 0; highest true peak")
     found = json.loads(Path("proof/proof.json").read_text())
     kept = {tuple(trial) for trials in found["kept"].values() for trial in trials}
     assert {path.name for path in Path("proof/kept/seed-0").glob("*.png")} == {f"trial-{k:05d}.png" for _, k in kept}

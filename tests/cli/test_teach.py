@@ -64,6 +64,7 @@ def test_what_was_shown_outlives_a_device_that_fails(
         (("--gamepad", "js9"), "a gamepad's device that can be read"),
         (("--guide-N", "3"), "0 without --rig"),
         (("--rig", "rig.toml"), "rig.toml"),
+        (("--task.directions", "4"), "task.directions = 4 is refused: 8 for a lesson"),
     ],
 )
 def test_what_cannot_be_taught_with_is_one_line(

@@ -10,7 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from palpate.adapters.cli.train import results_line
 from tests.command_line import QUICK, RESULTS, CommandLine, files_in, results_in
+from tests.unit.adapters.samples import trial_rows
 
 TRIAL_COLUMNS = {
     "trial", "outcome", "success", "exploration_time_s", "actions", "peak_force_N", "measured_peak_force_N",
@@ -187,6 +189,24 @@ def test_a_finished_run_says_so_and_how_to_go_on(palpate: CommandLine) -> None:
     again = palpate.refusal("train", "--out", "run")
     assert again.endswith("or go on with that training: palpate train --resume --out run")
     assert "--resume" not in palpate.refusal("run", "--policy", "torque", "--out", "run").partition("palpate train")[0]
+
+
+@pytest.mark.parametrize(
+    ("trials", "told"),
+    [
+        (25, "25 trials, mean time 13.00 s; success: 25 of 25"),
+        (
+            31,
+            "31 trials, mean time 8.00 s in the first 15 and 24.00 s in the last 15; success in the last 15: 15 of 15",
+        ),
+        (
+            60,
+            "60 trials, mean time 13.00 s in the first 25 and 48.00 s in the last 25; success in the last 25: 25 of 25",
+        ),
+    ],
+)
+def test_first_and_last_trials_do_not_overlap(trials: int, told: str) -> None:
+    assert results_line(trial_rows(*range(1, trials + 1))) == told
 
 
 def test_make_train_goes_on_where_it_stopped(tmp_path: Path) -> None:

@@ -262,7 +262,6 @@ def onnx_network(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> tuple[objec
 
 
 def test_a_network_of_onnx_is_run_and_replayed(palpate: CommandLine, onnx_network: tuple[object, ...]) -> None:
-    pytest.importorskip("onnxruntime", reason="ONNX networks are an example of a package of a stranger's")
     palpate.succeed(*onnx_network)
     assert "1 of 1 equal in every bit" in palpate.succeed("replay", "net")
 

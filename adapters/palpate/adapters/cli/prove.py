@@ -73,7 +73,7 @@ def _told(found: dict[str, Any]) -> str:
     lines = [
         f"{found['verdict']}: {found['ended_well']} of {found['trials']} ended well"
         f" ({confidence:g} % interval {low:.3f} to {high:.3f} %)",
-        f"not inserted {found['not_inserted']}; inserted with a greater force {found['above_force']};"
+        f"without success {found['not_inserted']}; success with a greater force {found['above_force']};"
         f" highest true peak {found['highest_force_N']:.1f} N",
     ]
     for name, unit in (("exploration_time_s", "s"), ("peak_force_N", "N")):

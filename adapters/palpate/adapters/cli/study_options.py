@@ -14,7 +14,7 @@ from palpate.core.ports import Settings
 
 @dataclass(frozen=True)
 class ProveOptions(RunSettings):
-    """Many trials of one policy, and whether they prove a claim about it: how many end in the hole, with what force.
+    """Many trials of one policy, and whether they prove a claim about it: how many succeed, with what force.
 
     Trials are dealt out over seeds, 50 each, from --seed on, and made by several processes. The same command again
     goes on where it stopped. The slowest, the hardest and those that failed are made once more, recorded, in the

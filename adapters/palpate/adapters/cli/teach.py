@@ -47,7 +47,7 @@ from palpate.adapters.experiments.teaching import (
 from palpate.adapters.log import PERSON, made_with
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.perception import Perception
-from palpate.core.policy import Observation, document_of
+from palpate.core.policy import COMPASS_NAMES, Observation, document_of
 from palpate.core.ports import CONTROL_RATE_HZ
 
 
@@ -68,6 +68,9 @@ def _teach(options: TeachOptions, kept: ExitStack) -> int:
         config = slowed(config)
     folder = RunFolder(Path(options.out)) if options.out else next_free_folder(f"runs/{config.scenario}-teach")
     folder.require_free()
+    if config.task.directions != (count := len(COMPASS_NAMES)):
+        accepted = f"{count} for a lesson, whose keys and sticks are of so many directions"
+        raise ConfigurationError("task.directions", config.task.directions, accepted)
     ready = ready_pose(config)
     require_usable(config, ready, options.rig)
     print_weakened(config)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 import sys
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -24,6 +25,7 @@ from palpate.adapters.experiments import (
     RunFolder,
     ScoredTrial,
     Trainer,
+    TrialRow,
     at_work,
     configured_perception,
     fitted_perception,
@@ -204,18 +206,23 @@ def _with_progress(trainer: Trainer, trials: int, first: int, folder: RunFolder)
 def _finish(config: RunConfig, folder: RunFolder, trials: int) -> None:
     rows, summary = write_training(config, folder, trials)
     if rows:
-        times, wins = [row.exploration_time_s for row in rows], [row.success for row in rows]
-        if len(rows) > WINDOW:
-            say(
-                f"{len(rows)} trials, mean time {sum(times[:WINDOW]) / WINDOW:.2f} s in the first {WINDOW} "
-                f"and {sum(times[-WINDOW:]) / WINDOW:.2f} s in the last {WINDOW}; "
-                f"success in the last {WINDOW}: {sum(wins[-WINDOW:])} of {WINDOW}"
-            )
-        else:
-            say(f"{len(rows)} trials, mean time {sum(times) / len(times):.2f} s; success: {sum(wins)} of {len(wins)}")
+        say(results_line(rows))
         if marked := marked_line(summary, learned=config.admission.learn_from_marked):
             say(marked.rstrip())
         say(_look_at(folder))
+
+
+def results_line(rows: Sequence[TrialRow]) -> str:
+    """What the trials came to: the first beside the last, none of them both, where there are more than a few."""
+    count, times, wins = len(rows), [row.exploration_time_s for row in rows], [row.success for row in rows]
+    if count <= WINDOW:
+        return f"{count} trials, mean time {sum(times) / count:.2f} s; success: {sum(wins)} of {count}"
+    some = min(WINDOW, count // 2)
+    return (
+        f"{count} trials, mean time {sum(times[:some]) / some:.2f} s in the first {some} and "
+        f"{sum(times[-some:]) / some:.2f} s in the last {some}; "
+        f"success in the last {some}: {sum(wins[-some:])} of {some}"
+    )
 
 
 def _look_at(folder: RunFolder) -> str:

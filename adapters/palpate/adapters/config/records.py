@@ -60,6 +60,7 @@ UNTOLD: Final[Mapping[str, Any]] = {
     "task.name": "insertion",
     "task.options": {},
     "task.moving_share": 0.8,
+    "task.directions": 8,
     **{BeliefParameters.dotted(name): value for name, value in BeliefParameters.UNTOLD.items()},
 }
 """What a record means that lacks one of these settings: what was done before there was such a setting.

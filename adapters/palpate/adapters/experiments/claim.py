@@ -15,7 +15,7 @@ from palpate.core.ports import Range, Settings
 
 @dataclass(frozen=True)
 class Claim(Settings):
-    """So many of all trials end in the hole, none of these with a greater true peak force."""
+    """So many of all trials succeed, as their task has it, none of these with a greater true peak force."""
 
     TABLE: ClassVar[str] = "claim"
 
@@ -46,7 +46,7 @@ class Claim(Settings):
 
     def __str__(self) -> str:
         return (
-            f"at least {self.success_percent:g} % of trials end in the hole with a true peak of at most"
+            f"at least {self.success_percent:g} % of trials succeed with a true peak of at most"
             f" {self.force_N:g} N, at {self.confidence_percent:g} %"
         )
 

@@ -51,6 +51,8 @@ class TaskConfig(Settings):
     """goal: the square is centred at the nominal goal; start: at the trial's start, as the paper puts it."""
     step_mm: Annotated[float, Range(0.01, 5.0)] = 0.7
     """Length of one exploratory step."""
+    directions: Annotated[int, Range(2, 360)] = 8
+    """Directions of the steps that a policy may choose from, evenly about the hole's axis."""
     ticks_per_action: Annotated[int, Range(2, 1400)] = 14
     """Control ticks per action at 140 Hz: ten actions a second."""
     moving_share: Annotated[float, Range(0.1, 1.0)] = 0.8

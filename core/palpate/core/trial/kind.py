@@ -91,8 +91,8 @@ class TaskKind(Protocol):
         """The setup of a trial: a function of settings, seed and index."""
 
     def actions(self, task: TaskConfig) -> tuple[Action, ...]:
-        """The actions that policies choose from: eight steps across, unless a task has others."""
-        return compass_actions(task.step_mm * 1e-3)
+        """The actions that policies choose from: steps across, unless a task has others."""
+        return compass_actions(task.step_mm * 1e-3, task.directions)
 
     def skills(self, task: TaskConfig) -> tuple[Action, ...]:
         """Programmed skills that policies may choose from instead, each until it is over; none, unless it has."""

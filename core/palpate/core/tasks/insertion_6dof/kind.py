@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from palpate.core.motion import ArmDescription
 from palpate.core.perception import TaskFacts
-from palpate.core.policy import Action, Law, Spatial, compass_actions
+from palpate.core.policy import Action, Law, Spatial
 from palpate.core.ports import PERIOD_S, Settings
 from palpate.core.tasks.insertion import Agent, Insertion
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
@@ -46,7 +46,7 @@ class Insertion6Dof(Insertion):
     @override
     def actions(self, task: TaskConfig) -> tuple[Action, ...]:
         """The compass steps, and giving way in tilt on the spot."""
-        return *compass_actions(task.step_mm * 1e-3), Action("give way", (0.0, 0.0), Spatial(Law.GIVE_WAY))
+        return *super().actions(task), Action("give way", (0.0, 0.0), Spatial(Law.GIVE_WAY))
 
     @override
     def skills(self, task: TaskConfig) -> tuple[Action, ...]:
