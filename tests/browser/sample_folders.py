@@ -73,9 +73,6 @@ def make_all(desk: Path) -> None:
     long_name = desk / ("a-run-whose-name-is-long-because-somebody-wrote-all-settings-into-it-" * 2 + "<b>&amp;")
     palpate("train", "--trials", 5, "--task.time-limit-s", 1, "--perception.memory", "last-2", "--out", long_name)
     palpate("compare", "--trials", 4, "--out", desk / "compare", "--policy", desk / "train" / "policy.json")
-    palpate("explore", "--trials", 150, "--out", desk / "explore")
-    palpate("explore", "--strings", desk / "walks.txt", "--walks", 100)
-    palpate("infer", desk / "walks.txt", "--training.steps", 200, "--training.restarts", 4, "--out", desk / "infer")
     study = make_study(desk / "study", (0.4, 0.6, 0.8), (0, 1, 2), 10, 3.0)
     (study / "cells" / "torque-step_mm-1.0-seed-000.0123abcd.unfinished").mkdir()
 

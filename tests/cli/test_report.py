@@ -2,7 +2,6 @@
 
 import base64
 import csv
-import json
 import re
 import shutil
 import subprocess
@@ -164,31 +163,6 @@ def test_a_comparison(palpate: CommandLine, compared: Path, tmp_path: Path) -> N
     (table,) = [image["alt"] for image in page.images if image["alt"].startswith("Success and time")]
     assert all(name in table for name in ("omniscient", "torque", "spiral-10", "spiral-5", "random"))
     assert lines_of(folder / "report" / "summary.csv") == lines_of(folder / "compare.csv")
-
-
-def test_an_exploration(palpate: CommandLine, tmp_path: Path) -> None:
-    folder = tmp_path / "explore"
-    palpate.succeed("explore", "--trials", 40, "--seeds", 2, "--out", folder)
-    page = reported(folder)
-    require_complete(page)
-    assert page.headings == ["In figures", "Learning curve", "Policy", "Q values", "Settings"]
-    (curve,) = [image["alt"] for image in page.images if "Learning curve" in image["alt"]]
-    assert "belief-state optimum: 2.71 steps" in curve
-    summary = json.loads((folder / "summary.json").read_text())
-    lines = lines_of(folder / "report" / "summary.csv")
-    assert [float(line["last"]) for line in lines] == [run["last"] for run in summary["runs"]]
-    assert "Cells of one letter and colour" in page.text
-
-
-def test_an_inference(palpate: CommandLine, tmp_path: Path) -> None:
-    palpate.succeed("explore", "--strings", "walks.txt", "--walks", 40)
-    quick = ("--training.steps", 40, "--training.restarts", 2)
-    palpate.succeed("infer", "walks.txt", *quick, "--out", "infer")
-    page = reported(tmp_path / "infer")
-    require_complete(page)
-    assert page.headings == ["Automaton", "How fine to cut", "Training"]
-    picture = (tmp_path / "infer" / "report" / "hidden.png").read_bytes()
-    assert picture == (tmp_path / "infer" / "hidden.png").read_bytes()
 
 
 @pytest.mark.parametrize("name", ["trials.csv", "summary.json", "policy.json", "run.toml"])

@@ -20,7 +20,7 @@ class ReportOptions(Settings):
     """
 
     folder: Annotated[str, tyro.conf.Positional]
-    """Folder that palpate train, run, compare, explore, infer or study left."""
+    """Folder that palpate train, run, compare or study left."""
     logs: bool = True
     """Read logs too, for forces and timing of the cycle."""
     overwrite: bool = False

@@ -7,9 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from palpate.adapters.visualisation.report.compare_page import compare_page
-from palpate.adapters.visualisation.report.explore_page import explore_page
 from palpate.adapters.visualisation.report.files import is_there, read_run_toml
-from palpate.adapters.visualisation.report.infer_page import infer_page
 from palpate.adapters.visualisation.report.page import Page
 from palpate.adapters.visualisation.report.run_page import run_page
 from palpate.adapters.visualisation.report.study_page import study_page
@@ -29,20 +27,15 @@ def maker_of(folder: Path) -> Callable[..., Page]:
     has = set(os.listdir(folder))
     if "study.toml" in has or ("cells" in has and os.path.isdir(folder / "cells")):
         return study_page
-    if {"automaton.json", "report.json"} <= has:
-        return infer_page
-    if {"summary.json", "trials.csv", "table.txt"} <= has and "run.toml" not in has:
-        return explore_page
     if "compare.csv" in has:
         return compare_page
     if "run.toml" in has and read_run_toml(folder)[1].get("command") == "compare":
         raise OutputError(str(folder), "is of a comparison that has not come to its end", "let palpate compare finish")
-    if "trials.csv" in has or "run.toml" in has:
+    # A run in a grid world has its trials in a table too, and no settings of an arm.
+    if "run.toml" in has or ("trials.csv" in has and "table.txt" not in has):
         return run_page
     raise OutputError(
-        str(folder),
-        "is no folder that palpate left",
-        "name one of palpate train, run, compare, explore, infer or study",
+        str(folder), "is no folder that a report can be made of", "name one of palpate train, run, compare or study"
     )
 
 

@@ -9,13 +9,10 @@ import os
 import tomllib
 from math import isfinite
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from palpate.adapters.experiments import RunFolder, TrialRow
 from palpate.core.errors import OutputError
-
-_PNG_BEGIN: Final = b"\x89PNG\r\n\x1a\n"
-_PNG_END: Final = b"IEND\xaeB`\x82"
 
 
 def is_there(path: Path) -> bool:
@@ -100,14 +97,6 @@ def read_table(path: Path, columns: tuple[str, ...]) -> list[dict[str, str]]:
     if any(None in row or None in row.values() for row in rows):
         raise OutputError(str(path), "has a line with too few or too many columns", "make the run again")
     return rows
-
-
-def read_png(path: Path) -> bytes:
-    """A picture."""
-    content = read_bytes(path)
-    if not (content.startswith(_PNG_BEGIN) and content.endswith(_PNG_END)):
-        raise OutputError(str(path), "is no whole PNG file", "make the run again")
-    return content
 
 
 def _require_whole_lines(path: Path, content: bytes) -> None:

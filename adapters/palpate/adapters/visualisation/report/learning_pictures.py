@@ -19,7 +19,7 @@ class LearningCurve:
     """The trials of equal runs that differ in their seed only.
 
     Attributes:
-        costs: Time in s, or steps, of each trial of each run: (runs) tuples of (trials).
+        costs: Time of each trial of each run, in s: (runs) tuples of (trials).
     """
 
     label: str
@@ -37,29 +37,13 @@ class ReferenceLevel:
     """Something that does not learn, and stands beside a curve as a line.
 
     Attributes:
-        cost: Its mean time in s, or steps.
-        success: Its share of good ends; None where that is not to be shown.
+        cost: Its mean time, s.
+        success: Its share of good ends.
     """
 
     label: str
     cost: float
-    success: float | None = None
-
-
-@dataclass(frozen=True)
-class Axes:
-    """Names and limits, alike for pictures that are to be compared.
-
-    Attributes:
-        cost: Name and unit of the cost, ``exploration time [s]``.
-        highest: Upper limit of the cost; None takes it from the data.
-    """
-
-    cost: str = "exploration time [s]"
-    unit: str = "s"
-    success: str = "success"
-    highest: float | None = None
-    ceiling: float = inf
+    success: float
 
 
 def window_of(trials: int) -> int:
@@ -68,31 +52,39 @@ def window_of(trials: int) -> int:
 
 
 def learning_picture(
-    name: str, curves: Sequence[LearningCurve], levels: Sequence[ReferenceLevel] = (), axes: Axes | None = None
+    name: str,
+    curves: Sequence[LearningCurve],
+    levels: Sequence[ReferenceLevel] = (),
+    *,
+    highest_s: float | None = None,
+    ceiling_s: float = inf,
 ) -> Picture:
-    """Cost above and success below, over the trials, of one or more curves with a trial or more.
+    """Time above and success below, over the trials, of one or more curves with a trial or more.
 
     A single curve of a single run has its trials as dots; several runs have a band, the t interval of their mean, which
     may leave the picture: two runs have one that is many times as high as all that was measured.
+
+    Args:
+        highest_s: Upper end of the axis of times, for pictures that are to be compared; None takes it from the data.
+        ceiling_s: No mean is above this, so no band is.
     """
-    axes, tops = axes or Axes(), [level.cost for level in levels]
+    tops = [level.cost for level in levels]
     with drawn(5.0) as canvas:
         upper, lower = canvas.figure.subplots(2, 1, sharex=True, height_ratios=(1.9, 1.0))
         for number, curve in enumerate(curves):
-            tops.append(_draw(upper, lower, curve, COLOURS[number % len(COLOURS)], axes.ceiling, dots=len(curves) == 1))
+            tops.append(_draw(upper, lower, curve, COLOURS[number % len(COLOURS)], ceiling_s, dots=len(curves) == 1))
         for number, level in enumerate(levels):
             style: dict[str, Any] = {"color": GREY, "linewidth": 1.3, "linestyle": LINES[1 + number % (len(LINES) - 1)]}
             upper.axhline(level.cost, label=level.label, **style)
-            if level.success is not None:
-                lower.axhline(level.success, **style)
-        upper.set_ylim(0.0, (1.08 * max(tops) if axes.highest is None else axes.highest) or 1.0)
-        upper.set_ylabel(axes.cost)
-        lower.set(xlabel="trial", ylabel=axes.success, ylim=(-0.04, 1.04))
+            lower.axhline(level.success, **style)
+        upper.set_ylim(0.0, (1.08 * max(tops) if highest_s is None else highest_s) or 1.0)
+        upper.set_ylabel("exploration time [s]")
+        lower.set(xlabel="trial", ylabel="success", ylim=(-0.04, 1.04))
         lower.yaxis.set_major_formatter(lambda value, _: f"{value:.0%}")
         lower.set_xlim(-0.5, max(max(map(len, c.costs)) for c in curves) - 0.5)
         lower.xaxis.get_major_locator().set_params(integer=True)
         legend_above(canvas.figure, upper)
-    return Picture(name, _alt(curves, levels, axes), _caption(curves, axes), canvas.content)
+    return Picture(name, _alt(curves, levels), _caption(curves), canvas.content)
 
 
 def means_of(values: Sequence[Sequence[float]], trials: int) -> Array:
@@ -124,7 +116,7 @@ def _draw(upper: Any, lower: Any, curve: LearningCurve, colour: str, ceiling: fl
     return max(top, float(middle.max()))
 
 
-def _caption(curves: Sequence[LearningCurve], axes: Axes) -> str:
+def _caption(curves: Sequence[LearningCurve]) -> str:
     windows = sorted({window_of(curve.trials) for curve in curves})
     window = " or ".join(map(str, windows))
     text = f"Lines: moving average over the last {window} trial{'s' * (windows != [1])}"
@@ -137,12 +129,10 @@ def _caption(curves: Sequence[LearningCurve], axes: Axes) -> str:
     text += "."
     if any(len(run) != curve.trials for curve in curves for run in curve.costs):
         text += " Curves end where the shortest run ends."
-    if axes.unit == "s":
-        text += " Trials that fail count with the time they took."
-    return text
+    return f"{text} Trials that fail count with the time they took."
 
 
-def _alt(curves: Sequence[LearningCurve], levels: Sequence[ReferenceLevel], axes: Axes) -> str:
+def _alt(curves: Sequence[LearningCurve], levels: Sequence[ReferenceLevel]) -> str:
     parts = []
     for curve in curves[:8]:
         window = window_of(curve.trials)
@@ -150,8 +140,8 @@ def _alt(curves: Sequence[LearningCurve], levels: Sequence[ReferenceLevel], axes
         wins = means_of(curve.successes, curve.trials).mean(axis=0)
         first = ends[window - 1]
         parts.append(
-            f"{curve.label}: {first:.3g} {axes.unit} after {counted(window, 'trial')}, {ends[-1]:.3g} {axes.unit} at"
-            f" trial {curve.trials - 1}, {axes.success} {share(float(wins[-1]))} there"
+            f"{curve.label}: {first:.3g} s after {counted(window, 'trial')}, {ends[-1]:.3g} s at"
+            f" trial {curve.trials - 1}, success {share(float(wins[-1]))} there"
         )
-    parts += [f"{level.label}: {level.cost:.3g} {axes.unit}" for level in levels]
+    parts += [f"{level.label}: {level.cost:.3g} s" for level in levels]
     return f"Learning curve. {'; '.join(parts)}."

@@ -21,10 +21,8 @@ _NOT_LEARNED: Final = {"programmed": "#fbe3c0", "examples": "#e3d9f2"}
 _NEVER: Final = "#ececec"
 
 
-def arrows_pictures(name: str, document: PolicyDocument, title: str, *, up: bool = False) -> tuple[Picture, ...]:
-    """The best action of each state as an arrow, on the colour of its value.
-
-    With ``up`` y points up, as in grid worlds; else down, as seen from above the insertion.
+def arrows_pictures(name: str, document: PolicyDocument, title: str) -> tuple[Picture, ...]:
+    """The best action of each state as an arrow, on the colour of its value; y points down, as seen from above.
 
     Returns:
         A picture for each map of states; one for states that have no place on a map. None of a belief.
@@ -35,8 +33,7 @@ def arrows_pictures(name: str, document: PolicyDocument, title: str, *, up: bool
 
     blocks = blocks_of(document, MOST_STATES)
     rows = {row.state: row for row in document.table}
-    sign = -1.0 if up else 1.0
-    steps = {a.name: (a.displacement_mm[0], sign * a.displacement_mm[1]) for a in document.actions}
+    steps = {a.name: a.displacement_mm[:2] for a in document.actions}
     longest = max((hypot(*step) for step in steps.values()), default=1.0) or 1.0
     # One for all blocks: colours mean the same in each.
     shades = _Shades(document)
@@ -60,7 +57,7 @@ def arrows_pictures(name: str, document: PolicyDocument, title: str, *, up: bool
             Picture(
                 f"{name}-{file_name(block.title)}" if block.title else name,
                 _alt(shown, f"{title}, {block.title.lower()}" if block.title else title),
-                _caption(document, block, shown, title, up),
+                _caption(document, block, shown, title),
                 canvas.content,
                 wide=not block.rows,
             )
@@ -219,10 +216,10 @@ def _alt(rows: list[TableRow], title: str) -> str:
     return f"Best action of each state, {title}. {best or 'Nothing was learned'}{more}."
 
 
-def _caption(document: PolicyDocument, block: Block, rows: list[TableRow], title: str, up: bool) -> str:
+def _caption(document: PolicyDocument, block: Block, rows: list[TableRow], title: str) -> str:
     text = f"{title}. {block.title + '. ' if block.title else ''}{block.caption}"
     if not block.rows:
-        text += f"Arrows: x to the right, y {'up' if up else 'down'}."
+        text += "Arrows: x to the right, y down."
         if len(rows) < len(document.states):
             text += f" {_some(len(rows), len(document.states))}"
     if any(row.source == LEARNED and row.visits and _untried(row) for row in rows):

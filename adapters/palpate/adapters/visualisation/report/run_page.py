@@ -92,7 +92,7 @@ def summary_cells(rows: Sequence[TrialRow], late: Sequence[TrialRow]) -> dict[st
 
 
 def policy_sections(document: PolicyDocument, name: str, title: str) -> list[PageSection]:
-    """The policy as arrows, and its Q values where it has some; of a belief, its touch model."""
+    """The policy as arrows, its Q values, the automaton that gives its states; of a belief, its touch model."""
     learner = document.learner
     if document.belief is not None:
         text = f"A belief over the hole's place, {counted(document.belief.trials_learned, 'trial')} learned."
@@ -105,14 +105,7 @@ def policy_sections(document: PolicyDocument, name: str, title: str) -> list[Pag
     visited = sum(row.visits > 0 for row in document.table)
     if learner and visited < len(document.states):
         text += f" {counted(len(document.states) - visited, 'state was', 'states were')} never visited."
-    return table_sections(document, name, title, text, arrows_pictures(name, document, title))
-
-
-def table_sections(
-    document: PolicyDocument, name: str, title: str, text: str, pictures: tuple[Picture, ...]
-) -> list[PageSection]:
-    """Pictures of a policy with a table, its Q values where it has some, and the automaton that gives its states."""
-    sections = [PageSection("Policy", (text,), pictures=pictures)]
+    sections = [PageSection("Policy", (text,), pictures=arrows_pictures(name, document, title))]
     q = q_picture(f"q-{name}", document, title)
     if q is not None:
         sections.append(PageSection("Q values", pictures=(q,)))

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from palpate.adapters.experiments import mean_with_interval, moving_average, shown_interval, wilson_interval
 from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
-from palpate.adapters.visualisation.report.learning_pictures import Axes, ReferenceLevel, learning_picture, window_of
+from palpate.adapters.visualisation.report.learning_pictures import ReferenceLevel, learning_picture, window_of
 from palpate.adapters.visualisation.report.logs import logs_in
 from palpate.adapters.visualisation.report.page import (
     Cell,
@@ -172,7 +172,7 @@ def _curves(study: StudySource, settings: list[Setting]) -> PageSection:
                 )
         if curves:
             picture = learning_picture(
-                f"learning-{number:02d}", curves, levels, Axes(highest=highest, ceiling=_limit_s(study.cells))
+                f"learning-{number:02d}", curves, levels, highest_s=highest, ceiling_s=_limit_s(study.cells)
             )
             title = shown_setting(setting)
             pictures.append(replace(picture, alt=f"{title}. {picture.alt}", caption=f"{title}. {picture.caption}"))

@@ -7,7 +7,6 @@ import pytest
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.visualisation.report.files import (
     read_json,
-    read_png,
     read_run_toml,
     read_table,
     read_text,
@@ -75,14 +74,3 @@ def test_tables_that_are_damaged(tmp_path: Path, text: str, problem: str) -> Non
     path.write_text(text)
     with pytest.raises(OutputError, match=problem):
         read_table(path, ("a", "b"))
-
-
-def test_a_picture_must_be_whole(tmp_path: Path) -> None:
-    path = tmp_path / "x.png"
-    whole = b"\x89PNG\r\n\x1a\n" + b"body" + b"\x00\x00\x00\x00IEND\xaeB`\x82"
-    path.write_bytes(whole)
-    assert read_png(path) == whole
-    for torn in (whole[:-1], whole[1:], b""):
-        path.write_bytes(torn)
-        with pytest.raises(OutputError, match="no whole PNG"):
-            read_png(path)

@@ -9,9 +9,9 @@ from palpate.adapters.visualisation.report.policy_pictures import arrows_picture
 from tests.unit.adapters.visualisation.report.samples import NAMES, POSITION, TORQUE, pixels, policy, row
 
 
-def head_of_arrow(action: str, *, up: bool = False) -> tuple[float, float]:
+def head_of_arrow(action: str) -> tuple[float, float]:
     """From the middle of the arrow to its head, where it is widest; right and down are positive."""
-    (picture,) = arrows_pictures("p", policy(row("s", action)), "a policy", up=up)
+    (picture,) = arrows_pictures("p", policy(row("s", action)), "a policy")
     dark = pixels(picture.png).sum(axis=-1) < 60
     dark[: dark.shape[0] // 4] = dark[-dark.shape[0] // 4 :] = False
     lines, columns = np.nonzero(dark)
