@@ -2,12 +2,17 @@
 
 import json
 import shutil
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import pytest
 
+from palpate.adapters.experiments import trial
+from palpate.adapters.experiments.manifest import Print
+from palpate.core.policy import Decision
+from palpate.core.tasks.insertion import Agent
 from tests.command_line import CommandLine
 from tests.log_surgery import Change, changed, in_start, indices, messages_of, one_ulp, write_log
 
@@ -59,6 +64,10 @@ def _in_json(name: str, change: Callable[[Any], None]) -> Tampering:
 
 def _set(**fields: Any) -> Change:
     return lambda made: [setattr(made, name, value) for name, value in fields.items()] and None
+
+
+def _one_visit_more(checkpoint: Any) -> None:
+    checkpoint["learner"]["visits"][0][0] += 1
 
 
 def _two_logs_change_places(folder: Path) -> None:
@@ -177,3 +186,76 @@ def test_differences_as_a_table_for_a_review(palpate: CommandLine, trained: Path
     assert lines[2].endswith("| 40 | /tick asked_rad[1] | DIVERGED |")
     assert lines[-1] == "2 of 3 logs replay equal in every bit."
     assert "is there already" in palpate.refusal("replay", "run", "--jobs", 1, "--markdown", "table.md")
+
+
+def _made_good(folder: Path) -> None:
+    """All digests and the number of trials in the manifest are those of what is there now."""
+
+    def good(manifest: Any) -> None:
+        here = [path for path in folder.rglob("*") if path.is_file() and path.name != "manifest.json"]
+        manifest["files"] = {str(path.relative_to(folder)): vars(Print.of(path)) for path in here}
+        for told in manifest["files"].values():
+            told["bytes"] = told.pop("size")
+        manifest["trials"] = len((folder / "trials.csv").read_text().splitlines()) - 1
+
+    _in_json("manifest.json", good)(folder)
+
+
+DETERMINED = (
+    {
+        "trials.csv": TAMPERINGS["a trial's outcome"],
+        "decisions.csv": TAMPERINGS["a decision's action"],
+        "run.toml": TAMPERINGS["settings"],
+        "checkpoint.json": _in_json("checkpoint.json", _one_visit_more),
+        "policy.json": swapped("policy.json", '"alpha": 0.3', '"alpha": 0.4'),
+    },
+    {
+        "trials.csv": TAMPERINGS["a trial's line gone"],
+        "checkpoint.json": TAMPERINGS["checkpoint"],
+        "policy.json": swapped("policy.json", '"trials_learned": 3', '"trials_learned": 4'),
+    },
+)
+
+
+@pytest.mark.parametrize("tamperings", DETERMINED)
+def test_what_the_logs_determine_is_found_though_the_manifest_was_made_good(
+    palpate: CommandLine, trained: Path, tmp_path: Path, tamperings: dict[str, Tampering]
+) -> None:
+    shutil.copytree(trained, tmp_path / "run")
+    for tamper in tamperings.values():
+        tamper(tmp_path / "run")
+    _made_good(tmp_path / "run")
+    done = palpate("replay", "run", "--jobs", 1)
+    assert done.code == 1
+    told = {line.partition(": ")[2].partition(": ")[0] for line in done.stdout.splitlines() if "folder: " in line}
+    assert told == {f"run/{name}" for name in tamperings}, done
+
+
+def test_a_manifest_that_was_taken_away_is_missed(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
+    shutil.copytree(trained, tmp_path / "run")
+    gone("manifest.json")(tmp_path / "run")
+    done = palpate("replay", "run", "--jobs", 1)
+    assert done.code == 1
+    assert "folder: run/manifest.json: is missing" in done.stdout
+
+
+@pytest.mark.parametrize("left_out", ["interrupted", "marked"])
+def test_a_trial_from_which_nothing_is_kept_is_no_broken_link(
+    palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, left_out: str
+) -> None:
+    choose, calls = Agent.choose, 0
+
+    def interrupted(agent: Agent) -> Decision:
+        nonlocal calls
+        calls += 1
+        if calls == 14:
+            signal.raise_signal(signal.SIGINT)
+        return choose(agent)
+
+    with monkeypatch.context() as patched:
+        if left_out == "interrupted":
+            patched.setattr(Agent, "choose", interrupted)
+        else:
+            monkeypatch.setattr(trial, "objections", lambda report, _: "late" if report.setup.index == 0 else "")
+        palpate("train", "--task.time-limit-s", 1, "--trials", 2, "--out", "run")
+    assert "folder: " not in palpate.succeed("replay", "run", "--jobs", 1)

@@ -29,6 +29,7 @@ from palpate.adapters.replay import (
     not_checked,
     parse_setting,
     replay_files,
+    run_file_problems,
 )
 from palpate.core.errors import ConfigurationError, LogError, OutputError
 from palpate.core.policy import ForeignEntry, PolicyDocument
@@ -62,6 +63,10 @@ def replay(options: ReplayOptions) -> int:
             bar.update(len(part))
     seconds = time.perf_counter() - began
     report(replays, changes, verbose=options.verbose, strict=options.strict)
+    if not changes.any:
+        findings.problems += run_file_problems(
+            {Path(one.path): one.determined for one in replays if one.determined is not None}
+        )
     _report_folders(findings)
     problems = findings.problems if changes.any else [*findings.problems, *_report_learning(replays)]
     if options.markdown:

@@ -31,6 +31,7 @@ from .foreign import foreign_code as foreign_code
 from .foreign import foreign_entry as foreign_entry
 from .foreign import foreign_policy as foreign_policy
 from .manifest import MANIFEST as MANIFEST
+from .manifest import RUN_FILES as RUN_FILES
 from .manifest import read_manifest as read_manifest
 from .policies import COMPARATORS as COMPARATORS
 from .policies import OUTSIDE as OUTSIDE
@@ -45,6 +46,7 @@ from .policies import policy_for as policy_for
 from .results import RunFolder as RunFolder
 from .results import TrialRow as TrialRow
 from .results import next_free_folder as next_free_folder
+from .results import rows_of as rows_of
 from .statistics import WINDOW as WINDOW
 from .statistics import Array as Array
 from .statistics import mean_with_interval as mean_with_interval

@@ -16,5 +16,6 @@ from .gap import gap_of as gap_of
 from .gap_cell import KNOBS as KNOBS
 from .rebuild import Changes as Changes
 from .rebuild import parse_setting as parse_setting
+from .run_files import run_file_problems as run_file_problems
 from .touches import FoundTouches as FoundTouches
 from .touches import touches_of as touches_of

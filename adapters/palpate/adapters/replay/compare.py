@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 from typing_extensions import override
 
 from palpate.adapters.config import RunConfig
-from palpate.adapters.experiments import ready_pose, score
+from palpate.adapters.experiments import ScoredTrial, ready_pose, score
 from palpate.adapters.log import (
     DecisionEntry,
     EndRecord,
@@ -187,18 +187,20 @@ def compare_ends(differences: Differences, log: TrialLog, report: TrialReport, c
     scored_before = config.cell.tilt_mrad > 0.0 and not ours
     scored = end.success is not None or end.true_depth_m is not None
     if differences.count == 0 and scored and not scored_before:
-        _compare_values(differences, "/end", end.tick, "success", end.success, _success(log, end, report, config))
+        now = scored_again(log, end, report, config)
+        _compare_values(differences, "/end", end.tick, "success", end.success, now.success if now.truth else None)
     if not log.start.derived_from and _claims_what_if(log):
         differences.add(Difference(end.tick, "/end", "counterfactual", True, False), gross=True)
 
 
-def _success(log: TrialLog, end: EndRecord, report: TrialReport, config: RunConfig) -> bool | None:
+def scored_again(log: TrialLog, end: EndRecord, report: TrialReport, config: RunConfig) -> ScoredTrial:
+    """The trial with its score, by the truth that the log holds."""
     tip, hole = end.true_tip_in_task_m, end.true_hole_in_task_m
     if len(tip) != 3 or len(hole) != 3 or end.true_depth_m is None or end.true_peak_force_N is None:
-        return None
+        return score(config, report, None)
     drawn, turn = recorded_drawn(log.start.world_json), recorded_turn(log.start.world_json)
     truth = Truth(hole, tip, end.true_depth_m, end.true_peak_force_N, drawn, hole_turn_rad=turn)
-    return score(config, report, truth).success
+    return score(config, report, truth)
 
 
 def _claims_what_if(log: TrialLog) -> bool:

@@ -37,11 +37,13 @@ from palpate.adapters.replay.compare import (
     compare_start,
     decisions_of,
     of_this_code,
+    scored_again,
 )
 from palpate.adapters.replay.differences import Difference, Differences
 from palpate.adapters.replay.handover import WhatIfRecording, continue_in_mujoco
 from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplayForceSensor, ReplayJointEncoder
 from palpate.adapters.replay.rebuild import Rebuilder, Rebuilt
+from palpate.adapters.replay.run_files import Determined, determined_by, learner_kept
 from palpate.adapters.replay.tape import Tape, TapeEndError
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import DeviceError, LogError
@@ -80,6 +82,7 @@ class Replay:
         counterfactual_from: Tick of the first command that is not the recorded one: from there on the recorded
             samples are no answer to what the core does. None when all commands are equal.
         lesson: For a trial that taught something: its place in the course of learning.
+        determined: What it determines of its run's files, if it is equal.
         other_code: Whether other code of the core recorded it; False where the log does not say.
         only_told: Fields of the end record that nothing of the core can be held against.
         recorded_decisions: Why the decisions were taken from the log, and not made anew; empty where they were made.
@@ -98,6 +101,7 @@ class Replay:
     problem: str = ""
     counterfactual_from: int | None = None
     lesson: Lesson | None = None
+    determined: Determined | None = None
     other_code: bool = False
     only_told: tuple[str, ...] = ()
     recorded_decisions: str = ""
@@ -159,9 +163,14 @@ def replay(
                 _compare_latch(tape, rebuilt.supervisor.latch.cause, error)
                 _compare_observed(tape, beginning, error)
         compare_recorder(tape.differences, log)
+    verdict, determined = _verdict(tape.differences, log), None
+    kept = learner_kept(log, report, rebuilt.config)
+    if verdict is Verdict.EQUAL and log.end is not None and not rebuilder.what_if:
+        scored = scored_again(log, log.end, report, rebuilt.config)
+        determined = determined_by(log, scored, rebuilt, kept)
     return Replay(
         path=log.path,
-        verdict=_verdict(tape.differences, log),
+        verdict=verdict,
         ticks=tape.tick + 1,
         recorded_outcome="" if log.end is None else log.end.outcome or log.end.error,
         replayed_outcome="" if report.outcome is None else report.outcome.value,
@@ -171,7 +180,8 @@ def replay(
         note=note,
         decisions=tuple(decisions),
         counterfactual_from=tape.differences.first_command_tick,
-        lesson=_lesson(log),
+        lesson=_lesson(log, kept),
+        determined=determined,
         only_told=_only_told(log),
         recorded_decisions=rebuilt.recorded_decisions,
         other_code=bool(log.start.core_sha256) and log.start.core_sha256 != core_sha256(),
@@ -337,11 +347,11 @@ def _verdict(differences: Differences, log: TrialLog) -> Verdict:
     return Verdict.DIVERGED
 
 
-def _lesson(log: TrialLog) -> Lesson | None:
+def _lesson(log: TrialLog, kept: str) -> Lesson | None:
     start, end = learner_of_json(log.start.learner_json), log.end
     if start is None or log.start.frozen or log.start.derived_from or end is None or not end.learner_json:
         return None
-    after = learner_of_json(end.learner_json)
+    after = learner_of_json(kept)
     common = (log.start.config_toml, log.start.perception_json, log.start.policy_json)
     run = hashlib.sha256(repr(common).encode()).hexdigest()
     if after is None:
