@@ -26,7 +26,7 @@ RUN = ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--conf
         ("compare", RUN),
         ("show", ()),
         ("study", ("--engine", "--jobs", "--yes", "--out", "[study]", "[grid]", "[[cells]]")),
-        ("doctor", ("--rig", "--seconds", "--push", "--move", "--json")),
+        ("doctor", ("--rig", "--seconds", "--push", "--move")),
         ("report", ("--logs", "--no-logs", "--overwrite")),
         ("log", ("\n  info ", "\n  plot ", "\n  export ", "\n  recover ", "\n  layout ")),
         ("log info", ("--json",)),

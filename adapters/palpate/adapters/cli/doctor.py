@@ -16,7 +16,6 @@ from palpate.adapters.hardware.doctor import (
     Person,
     System,
     Wishes,
-    report_json,
     section_text,
     summary_text,
 )
@@ -24,7 +23,7 @@ from palpate.core.errors import ConfigurationError
 
 
 class _Terminal(Person):
-    """The person at the terminal. Questions go to the error stream: the other one may be read by a program."""
+    """The person at the terminal. Questions go to the error stream: the other one may be kept in a file."""
 
     def ask(self, question: str) -> str | None:
         self.tell(question)
@@ -48,14 +47,13 @@ def doctor(options: DoctorOptions) -> int:
     try:
         for section in examination.sections():
             sections.append(section)
-            if not options.json:
-                _print(section_text(section))
+            _print(section_text(section))
     except KeyboardInterrupt:
         sys.stderr.write("\npalpate: stopped; every device is closed\n")
         return 130
     finally:
         signal.signal(signal.SIGTERM, before)
-    _print(report_json(file.name, sections) if options.json else summary_text(sections))
+    _print(summary_text(sections))
     return 1 if any(section.count(Level.WRONG) for section in sections) else 0
 
 

@@ -212,8 +212,6 @@ class DoctorOptions(Settings):
     """Ask somebody to push the tool, or to hang a weight on it, and check the signs of the wrench."""
     move: bool = False
     """Switch the arm on, move its last joint by 0.001 rad and back, and check that it follows."""
-    json: bool = False
-    """Print one JSON object instead of text."""
     arm: str = "zebra-zero"
     """Kinematic model of the arm, where the rig file has none; names as palpate run takes them."""
 

@@ -2,7 +2,6 @@ from .examination import Examination as Examination
 from .examination import Wishes as Wishes
 from .findings import FindingsSection as FindingsSection
 from .findings import Level as Level
-from .findings import report_json as report_json
 from .findings import section_text as section_text
 from .findings import summary_text as summary_text
 from .push import Person as Person

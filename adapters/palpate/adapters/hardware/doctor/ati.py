@@ -18,7 +18,7 @@ def examine_netft(sensor: NetFtForceSensor, clock: Clock, seconds: float, notes:
     """How the box is set, its rate, what was lost on the way, noise. The sensor is active."""
     device = sensor.opened()
     box = device.box
-    notes.fact("identity", f"calibration {box.calibration}, firmware {box.firmware}", box.calibration)
+    notes.fact("identity", f"calibration {box.calibration}, firmware {box.firmware}")
     forces, torques = (", ".join(f"{most:g}" for most in ranges) for ranges in (box.range_N, box.range_Nm))
     notes.fact("full scales", f"{forces} N; {torques} N m")
     readings, _ = listen(device, clock, seconds)
@@ -27,7 +27,7 @@ def examine_netft(sensor: NetFtForceSensor, clock: Clock, seconds: float, notes:
         f"{found.samples} new, {found.lost} lost, {found.late} late, {found.repeated} repeated,"
         f" {found.unchanged} under a new number with the sample of before; {found.malformed} datagrams were none"
     )
-    notes.fact("records", told, found.samples)
+    notes.fact("records", told)
     judge_rate(
         readings, box.rate_Hz, "set the RDT output rate on the box's page Communications, or look at lost ones", notes
     )

@@ -18,8 +18,8 @@ def examine_cia402(arm: Cia402Arm, clock: Clock, seconds: float, notes: Notebook
     settings = arm.settings
     nodes = [joint.node for joint in settings.joints]
     notes.fact("drives", f"{len(nodes)}, nodes {', '.join(map(str, nodes))}; the host's heartbeat {settings.host_node}")
-    notes.fact("bit rate", f"{settings.bitrate} bit/s", settings.bitrate)
-    notes.fact("mode", settings.mode.name, settings.mode.name)
+    notes.fact("bit rate", f"{settings.bitrate} bit/s")
+    notes.fact("mode", settings.mode.name)
     for note in arm.notes:
         notes.note(note)
     before = arm.statistics()
@@ -101,9 +101,9 @@ def _budget(arm: Cia402Arm, begun: list[int], late_ns: list[int], notes: Noteboo
     drives = len(settings.joints)
     wire_ms = 1e3 * bits_per_cycle(drives, stuffed=False) / settings.bitrate
     latency_ms = max(0.0, trips.median_ms - wire_ms)
-    notes.fact("round trip", f"{trips}, all drives; their frames alone need {wire_ms:.2f} ms", trips.median_ms)
+    notes.fact("round trip", f"{trips}, all drives; their frames alone need {wire_ms:.2f} ms")
     told = f"{latency_ms:.2f} ms a cycle beyond the frames, adapter and drives together"
-    notes.fact("adapter latency", told, latency_ms)
+    notes.fact("adapter latency", told)
     highest = settings.answer_share * 1e3 / trips.p99_ms
     told = (
         f"computed {settings.budget.max_rate_Hz:.0f} Hz at most ({bits_per_cycle(drives)} bits a cycle), "

@@ -83,7 +83,7 @@ class Examination:
         self, entry: DeviceEntry, wiring: Wiring, device: T | None, examine: Callable[[T, ExitStack], None],
         notes: Notebook,
     ) -> FindingsSection:  # fmt: skip
-        notes.fact("adapter", entry.adapter, entry.adapter)
+        notes.fact("adapter", entry.adapter)
         notes.fact("wire", wiring.told)
         if self._system.examine(wiring, notes) and device is not None:
             errors = self._system.errors_of(wiring)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import enum
-import json
 import textwrap
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Final, TypeAlias
+from dataclasses import dataclass
+from typing import Final
 
 from palpate.drivers.errors import DriverError
-
-Value: TypeAlias = str | int | float | bool | None
 
 
 class Level(enum.Enum):
@@ -41,7 +38,6 @@ class Fact:
 
     name: str
     text: str
-    value: Value = None
 
 
 @dataclass(frozen=True)
@@ -87,9 +83,9 @@ class Notebook:
         self._tables: list[FindingsTable] = []
         self._findings: list[Finding] = []
 
-    def fact(self, name: str, text: str, value: Value = None) -> None:
+    def fact(self, name: str, text: str) -> None:
         """Take down a fact."""
-        self._facts.append(Fact(name, text, value))
+        self._facts.append(Fact(name, text))
 
     def table(self, columns: tuple[str, ...], rows: tuple[tuple[str, ...], ...]) -> None:
         """Take down a table."""
@@ -156,28 +152,10 @@ def section_text(section: FindingsSection) -> str:
 
 def summary_text(sections: Sequence[FindingsSection]) -> str:
     """The last line."""
-    wrong, notes = _counts(sections)
+    wrong, notes = [sum(section.count(level) for section in sections) for level in (Level.WRONG, Level.NOTE)]
     if not wrong:
         return f"all well, {_several(notes, 'note')}\n"
     return f"{_several(wrong, 'thing')} wrong, {_several(notes, 'note')}\n"
-
-
-def report_json(rig: str, sections: Sequence[FindingsSection]) -> str:
-    """Everything as one JSON object."""
-    wrong, notes = _counts(sections)
-    shown = [
-        {
-            **asdict(section),
-            "findings": [{**asdict(finding), "level": finding.level.value} for finding in section.findings],
-        }
-        for section in sections
-    ]
-    return json.dumps({"rig": rig, "wrong": wrong, "notes": notes, "sections": shown}, indent=2) + "\n"
-
-
-def _counts(sections: Sequence[FindingsSection]) -> tuple[int, int]:
-    wrong, notes = [sum(section.count(level) for section in sections) for level in (Level.WRONG, Level.NOTE)]
-    return wrong, notes
 
 
 def _several(count: int, what: str) -> str:

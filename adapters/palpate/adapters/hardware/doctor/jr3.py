@@ -28,13 +28,13 @@ def examine_jr3(sensor: Jr3ForceSensor, clock: Clock, seconds: float, notes: Not
     scales = identity.full_scales
     newtons, metres = scales.force_N, tuple(moment * 0.1 for moment in scales.moment_dNm)
     asked = sensor.settings
-    notes.fact("identity", f"{identity.name}; it has neither serial number nor version to tell", identity.name)
+    notes.fact("identity", f"{identity.name}; it has neither serial number nor version to tell")
     notes.fact("full scales", f"{', '.join(map(str, newtons))} N; {', '.join(f'{m:.1f}' for m in metres)} N m")
     cutoff = f"{identity.cutoff_Hz:g} Hz" if identity.cutoff_Hz else "none"
-    notes.fact("filter", f"{cutoff} (asked for {asked.cutoff_Hz:g} Hz)", identity.cutoff_Hz)
+    notes.fact("filter", f"{cutoff} (asked for {asked.cutoff_Hz:g} Hz)")
     timing = CAN_TIMING if "CAN" in identity.name else UART_TIMING
     told = f"the wire carries a reading every {timing.min_period_us} us at best, {identity.period_us} us are set"
-    notes.fact("budget", f"{told}: {timing.min_period_us / identity.period_us:.0%}", timing.min_period_us)
+    notes.fact("budget", f"{told}: {timing.min_period_us / identity.period_us:.0%}")
     before, before_ns = device.statistics(), clock.now_ns()
     try:
         readings, arrivals = listen(device, clock, seconds)
@@ -80,22 +80,22 @@ def _counters(now: Jr3Statistics, notes: Notebook) -> None:
     wire = now.wire
     if (trips := spread_of(now.round_trips_ns)) is not None:
         told = f"{trips.min_ms:.1f} / {trips.median_ms:.1f} / {trips.max_ms:.1f} ms"
-        notes.fact("round trip", f"{told} (min / median / max) from request to answer", trips.median_ms)
+        notes.fact("round trip", f"{told} (min / median / max) from request to answer")
     told = f"{now.samples}, {now.missed} missed in {now.gaps} gaps, {now.duplicates} duplicates, {now.doubted} doubted"
-    notes.fact("readings", told, now.samples)
+    notes.fact("readings", told)
     told = (
         f"{wire.good} frames understood, {wire.garbage} garbage, {wire.foreign} of others, "
         f"{wire.orphans} halves alone, {wire.send_failures} not sent, {wire.bus_offs} bus-offs"
     )
-    notes.fact("traffic", told, wire.garbage)
+    notes.fact("traffic", told)
     told = f"{now.boots} boots, {now.restarts} restarts, {now.timeouts} requests timed out, {now.strays} stray answers"
-    notes.fact("board", told, now.timeouts)
+    notes.fact("board", told)
 
 
 def judge_rate(readings: list[WrenchReading], wanted_Hz: float, remedy: str, notes: Notebook) -> None:
     """Whether readings come as often as they should."""
     got = rate_Hz([reading.time_ns for reading in readings])
-    notes.fact("rate", f"{got:.1f} Hz, asked for {wanted_Hz:.1f} Hz", got)
+    notes.fact("rate", f"{got:.1f} Hz, asked for {wanted_Hz:.1f} Hz")
     notes.judge(
         got > 0.9 * wanted_Hz,
         f"readings come at {got:.1f} Hz",
@@ -108,10 +108,10 @@ def _arrivals(arrivals: list[int], period_us: int, notes: Notebook) -> None:
     spread = spread_of(distances(arrivals))
     if spread is None:
         return
-    notes.fact("between arrivals", str(spread), spread.median_ms)
+    notes.fact("between arrivals", str(spread))
     # Readings held back come in clumps: then arrivals are further apart than readings.
     latency_ms = max(0.0, spread.median_ms - period_us * 1e-3)
-    notes.fact("adapter latency", f"about {latency_ms:.1f} ms, from how readings clump", latency_ms)
+    notes.fact("adapter latency", f"about {latency_ms:.1f} ms, from how readings clump")
     if latency_ms > _CLUMPED_MS:
         remedy = "set the latency timer of the USB adapter to 1 ms, or take another adapter"
         notes.wrong(f"readings come in clumps {spread.median_ms:.1f} ms apart", remedy)

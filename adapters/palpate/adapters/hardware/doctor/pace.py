@@ -75,10 +75,10 @@ def judge_cycles(
         remedy: What helps beside another divider.
     """
     wanted_Hz, got_Hz, late = times
-    notes.fact("jitter", f"cycles begin late by {late}", late.median_ms)
-    notes.fact("cycle rate", f"{got_Hz:.1f} Hz, asked for {wanted_Hz:.1f} Hz", got_Hz)
+    notes.fact("jitter", f"cycles begin late by {late}")
+    notes.fact("cycle rate", f"{got_Hz:.1f} Hz, asked for {wanted_Hz:.1f} Hz")
     fits = next((k for k in range(1, CONTROL_RATE_HZ) if CONTROL_RATE_HZ / k <= highest_Hz), CONTROL_RATE_HZ)
-    notes.fact("budget", f"{told}; divider = {fits} fits, {CONTROL_RATE_HZ / fits:.1f} Hz", fits)
+    notes.fact("budget", f"{told}; divider = {fits} fits, {CONTROL_RATE_HZ / fits:.1f} Hz")
     notes.judge(
         got_Hz > 0.97 * wanted_Hz and highest_Hz >= wanted_Hz,
         f"{wanted_Hz:.1f} Hz fit the bus",
@@ -103,7 +103,7 @@ def examine_clock(clock: Clock, notes: Notebook) -> None:
     late = spread_of(late_ns)
     if late is None:
         return
-    notes.fact("waking late", str(late), late.median_ms)
+    notes.fact("waking late", str(late))
     if late.p99_ms > _LATE_MS:
         remedy = "end other programs, set the processor's governor to performance, or use a kernel with PREEMPT_RT"
         notes.note(f"this computer wakes up to {late.p99_ms:.1f} ms late, a control tick is 7.1 ms", remedy)

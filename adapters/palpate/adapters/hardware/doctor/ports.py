@@ -155,9 +155,9 @@ def _heard(read: Callable[[], _Sample], clock: Clock, seconds: float, notes: Not
 def _tell_samples(samples: Sequence[WrenchSample | JointSample], reads: int, stale: int, notes: Notebook) -> None:
     times = [sample.receive_time_ns for sample in samples]
     got, spread = rate_Hz(times), spread_of(distances(times))
-    notes.fact("samples", f"{len(samples)} in {reads} reads, {got:.1f} Hz, {stale} reads were stale", got)
+    notes.fact("samples", f"{len(samples)} in {reads} reads, {got:.1f} Hz, {stale} reads were stale")
     if spread is not None:
-        notes.fact("between samples", str(spread), spread.median_ms)
+        notes.fact("between samples", str(spread))
     invalid = sum(sample.validity is Validity.INVALID for sample in samples)
     if stale:
         notes.wrong(f"{stale} of {reads} reads brought stale samples", _SILENT)
@@ -191,8 +191,8 @@ def examine_following(
     moved, returned = there[-1] - start[-1], back[-1] - start[-1]
     aside = max((abs(q - s) for q, s in zip(there[:-1], start[:-1], strict=True)), default=0.0)
     notes.fact("step", f"{step * 1e3:+.1f} mrad asked of the last joint, {moved * 1e3:+.3f} mrad made,"
-               f" {returned * 1e3:+.3f} mrad left after the way back", moved)  # fmt: skip
-    notes.fact("lag", f"{max(most, most_back) * 1e3:.3f} mrad at most", max(most, most_back))
+               f" {returned * 1e3:+.3f} mrad left after the way back")  # fmt: skip
+    notes.fact("lag", f"{max(most, most_back) * 1e3:.3f} mrad at most")
     well = abs(moved - step) <= _GOOD_RAD and abs(returned) <= _GOOD_RAD
     remedy = "look at gains, brake and motor supply of the last joint"
     if moved * step < 0 and abs(moved) > _GOOD_RAD:

@@ -94,7 +94,7 @@ class System:
         latency_ms = _number(setting)
         if latency_ms is None:
             return
-        notes.fact("latency timer", f"{latency_ms} ms", latency_ms)
+        notes.fact("latency timer", f"{latency_ms} ms")
         if latency_ms > _LATENCY_MS:
             remedy = f'echo {_LATENCY_MS} | sudo tee {setting}; or for good by a udev rule: ATTR{{latency_timer}}="1"'
             notes.wrong(f"the USB adapter of {path} holds what it receives back for up to {latency_ms} ms", remedy)
@@ -114,7 +114,7 @@ class System:
             return False
         queue = _number(folder / "tx_queue_len")
         if queue is not None:
-            notes.fact("send queue", f"{queue} frames", queue)
+            notes.fact("send queue", f"{queue} frames")
             if queue <= _SHORT_QUEUE:
                 remedy = f"sudo ip link set {name} txqueuelen 1000"
                 notes.note(f"the send queue of {name} holds only {queue} frames and may overflow", remedy)

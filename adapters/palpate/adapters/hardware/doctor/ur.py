@@ -21,7 +21,7 @@ _QUIETEST_N: Final = 1e-6
 def examine_ur(arm: UrArm, clock: Clock, seconds: float, notes: Notebook) -> None:
     """Who the controller is, what it believes to carry, how its data come; its program is not led."""
     if arm.hello is not None:
-        notes.fact("controller", f"PolyScope {arm.hello.version}, robot {arm.hello.serial}", arm.hello.serial)
+        notes.fact("controller", f"PolyScope {arm.hello.version}, robot {arm.hello.serial}")
     settings = arm.settings
     notes.ok(f"payload {settings.payload_kg:g} kg and tool centre point are those of the rig file")
     begun: list[int] = []
@@ -46,7 +46,7 @@ def examine_ur(arm: UrArm, clock: Clock, seconds: float, notes: Notebook) -> Non
     rows = tuple((str(i + 1), f"{q:+.4f}", f"{low:.2f} to {high:.2f}") for i, (q, low, high) in enumerate(limits))
     notes.table(("joint", "angle (rad)", "limits (rad)"), rows)
     if (spread := spread_of(ages_ns)) is not None:
-        notes.fact("age of the angles", str(spread), spread.median_ms)
+        notes.fact("age of the angles", str(spread))
     got_Hz = rate_Hz(begun)
     told = f"{sum(fresh)} of {len(fresh)} cycles brought new angles, at {got_Hz:.1f} of {wanted_Hz:.1f} Hz"
     good = sum(fresh) >= _FRESH_SHARE * len(fresh) and got_Hz > 0.97 * wanted_Hz

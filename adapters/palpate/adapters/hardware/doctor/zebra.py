@@ -18,9 +18,9 @@ def tell_modules(arm: ZebraZero, notes: Notebook) -> None:
     """Who the modules are."""
     kinds = sorted({module.identity.name for module in arm.modules})
     notes.fact("modules", f"{len(arm.modules)}, addresses 1 to {len(arm.modules)}: {'; '.join(kinds)}")
-    notes.fact("line", f"{arm.baud} baud", arm.baud)
+    notes.fact("line", f"{arm.baud} baud")
     notes.fact("woken by us", "yes: they came out of a reset" if arm.was_reset else "no: they still had addresses")
-    notes.fact("set-points by", arm.streaming.value, arm.streaming.value)
+    notes.fact("set-points by", arm.streaming.value)
     if len(kinds) > 1:
         notes.note(
             "the modules have different firmware", "see that set-points reach all of them: palpate doctor --move"
@@ -51,11 +51,11 @@ def _line(before: BusStatistics, arm: ZebraZero, notes: Notebook) -> None:
     now = arm.statistics
     exchanges = now.exchanges - before.exchanges
     if (spread := spread_of(now.round_trips_ns)) is not None:
-        notes.fact("round trip", f"{spread}, one axis", spread.median_ms)
+        notes.fact("round trip", f"{spread}, one axis")
     lost = {why: count - before.discarded.get(why, 0) for why, count in now.discarded.items()}
     told = ", ".join(f"{count} {why.value}" for why, count in lost.items() if count) or "none lost"
     stray, resyncs = now.stray_bytes - before.stray_bytes, now.resyncs - before.resyncs
-    notes.fact("replies", f"{exchanges} asked for, {told}; {stray} stray bytes, {resyncs} resyncs", exchanges)
+    notes.fact("replies", f"{exchanges} asked for, {told}; {stray} stray bytes, {resyncs} resyncs")
     errors = sum(lost.values())
     if errors > _LOST_SHARE * max(exchanges, 1):
         notes.wrong(f"{errors} of {exchanges} replies were lost or damaged", _CABLE)
@@ -77,7 +77,7 @@ def _latency(before: BusStatistics, now: BusStatistics, exchanges: int, arm: Zeb
         f"{extra_ms:.2f} ms an exchange beyond the bytes' own time, adapter and module together; "
         f"the settings say {told_ms:.2f} ms; our own part {own_ms:.2f} ms"
     )
-    notes.fact("adapter latency", told, extra_ms)
+    notes.fact("adapter latency", told)
     if extra_ms > told_ms + 0.5:
         remedy = f"set the adapter's latency timer to 1 ms, or write [arm] adapter_latency_ms = {extra_ms:.1f}"
         notes.wrong(f"the adapter adds {extra_ms:.2f} ms, the budget reckons with {told_ms:.2f} ms", remedy)
@@ -90,7 +90,7 @@ def _budget(arm: ZebraZero, cycles: list[ZebraMeasured], late_ns: list[int], not
     took = spread_of([cycle.end_ns - cycle.begin_ns for cycle in cycles])
     if took is None or late is None:
         return
-    notes.fact("cycle", f"{took}; computed {1e3 * budget.cycle_s:.2f} ms", took.median_ms)
+    notes.fact("cycle", f"{took}; computed {1e3 * budget.cycle_s:.2f} ms")
     reserve = arm.settings.reserve
     highest = (1.0 - reserve) * 1e3 / took.p99_ms
     told = f"computed {budget.max_rate_Hz:.1f} Hz at most, measured {highest:.1f} Hz ({reserve:.0%} left free)"

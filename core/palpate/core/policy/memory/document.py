@@ -7,9 +7,8 @@ of: a map, or a task. A file is of one alphabet, one action set and one world, a
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
-from math import isclose
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
@@ -119,26 +118,6 @@ class MemoryDocument(Settings):
             ConfigurationError: It cannot be read, or :meth:`from_json_text` refuses it.
         """
         return load_json(path, _WHOLE, cls.from_json_text)
-
-    def require_world(self, world: Mapping[str, Any], symbols: Sequence[str], actions: Sequence[Action]) -> None:
-        """Refuse to serve another world than that which it is of.
-
-        Raises:
-            ConfigurationError: It has other symbols, actions or displacements, or is another map or task.
-        """
-        if tuple(symbols) != self.symbols:
-            raise ConfigurationError("memory.symbols", self.symbols, f"{tuple(symbols)}, as in this world")
-        names = tuple(action.name for action in actions)
-        if names != self.actions:
-            raise ConfigurationError("memory.actions", self.actions, f"{names}, as in this world")
-        for mine, action in zip(self.displacements_mm, actions, strict=True):
-            theirs = tuple(part / _MM for part in action.displacement_m)
-            if not all(isclose(a, b, abs_tol=1e-6) for a, b in zip(mine, theirs, strict=True)):
-                raise ConfigurationError(
-                    "memory.displacements_mm", mine, f"{theirs} for {action.name}, as in this world"
-                )
-        if dict(world) != dict(self.world):
-            raise ConfigurationError("memory.world", dict(self.world), f"{dict(world)}, which it would serve here")
 
     def world_models(self) -> tuple[WorldModel, ...]:
         """The models.

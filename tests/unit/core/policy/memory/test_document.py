@@ -45,7 +45,6 @@ def test_what_was_learned_comes_back_and_acts_alike(kind: str) -> None:
     document = document_of(kind)
     again = MemoryDocument.from_json_text(document.to_json_text())
     assert again.to_json_text() == document.to_json_text()
-    again.require_world(WORLD, AMBIGUOUS.symbols, grid_actions())
     identity = IdentityState(AMBIGUOUS.symbols)
     learned, read = learner_of(kind).as_frozen(), again.learner()
     assert walked_steps(AMBIGUOUS, identity, learned) == walked_steps(AMBIGUOUS, identity, read)
@@ -76,16 +75,6 @@ def test_a_file_that_contradicts_itself_is_refused_in_a_line(path, value, says: 
     with pytest.raises(ConfigurationError, match=says) as refused:
         MemoryDocument.from_json_text(json.dumps(content))
     assert "\n" not in str(refused.value)
-
-
-def test_another_world_is_refused() -> None:
-    document, actions = document_of("offset"), grid_actions()
-    for world, symbols, says in (
-        ({"grid": ["A·"]}, AMBIGUOUS.symbols, "memory.world"),
-        (WORLD, ("A", "B", "D"), "memory.symbols"),
-    ):
-        with pytest.raises(ConfigurationError, match=says):
-            document.require_world(world, symbols, actions)
 
 
 def test_text_and_picture_show_what_is_read_where_and_the_belief() -> None:
