@@ -13,7 +13,9 @@ _FOLLOWED: Final = weak(max_tracking_error_mrad=500.0, max_joint_velocity_share=
 
 def _corner(**task: Any) -> dict[str, Any]:
     """A square peg by its first corner; what is given is over these."""
-    own = {"corners": 4.0, "corner_mm": 20.5, "inside_mm": 2.0, "lean_deg": 3.0} | task.pop("options", {})
+    own = {"corners": 4.0, "corner_mm": 20.5, "inside_mm": 2.0, "lean_deg": 3.0, "down_share": 0.0} | task.pop(
+        "options", {}
+    )
     settings: dict[str, Any] = {
         "name": "insertion-6dof", "ticks_per_action": 8, "tare_ticks": 7, "ready_height_mm": 1.0,
         "start_uncertainty_mm": 0.5, "insertion_depth_mm": 2.0, "options": own,

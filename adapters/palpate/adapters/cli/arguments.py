@@ -36,6 +36,7 @@ from palpate.adapters.config import (
     recorded,
     scenario,
     task_kind,
+    with_options,
 )
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.ports import kinds_of, table_beside
@@ -79,19 +80,9 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
         raise UsageError(_one_line(output.getvalue())) from None
     if unknown:
         raise UsageError(f"{unknown[0]} is not an option of palpate {command}{_suggestion(flags, unknown[0])}")
-    result: T = _with_options(parsed)
-    return _on_rig(result, arguments, cell_in_file) if getattr(result, "rig", "") and default is not None else result
-
-
-def _with_options(parsed: Any) -> Any:
-    """All options of the task in the settings, so that a record of them does not depend on their defaults."""
     run = getattr(parsed, "run", None)
-    if run is None or run.task.name == INSERTION:
-        return parsed
-    from palpate.core.trial import options_of
-
-    told = vars(options_of(task_kind(run.task.name).options, run.task))
-    return replace(parsed, run=replace(run, task=replace(run.task, options=dict(told))))
+    result: T = parsed if run is None else replace(parsed, run=with_options(run))
+    return _on_rig(result, arguments, cell_in_file) if getattr(result, "rig", "") and default is not None else result
 
 
 def _readers(untouched: Sequence[object]) -> ConstructorRegistry:

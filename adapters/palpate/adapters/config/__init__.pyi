@@ -28,6 +28,7 @@ from .scenarios import BEFORE_SLIDING as BEFORE_SLIDING
 from .scenarios import LEARNERS as LEARNERS
 from .tasks import INSERTION as INSERTION
 from .tasks import task_kind as task_kind
+from .tasks import with_options as with_options
 from .toml import field_value as field_value
 from .toml import literal as literal
 from .toml import overlay as overlay

@@ -69,6 +69,9 @@ Whoever adds a setting adds it here, and whoever changes a default adds what it 
 lacking a setting never means a new default.
 """
 
+_OPTIONS_UNTOLD: Final[Mapping[str, Mapping[str, float]]] = {"insertion-6dof": {"down_share": 0.0, "wobble_deg_s": 0.0}}
+"""The same of options of a task, by its name."""
+
 
 def recorded(table: Mapping[str, Any]) -> dict[str, Any]:
     """The table of settings in a record, with the names of today and with what it leaves untold.
@@ -86,6 +89,8 @@ def recorded(table: Mapping[str, Any]) -> dict[str, Any]:
                 _put(told, name, value)
     for name, value in UNTOLD.items():
         _put(told, name, value)
+    for name, value in _OPTIONS_UNTOLD.get(str(_held(told, "task").get("name")), {}).items():
+        _put(told, f"task.options.{name}", value)
     _admit_limits(told.get(SupervisionConfig.TABLE))
     return told
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Final
 
@@ -12,6 +13,7 @@ from palpate.core.errors import ConfigurationError
 
 if TYPE_CHECKING:
     # Kinematics are loaded by whoever makes a task.
+    from palpate.adapters.config.run import RunConfig
     from palpate.core.trial import TaskKind
 
 GROUP: Final = "palpate.tasks"
@@ -51,3 +53,13 @@ def task_kind(name: str) -> TaskKind:
         raise ConfigurationError(_FIELD, name, f"a palpate.core.trial.TaskKind; {place} has no {missing[0]}")
     kind: TaskKind = made
     return kind
+
+
+def with_options(config: RunConfig) -> RunConfig:
+    """All options of the task in the settings, so that a record of them does not depend on their defaults."""
+    if config.task.name == INSERTION:
+        return config
+    from palpate.core.trial import options_of
+
+    told = vars(options_of(task_kind(config.task.name).options, config.task))
+    return replace(config, task=replace(config.task, options=dict(told)))

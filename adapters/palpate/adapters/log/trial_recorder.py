@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Self
 
-from palpate.adapters.config import RecordingConfig, RunConfig, to_toml
+from palpate.adapters.config import RecordingConfig, RunConfig, to_toml, with_options
 from palpate.adapters.log.file import dump_json
 from palpate.adapters.log.provenance import arm_sha256, core_sha256, made_with, processor
 from palpate.adapters.log.raised import raised_by
@@ -108,7 +108,7 @@ class TrialRecorder:
             constant={
                 "schema": SCHEMA,
                 "command": command,
-                "config_toml": to_toml(config),
+                "config_toml": to_toml(with_options(config)),
                 "arm": str(config.arm),
                 "model_sha256": arm_sha256(config.arm),
                 "core_sha256": core_sha256(),

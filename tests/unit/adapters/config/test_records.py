@@ -49,6 +49,11 @@ def test_what_a_record_lacks_is_what_was_done_then_whatever_the_defaults_are_now
         assert value_of(recorded_config({}), name) == value
 
 
+def test_options_that_a_record_of_a_task_lacks_are_those_of_then() -> None:
+    told = {"task": {"name": "insertion-6dof", "options": {"corners": 4.0, "down_share": 0.5}}}
+    assert recorded_config(told).task.options == {"corners": 4.0, "down_share": 0.5, "wobble_deg_s": 0.0}
+
+
 def test_what_a_record_holds_wins() -> None:
     table = {"learning": {"back_off_visits": 9.0}, "perception": {"memory": "last-2"}}
     config = recorded_config(table)

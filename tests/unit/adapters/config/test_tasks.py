@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.adapters.config import task_kind
+from palpate.adapters.config import RunConfig, overlay, task_kind, with_options
 from palpate.core.errors import ConfigurationError
 from palpate.core.tasks.insertion import INSERTION
 
@@ -10,6 +10,13 @@ from palpate.core.tasks.insertion import INSERTION
 def test_own_tasks_are_found_by_name() -> None:
     assert task_kind("insertion") is INSERTION
     assert not task_kind("surface-follow").asks_policy
+
+
+def test_all_options_of_a_task_are_told_and_an_insertion_has_none() -> None:
+    config = overlay(RunConfig(), {"task": {"name": "insertion-6dof", "options": {"corners": 4.0}}})
+    told = with_options(config).task.options
+    assert (told["corners"], told["down_share"]) == (4.0, 0.75)
+    assert with_options(RunConfig()) == RunConfig()
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from enum import Enum
-from math import copysign, hypot, radians, sin
+from math import copysign, hypot, inf, radians, sin
 from typing import Final
 
 import numpy as np
@@ -31,6 +31,8 @@ DRIVE_RAD: Final = 0.018
 DRIVEN_ACTIONS: Final = 7
 LONGEST_PUSH: Final = 40
 STAND_RAD: Final = radians(1.0)
+_SUNK_M: Final = 1e-3
+"""A tool that is so deep and all but upright was inserted and got stuck: once more, and then it is withdrawn."""
 
 
 class _Act(Enum):
@@ -63,6 +65,8 @@ class CornerFirst(FixedPolicy):
         self._on_plate_m, self._caught_m = ON_PLATE_M - height_m, CAUGHT_M
         if down_m:
             self._on_plate_m, self._caught_m = 0.5 * down_m - height_m, down_m - height_m - _HANGS_M
+        # Before tools wobbled, they were inserted until the time was up.
+        self._sunk_m = _SUNK_M if options.wobble_deg_s else inf
 
     @override
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
@@ -86,7 +90,8 @@ class CornerFirst(FixedPolicy):
             self._stage = _Act.WITHDRAW
             if corner.clear(observation):
                 self._begin_corner(corner.number + 1)
-        if self._stage is _Act.STAND and lean < UPRIGHT_RAD:
+        stuck = lean < STAND_RAD and observation.depth_m > self._sunk_m
+        if self._stage is _Act.STAND and (stuck or lean < UPRIGHT_RAD):
             self._stage = _Act.INSERT
             if observation.depth_m < 0.5 * CAUGHT_M:
                 self._stage = _Act.WITHDRAW

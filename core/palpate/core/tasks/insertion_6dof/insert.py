@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import hypot, radians
+from math import cos, hypot, pi, radians, sin
 from typing import Final
 
 from typing_extensions import override
@@ -21,6 +21,10 @@ _SEATED_SHARE: Final = 0.6
 _STUCK_TICKS: Final = 2 * CONTROL_RATE_HZ
 _SEATING_TICKS: Final = CONTROL_RATE_HZ
 """A peg that leans stands on an edge of the floor; so long, at most, it gives way until it stands flat."""
+_CIRCLE_TICKS: Final = CONTROL_RATE_HZ // 2
+"""Time of one turn of a wobble, and after which it begins where nothing is gained. Half of it gave the same."""
+_SUNK_M: Final = 1e-4
+"""A peg that sinks by more while it wobbles hung on the walls."""
 
 
 class SpatialInsert(Insert):
@@ -36,6 +40,8 @@ class SpatialInsert(Insert):
         super().__init__(equipment, checks)
         self._seated_N = _SEATED_SHARE * equipment.task.press_kgf * N_PER_KGF
         self._giving = GivingWay(options.insert_tilt_rad_per_Nms, options.insert_yaw_rad_per_Nms, _FASTEST_RAD_S)
+        self._wobble_rad_s = radians(options.wobble_deg_s)
+        self._circle_ticks = _CIRCLE_TICKS if options.wobble_deg_s else 0
 
     @override
     def enter(self) -> None:
@@ -44,30 +50,46 @@ class SpatialInsert(Insert):
 
     @override
     def step(self) -> Vector3:
-        measured, reference_m = self._measurement, self._motion.reference_m
+        wobbles = False
         if self._seating:
-            self._seating += 1
-            tx, ty, _ = measured.filtered_wrench_at_tip()[1]
-            seated = hypot(tx, ty) < _SEATED_NM and measured.filtered_force_z_N < -self._seated_N
-            # Past the floor there is none, or a sensor that does not show it: what follows proves which.
-            depth_m = measured.tip_depth_m(self._axial_N_per_m) - self._state.surface_m - self._state.slack_m
-            past = depth_m > self._full_depth_m + self._tolerance_m
-            self.over = seated or past or self._seating > _SEATING_TICKS
-            velocity = self._law.velocity_m_s(reference_m, reference_m, measured.force_N)
-            velocity = velocity if self._checks is None else self._checks.bounded(velocity)
+            velocity = self._seat()
+            wobbles = self._seating <= self._circle_ticks
         else:
             velocity = super().step()
+            stalled = self._state.tick - self._last_progress
             if self.deep:
                 self.over, self._seating = False, 1
             elif self._state.report.outcome is None and (
-                self._state.tick - self._last_progress > _STUCK_TICKS or hypot(*self._motion.turn_rad[:2]) > _TILTED_RAD
+                stalled > _STUCK_TICKS or hypot(*self._motion.turn_rad[:2]) > _TILTED_RAD
             ):
                 self._stuck()
             if self._checking:
                 # Force is held against position: at rest.
                 return velocity
-        self._motion.turn(self._giving.rate_rad_s(measured.live_torque_at_tip_Nm()))
+            wobbles = stalled > _CIRCLE_TICKS
+        x, y, yaw = self._giving.rate_rad_s(self._measurement.live_torque_at_tip_Nm())
+        if wobbles and self._wobble_rad_s:
+            # Friction on both sides of a wedge hides which way it leans: all ways are tried.
+            turned = 2.0 * pi * self._state.tick / _CIRCLE_TICKS
+            x, y = x + self._wobble_rad_s * cos(turned), y + self._wobble_rad_s * sin(turned)
+        self._motion.turn((x, y, yaw))
         return velocity
+
+    def _seat(self) -> Vector3:
+        """On what may be the floor: where it is a wedge, the peg sinks as it wobbles; then until it stands flat."""
+        measured, reference_m = self._measurement, self._motion.reference_m
+        self._seating += 1
+        tx, ty, _ = measured.filtered_wrench_at_tip()[1]
+        seated = hypot(tx, ty) < _SEATED_NM and measured.filtered_force_z_N < -self._seated_N
+        depth_m = measured.tip_depth_m(self._axial_N_per_m) - self._state.surface_m
+        if self._circle_ticks and depth_m > self._best_depth_m + _SUNK_M:
+            self._best_depth_m, self._seating = depth_m, 1
+        # Past the floor there is none, or a sensor that does not show it: what follows proves which.
+        past = depth_m - self._state.slack_m > self._full_depth_m + self._tolerance_m
+        wobbled = self._seating - self._circle_ticks
+        self.over = past or (wobbled > 0 and seated) or wobbled > _SEATING_TICKS
+        velocity = self._law.velocity_m_s(reference_m, reference_m, measured.force_N)
+        return velocity if self._checks is None else self._checks.bounded(velocity)
 
     @override
     def _stuck(self) -> None:

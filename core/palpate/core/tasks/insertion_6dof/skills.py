@@ -66,7 +66,8 @@ class Skills:
     """
 
     def __init__(self, options: SpatialOptions, half_width_m: float) -> None:
-        self._options, self._far_m = options, _FAR_SHARE * half_width_m
+        # Situations are told apart by how deep a corner goes that is not kept at a height.
+        self._options, self._far_m = replace(options, down_share=0.0), _FAR_SHARE * half_width_m
 
     def begin_trial(self) -> None:
         """No corner has been tried."""

@@ -10,7 +10,7 @@ from palpate.core.policy import Decision, Law, Observation, Spatial
 from palpate.core.ports import Vector3
 from palpate.core.tasks.insertion_6dof import CornerFirst, SpatialOptions
 
-SQUARE = SpatialOptions(corners=4.0, corner_mm=20.0)
+SQUARE = SpatialOptions(corners=4.0, corner_mm=20.0, down_share=0.0)
 NONE: Vector3 = (0.0, 0.0, 0.0)
 
 
@@ -63,6 +63,14 @@ def test_it_stands_up_once_both_walls_carry_deep_enough_and_nothing_turns_the_to
     assert spatial(policy.choose(seen(depth_m=1e-3))).law is Law.WITHDRAW
     decision = policy.choose(seen(depth_m=-1e-3))
     assert (spatial(decision).law, decision.grounds) == (Law.LIFT, (1.0,))
+
+
+def test_a_tool_that_comes_back_stuck_from_the_hole_inserts_once_more_and_is_withdrawn() -> None:
+    policy, walls, deep_m = cornered(2), (-3.0, -3.0, -4.0), 5e-3
+    for lean in (0.06, 0.06):
+        policy.choose(seen(walls, NONE, (lean, -lean, 0.0), depth_m=1.5e-3))
+    laws = [spatial(policy.choose(seen(walls, NONE, (0.008, 0.0, 0.0), depth_m=deep_m))).law for _ in range(3)]
+    assert laws == [Law.INSERT, Law.WITHDRAW, Law.WITHDRAW]
 
 
 def test_a_wedged_corner_is_driven_on_in_yaw_to_both_sides_and_then_freed_as_it_stands_up() -> None:

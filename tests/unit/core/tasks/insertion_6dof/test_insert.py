@@ -1,0 +1,77 @@
+"""On the way down: a wedge looks like a jam, or like the floor, until the tool wobbles."""
+
+from math import radians
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from palpate.core.ports import Vector3
+from palpate.core.tasks.insertion_6dof import SpatialOptions
+from palpate.core.tasks.insertion_6dof.insert import SpatialInsert
+from palpate.core.trial import TaskConfig
+
+PRESSED: Vector3 = (0.0, 0.0, -4.9)
+NONE: Vector3 = (0.0, 0.0, 0.0)
+
+
+class Wedged:
+    """Measurement, motion and law of a peg that presses on a wedge without a torque, until it leans one way."""
+
+    force_N, filtered_force_z_N, reference_m = PRESSED, PRESSED[2], NONE
+
+    def __init__(self, depth_m: float, frees_rad: float) -> None:
+        self._depth_m, self._frees_rad, self.turn_rad = depth_m, frees_rad, NONE
+
+    def turn(self, rate_rad_s: Vector3) -> None:
+        x, y, z = (a + rate / 140.0 for a, rate in zip(self.turn_rad, rate_rad_s, strict=True))
+        self.turn_rad = x, y, z
+        if x < -self._frees_rad:
+            self._depth_m = 10e-3
+
+    def tip_depth_m(self, axial_N_per_m: float) -> float:
+        return self._depth_m
+
+    def filtered_wrench_at_tip(self) -> tuple[Vector3, Vector3]:
+        return PRESSED, NONE
+
+    def live_torque_at_tip_Nm(self) -> Vector3:
+        return NONE
+
+    def velocity_m_s(self, *_: Vector3) -> Vector3:
+        return NONE
+
+    def reset(self) -> None:
+        pass
+
+
+def inserted(depth_m: float, frees_rad: float, wobble_deg_s: float) -> tuple[str, float, int]:
+    """The last event, the depth, and the ticks of an insertion that begins wedged at that depth."""
+    peg, events = Wedged(depth_m, frees_rad), [""]
+    state: Any = SimpleNamespace(
+        tick=0, surface_m=0.0, slack_m=0.0, edge_m=0.0, exploration_s=0.0, report=SimpleNamespace(outcome=None),
+        event=lambda name, _: events.append(name),
+    )  # fmt: skip
+    equipment: Any = SimpleNamespace(
+        task=TaskConfig(depth_tolerance_mm=0.5), state=state, measurement=peg, motion=peg,
+        laws=SimpleNamespace(inserting=peg), axial_N_per_m=5e3,
+    )  # fmt: skip
+    phase = SpatialInsert(equipment, None, SpatialOptions(wobble_deg_s=wobble_deg_s))
+    phase.enter()
+    while not phase.over:
+        phase.step()
+        state.tick += 1
+    return events[-1], peg.tip_depth_m(5e3), state.tick
+
+
+@pytest.mark.parametrize("depth_m", [9.6e-3, 5e-3])
+def test_a_wedge_that_looks_like_the_floor_or_a_jam_sinks_on_as_the_tool_wobbles(depth_m: float) -> None:
+    assert inserted(depth_m, radians(0.1), wobble_deg_s=4.0)[:2] == ("hole", 10e-3)
+    # As it was before.
+    assert inserted(depth_m, radians(0.1), wobble_deg_s=0.0)[:2] == ("hole" if depth_m > 9e-3 else "stuck", depth_m)
+
+
+def test_the_floor_is_wobbled_on_once_and_a_wedge_that_stays_is_stuck() -> None:
+    event, _, ticks = inserted(10e-3, radians(9.0), wobble_deg_s=4.0)
+    assert (event, 70 < ticks < 80) == ("hole", True)
+    assert inserted(5e-3, radians(9.0), wobble_deg_s=4.0)[0] == "stuck"
