@@ -19,7 +19,7 @@ from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.experiments import build_perception, learning_policy
 from palpate.adapters.experiments.grid import Named, grid_named, learn
 from palpate.adapters.experiments.grid.learning import new_grid_learner
-from palpate.adapters.gymnasium_envs import PEG_INSERTION, SENSOR_MAP
+from palpate.adapters.gymnasium_envs import PEG_INSERTION, PEG_INSERTION_6DOF, SENSOR_MAP
 from palpate.adapters.gymnasium_envs.episode import ActionRefusedError
 from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
 from palpate.adapters.gymnasium_envs.sensor_map import SensorMapEnv
@@ -29,11 +29,18 @@ from tests.command_line import CommandLine
 
 NOWHERE = (0.0, 0.0, 0.0)
 SHORT = {"task": {"time_limit_s": 1.0}}
+CORNERS = {"corners": 4, "corner_mm": 20.5}
+SQUARE = {
+    "scenario": "blind-square",
+    "config": {"learner": "skills", "task": {"time_limit_s": 2.5, "options": CORNERS}},
+}
 KINDS: list[tuple[str, dict[str, Any]]] = [
     (PEG_INSERTION, {"config": SHORT}),
     (PEG_INSERTION, {"config": SHORT, "actions": "continuous"}),
     (PEG_INSERTION, {"config": SHORT, "observations": "raw", "scenario": "blind", "arm": "ur5"}),
     (PEG_INSERTION, {"config": SHORT, "observations": "raw", "actions": "continuous"}),
+    (PEG_INSERTION_6DOF, {"config": SHORT, "observations": "raw", "actions": "continuous"}),
+    (PEG_INSERTION_6DOF, SQUARE),
     (SENSOR_MAP, {}),
     (SENSOR_MAP, {"map": "2", "size": 5, "state": "last-2", "step_limit": 30}),
 ]
@@ -99,7 +106,7 @@ def episodes(env: gymnasium.Env[Any, Any], seed: int, count: int, steps: int = 4
     return said
 
 
-@pytest.mark.parametrize(("name", "arguments"), [KINDS[0], KINDS[2], KINDS[3], KINDS[5]])
+@pytest.mark.parametrize(("name", "arguments"), [KINDS[0], KINDS[2], KINDS[3], KINDS[5], KINDS[7]])
 def test_equal_seeds_and_actions_give_equal_bytes_whatever_was_before(name: str, arguments: dict[str, Any]) -> None:
     env, other = gymnasium.make(name, **arguments), gymnasium.make(name, **arguments)
     first = episodes(env, 7, 2)
@@ -111,6 +118,12 @@ def test_equal_seeds_and_actions_give_equal_bytes_whatever_was_before(name: str,
     assert between[: len(first)] != first[: len(between)]
     env.close()
     other.close()
+
+
+def test_the_guides_example_puts_a_square_peg_in_by_skills(capsys: pytest.CaptureFixture[str]) -> None:
+    guide = (Path(__file__).parents[2] / "docs/how-to/use-gymnasium.md").read_text(encoding="utf-8")
+    exec(guide.partition("## palpate/PegInsertion6Dof-v0")[2].partition("```python\n")[2].partition("```")[0], {})
+    assert capsys.readouterr().out == "inserted lean 5 deg, push 3 N, stand 1 deg\n"
 
 
 def test_an_error_in_a_worker_process_arrives_as_itself() -> None:
@@ -143,18 +156,33 @@ def learn_outside(env: Any, policy: Policy, seed: int, trials: Iterable[int], te
         tell(trial, terminated, info)
 
 
-@pytest.mark.parametrize("arguments", [{}, {"scenario": "blind"}])
+@pytest.mark.parametrize(
+    ("arguments", "words", "outcomes"),
+    [
+        # With this seed two of the paper's trials insert the peg and one does not.
+        ({"config": {"task": {"time_limit_s": 1.5}}}, "--task.time-limit-s 1.5", {"inserted", "time limit"}),
+        (
+            {"config": {"task": {"time_limit_s": 1.5}}, "scenario": "blind"},
+            "--task.time-limit-s 1.5 --scenario blind",
+            {"time limit"},
+        ),
+        (
+            {"task": "insertion-6dof", **SQUARE},
+            "--task.time-limit-s 2.5 --scenario blind-square --task insertion-6dof --learner skills"
+            " --task.options corners 4 corner_mm 20.5",
+            {"time limit"},
+        ),
+    ],
+)
 def test_a_learner_has_the_same_trials_through_the_environment(
-    palpate: CommandLine, tmp_path: Path, arguments: dict[str, str]
+    palpate: CommandLine, tmp_path: Path, arguments: dict[str, Any], words: str, outcomes: set[str]
 ) -> None:
-    # With this seed two of the paper's trials insert the peg and one does not.
-    seed, trials, config = 18, 3, {"task": {"time_limit_s": 1.5}}
-    flags = [word for name, value in arguments.items() for word in (f"--{name}", value)]
-    words = ("--trials", trials, "--seed", seed, "--task.time-limit-s", 1.5, "--recording.no-enabled")
-    palpate.succeed("train", *words, *flags, "--out", tmp_path)
+    seed, trials = 18, 3
+    always = ("--trials", trials, "--seed", seed, "--recording.no-enabled", "--out", tmp_path)
+    palpate.succeed("train", *words.split(), *always)
     with (tmp_path / "trials.csv").open(encoding="utf-8", newline="") as stream:
         expected = list(csv.DictReader(stream))
-    env = PegInsertionEnv(**arguments, config=config, failure_penalty=0.0)
+    env = PegInsertionEnv(**arguments, failure_penalty=0.0)
     run = env._episodes.config
     policy = learning_policy(run, build_perception(run))
     rows = []
@@ -176,7 +204,7 @@ def test_a_learner_has_the_same_trials_through_the_environment(
     learn_outside(env, policy, seed, range(trials), tell)
     env.close()
     assert rows == [{name: row[name] for name in rows[0]} for row in expected]
-    assert {row["outcome"] for row in rows} >= ({"time limit"} if arguments else {"inserted", "time limit"})
+    assert {row["outcome"] for row in rows} >= outcomes
     # What was learned is the same to the last bit.
     learner = learner_of(policy)
     assert learner is not None

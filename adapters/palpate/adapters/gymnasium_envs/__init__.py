@@ -1,8 +1,9 @@
 """Gymnasium environments over the same learning core as everything else here.
 
-Importing this registers ``palpate/PegInsertion-v0`` and ``palpate/SensorMap-v0``; nothing heavy is loaded before one is
-made. ``gymnasium.make("palpate.adapters.gymnasium_envs:palpate/PegInsertion-v0")`` imports it by itself. Gymnasium 1.0
-did away with entry points by which a package could register without any import, so there is none.
+Importing this registers ``palpate/PegInsertion-v0``, ``palpate/PegInsertion6Dof-v0`` and ``palpate/SensorMap-v0``;
+nothing heavy is loaded before one is made. ``gymnasium.make("palpate.adapters.gymnasium_envs:palpate/...")`` imports it
+by itself. Gymnasium 1.0 did away with entry points by which a package could register without any import, so there is
+none.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ except ModuleNotFoundError as error:
     raise ModuleNotFoundError("the environments need Gymnasium: pip install 'palpate[gymnasium]'") from error
 
 PEG_INSERTION = "palpate/PegInsertion-v0"
+PEG_INSERTION_6DOF = "palpate/PegInsertion6Dof-v0"
 SENSOR_MAP = "palpate/SensorMap-v0"
 
 # The insertion's own time limit, 20 s, ends any trial before so many steps. The other one's limit is an argument: a
@@ -22,5 +24,11 @@ register(
     entry_point=f"{__name__}.peg_insertion:PegInsertionEnv",
     reward_threshold=-20.0,
     max_episode_steps=200,
+)
+register(
+    id=PEG_INSERTION_6DOF,
+    entry_point=f"{__name__}.peg_insertion:PegInsertionEnv",
+    max_episode_steps=200,
+    kwargs={"task": "insertion-6dof"},
 )
 register(id=SENSOR_MAP, entry_point=f"{__name__}.sensor_map:SensorMapEnv")

@@ -18,7 +18,7 @@ import gymnasium.error
 import numpy as np
 from typing_extensions import override
 
-from palpate.adapters.config import RunConfig, overlay, read_toml, recorded, scenario
+from palpate.adapters.config import RunConfig, overlay, read_toml, recorded, scenario, task_kind
 from palpate.adapters.experiments import (
     OUTSIDE,
     build_insertion,
@@ -26,6 +26,7 @@ from palpate.adapters.experiments import (
     build_supervisor,
     configured_perception,
     fitted_perception,
+    ready_pose,
     require_usable,
     score,
     trial_setup,
@@ -37,7 +38,7 @@ from palpate.core.perception import Perception
 from palpate.core.policy import ActionOutcome, Decision, FixedPolicy, Observation
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointCommand, Rig, Snapshot
 from palpate.core.tasks.insertion import InsertionTask
-from palpate.core.trial import Outcome, TrialReport, find_ready_pose
+from palpate.core.trial import Outcome, TrialReport
 
 
 class ActionRefusedError(CommandError, gymnasium.error.InvalidAction):
@@ -216,7 +217,7 @@ class InsertionEpisodes(Episodes):
     """
 
     def __init__(self, config: RunConfig) -> None:
-        self._ready = ready = find_ready_pose(config.arm, config.task)
+        self._ready = ready = ready_pose(config)
         require_usable(config, ready)
         super().__init__(config)
         self._opened = ExitStack()
@@ -266,7 +267,7 @@ class InsertionEpisodes(Episodes):
         try:
             snapshot = next(ticks, None) if first else next_snapshot(ticks, task.act())
             while snapshot is not None:
-                if task.sense(snapshot) is not None:
+                if task.sense(snapshot) is not None and not task.goes_on:
                     return
                 snapshot = next_snapshot(ticks, task.act())
         except BaseException:
@@ -303,12 +304,13 @@ Settings: TypeAlias = Mapping[str, Any] | str | os.PathLike[str] | None
 """A nested table of settings, a TOML file with one (a ``run.toml`` too), or nothing."""
 
 
-def run_config(scenario_name: str, arm: str, settings: Settings) -> RunConfig:
+def run_config(scenario_name: str, arm: str, settings: Settings, task: str = "") -> RunConfig:
     """The configuration of the trials.
 
     Args:
         scenario_name: Preset to start from; empty takes the one of the settings, or ``paper``.
         arm: Name of the arm; empty takes that of the settings.
+        task: Name of the task; empty takes that of the settings.
 
     Raises:
         ConfigurationError: A setting is unknown or refused, or the file cannot be read.
@@ -318,7 +320,14 @@ def run_config(scenario_name: str, arm: str, settings: Settings) -> RunConfig:
         # How the run of a run.toml came about is no setting.
         table = recorded(table)
     name = scenario_name or table.get("scenario", "paper")
-    config = overlay(scenario(name, table.get("learner", "q-learning")), {**table, "scenario": name})
+    config = scenario(name, table.get("learner", "q-learning"))
+    told = table.get("task", {})
+    named = told.get("name", "") if isinstance(told, Mapping) else ""
+    if task and named not in ("", task):
+        raise ConfigurationError("task.name", named, f"{task}, which this environment is of")
+    if task := task or named:
+        config = overlay(overlay(config, task_kind(task).preset), {"task": {"name": task}})
+    config = overlay(config, {**table, "scenario": name})
     return replace(config, arm=arm) if arm else config
 
 

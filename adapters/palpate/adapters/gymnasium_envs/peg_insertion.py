@@ -1,4 +1,4 @@
-"""``palpate/PegInsertion-v0``: the peg-in-hole task of a run, one decision a step."""
+"""``palpate/PegInsertion-v0`` and ``-6Dof-v0``: the peg-in-hole task of a run, one decision a step."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.adapters.config import RigFile
-from palpate.adapters.experiments import task_actions
+from palpate.adapters.experiments import ready_pose, task_actions
 from palpate.adapters.gymnasium_envs.episode import (
     Episodes,
     InsertionEpisodes,
@@ -26,16 +26,18 @@ from palpate.adapters.gymnasium_envs.spaces import (
     ACTION_KINDS,
     OBSERVATION_KINDS,
     Actions,
-    CompassSteps,
     FreeSteps,
+    NumberedActions,
     Observations,
     PortReadings,
     StateIndex,
     TipWrench,
+    Twists,
+    spatial_of,
 )
 from palpate.core.errors import ConfigurationError, LifecycleError, require_in, require_one_of, require_whole
-from palpate.core.ports import Rig
-from palpate.core.trial import Outcome, find_ready_pose
+from palpate.core.ports import PERIOD_S, Rig
+from palpate.core.trial import Outcome
 from palpate.simulation.work_cell import WorkCell
 
 _MOST_TRIALS: Final = 1_000_000_000
@@ -84,7 +86,7 @@ if TYPE_CHECKING:
 
 _NAME: Final = "palpate/PegInsertion-v0"
 _ARGUMENTS: Final = (
-    "scenario", "arm", "actions", "observations", "failure_penalty", "config", "rig", "out", "decision_limit_s",
+    "scenario", "arm", "actions", "observations", "failure_penalty", "config", "rig", "out", "decision_limit_s", "task",
 )  # fmt: skip
 
 
@@ -107,9 +109,12 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
     Args:
         scenario: ``paper``, ``blind`` or another preset; empty takes that of ``config``, or ``paper``.
         arm: ``zebra-zero`` or ``ur5``; empty takes that of ``config``.
-        actions: ``discrete``: the eight compass steps; ``continuous``: any step in the plane, (2,), see
-            :class:`~palpate.adapters.gymnasium_envs.spaces.FreeSteps`.
-        observations: ``symbolic``: the number of the state; ``raw``: tip and wrench, (9,), see
+        actions: ``discrete``: those that palpate's own learners choose from: the eight compass steps, or skills, each
+            until it is over; ``continuous``: any step in the plane, (2,), see
+            :class:`~palpate.adapters.gymnasium_envs.spaces.FreeSteps`, and of a tool that turns any motion, (6,), see
+            :class:`~palpate.adapters.gymnasium_envs.spaces.Twists`.
+        observations: ``symbolic``: the number of the state; ``raw``: tip and wrench, (9,), or with the orientation of a
+            tool that turns, (12,), see
             :class:`~palpate.adapters.gymnasium_envs.spaces.TipWrench`; ``ports``: what the ports gave, see
             :class:`~palpate.adapters.gymnasium_envs.spaces.PortReadings`.
         failure_penalty: Taken from the last reward of an episode that failed. None takes what the decisions left of the
@@ -122,6 +127,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         out: On a rig, the folder for the recording; empty takes the next free one, ``runs/paper-environment-001``.
         decision_limit_s: On a rig, how long the agent may take for a decision, 0.01 s to 60 s. One that is not there
             when it is due is replaced by a rest, and counted; after this time the arm is stopped and the rig latched.
+        task: The kind of insertion; empty takes that of ``config``, or steps across.
 
     Raises:
         ConfigurationError: An argument or a setting is unknown or refused.
@@ -142,11 +148,12 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         rig: str = "",
         out: str = "",
         decision_limit_s: float = 0.3,
+        task: str = "",
         **unknown: object,
     ) -> None:
         self._arguments = {
             "scenario": scenario, "arm": arm, "actions": actions, "observations": observations,
-            "failure_penalty": failure_penalty, "config": config, "render_mode": render_mode, "rig": rig,
+            "failure_penalty": failure_penalty, "config": config, "render_mode": render_mode, "rig": rig, "task": task,
         }  # fmt: skip
         refuse_unknown(_NAME, unknown, _ARGUMENTS)
         require_one_of("actions", actions, ACTION_KINDS)
@@ -162,9 +169,9 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         if rig and (model := RigFile.load(Path(rig)).model) is not None:
             if arm:
                 raise ConfigurationError("arm", arm, f"none beside a rig that has its arm, {model.name}, by its URDF")
-            settings = replace(run_config(scenario, arm, config), arm=model)
+            settings = replace(run_config(scenario, arm, config, task), arm=model)
         else:
-            settings = run_config(scenario, arm, config)
+            settings = run_config(scenario, arm, config, task)
         self._episodes: Episodes
         if rig:
             # Here, because it loads what only a rig needs.
@@ -176,16 +183,21 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         else:
             self._episodes = InsertionEpisodes(settings)
         self._penalty = failure_penalty
-        self._actions: Actions = (
-            CompassSteps(task_actions(settings)) if actions == "discrete" else FreeSteps(settings.task.step_mm * 1e-3)
-        )
+        longest_m = settings.task.step_mm * 1e-3
+        self._actions: Actions
+        if actions == "discrete":
+            self._actions = NumberedActions(task_actions(settings))
+        elif spatial_of(settings) is not None:
+            self._actions = Twists(longest_m, settings.task.ticks_per_action * PERIOD_S)
+        else:
+            self._actions = FreeSteps(longest_m)
         seen: Observations
         if observations == "symbolic":
             seen = StateIndex(len(self._episodes.perception.states))
         elif observations == "raw":
             seen = TipWrench(settings)
         else:
-            seen = PortReadings(len(find_ready_pose(settings.arm, settings.task).q_rad))
+            seen = PortReadings(len(ready_pose(settings).q_rad))
         self._episodes.observe = seen.of
         self.action_space, self.observation_space = self._actions.space, seen.space
         self._numbering = Numbering()

@@ -26,6 +26,7 @@ from palpate.adapters.experiments import (
     build_insertion,
     next_free_folder,
     open_rig,
+    ready_pose,
     require_limits,
     require_sound,
     require_usable,
@@ -45,7 +46,7 @@ from palpate.core.policy import Decision
 from palpate.core.ports import Rig
 from palpate.core.supervision import limits_line, weakened_lines
 from palpate.core.tasks.insertion import InsertionTask
-from palpate.core.trial import ReadyPose, find_ready_pose
+from palpate.core.trial import ReadyPose
 
 _COMMAND: Final = "run"
 
@@ -78,7 +79,7 @@ class RigEpisodes(Episodes):
             # Signals, the operator's among them, reach a program's main thread only.
             raise LifecycleError("rig", "in another thread", "open()", "make the environment in the main thread")
         config = replace(config, cell=scenario(config.scenario).cell)
-        ready = find_ready_pose(config.arm, config.task)
+        ready = ready_pose(config)
         require_usable(config, ready, rig_file)
         super().__init__(config)
         self.folder = RunFolder(Path(out)) if out else next_free_folder(f"runs/{config.scenario}-{SOURCE}")
@@ -216,7 +217,9 @@ class RigEpisodes(Episodes):
         decisions, plain = self.report.decisions, self.plain_reinforcement
         # What the rests before it cost is the agent's own affair.
         new, self._settled = decisions[self._settled :], len(decisions)
-        earned = sum(plain if one.reinforcement is None else one.reinforcement for one in new)
+        # Within a skill nothing is earned; where a trial ended in the middle of something, nothing was settled.
+        earned = sum(one.reinforcement for one in new if one.reinforcement is not None)
+        earned += plain if new and new[-1].reinforcement is None else 0.0
         known = self._known(success=success, earned=float(earned))
         late = {"peak_force_N": self.report.peak_force_N, "late_decisions": self._desk.late_decisions}
         return self.observe(self.task), {**known, **late}

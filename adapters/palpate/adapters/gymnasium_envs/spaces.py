@@ -3,23 +3,34 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from math import hypot, isfinite
+from math import hypot, isfinite, radians
 from typing import Any, Final, Protocol
 
 import numpy as np
 from gymnasium import spaces
 
-from palpate.adapters.config import RunConfig
+from palpate.adapters.config import RunConfig, task_kind
 from palpate.adapters.gymnasium_envs.episode import SOURCE, ActionRefusedError
-from palpate.core.policy import Action, Decision
+from palpate.core.policy import Action, Decision, Law, Spatial
 from palpate.core.tasks.insertion import InsertionTask
-from palpate.core.trial import wander_m
+from palpate.core.tasks.insertion_6dof import SpatialOptions
+from palpate.core.trial import options_of, wander_m
 
 OBSERVATION_KINDS: Final = ("symbolic", "raw", "ports")
 _MARGIN_M: Final = 2e-3
 """Springs and rims: the tip may be measured so far beside the place to which it was led."""
 _SEARCH_M: Final = 10e-3
 """The approach looks for the surface no deeper than this below the depth of the hole."""
+
+
+_TURN_RAD_S: Final = radians(11.0)
+"""Faster than this a lean asks more of a wrist near its singularity than it can do."""
+
+
+def spatial_of(config: RunConfig) -> SpatialOptions | None:
+    """The options of a task whose tool turns; None for any other."""
+    own = task_kind(config.task.name).options is SpatialOptions
+    return options_of(SpatialOptions, config.task) if own else None
 
 
 class Observations(Protocol):
@@ -49,9 +60,11 @@ class StateIndex(Observations):
 class TipWrench(Observations):
     """Tip and wrench, (9,), task frame: x y z in m from the nominal goal, force in N, torque about the tip in N m.
 
+    Of a tool that turns, (12,): its commanded orientation, too: lean about x and y, yaw about z, in rad.
+
     It is what the core makes its symbols from: tip by the encoders, z into the hole; wrench tared, filtered, moved to
     the tip. Bounds: the exploration area and 2 mm; from above the ready height to below the hole; the force limit, and
-    the torque of that force at the peg's rim. What is beyond is cut off there.
+    the torque of that force at the peg's rim; the turns that the task allows. What is beyond is cut off there.
     """
 
     def __init__(self, config: RunConfig) -> None:
@@ -60,16 +73,18 @@ class TipWrench(Observations):
         across = wander_m(config.task) + _MARGIN_M
         up, down = task.ready_height_mm * 1e-3 + _MARGIN_M, task.insertion_depth_mm * 1e-3 + _SEARCH_M
         force, torque = task.max_force_N, task.max_force_N * config.cell.peg.diameter_mm * 0.5e-3
-        high = np.array([across, across, down, *[force] * 3, *[torque] * 3], np.float32)
+        own = spatial_of(config)
+        turns = [] if own is None else [radians(most) for most in (own.most_lean_deg,) * 2 + (own.most_yaw_deg,)]
+        high = np.array([across, across, down, *[force] * 3, *[torque] * 3, *turns], np.float32)
         low = -high
         low[2] = -up
         self.space = spaces.Box(low, high, dtype=np.float32)
-        self._low, self._high = low, high
+        self._low, self._high, self._turns = low, high, bool(turns)
 
     def of(self, task: InsertionTask) -> np.ndarray[Any, np.dtype[np.float32]]:
-        """The nine numbers."""
+        """The nine numbers, or twelve."""
         force, torque = task.wrench_at_tip
-        seen = np.array([*task.tip_m, *force, *torque], np.float32)
+        seen = np.array([*task.tip_m, *force, *torque, *(task.turn_rad if self._turns else ())], np.float32)
         return np.clip(seen, self._low, self._high)
 
 
@@ -135,17 +150,17 @@ def index_of(action: Any, count: int) -> int:
     return int(number)
 
 
-class CompassSteps(Actions):
-    """The steps that palpate's own learners choose from, in their order."""
+class NumberedActions(Actions):
+    """The actions that palpate's own learners choose from, in their order."""
 
-    def __init__(self, steps: tuple[Action, ...]) -> None:
-        self._steps = steps
-        self.space = spaces.Discrete(len(steps))
+    def __init__(self, actions: tuple[Action, ...]) -> None:
+        self._actions = actions
+        self.space = spaces.Discrete(len(actions))
 
     def decision(self, action: Any) -> Decision:
-        """The compass step of that number."""
-        index = index_of(action, len(self._steps))
-        return Decision(self._steps[index], index, SOURCE)
+        """The action of that number."""
+        index = index_of(action, len(self._actions))
+        return Decision(self._actions[index], index, SOURCE)
 
 
 class FreeSteps(Actions):
@@ -161,15 +176,39 @@ class FreeSteps(Actions):
 
     def decision(self, action: Any) -> Decision:
         """The step; it is none of a set, so no table learns from it."""
-        try:
-            x, y = (float(share) for share in action)
-        except (TypeError, ValueError):
-            raise _refused(action) from None
-        if not (isfinite(x) and isfinite(y) and max(abs(x), abs(y)) <= 1.0):
-            raise _refused(action)
+        x, y = _shares(action, 2)
         scale = self._longest_m / max(hypot(x, y), 1.0)
         return Decision(Action(f"({x:+.4f}, {y:+.4f})", (scale * x, scale * y)), None, SOURCE)
 
 
-def _refused(action: Any) -> ActionRefusedError:
-    return ActionRefusedError(f"action {action!r} is refused: two finite numbers from -1 to 1", action)
+class Twists(Actions):
+    """Motions of a tool that turns, (6,) from -1 to 1: x, y, z, lean about x and y, yaw, task frame.
+
+    x, y and z are shares of the longest step, the others of what the tool turns by in an action at 11 degrees/s. With z
+    below 0 the tool is lifted and moves in free space (law ``lift``); else it is pressed on (``step``), and one that
+    stands upright goes in where it loses contact. Steps and turns have the longest for their length, as free steps do.
+    """
+
+    def __init__(self, longest_m: float, action_s: float) -> None:
+        self._longest_m, self._longest_rad = longest_m, _TURN_RAD_S * action_s
+        self.space = spaces.Box(-1.0, 1.0, (6,), np.float32)
+
+    def decision(self, action: Any) -> Decision:
+        """The motion; it is none of a set, so no table learns from it."""
+        x, y, z, *turn = shares = _shares(action, 6)
+        scale, turned = self._longest_m / max(hypot(x, y), 1.0), self._longest_rad / max(hypot(*turn), 1.0)
+        lean_x, lean_y, yaw = (turned * share for share in turn)
+        spatial = Spatial(Law.LIFT if z < 0.0 else Law.STEP, max(-z, 0.0) * self._longest_m, (lean_x, lean_y, yaw))
+        name = ", ".join(f"{share:+.4f}" for share in shares)
+        return Decision(Action(f"({name})", (scale * x, scale * y), spatial), None, SOURCE)
+
+
+def _shares(action: Any, count: int) -> tuple[float, ...]:
+    try:
+        shares = tuple(float(share) for share in action)
+    except (TypeError, ValueError):
+        shares = ()
+    if len(shares) != count or not all(isfinite(share) and abs(share) <= 1.0 for share in shares):
+        numbers = {2: "two", 6: "six"}[count]
+        raise ActionRefusedError(f"action {action!r} is refused: {numbers} finite numbers from -1 to 1", action)
+    return shares

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
 from typing_extensions import override
 
 from palpate.adapters.log import TrialLog
@@ -31,16 +30,11 @@ class RecordedDecisions(FixedPolicy):
         return None if self.log is None else self.log.start.temperature
 
     @override
-    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        super().begin_trial(trial, rng)
-        self._given = 0
-
-    @override
     def choose(self, observation: Observation) -> Decision:
-        if self.log is None or self._given == len(self.log.decisions):
+        # A skill is chosen once, and each of its actions is recorded.
+        if self.log is None or observation.action_number >= len(self.log.decisions):
             raise TapeEndError("policy")
-        told = self.log.decisions[self._given]
-        self._given += 1
+        told = self.log.decisions[observation.action_number]
         if told.index is not None and 0 <= told.index < len(self._actions):
             # A log that says otherwise contradicts itself, which is found where decisions are compared.
             return Decision(self._actions[told.index], told.index, told.source, told.grounds[self._observed :])

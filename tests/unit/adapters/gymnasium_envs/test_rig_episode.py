@@ -9,11 +9,12 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import task_actions
-from palpate.adapters.gymnasium_envs.episode import NotRunningError
+from palpate.adapters.gymnasium_envs.episode import NotRunningError, run_config
 from palpate.adapters.gymnasium_envs.peg_insertion import OneArmError, PegInsertionEnv
 from palpate.adapters.gymnasium_envs.rig_episode import RigEpisodes
 from palpate.adapters.log import read_log
@@ -68,6 +69,26 @@ def test_trials_are_recorded_as_a_run_leaves_them_and_replay_equal(episodes: Rig
         assert replayed.recorded_decisions == "an agent outside chose the actions"
     with pytest.raises(OutputError, match="already holds a run"):
         RigEpisodes(RunConfig(), "rig.toml", str(folder))
+
+
+def test_skills_are_decided_once_earn_once_and_replay_equal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.warm_up", lambda config, ready: None)
+    monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.write_evaluation", lambda *words: None)
+    table = {"learner": "skills", "task": {"time_limit_s": 3.0, "options": {"corners": 4.0, "corner_mm": 20.5}}}
+    config = run_config("blind-square", "", table, "insertion-6dof")
+    made = RigEpisodes(config, "rig.toml", str(tmp_path / "run"), 60.0, lambda c, ready, file: SimulatedRig(c, ready))
+    made.observe = lambda task: task.turn_rad
+    skills = {action.name: Decision(action, k, "environment") for k, action in enumerate(task_actions(config))}
+    made.begin(3, 0)
+    earned = [made.decide(skills[name]) for name in ("lean 5 deg", "push 3 N")]
+    # Ten a second, from the first decision to the third; the tool leans over the corner.
+    assert sum(earned) == pytest.approx(-10.0 * made.exploration_time_s, abs=2.0)
+    assert np.degrees(np.hypot(*made.seen()[0][:2])) == pytest.approx(5.0, abs=0.1)
+    while made.running:
+        made.decide(skills["push 3 N"])
+    made.close()
+    (log,) = (tmp_path / "run" / "logs").iterdir()
+    assert replay(read_log(log), Rebuilder()).verdict is Verdict.EQUAL
 
 
 def test_a_fault_is_a_typed_error_and_latches(episodes: RigEpisodes, monkeypatch: pytest.MonkeyPatch) -> None:

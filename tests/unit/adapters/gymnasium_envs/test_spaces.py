@@ -1,7 +1,7 @@
 """Observations: of the right kind, inside their bounds, and new every time."""
 
 from dataclasses import dataclass
-from math import hypot, inf, nan
+from math import degrees, hypot, inf, nan
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.gymnasium_envs.episode import ActionRefusedError
-from palpate.adapters.gymnasium_envs.spaces import CompassSteps, FreeSteps, StateIndex, TipWrench
-from palpate.core.policy import compass_actions
+from palpate.adapters.gymnasium_envs.spaces import FreeSteps, NumberedActions, StateIndex, TipWrench, Twists
+from palpate.core.policy import Law, compass_actions
 
 
 @dataclass
@@ -59,7 +59,7 @@ SHARES = st.floats(-1.0, 1.0, allow_nan=False)
 
 @pytest.mark.parametrize("kind", [int, np.int64, np.int32, np.array, lambda k: np.array([k])])
 def test_a_discrete_action_is_the_compass_step_of_that_number(kind: Any) -> None:
-    actions = CompassSteps(STEPS)
+    actions = NumberedActions(STEPS)
     decisions = [actions.decision(kind(k)) for k in range(8)]
     assert [d.action for d in decisions] == list(STEPS)
     assert [d.index for d in decisions] == list(range(8))
@@ -69,7 +69,7 @@ def test_a_discrete_action_is_the_compass_step_of_that_number(kind: Any) -> None
 @pytest.mark.parametrize("action", [-1, 8, 1.0, np.float32(1), nan, "1", None, True, [1], np.array([1, 2])])
 def test_a_discrete_action_out_of_range_or_of_another_kind_is_refused(action: Any) -> None:
     with pytest.raises(ActionRefusedError, match="is refused: a whole number from 0 to 7"):
-        CompassSteps(STEPS).decision(action)
+        NumberedActions(STEPS).decision(action)
 
 
 @given(x=SHARES, y=SHARES)
@@ -92,3 +92,26 @@ def test_a_free_step_keeps_its_direction_and_is_never_longer_than_the_longest(x:
 def test_a_free_step_out_of_range_or_of_another_shape_is_refused(action: Any) -> None:
     with pytest.raises(ActionRefusedError, match="is refused: two finite numbers from -1 to 1"):
         FreeSteps(1e-3).decision(action)
+
+
+@pytest.mark.parametrize(
+    ("shares", "law", "rise_m", "step_m"),
+    [
+        ((1.0, 0.0, -0.5, 0.0, 0.0, 0.0), Law.LIFT, 1e-3, (2e-3, 0.0)),
+        ((0.6, 0.8, 1.0, 0.0, 0.0, 0.0), Law.STEP, 0.0, (1.2e-3, 1.6e-3)),
+    ],
+)
+def test_a_twist_lifts_or_presses(shares: Any, law: Law, rise_m: float, step_m: Any) -> None:
+    action = Twists(2e-3, 0.1).decision(shares).action
+    assert action.spatial is not None
+    assert (action.spatial.law, action.spatial.rise_m) == (law, rise_m)
+    assert action.displacement_m == pytest.approx(step_m)
+
+
+def test_a_twist_turns_by_no_more_than_the_longest_turn() -> None:
+    spatial = Twists(2e-3, 0.1).decision((0.0, 0.0, 0.0, 0.5, 0.0, -1.0)).action.spatial
+    assert spatial is not None
+    assert degrees(hypot(*spatial.turn_rad)) == pytest.approx(1.1)
+    assert spatial.turn_rad[0] == pytest.approx(-0.5 * spatial.turn_rad[2])
+    with pytest.raises(ActionRefusedError, match="is refused: six finite numbers from -1 to 1"):
+        Twists(2e-3, 0.1).decision((0.0, 0.0))

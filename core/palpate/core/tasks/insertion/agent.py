@@ -19,6 +19,7 @@ class Agent:
 
     Attributes:
         percept: Symbol and state last perceived in this trial, as indices; None before the first.
+        goes_on: Whether a choice made before goes on, so that the policy is not asked.
     """
 
     def __init__(self, perception: Perception, policy: Policy, reinforcement: Reinforcement, tick_s: float) -> None:
@@ -30,9 +31,9 @@ class Agent:
         self._force_peak: float
         self._distance: float
         self._last_position: Vector3 | None
-        # What the task adds to the nine channels, and whether a choice made before goes on.
+        # What the task adds to the nine channels.
         self._of_the_task: tuple[float, ...] = ()
-        self._goes_on = False
+        self.goes_on = False
         self.percept: tuple[int, int] | None = None
         self.decisions: list[DecisionRecord] = []
 
@@ -98,7 +99,7 @@ class Agent:
             raise LifecycleError("agent", "nothing new was perceived", "choose()", "call perceive() first")
         (tick, observation), (symbol, state) = self._asked, self.percept
         self._asked = None
-        goes_on, decision = self._goes_on, self._decide(observation)
+        goes_on, decision = self.goes_on, self._decide(observation)
         spatial = decision.action.spatial
         wrench = *observation.force_N, *observation.torque_Nm
         features = self._perception.extractor.extract((*observation.position_m, *wrench, *self._of_the_task))

@@ -13,6 +13,7 @@ from typing_extensions import override
 
 from palpate.core.motion import TipMotion
 from palpate.core.policy import Hindsight
+from palpate.core.ports import Vector3
 from palpate.core.tasks.contact import ContactProof, NoProof, Proof, TouchTask
 from palpate.core.tasks.insertion.agent import Agent
 from palpate.core.tasks.insertion.laws import Laws
@@ -127,3 +128,13 @@ class InsertionTask(TouchTask):
     def percept(self) -> tuple[int, int] | None:
         """Symbol and state last perceived in this trial, as indices; None before the first."""
         return self._agent.percept
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether what :meth:`sense` returned is for a choice that was made before and goes on: no policy is asked."""
+        return self._agent.goes_on
+
+    @property
+    def turn_rad(self) -> Vector3:
+        """Commanded orientation against the upright tool, (3,): lean about x and y, yaw about z, task frame."""
+        return self._motion.turn_rad

@@ -31,14 +31,14 @@ class SkillAgent(Agent):
         super().begin(trial, rng)
         self._skills.begin_trial()
         self._running: Decision | None = None
-        self._goes_on, self._began = False, 0
+        self.goes_on, self._began = False, 0
 
     @override
     def _learn_from(self, tick: int, seen: Observation) -> Observation:
         self._of_the_task = self._skills.facts(seen)
         if self._running is not None and not self._skills.over(seen):
             return seen
-        self._running, self._goes_on = None, False
+        self._running, self.goes_on = None, False
         # An insertion that got stuck took its time though no action ran.
         self._ticks = max(self._ticks, tick - self._began)
         self._began = tick
@@ -50,7 +50,7 @@ class SkillAgent(Agent):
             chosen = super()._decide(observation)
             if chosen.index is None:
                 return chosen
-            self._running, self._goes_on = chosen, True
+            self._running, self.goes_on = chosen, True
             self._skills.begin(chosen.action, observation)
         displacement_m, spatial = self._skills.step(observation)
         return replace(chosen, action=Action(chosen.action.name, displacement_m, spatial))
