@@ -115,9 +115,13 @@ def run(job: tuple[str, str, int, int]) -> dict[str, Any]:
     return {"condition": condition, "policy": policy, "seed": seed, "trials": rows, "decisions_us": decisions_us}
 
 
-def converged(times: np.ndarray) -> int:
-    """First trial, from 1, from which the mean of the next ten is within 20 % of that of trials 11 to the last."""
-    late = times[10:].mean()
+def converged(times: np.ndarray, settled: int = 10) -> int:
+    """First trial, from 1, from which the mean of the next ten is within 20 % of that of trials 11 to the last.
+
+    Args:
+        settled: So many first trials are none of those of which that mean is.
+    """
+    late = times[settled:].mean()
     for first in range(len(times) - 10):
         if abs(times[first : first + 10].mean() - late) <= 0.2 * late:
             return first + 1

@@ -2,11 +2,14 @@
 
     palpate study examples/studies/convergence.toml --out runs/convergence
     python -m benchmarks.convergence runs/convergence --out docs/images/convergence.svg
+    palpate study examples/studies/convergence-tabular.toml --out runs/convergence-tabular
+    python -m benchmarks.convergence runs/convergence-tabular --late 25 --out docs/images/convergence-tabular.svg
 
 A failure counts 20 s. "Converged" is the first trial from which the mean of the next ten is within 20 % of the mean of
-trials 11 to the last, as in benchmarks/belief.py. Cells that differ from the study's base in one setting are on its
-axis; the base itself is on all of them. A law is a straight line through the logarithms of all seeds, by least squares;
-its interval has 95 % of the exponents of as many studies drawn from this one's seeds, with replacement.
+trials 11 to the last, as in benchmarks/belief.py, or with ``--late N`` of the last N. Cells that differ from the
+study's base in one setting are on its axis, the settings of perception on that of the number of states; the base itself
+is on all of them. A law is a straight line through the logarithms of all seeds, by least squares; its interval has 95 %
+of the exponents of as many studies drawn from this one's seeds, with replacement.
 """
 
 from __future__ import annotations
@@ -25,7 +28,9 @@ from benchmarks.belief import converged
 from palpate.adapters.config import RunConfig, overlay, read_toml
 
 FAILED_S = 20.0
-SHOWN = (("trials to convergence", (1, 2, 3, 4, 6, 8)), ("exploration, late trials [s]", (0.2, 0.25, 0.3, 0.35, 0.4)))
+STATES = "states"
+SHOWN = ("trials to convergence", "exploration, late trials [s]")
+TICKS = (0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.7, 1, 1.5, 2, 3, 4, 6, 8, 10, 15, 20, 30, 40, 60, 80)
 Points = dict[float, list[tuple[float, float]]]
 """By the setting's value: trials to convergence and seconds of late trials, a seed each."""
 
@@ -37,21 +42,27 @@ def times_of(cell: Path) -> np.ndarray:
 
 
 def value_in(cell: Path, name: str) -> float:
-    """What the setting was in that run, told or not."""
+    """What the setting was in that run, told or not; or how many states its policy has."""
+    if name == STATES:
+        return float(len(json.loads((cell / "policy.json").read_text())["states"]))
     inner: object = overlay(RunConfig(), {k: v for k, v in read_toml(cell / "run.toml").items() if k != "run"})
     for part in name.split("."):
         inner = getattr(inner, part)
     return float(inner)  # type: ignore[arg-type]
 
 
-def axes_of(folder: Path) -> dict[str, Points]:
+def axes_of(folder: Path, late: int = 0) -> dict[str, Points]:
     """The settings that were varied, one at a time."""
-    cells = {cell.parent: json.loads(cell.read_text())["fields"] for cell in sorted(folder.glob("cells/*/cell.json"))}
+    told = {cell.parent: json.loads(cell.read_text())["fields"] for cell in sorted(folder.glob("cells/*/cell.json"))}
+    cells = {
+        cell: {STATES if name.startswith("perception.") else name for name in fields} for cell, fields in told.items()
+    }
     axes: dict[str, Points] = {name: defaultdict(list) for fields in cells.values() for name in fields}
     for cell, fields in cells.items():
         times = times_of(cell)
+        settled = len(times) - late if late else 10
         for name in fields if len(fields) == 1 else () if fields else axes:
-            axes[name][value_in(cell, name)].append((converged(times), float(times[10:].mean())))
+            axes[name][value_in(cell, name)].append((converged(times, settled), float(times[settled:].mean())))
     return axes
 
 
@@ -81,9 +92,10 @@ def interval(values: list[float]) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("study", type=Path)
+    parser.add_argument("--late", type=int, default=0)
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
-    axes = axes_of(options.study)
+    axes = axes_of(options.study, options.late)
     for name, points in axes.items():
         print(f"| `{name}` | seeds | trials to convergence | late trials, s |\n|---|---|---|---|")
         for value, seeds in sorted(points.items()):
@@ -104,7 +116,7 @@ def draw(axes: dict[str, Points], out: Path) -> None:
     figure, grid = plt.subplots(2, len(axes), figsize=(3.6 * len(axes), 5.6), sharey="row", squeeze=False)
     for number, (name, points) in enumerate(axes.items()):
         values = np.array(sorted(points))
-        for column, (what, ticks) in enumerate(SHOWN):
+        for column, what in enumerate(SHOWN):
             axis = grid[column, number]
             axis.loglog(*np.array([(v, s[column]) for v in values for s in points[v]]).T, "o", ms=4, alpha=0.5)
             factor, exponent, low, high = law(points, column)
@@ -112,7 +124,8 @@ def draw(axes: dict[str, Points], out: Path) -> None:
             axis.loglog(values, factor * values**exponent, label=told)
             axis.set_xticks(values, [f"{value:g}" for value in values], minor=False)
             axis.minorticks_off()
-            axis.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+            low, high = axis.get_ylim()
+            axis.set_yticks(ticks := [tick for tick in TICKS if low <= tick <= high], [f"{tick:g}" for tick in ticks])
             axis.legend(fontsize=8)
             axis.set_ylabel(what if number == 0 else "")
             axis.set_xlabel(name if column else "")

@@ -32,6 +32,7 @@ from palpate.adapters.experiments import (
     run_scored_trial,
     supervisor_of,
     trial_setup,
+    true_hole_m,
 )
 from palpate.adapters.experiments.statistics import exact_interval
 from palpate.adapters.mujoco import SimulatedRig
@@ -89,7 +90,7 @@ def trials(config: RunConfig, policy: str, seed: int, numbers: range) -> list[Ro
     ready, rows = ready_pose(config), []
     with SimulatedRig(config, ready) as rig:
         perception = build_perception(RunConfig(task=config.task))
-        task = build_task(config, ready, perception, comparator(policy, config, lambda: rig.truth().hole_in_task_m))
+        task = build_task(config, ready, perception, comparator(policy, config, lambda: true_hole_m(rig)))
         supervisor = supervisor_of(rig, config, ready)
         for number in numbers:
             try:

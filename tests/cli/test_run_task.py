@@ -1,5 +1,6 @@
 """``palpate run --task``: other tasks than insertions, run, recorded and replayed; and what does not go together."""
 
+import csv
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -33,6 +34,14 @@ def test_holes_are_surveyed_recorded_and_replayed(palpate: CommandLine, tmp_path
     (log,) = (out / "logs").iterdir()
     assert "measured       hole 1: x " in palpate.succeed("log", "info", log)
     assert "1 of 1 equal" in palpate.succeed("replay", out, "--jobs", 1)
+
+
+def test_who_knows_the_pose_of_hole_and_grip_goes_straight_in_and_is_replayed(palpate: CommandLine) -> None:
+    words = ("--scenario", "blind-square", "--policy", "omniscient-pose", "--trials", 1, "--out", "run")
+    assert "success 100.0%" in palpate.succeed("run", "--task", "insertion-6dof", *words)
+    with Path("run/trials.csv").open(newline="") as stream:
+        assert [float(row["exploration_time_s"]) < 1.0 for row in csv.DictReader(stream)] == [True]
+    assert "1 of 1 equal" in palpate.succeed("replay", "run", "--jobs", 1)
 
 
 @pytest.fixture

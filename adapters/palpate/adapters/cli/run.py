@@ -41,7 +41,7 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
     named = policy_for(config, options.policy)
     folder = RunFolder(Path(options.out)) if options.out else next_free_folder(f"runs/{config.scenario}-run")
     folder.require_free()
-    if options.policy == "omniscient" and options.rig:
+    if options.policy.startswith("omniscient") and options.rig:
         raise ConfigurationError("policy", options.policy, NOBODY_KNOWS)
     chosen = ChosenPolicy(named, config)
     ready = ready_pose(config)

@@ -19,6 +19,7 @@ from .evaluation import Recorded as Recorded
 from .evaluation import at_work as at_work
 from .evaluation import run_chosen as run_chosen
 from .evaluation import run_policy as run_policy
+from .evaluation import true_hole_m as true_hole_m
 from .evaluation import warm_up as warm_up
 from .evaluation import write_evaluation as write_evaluation
 from .figure import Canvas as Canvas
@@ -43,6 +44,7 @@ from .policies import loaded_policy as loaded_policy
 from .policies import perception_of as perception_of
 from .policies import perception_settings as perception_settings
 from .policies import policy_for as policy_for
+from .policies import pose_of as pose_of
 from .results import RunFolder as RunFolder
 from .results import TrialRow as TrialRow
 from .results import next_free_folder as next_free_folder

@@ -6,9 +6,18 @@ None of them learns. The omniscient one is given the truth, which no port carrie
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import atan2, cos, hypot, pi, sin, sqrt
+from math import atan2, ceil, cos, hypot, pi, radians, sin, sqrt
+from typing import Final
 
-from palpate.core.policy import Action, Decision, FixedPolicy, Observation
+import numpy as np
+import pinocchio as pin
+
+from palpate.core.motion import leaning
+from palpate.core.policy import Action, Decision, FixedPolicy, Law, Observation, Spatial
+
+_OVER_M: Final = 1e-3
+"""So high above the plate a corner of a tool that leans as a plate does meets nothing."""
+_SAME: Final = 1e-3
 
 
 class Comparator(FixedPolicy):
@@ -43,6 +52,56 @@ class Omniscient(Comparator):
         dx, dy = x - observation.reference_m[0], y - observation.reference_m[1]
         shrink = min(1.0, self._step_m / max(hypot(dx, dy), 1e-12))
         return self._move(dx * shrink, dy * shrink)
+
+
+class OmniscientPose(Comparator):
+    """Over the true hole and into its true orientation in free space, as fast as the limits allow, then down.
+
+    Args:
+        pose: Gives the true hole of the trial that runs, (x, y, z), m, task frame; behind it the rotation vector from
+            the task's axes to the hole's, (3,), rad, and where it was drawn ``heading_deg``.
+        lean_rad: How far the peg leans in the grip.
+        heading_deg: Where to, unless it was drawn.
+        step_m: Longest way of an action.
+        turn_rad: Longest turn of an action.
+    """
+
+    def __init__(
+        self,
+        pose: Callable[[], Sequence[float]],
+        lean_rad: float,
+        heading_deg: float,
+        step_m: float,
+        turn_rad: float,
+    ) -> None:
+        super().__init__("omniscient-pose", ())
+        self._pose, self._lean_rad, self._heading_deg = pose, lean_rad, heading_deg
+        self._longest = step_m, turn_rad
+
+    def choose(self, observation: Observation) -> Decision:
+        """An equal part of the way that is left; over the hole the insertion."""
+        x, y, _, *turned = self._pose()
+        across = x - observation.reference_m[0], y - observation.reference_m[1]
+        turn = [to - at for to, at in zip(self._turn_rad(turned), observation.turn_rad, strict=True)]
+        actions = max(
+            ceil(hypot(*left) / most - _SAME) for left, most in zip((across, turn), self._longest, strict=True)
+        )
+        if actions <= 0:
+            return Decision(Action(self.name, (0.0, 0.0), Spatial(Law.INSERT)), None, self.name)
+        lean_x, lean_y, yaw = (each / actions for each in turn)
+        lift = Spatial(Law.LIFT, max(_OVER_M + observation.depth_m, 0.0), (lean_x, lean_y, yaw))
+        return Decision(Action(self.name, (across[0] / actions, across[1] / actions), lift), None, self.name)
+
+    def _turn_rad(self, turned: Sequence[float]) -> tuple[float, float, float]:
+        """Lean and yaw of the tool with which the peg that leans in it stands as the hole does."""
+        heading_rad = radians(turned[3] if len(turned) > 3 else self._heading_deg)
+        lean = pin.exp3(self._lean_rad * np.array([-sin(heading_rad), cos(heading_rad), 0.0]))
+        tool = pin.exp3(np.array(turned[:3] or (0.0, 0.0, 0.0))) @ lean.T
+        x, y, z = tool[:, 2].tolist()
+        aside = hypot(x, y)
+        lean_x, lean_y = (each * atan2(aside, z) / max(aside, _SAME) for each in (-y, x))
+        upright = np.array(leaning((lean_x, lean_y, 0.0))).T @ tool
+        return lean_x, lean_y, atan2(upright[1, 0], upright[0, 0])
 
 
 class TorqueFollowing(Comparator):

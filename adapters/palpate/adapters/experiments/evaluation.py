@@ -22,6 +22,7 @@ from palpate.adapters.experiments.policies import (
     loaded_policy,
     perception_of,
     policy_for,
+    pose_of,
 )
 from palpate.adapters.experiments.results import RunFolder, TrialRow
 from palpate.adapters.experiments.statistics import policy_summary
@@ -212,11 +213,11 @@ def write_evaluation(
 
 
 def true_hole_m(rig: Rig) -> Sequence[float]:
-    """Where the hole really is."""
+    """Where the hole really is, and how it is turned: as :func:`pose_of` gives it."""
     truth = rig.truth()
     if truth is None:
         raise ConfigurationError("policy", "omniscient", NOBODY_KNOWS)
-    return truth.hole_in_task_m
+    return pose_of(truth.hole_in_task_m, truth.hole_turn_rad, truth.drawn)
 
 
 def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:

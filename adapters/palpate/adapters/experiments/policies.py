@@ -9,10 +9,11 @@ from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, entries, task_kind
 from palpate.adapters.experiments.build import SKILLS, task_actions, task_reach
-from palpate.adapters.experiments.comparators import Omniscient, Spiral, TorqueFollowing
+from palpate.adapters.experiments.comparators import Omniscient, OmniscientPose, Spiral, TorqueFollowing
 from palpate.adapters.experiments.foreign import GROUP, foreign_entry, foreign_policy
 from palpate.adapters.log import made_with
 from palpate.core.errors import ConfigurationError
+from palpate.core.motion import FASTEST_TURN_RAD_S
 from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
 from palpate.core.policy import (
     BackOff,
@@ -42,10 +43,21 @@ SPIRAL_PITCH_M: Final = 0.30e-3
 between the points of a spiral leave wider gaps than its turns."""
 OMNISCIENT_SPEED_M_S: Final = 0.01
 
+_TURN_SHARE: Final = 0.75
+"""Of the fastest turn: at the whole, a wrist was behind its command by more than the supervisor allows, once in 100."""
+
 _NEVER: Final = -1e6
 """Q of a skill where it cannot begin: no temperature draws it."""
 
 Hole = Callable[[], Sequence[float]]
+"""Gives what :func:`pose_of` does, or its first three numbers."""
+
+
+def pose_of(hole_m: Sequence[float], turn_rad: Sequence[float], drawn: Mapping[str, float]) -> tuple[float, ...]:
+    """The true hole, (x, y, z), the rotation vector of its turn, (3,), and the heading of the grip's lean if drawn."""
+    heading = (drawn["tilt_heading_deg"],) if "tilt_heading_deg" in drawn else ()
+    return *hole_m, *turn_rad, *heading
+
 
 OUTSIDE: Final = "environment"
 """An agent outside chose, through an environment: of it nothing is known but its decisions."""
@@ -58,9 +70,10 @@ _MAKERS: Final[dict[str, Callable[[RunConfig, Hole], Policy]]] = {
     "random": lambda config, _: RandomWalkPolicy(task_actions(config)),
     "give-way": lambda config, _: GiveWay(task_actions(config), _threshold_Nm(config)),
     "corner-first": lambda config, _: CornerFirst(spatial_options(config)),
+    "omniscient-pose": lambda config, pose: _omniscient_pose(config, pose),
 }
 COMPARATORS: Final = tuple(_MAKERS)
-_SPATIAL: Final = frozenset({"give-way", "corner-first"})
+_SPATIAL: Final = frozenset({"give-way", "corner-first", "omniscient-pose"})
 
 
 def comparators_of(config: RunConfig) -> list[str]:
@@ -106,18 +119,25 @@ def _action_s(config: RunConfig) -> float:
     return config.task.ticks_per_action / CONTROL_RATE_HZ
 
 
+def _omniscient_pose(config: RunConfig, pose: Hole) -> OmniscientPose:
+    spatial_options(config, "omniscient-pose")
+    cell, action_s, speed_m_s = config.cell, _action_s(config), config.task.travel_speed_mm_s * 1e-3
+    longest = speed_m_s * action_s, _TURN_SHARE * FASTEST_TURN_RAD_S * action_s
+    return OmniscientPose(pose, cell.tilt_mrad * 1e-3, cell.tilt_heading_deg, *longest)
+
+
 def _threshold_Nm(config: RunConfig) -> float:
     return config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF
 
 
-def spatial_options(config: RunConfig) -> SpatialOptions:
+def spatial_options(config: RunConfig, policy: str = "corner-first") -> SpatialOptions:
     """The options of an insertion in six degrees of freedom.
 
     Raises:
         ConfigurationError: The task is another one.
     """
     if task_kind(config.task.name).options is not SpatialOptions:
-        raise ConfigurationError("policy", "corner-first", "a policy of this task; it is one of --task insertion-6dof")
+        raise ConfigurationError("policy", policy, "a policy of this task; it is one of --task insertion-6dof")
     return options_of(SpatialOptions, config.task)
 
 

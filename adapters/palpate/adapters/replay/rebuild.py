@@ -19,9 +19,18 @@ from palpate.adapters.experiments import (
     foreign_policy,
     loaded_policy,
     policy_for,
+    pose_of,
     task_actions,
 )
-from palpate.adapters.log import PERSON, TrialLog, config_of, learner_of_json, recorded_sensor
+from palpate.adapters.log import (
+    PERSON,
+    TrialLog,
+    config_of,
+    learner_of_json,
+    recorded_drawn,
+    recorded_sensor,
+    recorded_turn,
+)
 from palpate.adapters.mujoco import simulated_sensor
 from palpate.adapters.replay.recorded_decisions import RecordedDecisions
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
@@ -261,7 +270,7 @@ def _hole(log: TrialLog, world: Mapping[str, Any]) -> Sequence[float]:
     hole = world.get("hole_in_task_m")
     if not isinstance(hole, list) or len(hole) != 3:
         raise LogError(log.path, "/start", "does not say where the hole was", "only the omniscient policy needs that")
-    return hole
+    return pose_of(hole, recorded_turn(log.start.world_json), recorded_drawn(log.start.world_json))
 
 
 def _pair(log: TrialLog, values: Sequence[float]) -> tuple[float, float]:

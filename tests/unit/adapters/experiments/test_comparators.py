@@ -1,12 +1,15 @@
 """The strategies to compare with do what their names say."""
 
-from math import atan2, cos, hypot, pi, sin
+from dataclasses import replace
+from math import atan2, cos, hypot, pi, radians, sin
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
-from palpate.adapters.experiments.comparators import Omniscient, Spiral, StraightPass, TorqueFollowing
-from palpate.core.policy import Policy, compass_actions
+from palpate.adapters.experiments.comparators import Omniscient, OmniscientPose, Spiral, StraightPass, TorqueFollowing
+from palpate.core.motion import orientation
+from palpate.core.policy import Law, Policy, compass_actions
 from tests.unit.adapters.samples import observation
 
 ACTIONS = compass_actions(0.5e-3)
@@ -109,3 +112,21 @@ def test_the_straight_pass_keeps_its_heading() -> None:
     places = walk(policy, (1e-3, 0.0), 8)
     unit = np.array([-1.0, 1.0]) / np.sqrt(2.0)
     assert places - (1e-3, 0.0) == pytest.approx(np.arange(9)[:, None] * STEP_M * unit)
+
+
+@pytest.mark.parametrize("heading_deg", [-130.0, 20.0])
+def test_the_omniscient_pose_is_that_of_a_leaning_peg_in_line_with_the_hole(heading_deg: float) -> None:
+    hole = np.array([0.012, -0.014, 0.08])
+    policy = OmniscientPose(lambda: (1e-3, -2e-3, 0.0, *hole, heading_deg), 4e-3, 0.0, 2e-3, 0.035)
+    place, turn, actions = np.zeros(2), np.zeros(3), []
+    while not actions or actions[-1].spatial.law is Law.LIFT:
+        seen = replace(observation(*place), turn_rad=tuple(turn), depth_m=-1e-3 if actions else 0.0)
+        actions.append(policy.choose(seen).action)
+        place, turn = place + actions[-1].displacement_m, turn + actions[-1].spatial.turn_rad
+    # Three actions for a turn of 0.08 rad, one of them lifts; then down.
+    assert [action.spatial.rise_m for action in actions] == [1e-3, 0.0, 0.0, 0.0]
+    assert actions[-1].spatial.law is Law.INSERT
+    assert place == pytest.approx([1e-3, -2e-3])
+    c, s = cos(radians(heading_deg)), sin(radians(heading_deg))
+    peg = np.array(orientation(tuple(turn))) @ pin.exp3(np.array([-4e-3 * s, 4e-3 * c, 0.0]))
+    assert peg == pytest.approx(pin.exp3(hole), abs=1e-12)
