@@ -99,7 +99,7 @@ def expect(batch: Batch, chain: Chain, counts: Counts) -> float:
             moved = chain.backward(after, batch.actions[rows, time], *around)
             here = np.concatenate((moved, ends))
         joint = message * here
-        share = weights / np.maximum(joint.sum(axis=1), LEAST * LEAST)
+        share = (weights / np.maximum(joint.sum(axis=1), LEAST * LEAST)).astype(joint.dtype)
         counts.state(time, joint * share[:, None])
         if longer:
             counts.move(time, message[:longer] * share[:longer, None], after)

@@ -1,5 +1,6 @@
 """The learner on a map: near the optimum, repeatable, and taken up again where it stood."""
 
+import numpy as np
 import pytest
 
 from palpate.adapters.config.grid import GridLearning
@@ -7,6 +8,7 @@ from palpate.adapters.experiments.grid import Named, learn
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState
 from palpate.core.policy import MemoryLearner, MemoryParameters
+from palpate.core.policy.memory.clone_model import CloneModel
 from palpate.core.policy.memory.learner import PATIENCE, fitted_after
 from palpate.simulation.grid import GridMap, belief_optimum, grid_actions, run_trial, walked_steps
 from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_trials, true_offsets
@@ -56,3 +58,16 @@ def test_a_frozen_learner_whose_model_is_wrong_goes_round_in_circles_but_not_for
     found = walked_steps(here, IdentityState(here.symbols), learner)
     assert found.reaches == 1.0
     assert found.steps > PATIENCE
+
+
+def test_what_clones_did_in_vain_in_this_trial_they_leave_before_long() -> None:
+    grid, states = GridMap.from_text("AAB·"), 2
+    learner = MemoryLearner(grid.symbols, grid_actions(), MemoryParameters(kind="clones"), frozen=True)
+    goal = np.full((8, states), 0.1)
+    goal[4] = 0.9  # said of an action that leads nowhere
+    moves = np.repeat(((1.0 - goal) / states)[:, :, None], states, axis=2)
+    model = CloneModel((0, 1), states, np.full(states, 0.5), moves, goal)
+    learner.use([model], random_trials(grid, 100))
+    walk = run_trial(grid, IdentityState(grid.symbols), learner, 0, 0, start=0, step_limit=PATIENCE)
+    assert walk.actions[:3] == (4, 4, 4)
+    assert set(walk.actions) == set(range(8))
