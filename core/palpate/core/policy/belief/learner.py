@@ -132,10 +132,11 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
     def _take_in(self, belief: PlaceBelief, before: Touch, touch: Touch) -> None:
         (x, y), (px, py), lag = touch.place_m, before.place_m, self._lag
         if touch is not before:
-            off_m2 = self._places.off_way_m2((px, py), (x - px, y - py))
-            for widths, log_weight in GRADED if self.parameters.graded_misses else ALIKE:
-                width_m = widths * (self.parameters.capture_mm * 1e-3)
-                belief.pass_over(off_m2 <= width_m * width_m, log_weight)
+            graded = GRADED if self.parameters.graded_misses else ALIKE
+            widths_m = [widths * (self.parameters.capture_mm * 1e-3) for widths, _ in graded]
+            box, off_m2 = self._places.near_way((px, py), (x - px, y - py), max(widths_m))
+            for width_m, (_, log_weight) in zip(widths_m, graded, strict=True):
+                belief.pass_over(box, off_m2 <= width_m * width_m, log_weight)
         place = self._inside((x - lag * (x - px), y - lag * (y - py)))
         belief.feel(*self._places.cell(*place), touch.torque_Nm, touch.load)
 

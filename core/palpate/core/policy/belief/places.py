@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from math import ceil, log
+from math import ceil, floor, log
 from typing import Final
 
 import numpy as np
@@ -57,10 +57,16 @@ class Places:
         """The mean place, (x, y)."""
         return float((belief.sum(axis=1) * self.axis_m).sum()), float((belief.sum(axis=0) * self.axis_m).sum())
 
-    def off_way_m2(self, from_m: tuple[float, float], way_m: tuple[float, float]) -> Floats:
-        """Squared distances of the places from a straight way, (size, size)."""
-        x, y = self.axis_m[:, None] - from_m[0], self.axis_m[None, :] - from_m[1]
-        return off_way_m2(x, y, *way_m)
+    def near_way(
+        self, from_m: tuple[float, float], way_m: tuple[float, float], within_m: float
+    ) -> tuple[tuple[slice, slice], Floats]:
+        """The places that may be within a distance of a straight way: an upright box, and their squared distances."""
+        x, y = (self._span(start, start + way, within_m) for start, way in zip(from_m, way_m, strict=True))
+        return (x, y), off_way_m2(self.axis_m[x, None] - from_m[0], self.axis_m[None, y] - from_m[1], *way_m)
+
+    def _span(self, start_m: float, end_m: float, within_m: float) -> slice:
+        first, last = (min(start_m, end_m) - within_m) / PITCH_M, (max(start_m, end_m) + within_m) / PITCH_M
+        return slice(max(floor(first) + self._half, 0), max(ceil(last) + self._half + 1, 0))
 
 
 class TouchTable:
@@ -78,7 +84,7 @@ class TouchTable:
         axis = np.arange(-self._reach, self._reach + 1) * PITCH_M
         side = len(axis)
         directions = Directions.of(np.repeat(axis, side), np.tile(axis, side))
-        self._tables = [table.reshape(side, side) for table in self._columns(model, directions)]
+        self._tables = np.stack(self._columns(model, directions)).reshape(-1, side, side)
         self.offset_Nm = model.offset_Nm
         self.bias_precision = 1.0 / (model.bias_Nm * model.bias_Nm)
 
@@ -94,8 +100,8 @@ class TouchTable:
         """A trial's belief, of its prior alone, (size, size)."""
         return TorqueBelief(self, log_prior, kept)
 
-    def at(self, row: int, column: int) -> list[Floats]:
-        """Of a touch at this cell, were the hole at each place, (size, size) each.
+    def at(self, row: int, column: int) -> Floats:
+        """Of a touch at this cell, were the hole at each place, (5, size, size), to be worked in.
 
         Returns:
             Precision; precision times torque to be expected, x and y; precision times its square; logarithm of the
@@ -103,7 +109,7 @@ class TouchTable:
         """
         # Displacements from this cell to all cells: to the first one it is -row, -column.
         a, b = self._reach - row, self._reach - column
-        return [table[a : a + self._size, b : b + self._size] for table in self._tables]
+        return self._tables[:, a : a + self._size, b : b + self._size].copy()
 
 
 class PlaceBelief:
@@ -125,14 +131,15 @@ class PlaceBelief:
     def evidence(self) -> Floats:
         """Logarithm of how well each place explains the touches, (size, size); only differences count."""
 
-    def pass_over(self, cells: np.ndarray, log_weight: float) -> None:
-        """These places, (size, size) of truth values, were passed without a drop."""
-        self._passed[cells] += log_weight
+    def pass_over(self, box: tuple[slice, slice], cells: np.ndarray, log_weight: float) -> None:
+        """These places in a box, as truth values, were passed without a drop."""
+        self._passed[box][cells] += log_weight
 
     def probabilities(self) -> Floats:
         """How likely the hole is at each place, (size, size)."""
         evidence = self._passed + self.evidence()
-        belief = exponential(evidence - evidence.max())
+        evidence -= evidence.max()
+        belief = exponential(evidence)
         belief /= belief.sum()
         return belief
 

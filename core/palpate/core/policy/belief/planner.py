@@ -44,10 +44,10 @@ class Planner:
             ]
         )
         blocks = -(-places.size // _BLOCK)
-        self._padded = blocks * _BLOCK
-        # Middles of the blocks; the last one may reach over the edge.
-        middle_m = (np.arange(blocks) * _BLOCK + (_BLOCK - 1) / 2) * PITCH_M + float(places.axis_m[0])
-        self._block_x, self._block_y = (axis.reshape(-1) for axis in np.meshgrid(middle_m, middle_m, indexing="ij"))
+        # Middles of the blocks, in x as in y; the last one may reach over the edge.
+        self._middle_m = (np.arange(blocks) * _BLOCK + (_BLOCK - 1) / 2) * PITCH_M + float(places.axis_m[0])
+        # Room for a belief with nothing around it, as far as a way reaches and up to the edge of a block.
+        self._room = np.zeros((reach + blocks * _BLOCK + reach,) * 2)
 
     def _cost(self, x_m: Floats, y_m: Floats) -> Floats:
         """Actions to a place so far away."""
@@ -64,21 +64,33 @@ class Planner:
         """
         ends = self._ends + np.array(from_m)
         # The way to places far off is as long to the middle of their block.
-        blocks = np.zeros((self._padded, self._padded))
-        blocks[: belief.shape[0], : belief.shape[1]] = belief
-        count = self._padded // _BLOCK
-        weights = blocks.reshape(count, _BLOCK, count, _BLOCK).sum(axis=(1, 3)).reshape(-1)
+        reach, size = self._reach, len(belief)
+        self._room[reach : reach + size, reach : reach + size] = belief
+        weights = _in_threes(_in_threes(self._room[reach:-reach, reach:-reach].T).T).reshape(-1)
         likely = np.nonzero(weights > _UNLIKELY * weights.max())[0]
-        weights = weights[likely]
-        far = self._cost(self._block_x[likely] - ends[:, :1], self._block_y[likely] - ends[:, 1:])
+        # The costs, as in _cost, in place: there are tens of thousands.
+        x, y = self._middle_m - ends[:, :1], self._middle_m - ends[:, 1:]
+        far = ((x * x)[:, :, None] + (y * y)[:, None, :]).reshape(len(ends), -1)
+        if len(likely) < len(weights):
+            far, weights = far.take(likely, axis=1), weights[likely]
+        np.sqrt(far, out=far)
+        far /= self._speed_m
+        far += 1.0
+        far *= weights
         row, column = self._places.cell(*from_m)
-        reach = self._reach
-        around = np.pad(belief, reach)[row : row + 2 * reach + 1, column : column + 2 * reach + 1].reshape(-1)
-        expected = (far * weights).sum(axis=1) - (self._saved * around).sum(axis=1)
+        around = self._room[row : row + 2 * reach + 1, column : column + 2 * reach + 1].reshape(-1)
+        expected = far.sum(axis=1) - (self._saved * around).sum(axis=1)
         outside = np.abs(ends).max(axis=1) > limit_m
         expected[outside] += 1e6
         best = int(np.argmin(expected))
         return self.ways[best], float(expected[best])
+
+
+def _in_threes(rows: Floats) -> Floats:
+    """Sums of three rows each, in their order."""
+    sums: Floats = rows[0::_BLOCK] + rows[1::_BLOCK]
+    sums += rows[2::_BLOCK]
+    return sums
 
 
 class SpiralSearch:
