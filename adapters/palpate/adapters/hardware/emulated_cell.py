@@ -20,7 +20,7 @@ from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
 from palpate.simulation.emulators.cia402 import CanopenDrive
 from palpate.simulation.emulators.jr3 import UART_CONFIG, Jr3CanNode, Jr3Config, Jr3UartNode
 from palpate.simulation.emulators.lines import EmulatedCanBus, LineSpeed, PtyServer, SlcanServer
-from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors, JointPlant, MotorModel
+from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors, JointPlant
 from palpate.simulation.emulators.nmc import NmcChain
 from palpate.simulation.emulators.ur import DATA_SHEET, ControllerConfig, ToolForce, UrController, UrServer
 from palpate.simulation.work_cell import HiddenValues, WorkCell
@@ -231,8 +231,7 @@ class EmulatedCell:
     def _prepare_arm(self, start: JointVector) -> None:
         emulation = self.emulation
         if emulation.arm == "zebra-nmc":
-            model = MotorModel(wrist_backlash_rad=radians(emulation.wrist_backlash_deg))
-            plant = JointPlant(start, model=model)
+            plant = JointPlant(start, radians(emulation.wrist_backlash_deg))
             timing = LineSpeed(usb_latency_s=emulation.usb_latency_ms * 1e-3)
             server = PtyServer(NmcChain(plant), timing)
             self._motors, self._hold = plant, server.exclusive

@@ -141,7 +141,6 @@ class CanopenDrive(CanNode):
         if self._now_ns is None:
             self._now_ns, self._ready_ns = now_ns, now_ns + _BOOT_NS
         elapsed_ns, self._now_ns = max(0, now_ns - self._now_ns), now_ns
-        self._motors.advance(now_ns)
         if self.nmt is NmtState.INITIALISING:
             if now_ns >= self._ready_ns:
                 self.nmt = NmtState.PRE_OPERATIONAL

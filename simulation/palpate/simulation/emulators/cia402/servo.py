@@ -128,9 +128,6 @@ class DrivenMotors(Protocol):
     def motor_counts(self, axis: int) -> int:
         """What the encoder on the motor's shaft counts now."""
 
-    def advance(self, now_ns: int) -> None:
-        """Let time go on until ``now_ns``."""
-
 
 class DriveServo:
     """Position demand of one axis over time.

@@ -2,5 +2,4 @@ from .gears import AXES as AXES
 from .gears import HOME_RAD as HOME_RAD
 from .plant import DirectMotors as DirectMotors
 from .plant import JointPlant as JointPlant
-from .plant import MotorModel as MotorModel
 from .plant import Plant as Plant

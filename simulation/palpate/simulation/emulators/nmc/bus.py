@@ -49,9 +49,7 @@ class NmcChain:
         """Run the servo ticks due by `now_ns`; time that goes back is ignored. Returns nothing to send, ever."""
         if self._next_tick_ns is None:
             self._next_tick_ns = now_ns + TICK_NS
-            self.plant.advance(now_ns)
         while self._next_tick_ns <= now_ns:
-            self.plant.advance(self._next_tick_ns)
             for module in self.modules:
                 module.tick(self._next_tick_ns)
             self._next_tick_ns += TICK_NS

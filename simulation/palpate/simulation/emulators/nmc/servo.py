@@ -21,7 +21,7 @@ class Trajectory:
     Attributes:
         velocity: Velocity word, 1/65536 counts a tick.
         acceleration: Acceleration word, 1/65536 counts a tick squared.
-        pwm: Duty, 0 to 255.
+        pwm: Duty, 0 to 255; taken in, but no motor is driven by it.
     """
 
     control: int = 0
@@ -51,8 +51,7 @@ class PicServo:
         self.measured_counts = 0
         self._axis, self._plant, self._index_counts = axis, plant, settings.index_counts
         self._origin = plant.motor_counts(axis)
-        self._duty = 0.0
-        plant.set_motor_duty(axis, 0.0)
+        plant.release(axis)
 
     @property
     def error_counts(self) -> int:
@@ -65,7 +64,6 @@ class PicServo:
         backwards = -1 if load.control & Load.REVERSE else 1
         if not load.control & Load.SERVO:
             self.switch_off()
-            self._duty = backwards * load.pwm / 255
             return
         self._switch_on()
         if not self.on:
@@ -97,8 +95,8 @@ class PicServo:
     def switch_off(self) -> None:
         """Leave the motor without torque."""
         self.profile.hold(self.measured_counts)
-        self.on, self._duty, self.position_error = False, 0.0, True
-        self._plant.set_motor_duty(self._axis, 0.0)
+        self.on, self.position_error = False, True
+        self._plant.release(self._axis)
 
     def set_position(self, counts: int) -> None:
         """Make the register show this where the motor is now; set-point and error stay where they are."""
@@ -120,8 +118,6 @@ class PicServo:
         """One servo calculation."""
         if self.on:
             self._move()
-        elif self._duty:
-            self._plant.set_motor_duty(self._axis, self._duty if self.amplifier and self.powered else 0.0)
         self._measure()
         if self.on and abs(self.profile.counts - self.measured_counts) > self.gains.error_limit:
             self.switch_off()
@@ -131,7 +127,7 @@ class PicServo:
         if self.amplifier and self.gains.follow:
             self._plant.set_motor_counts(self._axis, self.profile.counts + self._origin)
         else:
-            self._plant.set_motor_duty(self._axis, 0.0)
+            self._plant.release(self._axis)
 
     def _measure(self) -> None:
         counts = self._plant.motor_counts(self._axis) - self._origin
@@ -147,7 +143,6 @@ class PicServo:
         self.profile.shift(counts)
 
     def _switch_on(self) -> None:
-        self._duty = 0.0
         if self.powered and not self.on:
             self.profile.hold(self.measured_counts)
             self.on = True

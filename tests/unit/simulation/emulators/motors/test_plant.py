@@ -1,15 +1,14 @@
-"""The gears against the published relations, and the motors' imperfections."""
+"""The gears against the published relations, and the motors' backlash."""
 
-from math import exp, pi
+from math import pi
 
 import numpy as np
 import pytest
 
 from palpate.simulation.emulators.motors.gears import HOME_RAD, ArmGears
-from palpate.simulation.emulators.motors.plant import IdealPlant, JointPlant, MotorModel, Plant
+from palpate.simulation.emulators.motors.plant import IdealPlant, JointPlant, Plant
 from tests.unit.simulation.emulators.nmc_host import Bench, trajectory
 
-MS = 1_000_000
 W = 11_034.53
 
 
@@ -63,35 +62,19 @@ def test_an_ideal_motor_is_where_its_servo_wants_it() -> None:
     assert plant.joints_rad()[2] == pytest.approx(-pi / 2 + 1234 / 30_557.75)
 
 
-def test_lag_load_and_jam() -> None:
-    plant = IdealPlant(model=MotorModel(lag_s=0.01, load_counts=(5.0, 0, 0, 0, 0, 0)))
-    plant.advance(0)
-    plant.set_motor_counts(0, 1000.0)
-    plant.advance(10 * MS)
-    assert plant.motor_counts(0) == round(1005 * (1 - exp(-1)))
-    plant.jam(0)
-    plant.advance(100 * MS)
-    assert plant.motor_counts(0) == round(1005 * (1 - exp(-1)))
-    plant.jam(0, jammed=False)
-    plant.advance(300 * MS)
-    assert plant.motor_counts(0) == 1005
-
-
-def test_an_open_loop_motor_runs_and_a_free_one_can_be_pushed() -> None:
+def test_a_motor_that_is_jammed_stays_and_a_free_one_can_be_pushed() -> None:
     plant = IdealPlant()
-    plant.advance(0)
-    plant.set_motor_duty(1, -0.5)
-    plant.advance(100 * MS)
-    assert plant.motor_counts(1) == -3000
-    plant.set_motor_duty(1, 0.0)
+    plant.jam(0)
+    plant.set_motor_counts(0, 1000.0)
+    assert plant.motor_counts(0) == 0
+    plant.release(1)
     plant.push(1, 10.0)
-    plant.advance(200 * MS)
-    assert plant.motor_counts(1) == -2990
+    assert plant.motor_counts(1) == 10
 
 
 def test_backlash_hides_from_the_encoders() -> None:
     gap = 0.002
-    plant = IdealPlant(model=MotorModel(wrist_backlash_rad=gap))
+    plant = IdealPlant(gap)
     gears = ArmGears()
 
     def move(joint4_rad: float) -> float:
@@ -103,14 +86,6 @@ def test_backlash_hides_from_the_encoders() -> None:
     assert move(0.1) == pytest.approx(0.1 - gap / 2)
     assert move(0.1 - gap / 2) == pytest.approx(0.1 - gap / 2)  # within the gap
     assert move(0.05) == pytest.approx(0.05 + gap / 2)
-
-
-@pytest.mark.parametrize(
-    "wrong", [{"lag_s": -1.0}, {"wrist_backlash_rad": -0.1}, {"load_counts": (0.0,)}, {"free_speed_counts_per_s": ()}]
-)
-def test_impossible_motors_are_refused(wrong: dict[str, object]) -> None:
-    with pytest.raises(ValueError, match=r"a number from 0 up|6 numbers"):
-        MotorModel(**wrong)  # type: ignore[arg-type]
 
 
 def test_a_joint_plant_gives_targets_and_takes_measurements() -> None:
@@ -130,17 +105,13 @@ def test_a_free_motor_of_a_joint_plant_holds_where_it_was_let_go() -> None:
     plant = JointPlant()
     plant.set_motor_counts(0, 30_557.75)
     plant.measured_rad((0.5, *HOME_RAD[1:]))
-    plant.set_motor_duty(0, 0.0)
+    plant.release(0)
     assert plant.targets_rad()[0] == pytest.approx(0.5)
-    plant.advance(0)
-    plant.set_motor_duty(0, 1.0)
-    plant.advance(100 * MS)
-    assert plant.targets_rad()[0] == pytest.approx(0.5 + 6_000 / 30_557.75)
 
 
 def test_backlash_of_a_joint_plant_lies_between_motor_and_joint() -> None:
     gap = 0.002
-    plant = JointPlant(model=MotorModel(wrist_backlash_rad=gap))
+    plant = JointPlant(wrist_backlash_rad=gap)
     goal = (*HOME_RAD[:3], 0.1, *HOME_RAD[4:])
     for axis, counts in enumerate(ArmGears().counts(goal)):
         plant.set_motor_counts(axis, counts)
@@ -148,8 +119,6 @@ def test_backlash_of_a_joint_plant_lies_between_motor_and_joint() -> None:
     assert joints[3] == pytest.approx(0.1 - gap / 2)
     plant.measured_rad(joints)
     assert plant.motor_counts(3) == round(ArmGears().counts(goal)[3])
-    with pytest.raises(ValueError, match="belong to the simulation"):
-        JointPlant(model=MotorModel(lag_s=0.1))
 
 
 def test_servos_follow_an_arm_that_is_measured_at_140_hertz() -> None:
