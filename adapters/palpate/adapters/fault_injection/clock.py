@@ -29,7 +29,6 @@ class FaultyClock(Clock):
     def __init__(self, clock: Clock, plans: Sequence[FaultPlan], notify: Notify | None = None) -> None:
         self._clock, self._account = clock, FaultAccount(notify)
         self._schedules = self._account.schedules("clock", plans)
-        self._first_ns: int | None = None
         self._tick = -1
         self._offset_ns = 0
         self._floor_ns: int | None = None
@@ -55,7 +54,8 @@ class FaultyClock(Clock):
             return
         if self.now_ns() < deadline_ns:
             self._clock.sleep_until(deadline_ns - self._offset_ns)
-        moment = self._moment()
+        self._tick += 1
+        moment = FaultMoment(self._tick, self._clock.now_ns())
         for number, schedule in enumerate(self._schedules):
             strikes = schedule.strikes(moment)
             if schedule.plan.kind == "clock-jump":
@@ -63,13 +63,6 @@ class FaultyClock(Clock):
             elif strikes:
                 self._clock.sleep_until(self._clock.now_ns() + round(schedule.plan.time_s * _NS))
                 schedule.delivered(moment)
-
-    def _moment(self) -> FaultMoment:
-        now_ns = self._clock.now_ns()
-        self._tick += 1
-        if self._first_ns is None:
-            self._first_ns = now_ns
-        return FaultMoment(self._tick, now_ns, now_ns - self._first_ns)
 
     def _jump(self, number: int, schedule: Schedule, moment: FaultMoment, strikes: bool) -> None:
         if strikes == (number in self._jumped):

@@ -55,7 +55,7 @@ KINDS: Final[dict[str, KindOfFault]] = {
 }
 """Every kind of fault."""
 
-_ALWAYS: Final = ("kind", "port", "first_tick", "at_time_s", "duration_ticks", "seed")
+_ALWAYS: Final = ("kind", "port", "first_tick", "duration_ticks", "seed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +72,6 @@ class FaultPlan(Settings):
     """One of ``PORTS``."""
     first_tick: Annotated[int, Range(0, 10**9)] = 0
     """Tick at which it begins, counted from the first use of the decorated port."""
-    at_time_s: Annotated[float, Range(0.0, _GREAT)] | None = None
-    """Time at which it begins instead, counted from the first use of the decorated port, s."""
     duration_ticks: Annotated[int, Range(0, 10**9)] = 0
     """For so many ticks; 0 is for ever."""
     probability: Annotated[float, Range(0.0, 1.0)] = 1.0
@@ -101,8 +99,6 @@ class FaultPlan(Settings):
         able, used = KINDS[self.kind].ports, KINDS[self.kind].settings
         if self.port not in able:
             raise ConfigurationError("port", self.port, f"a port that knows {self.kind}: {' or '.join(able)}")
-        if self.at_time_s is not None and self.first_tick:
-            raise ConfigurationError("at_time_s", self.at_time_s, "either first_tick or at_time_s, not both")
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name not in (*_ALWAYS, *used) and value != field.default:

@@ -5,15 +5,13 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from palpate.adapters.fault_injection.plan import FaultPlan
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import Clock
-
-_NS: Final = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +38,10 @@ class FaultMoment:
 
     Attributes:
         tick: Counted from 0 at the port's first use.
-        since_first_ns: Time since the port's first use.
     """
 
     tick: int
     time_ns: int
-    since_first_ns: int
 
 
 class Ticker:
@@ -53,19 +49,16 @@ class Ticker:
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._first_ns: int | None = None
-        self._last_ns = 0
+        self._last_ns: int | None = None
         self._tick = 0
 
     def moment(self) -> FaultMoment:
         """The port is used now."""
         now_ns = self._clock.now_ns()
-        if self._first_ns is None:
-            self._first_ns = now_ns
-        elif now_ns > self._last_ns:
+        if self._last_ns is not None and now_ns > self._last_ns:
             self._tick += 1
         self._last_ns = now_ns
-        return FaultMoment(self._tick, now_ns, now_ns - self._first_ns)
+        return FaultMoment(self._tick, now_ns)
 
 
 class Schedule:
@@ -85,7 +78,7 @@ class Schedule:
         """Whether the fault strikes in this tick; the same answer throughout the tick."""
         if moment.tick != self._tick:
             self._tick = moment.tick
-            if self._begin is None and self._is_due(moment):
+            if self._begin is None and moment.tick >= self.plan.first_tick:
                 self._begin = moment.tick
             self._strikes = self._lasts(moment.tick) and self._chance()
         return self._strikes
@@ -100,10 +93,6 @@ class Schedule:
     def report(self, moment: FaultMoment, text: str) -> None:
         """Report something that is worth an entry of its own."""
         self._notify(FaultDelivery(moment.tick, moment.time_ns, self.plan.kind, self.plan.port, text))
-
-    def _is_due(self, moment: FaultMoment) -> bool:
-        at_s = self.plan.at_time_s
-        return moment.tick >= self.plan.first_tick if at_s is None else moment.since_first_ns >= round(at_s * _NS)
 
     def _lasts(self, tick: int) -> bool:
         duration = self.plan.duration_ticks

@@ -14,7 +14,6 @@ CASES: list[tuple[str, str, dict[str, Any], str, str]] = [
     ("drop", "force-sensor", {}, "port", "did you mean force_sensor?"),
     ("stuck", "clock", {}, "port", "a port that knows stuck: arm"),
     ("drop", "clock", {}, "port", "force_sensor or joint_encoder or arm"),
-    ("drop", "force_sensor", {"at_time_s": 1.0, "first_tick": 2}, "at_time_s", "not both"),
     ("drop", "force_sensor", {"magnitude": 2.0}, "magnitude", "no such setting for drop; it knows probability"),
     ("disconnect", "arm", {"probability": 0.5}, "probability", "it knows none"),
     ("spike", "force_sensor", {}, "magnitude", "spike would do nothing"),

@@ -179,11 +179,6 @@ def test_a_fault_of_the_device_itself_comes_through_in_the_same_tick() -> None:
             sensor.read()
 
 
-def test_time_counts_from_the_first_use() -> None:
-    plan = FaultPlan("freeze", "force_sensor", at_time_s=3.5 / 140, duration_ticks=2)
-    assert fz(samples(plan)) == [1, 2, 3, 4, 4, 4, 7, 8, 9, 10, 11, 12]
-
-
 def test_deliveries_say_when() -> None:
     delivered: list[FaultDelivery] = []
     wrenches(FaultPlan("freeze", "force_sensor", 3, duration_ticks=4), delivered=delivered)

@@ -70,7 +70,7 @@ class Jr3Node:
     since the step before, so a load that changes quickly needs short steps.
 
     Args:
-        generator: Source of noise, drift and random faults; untouched while all of them are off.
+        generator: Source of noise and random faults; untouched while all of them are off.
     """
 
     def __init__(self, config: Jr3Config, wrench: WrenchSource, *, generator: np.random.Generator) -> None:
@@ -83,9 +83,6 @@ class Jr3Node:
         self._wrench = wrench
         self._generator = generator
         self._filter = MovingAverage(generator)
-        drifting = config.drift_share_per_s > 0.0
-        signs = generator.choice([-1.0, 1.0], size=6) if drifting else np.zeros(6)
-        self._drift_counts_per_s = signs * config.drift_share_per_s * FULL_SCALE_COUNTS
         self._power_ns: int | None = None
         self._power_down()
 
@@ -174,8 +171,6 @@ class Jr3Node:
 
     def _input(self, now_ns: int) -> npt.NDArray[np.float64]:
         counts = self.config.counts(self._wrench(now_ns))
-        if self._power_ns is not None:
-            counts = counts + self._drift_counts_per_s * ((now_ns - self._power_ns) * 1e-9)
         for axis in self.faults.saturated_axes:
             counts[axis] = LARGEST_COUNTS
         return np.clip(counts, -LARGEST_COUNTS, LARGEST_COUNTS)

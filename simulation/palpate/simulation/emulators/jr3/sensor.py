@@ -23,9 +23,6 @@ WRIST_FULL_SCALES = (115, 111, 185, 56, 52, 61)
 ASSUMED_NOISE_SHARE = 0.0005
 """Standard deviation of the noise of an acquisition as a share of full scale. assumed: no data sheet says."""
 
-ASSUMED_DRIFT_SHARE_PER_s = 0.001 / 600.0
-"""Drift of the zero as a share of full scale a second, 0.1 % in ten minutes. assumed: no data sheet says."""
-
 _Scale: TypeAlias = Annotated[int, Range(1, 0xFFFF)]
 _TENTHS = np.array([1.0, 1.0, 1.0, 10.0, 10.0, 10.0])
 _MIRRORED = np.array([-1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
@@ -51,8 +48,6 @@ class Jr3Config(Settings):
     """Whether a sensor is plugged into the board at power-up."""
     noise_share: Annotated[float, Range(0.0)] = 0.0
     """Standard deviation of white noise on each acquisition, as a share of full scale."""
-    drift_share_per_s: Annotated[float, Range(0.0)] = 0.0
-    """Drift of each axis, up or down, as a share of full scale a second."""
 
     def counts(self, wrench: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Turn a true wrench into six counts along the sensor's axes, neither rounded nor saturated.

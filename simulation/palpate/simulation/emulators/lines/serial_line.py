@@ -14,6 +14,8 @@ from palpate.simulation.emulators.lines.faults import FaultInjector
 _NS: Final = 1_000_000_000
 _BITS_PER_BYTE: Final = 10  # 8N1
 _RX_GRAIN_NS: Final = 500_000
+_POLL_NS: Final = 1_000_000
+"""Longest time between two calls of `advance`."""
 _FTDI_PACKET: Final = 62  # payload of a full-speed USB packet of 64 bytes (FACT, FTDI chips put two status bytes first)
 _RATE_TOLERANCE: Final = 0.04  # half a bit over ten is 5 %, and both ends have their share (assumed)
 
@@ -44,16 +46,12 @@ class LineSpeed:
 
     Attributes:
         paced: Whether bytes take their time (10 bits each at the device's rate); else everything is at once.
-        turnaround_s: From the end of a command to the start of its answer (assumed).
         usb_latency_s: Latency timer of a USB adapter: what has arrived is handed to the host when the timer ends or
             62 bytes are together. 0 is a plain port, 0.016 an FTDI chip's default, 0.001 its lowest setting.
-        poll_s: Longest time between two calls of `advance`.
     """
 
     paced: bool = True
-    turnaround_s: float = 0.0
     usb_latency_s: float = 0.0
-    poll_s: float = 1e-3
 
 
 class SerialLine(Generic[Emulator]):
@@ -84,7 +82,7 @@ class SerialLine(Generic[Emulator]):
 
     def next_event_ns(self) -> int:
         """When `step` has something to do: the poll, the next delivery, or received bytes that are through the line."""
-        due_ns = self._polled_ns + round(self._timing.poll_s * _NS)
+        due_ns = self._polled_ns + _POLL_NS
         if self._tx:
             due_ns = min(due_ns, self._tx[0][0])
         if self._rx:
@@ -112,7 +110,7 @@ class SerialLine(Generic[Emulator]):
             at_ns, data = self._rx.popleft()
             baud = self.emulator.baud
             # A reply to a change of the rate still goes out at the old one.
-            self._send(self.emulator.feed(data, at_ns), at_ns + round(self._timing.turnaround_s * _NS), baud)
+            self._send(self.emulator.feed(data, at_ns), at_ns, baud)
         baud = self.emulator.baud
         self._send(self.emulator.advance(now_ns), now_ns, baud)
         self._polled_ns = now_ns

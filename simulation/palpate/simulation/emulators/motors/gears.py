@@ -25,14 +25,9 @@ class ArmGears:
     The motors of the wrist sit behind joint 3 and drive through one another, so joint 3 turns all three of them and
     the wrist's joints need two or three motors each (FACT, forward relations of brendandburns/ros2_zebra_zero, whose
     rounded inverse agrees with this one within a count).
-
-    Args:
-        joint1_sign: -1 where motor 1 is mounted upside down, as in ros2_zebra_zero's newest version; +1 otherwise.
     """
 
-    def __init__(self, joint1_sign: int = 1) -> None:
-        if joint1_sign not in (1, -1):
-            raise ValueError(f"joint1_sign is +1 or -1, not {joint1_sign}")
+    def __init__(self) -> None:
         in_wrist_units = np.array(
             [
                 # joint 3, 4, 5, 6
@@ -42,7 +37,7 @@ class ArmGears:
             ]
         )
         forward = np.zeros((AXES, AXES))
-        forward[:3, :3] = np.diag([float(joint1_sign), 1.0, 1.0]) * ARM_COUNTS_PER_rad
+        forward[:3, :3] = np.eye(3) * ARM_COUNTS_PER_rad
         forward[3:, 2:] = in_wrist_units * WRIST_COUNTS_PER_rad
         self._counts_per_rad = _rows(forward)
         self._rad_per_count = _rows(np.asarray(np.linalg.inv(forward), dtype=np.float64))

@@ -80,10 +80,10 @@ def test_a_spontaneous_message_at_the_wrong_rate_is_garbage() -> None:
 
 @pytest.mark.parametrize("baud", [9_600, 115_200])
 def test_bytes_take_their_time(baud: int) -> None:
-    host = Host(Echo(baud), LineSpeed(turnaround_s=0.002))
+    host = Host(Echo(baud), LineSpeed())
     taken = [host.takes_s(bytes(39) + b"\n", 40) for _ in range(5)]
-    # There and back, and what lies between; received bytes are taken in grains of half a millisecond.
-    least_s = 2 * 40 * 10 / baud + 0.002
+    # There and back; received bytes are taken in grains of half a millisecond.
+    least_s = 2 * 40 * 10 / baud
     assert min(taken) >= least_s - 1e-6
     assert max(taken) <= least_s + 0.0005
 
