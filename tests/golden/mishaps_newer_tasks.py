@@ -69,7 +69,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     ),
     # A force along the push, which only a wall can answer, and against it.
     "corner-pulled": Mishap(shove(84, -4.0, -4.0), _corner(), policy="corner-first"),
-    # Encoders that are off hide the floor; withdrawn as if it were wedged, and on to the next corner.
+    # Encoders that are off hide the floor; it wobbles, is withdrawn as if it were wedged, and on to the next corner.
     "corner-stuck": Mishap(
         (
             joints("offset", 140, magnitude=-0.003, channels=(1,)),
@@ -100,7 +100,9 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     ),
     # Torques that do not settle, so that it is waited for them no longer.
     "seated-late": Mishap(
-        (force("noise", 66, magnitude=0.15, channels=(3, 4)),), _give_way(start_uncertainty_mm=0.0), policy="give-way"
+        (force("noise", 66, magnitude=0.15, channels=(3, 4)),),
+        _give_way(start_uncertainty_mm=0.0, options={"wobble_deg_s": 0.0}),
+        policy="give-way",
     ),
     "survey-no-plate": Mishap(
         settings=_survey(cell={"hole_height_error_mm": -2.0}, surface_uncertainty_mm=0.0), policy="none"
