@@ -50,7 +50,6 @@ CORNERS = {
     "hexagon": (6, 16.743),
     "keyed": (0, 11.5),
 }
-DOWN = {"down_share": 0.75}
 GRIP: Mapping[str, Any] = {"tilt_mrad": 4.0, "conditions": {"tilt_heading": "drawn", "grip_trials": 1}}
 CONDITIONS: Mapping[str, Mapping[str, Any]] = {
     "asked": {},
@@ -77,7 +76,7 @@ def config_of(shape: str, conditions: str, arm: str, options: Mapping[str, Any])
     own = {"corners": float(corners), "corner_mm": corner_mm} if corners else {}
     own |= {"inside_mm": 8.0} if shape == "triangle" else {}
     if shape == "keyed":
-        own = {"corner_mm": corner_mm, "flat_deg": 37.5, "inside_mm": 7.0, "lean_deg": 7.0, **DOWN}
+        own = {"corner_mm": corner_mm, "flat_deg": 37.5, "inside_mm": 7.0, "lean_deg": 7.0}
     return overlay(config, {"task": {"options": {**own, **options}}})
 
 
@@ -146,8 +145,7 @@ def matrix(path: Path, count: int, seed: int, shapes: list[str]) -> None:
     done = list(csv.DictReader(path.open())) if path.exists() else []
     cells = {(row["shape"], float(row["on_diameter_mm"])): row for row in done}
     for shape in shapes:
-        options = {} if shape == "round" else DOWN
-        config = config_of(shape, "asked", "zebra-zero", options)
+        config = config_of(shape, "asked", "zebra-zero", {})
         for on_diameter_mm in ON_DIAMETER_MM:
             if (shape, on_diameter_mm) in cells:
                 continue

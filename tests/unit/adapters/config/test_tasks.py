@@ -15,7 +15,7 @@ def test_own_tasks_are_found_by_name() -> None:
 def test_all_options_of_a_task_are_told_and_an_insertion_has_none() -> None:
     config = overlay(RunConfig(), {"task": {"name": "insertion-6dof", "options": {"corners": 4.0}}})
     told = with_options(config).task.options
-    assert (told["corners"], told["down_share"]) == (4.0, 0.75)
+    assert (told["corners"], told["down_share"]) == (4.0, 0.9)
     assert with_options(RunConfig()) == RunConfig()
 
 

@@ -25,7 +25,7 @@ class SpatialOptions(Settings):
     """Half the angle under which a keyed peg's flat, across the task's x, is seen from the axis; 0 for none."""
     lean_deg: Annotated[float, Range(1.0, 10.0)] = 5.0
     """How far the tool leans to bring one corner down first."""
-    down_share: Annotated[float, Range(0.0, 1.0)] = 0.75
+    down_share: Annotated[float, Range(0.0, 1.0)] = 0.9
     """Until the tool stands, this share of what a leaning corner or flat lies below the tip is let into the hole;
     0: as far as it goes."""
     inside_mm: Annotated[float, Range(0.5, 50.0)] = 6.5
