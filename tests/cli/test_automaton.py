@@ -117,7 +117,6 @@ def test_recorded_trials_are_strings_and_the_automaton_is_a_memory(palpate: Comm
         ("infer walks.txt --out full", "full", "holds something"),
         ("infer walks.txt labelled.txt --out x", "walks.txt", "either one text file"),
         ("infer one.txt --out x", "strings", "symbols"),
-        ("infer walks.txt --out x --held-out-file labelled.txt", "strings", "alphabet"),
         ("automaton draw even.json", "draw", "show, compare, minimise"),
         ("automaton show broken.json", "broken.json", "JSON"),
         ("automaton show even.json --out even.pdf", "even.pdf", ".svg"),

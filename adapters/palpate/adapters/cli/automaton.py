@@ -28,11 +28,6 @@ def show(options: ShowAutomatonOptions) -> int:
 def compare(options: CompareAutomataOptions) -> int:
     """Hold two automata against each other; 0 if they answer every word alike, else 1."""
     one, other = read_automaton(options.one), read_automaton(options.other)
-    if options.complete:
-        for machine in (one, other):
-            if machine.kind is not Kind.DFA:
-                raise ConfigurationError("complete", machine.kind.value, "an acceptor (dfa): only those accept words")
-        one, other = one.completed(False), other.completed(False)
     found = difference(one, other)
     if found is None:
         sys.stdout.write(f"they answer every word alike ({_size(one)}; {_size(other)})\n")

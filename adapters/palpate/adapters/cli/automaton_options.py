@@ -28,8 +28,6 @@ class InferOptions(Settings):
     """A text file; or logs, and folders with logs."""
     out: str = ""
     """Folder for automaton, network, report and pictures; it must not be there yet, or be empty."""
-    held_out_file: str = ""
-    """Text file with strings to hold out from training; without one a share is held out."""
     with_actions: bool = False
     """Of logs: pairs of an action and the symbol it led to; trials that did not end in the hole count too."""
     settings: Flat = field(default_factory=InferenceSettings)
@@ -53,8 +51,6 @@ class CompareAutomataOptions(Settings):
     """An automaton, a JSON file."""
     other: Word
     """Another one of the same kind over the same symbols."""
-    complete: bool = False
-    """Take what an acceptor does not know for not accepted."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,6 @@ from palpate.core.automata import (
     Inference,
     Progress,
     infer,
-    read_strings,
     save_network,
     to_dot_text,
     to_json_text,
@@ -32,7 +31,6 @@ def infer_command(options: InferOptions) -> int:
     out = Path(options.out)
     require_free_folder(out)
     strings = strings_from(options.files, with_actions=options.with_actions)
-    held_out = read_strings(options.held_out_file, strings.alphabet) if options.held_out_file else None
     training = options.settings.training
     with ExitStack() as opened:
         bars: list[Any] = []
@@ -47,7 +45,7 @@ def infer_command(options: InferOptions) -> int:
             bar.update(point.restart * training.steps + batch * point.step - bar.n)
             bar.set_postfix_str(f"lowest loss {point.best_loss:.4g}")
 
-        found = infer(strings, options.settings, held_out=held_out, progress=show)
+        found = infer(strings, options.settings, progress=show)
     with new_folder(out) as folder:
         _save(found, folder)
     actions = f", {len(strings.actions)} actions" if strings.actions else ""

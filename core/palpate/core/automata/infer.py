@@ -110,16 +110,9 @@ class Inference:
 
 
 def infer(
-    strings: Strings,
-    settings: InferenceSettings | None = None,
-    *,
-    held_out: Strings | None = None,
-    progress: OnProgress | None = None,
+    strings: Strings, settings: InferenceSettings | None = None, *, progress: OnProgress | None = None
 ) -> Inference:
     """Infer an automaton from strings.
-
-    Args:
-        held_out: Strings that nothing is trained on; None splits them off.
 
     Returns:
         The best that was found, also if no automaton is right about every string (``consistent``).
@@ -128,8 +121,8 @@ def infer(
         ConfigurationError: Settings that do not fit the strings.
     """
     settings = settings or InferenceSettings()
-    whole = strings
-    if held_out is None and settings.held_out:
+    whole, held_out = strings, None
+    if settings.held_out:
         strings, held_out = strings.split(settings.held_out, settings.training.seed)
     reading = Readout.ACCEPTANCE if strings.labelled else Readout.PREDICTION
     shape = Architecture(
@@ -141,7 +134,7 @@ def infer(
         actions=strings.actions,
     )
     tree = PrefixTree.of(strings)
-    held_tree = None if held_out is None else PrefixTree.of(_alike(held_out, strings))
+    held_tree = None if held_out is None else PrefixTree.of(held_out)
     if held_tree is None and reading is Readout.PREDICTION:
         raise ConfigurationError("inference.held_out", 0.0, "above 0: held-out strings choose q")
     training = train(strings, shape, settings.training, progress, held_tree)
@@ -167,16 +160,6 @@ def infer(
         hidden=network.network.hidden_states(tree),
         cells=tree.states(chosen.partition.transitions),
     )
-
-
-def _alike(held_out: Strings, strings: Strings) -> Strings:
-    """The held-out strings, if they are of the same sort."""
-    if held_out.alphabet != strings.alphabet:
-        raise ConfigurationError("held_out.alphabet", held_out.alphabet, f"that of the strings, {strings.alphabet}")
-    if held_out.labelled is not strings.labelled:
-        accepted = "labels" if strings.labelled else "no labels"
-        raise ConfigurationError("held_out.labels", held_out.labels, f"{accepted}, as of the other strings")
-    return held_out
 
 
 def _acceptor(

@@ -89,7 +89,6 @@ def test_what_may_be_given_several_times_may() -> None:
     [
         ("--resume", "--resume is not an option of palpate run, but of palpate train"),
         ("--strict", "--strict is not an option of palpate run, but of palpate replay"),
-        ("--held-out-file x", "--held-out-file is not an option of palpate run, but of palpate infer"),
         ("--fps 3", "--fps is not an option of palpate run, but of palpate render, log export"),
         (
             "--supervision.max-sample-age-ms 40",

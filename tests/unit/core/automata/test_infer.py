@@ -61,19 +61,6 @@ def test_the_report_has_all_q_and_a_picture(walks) -> None:
     assert all(" > " in name for name in walks.machine.names)
 
 
-def test_held_out_strings_may_be_given() -> None:
-    held = Strings.of(["cbc", "abc"], alphabet="abc")
-    found = infer(WALKS, InferenceSettings(training=TrainingSettings(restarts=2, steps=1)), held_out=held)
-    assert (found.strings, found.held_out) == (len(WALKS.words), 2)
-
-
-def test_held_out_strings_must_be_of_the_same_sort() -> None:
-    with pytest.raises(ConfigurationError, match=r"held_out\.alphabet"):
-        infer(WALKS, held_out=Strings.of(["ab"]))
-    with pytest.raises(ConfigurationError, match=r"held_out\.labels.*no labels"):
-        infer(WALKS, held_out=Strings.of(["ab"], [True], alphabet="abc"))
-
-
 def test_prediction_needs_something_to_judge_by() -> None:
     with pytest.raises(ConfigurationError, match=r"inference\.held_out"):
         infer(WALKS, InferenceSettings(held_out=0.0))
