@@ -2,7 +2,8 @@
 
 A reply carries no address, so a late one must never be taken for the answer to the next request: after every failure
 the line is flushed, and zeros complete whatever frame a module may still be waiting for, before anything else is sent.
-What is later still than that (CALC: twice the slack, 40 ms) could be mistaken; no module is known to be so slow.
+A busy computer hands over what is later still. So the first reply after that is believed once the module has answered
+another question in a length of its own: on a line everything comes in its order, so nothing older is on its way then.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Callable, Iterable
 from typing import Final
 
 from palpate.drivers.errors import DriverError, GarbledError, LateError, SilentError, StateError, WiringError
-from palpate.drivers.nmc.commands import CLEAR_BITS
+from palpate.drivers.nmc.commands import CLEAR_BITS, read_stat
 from palpate.drivers.nmc.frames import (
     EVERYBODY,
     FRAME_OVERHEAD_BYTES,
@@ -32,6 +33,15 @@ _RESYNC: Final = bytes(30)
 _LONGEST_BYTES: Final = FRAME_OVERHEAD_BYTES + MAX_DATA_BYTES + reply_size_bytes(StatusItem(0xFF))
 _POLL_S: Final = 0.0002
 _ALL_ITEMS: Final = StatusItem(0xFF)
+_QUESTIONS: Final = (
+    StatusItem.AUX,
+    StatusItem.VELOCITY,
+    StatusItem.VELOCITY | StatusItem.AUX,
+    StatusItem.HOME,
+    StatusItem.HOME | StatusItem.AUX,
+    StatusItem.HOME | StatusItem.VELOCITY,
+)
+"""Replies of three to eight bytes, each of another length."""
 
 
 class NmcBus:
@@ -54,7 +64,7 @@ class NmcBus:
         self.settings = settings
         self._stream, self._clock_ns, self._sleep_s = stream, clock_ns, sleep_s
         self._counters = Counters()
-        self._masks: defaultdict[int, StatusItem] = defaultdict(lambda: StatusItem(0))
+        self._masks: dict[int, StatusItem] = {}
         self._failures: defaultdict[int, int] = defaultdict(int)
         self._run = self._stray_run = 0
         self._late: defaultdict[int, int] = defaultdict(int)
@@ -62,6 +72,7 @@ class NmcBus:
         self._heard: tuple[int, NmcCommand] | None = None
         self._demand: str | None = None
         self._is_dirty = True
+        self._asked = 0
         self.line = SerialTiming(POWER_UP_BAUD, settings.adapter_latency_s, settings.turnaround_s)
 
     @property
@@ -135,12 +146,21 @@ class NmcBus:
 
     def attempt(self, address: int, command: NmcCommand) -> Reply | Discarded:
         """One try, allowed even while a new start is demanded; failures are counted but raise nothing."""
-        mask = self._expected(address, command)
-        frame, size = command.frame(address), reply_size_bytes(mask)
-        if self._is_dirty:
+        was_dirty = self._is_dirty
+        if was_dirty:
             self.resync()
         # Stays set if anything, Ctrl-C included, ends this exchange half way.
         self._is_dirty = True
+        result = self._converse(address, command)
+        # Before its items were set nothing is known of the module's replies, and start-up looks for itself.
+        if was_dirty and isinstance(result, Reply) and address in self._masks and not self._is_in_step(address):
+            result = Discarded.LATE
+        self._note(address, command, result)
+        return result
+
+    def _converse(self, address: int, command: NmcCommand) -> Reply | Discarded:
+        mask = self._expected(address, command)
+        frame, size = command.frame(address), reply_size_bytes(mask)
         sent_ns = self._clock_ns()
         try:
             self._take_stray()
@@ -153,13 +173,22 @@ class NmcBus:
         result = decode_reply(raw, mask)
         if result in (Discarded.SHORT, Discarded.CHECKSUM) and frame.startswith(raw):
             result = Discarded.ECHO
-        self._note(address, command, result)
         self._counters.wire_ns += self.line.wire_s(len(frame) + size) * 1e9
         self._counters.waiting_ns += read_ns - written_ns
         if isinstance(result, Reply):
             self._counters.round_trips_ns.append(read_ns - written_ns)
         self._counters.total_ns += self._clock_ns() - sent_ns
         return result
+
+    def _is_in_step(self, address: int) -> bool:
+        """Whether the module answers a question whose answer is like no reply that may still be on its way."""
+        usual = reply_size_bytes(self._masks[address])
+        questions = [items for items in _QUESTIONS if reply_size_bytes(items) != usual]
+        self._asked += 1
+        if self._waiting_bytes():
+            return False
+        reply = self._converse(address, read_stat(questions[self._asked % len(questions)]))
+        return isinstance(reply, Reply) and not self._waiting_bytes()
 
     def exchange(self, address: int, command: NmcCommand) -> Reply | None:
         """One try of many, as in a control cycle; None when the reply was lost or thrown away.
@@ -211,7 +240,13 @@ class NmcBus:
     def _expected(self, address: int, command: NmcCommand) -> StatusItem:
         if command.code in (Code.DEF_STAT, Code.READ_STAT):
             return StatusItem(command.data[0])
-        return self._masks[address]
+        return self._masks.get(address, StatusItem(0))
+
+    def _waiting_bytes(self) -> int:
+        try:
+            return self._stream.in_waiting
+        except Exception as error:
+            raise self._gone(error) from error
 
     def _take_stray(self) -> None:
         waiting = self._stream.in_waiting
@@ -246,8 +281,11 @@ class NmcBus:
             return
         self._counters.discarded[result] += 1
         self._failures[address] += 1
-        self._awaited = address
         self._run += 1
+        if result is Discarded.LATE:
+            self._late[address] += 1
+        else:
+            self._awaited = address
 
     def _stop(self, error: DriverError) -> DriverError:
         self._demand = error.problem
@@ -270,7 +308,7 @@ def _error(address: int, reason: Discarded, times: int, late: int) -> DriverErro
     device, problem = f"NMC module {address}", f"{times} failures in a row, the last: {reason.value}"
     if reason is Discarded.ECHO:
         return WiringError(device, problem, "connect both pairs of the full-duplex bus, without loop or local echo")
-    if late and reason in (Discarded.MISSING, Discarded.SHORT):
+    if late and reason in (Discarded.MISSING, Discarded.SHORT, Discarded.LATE):
         remedy = "end other work on this computer, lower the USB adapter's latency timer, or raise [arm] patience"
         return LateError(device, f"{problem}; {late} of them were answered too late", remedy)
     if reason is Discarded.MISSING:

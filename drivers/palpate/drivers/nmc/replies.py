@@ -32,6 +32,7 @@ class Discarded(enum.Enum):
     """Why a reply was thrown away."""
 
     MISSING = "no reply in time"
+    LATE = "a reply that may be an earlier request's"
     SHORT = "reply cut short"
     CHECKSUM = "wrong checksum"
     BLANK = "nothing but zeros, as from a stuck line"

@@ -75,7 +75,7 @@ def test_one_bad_reply_is_counted_and_the_next_exchange_is_clean(line, bus, befo
 
 def test_late_reply_is_not_taken_for_the_next_ones(line, bus):
     """The late reply of module 2 arrives while the line is being flushed, whenever that is."""
-    for delay_ms in range(20, 60, 2):
+    for delay_ms in range(20, 44, 2):
         line.modules[1].counts = line.modules[1].target = 222
         once(line, lambda reply, delay_ms=delay_ms: [(delay_ms * 1e-3, reply)])
         first = bus.attempt(2, NOP)
@@ -83,6 +83,19 @@ def test_late_reply_is_not_taken_for_the_next_ones(line, bus):
         assert isinstance(first, Discarded) or first.position_counts == 222
         assert isinstance(second, Reply)
         assert second.position_counts == 0
+
+
+@pytest.mark.parametrize("stall_ms", range(20, 300, 3))
+def test_after_a_stall_of_any_length_no_reply_is_taken_for_another_modules(line, bus, stall_ms):
+    """A converter or its computer hands over late, and in order: that lasted longer than the line is flushed."""
+    for number, module in enumerate(line.modules, start=1):
+        module.counts = module.target = 10 * number
+    end_ns = line.clock.ns + stall_ms * 1_000_000
+    line.mangle = lambda reply: [(max(end_ns - line.clock.ns, 0) * 1e-9, reply)]
+    for address in (2, 3, 4, 5, 6, 1) * 2:
+        found = bus.attempt(address, NOP)
+        assert isinstance(found, Discarded) or found.position_counts == 10 * address
+    assert isinstance(found, Reply)
 
 
 def test_reply_in_two_parts_is_put_together(line, bus):
@@ -121,6 +134,14 @@ def test_replies_that_come_too_late_are_this_computers_fault_and_not_the_modules
     with pytest.raises(LateError, match="; 1 of them were answered too late; end other work") as caught:
         bus.exchange(1, NOP)
     assert caught.value.blame is Blame.HOST
+
+
+def test_replies_later_than_any_flush_are_this_computers_fault_too(line, bus):
+    end_ns = line.clock.ns + 70_000_000
+    line.mangle = lambda reply: [(max(end_ns - line.clock.ns, 0) * 1e-9, reply)]
+    assert bus.exchange(1, NOP) is None
+    with pytest.raises(LateError, match="1 of them were answered too late"):
+        bus.exchange(2, NOP)
 
 
 def test_failures_of_one_module_between_good_ones_demand_a_new_start(line, bus):
