@@ -23,6 +23,8 @@ _FEWEST: Final = 8
 CHANNELS: Final = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 _Six: TypeAlias = tuple[float, float, float, float, float, float]
 _FORCES: Final = 3
+_DIGITS: Final = 6
+"""Of that share: a gain rounds each sample. It is the same by accident once in some thousand."""
 
 
 class NoiseWatch:
@@ -34,7 +36,8 @@ class NoiseWatch:
 
     Noise: while the sensor is tared nothing moves; much more noise than its own is a wrong scale or a broken wire.
 
-    Recurrence: samples that come again in the order in which they came before are a recording.
+    Recurrence: samples that come again in the order in which they came before are a recording, whatever its gain and
+    offset.
 
     Args:
         sensor: The sensor's own noise; channels without noise, in a simulated cell, are not watched.
@@ -43,6 +46,7 @@ class NoiseWatch:
     def __init__(self, config: SupervisionConfig, task: TaskConfig, sensor: SensorFacts) -> None:
         force, torque = sensor.noise_N, sensor.noise_Nm
         self._noise: _Six = (force, force, force, torque, torque, torque)
+        self._noisy = force > 0.0 or torque > 0.0
         self._longest, self._most_ratio = config.flat_line_samples - 1, config.max_noise_ratio
         self._most_recurring = config.max_recurring_samples
         self._still: deque[_Six] = deque(maxlen=task.tare_ticks)
@@ -58,6 +62,7 @@ class NoiseWatch:
         self._since = (0,) * 6
         self._seen: dict[float, int] = {}
         self._count = self._lag = self._recurring = 0
+        self._total = self._change = 0.0
 
     def trip(self, snapshot: Snapshot, expectation: Expectation) -> Trip | None:
         """What is wrong with this tick's wrench, which is valid; None if nothing is."""
@@ -102,8 +107,14 @@ class NoiseWatch:
         elif six <= first:
             return self._flat(snapshot.tick, 5)
         self._begun, self._since = (a, b, c, d, e, f), (one, two, three, four, five, six)
-        # A sum in place of six values to be hashed: that it comes again several times in order is no accident either.
-        key, seen = fx + fy + fz + tx + ty + tz, self._seen
+        if not self._noisy:
+            return None
+        # One number in place of six to be hashed: that it comes again several times in order is no accident either.
+        # The share of two changes is the same with any gain and offset.
+        total, last = fx + fy + fz + tx + ty + tz, self._change
+        change, self._total = total - self._total, total
+        self._change, seen = change, self._seen
+        key = round(change / last, _DIGITS) if last else 0.0
         before = seen.get(key)
         seen[key] = count
         if before is not None:

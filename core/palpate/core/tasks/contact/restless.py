@@ -15,7 +15,10 @@ _SAMPLES: Final = 8
 _DEVIATIONS: Final = 2.2
 """So many of its deviations at rest a channel has to scatter by, in one of which noise alone does so once in 10^4
 times."""
-_UNFELT_N: Final = 25.0
+_SMOOTH: Final = 1
+_SMOOTH_SHARE: Final = 0.3
+"""So many second differences, no more, may be below this share of the noise; it makes them 2.4 times itself."""
+_UNFELT_N: Final = 15.0
 """What the springs of the gripper may come to, at most, by the way after the newest sign."""
 _HEAVED_N: Final = 4.0
 """From so much of it on the tool heaves; below, a way that is felt now and then would be disturbed."""
@@ -60,7 +63,7 @@ class RestlessForce:
         self._new, self._sequence = wrench.sequence != self._sequence, wrench.sequence
         if self._new:
             self._samples.append((*wrench.force_N, *wrench.torque_Nm))
-        if len(self._samples) == _SAMPLES and any(map(_scatters, zip(*self._samples, strict=True), self._state.noise)):
+        if len(self._samples) == _SAMPLES and any(map(_lives, zip(*self._samples, strict=True), self._state.noise)):
             self._unfelt_N = 0.0
 
     def velocity_m_s(self, velocity_m_s: Vector3) -> Vector3:
@@ -97,7 +100,10 @@ class RestlessForce:
         return along_m_s
 
 
-def _scatters(values: tuple[float, ...], noise: float) -> bool:
+def _lives(values: tuple[float, ...], noise: float) -> bool:
+    """Whether a channel shows more than its noise, and its noise too: a share of either, or one jump, is no sign."""
     mean = sum(values) / _SAMPLES
-    square = sum((value - mean) ** 2 for value in values)
-    return square > (_DEVIATIONS * noise) ** 2 * (_SAMPLES - 1)
+    if sum((value - mean) ** 2 for value in values) <= (_DEVIATIONS * noise) ** 2 * (_SAMPLES - 1):
+        return False
+    bends = sorted(abs(a - 2.0 * b + c) for a, b, c in zip(values, values[1:], values[2:], strict=False))
+    return bends[_SMOOTH] > _SMOOTH_SHARE * noise
