@@ -41,7 +41,7 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     ),
     "train-belief": ("train", "--learner", "belief", "--trials", "4", "--seed", "27", *SHALLOW),
     "train-belief-blind": (
-        "train", "--learner", "belief", "--scenario", "blind", "--trials", "3", "--seed", "28", *SHALLOW,
+        "train", "--learner", "belief", "--scenario", "blind", "--trials", "4", "--seed", "28", *SHALLOW,
     ),
     "train-belief-symbols": (
         "train", "--learner", "belief", "--scenario", "blind", "--trials", "3", "--seed", "34", *SHALLOW,

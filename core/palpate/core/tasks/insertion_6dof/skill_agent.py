@@ -31,17 +31,16 @@ class SkillAgent(Agent):
         super().begin(trial, rng)
         self._skills.begin_trial()
         self._running: Decision | None = None
-        self.goes_on, self._began = False, 0
 
     @override
     def _learn_from(self, tick: int, seen: Observation) -> Observation:
         self._of_the_task = self._skills.facts(seen)
         if self._running is not None and not self._skills.over(seen):
             return seen
-        self._running, self.goes_on = None, False
-        # An insertion that got stuck took its time though no action ran.
-        self._ticks = max(self._ticks, tick - self._began)
-        self._began = tick
+        if self._pending is not None:
+            # An insertion that got stuck took its time though no action ran.
+            self._ticks = max(self._ticks, tick - self._began)
+        self._running, self.goes_on, self._began = None, False, tick
         return super()._learn_from(tick, seen)
 
     @override
