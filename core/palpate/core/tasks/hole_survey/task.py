@@ -39,6 +39,8 @@ _LEAST_DEPTH_M: Final = 1e-3
 _ROUGH_TOUCHES: Final = 4
 _ROUGHLY_M: Final = 3e-4
 """A second touch finds the wall no farther off than this, the gripper's bend included."""
+_WALL_FRICTION: Final = 0.6
+"""A wall that is pushed harder than the plate is pressed pulls the heaving probe by more than a plate's rebound."""
 Touch = Callable[[Place, float], Generator[Vector3, None, WallTouch]]
 
 
@@ -67,7 +69,7 @@ class SurveyTask(TouchTask):
 
     def __init__(self, task: TaskConfig, control: ControlConfig, measurement: Measurement, motion: TipMotion) -> None:
         free = PositionControl(control.position_gain_per_s, task.travel_speed_mm_s * 1e-3, PERIOD_S)
-        state, proof = TrialState(), ContactProof(task, control)
+        state, proof = TrialState(), ContactProof(task, control, _WALL_FRICTION)
         super().__init__(task, measurement, motion, free, state, proof)
         self._survey = Survey(self, task, Probe(task, control, measurement, motion, state, proof), state)
 
