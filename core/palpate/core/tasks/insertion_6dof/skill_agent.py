@@ -25,6 +25,7 @@ class SkillAgent(Agent):
     ) -> None:
         super().__init__(perception, policy, reinforcement, tick_s)
         self._skills = skills
+        self._began: int
 
     @override
     def begin(self, trial: int, rng: np.random.Generator) -> None:
