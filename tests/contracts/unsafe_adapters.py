@@ -327,11 +327,74 @@ class AddsUpWithinATick(FakeArm):
             self._here_rad = here
 
 
+class LimitsTheFirstTickOnly(FakeArm):
+    """Further ticks of a motion that was too fast are as fast as they were asked."""
+
+    limited_ns = -1
+
+    def send(self, command: JointCommand) -> Any:
+        now_ns = self.clock.now_ns()
+        self._max_step_rad = 0.02 if self.limited_ns in (-1, now_ns) else 9.0
+        applied = super().send(command)
+        self.limited_ns = now_ns if applied.reason is CommandReason.VELOCITY_LIMIT else -1
+        return applied
+
+
+class LimitsOneJoint(FakeArm):
+    def send(self, command: JointCommand) -> Any:
+        ways = zip(command.position_rad, self.position_rad(), strict=False)
+        self._max_step_rad = 9.0 if sum(abs(q - p) > 0.02 for q, p in ways) > 1 else 0.02
+        return super().send(command)
+
+
+class StopsOnce(FakeArm):
+    stops = 0
+
+    def stop(self) -> None:
+        self.stops += 1
+        self._stopped = True
+        if self.stops == 1:
+            self._halt()
+
+
+class BrakeLetsGoLate(FakeArm):
+    """Deactivated, it holds for a while before it sinks."""
+
+    paused_ns = 0
+
+    def _on_deactivate(self) -> None:
+        super()._on_deactivate()
+        self.paused_ns = self.clock.now_ns()
+
+    def position_rad(self) -> Any:
+        q = super().position_rad()
+        sinks = self._life is Life.CONFIGURED and 0 < self.paused_ns < self.clock.now_ns() - 100 * TICK_NS
+        return (q[0] + 0.01, *q[1:]) if sinks else q
+
+
+def to_home(self: Any) -> None:
+    self._target_rad, self._target_since_ns = HOME, self.clock.now_ns()
+
+
+def set_paused(self: Any) -> None:
+    self.paused = True
+
+
+def rezeroed(self: Any, now_ns: int, sequence: int) -> Any:
+    """After a pause the sensor begins at zero again."""
+    sample = FakeForceSensor._measured(self, now_ns, sequence)
+    return replace(sample, force_N=(0.0, 0.0, 0.0)) if getattr(self, "paused", False) else sample
+
+
+SWAPS_PULLS = altered(FakeForceSensor, force_N=lambda s: s.force_N if min(s.force_N[:2]) >= 0.0 else s.force_N[::-1])
+ABSOLUTE = altered(FakeForceSensor, torque_Nm=lambda s: tuple(map(abs, s.torque_Nm)))
+
 FORCE, ENCODER, ARM = fake.TestFakeForceSensor, fake.TestFakeJointEncoder, fake.TestFakeArm
 SENSOR, PLAIN = FakeForceSensor, FakeArm
 BY_ITSELF: dict[str, Any] = {"runs_by_itself": True}
 UNKNOWN: dict[str, Any] = {"expected_rad": None}
 BLOCK, RELEASE, AJAR = "calls_do_not_block", "close_releases", "failed_configure_leaves_nothing_open"
+TARE, LOAD = "no_hidden_tare", "load_is_reported_in_newtons_on_its_axis"
 TORQUE, FOLLOW = "torque_is_reported_in_newton_metres_on_its_axis", "encoders_follow_each_joint"
 STILL, DROPPED, HELD = "after_stop_the_arm_holds_still", "command_under_way_is_dropped", "stop_holds_the_pose_of_now"
 REST, REFUSED, COUNTS = "motion_ends_and_does_not_resume", "refused_command_moves_nothing", "each_command_counts"
@@ -387,5 +450,13 @@ LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
     (ARM, SaysLimitAndGoesOn, {}, BOUNDS),
     (ARM, SlowForwardsOnly, {}, SPEED),
     (ARM, AddsUpWithinATick, {}, SPEED),
+    (ARM, LimitsTheFirstTickOnly, {}, SPEED),
+    (ARM, LimitsOneJoint, {}, SPEED),
+    (ARM, StopsOnce, {}, DROPPED),
+    (ARM, unsafe(PLAIN, "DeactivatesTowardsHome", _on_deactivate=to_home), {}, DROPPED),
+    (ARM, BrakeLetsGoLate, {}, REST),
+    (FORCE, unsafe(SENSOR, "TaresAfterAPause", _measured=rezeroed, _on_deactivate=set_paused), {}, TARE),
+    (FORCE, SWAPS_PULLS, {}, LOAD),
+    (FORCE, ABSOLUTE, {}, TORQUE),
 ]
 UNSAFE = [(suite, kind, knobs, f"test_{clause}") for suite, kind, knobs, clause in LISTED]

@@ -94,6 +94,7 @@ class ArmBench(DeviceContract[ArmCommandRig]):
     def _activate_again(self, rig: ArmCommandRig) -> None:
         if rig.arm.life is Life.FAULTED:
             rig.arm.acknowledge_fault()
+            rig.advance(1)
         if rig.arm.life is Life.ACTIVE:
             rig.arm.deactivate()
         rig.arm.activate()

@@ -7,7 +7,7 @@ from math import isfinite
 from typing import ClassVar
 
 from palpate.core.ports.contracts.rigs import ForceSensorRig
-from palpate.core.ports.contracts.samples import SampleContract
+from palpate.core.ports.contracts.samples import SampleContract, pause
 from palpate.core.ports.contracts.violations import knob, require
 from palpate.core.ports.devices import ForceSensor
 from palpate.core.ports.lifecycle import Life
@@ -54,32 +54,32 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
                 require("sign", found_N < rig.tolerance_N, f"a change of {found_N:+.3f} N", f"one to {force} N")
 
     def test_load_is_reported_in_newtons_on_its_axis(self) -> None:
-        """A known load along x, y or z changes that component by as many newtons, and no other."""
+        """A known load along x, y or z, either way, changes that component by as many newtons, and no other."""
         with self._rig(Life.ACTIVE) as rig:
-            load = rig.load_N
-            for force in ((load, 0.0, 0.0), (0.0, load, 0.0), (0.0, 0.0, load)):
+            for force in _each_way(rig.load_N):
                 change = _response(rig, force)
                 # The sign has its own clause, so that a wrong one is not taken for a wrong unit or axis.
                 close = all(abs(abs(c) - abs(f)) <= rig.tolerance_N for c, f in zip(change, force, strict=True))
                 require("units and axes", close, f"a change of {change} N", f"{force} N")
 
     def test_torque_is_reported_in_newton_metres_on_its_axis(self) -> None:
-        """A known torque about x, y or z changes that component by as many newton metres, and no other."""
+        """A known torque about x, y or z, either way, changes that component by as many newton metres, and no other."""
         with self._rig(Life.ACTIVE) as rig:
             twist = knob(rig.twist_Nm, "twist_Nm")
-            for axis in range(3):
-                wanted = [rig.load_Nm if k == axis else 0.0 for k in range(3)]
+            for wanted in _each_way(rig.load_Nm):
                 free, loaded = (_settled(rig, twist, load).torque_Nm for load in ((0.0, 0.0, 0.0), wanted))
                 close = all(abs(b - a - w) <= rig.tolerance_Nm for a, b, w in zip(free, loaded, wanted, strict=True))
                 require("units and axes", close, f"{loaded} N m, {free} N m without load", f"{wanted} N m more")
 
     def test_no_hidden_tare(self) -> None:
-        """A load that is there before ``configure`` is reported like one that comes later."""
+        """A load that is there before ``configure``, or over a pause, is reported like one that comes later."""
         with self._rig(Life.ACTIVE) as rig:
             push = knob(rig.push_N, "push_N")
             load, tolerance_N = (0.0, 0.0, -rig.load_N), rig.tolerance_N
             rig.sensor.read()
             later = _reading(rig, push, load)
+            pause(rig)
+            paused = _reading(rig, push, load)
         with self._rig(Life.CONSTRUCTED) as rig:
             push = knob(rig.push_N, "push_N")
             push(*load)
@@ -87,8 +87,13 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
             rig.sensor.activate()
             before = _reading(rig, push, load)
         # Comparing two readings under the same load leaves the sensor its weight and offset.
-        close = all(abs(b - a) <= 2.0 * tolerance_N for a, b in zip(later, before, strict=True))
-        require("tare", close, f"{before} N instead of {later} N", "no taring on connect or activate")
+        for found in (before, paused):
+            close = all(abs(b - a) <= 2.0 * tolerance_N for a, b in zip(later, found, strict=True))
+            require("tare", close, f"{found} N instead of {later} N", "no taring on connect or activate")
+
+
+def _each_way(load: float) -> list[Vector3]:
+    return [(x * way, y * way, z * way) for way in (load, -load) for x, y, z in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
 
 
 def _response(rig: ForceSensorRig, force: Vector3) -> Vector3:

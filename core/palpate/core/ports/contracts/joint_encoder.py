@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from math import ceil, isfinite, pi
 from typing import ClassVar, Final
 
 from palpate.core.ports.contracts.device import activate
 from palpate.core.ports.contracts.motion import ramp
 from palpate.core.ports.contracts.rigs import JointEncoderRig
-from palpate.core.ports.contracts.samples import SampleContract, standing_world
+from palpate.core.ports.contracts.samples import SampleContract, pause, standing_world
 from palpate.core.ports.contracts.violations import ClauseNotApplicable, ContractViolation, knob, require
 from palpate.core.ports.devices import JointEncoder
 from palpate.core.ports.lifecycle import Life
@@ -48,14 +49,16 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
             require("radians", plausible, f"{angles}", "angles within two turns, in rad")
 
     def test_angles_are_where_the_joints_stand(self) -> None:
-        """The angles are those at which the joints are known to stand."""
+        """The angles are those at which the joints are known to stand, after a pause too."""
         with self._rig(Life.ACTIVE) as rig:
             expected = knob(rig.expected_rad, "expected_rad")
-            found = rig.encoder.read().position_rad
-            near = len(found) == len(expected) and all(
-                abs(q - p) <= rig.tolerance_rad for q, p in zip(found, expected, strict=True)
-            )
-            require("angles", near, f"{found} rad", f"{expected} rad within {rig.tolerance_rad} rad")
+            for wait in (lambda: 0, partial(pause, rig)):
+                wait()
+                found = rig.encoder.read().position_rad
+                near = len(found) == len(expected) and all(
+                    abs(q - p) <= rig.tolerance_rad for q, p in zip(found, expected, strict=True)
+                )
+                require("angles", near, f"{found} rad", f"{expected} rad within {rig.tolerance_rad} rad")
 
     def test_observation_does_not_depend_on_the_command_of_its_tick(self) -> None:
         """A command changes nothing that is read in the same tick, whether read before or only after it."""

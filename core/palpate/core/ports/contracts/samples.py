@@ -98,11 +98,7 @@ class SampleContract(DeviceContract[SensorRigT]):
         """What is read after ``deactivate`` and ``activate`` was measured after the pause."""
         with self._rig(Life.ACTIVE) as rig:
             self._read(rig)
-            rig.device.deactivate()
-            pass_time(rig, rig.max_age_ns)
-            pause_ns = rig.clock.now_ns()
-            rig.device.activate()
-            pass_time(rig, 2 * rig.max_age_ns)
+            pause_ns = pause(rig)
             for _ in range(3):
                 sample = self._read(rig)
                 require("pause", sample.source_time_ns >= pause_ns, _stamp(sample), f"one of {pause_ns} ns or later")
@@ -124,6 +120,16 @@ class SampleContract(DeviceContract[SensorRigT]):
                 require("silence", marked, observed, f"STALE or DeviceError after {rig.max_age_ns} ns")
                 rig.advance(1)
             self._check_quick("silence", rig)
+
+
+def pause(rig: SensorRig[Any]) -> int:
+    """Deactivate a sensor for as long as a sample counts, and activate it again; when that was, in ns."""
+    rig.device.deactivate()
+    pass_time(rig, rig.max_age_ns)
+    now_ns = rig.clock.now_ns()
+    rig.device.activate()
+    pass_time(rig, 2 * rig.max_age_ns)
+    return now_ns
 
 
 def standing_world(rig: SensorRig[Any]) -> None:
