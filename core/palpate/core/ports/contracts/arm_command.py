@@ -101,13 +101,13 @@ class ArmCommandContract(ArmBench):
             ends = _fast_steps(rig)
         for end in ends:
             with self._rig(Life.ACTIVE) as rig:
-                for after in (lambda: None, lambda: None, rig.arm.stop):
-                    after()
-                    if after == rig.arm.stop:
+                for stopped in (False, False, True):
+                    if stopped:
+                        rig.arm.stop()
                         self._activate_again(rig)
                     # Within a tick it goes no further, however often it is asked.
                     applied = [self._send(rig, end) for _ in range(1 if rig.runs_by_itself else 10)][-1]
-                    if after == rig.arm.stop and applied.reason is CommandReason.STOPPED:
+                    if stopped and applied.reason is CommandReason.STOPPED:
                         break  # has a clause of its own
                     _require_shortened(applied, rig.home_rad, end)
                     rig.advance(1)

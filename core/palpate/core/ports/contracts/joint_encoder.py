@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from math import ceil, isfinite, pi
 from typing import ClassVar, Final
 
@@ -52,8 +51,9 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
         """The angles are those at which the joints are known to stand, after a pause too."""
         with self._rig(Life.ACTIVE) as rig:
             expected = knob(rig.expected_rad, "expected_rad")
-            for wait in (lambda: 0, partial(pause, rig)):
-                wait()
+            for paused in (False, True):
+                if paused:
+                    pause(rig)
                 found = rig.encoder.read().position_rad
                 near = len(found) == len(expected) and all(
                     abs(q - p) <= rig.tolerance_rad for q, p in zip(found, expected, strict=True)
