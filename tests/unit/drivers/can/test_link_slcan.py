@@ -109,8 +109,8 @@ def test_a_cable_that_is_pulled_ends_the_receive_thread_without_a_traceback(
 ) -> None:
     monkeypatch.setattr(threading, "excepthook", threading.__excepthook__)
     with CanopenLink.open(interface="slcan", channel=cable.channel, bitrate=1_000_000, sleep_after_open=0.0) as link:
-        cable.pull()
         receiver = next(thread for thread in threading.enumerate() if thread.name.startswith("Notifier"))
+        cable.pull()
         receiver.join(5.0)
         assert not receiver.is_alive()
         with pytest.raises(SilentError, match="receiving has ended") as error:
