@@ -18,7 +18,7 @@ times."""
 _SMOOTH: Final = 1
 _SMOOTH_SHARE: Final = 0.3
 """So many second differences, no more, may be below this share of the noise; it makes them 2.4 times itself."""
-_UNFELT_N: Final = 15.0
+_UNFELT_N: Final = 20.0
 """What the springs of the gripper may come to, at most, by the way after the newest sign."""
 _HEAVED_N: Final = 4.0
 """From so much of it on the tool heaves; below, a way that is felt now and then would be disturbed."""
