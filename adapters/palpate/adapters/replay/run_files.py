@@ -90,7 +90,8 @@ def run_file_problems(logs: Mapping[Path, Determined]) -> Iterator[str]:
         manifest = None
         with suppress(OutputError):
             manifest = read_manifest(folder)
-        whole = manifest is None or manifest.finished
+        # An older run without a manifest may have been cut short, too.
+        whole = manifest is not None and manifest.finished
         newest = max(folder.glob(f"{LOG_FOLDER}/trial-*.mcap"), default=None)
         last = trials[max(trials)] if newest in logs else None
         for name in RUN_FILES:
