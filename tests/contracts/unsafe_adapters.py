@@ -10,10 +10,35 @@ from threading import Event, Thread
 from time import sleep
 from typing import Any
 
-from palpate.core.ports import CommandReason, JointCommand, Life, Validity
+from palpate.core.ports import Life, Validity
 from palpate.core.ports.contracts.fakes import TICK_NS, FakeArm, FakeForceSensor, FakeJointEncoder
 from tests.contracts import test_fake as fake
 from tests.contracts.broken_sensors import CountsReadings, altered
+from tests.contracts.unsafe_arms import (
+    ActivatesAtHome,
+    AddsUpWithinATick,
+    BrakeLetsGoLate,
+    Coasts,
+    DropsEverySecond,
+    HoldsFirstStop,
+    LimitsOneJoint,
+    LimitsTheFirstTickOnly,
+    MovesOnAfterStop,
+    MovesUnasked,
+    OnlyBounds,
+    Resumes,
+    SaysItIsAtHome,
+    SaysLimitAndGoesOn,
+    SlowForwardsOnly,
+    StopForgetsFault,
+    StopsAtHome,
+    StopsOnce,
+    StopWearsOff,
+    SwapsMoves,
+    left_moving,
+    only_said,
+    to_home,
+)
 
 HOME = fake.HOME_RAD
 
@@ -141,239 +166,6 @@ ABOUT_HOME = altered(FakeJointEncoder, position_rad=lambda s: (*s.position_rad[:
 SWAPPED = altered(FakeJointEncoder, position_rad=lambda s: (s.position_rad[1], s.position_rad[0], s.position_rad[2]))
 MIRRORED = altered(FakeForceSensor, force_N=lambda s: (-s.force_N[0], *s.force_N[1:]))
 SMALL = altered(FakeJointEncoder, position_rad=lambda s: tuple(q / 57.2958 for q in s.position_rad))
-
-# Arms that do not come to rest
-
-
-def only_said(self: Any) -> None:
-    self._stopped = True
-
-
-def left_moving(self: Any) -> None: ...
-
-
-class StopsLate(FakeArm):
-    """Returns from stop() while it still moves, and holds where it then is."""
-
-    def stop(self) -> None:
-        self._stopped = True
-
-
-class StopsAtHome(FakeArm):
-    def stop(self) -> None:
-        super().stop()
-        self._target_rad = HOME
-
-
-class HoldsFirstStop(FakeArm):
-    held: Any = None
-
-    def stop(self) -> None:
-        super().stop()
-        self.held = self._target_rad = self.held or self._target_rad
-
-
-class SaysItIsAtHome(FakeArm):
-    def send(self, command: JointCommand) -> Any:
-        applied = super().send(command)
-        return replace(applied, position_rad=HOME) if applied.reason is CommandReason.STOPPED else applied
-
-
-class StopWearsOff(FakeArm):
-    stopped_ns = 0
-
-    def stop(self) -> None:
-        super().stop()
-        self.stopped_ns = self.clock.now_ns()
-
-    def send(self, command: JointCommand) -> Any:
-        self._stopped = self._stopped and self.clock.now_ns() < self.stopped_ns + 50 * TICK_NS
-        return super().send(command)
-
-
-class MovesOnAfterStop(FakeArm):
-    """A second after a stop the motion goes on, without a command."""
-
-    def stop(self) -> None:
-        self.asked_rad, self.stopped_ns = self._target_rad, self.clock.now_ns()
-        super().stop()
-
-    def position_rad(self) -> Any:
-        if self._stopped and self.clock.now_ns() > self.stopped_ns + 140 * TICK_NS:
-            self._target_rad = self.asked_rad
-        return super().position_rad()
-
-
-class Resumes(FakeArm):
-    """Activated again, it goes on to where it was sent before."""
-
-    after = "stop"
-
-    def _halt(self) -> None:
-        if self._target_rad != self.position_rad():
-            self.asked_rad = self._target_rad
-        super()._halt()
-
-    def stop(self) -> None:
-        super().stop()
-        self.after_what = "stop"
-
-    def fail(self, cause: str = "") -> None:
-        super().fail("overload")
-        self.after_what = "fault"
-
-    def _on_activate(self) -> None:
-        self._stopped = False
-        if getattr(self, "after_what", "") == self.after:
-            self._target_rad = self.asked_rad
-
-
-class ActivatesAtHome(FakeArm):
-    def _on_activate(self) -> None:
-        super()._on_activate()
-        self._target_rad = HOME
-
-
-class Coasts(FakeArm):
-    """With a fault, it soon drifts on."""
-
-    def position_rad(self) -> Any:
-        ticks = (self.clock.now_ns() - self._target_since_ns) / TICK_NS
-        drift = 1e-5 * max(0.0, ticks - 5.0) if self._fault else 0.0
-        return tuple(q + drift for q in super().position_rad())
-
-
-class StopForgetsFault(FakeArm):
-    def stop(self) -> None:
-        super().stop()
-        if self._life is Life.FAULTED:
-            self._life, self._fault = Life.CONFIGURED, None
-
-
-# Commands
-
-
-class DropsEverySecond(FakeArm):
-    sent = 0
-
-    def send(self, command: JointCommand) -> Any:
-        before, since_ns = self._target_rad, self._target_since_ns
-        applied = super().send(command)
-        self.sent += 1
-        if not self.sent % 2:
-            self._target_rad, self._target_since_ns = before, since_ns
-        return applied
-
-
-class SwapsMoves(FakeArm):
-    """Joint 1 makes the moves of joint 2, and the other way round."""
-
-    def position_rad(self) -> Any:
-        q = super().position_rad()
-        return (HOME[0] + q[1] - HOME[1], HOME[1] + q[0] - HOME[0], q[2])
-
-
-class MovesUnasked(FakeArm):
-    """Passes on what it refuses."""
-
-    refused_in: Any = None
-
-    def send(self, command: JointCommand) -> Any:
-        if self._life is (self.refused_in or self._life):
-            self._target_rad, self._target_since_ns = command.position_rad[:3], self.clock.now_ns()
-        return super().send(command)
-
-
-class OnlyBounds(FakeArm):
-    """Some of the limits are not there."""
-
-    absent: tuple[tuple[str, int], ...] = ()
-
-    def _on_configure(self) -> None:
-        super()._on_configure()
-        for name, joint in self.absent:
-            limits = list(getattr(self, name))
-            limits[joint] *= 9.0
-            setattr(self, name, tuple(limits))
-
-
-class SaysLimitAndGoesOn(FakeArm):
-    def send(self, command: JointCommand) -> Any:
-        applied = super().send(command)
-        if applied.reason is CommandReason.POSITION_LIMIT:
-            self._target_rad = command.position_rad
-        return applied
-
-
-class SlowForwardsOnly(FakeArm):
-    def send(self, command: JointCommand) -> Any:
-        here = self.position_rad()
-        backwards = (
-            len(command.position_rad) == len(here)
-            and min(q - p for q, p in zip(command.position_rad, here, strict=True)) < -0.02
-        )
-        self._max_step_rad = 9.0 if backwards else 0.02
-        return super().send(command)
-
-
-class AddsUpWithinATick(FakeArm):
-    """The velocity limit counts from the last command, not from the tick."""
-
-    def send(self, command: JointCommand) -> Any:
-        here, self._here_rad = self._here_rad, self._target_rad
-        try:
-            return super().send(command)
-        finally:
-            self._here_rad = here
-
-
-class LimitsTheFirstTickOnly(FakeArm):
-    """Further ticks of a motion that was too fast are as fast as they were asked."""
-
-    limited_ns = -1
-
-    def send(self, command: JointCommand) -> Any:
-        now_ns = self.clock.now_ns()
-        self._max_step_rad = 0.02 if self.limited_ns in (-1, now_ns) else 9.0
-        applied = super().send(command)
-        self.limited_ns = now_ns if applied.reason is CommandReason.VELOCITY_LIMIT else -1
-        return applied
-
-
-class LimitsOneJoint(FakeArm):
-    def send(self, command: JointCommand) -> Any:
-        ways = zip(command.position_rad, self.position_rad(), strict=False)
-        self._max_step_rad = 9.0 if sum(abs(q - p) > 0.02 for q, p in ways) > 1 else 0.02
-        return super().send(command)
-
-
-class StopsOnce(FakeArm):
-    stops = 0
-
-    def stop(self) -> None:
-        self.stops += 1
-        self._stopped = True
-        if self.stops == 1:
-            self._halt()
-
-
-class BrakeLetsGoLate(FakeArm):
-    """Deactivated, it holds for a while before it sinks."""
-
-    paused_ns = 0
-
-    def _on_deactivate(self) -> None:
-        super()._on_deactivate()
-        self.paused_ns = self.clock.now_ns()
-
-    def position_rad(self) -> Any:
-        q = super().position_rad()
-        sinks = self._life is Life.CONFIGURED and 0 < self.paused_ns < self.clock.now_ns() - 100 * TICK_NS
-        return (q[0] + 0.01, *q[1:]) if sinks else q
-
-
-def to_home(self: Any) -> None:
-    self._target_rad, self._target_since_ns = HOME, self.clock.now_ns()
 
 
 def set_paused(self: Any) -> None:
