@@ -46,6 +46,8 @@ from palpate.core.tasks.insertion import InsertionTask
 from palpate.core.trial import N_PER_KGF, Measurement, ReadyPose, Task, TaskParts, goal_in_base
 
 NONE: Final = "none"
+_BENT_MM: Final = 0.2
+"""What the gripper bends at one wall and at the other, beyond the play, before a push is answered."""
 _NOISE_BAND: Final = 1.11
 """White noise passes a Butterworth low-pass of second order as if it ended at 1.11 times its cut-off."""
 SKILLS: Final = "skills"
@@ -162,7 +164,7 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
     measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal, aligned=aligned)
     motion = TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S)
     # The drawing of the part says how much play it has: no secret of the cell's.
-    play_mm = max(config.task.play_mm, 2.0 * config.cell.peg.clearance_mm)
+    play_mm = max(config.task.play_mm, 2.0 * config.cell.peg.clearance_mm + _BENT_MM)
     task, earned = replace(config.task, play_mm=play_mm), build_reinforcement(config)
     parts = TaskParts(task, config.control, measurement, motion, perception, policy, earned)
     return task_kind(config.task.name).make(parts)

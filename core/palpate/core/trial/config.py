@@ -72,7 +72,7 @@ class TaskConfig(Settings):
     prove_contact: bool = True
     """Hold force against position from the first touch on; "inserted" needs the answers of a wall and of the floor."""
     play_mm: Annotated[float, Range(0.01, 12.0)] = 0.6
-    """How far the peg may move sideways in the hole, at most; further than that no wall is looked for."""
+    """How far the peg may move sideways in the hole, and 0.2 mm for the gripper; further out no wall is looked for."""
     max_force_N: Annotated[float, Range(1.0, 500.0)] = 30.0
     """A measured force above this ends the trial at once; one whose true peak is above it is no success."""
     ready_height_mm: Annotated[float, Range(0.5, 100.0)] = 3.0
