@@ -436,7 +436,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "heavy-tool": Mishap((force("offset", 0, magnitude=30.0, channels=(2,)),), {"task": _SOON}, (4, "stop")),
     # A lateral force that seems to come from the tip leads the tool as far aside as a wall can be, and half back.
     "shoved": Mishap(
-        (*shove(90, 4.0, 8.0), *shove(122, 0.5, -12.0)), {"task": _SOON | {"play_mm": 0.1}}, (130, "stop")
+        (*shove(90, 8.0, 16.0), *shove(122, 0.5, -12.0)), {"task": _SOON | {"play_mm": 0.1}}, (130, "stop")
     ),
     "surface-interrupted": Mishap(
         settings={"task": _SOON | {"name": "surface-follow", "options": {"stroke_mm": 14.0}}}, at=(12, "interrupt")
