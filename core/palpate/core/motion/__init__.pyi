@@ -1,5 +1,6 @@
 from .arm import ArmDescription as ArmDescription
 from .arm import arm_named as arm_named
+from .filler import filler as filler
 from .fixed_frame import FixedFrame as FixedFrame
 from .fixed_frame import rotated as rotated
 from .inverse import InverseKinematics as InverseKinematics

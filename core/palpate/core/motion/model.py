@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -18,10 +18,13 @@ import pinocchio as pin
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion.arm import ArmDescription
+from palpate.core.motion.filler import filler
 from palpate.core.motion.urdf import load_model
 from palpate.core.ports import JointVector, Vector3
 
 Array: TypeAlias = npt.NDArray[np.float64]
+
+_LOCAL: Final = pin.ReferenceFrame.LOCAL
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +48,8 @@ class Kinematics:
         lower_rad: Lower joint limits, (n,).
         upper_rad: Upper joint limits, (n,).
         velocity_limit_rad_s: Joint velocity limits, (n,).
+        tip_position_m: Tip position in the base frame, (3,); a view that the next ``update`` changes.
+        tip_rotation: Rotation from tip (or sensor) frame to base frame, (3, 3); a view, too.
 
     Raises:
         AssetError: The URDF is missing, cannot be read, has no such flange, or not six or seven revolute joints that
@@ -60,10 +65,11 @@ class Kinematics:
         self._data = self.model.createData()
         self._tip = self._data.oMf[self._tip_id]
         # Views into Pinocchio's memory: asking for them anew costs more than the kinematics itself.
-        self._tip_translation: Array = self._tip.translation
-        self._tip_rotation: Array = self._tip.rotation
+        self.tip_position_m: Array = self._tip.translation
+        self.tip_rotation: Array = self._tip.rotation
         self.joints = int(self.model.nq)
         self._q: Array = np.zeros(self.joints)
+        self._set_q = filler(self._q)
         self.lower_rad: Array = np.array(arm.lower_rad or self.model.lowerPositionLimit)
         self.upper_rad: Array = np.array(arm.upper_rad or self.model.upperPositionLimit)
         self.velocity_limit_rad_s: Array = np.array(arm.velocity_limit_rad_s or self.model.velocityLimit)
@@ -89,8 +95,8 @@ class Kinematics:
         return int(self.model.addFrame(frame))
 
     def update(self, q_rad: JointVector | Array) -> None:
-        """Forward kinematics at joint angles (n,); the properties below then refer to them."""
-        self._q[:] = q_rad
+        """Forward kinematics at joint angles (n,); the placements of frames then refer to them."""
+        self._set_q(*q_rad)
         pin.framesForwardKinematics(self.model, self._data, self._q)
 
     @property
@@ -101,16 +107,6 @@ class Kinematics:
     def tip_in(self, frame_in_base: pin.SE3) -> pin.SE3:
         """Placement of the tip frame in another frame."""
         return frame_in_base.actInv(self._tip)
-
-    @property
-    def tip_position_m(self) -> Array:
-        """Tip position in the base frame, (3,); a view that the next ``update`` changes."""
-        return self._tip_translation
-
-    @property
-    def tip_rotation(self) -> Array:
-        """Rotation from tip (or sensor) frame to base frame, (3, 3); a view like ``tip_position_m``."""
-        return self._tip_rotation
 
     @property
     def sensor_in_base(self) -> pin.SE3:
@@ -124,7 +120,7 @@ class Kinematics:
         """
         pin.computeJointJacobians(self.model, self._data, q_rad)
         pin.updateFramePlacement(self.model, self._data, self._tip_id)
-        jacobian: Array = pin.getFrameJacobian(self.model, self._data, self._tip_id, pin.ReferenceFrame.LOCAL)
+        jacobian: Array = pin.getFrameJacobian(self.model, self._data, self._tip_id, _LOCAL)
         return jacobian
 
     def tip_error(self, target_in_base: pin.SE3) -> Array:

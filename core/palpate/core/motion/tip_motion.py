@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 import pinocchio as pin
 
+from palpate.core.motion.filler import filler
 from palpate.core.motion.fixed_frame import FixedFrame
 from palpate.core.motion.inverse import InverseKinematics
 from palpate.core.motion.laws import limited
@@ -43,8 +44,8 @@ class TipMotion:
         self._inverse = InverseKinematics(kinematics, period_s)
         self._task = FixedFrame(task_in_base)
         self._target = pin.SE3(tip_rotation_in_base, np.zeros(3))
-        # A view into Pinocchio's memory.
-        self._target_m: Array = self._target.translation
+        # Of a view into Pinocchio's memory.
+        self._set_target_m = filler(self._target.translation)
         self._period_s = period_s
         self._upright: Array = np.array(tip_rotation_in_base)
         self._task_turn = pin.SE3(task_in_base.rotation, _NOWHERE)
@@ -101,7 +102,7 @@ class TipMotion:
         if self._rate_rad_s is not None:
             (a, b, c), (u, v, w), self._rate_rad_s = self.turn_rad, self._rate_rad_s, None
             self._turn_to((a + u * period, b + v * period, c + w * period))
-        self._target_m[:] = self._task.place_in_base_m(reference)
+        self._set_target_m(*self._task.place_in_base_m(reference))
         step = self._inverse.step(self._q, self._target)
         self._q = step.q_rad
         return JointCommand(tuple(step.q_rad.tolist()))
