@@ -29,6 +29,8 @@ from palpate.core.ports import (
 )
 
 _VARINT, _FIXED64, _BYTES = 0, 1, 2
+# Members of an enumeration are looked up more slowly.
+_VALID, _RAW, _AS_ASKED = Validity.VALID, WrenchKind.RAW, CommandReason.AS_ASKED
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,13 +99,13 @@ class FullLayout:
             k[0], snapshot.tick, k[1], snapshot.time_ns, k[2], deadline_ns,
             k[3], *wrench.force_N, k[4], *wrench.torque_Nm,
             k[5], wrench.source_time_ns, k[6], wrench.receive_time_ns, k[7], wrench.sequence,
-            k[8], 0 if validity is Validity.VALID else enum_number("Validity", validity),
-            k[9], 0 if kind is WrenchKind.RAW else enum_number("Kind", kind),
+            k[8], 0 if validity is _VALID else enum_number("Validity", validity),
+            k[9], 0 if kind is _RAW else enum_number("Kind", kind),
             k[10], *joints.position_rad,
             k[11], joints.source_time_ns, k[12], joints.receive_time_ns, k[13], joints.sequence,
-            k[14], 0 if trust is Validity.VALID else enum_number("Validity", trust),
+            k[14], 0 if trust is _VALID else enum_number("Validity", trust),
             k[15], *command.position_rad, k[16], *applied.position_rad,
-            k[17], 0 if reason is CommandReason.AS_ASKED else enum_number("Reason", reason),
+            k[17], 0 if reason is _AS_ASKED else enum_number("Reason", reason),
         )  # fmt: skip
 
     def unpack(self, payload: bytes) -> TickRecord | None:

@@ -26,6 +26,8 @@ from palpate.core.ports import (
 from palpate.simulation.work_cell import WorkCell
 
 _NS: Final = 1_000_000_000
+# A member of an enumeration is looked up more slowly.
+_ACTIVE: Final = Life.ACTIVE
 
 
 class MujocoClock(Clock):
@@ -56,7 +58,7 @@ class MujocoForceSensor(ManagedDevice, ForceSensor):
 
     @override
     def read(self) -> WrenchSample:
-        if self._life is not Life.ACTIVE:
+        if self._life is not _ACTIVE:
             self._require_active("read()")
         now, tick = self._clock.now_ns(), self._cell.ticks
         if self._sample is None or self._sample.sequence != tick:
@@ -77,7 +79,7 @@ class MujocoJointEncoder(ManagedDevice, JointEncoder):
 
     @override
     def read(self) -> JointSample:
-        if self._life is not Life.ACTIVE:
+        if self._life is not _ACTIVE:
             self._require_active("read()")
         now = self._clock.now_ns()
         return JointSample(self._cell.measure_joints(), now, now, self._cell.ticks)
@@ -101,7 +103,7 @@ class MujocoArm(ManagedDevice, ArmCommand):
 
     @override
     def send(self, command: JointCommand) -> AppliedCommand:
-        if self._life is not Life.ACTIVE:
+        if self._life is not _ACTIVE:
             self._require_active("send()")
         asked = command.position_rad
         if len(asked) != self._limiter.joints:

@@ -68,6 +68,8 @@ TRANSITIONS: Final[dict[tuple[Guard, GuardEvent], Guard]] = {
 
 
 _NAME = "supervisor"
+# Members of an enumeration are looked up more slowly.
+_ACTIVE, _AS_ASKED = Guard.ACTIVE, CommandReason.AS_ASKED
 
 
 class Supervisor:
@@ -166,7 +168,7 @@ class Supervisor:
                 nothing has been commanded.
             CommandError: The command has another number of joints than the arm.
         """
-        if self._state is not Guard.ACTIVE:
+        if self._state is not _ACTIVE:
             return self.retreat(snapshot)
         position = asked.position_rad
         if len(position) != self._count:
@@ -174,7 +176,7 @@ class Supervisor:
         applied, sound = snapshot.applied, True
         if not self._held:
             self._take_over(snapshot)
-        elif applied is not None and applied.reason is not CommandReason.AS_ASKED:
+        elif applied is not None and applied.reason is not _AS_ASKED:
             sound = self._adopted(applied)
         trip = self._samples.trip(snapshot)
         if trip is None:
@@ -196,7 +198,7 @@ class Supervisor:
             self._held = position
             return Supervised(asked)
         within = self._limiter.limited(position, time_ns)
-        if within.reason is CommandReason.AS_ASKED:
+        if within.reason is _AS_ASKED:
             self._held = within.position_rad
             return Supervised(asked)
         # Whatever jumps is beyond a limit of the limiter, too: only here it has to be looked for.
@@ -216,7 +218,7 @@ class Supervisor:
         if trip is None:
             raise LifecycleError(_NAME, self._state.value, "check() or retreat()", "call begin() first")
         held, applied = self._held, snapshot.applied
-        if applied is not None and applied.reason is not CommandReason.AS_ASKED:
+        if applied is not None and applied.reason is not _AS_ASKED:
             self._adopted(applied)
             if applied.reason is CommandReason.STOPPED and self.retracting:
                 self._move(GuardEvent.ARRIVE)

@@ -36,6 +36,10 @@ class _Answer(enum.Enum):
     NONE = "none"
 
 
+# Members of an enumeration are looked up more slowly.
+_ALIVE, _WRONG, _NONE = _Answer.ALIVE, _Answer.WRONG, _Answer.NONE
+
+
 class SignOfLife:
     """Holds the axial force against the axial motion of a tool that heaves a little while it slides.
 
@@ -116,10 +120,10 @@ class SignOfLife:
         if self._count < self._fewest:
             return
         answer = self._answer()
-        if answer is _Answer.ALIVE:
+        if answer is _ALIVE:
             self.travel_m, self._accused = 0.0, False
             self._restart()
-        elif answer is _Answer.WRONG and not self._late:
+        elif answer is _WRONG and not self._late:
             self._accused = True
             self.demand_check()
 
@@ -145,20 +149,26 @@ class SignOfLife:
         for depth, square, product in self._sums:
             square -= depth * depth / count
             product = self._sign * (product - depth * self._force / count)
-            least, most = min(least, square), max(most, square)
-            if square > 0.0 and -product / sqrt(square) > follows:
-                follows, share, spread = -product / sqrt(square), -product / square, square
+            # Calls of min and max would take half of this loop, in nearly every tick of a slide.
+            if square < least:
+                least = square
+            if square > most:
+                most = square
+            if square > 0.0:
+                follows_here = -product / sqrt(square)
+                if follows_here > follows:
+                    follows, share, spread = follows_here, -product / square, square
         if spread == 0.0:
-            return _Answer.NONE
+            return _NONE
         left = max(self._force_square - self._force * self._force / count - follows * follows, 0.0)
         error = self._deviations * sqrt(left / (spread * (count - 2)))
         if self._in_air:
-            return _Answer.ALIVE if share > error else _Answer.NONE
+            return _ALIVE if share > error else _NONE
         if share > error and LOWEST_SHARE <= share <= HIGHEST_SHARE:
-            return _Answer.ALIVE
+            return _ALIVE
         wrong = share + error < LOWEST_SHARE or share - error > HIGHEST_SHARE
         # A force that comes late has not had the time to answer before the heave is seen at the longest lag, too.
-        return _Answer.WRONG if wrong and least > 0.5 * most else _Answer.NONE
+        return _WRONG if wrong and least > 0.5 * most else _NONE
 
     def _restart(self) -> None:
         self._count, self._force, self._force_square = 0, 0.0, 0.0

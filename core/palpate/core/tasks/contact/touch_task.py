@@ -30,6 +30,9 @@ from palpate.core.trial import (
     require_place,
 )
 
+# Members of an enumeration are looked up more slowly.
+_AS_ASKED, _VALID, _DONE = CommandReason.AS_ASKED, Validity.VALID, Phase.DONE
+
 
 class TouchTask(Task):
     """Lift, way to the start and tare; what comes then is a subclass's, phase by phase, in :meth:`_follow`.
@@ -107,7 +110,7 @@ class TouchTask(Task):
         if snapshot.tick == 0:
             require_place(snapshot.joints, self._measurement.joints)
             self._motion.start(snapshot.joints.position_rad)
-        if snapshot.applied is not None and snapshot.applied.reason is not CommandReason.AS_ASKED:
+        if snapshot.applied is not None and snapshot.applied.reason is not _AS_ASKED:
             state.report.clamped_ticks += 1
             sound = self._motion.adopt(snapshot.applied)
             if snapshot.applied.reason is CommandReason.STOPPED:
@@ -117,7 +120,7 @@ class TouchTask(Task):
                 state.end(Outcome.SENSOR_FAULT, "the arm answers a command with joint angles that it cannot have")
                 return None
         # A limit that a sample shows may be exceeded further by the truth: saturation ends the trial too.
-        if snapshot.wrench.validity is not Validity.VALID or snapshot.joints.validity is not Validity.VALID:
+        if snapshot.wrench.validity is not _VALID or snapshot.joints.validity is not _VALID:
             state.end(
                 Outcome.SENSOR_FAULT,
                 f"force sample {snapshot.wrench.validity.value}, joint sample {snapshot.joints.validity.value}",
@@ -131,9 +134,9 @@ class TouchTask(Task):
             state.end(Outcome.UNPROVED, state.expectation.doubt.text)
         elif self._interrupted:
             self._wind_up()
-        if state.phase is not Phase.DONE:
+        if state.phase is not _DONE:
             self._hold_force_limit()
-        if state.phase is not Phase.DONE:
+        if state.phase is not _DONE:
             trip = self._proof.contradiction(snapshot, self._measurement, tared=self._settle.bias is not None)
             if trip is not None:
                 state.doubt(trip)
