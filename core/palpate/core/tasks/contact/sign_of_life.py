@@ -84,8 +84,11 @@ class SignOfLife:
 
     def resume(self) -> None:
         """The slide begins, here or anew."""
-        self._ticks = 0
         self._commanded_m: deque[float] = deque(maxlen=_LATEST_TICKS + 1)
+        self._begin_heave()
+
+    def _begin_heave(self) -> None:
+        self._ticks = 0
         self._restart()
 
     def heave_m_s(self) -> float:
@@ -105,7 +108,7 @@ class SignOfLife:
         place, self._place = self._place, reference_m[:2]
         if place is not None:
             self.travel_m += hypot(reference_m[0] - place[0], reference_m[1] - place[1])
-        self._commanded_m.appendleft(reference_m[2])
+        self.follow(reference_m[2])
         if not new or len(self._commanded_m) <= _LATEST_TICKS:
             return
         self._count += 1
@@ -127,11 +130,19 @@ class SignOfLife:
             self._accused = True
             self.demand_check()
 
+    def follow(self, commanded_m: float) -> None:
+        """A tick, be it of a check too: where the tip is commanded to along the tool axis.
+
+        A slide that goes on after a check is judged by the commands of before as well. Without these a fast tool would
+        have gone the free way before it can be judged at all, and each check would be followed by another.
+        """
+        self._commanded_m.appendleft(commanded_m)
+
     def proved(self) -> None:
-        """The sensor has answered to a check: travel counts from now on, and what was seen before it does not."""
+        """The sensor has answered to a check: travel counts from now on, and what it showed before does not."""
         self.travel_m = 0.0
         self._late, self._accused = self._late or self._accused, False
-        self.resume()
+        self._begin_heave()
 
     def demand_check(self) -> None:
         """A check is due for another reason."""

@@ -53,6 +53,8 @@ class ExploringChecks:
             if measured.filtered_force_z_N > -_PRESSED_SHARE * self._press_N:
                 return equipment.laws.press.velocity_m_s(reference_m, reference_m, measured.force_N)
             self._lift.begin()
+        else:
+            proof.life.follow(reference_m[2])
         along = self._lift.velocity_m_s()
         if along is None and proof.axial.passed:
             state.event("proof", f"lift: {proof.axial.share:.2f} of the gripper's stiffness")
