@@ -110,6 +110,29 @@ def test_a_gripper_of_another_stiffness_is_doubted_and_named() -> None:
     assert "control.axial_stiffness_N_per_mm" in soft.details("doubt")[0]
 
 
+def test_a_noisy_touch_is_looked_at_longer_before_a_lift() -> None:
+    """Judged after 29 ms, a noise of 0.3 N puts one touch of six outside the bounds."""
+    rng, longer, lifts = np.random.default_rng(3), 0, 0
+
+    def noisy(sample: WrenchSample) -> WrenchSample:
+        x, y, z = sample.force_N
+        return replace(sample, force_N=(x, y, z + 0.3 * rng.standard_normal()))
+
+    for _ in range(20):
+        world = FakeWorld(FAR_AWAY)
+        world.stiffness_N_per_m *= 0.78
+        world.spoil = noisy
+        task = build_task(FollowTorque(), TaskConfig(ticks_per_action=4, time_limit_s=0.2), proves=True)
+        with world:
+            events = run_trial(task, world.ports, SETUP).events
+        touched = next(event.tick for event in events if event.name == "contact")
+        judged = next((event for event in events if event.name == "proof" and event.detail.startswith("first")), None)
+        longer += judged is not None and judged.tick - touched > 8
+        lifts += judged is None
+    assert longer >= 2
+    assert lifts == 0
+
+
 # Sensors that lie.
 
 _LIES: dict[str, tuple[Lie, float]] = {
