@@ -148,7 +148,9 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
 
     def _begin_search(self, centre_m: tuple[float, float]) -> SpiralSearch:
         pitch_m = self.parameters.pitch_mm * 1e-3
-        self._search = SpiralSearch(centre_m, pitch_m, self._search_step_m, self._half_width_m)
+        self._search = SpiralSearch(
+            centre_m, pitch_m, self._search_step_m, self._half_width_m, even=self.parameters.even_search
+        )
         return self._search
 
     def _searching(self, search: SpiralSearch, touch: Touch) -> Decision:

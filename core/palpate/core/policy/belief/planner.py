@@ -98,12 +98,17 @@ class SpiralSearch:
 
     Args:
         radius_m: Where a spiral ends and the next one begins: a hole may be passed without a drop.
+        even: No step is longer than ``step_m``; else steps far out are up to 1.5 times as long, as they were once.
     """
 
     _SAGITTA_M: Final = 3e-5
+    _INCREMENT: Final = 0.05
 
-    def __init__(self, centre_m: tuple[float, float], pitch_m: float, step_m: float, radius_m: float) -> None:
+    def __init__(
+        self, centre_m: tuple[float, float], pitch_m: float, step_m: float, radius_m: float, *, even: bool
+    ) -> None:
         self._centre, self._pitch_m, self._step_m, self._radius_m = centre_m, pitch_m, step_m, radius_m
+        self._even = even
         self._angle = self._phase = 0.0
 
     def next_m(self, from_m: tuple[float, float]) -> tuple[float, float]:
@@ -121,12 +126,15 @@ class SpiralSearch:
         while True:
             radius = per_angle * target
             chord = min(self._step_m, 2.0 * (2.0 * max(radius, self._pitch_m) * self._SAGITTA_M) ** 0.5)
-            if travelled >= chord:
+            left, per_radian = chord - travelled, hypot(radius, per_angle)
+            if left <= 0.0:
                 break
-            increment = 0.05
-            travelled += increment * hypot(radius, per_angle)
-            target += increment
-        heading = target + self._phase
+            if self._even and left < self._INCREMENT * per_radian:
+                target += left / per_radian
+                break
+            travelled += self._INCREMENT * per_radian
+            target += self._INCREMENT
+        radius, heading = per_angle * target, target + self._phase
         self._angle = target
         if radius > self._radius_m:
             self._angle, self._phase = 0.0, self._phase + pi

@@ -19,7 +19,14 @@ class BeliefParameters(Settings):
 
     TABLE: ClassVar[str] = "learning.belief"
     UNTOLD: ClassVar[Mapping[str, Any]] = MappingProxyType(
-        {"symbol_Nm": 0.0, "kept": 0.97, "search_speed_mm_s": 0.0, "regrip_share": 0.0, "graded_misses": False}
+        {
+            "symbol_Nm": 0.0,
+            "kept": 0.97,
+            "search_speed_mm_s": 0.0,
+            "regrip_share": 0.0,
+            "graded_misses": False,
+            "even_search": False,
+        }
     )
 
     capture_mm: Annotated[float, Range(0.02, 2.0)] = 0.15
@@ -32,6 +39,9 @@ class BeliefParameters(Settings):
     """Speed of a search: faster, the peg slides over holes that it should drop into. 0 is speed_mm_s."""
     pitch_mm: Annotated[float, Range(0.05, 5.0)] = 0.3
     """Distance between the turns of a search; at most twice the capture width, or it leaves gaps."""
+    even_search: bool = True
+    """Whether no step of a search is faster than search_speed_mm_s; before, those far out were up to half as fast again
+    and slid over holes."""
     memory_trials: Annotated[int, Range(2, 1000)] = 60
     """So many trials are remembered; what is older is forgotten."""
     patience: Annotated[int, Range(1, 1000)] = 60
