@@ -43,8 +43,8 @@ def dead(tick: int) -> tuple[Mapping[str, Any], ...]:
     )
 
 
-def shove(tick: int, x_N: float, y_N: float) -> tuple[Mapping[str, Any], ...]:
+def shove(tick: int, x_N: float, y_N: float, **more: Any) -> tuple[Mapping[str, Any], ...]:
     """A lateral force with the torque that it has at the tip."""
     lever_m = ToolGeometry().tip_from_sensor_m
     wrench = ((0, x_N), (1, y_N), (3, -lever_m * y_N), (4, lever_m * x_N))
-    return tuple(force("offset", tick, magnitude=value, channels=(channel,)) for channel, value in wrench)
+    return tuple(force("offset", tick, magnitude=value, channels=(channel,), **more) for channel, value in wrench)

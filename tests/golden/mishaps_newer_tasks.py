@@ -56,14 +56,16 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         _corner(options={"most_yaw_deg": 1.0}),
         policy="corner-first",
     ),
-    # Held aside where it is to lean, and held down; at last it is upright and, by its encoders, hardly deep.
+    # Held aside where it is to lean, and held down, there and where it pushes; at last it is upright and, by its
+    # encoders, hardly deep.
     "corner-lost": Mishap(
         (
-            force("offset", 44, magnitude=4.5, channels=(0,), duration_ticks=12),
+            *shove(44, 6.0, 0.5, duration_ticks=16),
             force("offset", 61, magnitude=2.5, channels=(2,), duration_ticks=3),
+            force("offset", 100, magnitude=6.0, channels=(2,), duration_ticks=2),
             joints("offset", 148, magnitude=-0.0045, channels=(1,)),
         ),
-        _corner(time_limit_s=2.0),
+        _corner(time_limit_s=2.0, options={"down_share": 0.5}),
         (176, "stop"),
         policy="corner-first",
     ),

@@ -21,6 +21,8 @@ _PULL_N: Final = 1.2
 """So light a pull no proof of contact takes for one that cannot be."""
 _WEDGED_NM: Final = 0.15
 _HELD_N: Final = 2.5
+_GIVEN_M: Final = 3e-4
+"""So far a tool gives way that is caught in a lift: 12 N of the gripper's spring, should the sensor lie."""
 _WITHDRAW_M_S: Final = 12e-3
 _CLEAR_M: Final = 3e-4
 """A tool whose lowest corner is so high above the plate meets nothing."""
@@ -130,6 +132,7 @@ class SpatialExplore(Explore):
         action_s = self._task.ticks_per_action * PERIOD_S
         self._rate_rad_s = (turned[0] - x) / action_s, (turned[1] - y) / action_s, (turned[2] - yaw) / action_s
         self._lost_ticks = self._deep_ticks = 0
+        self._caught_m: Vector3 | None = None
         if spatial.law is Law.INSERT:
             self._state.event("insert")
             self.over = True
@@ -153,12 +156,8 @@ class SpatialExplore(Explore):
             (x, y, z), (dx, dy) = self._step_from_m, self._step_m
             target_m = x + share * dx, y + share * dy, z - share * spatial.rise_m
             velocity, rate = self._free.velocity_m_s(reference_m, target_m, (0.0, 0.0, 0.0)), self._rate_rad_s
-            if measured.force_N[2] > _PULL_N:
-                # Something holds the tool: a lift is no withdrawal.
-                velocity = rate = (0.0, 0.0, 0.0)
-            elif hypot(*measured.force_N[:2]) > _HELD_N:
-                # Caught on an edge: up, and no further across.
-                velocity, rate = (0.0, 0.0, velocity[2]), (0.0, 0.0, 0.0)
+            if measured.force_N[2] > _PULL_N or hypot(*measured.force_N[:2]) > _HELD_N:
+                velocity, rate = self._freed(velocity[2]), (0.0, 0.0, 0.0)
         elif spatial.law is Law.PUSH:
             self._hold_against(spatial.push_N)
             velocity = self._pushed(spatial.push_N)
@@ -167,13 +166,12 @@ class SpatialExplore(Explore):
             rate = lean_x, lean_y, yaw + self._yawing.rate_rad_s(torque_Nm)[2]
         elif spatial.law is Law.WITHDRAW:
             vx, vy, _ = self._pushed(spatial.push_N)
-            pulled = self._pull.velocity_m_s(reference_m, reference_m, (0.0, 0.0, measured.force_N[2]))[2]
             torque_Nm = measured.live_torque_at_tip_Nm()
             (u, v, w), (a, b, c) = self._freeing.rate_rad_s(torque_Nm), self._rate_rad_s
             if hypot(*torque_Nm[:2]) > _WEDGED_NM:
                 # Turning on would load the wedge; the tool gives way to it first.
                 a = b = 0.0
-            velocity, rate = (vx, vy, pulled), (u + a, v + b, w + c)
+            velocity, rate = (vx, vy, self._pulled_m_s()), (u + a, v + b, w + c)
         else:
             velocity = rate = (0.0, 0.0, 0.0)
         felt = self._felt if self._pushes_low else None
@@ -183,6 +181,24 @@ class SpatialExplore(Explore):
             self._motion.turn(rate)
             velocity = self._about_pivot(velocity, rate)
         return velocity if felt is None else felt.velocity_m_s(velocity)
+
+    def _freed(self, lift_m_s: float) -> Vector3:
+        """Velocity of a tool that is caught while it is lifted: it gives way, and goes up unless something holds it."""
+        (x, y, z), (fx, fy, fz), k = self._motion.reference_m, self._measurement.force_N, self._push_m_per_N_s
+        if self._caught_m is None:
+            self._caught_m = x, y, z
+        caught_x, caught_y, caught_z = self._caught_m
+        vx, vy, _ = limited((k * fx, k * fy, 0.0), _FASTEST_PUSH_M_S)
+        if hypot(x + vx * PERIOD_S - caught_x, y + vy * PERIOD_S - caught_y) > _GIVEN_M:
+            vx = vy = 0.0
+        if fz <= _PULL_N:
+            return vx, vy, lift_m_s
+        return vx, vy, self._pulled_m_s() if z - caught_z < _GIVEN_M else 0.0
+
+    def _pulled_m_s(self) -> float:
+        """Velocity along the axis with which no more is pulled than may be."""
+        reference_m = self._motion.reference_m
+        return self._pull.velocity_m_s(reference_m, reference_m, (0.0, 0.0, self._measurement.force_N[2]))[2]
 
     def _hold_against(self, push_N: tuple[float, float]) -> None:
         (px, py), (fx, fy, _), tick = push_N, self._measurement.force_N, self._state.tick
@@ -201,6 +217,8 @@ class SpatialExplore(Explore):
         vz = self._law.velocity_m_s(reference_m, reference_m, (0.0, 0.0, fz))[2]
         if rise_m := self._spatial.rise_m:
             vz = min(vz, -_HEIGHT_GAIN_PER_S * (rise_m + self._depth_m))
+            if fz > _PULL_N:
+                vz = max(vz, 0.0)
         elif self._depth_m > self._deepest_m:
             vz = min(vz, 0.0)
         x, y = reference_m[0] + vx * PERIOD_S, reference_m[1] + vy * PERIOD_S
