@@ -50,6 +50,9 @@ class TipMotion:
         self._upright: Array = np.array(tip_rotation_in_base)
         self._task_turn = pin.SE3(task_in_base.rotation, _NOWHERE)
         self._upright_turn = self._task_turn.inverse() * pin.SE3(self._upright, _NOWHERE)
+        self._turn = pin.SE3.Identity()
+        # Pinocchio keeps columns together.
+        self._set_turn = filler(self._turn.rotation.T.ravel())
         self._q: Array
         self.reference_m: Vector3
 
@@ -86,8 +89,9 @@ class TipMotion:
             self._target.rotation = self._upright
             return
         # pin.SE3 multiplies without BLAS.
-        turned = self._task_turn * pin.SE3(np.array(orientation(turn_rad)), _NOWHERE) * self._upright_turn
-        self._target.rotation = turned.rotation
+        (a, b, c), (d, e, f), (g, h, i) = orientation(turn_rad)
+        self._set_turn(a, d, g, b, e, h, c, f, i)
+        self._target.rotation = (self._task_turn * self._turn * self._upright_turn).rotation
 
     def move(self, velocity_m_s: Vector3) -> JointCommand:
         """Advance the reference by one control period and follow it.

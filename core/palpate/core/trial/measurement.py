@@ -91,17 +91,17 @@ class Measurement:
         self.position_m = self._task.place_m(kinematics.tip_position_m.tolist())
         self._force_depth_m = self._depth_at(snapshot) if self._aligned else self.position_m[2]
         self._tip_in_base = rotation = kinematics.tip_rotation.tolist()
-        self._raw = raw = snapshot.wrench
-        lever_m = self._lever_m
-        (bx, by, bz, btx, bty, _), (sx, sy, sz, stx, sty, _) = self._bias, self._scale
-        (fx, fy, fz), (tx, ty, _) = raw.force_N, raw.torque_Nm
-        fx, fy, fz = (fx - bx) * sx, (fy - by) * sy, (fz - bz) * sz
+        raw, lever_m = snapshot.wrench, self._lever_m
+        (bx, by, bz, btx, bty, btz), (sx, sy, sz, stx, sty, stz) = self._bias, self._scale
+        (fx, fy, fz), (tx, ty, tz) = raw.force_N, raw.torque_Nm
+        self._live_N = fx, fy, fz = (fx - bx) * sx, (fy - by) * sy, (fz - bz) * sz
+        self._live_Nm = tx, ty, tz = (tx - btx) * stx, (ty - bty) * sty, (tz - btz) * stz
         self.force_N = self._task.vector(rotated(rotation, (fx, fy, fz)))
         if self._weight_N:
             (_, _, u), (_, _, v), (_, _, w) = rotation
             self._axis = self._task.vector((u, v, w))
             self.force_N = self._lightened(self.force_N)
-        self.torque_across_at_tip_Nm = hypot((tx - btx) * stx + lever_m * fy, (ty - bty) * sty - lever_m * fx)
+        self.torque_across_at_tip_Nm = hypot(tx + lever_m * fy, ty - lever_m * fx)
         self._filtered = filtered = self._signal.update((*raw.force_N, *raw.torque_Nm))
         self.filtered_force_z_N = filtered[2]
 
@@ -156,11 +156,8 @@ class Measurement:
 
     def live_torque_at_tip_Nm(self) -> Vector3:
         """Tared, scaled torque about the tip, (3,), not filtered: a law that turns by it would otherwise be late."""
-        raw = *self._raw.force_N, *self._raw.torque_Nm
-        fx, fy, fz, tx, ty, tz = ((v - b) * k for v, b, k in zip(raw, self._bias, self._scale, strict=True))
-        torque = self._task.vector(
-            rotated(self._tip_in_base, wrench_about((fx, fy, fz), (tx, ty, tz), self._tip_in_sensor))
-        )
+        torque_Nm = wrench_about(self._live_N, self._live_Nm, self._tip_in_sensor)
+        torque = self._task.vector(rotated(self._tip_in_base, torque_Nm))
         return self._righted(torque) if self._weight_N else torque
 
     def _lightened(self, force_N: Vector3) -> Vector3:
