@@ -34,10 +34,10 @@ class SkillAgent(Agent):
         self._running: Decision | None = None
 
     @override
-    def _learn_from(self, tick: int, seen: Observation) -> Observation:
+    def _learn_from(self, tick: int, seen: Observation) -> int:
         self._of_the_task = self._skills.facts(seen)
         if self._running is not None and not self._skills.over(seen):
-            return seen
+            return seen.state
         if self._pending is not None:
             # An insertion that got stuck took its time though no action ran.
             self._ticks = max(self._ticks, tick - self._began)
