@@ -64,9 +64,13 @@ def test_what_was_shown_outlives_a_device_that_fails(
         (("--gamepad", "js9"), "a gamepad's device that can be read"),
         (("--guide-N", "3"), "0 without --rig"),
         (("--rig", "rig.toml"), "rig.toml"),
-        (("--task.directions", "4"), "task.directions = 4 is refused: 8 for a lesson"),
+        (("--task.directions", "4"), "actions = '0deg, 90deg, 180deg, 270deg' is refused: the eight steps"),
+        (("--task=insertion-6dof", "--learner", "skills"), "without skills"),
+        (("--learning.programmed", "x+", "+x"), "learning.programmed = 'x+' is refused: a state of this task"),
+        (("--learning.examples", "mine.csv"), "none: a lesson leaves its own"),
     ],
 )
+@pytest.mark.usefixtures("typed")
 def test_what_cannot_be_taught_with_is_one_line(
     palpate: CommandLine, words: tuple[str, ...], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -103,6 +103,8 @@ def test_trials_replay_with_its_code_and_without_it(
     assert "of 2 of them the decisions were taken from the log" in without
     assert "No module named 'strange_policies'" in without
     assert "install what made it" in palpate("replay", trained, "--set", "task.max_force_N=20").stdout
+    refused = palpate.refusal("run", "--policy", trained / "policy.json", "--out", "run")
+    assert "No module named 'strange_policies'" in refused
     monkeypatch.syspath_prepend(str(PACKAGE))
     with_code = palpate.succeed("replay", trained)
     assert "2 of 2 equal in every bit" in with_code

@@ -68,9 +68,12 @@ def _teach(options: TeachOptions, kept: ExitStack) -> int:
         config = slowed(config)
     folder = RunFolder(Path(options.out)) if options.out else next_free_folder(f"runs/{config.scenario}-teach")
     folder.require_free()
-    if config.task.directions != (count := len(COMPASS_NAMES)):
-        accepted = f"{count} for a lesson, whose keys and sticks are of so many directions"
-        raise ConfigurationError("task.directions", config.task.directions, accepted)
+    actions = task_actions(config)
+    if (names := [action.name for action in actions])[: len(COMPASS_NAMES)] != list(COMPASS_NAMES):
+        accepted = "the eight steps of keys and sticks, by task.directions = 8 and without skills"
+        raise ConfigurationError("actions", ", ".join(names), accepted)
+    if config.learning.examples:
+        raise ConfigurationError("learning.examples", config.learning.examples, "none: a lesson leaves its own")
     ready = ready_pose(config)
     require_usable(config, ready, options.rig)
     print_weakened(config)
@@ -81,12 +84,13 @@ def _teach(options: TeachOptions, kept: ExitStack) -> int:
         if configured_perception(config) is None:
             say(f"fitting perception on {config.perception.fit_trials} random-walk trials in the simulator")
         perception = simulated_perception(config, ready)
+        # What is made of the examples in the end is refused before a person has shown any.
+        learning_policy(config, perception)
         kept.enter_context(folder.writing())
         folder.write("run.toml", run_toml(config, "teach", trials=options.trials))
         folder.keep_manifest("teach")
         recorder, session = opened_recorder(opened, kept, options, config, folder, live)
         sys.stderr.write(f"palpate: {_how_to(options)}\n")
-        actions = task_actions(config)
         # A step on a rig leaves no time to read, nor for a slow terminal.
         tell = _tell if not options.rig and sys.stderr.isatty() else _say_nothing
         teacher = Teacher(hand, perception.states, actions, tell, guided=options.guide_N > 0.0)

@@ -16,6 +16,7 @@ from palpate.adapters.experiments.foreign import foreign_code
 from palpate.adapters.experiments.policies import (
     COMPARATORS,
     NO_POLICY,
+    Hole,
     accepted_policies,
     comparator,
     foreign_document,
@@ -131,6 +132,7 @@ class ChosenPolicy:
         if self.name in (*COMPARATORS, NO_POLICY):
             self.label = self.name
             self.perception = build_perception(RunConfig(task=config.task))
+            self._made(tuple)
         else:
             self.label = Path(name).parent.name or Path(name).stem
             configured, code = configured_perception(config), foreign_code(name)
@@ -139,6 +141,7 @@ class ChosenPolicy:
                     raise ConfigurationError("policy", name, accepted_policies())
                 self.document = PolicyDocument.load(Path(name))
                 self.perception = perception_of(self.document, config, configured)
+                self._made(tuple)
             elif configured is None:
                 accepted = "a policy file of a training, for it holds the perception that this configuration lacks"
                 raise ConfigurationError("policy", name, accepted)
@@ -153,9 +156,13 @@ class ChosenPolicy:
 
     def on(self, rig: Rig) -> Policy:
         """The policy at work on a rig; it does not learn."""
+        return at_work(self._made(lambda: true_hole_m(rig)), rig)
+
+    def _made(self, hole_m: Hole) -> Policy:
+        """The policy; made once without a rig, so that what it refuses is refused before anything is built."""
         if self.document is None:
-            return comparator(self.name, self._config, lambda: true_hole_m(rig))
-        return at_work(loaded_policy(self.document, self._config, self.perception, frozen=True), rig)
+            return comparator(self.name, self._config, hole_m)
+        return loaded_policy(self.document, self._config, self.perception, frozen=True)
 
 
 def run_chosen(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -16,6 +17,7 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.motion import FASTEST_TURN_RAD_S
 from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
 from palpate.core.policy import (
+    Action,
     BackOff,
     ExamplesPolicy,
     MixedPolicy,
@@ -64,22 +66,26 @@ OUTSIDE: Final = "environment"
 
 _MAKERS: Final[dict[str, Callable[[RunConfig, Hole], Policy]]] = {
     "omniscient": lambda config, hole_m: Omniscient(hole_m, OMNISCIENT_SPEED_M_S * _action_s(config)),
-    "torque": lambda config, _: TorqueFollowing(task_actions(config), _threshold_Nm(config)),
+    "torque": lambda config, _: TorqueFollowing(_compass(config), _threshold_Nm(config)),
     "spiral-10": lambda config, _: Spiral("spiral-10", SPIRAL_PITCH_M, 0.010 * _action_s(config)),
     "spiral-5": lambda config, _: Spiral("spiral-5", SPIRAL_PITCH_M, 0.005 * _action_s(config)),
-    "random": lambda config, _: RandomWalkPolicy(task_actions(config)),
-    "give-way": lambda config, _: GiveWay(task_actions(config), _threshold_Nm(config)),
+    "random": lambda config, _: RandomWalkPolicy(_plain_actions(config)),
+    "give-way": lambda config, _: GiveWay(_plain_actions(config), _threshold_Nm(config)),
     "corner-first": lambda config, _: CornerFirst(spatial_options(config)),
     "omniscient-pose": lambda config, pose: _omniscient_pose(config, pose),
 }
 COMPARATORS: Final = tuple(_MAKERS)
-_SPATIAL: Final = frozenset({"give-way", "corner-first", "omniscient-pose"})
 
 
 def comparators_of(config: RunConfig) -> list[str]:
-    """The comparators whose actions the task has."""
-    spatial = task_kind(config.task.name).options is SpatialOptions
-    return [name for name in COMPARATORS if spatial or name not in _SPATIAL]
+    """The comparators that the task has."""
+
+    def had(name: str) -> bool:
+        with suppress(ConfigurationError):
+            return comparator(name, config, tuple) is not None
+        return False
+
+    return [name for name in COMPARATORS if had(name)]
 
 
 NO_POLICY: Final = "none"
@@ -113,6 +119,16 @@ def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
     if name not in _MAKERS:
         raise ConfigurationError("policy", name, accepted_policies())
     return _MAKERS[name](config, hole_m)
+
+
+def _plain_actions(config: RunConfig) -> tuple[Action, ...]:
+    """The task's own: a comparator knows of no skills."""
+    return task_kind(config.task.name).actions(config.task)
+
+
+def _compass(config: RunConfig) -> list[Action]:
+    """The steps among them; they come first, so each has the number that it has among all."""
+    return [action for action in _plain_actions(config) if action.spatial is None]
 
 
 def _action_s(config: RunConfig) -> float:

@@ -63,6 +63,15 @@ def test_the_torque_rule_has_the_threshold_of_perception() -> None:
     assert choices(0.99 * limit_Nm) > 1
 
 
+@pytest.mark.parametrize("learner", ["q-learning", "skills"])
+def test_the_torque_rule_steps_to_the_nearest_side_where_a_task_has_other_actions_besides(learner: str) -> None:
+    config = overlay(scenario("blind-square", learner), {"task": {"name": "insertion-6dof"}})
+    policy = comparator("torque", config, no_hole)
+    policy.begin_trial(0, np.random.default_rng(0))
+    decision = policy.choose(replace(observation(), torque_Nm=(-1.0, 0.0, 0.0)))
+    assert (decision.action.name, decision.index) == ("-y", 6)
+
+
 def test_learning_settings_reach_the_learner() -> None:
     settings = LearningConfig(temperature=2.0, temperature_floor=0.5, temperature_decay=0.5)
     policy = learning_policy(RunConfig(learning=settings), build_perception(DEFAULT))
