@@ -78,6 +78,12 @@ class ZebraTable(Settings):
     """Where the counters are kept from run to run; empty keeps them nowhere."""
     joint1_sign: Annotated[int, OneOf(1, -1)] = 1
     """Sense in which joint 1 counts."""
+    wrist_factor: Annotated[float, Range(0.1, 10.0)] = 1.0
+    """Factor on the wrist's counts: 1.38488, 24 to 17.33, with the other gears."""
+    require_power: bool = True
+    """No report of the motors' supply is a fault; false for amplifiers that never report it."""
+    use_limit_inputs: bool = True
+    """A limit input that is set is a fault; false where no switch is wired to it."""
     velocity_rad_s: float = 1.0
     """Limit of each joint's velocity."""
     acceleration_rad_s2: float = 19.0
@@ -103,7 +109,9 @@ def make_zebra_nmc(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
                 slack_s=0.02 * table.patience,
                 reset_wait_s=table.reset_wait_ms * 1e-3,
             ),
-            transmission=Transmission(joint_1_sign=table.joint1_sign),
+            transmission=Transmission(joint_1_sign=table.joint1_sign, wrist_factor=table.wrist_factor),
+            require_power=table.require_power,
+            use_limit_inputs=table.use_limit_inputs,
             limits=JointLimits(
                 velocity_rad_per_s=table.velocity_rad_s, acceleration_rad_per_s2=table.acceleration_rad_s2
             ),

@@ -80,8 +80,10 @@ class FaultKind(enum.Enum):
 _REMEDIES = {
     FaultKind.POSITION_ERROR: "see what holds the arm up, then acknowledge",
     FaultKind.OVERCURRENT: "see what holds the arm up, then acknowledge",
-    FaultKind.LIMIT_INPUT: "release the motors, move the joint back by hand, then acknowledge",
-    FaultKind.POWER_LOST: "check emergency stop and motor supply, then acknowledge",
+    FaultKind.LIMIT_INPUT: "release the motors, move the joint back by hand, then acknowledge; or set"
+    " use_limit_inputs = false where no switch is wired",
+    FaultKind.POWER_LOST: "check emergency stop and motor supply, then acknowledge; or set require_power = false"
+    " where amplifiers never report it",
     FaultKind.OUT_OF_LIMITS: "release the motors, move the joint back by hand, then acknowledge",
     FaultKind.COMMUNICATION: "check cable and supply, then acknowledge",
     FaultKind.STOP_NOT_SEEN: "make sure that the arm stands still, then acknowledge",

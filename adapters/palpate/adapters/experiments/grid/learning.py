@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, TypeAlias
 
+from threadpoolctl import threadpool_limits
+
 from palpate.adapters.config import TRIALS, GridLearning
 from palpate.core.automata import AutomatonState
 from palpate.core.errors import ConfigurationError, require_whole
@@ -69,6 +71,7 @@ class LearningRun:
         """Steps of each trial."""
         return [walk.steps for walk in self.walks]
 
+    @threadpool_limits.wrap(limits=1)
     def frozen_steps(self, grid: GridMap, step_limit: int = STEP_LIMIT) -> ExpectedSteps:
         """What the policy that was learned costs when it learns no more: exact, unless the learner draws its actions.
 
@@ -80,6 +83,8 @@ class LearningRun:
         return walked_steps(grid, self.identifier, self.learner.as_frozen(), step_limit, walks=walks)
 
 
+# Threads would wait for each other over such small products, and sums depend on how they are split.
+@threadpool_limits.wrap(limits=1)
 def learn(
     grid: GridMap,
     make_identifier: StateMaker,

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.experiments.grid import Named, learn
@@ -41,6 +42,16 @@ def test_equal_seeds_give_equal_runs(learner: str, kind: type) -> None:
     assert len(first.steps) == 40
     assert max(first.steps) <= 30
     assert first.temperatures[:2] == (0.5, 0.5 * 0.995)
+
+
+def test_it_computes_in_one_thread_whatever_else_is_set_and_sets_nothing_for_others() -> None:
+    def threads() -> set[int]:
+        return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+
+    seen: list[set[int]] = []
+    with threadpool_limits(limits=2, user_api="blas"):
+        learn(GRID, Named(), GridLearning(), 1, 1, lambda walk: seen.append(threads()))
+        assert (seen, threads()) == ([{1}], {2})
 
 
 def test_a_shorter_run_is_the_beginning_of_a_longer_one() -> None:

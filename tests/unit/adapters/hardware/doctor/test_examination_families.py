@@ -100,6 +100,24 @@ def test_zebra_with_a_fault(desk: VirtualDesk, notes: Notebook) -> None:
     assert "motor 3: overcurrent -> see what holds the arm up, then acknowledge" in told(notes, Level.WRONG)
 
 
+OTHER_ZEBRA = {"wrist_factor": 1.38488, "require_power": False, "use_limit_inputs": False}
+"""One with the other wrist gears, whose amplifiers report no supply, and with nothing wired to limit inputs."""
+
+
+@pytest.mark.parametrize(("table", "wrong"), [(OTHER_ZEBRA, []), ({}, ["require_power", "use_limit_inputs"])])
+def test_what_a_zebra_lacks_is_no_fault_where_the_rig_file_says_so(
+    desk: VirtualDesk, notes: Notebook, table: dict[str, Any], wrong: list[str]
+) -> None:
+    port, arm = zebra(desk, **table)
+    arm.configure()
+    driver = zebra_driver(arm)
+    port.line.emulator.modules[0].servo.set_power(powered=False)
+    port.line.emulator.modules[1].set_limits(True, True)
+    examine_zebra(driver, desk.clock, SECONDS, notes)
+    assert [setting for setting in OTHER_ZEBRA if any(setting in line for line in told(notes, Level.WRONG))] == wrong
+    assert driver.settings.transmission.wrist_factor == table.get("wrist_factor", 1.0)
+
+
 def test_zebra_unplugged_in_mid_run(desk: VirtualDesk, notes: Notebook) -> None:
     port, arm = zebra(desk)
     arm.configure()
