@@ -71,20 +71,18 @@ class LearningRun:
         """Steps of each trial."""
         return [walk.steps for walk in self.walks]
 
-    @threadpool_limits.wrap(limits=1)
     def frozen_steps(self, grid: GridMap, step_limit: int = STEP_LIMIT) -> ExpectedSteps:
         """What the policy that was learned costs when it learns no more: exact, unless the learner draws its actions.
 
         Of a table the best action is taken.
         """
-        if isinstance(self.learner, TabularLearner):
-            return expected_steps(grid, self.identifier, greedy(self.learner.q), step_limit)
-        walks = 1 if self.learner.temperature is None else _WALKS
-        return walked_steps(grid, self.identifier, self.learner.as_frozen(), step_limit, walks=walks)
+        with _one_thread():
+            if isinstance(self.learner, TabularLearner):
+                return expected_steps(grid, self.identifier, greedy(self.learner.q), step_limit)
+            walks = 1 if self.learner.temperature is None else _WALKS
+            return walked_steps(grid, self.identifier, self.learner.as_frozen(), step_limit, walks=walks)
 
 
-# Threads would wait for each other over such small products, and sums depend on how they are split.
-@threadpool_limits.wrap(limits=1)
 def learn(
     grid: GridMap,
     make_identifier: StateMaker,
@@ -103,12 +101,18 @@ def learn(
     identifier = make_identifier(grid)
     learner = new_grid_learner(learning, identifier)
     walks, lost_steps, temperatures = [], [], []
-    for trial in range(trials):
-        walk = run_trial(
-            grid, identifier, learner, seed, trial, step_limit=learning.step_limit, disturbance=disturbance
-        )
-        walks.append(walk)
-        lost_steps.append(identifier.lost_steps if isinstance(identifier, AutomatonState) else 0)
-        temperatures.append(learner.temperature)
-        on_trial(walk)
+    with _one_thread():
+        for trial in range(trials):
+            walk = run_trial(
+                grid, identifier, learner, seed, trial, step_limit=learning.step_limit, disturbance=disturbance
+            )
+            walks.append(walk)
+            lost_steps.append(identifier.lost_steps if isinstance(identifier, AutomatonState) else 0)
+            temperatures.append(learner.temperature)
+            on_trial(walk)
     return LearningRun(seed, tuple(walks), tuple(lost_steps), tuple(temperatures), learner, identifier)
+
+
+def _one_thread() -> threadpool_limits:
+    """For sums depend on how they are split, and threads would wait for each other over such small products."""
+    return threadpool_limits(limits=1)
