@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from palpate.core.policy import LEARNED, PolicyDocument, TableRow
-from palpate.core.policy.belief import RINGS_M, TouchModel
+from palpate.core.policy.belief import FEWEST_TOUCHES, RINGS_M, TouchModel
 
 
 def aligned(rows: Sequence[Sequence[str]], left: int | None = None) -> str:
@@ -56,7 +56,7 @@ def render_table(document: PolicyDocument) -> str:
 def _touches(model: TouchModel | None) -> str:
     """The touch model ring by ring; torques in N mm, scaled to a pressing force of 4.9 N."""
     if model is None:
-        return "no touch model yet: too few touches in trials that ended in the hole\n"
+        return f"no touch model yet: fewer than {FEWEST_TOUCHES} touches in trials that ended in the hole\n"
     offset_x, offset_y = (1e3 * value for value in model.offset_Nm)
     head = (
         f"touch model of {model.touches} touches: offset {offset_x:.2f} {offset_y:.2f} N mm,"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, TypeGuard
 
 import numpy as np
 
@@ -21,6 +21,9 @@ FORCE_N: Final = 1e-3
 NOMINAL_N: Final = 4.9
 """The pressing force that a touch model is given for."""
 _LEAST_N: Final = 1.0
+_FARTHEST: Final = round(0.1 / LENGTH_M)
+"""No place is further than 100 mm from the goal, no torque above 100 N m, no force above 1 kN: else units differ."""
+_GREATEST: Final = (_FARTHEST, _FARTHEST, round(100.0 / TORQUE_NM), round(100.0 / TORQUE_NM), round(1e3 / FORCE_N))
 _MOST_TOUCHES: Final = 120
 """So many touches of a trial are remembered, its last ones; a blind search has many that are alike."""
 
@@ -101,18 +104,29 @@ class TouchedTrial:
         Raises:
             ConfigurationError: It is something else.
         """
-        accepted = "the hole as two whole numbers, and each touch as five"
+        accepted = (
+            "the hole as two whole numbers, each touch as five: x and y in 0.1 um up to 100 mm, torques in uN m up to"
+            " 100 N m, the pressing force in mN up to 1 kN"
+        )
         if not isinstance(data, Mapping) or set(data) != {"hole", "touches"}:
             raise ConfigurationError(where, data, accepted)
         hole, touches = data["hole"], data["touches"]
-        if not isinstance(touches, Sequence) or not _whole(hole, 2) or not all(_whole(row, 5) for row in touches):
+        if not isinstance(touches, Sequence) or not _within(hole, _GREATEST[:2]) or not all(map(_is_touch, touches)):
             raise ConfigurationError(where, data, accepted)
         return cls((hole[0], hole[1]), tuple(Touch((a, b), (c, d), e) for a, b, c, d, e in touches))
 
 
-def _whole(row: object, width: int) -> bool:
-    """Whether this is a list of so many whole numbers."""
-    return isinstance(row, list) and len(row) == width and all(type(value) is int for value in row)
+def _is_touch(row: object) -> bool:
+    return _within(row, _GREATEST) and row[4] > 0
+
+
+def _within(row: object, greatest: Sequence[int]) -> TypeGuard[list[int]]:
+    """Whether this is a list of whole numbers, none of them greater than these either way."""
+    return (
+        isinstance(row, list)
+        and len(row) == len(greatest)
+        and all(type(value) is int and abs(value) <= most for value, most in zip(row, greatest, strict=True))
+    )
 
 
 @dataclass(frozen=True, slots=True)
