@@ -142,7 +142,8 @@ def predicting_extracts(
     found = []
     for cells in settings.partitions(network, training):
         machine = cells.minimal(settings.least_share)
-        loss, price = model_loss(machine, training, held_out), price_of(machine, training)
+        predicted = cells.predicted(machine) if network.architecture.normalised else None
+        loss, price = model_loss(machine, training, held_out, predicted), price_of(machine, training)
         found.append(Extract(cells, machine, loss=loss, price=price))
     return tuple(found)
 
@@ -152,14 +153,18 @@ def cheapest(extracts: Iterable[Extract]) -> Extract:
     return min(extracts, key=lambda extract: extract.cost)
 
 
-def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree) -> float:
+def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree, predicted: Array | None = None) -> float:
     """Cross-entropy on held-out strings, nats a symbol, of an automaton with probabilities from training.
 
     It is followed as a learner's state follows it. Half a count for each outcome is added, so that nothing is held to
     be impossible because it never followed (Krichevsky and Trofimov, 1981): to those of a symbol alike, and to those of
     a state in proportion to what follows its symbol.
+
+    Args:
+        predicted: What a network predicts in each state, (states, outcomes), which then stands for what follows the
+            symbol; transitions that no string took are followed too, for the network tried what is possible only.
     """
-    follower = AutomatonState.of(machine, training)
+    follower = AutomatonState.of(machine, training if predicted is None else None)
     table, width = follower.table(), len(machine.symbols) + 1
 
     def counted(tree: PrefixTree) -> Array:
@@ -173,7 +178,10 @@ def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree) -> 
     pooled = np.zeros((width, *counts.shape[1:]))
     np.add.at(pooled, last, counts)
     pooled = (pooled + 0.5) / (pooled + 0.5).sum(axis=2, keepdims=True)
-    smoothed = counts + 0.5 * width * pooled[last]
+    before = pooled[last]
+    if predicted is not None:
+        before[: follower.lost] = predicted.reshape(-1, *counts.shape[1:])
+    smoothed = counts + 0.5 * width * before
     return float(-(drawn * np.log(smoothed / smoothed.sum(axis=2, keepdims=True))).sum() / drawn.sum())
 
 

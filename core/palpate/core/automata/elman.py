@@ -4,6 +4,10 @@ The hidden state after symbol s is ``f(W h + u)``, with ``W`` and ``u`` of their
 symbols share ``W``, which is the network of Elman; in a second-order one (Giles and others, 1992) they do not. Where
 strings hold actions, the letters, action and symbol together, take the place of the symbols, those of one action share
 ``W`` in a second-order network, and what follows is predicted for each action that might be taken.
+
+With actions there are normalised hidden layers too: ``N(m (W h))``, where ``m`` keeps the units that belong to the
+symbol, ``N`` divides by the sum, and columns of ``W`` are shares. Then what a unit holds is the share of its place
+among those that the string may have led to, and the prediction is the sum of ``W h`` over each symbol's units.
 """
 
 from __future__ import annotations
@@ -26,10 +30,14 @@ from palpate.core.ports import OneOf, Range, Settings, write_whole
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
-RANGES: Final = {"sigmoid": (0.0, 1.0), "tanh": (-1.0, 1.0)}
+NORMALISED: Final = "normalised"
+RANGES: Final = {"sigmoid": (0.0, 1.0), "tanh": (-1.0, 1.0), NORMALISED: (0.0, 1.0)}
 """Lowest and highest activation of a hidden unit, by the name of the activation function."""
 
-MOST_HIDDEN: Final = 64
+LEAST: Final = 1e-6
+"""Of a normalised layer: what every unit of the symbol gets beside, so that nothing is divided by 0."""
+
+MOST_HIDDEN: Final = 128
 
 
 class Readout(enum.Enum):
@@ -54,7 +62,7 @@ class Architecture(Settings):
     hidden: Annotated[int, Range(1, MOST_HIDDEN)] = 2
     """Number of hidden units; the paper has 2."""
     activation: Annotated[str, OneOf(*RANGES)] = "sigmoid"
-    """sigmoid or tanh."""
+    """sigmoid or tanh; or normalised, in a second-order network with actions."""
     order: Annotated[int, OneOf(1, 2)] = 1
     """1 for Elman networks, in which all symbols share the recurrent weights; 2 for second-order ones, in which each
     (or each action) has its own."""
@@ -66,6 +74,20 @@ class Architecture(Settings):
         if END in self.alphabet:
             raise ConfigurationError("network.alphabet", END, "another name; this one means the end of a string")
         symbols_in(self.alphabet, self.actions, "network.alphabet")
+        if self.normalised and (not self.actions or self.order != 2 or self.hidden % len(self.names)):
+            accepted = f"sigmoid or tanh; {NORMALISED} is for actions, order 2 and as many units for each symbol"
+            raise ConfigurationError("network.activation", self.activation, accepted)
+
+    @property
+    def normalised(self) -> bool:
+        """Whether the hidden layer is normalised."""
+        return self.activation == NORMALISED
+
+    @property
+    def kept(self) -> Array:
+        """Of a normalised layer: 1 for each unit that belongs to the symbol of a letter, else 0, (letters, hidden)."""
+        count = len(self.names)
+        return np.equal.outer(np.arange(len(self.alphabet)) % count, np.arange(self.hidden) % count).astype(float)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -104,7 +126,8 @@ class Network:
     Attributes:
         recurrent: Weights from hidden state to hidden state, (s, h, h), or (1, h, h) of first order; with a actions
             (a + 1, h, h), the first for the start.
-        inputs: What a symbol adds before the activation function, (s, h); the bias is in it.
+        inputs: What a symbol adds before the activation function, (s, h); the bias is in it. In a normalised layer
+            what it multiplies by, :attr:`Architecture.kept`.
         start: Hidden state of the empty string before the activation function, (h,).
         bias: Bias of the outputs, (k,).
     """
@@ -137,18 +160,20 @@ class Network:
     def after(self, hidden: Array, letters: Integers) -> Array:
         """Hidden states after one letter each: (n, h) and (n,) to (n, h)."""
         weights = self.recurrent[self.architecture.matrix_of(letters)]
-        return self._activated((weights @ hidden[:, :, np.newaxis])[:, :, 0] + self.inputs[letters])
+        return self._entered((weights @ hidden[:, :, np.newaxis])[:, :, 0], self.inputs[letters])
 
     def advance(self, hidden: Array, letter: int) -> Array:
         """Hidden states after one letter: (n, h) to (n, h)."""
         weights = self.recurrent[int(self.architecture.matrix_of(np.array(letter)))]
-        return self._activated(hidden @ weights.T + self.inputs[letter])
+        return self._entered(hidden @ weights.T, self.inputs[letter])
 
     def read(self, hidden: Array) -> Array:
         """Probabilities of the outcomes: (n, h) to (n, k). With actions they sum to 1 for each of them."""
         drives = hidden @ self.output.T + self.bias
         if self.architecture.reading is Readout.ACCEPTANCE:
             return _sigmoid(drives)
+        if self.architecture.normalised:
+            return drives
         drives = drives.reshape(len(hidden), -1, len(self.architecture.names) + 1)
         raised = np.exp(drives - drives.max(axis=2, keepdims=True))
         shares: Array = (raised / raised.sum(axis=2, keepdims=True)).reshape(len(hidden), -1)
@@ -171,7 +196,14 @@ class Network:
                 "network.alphabet", tuple(alphabet), f"the network's own: {', '.join(self.architecture.alphabet)}"
             )
 
+    def _entered(self, fed_back: Array, inputs: Array) -> Array:
+        normalised = self.architecture.normalised
+        return self._activated((fed_back + LEAST) * inputs if normalised else fed_back + inputs)
+
     def _activated(self, drives: Array) -> Array:
+        if self.architecture.normalised:
+            shares: Array = drives / drives.sum(axis=-1, keepdims=True)
+            return shares
         if self.architecture.activation == "tanh":
             states: Array = np.tanh(drives)
             return states

@@ -41,7 +41,7 @@ class InferenceSettings(Settings):
     hidden: Annotated[int, Range(1, MOST_HIDDEN)] | None = None
     """Number of hidden units. Without it: 2, as in the paper, and 6 with actions."""
     activation: Annotated[str, OneOf(*RANGES)] = "sigmoid"
-    """sigmoid or tanh."""
+    """sigmoid or tanh; or normalised, of second order with actions, and then of many units: such as 80."""
     order: Annotated[int, OneOf(1, 2)] | None = None
     """1 for Elman networks, in which all symbols share the recurrent weights; 2 for second-order ones, in which each
     (or each action) has its own. Without it: 2 for labelled strings and with actions, else 1."""

@@ -6,7 +6,8 @@ transition only, and is not pursued. So the hidden state of the first visit stan
 middle of the cell does (Blair and Pollack, 1997), which tests whether the network behaves as an automaton at all.
 
 Where strings are given, nothing is tried but what they do: a network answers everything, also what it was never trained
-on, and letters of actions are many. Then every state is one that a string comes to.
+on, and letters of actions are many. Then every state is one that a string comes to. Only what a normalised network
+itself holds to be possible after these is tried too: it predicts what it feeds back.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ ACCEPTED_FROM: Final = 0.5
 
 MOST_INTERVALS: Final = 1000
 MOST_STATES: Final = 100_000
+_AT_ONCE: Final = 32
 NONE: Final = -1
 """Where there is no state, or no symbol before the first."""
 
@@ -77,6 +79,25 @@ class Partition:
             for row in (shares > least_share).tolist()
         )
         return Machine(Kind.MOORE, shape.alphabet, rows, outputs, actions=shape.actions)
+
+    def predicted(self, machine: Machine) -> Array:
+        """What the network predicts in each state of the minimised automaton, (states, outcomes).
+
+        Args:
+            machine: What :meth:`minimal` gave; of states that were merged into one the mean counts.
+        """
+        becomes, waiting = {0: machine.start}, [0]
+        for state in waiting:
+            for letter, target in enumerate(self.transitions[state].tolist()):
+                merged = machine.transitions[becomes[state]][letter]
+                if target != NONE and target not in becomes and merged is not None:
+                    becomes[target] = merged
+                    waiting.append(target)
+        raw, merged_into = np.array(list(becomes.items())).T
+        sums = np.zeros((len(machine.transitions), self.network.architecture.outcomes))
+        np.add.at(sums, merged_into, self.network.read(self.vectors[raw]))
+        means: Array = sums / np.bincount(merged_into, minlength=len(sums))[:, None]
+        return means
 
     def minimal(self, least_share: float = LEAST_SHARE) -> Machine:
         """The automaton, minimised.
@@ -127,6 +148,9 @@ def bounded_partition(
             at[first:last] = search.go(at[tree.parents[first:last]], tree.symbols[first:last])
             if len(search.vectors) > most_states:
                 break
+        if network.architecture.normalised and len(search.vectors) <= most_states:
+            search.go_where_possible(most_states)
+            return search.partition()
     return search.partition() if len(search.vectors) <= most_states else None
 
 
@@ -157,6 +181,15 @@ class _Search:
             for code, vector, symbol in zip(fresh, hidden, symbols, strict=True):
                 self._target_of[code] = self._enter(vector, symbol)
         return np.array([self._target_of[code] for code in listed], dtype=np.int64)
+
+    def go_where_possible(self, most_states: int) -> None:
+        """Try, from every state, each letter that is held to be possible there, until there are about so many."""
+        names, known = len(self._network.architecture.names), 0
+        while known < len(self.vectors) < most_states:
+            fresh, known = self.vectors[known : known + _AT_ONCE], min(known + _AT_ONCE, len(self.vectors))
+            shares = self._network.read(np.array(fresh)).reshape(len(fresh), -1, names + 1)[:, :, :-1]
+            places, actions, symbols = np.nonzero(shares > LEAST_SHARE)
+            self.go(known - len(fresh) + places, (1 + actions) * names + symbols)
 
     def partition(self) -> Partition:
         """All of it."""

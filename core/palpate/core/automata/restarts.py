@@ -22,7 +22,7 @@ _AT_ONCE: Final = 2048
 
 
 @dataclass(frozen=True, slots=True)
-class _Level:
+class Level:
     """Nodes of one length: places of their parents in the level before, last letters, and cuts.
 
     A cut is a matrix of recurrent weights, and the first node and the one after the last that it leads to.
@@ -52,7 +52,7 @@ class Restarts:
             for (name, shape), part in zip(architecture.shapes.items(), np.split(drawn, ends[:-1], axis=1), strict=True)
         }
 
-    def hidden_states(self, levels: list[_Level], *, noise: float = 0.0, generator: Generator | None = None) -> Tensor:
+    def hidden_states(self, levels: list[Level], *, noise: float = 0.0, generator: Generator | None = None) -> Tensor:
         """Hidden states at all nodes, (R, h, n)."""
         import torch
 
@@ -84,6 +84,14 @@ class Restarts:
             for gradient in gradients:
                 gradient.mul_(factors.view(-1, *[1] * (gradient.dim() - 1))).nan_to_num_(0.0, 0.0, 0.0)
 
+    def price(self, symbols: int) -> Tensor | float:
+        """What the parameters themselves cost each network in training, nats a symbol; (R,), or 0 for none.
+
+        Args:
+            symbols: How many there are to train on.
+        """
+        return 0.0
+
     def network(self, place: int) -> Network:
         """One of the networks."""
         values = {
@@ -91,7 +99,7 @@ class Restarts:
         }
         return Network(self.architecture, **values)
 
-    def _drives(self, before: Tensor, level: _Level, inputs: Tensor) -> Tensor:
+    def _drives(self, before: Tensor, level: Level, inputs: Tensor) -> Tensor:
         import torch
 
         recurrent = self.parameters["recurrent"]
@@ -111,7 +119,7 @@ class Restarts:
         return torch.cat(parts, 2)
 
 
-def levels_of(tree: PrefixTree, architecture: Architecture) -> list[_Level]:
+def levels_of(tree: PrefixTree, architecture: Architecture) -> list[Level]:
     """A prefix tree in the form that :meth:`Restarts.hidden_states` takes."""
     import torch
 
@@ -121,9 +129,7 @@ def levels_of(tree: PrefixTree, architecture: Architecture) -> list[_Level]:
         symbols = tree.symbols[first:last]
         matrices, begins = np.unique(architecture.matrix_of(symbols), return_index=True)
         cuts = zip(matrices.tolist(), begins.tolist(), [*begins[1:].tolist(), last - first], strict=True)
-        found.append(
-            _Level(torch.from_numpy(tree.parents[first:last] - before), torch.from_numpy(symbols), tuple(cuts))
-        )
+        found.append(Level(torch.from_numpy(tree.parents[first:last] - before), torch.from_numpy(symbols), tuple(cuts)))
         before = first
     return found
 
@@ -139,6 +145,7 @@ class TrainingTask:
         import torch
 
         self.reading, self.levels = architecture.reading, levels_of(tree, architecture)
+        self.symbols = int(tree.counts.sum())
         self._parts: list[tuple[slice, Tensor, Tensor]] = []
         if self.reading is Readout.PREDICTION:
             width, weights = len(architecture.names) + 1, tree.counts / tree.counts.sum()

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final, TypeAlias
 
 from palpate.core.automata.elman import Architecture, Network, Readout
+from palpate.core.automata.normalised import NormalisedRestarts
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.automata.restarts import Restarts, TrainingTask
 from palpate.core.automata.strings import Strings
@@ -178,7 +179,8 @@ class _Batch:
 
         count = min(settings.batch, settings.restarts - first)
         self._settings, self._first, self._before, self._judged = settings, first, consistent, judged
-        self._restarts = Restarts(architecture, count, seed=settings.seed, scale=settings.scale, skip=first)
+        kind = NormalisedRestarts if architecture.normalised else Restarts
+        self._restarts = kind(architecture, count, seed=settings.seed, scale=settings.scale, skip=first)
         self._best = {name: value.detach().clone() for name, value in self._restarts.parameters.items()}
         self._losses = torch.full((count,), torch.inf)
         self._right = torch.zeros(count, dtype=torch.bool)
@@ -198,7 +200,7 @@ class _Batch:
             hidden = restarts.hidden_states(task.levels, noise=settings.noise, generator=generator)
             losses, _ = task.losses(restarts, hidden)
             # A sum, so that a network moves as if it were alone.
-            losses.sum().backward()  # type: ignore[no-untyped-call]
+            (losses + restarts.price(task.symbols)).sum().backward()  # type: ignore[no-untyped-call]
             restarts.clip(settings.clip)
             optimiser.step()
             if step % settings.look_every == 0 or step == settings.steps:

@@ -46,7 +46,7 @@ shapes = st.builds(
     alphabet=st.sampled_from([("a", "b"), ("a", "b", "c", "d")]),
     reading=st.sampled_from(Readout),
     hidden=st.integers(1, 3),
-    activation=st.sampled_from(sorted(RANGES)),
+    activation=st.sampled_from(["sigmoid", "tanh"]),
     order=st.integers(1, 2),
 )
 
