@@ -47,10 +47,9 @@ class NormalisedRestarts(Restarts):
         taken = blocks.index_select(1, ((letters // count) * count + torch.cat(before)) * count + now)
         start = torch.softmax(self.parameters["start"], 1)
         held = torch.einsum("rasbt,rbt->rsa", shares[:, 0], start.reshape(self.count, each, count))
-        fed_back, states = held.index_select(1, levels[0].symbols), []
-        for place, (level, weights) in enumerate(
-            zip(levels, taken.split([len(one.symbols) for one in levels], 1), strict=True)
-        ):
+        fed_back, states = held.index_select(1, levels[0].symbols), list[torch.Tensor]()
+        parts = torch.split(taken, [len(level.symbols) for level in levels], 1)
+        for place, (level, weights) in enumerate(zip(levels, parts, strict=True)):
             if place:
                 fed_back = (weights @ states[-1].index_select(1, level.parents).unsqueeze(3)).squeeze(3)
             if noise:
