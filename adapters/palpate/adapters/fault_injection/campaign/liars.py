@@ -50,6 +50,23 @@ def liars() -> list[Variant]:
         _liar("Fz frozen, Fx and Fy swapped", frozen | {"channels": (2,)}, _swapped(0, 1)),
         _liar("dishonest repeat of 1 s, times 0.5", repeated | {"span_ticks": 140}, _scaled(0.5)),
     ]  # fmt: skip
+    second, late = repeated | {"span_ticks": 140}, {"kind": "lag", "honest": False} | force
+    made += [
+        _liar(f"{name}, fresh noise", *plans, noise_share=share)
+        for name, share, plans in (
+            ("dishonest repeat of 1 s", 1.0, (second,)),
+            ("dishonest repeat of 1 s, times 0.3", 1.0, (second, _scaled(0.3))),
+            ("dishonest repeat of 1 s, sign flipped", 1.0, (second, turned)),
+            ("dishonest repeat of 0.1 s", 1.0, (repeated,)),
+            ("force times 0.01", 1.0, (_scaled(0.01),)),
+            ("force times 0.1", 1.0, (_scaled(0.1),)),
+            ("dead with three times its noise", 3.0, (frozen,)),
+        )
+    ]
+    made += [
+        _liar("force later by 0.2 s a second, new times", late | {"time_s": 0.2}),
+        _liar("torques times 0.1", *(_scaled(0.1) | {"channels": (k,)} for k in (3, 4, 5))),
+    ]
     return made
 
 
