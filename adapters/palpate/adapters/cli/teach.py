@@ -148,7 +148,7 @@ def _hand(options: TeachOptions) -> Hand:
 def _how_to(options: TeachOptions) -> str:
     if options.rig:
         lead = f"push the tool with {options.guide_N:g} N" if options.guide_N else "lead it with the stick"
-        return f"hold button {options.hold_button} and {lead}; any key stops the arm"
+        return f"for each trial press button {options.hold_button} anew, hold it and {lead}; any key stops the arm"
     return "left stick or cross: a step; Ctrl-C: end" if options.gamepad else KEYS_HELP
 
 

@@ -1,7 +1,6 @@
-"""A gamepad that is a named pipe, with the records of Linux's joystick interface."""
+"""A gamepad that is a named pipe."""
 
 import os
-import struct
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -11,24 +10,10 @@ import pytest
 from palpate.adapters.experiments.teaching import Gamepad
 from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.policy import COMPASS_NAMES
+from tests.unit.adapters.experiments.teaching.gamepad_pipe import AXIS, BUTTON, INITIAL, Pad
 from tests.unit.adapters.samples import observation
 
 HERE = observation()
-BUTTON, AXIS, INITIAL = 1, 2, 0x80
-
-
-class Pad:
-    """The other end."""
-
-    def __init__(self, path: Path) -> None:
-        os.mkfifo(path)
-        self.path, self.fd = path, os.open(path, os.O_RDWR)
-
-    def event(self, kind: int, number: int, value: int) -> bytes:
-        return struct.pack("=IhBB", 12345, value, kind, number)
-
-    def send(self, kind: int, number: int, value: int) -> None:
-        os.write(self.fd, self.event(kind, number, value))
 
 
 @pytest.fixture
