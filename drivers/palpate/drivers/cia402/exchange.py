@@ -22,6 +22,8 @@ NMT_PRE_OPERATIONAL: Final = 0x80
 _NMT_OPERATIONAL: Final = b"\x05"
 _HEARTBEATS_PER_WATCHDOG: Final = 3
 _NS: Final = 1e-9
+_SPEED_INTERVALS: Final = 3
+_POWERED: Final = (DriveState.ENABLED, DriveState.QUICK_STOP)
 
 
 class CyclicExchange:
@@ -42,7 +44,7 @@ class CyclicExchange:
         self._deadline_ns = int(settings.period_ns * settings.answer_share)
         self._last_heartbeat_ns = 0
         self._unheard_until_ns: int | None = None
-        self._sampled_ns = [0] * len(self._nodes)
+        self._samples: list[tuple[tuple[int, float], ...]] = [()] * len(self._nodes)
         self.views: tuple[AxisView, ...] = ()
         self.sync_ns = 0
         self.heartbeat_on = False
@@ -67,7 +69,7 @@ class CyclicExchange:
     def start_over(self) -> None:
         """Forget what was known of the drives before they were set up."""
         self._mailbox.start_over()
-        self.views = ()
+        self.views, self._samples = (), [()] * len(self._nodes)
 
     def command_nmt(self, command: int) -> None:
         """Send an NMT command to each drive, one at a time: other devices on the bus are none of our business."""
@@ -132,14 +134,7 @@ class CyclicExchange:
             return replace(old, box=box, missed_in_a_row=missed, late_in_a_row=late)
         statusword, counts = TPDO.unpack(box.tpdo)
         position_rad = self._settings.joints[axis].angle_rad(counts)
-        speed = 0.0
-        if old is not None and old.position_rad is not None:
-            # The longest that may have passed: adapters and hosts hold frames up, and a SYNC may have reached the drive
-            # as late as just before its answer. What is too fast even so is too fast. Two SYNCs closer together than a
-            # period are no better known in time than a period.
-            elapsed_ns = max(box.tpdo_ns - self._sampled_ns[axis], self._settings.period_ns)
-            speed = abs(position_rad - old.position_rad) / (elapsed_ns * _NS)
-        self._sampled_ns[axis] = self.sync_ns
+        speed = self._speed_rad_per_s(axis, box.tpdo_ns, position_rad, None if old is None else old.state)
         state = state_of(statusword)
         limited = ignoring = None
         if state is DriveState.ENABLED:
@@ -151,3 +146,19 @@ class CyclicExchange:
             box, statusword, state, counts, position_rad, speed, 0,
             limited_in_a_row=limited or 0, ignoring_in_a_row=ignoring,
         )  # fmt: skip
+
+    def _speed_rad_per_s(self, axis: int, answered_ns: int, position_rad: float, was: DriveState | None) -> float:
+        """At least so fast was a drive over its last intervals, rad/s: whoever is too fast even so is too fast.
+
+        The longest that may have passed counts: adapters and hosts hold frames up, and a SYNC may have reached the drive
+        as late as just before its answer. SYNCs closer together than a period are no better known in time than a period.
+        One interval would not do under power: after a SYNC that was held up a sound drive makes up for it in the next,
+        and a late answer is taken for one to the newest SYNC.
+        """
+        samples = self._samples[axis] if was in _POWERED else self._samples[axis][-1:]
+        self._samples[axis] = (*samples, (self.sync_ns, position_rad))[-_SPEED_INTERVALS:]
+        if not samples:
+            return 0.0
+        began_ns, began_rad = samples[0]
+        elapsed_ns = max(answered_ns - began_ns, len(samples) * self._settings.period_ns)
+        return abs(position_rad - began_rad) / (elapsed_ns * _NS)
