@@ -150,10 +150,10 @@ class CyclicExchange:
     def _speed_rad_per_s(self, axis: int, answered_ns: int, position_rad: float, was: DriveState | None) -> float:
         """At least so fast was a drive over its last intervals, rad/s: whoever is too fast even so is too fast.
 
-        The longest that may have passed counts: adapters and hosts hold frames up, and a SYNC may have reached the drive
-        as late as just before its answer. SYNCs closer together than a period are no better known in time than a period.
-        One interval would not do under power: after a SYNC that was held up a sound drive makes up for it in the next,
-        and a late answer is taken for one to the newest SYNC.
+        The longest that may have passed counts: adapters and hosts hold frames up, and a SYNC may have reached the
+        drive as late as just before its answer. SYNCs closer together than a period are no better known in time than a
+        period. One interval would not do under power: after a SYNC that was held up a sound drive makes up for it in
+        the next, and a late answer is taken for one to the newest SYNC.
         """
         samples = self._samples[axis] if was in _POWERED else self._samples[axis][-1:]
         self._samples[axis] = (*samples, (self.sync_ns, position_rad))[-_SPEED_INTERVALS:]
