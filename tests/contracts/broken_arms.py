@@ -202,7 +202,7 @@ ARMS: list[tuple[Any, dict[str, Any], set[str]]] = [
     (Queues, {}, {"test_newest_command_wins"}),
     (FirstCommandWins, {}, {"test_newest_command_wins"}),
     (StopsOnlyAlive, {}, {"test_stop_works_in_every_state"}),
-    (StopsOnlyOnce, {}, STOP),
+    (StopsOnlyOnce, {}, {*STOP, "test_after_stop_send_applies_nothing"}),
     (StopsOnlyHealthy, {}, {"test_stop_works_while_faulted"}),
     (HidesStop, {}, {"test_after_stop_send_applies_nothing"}),
     (CreepsOn, {}, {"test_after_stop_the_arm_holds_still"}),

@@ -18,21 +18,30 @@ from tests.contracts.unsafe_arms import (
     ActivatesAtHome,
     AddsUpWithinATick,
     BrakeLetsGoLate,
+    ClosesTowardsHome,
     Coasts,
+    CreepsPastItsLimit,
     DropsEverySecond,
+    HangsNowAndThen,
     HoldsFirstStop,
+    JumpsToItsLimit,
+    KeepsOneLimitAtATime,
     LimitsOneJoint,
     LimitsTheFirstTickOnly,
     MovesOnAfterStop,
     MovesUnasked,
     OnlyBounds,
+    RefusalEndsStop,
+    RemembersWhatItRefused,
     Resumes,
+    SavesUpHaste,
     SaysItIsAtHome,
     SaysLimitAndGoesOn,
     SlowForwardsOnly,
     StopForgetsFault,
     StopsAtHome,
     StopsOnce,
+    StopToggles,
     StopWearsOff,
     SwapsMoves,
     left_moving,
@@ -156,6 +165,25 @@ class KeepsItOverAPause(FakeForceSensor):
         return super().read()
 
 
+class KeepsItOverAFault(KeepsItOverAPause):
+    def _on_deactivate(self) -> None: ...
+
+    def fail(self, cause: str = "") -> None:
+        super().fail("overload")
+        self.awake = False
+
+
+class NewAgainInTheEnd(FakeJointEncoder):
+    """A silence is marked for a while only."""
+
+    marked = 0
+
+    def read(self) -> Any:
+        sample = super().read()
+        self.marked += sample.validity is Validity.STALE
+        return sample if self.marked < 12 else replace(sample, validity=Validity.VALID)
+
+
 def frozen(self: Any, now_ns: int, sequence: int) -> Any:
     sample = FakeJointEncoder._measured(self, now_ns, sequence)
     return replace(sample, position_rad=self._sample.position_rad) if self._sample else sample
@@ -178,6 +206,17 @@ def rezeroed(self: Any, now_ns: int, sequence: int) -> Any:
     return replace(sample, force_N=(0.0, 0.0, 0.0)) if getattr(self, "paused", False) else sample
 
 
+def set_failed(self: Any, cause: str = "overload") -> None:
+    self.paused = True
+    self._latch(cause)
+
+
+def lost(self: Any, now_ns: int, sequence: int) -> Any:
+    """After a fault the encoder counts from zero."""
+    sample = FakeJointEncoder._measured(self, now_ns, sequence)
+    return replace(sample, position_rad=(0.0,) * 3) if getattr(self, "paused", False) else sample
+
+
 SWAPS_PULLS = altered(FakeForceSensor, force_N=lambda s: s.force_N if min(s.force_N[:2]) >= 0.0 else s.force_N[::-1])
 ABSOLUTE = altered(FakeForceSensor, torque_Nm=lambda s: tuple(map(abs, s.torque_Nm)))
 
@@ -190,6 +229,7 @@ TARE, LOAD = "no_hidden_tare", "load_is_reported_in_newtons_on_its_axis"
 TORQUE, FOLLOW = "torque_is_reported_in_newton_metres_on_its_axis", "encoders_follow_each_joint"
 STILL, DROPPED, HELD = "after_stop_the_arm_holds_still", "command_under_way_is_dropped", "stop_holds_the_pose_of_now"
 REST, REFUSED, COUNTS = "motion_ends_and_does_not_resume", "refused_command_moves_nothing", "each_command_counts"
+STAND, STOPPED = "angles_are_where_the_joints_stand", "after_stop_send_applies_nothing"
 BOUNDS, SPEED = "position_limit_is_applied_and_told", "velocity_limit_is_applied_and_told"
 
 LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
@@ -248,6 +288,19 @@ LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
     (ARM, unsafe(PLAIN, "DeactivatesTowardsHome", _on_deactivate=to_home), {}, DROPPED),
     (ARM, BrakeLetsGoLate, {}, REST),
     (FORCE, unsafe(SENSOR, "TaresAfterAPause", _measured=rezeroed, _on_deactivate=set_paused), {}, TARE),
+    (FORCE, unsafe(SENSOR, "TaresAfterAFault", _measured=rezeroed, fail=set_failed), {}, TARE),
+    (FORCE, KeepsItOverAFault, {}, "sample_after_a_pause_is_new"),
+    (ENCODER, unsafe(FakeJointEncoder, "ZeroAfterAFault", _measured=lost, fail=set_failed), {}, STAND),
+    (ENCODER, NewAgainInTheEnd, {}, "silence_is_not_passed_off_as_news"),
+    (ARM, KeepsOneLimitAtATime, {}, BOUNDS),
+    (ARM, CreepsPastItsLimit, {}, BOUNDS),
+    (ARM, JumpsToItsLimit, {}, SPEED),
+    (ARM, SavesUpHaste, {}, SPEED),
+    (ARM, HangsNowAndThen, {}, BLOCK),
+    (ARM, StopToggles, {}, STOPPED),
+    (ARM, RefusalEndsStop, {}, STOPPED),
+    (ARM, RemembersWhatItRefused, {}, REFUSED),
+    (ARM, ClosesTowardsHome, {}, REST),
     (FORCE, SWAPS_PULLS, {}, LOAD),
     (FORCE, ABSOLUTE, {}, TORQUE),
 ]

@@ -214,6 +214,102 @@ class LimitsOneJoint(FakeArm):
         return super().send(command)
 
 
+class KeepsOneLimitAtATime(FakeArm):
+    """With two joints beyond their limits at once, both go there."""
+
+    def send(self, command: JointCommand) -> Any:
+        applied = super().send(command)
+        limits = zip(command.position_rad, self._lower_rad, self._upper_rad, strict=True)
+        if sum(not lower <= q <= upper for q, lower, upper in limits) < 2:
+            return applied
+        self._target_rad = command.position_rad
+        return replace(applied, position_rad=self._target_rad)
+
+
+class JumpsToItsLimit(FakeArm):
+    """What is clamped is not slowed down."""
+
+    def send(self, command: JointCommand) -> Any:
+        applied = super().send(command)
+        limits = zip(command.position_rad, self._lower_rad, self._upper_rad, strict=True)
+        clamped = tuple(min(max(q, lower), upper) for q, lower, upper in limits)
+        if self._stopped or clamped == command.position_rad:
+            return applied
+        self._target_rad = clamped
+        return replace(applied, position_rad=clamped, reason=CommandReason.POSITION_LIMIT)
+
+
+class CreepsPastItsLimit(FakeArm):
+    """Each further command beyond a limit leads a little past it."""
+
+    at_limit = 0
+
+    def send(self, command: JointCommand) -> Any:
+        applied = super().send(command)
+        if applied.reason is CommandReason.POSITION_LIMIT:
+            past_rad, self.at_limit = 0.002 * self.at_limit, self.at_limit + 1
+            ways = zip(self._target_rad, command.position_rad, strict=True)
+            self._target_rad = tuple(q + past_rad * ((asked > q) - (asked < q)) for q, asked in ways)
+        return applied
+
+
+class SavesUpHaste(FakeArm):
+    """After a pause it may go as far at once as it could have gone meanwhile."""
+
+    sent_ns = 0
+
+    def send(self, command: JointCommand) -> Any:
+        now_ns = self.clock.now_ns()
+        self._max_step_rad = 0.02 * max(1, (now_ns - self.sent_ns) // TICK_NS)
+        self.sent_ns = now_ns
+        return super().send(command)
+
+
+class HangsNowAndThen(FakeArm):
+    sent = 0
+
+    def send(self, command: JointCommand) -> Any:
+        self.sent += 1
+        self.clock.sleep_until(self.clock.now_ns() + 10**9 * (self.sent % 6 == 0))
+        return super().send(command)
+
+
+class StopToggles(FakeArm):
+    def stop(self) -> None:
+        was_stopped = self._stopped
+        super().stop()
+        self._stopped = not was_stopped
+
+
+class RefusalEndsStop(FakeArm):
+    def send(self, command: JointCommand) -> Any:
+        self._stopped = self._stopped and len(command.position_rad) == len(HOME)
+        return super().send(command)
+
+
+class RemembersWhatItRefused(FakeArm):
+    """What was sent before it was active is carried out once it is."""
+
+    refused_rad: Any = None
+
+    def send(self, command: JointCommand) -> Any:
+        self.refused_rad = command.position_rad if self._life is Life.CONFIGURED else None
+        return super().send(command)
+
+    def _on_activate(self) -> None:
+        super()._on_activate()
+        self._target_rad = self.refused_rad or self._target_rad
+
+
+class ClosesTowardsHome(FakeArm):
+    """With a fault, closing drives it home."""
+
+    def _on_close(self) -> None:
+        super()._on_close()
+        if self._fault:
+            to_home(self)
+
+
 class StopsOnce(FakeArm):
     stops = 0
 

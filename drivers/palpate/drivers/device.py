@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol, TypeAlias
 
-from palpate.drivers.errors import DeviceFaultError, DriverError, SettingError, StateError
+from palpate.drivers.errors import Blame, DeviceFaultError, DriverError, SettingError, StateError
 
 _SLOWEST_FRACTION: Final = 140
 
@@ -151,6 +151,7 @@ class LatchingArm(ArmDriver):
 
     def __init__(self) -> None:
         self.fault: str | None = None
+        self._blame = Blame.DEVICE
         self._state = ArmState.NEW
 
     @property
@@ -162,7 +163,9 @@ class LatchingArm(ArmDriver):
         if self._state in states:
             return
         if self._state is ArmState.FAULTED:
-            raise DeviceFaultError("arm", f"{request} refused, a fault is latched: {self.fault}", "acknowledge it")
+            refused = DeviceFaultError("arm", f"{request} refused, a fault is latched: {self.fault}", "acknowledge it")
+            refused.blame = self._blame
+            raise refused
         wanted = " or ".join(state.value for state in states)
         raise StateError("arm", f"{request} while it is {self._state.value}", f"it has to be {wanted}")
 
@@ -172,7 +175,7 @@ class LatchingArm(ArmDriver):
         try:
             yield
         except DriverError as error:
-            self._state, self.fault = ArmState.FAULTED, str(error)
+            self._state, self.fault, self._blame = ArmState.FAULTED, str(error), error.blame
             self.stop()
             raise
         except BaseException:

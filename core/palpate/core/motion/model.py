@@ -77,7 +77,8 @@ class Kinematics:
 
     def _require_limits(self) -> None:
         arm, names = self.arm, list(self.model.names)[1:]
-        rows = zip(names, arm.posture_rad, self.lower_rad, self.upper_rad, self.velocity_limit_rad_s, strict=True)
+        limits = (each.tolist() for each in (self.lower_rad, self.upper_rad, self.velocity_limit_rad_s))
+        rows = zip(names, arm.posture_rad, *limits, strict=True)
         for number, (name, posture, low, high, speed) in enumerate(rows):
             if not low < high:
                 raise ConfigurationError("arm.lower_rad", low, f"less than upper_rad = {high:g} at joint {name}")

@@ -134,8 +134,9 @@ def test_a_fault_stops_the_arm_and_stays(provoke: Callable[[Bench], None], kind:
         assert {d.machine.state for d in bench.drives if d is not bench.drives[1]} <= AT_REST
     sent = len(bench.network.sent)
     for refused in (bench.arm.cycle, bench.arm.enable, bench.arm.disable, lambda: bench.arm.preview((0.0,) * 6)):
-        with pytest.raises(DeviceFaultError, match="latched"):
+        with pytest.raises(DeviceFaultError, match="latched") as refusal:
             refused()
+        assert refusal.value.blame is kind.blame
     assert len(bench.network.sent) == sent
     bench.arm.close()
 

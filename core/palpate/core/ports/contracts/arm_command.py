@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from functools import partial
 from itertools import chain, repeat
@@ -34,6 +35,9 @@ from palpate.core.ports.values import AppliedCommand, CommandReason, JointComman
 _STOP_NS: Final = 2_000_000_000
 """Longest that ``stop`` may take; an arm that watches itself coming to rest needs a while."""
 _LONG_TICKS: Final = 300
+_ONCE_MORE: Final = 5
+_FAR: Final = 100.0
+"""In fast steps: beyond all limits."""
 
 
 class ArmCommandContract(ArmBench):
@@ -71,11 +75,18 @@ class ArmCommandContract(ArmBench):
             limits = limits_in_reach(rig)
         for limit in limits:
             self._check_limit(*limit)
+        # Beside the nearest, another joint beyond a limit of its own.
+        for joint, _, beyond_rad in limits[1:]:
+            if joint != limits[0][0]:
+                self._check_limit(*limits[0], {joint: beyond_rad})
+                break
 
-    def _check_limit(self, joint: int, limit_rad: float, beyond_rad: float) -> None:
+    def _check_limit(
+        self, joint: int, limit_rad: float, beyond_rad: float, beside_rad: Mapping[int, float] | None = None
+    ) -> None:
         with self._rig(Life.ACTIVE) as rig:
-            clause = "position limit"
-            end = shifted(rig.home_rad, beyond_rad - rig.home_rad[joint], joint)
+            clause, ends_rad = "position limit", {**(beside_rad or {}), joint: beyond_rad}
+            end = tuple(ends_rad.get(i, q) for i, q in enumerate(rig.home_rad))
             # Never a jump: an arm that does not keep its limits would make it.
             way = ramp(rig.home_rad, end, rig.step_rad)
             for asked in chain(way, repeat(end, rig.limit_ticks)):
@@ -91,6 +102,9 @@ class ArmCommandContract(ArmBench):
             else:
                 wanted = f"joint {joint} at {limit_rad} rad with POSITION_LIMIT within {rig.limit_ticks} ticks"
                 raise ContractViolation(clause, f"{applied}", wanted)
+            for _ in range(_ONCE_MORE):
+                _require_within(clause, rig, self._send(rig, end).position_rad, 0.0)
+                rig.advance(1)
             if rig.position_rad is not None:
                 rig.advance(rig.settle_ticks)
                 _require_within("really at the limit", rig, rig.position_rad(), rig.tolerance_rad)
@@ -105,14 +119,18 @@ class ArmCommandContract(ArmBench):
                     if stopped:
                         rig.arm.stop()
                         self._activate_again(rig)
+                        # No haste is saved up in a pause.
+                        rig.advance(_LONG_TICKS if end == ends[-1] else 1)
                     # Within a tick it goes no further, however often it is asked.
-                    applied = [self._send(rig, end) for _ in range(1 if rig.runs_by_itself else 10)][-1]
-                    if stopped and applied.reason is CommandReason.STOPPED:
+                    for _ in range(1 if rig.runs_by_itself else 10):
+                        applied = self._send(rig, end)
+                        if not (stopped and applied.reason is CommandReason.STOPPED):
+                            _require_shortened(applied, rig.home_rad, end)
+                    if applied.reason is CommandReason.STOPPED:
                         break  # has a clause of its own
-                    _require_shortened(applied, rig.home_rad, end)
                     rig.advance(1)
-                    on = tuple(home + 3.0 * (q - home) for home, q in zip(rig.home_rad, end, strict=True))
-                    if not rig.runs_by_itself and _is_within(rig, on, 0.0):
+                    on = tuple(home + _FAR * (q - home) for home, q in zip(rig.home_rad, end, strict=True))
+                    if not rig.runs_by_itself:
                         way_rad = far(self._send(rig, on).position_rad, applied.position_rad)
                         wanted = f"less than {rig.fast_step_rad} rad in the next tick, too"
                         require("velocity limit", way_rad < rig.fast_step_rad, f"{way_rad} rad", wanted)
@@ -158,15 +176,18 @@ class ArmCommandContract(ArmBench):
         self._check_stop(Life.FAULTED)
 
     def test_after_stop_send_applies_nothing(self) -> None:
-        """After ``stop``, ``send`` says STOPPED each time and does not apply what was asked."""
+        """After ``stop``, and after another, ``send`` says STOPPED each time and does not apply what was asked."""
         with self._rig(Life.ACTIVE) as rig:
-            rig.arm.stop()
             asked = shifted(rig.home_rad, rig.step_rad)
             for _ in range(3):
-                applied = self._send(rig, asked)
-                stopped = applied.reason is CommandReason.STOPPED and applied.position_rad != asked
-                require("stopped", stopped, f"{applied}", "STOPPED, with the angles at which the arm is held")
-                rig.advance(1)
+                rig.arm.stop()
+                for _ in range(2):
+                    applied = self._send(rig, asked)
+                    stopped = applied.reason is CommandReason.STOPPED and applied.position_rad != asked
+                    require("stopped", stopped, f"{applied}", "STOPPED, with the angles at which the arm is held")
+                    rig.advance(1)
+                    with suppress(CommandError):
+                        rig.arm.send(JointCommand((*asked, 0.0)))
 
     def test_after_stop_the_arm_holds_still(self) -> None:
         """After ``stop`` the arm stays where it came to rest, whatever is sent and however long it takes."""
@@ -232,8 +253,8 @@ class ArmCommandContract(ArmBench):
                 self._activate_again(rig)
 
     def test_motion_ends_and_does_not_resume(self) -> None:
-        """After a stop, a pause or a fault the arm rests, and activated again it does until it is commanded."""
-        for end in ("stop", "deactivate", "provoke_fault"):
+        """After a stop, a pause or a fault the arm rests, and activated again, or closed, it does until commanded."""
+        for end, closed in (("stop", False), ("deactivate", False), ("provoke_fault", False), ("provoke_fault", True)):
             with self._rig(Life.ACTIVE) as rig:
                 act = getattr(rig, end, None) or getattr(rig.arm, end, None)
                 if act is None:
@@ -246,12 +267,15 @@ class ArmCommandContract(ArmBench):
                 rest_rad = where(rig)
                 rig.advance(max(_LONG_TICKS, rig.settle_ticks))
                 require_at(f"at rest after {end}", rig, rest_rad)
-                self._activate_again(rig)
+                if closed:
+                    rig.arm.close()
+                else:
+                    self._activate_again(rig)
                 rig.advance(rig.settle_ticks)
-                require_at(f"activated after {end}", rig, rest_rad)
+                require_at(f"{'closed' if closed else 'activated'} after {end}", rig, rest_rad)
 
     def test_refused_command_moves_nothing(self) -> None:
-        """A command that is refused - wrong number of joints, not active, with a fault - moves no joint."""
+        """A command that is refused - wrong number of joints, not active, with a fault - never moves a joint."""
         for life in (Life.ACTIVE, Life.CONFIGURED, Life.FAULTED):
             with self._rig(Life.ACTIVE) as rig:
                 if life is Life.FAULTED and rig.provoke_fault is None:
@@ -268,6 +292,9 @@ class ArmCommandContract(ArmBench):
                     rig.arm.send(JointCommand((*asked_rad, 0.0) if life is Life.ACTIVE else asked_rad))
                 rig.advance(rig.settle_ticks)
                 require_at(f"refused while {life.value}", rig, before_rad)
+                self._activate_again(rig)
+                rig.advance(rig.settle_ticks)
+                require_at(f"activated, after it was refused while {life.value}", rig, before_rad)
 
     def _check_stop(self, life: Life) -> None:
         with self._rig(life) as rig:

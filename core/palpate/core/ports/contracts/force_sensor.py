@@ -72,7 +72,7 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
                 require("units and axes", close, f"{loaded} N m, {free} N m without load", f"{wanted} N m more")
 
     def test_no_hidden_tare(self) -> None:
-        """A load that is there before ``configure``, or over a pause, is reported like one that comes later."""
+        """A load that is there before ``configure``, or over a pause or fault, is reported like a later one."""
         with self._rig(Life.ACTIVE) as rig:
             push = knob(rig.push_N, "push_N")
             load, tolerance_N = (0.0, 0.0, -rig.load_N), rig.tolerance_N

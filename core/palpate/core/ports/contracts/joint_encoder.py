@@ -48,7 +48,7 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
             require("radians", plausible, f"{angles}", "angles within two turns, in rad")
 
     def test_angles_are_where_the_joints_stand(self) -> None:
-        """The angles are those at which the joints are known to stand, after a pause too."""
+        """The angles are those at which the joints are known to stand, after a pause and a fault too."""
         with self._rig(Life.ACTIVE) as rig:
             expected = knob(rig.expected_rad, "expected_rad")
             for paused in (False, True):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, TypeVar
 
 from palpate.core.errors import DeviceError
-from palpate.core.ports.contracts.device import DeviceContract, pass_time
+from palpate.core.ports.contracts.device import DeviceContract, activate, pass_time
 from palpate.core.ports.contracts.rigs import SensorRig
 from palpate.core.ports.contracts.violations import ClauseNotApplicable, knob, require
 from palpate.core.ports.lifecycle import Life
@@ -15,6 +15,8 @@ SensorRigT = TypeVar("SensorRigT", bound=SensorRig[Any])
 
 MANY_TICKS = 300
 """More than an 8-bit counter holds, so that one that wraps around is caught."""
+
+_LONG_SILENCE_TICKS = 30
 
 
 class SampleContract(DeviceContract[SensorRigT]):
@@ -95,7 +97,7 @@ class SampleContract(DeviceContract[SensorRigT]):
                 rig.advance(1)
 
     def test_sample_after_a_pause_is_new(self) -> None:
-        """What is read after ``deactivate`` and ``activate`` was measured after the pause."""
+        """What is read after a pause, or a fault, was measured after it."""
         with self._rig(Life.ACTIVE) as rig:
             self._read(rig)
             pause_ns = pause(rig)
@@ -110,10 +112,11 @@ class SampleContract(DeviceContract[SensorRigT]):
             self._read(rig)
             go_silent()
             pass_time(rig, rig.max_age_ns)
-            for _ in range(3):
+            for _ in range(_LONG_SILENCE_TICKS):
                 try:
                     sample = self._read(rig)
                 except DeviceError:
+                    rig.advance(1)
                     continue
                 marked = sample.validity in (Validity.STALE, Validity.INVALID)
                 observed = f"a {sample.validity.value} sample ({_stamp(sample)})"
@@ -123,11 +126,20 @@ class SampleContract(DeviceContract[SensorRigT]):
 
 
 def pause(rig: SensorRig[Any]) -> int:
-    """Deactivate a sensor for as long as a sample counts, and activate it again; when that was, in ns."""
+    """Deactivate a sensor for as long as a sample counts, let it have a fault, and activate it again.
+
+    Returns:
+        When it was activated again, in ns.
+    """
     rig.device.deactivate()
     pass_time(rig, rig.max_age_ns)
+    if rig.provoke_fault is not None:
+        rig.device.activate()
+        rig.advance(1)
+        rig.provoke_fault()
+        rig.device.acknowledge_fault()
     now_ns = rig.clock.now_ns()
-    rig.device.activate()
+    activate(rig.device)
     pass_time(rig, 2 * rig.max_age_ns)
     return now_ns
 
