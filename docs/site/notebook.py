@@ -19,12 +19,12 @@ BEGIN: Final = '''\
 import shlex
 from pathlib import Path
 
-from IPython.display import Image, display
-
 try:
+    from IPython.display import Image, display
+
     from palpate.adapters.cli.main import main
 except ModuleNotFoundError as error:
-    raise SystemExit(f"this notebook needs palpate where its kernel runs: pip install palpate ({error})") from None
+    raise SystemExit(f"this notebook needs its kernel to have: pip install 'palpate[notebook]' ({error})") from None
 
 
 def palpate(line: str) -> None:

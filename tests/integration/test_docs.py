@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from docs.site.notebook import notebook_of
+from docs.site.notebook import BEGIN, notebook_of
 from palpate.adapters.cli.commands import commands_of
 from palpate.adapters.config import RunConfig, overlay
 from tests.command_line import QUICK, CommandLine
@@ -112,6 +112,12 @@ def test_the_tutorial(palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.
     assert len(shown) == 3
     assert all(picture.startswith(b"\x89PNG") for picture in shown)
     assert (tmp_path / "runs" / "used" / "report.html").is_file()
+
+
+def test_a_notebook_without_what_it_needs_says_so_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "IPython", None)
+    with pytest.raises(SystemExit, match=r"pip install 'palpate\[notebook\]' \(.*IPython"):
+        exec(BEGIN, {})
 
 
 def test_policies_of_ones_own(palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
