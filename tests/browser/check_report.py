@@ -16,7 +16,7 @@ from pathlib import Path
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 
-DEVICES = {"laptop": (1366, 768, 1.0), "phone": (390, 844, 2.0)}
+DEVICES = {"laptop": (1280, 800, 1.0), "phone": (390, 844, 2.0)}
 TALLEST = 12_000
 """Pixels of a screenshot; what is below is not in it."""
 
