@@ -109,9 +109,12 @@ class Commissioning:
             samples, Hz.
         """
         down, means, sds = [], [], []
+        above = np.array(self._approach.poses_rad[0])
+        # Found before the arm is active: on some arms it takes longer than one may be left without a command.
+        poses = [above, *self._tilted(above), above]
         with self.arm.moving():
-            above = self._go_above()
-            for pose in [np.array(above), *self._tilted(np.array(above)), np.array(above)]:
+            self._go_above()
+            for pose in poses:
                 self.arm.joint_line(pose)
                 felt = self.arm.hold(_HOLD_TICKS)
                 mean, sd = mean_of(fresh_wrenches(felt))
@@ -187,12 +190,10 @@ class Commissioning:
             # Made for 20 mm/s.
             self.arm.path((pose,) * 4)
 
-    def _go_above(self) -> tuple[float, ...]:
-        """Draw the tool out and lift it; returns the pose well above the believed hole."""
+    def _go_above(self) -> None:
+        """Draw the tool out and lift it, well above the believed hole."""
         self._withdraw()
-        above = self._approach.poses_rad[0]
-        self.arm.joint_line(above)
-        return above
+        self.arm.joint_line(self._approach.poses_rad[0])
 
     def _lift(self) -> None:
         tip = self.arm.place(self.arm.asked_rad)

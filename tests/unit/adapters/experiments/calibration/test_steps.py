@@ -1,6 +1,7 @@
 """A commissioning in the simulated cell, in virtual time, of values that nobody told it."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +10,8 @@ from palpate.adapters.config import overlay, scenario
 from palpate.adapters.experiments.calibration import Commissioning, hole_picture, touch_picture, weigh_picture
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import DeviceError, UndeterminedError
-from palpate.core.ports import WrenchSample
+from palpate.core.motion import InverseKinematics
+from palpate.core.ports import Life, WrenchSample
 from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell import HiddenValues
 
@@ -53,6 +55,22 @@ def test_hidden_values_are_found_and_the_peg_is_inserted_by_them() -> None:
     assert rate_Hz == pytest.approx(140.0, rel=0.01)
     pictures = weigh_picture(load, down, means), touch_picture(touched), hole_picture(places, x, y)
     assert all(picture.startswith(PNG) for picture in pictures)
+
+
+def test_where_to_tilt_is_found_before_the_arm_waits_for_commands(monkeypatch: pytest.MonkeyPatch) -> None:
+    with SimulatedRig(CONFIG, READY) as rig:
+        rig.prepare(0)
+        solve, lives = InverseKinematics.solve, []
+
+        def seen(*arguments: Any, **options: Any) -> Any:
+            lives.append(rig.ports.arm.life)
+            return solve(*arguments, **options)
+
+        commissioning = Commissioning(rig, CONFIG)
+        rig.ports.arm.deactivate()
+        monkeypatch.setattr(InverseKinematics, "solve", seen)
+        commissioning.weigh()
+    assert set(lives) == {Life.CONFIGURED}
 
 
 def test_a_plate_that_is_not_where_it_is_believed_to_be_is_not_searched_for_long() -> None:
