@@ -12,8 +12,8 @@ circles; how soft, the last 100 trials choose. Beforehand each state and action 
 the network predicts there. All kinds of state have the same planner and policy, without that, and back off to the last
 symbol: the last symbol, the last two, the last three, the last two pairs of action and symbol, the automaton of
 untrained networks, the automaton. The cost of the last policy, which learns no more, is exact, over all starts; told as
-a ratio to the optimum of the belief. What is in the file already is not run again. Settings were chosen on maps 100 to
-105.
+a ratio to the optimum of the belief. What is in the file already is not run again. Settings were chosen on
+map 101, with a look at 102 and 103.
 
 With ``--nulls``: held-out loss on shuffled strings beside that of the last symbol, on two maps, and the ratio on a map
 where every symbol says where it is; nothing is to be gained there.

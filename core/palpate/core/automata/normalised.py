@@ -14,7 +14,7 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.core.automata.elman import LEAST, Network
-from palpate.core.automata.restarts import Level, Restarts
+from palpate.core.automata.restarts import Restarts, TreeLevel
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor
@@ -32,7 +32,9 @@ class NormalisedRestarts(Restarts):
     """
 
     @override
-    def hidden_states(self, levels: list[Level], *, noise: float = 0.0, generator: Generator | None = None) -> Tensor:
+    def hidden_states(
+        self, levels: list[TreeLevel], *, noise: float = 0.0, generator: Generator | None = None
+    ) -> Tensor:
         import torch
 
         hidden, count = self.architecture.hidden, len(self.architecture.names)

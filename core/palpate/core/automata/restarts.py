@@ -22,7 +22,7 @@ _AT_ONCE: Final = 2048
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
+class TreeLevel:
     """Nodes of one length: places of their parents in the level before, last letters, and cuts.
 
     A cut is a matrix of recurrent weights, and the first node and the one after the last that it leads to.
@@ -52,7 +52,9 @@ class Restarts:
             for (name, shape), part in zip(architecture.shapes.items(), np.split(drawn, ends[:-1], axis=1), strict=True)
         }
 
-    def hidden_states(self, levels: list[Level], *, noise: float = 0.0, generator: Generator | None = None) -> Tensor:
+    def hidden_states(
+        self, levels: list[TreeLevel], *, noise: float = 0.0, generator: Generator | None = None
+    ) -> Tensor:
         """Hidden states at all nodes, (R, h, n)."""
         import torch
 
@@ -99,7 +101,7 @@ class Restarts:
         }
         return Network(self.architecture, **values)
 
-    def _drives(self, before: Tensor, level: Level, inputs: Tensor) -> Tensor:
+    def _drives(self, before: Tensor, level: TreeLevel, inputs: Tensor) -> Tensor:
         import torch
 
         recurrent = self.parameters["recurrent"]
@@ -119,7 +121,7 @@ class Restarts:
         return torch.cat(parts, 2)
 
 
-def levels_of(tree: PrefixTree, architecture: Architecture) -> list[Level]:
+def levels_of(tree: PrefixTree, architecture: Architecture) -> list[TreeLevel]:
     """A prefix tree in the form that :meth:`Restarts.hidden_states` takes."""
     import torch
 
@@ -129,7 +131,9 @@ def levels_of(tree: PrefixTree, architecture: Architecture) -> list[Level]:
         symbols = tree.symbols[first:last]
         matrices, begins = np.unique(architecture.matrix_of(symbols), return_index=True)
         cuts = zip(matrices.tolist(), begins.tolist(), [*begins[1:].tolist(), last - first], strict=True)
-        found.append(Level(torch.from_numpy(tree.parents[first:last] - before), torch.from_numpy(symbols), tuple(cuts)))
+        found.append(
+            TreeLevel(torch.from_numpy(tree.parents[first:last] - before), torch.from_numpy(symbols), tuple(cuts))
+        )
         before = first
     return found
 
