@@ -342,6 +342,10 @@ MISHAPS: Final[dict[str, Mishap]] = {
         at=(30, "stop"),
         answers={20: (5, 0.04, _VELOCITY)},
     ),
+    # A spike trips; then something seems to hold the tool that is drawn back.
+    "retract-held": Mishap(
+        (force("spike", 5, magnitude=60.0, channels=(2,)), force("offset", 9, magnitude=60.0, channels=(2,)))
+    ),
     "retract-blocked": Mishap(
         (force("nan", 5), arm("stuck", 5)),
         {"arm": "ur5", **weak(retract_mm=20.0, retract_speed_mm_s=500.0, max_tracking_error_mrad=500.0)},

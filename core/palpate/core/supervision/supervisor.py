@@ -36,6 +36,9 @@ from palpate.core.trial import (
     require_place,
 )
 
+_PULLS = 4
+"""So many samples in a row a pull has to last that ends a retraction; one alone may be a spike."""
+
 
 class Guard(enum.Enum):
     """States of the supervisor."""
@@ -112,7 +115,7 @@ class Supervisor:
             kinematics, config.retract_mm * 1e-3, config.retract_speed_mm_s * 1e-3, 1.0 / CONTROL_RATE_HZ
         )
         self._lower, self._upper, self._count = lower, upper, len(lower)
-        self._jump_rad = config.max_command_jump_mrad * 1e-3
+        self._jump_rad, self._most_pull_N = config.max_command_jump_mrad * 1e-3, task.max_force_N
         self._retracts = config.on_trip == "retract"
         self._state = Guard.READY
         self._trip: Trip | None = None
@@ -222,6 +225,10 @@ class Supervisor:
             self._adopted(applied)
             if applied.reason is CommandReason.STOPPED and self.retracting:
                 self._move(GuardEvent.ARRIVE)
+        self._pulls = self._pulls + 1 if snapshot.wrench.force_N[2] > self._most_pull_N else 0
+        if self._pulls == _PULLS and self.retracting:
+            # Something holds the tool: to go on would only pull harder.
+            self._move(GuardEvent.ARRIVE)
         self._go_back()
         return self._instead(trip.reason, held, trip)
 
@@ -261,7 +268,7 @@ class Supervisor:
         return Trip(TripReason.COMMAND_JUMP, tick, text)
 
     def _take_command(self, trip: Trip, snapshot: Snapshot, asked_rad: JointVector) -> Supervised:
-        self._trip = trip
+        self._trip, self._pulls = trip, 0
         self.latch.set(trip.text)
         self._move(GuardEvent.TRIP_AND_RETRACT if self._retracts else GuardEvent.TRIP_AND_HOLD)
         if self._retracts:

@@ -151,6 +151,17 @@ def test_it_retracts_straight_back_along_the_tool_axis_and_ends(arm: str) -> Non
     assert bench.tick().command == last
 
 
+def test_a_retraction_ends_where_something_holds_the_tool() -> None:
+    bench = hit()
+    for pull_N in (40.0, 40.0, 40.0, 0.0, 40.0, 40.0, 40.0):
+        bench.tick(force_N=(0.0, 0.0, pull_N))
+        assert bench.supervisor.retracting
+    held = bench.tick(force_N=(0.0, 0.0, 40.0)).command
+    assert bench.supervisor.state is Guard.TRIPPED_HOLDING
+    assert held == bench.results[-2].command
+    assert bench.tick().command == held
+
+
 def test_an_arm_that_is_slower_than_the_retraction_gets_there_all_the_same() -> None:
     bench = hit()
     guard, ticks = bench.supervisor, 0
