@@ -120,6 +120,7 @@ class Supervisor:
         self._state = Guard.READY
         self._trip: Trip | None = None
         self._held: JointVector = ()
+        self._pulls = 0
 
     @property
     def state(self) -> Guard:
