@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
 
 from palpate.core.motion import ToolGeometry
+
+EXPLORING: Final = 150
+"""A tick at which trial 0 explores."""
+SOON: Final = {"tare_ticks": 8, "start_uncertainty_mm": 0.0}
+"""Settings of the task with which it comes to the point soon."""
 
 
 def force(kind: str, tick: int, **plan: Any) -> Mapping[str, Any]:

@@ -36,9 +36,6 @@ from palpate.core.trial import (
     require_place,
 )
 
-_PULLS = 4
-"""So many samples in a row a pull has to last that ends a retraction; one alone may be a spike."""
-
 
 class Guard(enum.Enum):
     """States of the supervisor."""
@@ -71,6 +68,8 @@ TRANSITIONS: Final[dict[tuple[Guard, GuardEvent], Guard]] = {
 
 
 _NAME = "supervisor"
+_PULLS: Final = 4
+"""So many samples in a row a pull has to last that ends a retraction; one alone may be a spike."""
 # Members of an enumeration are looked up more slowly.
 _ACTIVE, _AS_ASKED = Guard.ACTIVE, CommandReason.AS_ASKED
 

@@ -1,0 +1,174 @@
+"""What the supervisor, the ports and the arm's limits meet: samples, forces, places and commands that trip or clamp."""
+
+from __future__ import annotations
+
+from math import nan, pi
+from typing import Any, Final
+
+from palpate.core.ports import CommandReason
+from tests.golden.mishap import Mishap
+from tests.golden.mishap_faults import EXPLORING, SOON, arm, clock, force, joints, weak
+
+_TALL: Final = {"height_margin_mm": 1.0, "side_margin_mm": 200.0}
+_WIDE: Final = {"side_margin_mm": 200.0}
+_VELOCITY, _POSITION = CommandReason.VELOCITY_LIMIT, CommandReason.POSITION_LIMIT
+_CALIBRATED: Final = {"perception": {"calibration": [1.1, 0.9, 1.2, 0.8, 1.3, 0.7]}}
+
+
+def _near_walls(**margins: float) -> dict[str, Any]:
+    """Encoders may jump, so that it is the tip's place that trips."""
+    return weak(max_tracking_error_mrad=500.0, max_joint_velocity_share=5.0, **margins)
+
+
+SUPERVISED: Final[dict[str, Mishap]] = {
+    "trip-invalid": Mishap((force("nan", 20),)),
+    "trip-saturated": Mishap((force("saturate", 20, magnitude=0.1),)),
+    "trip-joints-invalid": Mishap((joints("nan", 20),)),
+    "trip-force-stale": Mishap((force("delay", 20, delay_ticks=9),)),
+    "trip-joints-stale": Mishap((joints("delay", 8, delay_ticks=18),), weak(max_tracking_error_mrad=400.0)),
+    "trip-force-repeated": Mishap((force("repeat", 20, span_ticks=1),), {"supervision": {"max_repeats": 3}}),
+    "trip-joints-repeated": Mishap((joints("repeat", 2, span_ticks=1),), {"supervision": {"max_repeats": 3}}),
+    "trip-repeated-by-turns": Mishap(
+        (joints("repeat", 20, span_ticks=1, duration_ticks=1), force("repeat", 21, span_ticks=1)),
+        {"supervision": {"max_repeats": 3}},
+    ),
+    "trip-frozen": Mishap((force("freeze", 20),)),
+    "trip-late": Mishap((clock("overrun", 20, time_s=0.1),)),
+    "trip-clock-back": Mishap((clock("clock-jump", 20, time_s=-0.5),)),
+    "trip-force-untared": Mishap((force("spike", 20, magnitude=45.0, channels=(2,)),)),
+    "trip-force-tared": Mishap(settings={"supervision": {"max_force_N": 4.0, "unexpected_contact_N": 2.0}}),
+    "trip-torque": Mishap((force("spike", 20, magnitude=9.0, channels=(4,)),)),
+    "trip-torque-tared": Mishap((force("spike", EXPLORING, magnitude=9.0, channels=(3,)),)),
+    "trip-force-rate": Mishap((force("spike", EXPLORING, magnitude=30.0, channels=(0,)),)),
+    "trip-contact-untared": Mishap((force("spike", 20, magnitude=4.0, channels=(1,)),)),
+    "trip-contact-lift": Mishap((force("bias-drift", 3, magnitude=60.0, channels=(0,)),)),
+    "trip-joint-position": Mishap((joints("spike", 20, magnitude=5.0, channels=(2,)),)),
+    "trip-joint-position-low": Mishap((joints("spike", 20, magnitude=-5.0, channels=(1,)),)),
+    "trip-joint-velocity": Mishap(
+        (joints("spike", 20, magnitude=0.4, channels=(3,)),), weak(max_tracking_error_mrad=500.0)
+    ),
+    "trip-tracking": Mishap((joints("spike", 20, magnitude=0.02, channels=(3,)),)),
+    "trip-tracking-stuck": Mishap((arm("stuck", 4),), trial=2),
+    "trip-workspace-x": Mishap((joints("spike", 20, magnitude=0.13, channels=(1,)),), _near_walls(side_margin_mm=1.0)),
+    "trip-workspace-y": Mishap((joints("spike", 20, magnitude=-0.08, channels=(0,)),), _near_walls()),
+    "trip-workspace-top": Mishap((joints("spike", 20, magnitude=-0.13, channels=(1,)),), _near_walls(**_TALL)),
+    "trip-workspace-bottom": Mishap((joints("spike", 20, magnitude=0.13, channels=(1,)),), _near_walls(**_WIDE)),
+    "trip-area": Mishap(
+        (joints("spike", EXPLORING, magnitude=0.0095, channels=(0,)),), {"supervision": {"area_margin_mm": 0.05}}
+    ),
+    "command-not-finite": Mishap((arm("nan", 20),)),
+    "trip-command-jumps": Mishap(answers={20: (4, 9.0, _POSITION)}),
+    "trip-and-hold": Mishap((force("nan", 20),), {"supervision": {"on_trip": "hold"}}),
+    "trip-then-stopped": Mishap((force("freeze", 20),), {"supervision": {"retract_mm": 5.0}}, (32, "stop")),
+    "clamp-position": Mishap(
+        settings=weak(max_tracking_error_mrad=500.0),
+        answers={2: (4, 3.15, _POSITION), 3: (4, 3.15, _POSITION)},
+        at=(20, "stop"),
+    ),
+    "clamped-and-followed": Mishap(
+        settings=weak(max_tracking_error_mrad=500.0),
+        answers={2: (4, 3.15, _POSITION), 3: (4, 3.14, CommandReason.AS_ASKED), 4: (4, 3.14, _POSITION)},
+        at=(8, "stop"),
+    ),
+    "clamped-by-the-arm": Mishap(
+        answers={n: (3, 0.001, reason) for n, reason in ((4, _VELOCITY), (5, _VELOCITY), (30, _POSITION))},
+        settings={"task": {"time_limit_s": 0.1}},
+    ),
+    "stopped-from-outside": Mishap(at=(20, "stop")),
+    "interrupted": Mishap(at=(EXPLORING, "interrupt")),
+    "interrupted-early": Mishap(at=(20, "interrupt")),
+    "aborted": Mishap(at=(20, "abort")),
+    "force-sensor-gone": Mishap((force("disconnect", 20),)),
+    "encoders-gone": Mishap((joints("disconnect", 20),)),
+    "arm-gone": Mishap((arm("disconnect", 20),)),
+    "first-joints-invalid": Mishap((joints("nan", 0),)),
+    "first-force-invalid": Mishap((force("nan", 0),)),
+    "calibrated": Mishap(settings=_CALIBRATED),
+    "calibrated-first-order": Mishap(
+        settings={"perception": {**_CALIBRATED["perception"], "filter_order": 1}, "task": {"time_limit_s": 1.0}},
+        trial=3,
+    ),
+    "calibrated-torque": Mishap((force("spike", EXPLORING, magnitude=9.0, channels=(3, 4, 5)),), _CALIBRATED),
+    "calibrated-misfit": Mishap((force("offset", EXPLORING, magnitude=2.0, channels=(3, 4)),), _CALIBRATED),
+    "calibrated-rate": Mishap((force("spike", EXPLORING, magnitude=15.0, channels=(0, 1, 2)),), _CALIBRATED),
+    "calibrated-contact": Mishap((force("spike", 20, magnitude=-3.0, channels=(0, 1, 2)),), _CALIBRATED),
+    "calibrated-force": Mishap((force("spike", 20, magnitude=45.0, channels=(0, 1, 2)),), _CALIBRATED),
+    "trip-area-start": Mishap(
+        (joints("spike", EXPLORING, magnitude=-0.0095, channels=(0,)),),
+        {"supervision": {"area_margin_mm": 0.05}, "task": {"area_centre": "start"}},
+        trial=2,
+    ),
+    "trip-area-x": Mishap(
+        (joints("spike", EXPLORING, magnitude=0.06, channels=(1,)),),
+        {"task": {"area_centre": "start"}, **_near_walls(depth_margin_mm=200.0, height_margin_mm=200.0)},
+        trial=2,
+    ),
+    "lies-noisier": Mishap((force("noise", 20, magnitude=0.45),), {"supervision": {"max_noise_ratio": 2.0}}),
+    "trip-kind": Mishap(tared_from=20),
+    "first-kind": Mishap(tared_from=0),
+    "first-joint-turned": Mishap((joints("offset", 0, magnitude=6.3, channels=(3,)),)),
+    "trip-force-early": Mishap(ahead={20: 51_428_571, 30: 51_428_572}),
+    "trip-workspace-x-low": Mishap(
+        (joints("spike", 20, magnitude=-0.13, channels=(1,)),),
+        _near_walls(side_margin_mm=1.0, height_margin_mm=300.0),
+    ),
+    "trip-workspace-y-low": Mishap((joints("spike", 20, magnitude=0.08, channels=(0,)),), _near_walls()),
+    "answer-not-finite": Mishap(answers={20: (4, nan, _POSITION)}),
+    "close-samples": Mishap(
+        (
+            clock("overrun", 5, time_s=0.0055, probability=0.5),
+            force("spike", EXPLORING, magnitude=9.0, channels=(0,)),
+        ),
+    ),
+    "few-tared": Mishap((force("freeze", 30, channels=(3,)),), {"task": {"tare_ticks": 4}}),
+    "seven-tared": Mishap(
+        (force("noise", 6, magnitude=1.0, channels=(1,)),), {"task": SOON | {"tare_ticks": 7}}, (40, "stop")
+    ),
+    "no-torque-noise": Mishap((force("freeze", 20, channels=(1,)),), {"cell": {"sensor": {"torque_noise_Nm": 0.0}}}),
+    "noiseless": Mishap(
+        (force("freeze", 20),),
+        {"cell": {"sensor": {"torque_noise_Nm": 0.0, "force_noise_N": 0.0}}, "task": {"time_limit_s": 0.1}},
+    ),
+    "retract-far": Mishap((force("nan", 20),), weak(retract_mm=200.0, retract_speed_mm_s=1000.0)),
+    "retract-fast": Mishap((force("nan", 20),), weak(retract_mm=20.0, retract_speed_mm_s=1000.0)),
+    "noisy-at-rest": Mishap((force("noise", 6, magnitude=1.0, channels=(1,)),), {"task": SOON}),
+    "fast-wrist": Mishap(
+        (joints("spike", 20, magnitude=0.05443, channels=(5,)),),
+        {"arm": "ur5", "task": SOON, **weak(max_tracking_error_mrad=500.0)},
+        (24, "stop"),
+    ),
+    "wrist-back": Mishap(
+        settings={"arm": "ur5", "task": SOON, **weak(max_tracking_error_mrad=500.0)},
+        at=(30, "stop"),
+        answers={20: (5, 0.04, _VELOCITY)},
+    ),
+    # A spike trips; then something seems to hold the tool that is drawn back.
+    "retract-held": Mishap(
+        (force("spike", 5, magnitude=60.0, channels=(2,)), force("offset", 9, magnitude=60.0, channels=(2,)))
+    ),
+    "retract-blocked": Mishap(
+        (force("nan", 5), arm("stuck", 5)),
+        {"arm": "ur5", **weak(retract_mm=20.0, retract_speed_mm_s=500.0, max_tracking_error_mrad=500.0)},
+        answers={4: (4, pi, _VELOCITY)},
+    ),
+    # Recordings that are too short to count, with live samples between them.
+    "recurring-twice": Mishap(
+        tuple(force("repeat", tick, span_ticks=20, honest=False, duration_ticks=5) for tick in (40, 52)),
+        {"task": SOON},
+        (62, "stop"),
+    ),
+    # A sample that comes again under its own number is no channel that stays where it is.
+    "repeated-for-short": Mishap(
+        (force("repeat", 20, span_ticks=1, duration_ticks=12),),
+        {"task": SOON, **weak(flat_line_samples=10, max_force_age_ms=200.0)},
+        (36, "stop"),
+    ),
+    # Two samples so close in time that their noise would be a rate.
+    "samples-close": Mishap(settings={"task": SOON}, at=(26, "stop"), ahead={20: 7_140_000}),
+    # Too fast over two ticks, and not over the four that count.
+    "fast-at-once": Mishap(
+        (joints("spike", 2, magnitude=0.024, channels=(3,), duration_ticks=1),),
+        {"task": SOON, **weak(max_tracking_error_mrad=500.0)},
+        (16, "stop"),
+    ),
+}
