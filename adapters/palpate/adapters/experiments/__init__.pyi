@@ -57,6 +57,7 @@ from .statistics import shown_interval as shown_interval
 from .statistics import summary_of as summary_of
 from .statistics import t_half_width as t_half_width
 from .statistics import wilson_interval as wilson_interval
+from .statistics import window_of as window_of
 from .tables import aligned as aligned
 from .tables import csv_text as csv_text
 from .tables import render_table as render_table

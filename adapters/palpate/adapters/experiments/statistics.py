@@ -25,6 +25,11 @@ WINDOW: Final = 25
 """Trials in the moving average, as in the paper's figure 5."""
 
 
+def window_of(trials: int) -> int:
+    """Trials in a drawn average: with fewer than the paper's 25 every trial stands for itself."""
+    return WINDOW if trials >= WINDOW else 1
+
+
 def moving_average(values: Sequence[float], window: int = WINDOW) -> list[float]:
     """Mean of the last ``window`` values at each place; shorter at the beginning."""
     sums = np.concatenate(([0.0], np.cumsum(np.asarray(values, dtype=float))))

@@ -15,7 +15,7 @@ import numpy as np
 from palpate.adapters.experiments.figure import drawing
 from palpate.adapters.experiments.grid.learning import LearningRun
 from palpate.adapters.experiments.grid.worlds import Bounds
-from palpate.adapters.experiments.statistics import WINDOW, mean_with_interval, moving_average
+from palpate.adapters.experiments.statistics import mean_with_interval, moving_average, window_of
 from palpate.adapters.experiments.tables import aligned, csv_text
 from palpate.simulation.grid import STEP_LIMIT, GridMap
 
@@ -144,8 +144,7 @@ def learning_figure(panels: Sequence[Sequence[Panel]], kind: str) -> bytes:
 
 def _draw(axes: Any, panel: Panel) -> None:
     for number, steps in enumerate(panel.curves):
-        # Only where there are so many values; a run of fewer trials is drawn as it is.
-        window = WINDOW if len(steps) >= WINDOW else 1
+        window = window_of(len(steps))
         means = moving_average(steps, window)[window - 1 :]
         axes.plot(range(window - 1, len(steps)), means, color=_RUNS[number % len(_RUNS)], linewidth=1.2)
     # In the title, because a legend would hide curves that do not fall.

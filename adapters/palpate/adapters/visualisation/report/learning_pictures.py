@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.adapters.experiments import WINDOW, Array, moving_average, t_half_width
+from palpate.adapters.experiments import WINDOW, Array, moving_average, t_half_width, window_of
 from palpate.adapters.visualisation.report.canvas import COLOURS, GREY, LINES, drawn, legend_above
 from palpate.adapters.visualisation.report.page import Picture, counted, share
 
@@ -44,11 +44,6 @@ class ReferenceLevel:
     label: str
     cost: float
     success: float
-
-
-def window_of(trials: int) -> int:
-    """Trials in the moving average: the paper's 25, fewer where there are not many."""
-    return min(WINDOW, trials, max(3, trials // 4))
 
 
 def learning_picture(
@@ -95,8 +90,10 @@ def means_of(values: Sequence[Sequence[float]], trials: int) -> Array:
 def _draw(upper: Any, lower: Any, curve: LearningCurve, colour: str, ceiling: float, *, dots: bool) -> float:
     """Draw a curve; returns the highest cost that is drawn, but for bands."""
     runs, trials, top = len(curve.costs), np.arange(curve.trials), 0.0
-    whole = slice(window_of(curve.trials) - 1, None)
-    if runs == 1 and dots:
+    window = window_of(curve.trials)
+    whole = slice(window - 1, None)
+    dots &= runs == 1
+    if dots:
         costs, wins = np.array(curve.costs[0]), np.array(curve.successes[0])
         for kind, marker, shade in ((wins, "o", colour), (~wins, "x", COLOURS[1])):
             if kind.any():
@@ -112,14 +109,16 @@ def _draw(upper: Any, lower: Any, curve: LearningCurve, colour: str, ceiling: fl
             half = t_half_width(means)
             low, high = np.clip(middle - half, 0.0, most), np.clip(middle + half, 0.0, most)
             axes.fill_between(trials[whole], low, high, color=colour, alpha=0.2, linewidth=0.0)
-        axes.plot(trials[whole], middle, color=colour, linewidth=1.8, label=curve.label)
+        if window > 1 or not dots or axes is lower:
+            axes.plot(trials[whole], middle, color=colour, linewidth=1.8, label=curve.label)
     return max(top, float(middle.max()))
 
 
 def _caption(curves: Sequence[LearningCurve]) -> str:
-    windows = sorted({window_of(curve.trials) for curve in curves})
-    window = " or ".join(map(str, windows))
-    text = f"Lines: moving average over the last {window} trial{'s' * (windows != [1])}"
+    windows = {window_of(curve.trials) for curve in curves}
+    text = f"Lines: moving average over the last {WINDOW} trials"
+    if windows != {WINDOW}:
+        text = f"{text}, or trial by trial where there are fewer" if WINDOW in windows else "Lines: trial by trial"
     seeds = sorted({len(curve.costs) for curve in curves})
     if seeds == [1]:
         text += ", of one run; one run alone gives no interval over seeds"

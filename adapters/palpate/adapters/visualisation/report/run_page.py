@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
-from palpate.adapters.experiments import TrialRow, render_table, shown_interval, summary_of
+from palpate.adapters.experiments import WINDOW, TrialRow, render_table, shown_interval, summary_of
 from palpate.adapters.log import TrialLog, read_log
 from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
 from palpate.adapters.visualisation.report.files import is_there, read_text
-from palpate.adapters.visualisation.report.learning_pictures import learning_picture, window_of
+from palpate.adapters.visualisation.report.learning_pictures import learning_picture
 from palpate.adapters.visualisation.report.logs import force_picture, logs_in, spread_over, timing_section
 from palpate.adapters.visualisation.report.page import (
     Cell,
@@ -182,7 +182,7 @@ def drawn_values(rows: Sequence[TrialRow]) -> list[PageTable]:
 
 
 def _curve(run: RunSource) -> PageSection:
-    label = f"moving average of {window_of(len(run.rows))}"
+    label = f"moving average of {WINDOW}" if len(run.rows) >= WINDOW else "each trial"
     title = "Learning curve" if run.learns else "Trial by trial"
     return PageSection(title, pictures=(learning_picture("learning", [curve_of(label, [run.rows])]),))
 

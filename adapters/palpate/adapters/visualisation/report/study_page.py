@@ -8,9 +8,9 @@ from math import inf
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.experiments import mean_with_interval, moving_average, shown_interval, wilson_interval
+from palpate.adapters.experiments import mean_with_interval, shown_interval, wilson_interval, window_of
 from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
-from palpate.adapters.visualisation.report.learning_pictures import ReferenceLevel, learning_picture, window_of
+from palpate.adapters.visualisation.report.learning_pictures import ReferenceLevel, learning_picture, means_of
 from palpate.adapters.visualisation.report.logs import logs_in
 from palpate.adapters.visualisation.report.page import (
     Cell,
@@ -186,12 +186,12 @@ def _limit_s(cells: Sequence[ReportedCell]) -> float:
 
 
 def _highest(study: StudySource) -> float:
-    """A limit for all curves alike: where no moving average goes beyond."""
+    """A limit for all curves alike: a standard deviation over seeds above the highest mean."""
     highest = 0.0
-    for cell in study.cells:
-        times = [row.exploration_time_s for row in cell.run.rows]
-        window = window_of(len(times))
-        highest = max(highest, *moving_average(times, window)[window - 1 :])
+    for (_, policy), cells in study.groups.items():
+        curve = curve_of(policy, [cell.run.rows for cell in cells])
+        means = means_of(curve.costs, curve.trials)[:, window_of(curve.trials) - 1 :]
+        highest = max(highest, float((means.mean(axis=0) + means.std(axis=0)).max()))
     return 1.08 * highest
 
 

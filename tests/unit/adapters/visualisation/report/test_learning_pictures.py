@@ -24,14 +24,23 @@ def pale(png: bytes, colour: str = COLOURS[0]) -> int:
     return int((np.abs(pixels(png) - wanted).max(axis=-1) <= 2).sum())
 
 
-@pytest.mark.parametrize(("trials", "window"), [(1, 1), (2, 2), (6, 3), (40, 10), (100, 25), (350, 25)])
+@pytest.mark.parametrize(("trials", "window"), [(1, 1), (24, 1), (25, 25), (350, 25)])
 def test_window(trials: int, window: int) -> None:
     assert window_of(trials) == window
 
 
 def test_means_are_moving_averages_of_each_run() -> None:
-    means = means_of([(4.0, 2.0, 0.0, 2.0), (1.0, 1.0, 1.0, 1.0, 9.0)], 4)
-    assert means.tolist() == [[4.0, 3.0, 2.0, pytest.approx(4 / 3)], [1.0, 1.0, 1.0, 1.0]]
+    means = means_of([(26.0, *[1.0] * 25, 9.0), (1.0,) * 26], 26)
+    assert means[0, [0, 24, 25]].tolist() == [26.0, pytest.approx(2.0), pytest.approx(1.0)]
+    assert means[1].tolist() == [1.0] * 26
+
+
+def test_fewer_trials_than_an_average_takes_stand_for_themselves() -> None:
+    assert means_of([(4.0, 2.0, 0.0)], 3).tolist() == [[4.0, 2.0, 0.0]]
+    few, many = (learning_picture("l", [curve((2.0,) * trials)]).caption for trials in (24, 25))
+    assert "trial by trial" in few
+    assert "average" not in few
+    assert "moving average over the last 25 trials" in many
 
 
 def test_a_band_only_over_several_seeds() -> None:
@@ -54,6 +63,6 @@ def test_failures_are_marked_and_successes_too() -> None:
 
 def test_words_say_what_is_to_be_seen() -> None:
     picture = learning_picture("learning", [curve((8.0, 4.0, 2.0, 2.0, 2.0))], [ReferenceLevel("torque", 0.75, 1.0)])
-    assert "q-learning: 4.67 s after 3 trials, 2 s at trial 4, success 100 % there" in picture.alt
+    assert "q-learning: 8 s after 1 trial, 2 s at trial 4, success 100 % there" in picture.alt
     assert "torque: 0.75 s" in picture.alt
     assert "Trials that fail count with the time they took." in picture.caption
