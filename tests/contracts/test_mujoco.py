@@ -99,7 +99,7 @@ class TestMujocoClock(ClockContract):
 class TestMujocoForceSensor(ForceSensorContract):
     def make(self) -> ForceSensorRig:
         bench = Bench.fresh()
-        sensor = MujocoForceSensor(bench.cell, bench.clock)
+        sensor = MujocoForceSensor(bench.cell)
         return ForceSensorRig(
             device=sensor,
             clock=bench.clock,
@@ -116,7 +116,7 @@ class TestMujocoForceSensor(ForceSensorContract):
 class TestMujocoJointEncoder(JointEncoderContract):
     def make(self) -> JointEncoderRig:
         bench = Bench.fresh()
-        encoder = MujocoJointEncoder(bench.cell, bench.clock)
+        encoder = MujocoJointEncoder(bench.cell)
         half_a_count_rad = max(arm_named("zebra-zero").encoder_step_rad) / 2
         return JointEncoderRig(
             device=encoder,
@@ -161,7 +161,7 @@ def test_time_is_exact_however_long_it_runs() -> None:
 
 def test_noise_is_drawn_anew_for_each_tick() -> None:
     bench = Bench.fresh()
-    with MujocoForceSensor(bench.cell, bench.clock) as sensor:
+    with MujocoForceSensor(bench.cell) as sensor:
         first = sensor.read()
         bench.advance(1)
         assert sensor.read().torque_Nm != first.torque_Nm

@@ -4,7 +4,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from benchmarks.paced_clock import PacedClock
-from palpate.adapters.mujoco.ports import MujocoClock, MujocoJointEncoder
+from palpate.adapters.mujoco.ports import MujocoJointEncoder
 from palpate.core.control_loop import next_slot, tick_time_ns
 from palpate.core.ports.contracts import ClockContract, ClockRig, FakeClock
 
@@ -30,7 +30,7 @@ def paced() -> tuple[mujoco.Bench, FakeClock, PacedClock]:
 @given(phase_ns=st.integers(0, TICK_NS), late_ns=st.lists(st.integers(0, 4 * TICK_NS), max_size=10))
 def test_samples_are_at_most_a_tick_old_and_never_of_the_future(phase_ns: int, late_ns: list[int]) -> None:
     bench, real, clock = paced()
-    encoder = MujocoJointEncoder(bench.cell, MujocoClock(bench.cell))
+    encoder = MujocoJointEncoder(bench.cell)
     real.sleep_until(real.now_ns() + phase_ns)
     with encoder:
         start_ns, slot = clock.now_ns(), 0

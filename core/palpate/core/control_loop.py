@@ -222,7 +222,7 @@ def trial_ticks(
             for call in on_joints:
                 call(joints)
             snapshot = Snapshot(tick, time_ns, wrench, joints, applied)
-            supervised: Supervised | None = None
+            changed: Intervention | None = None
             if supervisor is None:
                 command = yield snapshot
                 for call in on_acted:
@@ -237,8 +237,8 @@ def trial_ticks(
                     supervised = supervisor.check(snapshot, asked, task.expectation, task.tip_m, task.turned_rad)
                     if supervised.intervention is not None:
                         _report(task, supervised.intervention)
-                retreating = supervised.intervention is not None and supervisor.retracting
-                command = supervised.command
+                command, changed = supervised
+                retreating = changed is not None and supervisor.retracting
                 for call in on_supervised:
                     call(supervised)
             calling = ARM
@@ -246,7 +246,7 @@ def trial_ticks(
             calling = ""
             for call in on_sent:
                 call(snapshot, command, answer)
-            applied = answer if supervised is None else supervised.applied(answer)
+            applied = answer if changed is None else changed.applied(answer)
             news = (wrench.sequence, joints.sequence)
             if time_ns != deadline_ns or news[0] == seen[0] or news[1] == seen[1]:
                 _note_irregular(timing, time_ns - deadline_ns, seen, news)

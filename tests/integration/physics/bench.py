@@ -80,15 +80,16 @@ class Bench:
         arm, goal, ready = arm_named(config.arm), goal_in_base(config.task.goal), ready_pose(config.arm)
         control, travel = config.control, config.task.travel_speed_mm_s * 1e-3
         signal = SignalProcessor(CONTROL_RATE_HZ, config.perception.cutoff_Hz, config.perception.filter_order)
+        axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
         self._goal, self.rig = goal, SimulatedRig(config, ready)
-        self.measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal)
+        self.measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal, axial_N_per_m)
         self.press_N = config.task.press_kgf * N_PER_KGF
         self._motion = TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S)
         along = DampingControl(
             control.damping_N_s_per_m,
             (0.0, 0.0, -self.press_N),
             travel,
-            control.axial_stiffness_N_per_mm * 1e3,
+            axial_N_per_m,
             PERIOD_S,
         )
         self._free = PositionControl(control.position_gain_per_s, travel, PERIOD_S)

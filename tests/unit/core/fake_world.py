@@ -269,7 +269,7 @@ def build_task(
     return InsertionTask(
         replace(task or TaskConfig(), prove_contact=proves),
         control or ControlConfig(),
-        Measurement(Kinematics(arm, TOOL), goal, SignalProcessor(CONTROL_RATE_HZ, 4.0)),
+        Measurement(Kinematics(arm, TOOL), goal, SignalProcessor(CONTROL_RATE_HZ, 4.0), STIFFNESS_N_PER_M),
         TipMotion(Kinematics(arm, TOOL), goal, np.array(rotation), PERIOD_S),
         Agent(paper_perception(), policy, reinforcement or ActionPenalty(), PERIOD_S),
     )

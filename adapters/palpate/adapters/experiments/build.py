@@ -160,8 +160,8 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
         config.perception.filter_order,
         config.perception.calibration,
     )
-    aligned = config.task.prove_contact
-    measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal, aligned=aligned)
+    axial_N_per_m, aligned = config.control.axial_stiffness_N_per_mm * 1e3, config.task.prove_contact
+    measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal, axial_N_per_m, aligned=aligned)
     motion = TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S)
     # The drawing of the part says how much play it has: no secret of the cell's.
     play_mm = max(config.task.play_mm, 2.0 * config.cell.peg.clearance_mm + _BENT_MM)

@@ -50,9 +50,9 @@ class MujocoClock(Clock):
 class MujocoForceSensor(ManagedDevice, ForceSensor):
     """Wrist sensor. A sample belongs to the last physics step of its tick, so its source time is a step back."""
 
-    def __init__(self, cell: WorkCell, clock: Clock) -> None:
+    def __init__(self, cell: WorkCell) -> None:
         super().__init__("simulated force sensor")
-        self._cell, self._clock = cell, clock
+        self._cell = cell
         self._age_ns = _NS // (CONTROL_RATE_HZ * cell.config.substeps)
         self._sample: WrenchSample | None = None
 
@@ -60,7 +60,7 @@ class MujocoForceSensor(ManagedDevice, ForceSensor):
     def read(self) -> WrenchSample:
         if self._life is not _ACTIVE:
             self._require_active("read()")
-        now, tick = self._clock.now_ns(), self._cell.ticks
+        now, tick = self._cell.time_ns, self._cell.ticks
         if self._sample is None or self._sample.sequence != tick:
             fx, fy, fz, tx, ty, tz = self._cell.measure_wrench()
             self._sample = WrenchSample((fx, fy, fz), (tx, ty, tz), max(now - self._age_ns, 0), now, tick)
@@ -73,15 +73,15 @@ class MujocoForceSensor(ManagedDevice, ForceSensor):
 class MujocoJointEncoder(ManagedDevice, JointEncoder):
     """Joint encoders, with the arm's own resolution."""
 
-    def __init__(self, cell: WorkCell, clock: Clock) -> None:
+    def __init__(self, cell: WorkCell) -> None:
         super().__init__("simulated encoders")
-        self._cell, self._clock = cell, clock
+        self._cell = cell
 
     @override
     def read(self) -> JointSample:
         if self._life is not _ACTIVE:
             self._require_active("read()")
-        now = self._clock.now_ns()
+        now = self._cell.time_ns
         return JointSample(self._cell.measure_joints(), now, now, self._cell.ticks)
 
 

@@ -41,9 +41,8 @@ class SimulatedRig(Rig):
             wander_m=wander_m(config.task),
             hidden=hidden,
         )
-        clock = MujocoClock(self.cell)
-        self._sensor = MujocoForceSensor(self.cell, clock)
-        self._encoder = MujocoJointEncoder(self.cell, clock)
+        self._sensor = MujocoForceSensor(self.cell)
+        self._encoder = MujocoJointEncoder(self.cell)
         self._arm = MujocoArm(
             self.cell,
             tuple(kinematics.lower_rad.tolist()),
@@ -51,7 +50,7 @@ class SimulatedRig(Rig):
             tuple(kinematics.velocity_limit_rad_s.tolist()),
         )
         self._model_sha256 = self.cell.model_sha256()
-        self.ports = Ports(clock, self._sensor, self._encoder, self._arm)
+        self.ports = Ports(MujocoClock(self.cell), self._sensor, self._encoder, self._arm)
 
     @property
     def sensor_facts(self) -> SensorFacts:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import pinocchio as pin
 
@@ -17,21 +18,21 @@ def rotated(rotation: Sequence[Sequence[float]], vector: Vector3) -> Vector3:
 
 
 class FixedFrame:
-    """Takes places and vectors, (3,), from the base frame into this one, and back."""
+    """Takes places and vectors, (3,), from the base frame into this one, and back.
+
+    Attributes:
+        vector: Takes a vector of the base frame, (3,), and gives it in this one.
+    """
 
     def __init__(self, in_base: pin.SE3) -> None:
         self._origin_m: list[float] = in_base.translation.tolist()
         self._to_base: list[list[float]] = in_base.rotation.tolist()
-        self._from_base: list[list[float]] = in_base.rotation.T.tolist()
-
-    def vector(self, in_base: Vector3) -> Vector3:
-        """A vector of the base frame in this one."""
-        return rotated(self._from_base, in_base)
+        self.vector: Callable[[Vector3], Vector3] = partial(rotated, in_base.rotation.T.tolist())
 
     def place_m(self, in_base_m: Sequence[float]) -> Vector3:
         """A place of the base frame in this one."""
         (x, y, z), (u, v, w) = in_base_m, self._origin_m
-        return rotated(self._from_base, (x - u, y - v, z - w))
+        return self.vector((x - u, y - v, z - w))
 
     def place_in_base_m(self, place_m: Vector3) -> Vector3:
         """A place of this frame in the base frame."""

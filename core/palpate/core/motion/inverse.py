@@ -82,7 +82,9 @@ class InverseKinematics:
                 q: Array = factors.solve(error)
                 longest_rad = max(map(abs, q.tolist()))
                 q += q_rad
-                if longest_rad <= self._least_reach_rad and self._is_inside(q.tolist()):
+                new_rad = q.tolist()
+                inside = all(map(le, self._lower, new_rad)) and all(map(le, new_rad, self._upper))
+                if inside and longest_rad <= self._least_reach_rad:
                     return JointStep(q, False)
         return self._limited_step(q_rad, jacobian, error, self._reach_rad, self._towards_posture)
 
@@ -129,9 +131,6 @@ class InverseKinematics:
         low, high = np.maximum(kinematics.lower_rad, -np.pi), np.minimum(kinematics.upper_rad, np.pi)
         for _ in range(20):
             yield rng.uniform(low, high)
-
-    def _is_inside(self, q: list[float]) -> bool:
-        return all(map(le, self._lower, q)) and all(map(le, q, self._upper))
 
     def _limited_step(
         self, q: Array, jacobian: Array, error: Array, reach_rad: Array, towards_posture: float

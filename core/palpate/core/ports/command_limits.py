@@ -44,8 +44,8 @@ class CommandLimiter:
         """The arm stands here, and steps count from here."""
         self._held, self._now_ns = held_rad, None
 
-    def passes(self, asked_rad: JointVector, now_ns: int) -> bool:
-        """Whether a command is within all limits, as nearly every one is; if so it counts as applied.
+    def limited(self, asked_rad: JointVector, now_ns: int) -> AppliedCommand:
+        """What is to be applied, and why it differs.
 
         Args:
             asked_rad: The command, (n,).
@@ -56,26 +56,14 @@ class CommandLimiter:
             passed_s = inf if self._now_ns is None else max(0, now_ns - self._now_ns) * 1e-9
             self._credit_s = min(self._left_s + passed_s, _CREDIT_PERIODS * self._period_s)
             self._now_ns, self._base = now_ns, self._held
-        # As if all joints were as slow as the slowest: the cheapest way to see it.
+        may_s = min(self._credit_s + _ROUNDING_S, self._period_s)
+        inside = all(map(le, self._lower, asked_rad)) and all(map(le, asked_rad, self._upper))
+        # Nearly every command passes as if all joints were as slow as the slowest, which is the cheapest to see.
         needs_s = max(map(abs, map(sub, asked_rad, self._base))) * self._slowness_s
-        if not (needs_s <= self._credit_s + _ROUNDING_S and needs_s <= self._period_s and self._inside(asked_rad)):
-            return False
-        self._left_s, self._held = self._credit_s - needs_s, asked_rad
-        return True
-
-    def _inside(self, asked_rad: JointVector) -> bool:
-        return all(map(le, self._lower, asked_rad)) and all(map(le, asked_rad, self._upper))
-
-    def limited(self, asked_rad: JointVector, now_ns: int) -> AppliedCommand:
-        """What is to be applied, and why it differs.
-
-        Args:
-            asked_rad: The command, (n,).
-            now_ns: Time of the command, on any one clock that does not go back.
-        """
-        if self.passes(asked_rad, now_ns):
+        if inside and needs_s <= may_s:
+            self._left_s, self._held = self._credit_s - needs_s, asked_rad
             return AppliedCommand(asked_rad)
-        may_s, inside, within = min(self._credit_s + _ROUNDING_S, self._period_s), self._inside(asked_rad), asked_rad
+        within = asked_rad
         if not inside:
             limits = zip(asked_rad, self._lower, self._upper, strict=True)
             within = tuple(min(max(value, low), high) for value, low, high in limits)

@@ -1,8 +1,8 @@
 """Value objects that cross the ports: frozen, validated once, units in the names.
 
 Vectors are tuples of floats, not arrays: they are immutable for certain, compare and hash by value,
-keep every bit, and are several times cheaper to make at 140 Hz than read-only arrays. A tick's snapshot is
-a named tuple, a quarter as dear to make as a frozen dataclass.
+keep every bit, and are several times cheaper to make at 140 Hz than read-only arrays. What has nothing to be
+validated is a named tuple, which takes a quarter of the time of a frozen dataclass to make.
 """
 
 from __future__ import annotations
@@ -123,8 +123,7 @@ class JointCommand:
             raise CommandError("a joint command must be finite", self.position_rad)
 
 
-@dataclass(frozen=True, slots=True)
-class AppliedCommand:
+class AppliedCommand(NamedTuple):
     """What the arm was really told, and why it differs from what was asked.
 
     Attributes:

@@ -197,9 +197,6 @@ class Supervisor:
         if trip is not None:
             return self._take_command(trip, snapshot, position)
         time_ns = snapshot.tick * 1_000_000_000 // CONTROL_RATE_HZ
-        if self._limiter.passes(position, time_ns):
-            self._held = position
-            return Supervised(asked)
         within = self._limiter.limited(position, time_ns)
         if within.reason is _AS_ASKED:
             self._held = within.position_rad

@@ -86,6 +86,12 @@ class Intervention:
     command_rad: JointVector
     trip: Trip | None = None
 
+    def applied(self, by_arm: AppliedCommand) -> AppliedCommand:
+        """The answer to the task's command: the arm's own, with the reason of a clamp if the arm has none."""
+        if by_arm.reason is not CommandReason.AS_ASKED or not isinstance(self.reason, CommandReason):
+            return by_arm
+        return AppliedCommand(by_arm.position_rad, self.reason)
+
 
 class Supervised(NamedTuple):
     """What the arm is to be sent.
@@ -96,10 +102,3 @@ class Supervised(NamedTuple):
 
     command: JointCommand
     intervention: Intervention | None = None
-
-    def applied(self, by_arm: AppliedCommand) -> AppliedCommand:
-        """The answer to the task's command: the arm's own, with the reason of a clamp if the arm has none."""
-        done = self.intervention
-        if done is None or by_arm.reason is not CommandReason.AS_ASKED or not isinstance(done.reason, CommandReason):
-            return by_arm
-        return AppliedCommand(by_arm.position_rad, done.reason)

@@ -24,11 +24,15 @@ class Measurement:
 
     Args:
         signal: Tares, scales and filters the six wrench channels.
+        axial_N_per_m: Stiffness of what lies between the flange and the tip, along the tool.
         aligned: Depth takes the place at the time of the force, where that is behind the encoders by more than a tick;
             False, as in trials without proofs of contact, takes the newest of both.
 
     Attributes:
         position_m: Tip according to the encoders, (3,); they cannot see the gripper's springs.
+        tip_depth_m: Depth of the true tip below the nominal plane: the encoders', corrected for the spring.
+        turned_rad: How the tool leans, and its yaw, (2,); zeros unless its weight is taken off, as it is where a tool
+            turns.
         force_N: Tared, scaled, unfiltered force, (3,).
         torque_across_at_tip_Nm: Tared, scaled, unfiltered torque about the tip, across the tool axis; what touches the
             tip has no lever there but the tip's own radius.
@@ -36,9 +40,16 @@ class Measurement:
     """
 
     def __init__(
-        self, kinematics: Kinematics, task_in_base: pin.SE3, signal: SignalProcessor, *, aligned: bool = True
+        self,
+        kinematics: Kinematics,
+        task_in_base: pin.SE3,
+        signal: SignalProcessor,
+        axial_N_per_m: float,
+        *,
+        aligned: bool = True,
     ) -> None:
         self._kinematics, self._signal, self._aligned = kinematics, signal, aligned
+        self.axial_N_per_m = axial_N_per_m
         self._task, self.joints = FixedFrame(task_in_base), kinematics.joints
         self._lever_m = kinematics.tool.tip_from_sensor_m
         self._tip_in_sensor: Vector3 = (0.0, 0.0, self._lever_m)
@@ -61,11 +72,11 @@ class Measurement:
         self.tare((0.0,) * 6)
         self._filtered: Wrench = (0.0,) * 6
         self._depths: deque[tuple[int, float]] = deque(maxlen=_PLACES)
-        self._force_depth_m = 0.0
         self._axis: Vector3
         self.position_m: Vector3 = (0.0, 0.0, 0.0)
         self.force_N: Vector3 = (0.0, 0.0, 0.0)
-        self.filtered_force_z_N = self.torque_across_at_tip_Nm = 0.0
+        self.turned_rad = (0.0, 0.0)
+        self.filtered_force_z_N = self.torque_across_at_tip_Nm = self.tip_depth_m = 0.0
 
     def tare(self, bias: Wrench) -> None:
         """Take this wrench, six channels in the sensor frame, as zero from now on."""
@@ -86,10 +97,10 @@ class Measurement:
             DeviceError: The encoders give another number of joint angles than the arm has.
         """
         kinematics, q_rad = self._kinematics, snapshot.joints.position_rad
-        require_joints(q_rad, self.joints)
+        if len(q_rad) != self.joints:
+            raise _wrong_number(q_rad, self.joints)
         kinematics.update(q_rad)
         self.position_m = self._task.place_m(kinematics.tip_position_m.tolist())
-        self._force_depth_m = self._depth_at(snapshot) if self._aligned else self.position_m[2]
         self._tip_in_base = rotation = kinematics.tip_rotation.tolist()
         raw, lever_m = snapshot.wrench, self._lever_m
         (bx, by, bz, btx, bty, btz), (sx, sy, sz, stx, sty, stz) = self._bias, self._scale
@@ -101,15 +112,14 @@ class Measurement:
             (_, _, u), (_, _, v), (_, _, w) = rotation
             self._axis = self._task.vector((u, v, w))
             self.force_N = self._lightened(self.force_N)
+            self.turned_rad = self._turned_rad()
         self.torque_across_at_tip_Nm = hypot(tx + lever_m * fy, ty - lever_m * fx)
         self._filtered = filtered = self._signal.update((*raw.force_N, *raw.torque_Nm))
         self.filtered_force_z_N = filtered[2]
+        depth_m = self._depth_at(snapshot) if self._aligned else self.position_m[2]
+        self.tip_depth_m = depth_m + self.force_N[2] / self.axial_N_per_m
 
-    @property
-    def turned_rad(self) -> tuple[float, float]:
-        """How the tool leans, and its yaw, (2,); zeros unless its weight is taken off, as it is where a tool turns."""
-        if not self._weight_N:
-            return 0.0, 0.0
+    def _turned_rad(self) -> tuple[float, float]:
         ax, ay, az = self._axis
         heading_rad = self._heading_rad()
         if self._upright_heading_rad is None:
@@ -123,10 +133,6 @@ class Measurement:
         (u, _, _), (v, _, _), (w, _, _) = self._tip_in_base
         x, y, _ = self._task.vector((u, v, w))
         return atan2(y, x)
-
-    def tip_depth_m(self, axial_N_per_m: float) -> float:
-        """Depth of the true tip below the nominal plane: the encoders', corrected for an axial spring so stiff."""
-        return self._force_depth_m + self.force_N[2] / axial_N_per_m
 
     def _depth_at(self, snapshot: Snapshot) -> float:
         """Depth by the encoders at the time of a force that is behind them, as far as that is kept; else the newest."""
@@ -170,12 +176,6 @@ class Measurement:
         return x + moment_Nm * ay, y - moment_Nm * ax, z
 
 
-def require_joints(q_rad: JointVector, count: int) -> None:
-    """Refuse joint angles that cannot be this arm's."""
-    if len(q_rad) != count:
-        raise DeviceError("joint encoder", f"gives {len(q_rad)} joint angles, the arm has {count}")
-
-
 def require_place(joints: JointSample, count: int) -> None:
     """Refuse the first joint sample of a trial where it does not tell where the arm is.
 
@@ -184,4 +184,10 @@ def require_place(joints: JointSample, count: int) -> None:
     """
     if joints.validity is not Validity.VALID:
         raise DeviceError("joint encoder", f"the first sample of the trial is {joints.validity.value}")
-    require_joints(joints.position_rad, count)
+    if len(joints.position_rad) != count:
+        raise _wrong_number(joints.position_rad, count)
+
+
+def _wrong_number(q_rad: JointVector, count: int) -> DeviceError:
+    """Joint angles that cannot be this arm's."""
+    return DeviceError("joint encoder", f"gives {len(q_rad)} joint angles, the arm has {count}")

@@ -101,7 +101,9 @@ class Bench:
         done = self.supervisor.check(seen, JointCommand(asked_rad or self.here_rad), expectation, tip_m)
         self.snapshots.append(seen)
         self.results.append(done)
-        self.applied = done.applied(AppliedCommand(done.command.position_rad))
+        self.applied = AppliedCommand(done.command.position_rad)
+        if done.intervention is not None:
+            self.applied = done.intervention.applied(self.applied)
         return done
 
     def trip(self, *args: Any, **changes: Any) -> Trip:

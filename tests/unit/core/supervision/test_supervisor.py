@@ -247,4 +247,5 @@ def test_the_arms_own_reason_goes_before_the_clamps() -> None:
     bench.clean(2)
     done = bench.tick(asked_rad=with_first(bench.home_rad, bench.home_rad[0] + 0.02))
     stopped = AppliedCommand(bench.home_rad, CommandReason.STOPPED)
-    assert done.applied(stopped) is stopped
+    assert done.intervention is not None
+    assert done.intervention.applied(stopped) is stopped

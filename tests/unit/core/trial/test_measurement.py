@@ -27,7 +27,7 @@ forces = st.tuples(*[st.floats(-20.0, 20.0)] * 3)
 
 def build(scale: Wrench = (1.0,) * 6) -> Measurement:
     signal = SignalProcessor(CONTROL_RATE_HZ, 4.0, 2, scale)
-    return Measurement(Kinematics(ARM, ToolGeometry(0.03, 0.14)), GOAL, signal)
+    return Measurement(Kinematics(ARM, ToolGeometry(0.03, 0.14)), GOAL, signal, 5e3)
 
 
 def sensor_to_task() -> Array:
@@ -80,9 +80,8 @@ def test_a_sample_of_another_arm_is_refused() -> None:
 @pytest.mark.parametrize(("late_ticks", "aligned"), [(0, True), (1, True), (2, True), (5, True), (6, True), (5, False)])
 def test_depth_is_that_of_the_place_at_the_time_of_a_force_that_is_late(late_ticks: int, aligned: bool) -> None:
     """Place and force of different times made a tool that heaves seem to sink: 17 false drops in a trial."""
-    measurement = Measurement(
-        Kinematics(ARM, ToolGeometry(0.03, 0.14)), GOAL, SignalProcessor(CONTROL_RATE_HZ, 4.0), aligned=aligned
-    )
+    kinematics, signal = Kinematics(ARM, ToolGeometry(0.03, 0.14)), SignalProcessor(CONTROL_RATE_HZ, 4.0)
+    measurement = Measurement(kinematics, GOAL, signal, 1e12, aligned=aligned)
     step_ns, depths = 1_000_000_000 // CONTROL_RATE_HZ, list[float]()
     for tick in range(12):
         seen = snapshot()
@@ -95,7 +94,7 @@ def test_depth_is_that_of_the_place_at_the_time_of_a_force_that_is_late(late_tic
     then = depths[-1]
     if aligned and late_ticks > 1:
         then = 0.5 * (depths[-1 - late_ticks] + depths[-2 - late_ticks])
-    assert measurement.tip_depth_m(1e12) == pytest.approx(then, abs=1e-9)
+    assert measurement.tip_depth_m == pytest.approx(then, abs=1e-9)
 
 
 def test_what_the_weight_does_otherwise_in_a_tool_that_leans_is_taken_off() -> None:

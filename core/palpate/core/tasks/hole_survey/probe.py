@@ -92,13 +92,13 @@ class Probe:
         proof: ContactProof,
     ) -> None:
         self._measured, self._motion, self._state, self._proof = measurement, motion, state, proof
-        self._axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
+        axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
         self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
         self._press_N, self._push_N = task.press_kgf * N_PER_KGF, options_of(SurveyOptions, task).push_N
         speed_m_s, pressing = task.travel_speed_mm_s * 1e-3, (0.0, 0.0, -self._press_N)
         self._travel = PositionControl(control.position_gain_per_s, speed_m_s, PERIOD_S)
         self._careful = PositionControl(control.position_gain_per_s, _FAST_M_S, PERIOD_S)
-        self._along = DampingControl(control.damping_N_s_per_m, pressing, _DOWN_M_S, self._axial_N_per_m, PERIOD_S)
+        self._along = DampingControl(control.damping_N_s_per_m, pressing, _DOWN_M_S, axial_N_per_m, PERIOD_S)
         self._give_m_per_N_s = control.force_integral_m_per_N_s
         self._lift = LiftCheck(state, measurement, motion, proof)
         self._felt = FeltWay(state, measurement, proof, control, _SWING_SHARE * self._press_N, speed_m_s)
@@ -107,7 +107,7 @@ class Probe:
             accepted = f"at least {least_N:.3g} N, or too few samples show the gripper's stiffness"
             raise ConfigurationError("task.options.push_N", self._push_N, accepted)
         self._back_m = self._push_N / self._lateral_N_per_m + _OFF_WALL_M
-        self._sink_m = self._press_N / self._axial_N_per_m + _OFF_FLOOR_M
+        self._sink_m = self._press_N / axial_N_per_m + _OFF_FLOOR_M
 
     def begin(self) -> None:
         """A trial begins."""
@@ -116,7 +116,7 @@ class Probe:
     @property
     def depth_m(self) -> float:
         """Depth of the true tip below the nominal plane."""
-        return self._measured.tip_depth_m(self._axial_N_per_m)
+        return self._measured.tip_depth_m
 
     @property
     def reference_m(self) -> Vector3:

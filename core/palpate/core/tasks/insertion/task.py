@@ -48,9 +48,8 @@ class InsertionTask(TouchTask):
         agent: Agent,
     ) -> None:
         self._agent = agent
-        axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
-        state, laws = InsertionState(agent, measurement, axial_N_per_m), Laws.of(task, control)
-        equipment = Equipment(task, axial_N_per_m, measurement, motion, laws, agent, state)
+        state, laws = InsertionState(agent, measurement), Laws.of(task, control)
+        equipment = Equipment(task, measurement, motion, laws, agent, state)
         checked: Proof = NoProof()
         self._prove: Prove | None = None
         exploring: ExploringChecks | None = None

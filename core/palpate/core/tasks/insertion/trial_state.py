@@ -24,9 +24,9 @@ class InsertionState(TrialState):
         edge_m: How far it may lie higher, where the touch was so brief that it may have been the hole's edge.
     """
 
-    def __init__(self, agent: Agent, measurement: Measurement, axial_N_per_m: float) -> None:
+    def __init__(self, agent: Agent, measurement: Measurement) -> None:
         super().__init__()
-        self._agent, self._measurement, self._axial_N_per_m = agent, measurement, axial_N_per_m
+        self._agent, self._measurement = agent, measurement
 
     @override
     def begin(self, setup: TrialSetup) -> None:
@@ -57,7 +57,7 @@ class InsertionState(TrialState):
             # No goal, but it did cost: an action that always ends a trial like this must not look as good as new.
             self._agent.gave_up(measured.position_m, *measured.filtered_wrench_at_tip())
         if self.report.depth_m == 0.0:
-            self.report.depth_m = max(measured.tip_depth_m(self._axial_N_per_m) - self.surface_m, 0.0)
+            self.report.depth_m = max(measured.tip_depth_m - self.surface_m, 0.0)
         if self.explore_start:
             self.report.exploration_time_s = self.exploration_s
         self.report.actions = len(self._agent.decisions)

@@ -61,9 +61,10 @@ class SpatialExplore(Explore):
         self._tilting = GivingWay(options.give_tilt_rad_per_Nms, 0.0, _FASTEST_YAW_RAD_S)
         self._yawing = GivingWay(0.0, options.give_yaw_rad_per_Nms, _FASTEST_YAW_RAD_S)
         self._freeing = GivingWay(options.insert_tilt_rad_per_Nms, options.give_yaw_rad_per_Nms, _FASTEST_YAW_RAD_S)
-        damping_N_s_per_m = max(_PULL_N / _WITHDRAW_M_S, 2.0 * equipment.axial_N_per_m * PERIOD_S)
+        axial_N_per_m = equipment.measurement.axial_N_per_m
+        damping_N_s_per_m = max(_PULL_N / _WITHDRAW_M_S, 2.0 * axial_N_per_m * PERIOD_S)
         pull = (0.0, 0.0, _PULL_N)
-        self._pull = DampingControl(damping_N_s_per_m, pull, _WITHDRAW_M_S, equipment.axial_N_per_m, PERIOD_S)
+        self._pull = DampingControl(damping_N_s_per_m, pull, _WITHDRAW_M_S, axial_N_per_m, PERIOD_S)
         self._most_rad = radians(options.most_lean_deg), radians(options.most_yaw_deg)
 
     @override

@@ -81,7 +81,7 @@ class SpatialInsert(Insert):
         self._seating += 1
         tx, ty, _ = measured.filtered_wrench_at_tip()[1]
         seated = hypot(tx, ty) < _SEATED_NM and measured.filtered_force_z_N < -self._seated_N
-        depth_m = measured.tip_depth_m(self._axial_N_per_m) - self._state.surface_m
+        depth_m = measured.tip_depth_m - self._state.surface_m
         if self._circle_ticks and depth_m > self._best_depth_m + _SUNK_M:
             self._best_depth_m, self._seating = depth_m, 1
         # Past the floor there is none, or a sensor that does not show it: what follows proves which.

@@ -145,7 +145,7 @@ class Follow(RunningPhase):
         # A sensor that has died lets the tool run no faster, until a watch or the next lift finds it.
         self._along = _press(task, control, _YIELD_M_S)
         self._lift = LiftCheck(state, measurement, motion, proof)
-        self._press_N, self._axial_N_per_m = task.press_kgf * N_PER_KGF, control.axial_stiffness_N_per_mm * 1e3
+        self._press_N = task.press_kgf * N_PER_KGF
         self._end_m, self._way_m = 0.5e-3 * own.stroke_mm, own.way_mm * 1e-3
         self._lead, self._relief_m, self._tolerance_N = own.lead_ahead, own.relief_mm * 1e-3, own.tolerance_N
         self._time_limit_s, self._proof = task.time_limit_s, proof
@@ -168,7 +168,7 @@ class Follow(RunningPhase):
         """On along the surface; or a lift."""
         state, reference_m = self._state, self._motion.reference_m
         pressed_N = self.normal_force_N
-        depth_m = self._measurement.tip_depth_m(self._axial_N_per_m)
+        depth_m = self._measurement.tip_depth_m
         state.report.exploration_time_s = (state.tick - self._begun) * PERIOD_S
         if not -self._relief_m <= depth_m <= self._relief_m:
             state.doubt(self._astray(depth_m))

@@ -13,7 +13,7 @@ from palpate.core.ports.values import CONTROL_RATE_HZ, JointSample, Snapshot, Wr
 from palpate.core.tasks.contact.proof import ContactProof
 from palpate.core.trial import ControlConfig, Measurement, TaskConfig, Trip, TripReason, goal_in_base
 from palpate.core.trial.config import GoalConfig
-from tests.unit.core.fake_world import TOOL, ready_pose
+from tests.unit.core.fake_world import STIFFNESS_N_PER_M, TOOL, ready_pose
 
 LEVER_M = TOOL.tip_from_sensor_m
 ANGLES, _ = ready_pose()
@@ -24,7 +24,8 @@ class Held:
 
     def __init__(self, wall_friction: float = 0.0) -> None:
         signal = SignalProcessor(CONTROL_RATE_HZ, 4.0)
-        self.measurement = Measurement(Kinematics(arm_named("zebra-zero"), TOOL), goal_in_base(GoalConfig()), signal)
+        kinematics, goal = Kinematics(arm_named("zebra-zero"), TOOL), goal_in_base(GoalConfig())
+        self.measurement = Measurement(kinematics, goal, signal, STIFFNESS_N_PER_M)
         self.proof = ContactProof(TaskConfig(), ControlConfig(), wall_friction)
         self._tick = self._sequence = 0
 

@@ -16,7 +16,15 @@ from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Truth, WrenchSample
 from palpate.core.tasks.hole_survey import HOLE_SURVEY, SurveyTask, surveyed
 from palpate.core.trial import ControlConfig, Fit, Measurement, Outcome, TaskConfig, TrialReport, goal_in_base
 from palpate.core.trial.config import GoalConfig
-from tests.unit.core.fake_world import TOOL, WEIGHT_AND_BIAS_N, WEIGHT_AND_BIAS_NM, FakeWorld, Pit, ready_pose
+from tests.unit.core.fake_world import (
+    STIFFNESS_N_PER_M,
+    TOOL,
+    WEIGHT_AND_BIAS_N,
+    WEIGHT_AND_BIAS_NM,
+    FakeWorld,
+    Pit,
+    ready_pose,
+)
 
 QUICK: dict[str, float] = {
     "plate_touches": 2.0,
@@ -46,7 +54,7 @@ def survey(world: FakeWorld, task: TaskConfig = TASK) -> TrialReport:
     made = SurveyTask(
         task,
         ControlConfig(),
-        Measurement(Kinematics(arm, TOOL), goal, SignalProcessor(CONTROL_RATE_HZ, 4.0)),
+        Measurement(Kinematics(arm, TOOL), goal, SignalProcessor(CONTROL_RATE_HZ, 4.0), STIFFNESS_N_PER_M),
         TipMotion(Kinematics(arm, TOOL), goal, np.array(rotation), PERIOD_S),
     )
     with world:

@@ -21,16 +21,13 @@ class Wedged:
     force_N, filtered_force_z_N, reference_m = PRESSED, PRESSED[2], NONE
 
     def __init__(self, depth_m: float, frees_rad: float) -> None:
-        self._depth_m, self._frees_rad, self.turn_rad = depth_m, frees_rad, NONE
+        self.tip_depth_m, self._frees_rad, self.turn_rad = depth_m, frees_rad, NONE
 
     def turn(self, rate_rad_s: Vector3) -> None:
         x, y, z = (a + rate / 140.0 for a, rate in zip(self.turn_rad, rate_rad_s, strict=True))
         self.turn_rad = x, y, z
         if x < -self._frees_rad:
-            self._depth_m = 10e-3
-
-    def tip_depth_m(self, axial_N_per_m: float) -> float:
-        return self._depth_m
+            self.tip_depth_m = 10e-3
 
     def filtered_wrench_at_tip(self) -> tuple[Vector3, Vector3]:
         return PRESSED, NONE
@@ -54,14 +51,14 @@ def inserted(depth_m: float, frees_rad: float, wobble_deg_s: float) -> tuple[str
     )  # fmt: skip
     equipment: Any = SimpleNamespace(
         task=TaskConfig(depth_tolerance_mm=0.5), state=state, measurement=peg, motion=peg,
-        laws=SimpleNamespace(inserting=peg), axial_N_per_m=5e3,
+        laws=SimpleNamespace(inserting=peg),
     )  # fmt: skip
     phase = SpatialInsert(equipment, None, SpatialOptions(wobble_deg_s=wobble_deg_s))
     phase.enter()
     while not phase.over:
         phase.step()
         state.tick += 1
-    return events[-1], peg.tip_depth_m(5e3), state.tick
+    return events[-1], peg.tip_depth_m, state.tick
 
 
 @pytest.mark.parametrize("depth_m", [9.6e-3, 5e-3])

@@ -13,7 +13,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, WrenchSample
 from palpate.core.tasks.surface_follow import SURFACE_FOLLOW, FollowTask
 from palpate.core.trial import ControlConfig, Measurement, Outcome, TaskConfig, TrialReport, goal_in_base
 from palpate.core.trial.config import GoalConfig
-from tests.unit.core.fake_world import TOOL, FakeWorld, ready_pose
+from tests.unit.core.fake_world import STIFFNESS_N_PER_M, TOOL, FakeWorld, ready_pose
 
 WAY: dict[str, float] = {"stroke_mm": 6.0, "way_mm": 9.0}
 
@@ -25,7 +25,7 @@ def followed(world: FakeWorld, **options: float) -> TrialReport:
     follow = FollowTask(
         task,
         ControlConfig(damping_N_s_per_m=100.0),
-        Measurement(Kinematics(arm, TOOL), goal, SignalProcessor(CONTROL_RATE_HZ, 4.0)),
+        Measurement(Kinematics(arm, TOOL), goal, SignalProcessor(CONTROL_RATE_HZ, 4.0), STIFFNESS_N_PER_M),
         TipMotion(Kinematics(arm, TOOL), goal, np.array(rotation), PERIOD_S),
     )
     with world:

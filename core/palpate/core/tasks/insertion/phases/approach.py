@@ -25,7 +25,7 @@ class Approach(RunningPhase):
     def __init__(self, equipment: Equipment, proof: Proof) -> None:
         task = equipment.task
         self._state, self._measurement, self._motion = equipment.state, equipment.measurement, equipment.motion
-        self._law, self._proof, self._axial_N_per_m = equipment.laws.press, proof, equipment.axial_N_per_m
+        self._law, self._proof = equipment.laws.press, proof
         self._contact_N, self._depth_m = task.contact_kgf * N_PER_KGF, task.insertion_depth_mm * 1e-3
         self._tolerance_m, self._slack_m = task.depth_tolerance_mm * 1e-3, task.surface_uncertainty_mm * 1e-3
 
@@ -37,7 +37,7 @@ class Approach(RunningPhase):
     @override
     def step(self) -> Vector3:
         measured, state = self._measurement, self._state
-        depth = measured.tip_depth_m(self._axial_N_per_m)
+        depth = measured.tip_depth_m
         self._proof.watch_touch(state.snapshot, measured)
         if measured.filtered_force_z_N < -self._contact_N:
             state.explore_start = state.tick

@@ -22,7 +22,6 @@ class Equipment:
     """
 
     task: TaskConfig
-    axial_N_per_m: float
     measurement: Measurement
     motion: TipMotion
     laws: Laws

@@ -36,7 +36,7 @@ class Explore(RunningPhase):
         task = equipment.task
         self._task, self._state, self._agent = task, equipment.state, equipment.agent
         self._measurement, self._motion, self._law = equipment.measurement, equipment.motion, equipment.laws.press
-        self._checks, self._axial_N_per_m = checks, equipment.axial_N_per_m
+        self._checks = checks
         self._first_drop_m = inf if checks is None else PAST_PLATE_M
         # A tool that heaves is a little higher or lower than encoders show that are behind the force.
         self._sunk_ticks = 1 if checks is None else 2
@@ -102,7 +102,7 @@ class Explore(RunningPhase):
 
     @property
     def _depth_m(self) -> float:
-        return self._measurement.tip_depth_m(self._axial_N_per_m) - self._state.surface_m
+        return self._measurement.tip_depth_m - self._state.surface_m
 
     def _out_of_time(self) -> bool:
         state, limit_s = self._state, self._task.time_limit_s
@@ -159,7 +159,7 @@ class Explore(RunningPhase):
     def _refine_surface(self) -> None:
         """Depth counts from the surface: correct its height while pressing is steady and the peg surely rests on it."""
         measured, state = self._measurement, self._state
-        rise = measured.tip_depth_m(self._axial_N_per_m) - state.surface_m
+        rise = measured.tip_depth_m - state.surface_m
         first = not self._agent.decisions
         if measured.force_N[2] < -0.5 * self._press_N and (first or abs(rise) < _SURFACE_M):
             state.surface_m += rise if first else 0.3 * rise

@@ -48,7 +48,7 @@ class ExploringChecks:
         if not self._lift.running:
             longer = not self._touch_judged and self._judge_touch(countdown)
             proof.life.watch(measured.force_N[2], proof.new, reference_m)
-            rise_m = state.surface_m - measured.tip_depth_m(equipment.axial_N_per_m)
+            rise_m = state.surface_m - measured.tip_depth_m
             self._risen_ticks = self._risen_ticks + 1 if rise_m > _RISE_M else 0
             if self._touch_judged and self._risen_ticks > _RISEN_TICKS:
                 state.doubt(proof.above_plate(state.tick, rise_m))

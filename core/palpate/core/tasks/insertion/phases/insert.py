@@ -33,7 +33,7 @@ class Insert(RunningPhase):
     def __init__(self, equipment: Equipment, checks: SinkingChecks | None) -> None:
         task = equipment.task
         self._state, self._measurement, self._motion = equipment.state, equipment.measurement, equipment.motion
-        self._law, self._checks, self._axial_N_per_m = equipment.laws.inserting, checks, equipment.axial_N_per_m
+        self._law, self._checks = equipment.laws.inserting, checks
         self._contact_N, self._full_depth_m = task.contact_kgf * N_PER_KGF, task.insertion_depth_mm * 1e-3
         self._tolerance_m = task.depth_tolerance_mm * 1e-3
 
@@ -53,7 +53,7 @@ class Insert(RunningPhase):
     @override
     def step(self) -> Vector3:
         state, measured = self._state, self._measurement
-        self.depth_m = depth = measured.tip_depth_m(self._axial_N_per_m) - state.surface_m
+        self.depth_m = depth = measured.tip_depth_m - state.surface_m
         if depth > self._best_depth_m + _STALL_M:
             self._best_depth_m, self._last_progress = depth, state.tick
         stalled = state.tick - self._last_progress

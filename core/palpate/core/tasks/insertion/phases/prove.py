@@ -42,7 +42,7 @@ class Prove(RunningPhase):
     def step(self) -> Vector3:
         """Press on the floor, then lift; or push aside."""
         equipment = self._equipment
-        depth_m = equipment.measurement.tip_depth_m(equipment.axial_N_per_m) - equipment.state.surface_m
+        depth_m = equipment.measurement.tip_depth_m - equipment.state.surface_m
         return self._try_floor(depth_m) if self._floor else self._try_wall(depth_m)
 
     def _try_wall(self, depth_m: float) -> Vector3:
