@@ -56,7 +56,7 @@ class ChangesSecretly(FakeArm):
     def send(self, command: JointCommand) -> AppliedCommand:
         applied = super().send(command)
         there = zip(applied.position_rad, fake.HOME_RAD, strict=True)
-        return replace(applied, position_rad=tuple(home + (q - home) * (1.0 - 1e-7) for q, home in there))
+        return applied._replace(position_rad=tuple(home + (q - home) * (1.0 - 1e-7) for q, home in there))
 
 
 class Sags(FakeArm):
@@ -79,7 +79,7 @@ class ClampsSilently(FakeArm):
 
     def send(self, command: JointCommand) -> AppliedCommand:
         applied = super().send(command)
-        return replace(applied, reason=CommandReason.AS_ASKED) if applied.reason is self.hushed else applied
+        return applied._replace(reason=CommandReason.AS_ASKED) if applied.reason is self.hushed else applied
 
 
 class SlowsSilently(ClampsSilently):

@@ -42,12 +42,12 @@ class Counter:
 class TestWatchedClock(ClockContract):
     def make(self) -> ClockRig:
         rig = fake.TestFakeClock().make()
-        return replace(rig, clock=WatchedClock(rig.clock, [Counter()]))
+        return replace(rig, clock=WatchedClock(rig.clock, Counter()))
 
 
 def test_each_sleep_feeds() -> None:
     counter = Counter()
-    clock = WatchedClock(fake.FakeClock(), [counter])
+    clock = WatchedClock(fake.FakeClock(), counter)
     for tick in range(1, 50):
         clock.sleep_until(tick * TICK_NS)
     assert (clock.now_ns(), counter.fed) == (49 * TICK_NS, 49)

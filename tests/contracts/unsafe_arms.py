@@ -1,6 +1,5 @@
 """Arms that would hurt somebody: each a good fake with one thing overridden."""
 
-from dataclasses import replace
 from typing import Any
 
 from palpate.core.ports import CommandReason, JointCommand, Life
@@ -43,7 +42,7 @@ class HoldsFirstStop(FakeArm):
 class SaysItIsAtHome(FakeArm):
     def send(self, command: JointCommand) -> Any:
         applied = super().send(command)
-        return replace(applied, position_rad=HOME) if applied.reason is CommandReason.STOPPED else applied
+        return applied._replace(position_rad=HOME) if applied.reason is CommandReason.STOPPED else applied
 
 
 class StopWearsOff(FakeArm):
@@ -223,7 +222,7 @@ class KeepsOneLimitAtATime(FakeArm):
         if sum(not lower <= q <= upper for q, lower, upper in limits) < 2:
             return applied
         self._target_rad = command.position_rad
-        return replace(applied, position_rad=self._target_rad)
+        return applied._replace(position_rad=self._target_rad)
 
 
 class JumpsToItsLimit(FakeArm):
@@ -236,7 +235,7 @@ class JumpsToItsLimit(FakeArm):
         if self._stopped or clamped == command.position_rad:
             return applied
         self._target_rad = clamped
-        return replace(applied, position_rad=clamped, reason=CommandReason.POSITION_LIMIT)
+        return applied._replace(position_rad=clamped, reason=CommandReason.POSITION_LIMIT)
 
 
 class CreepsPastItsLimit(FakeArm):

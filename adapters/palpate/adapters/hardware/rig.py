@@ -69,7 +69,7 @@ class HardwareRig(Rig):
         fed = () if self._process is None else (self._process,)
         silence_ns = round(watchdog.sensor_ms * 1e6)
         self.ports = Ports(
-            WatchedClock(clock, fed),
+            clock if self._process is None else WatchedClock(clock, self._process),
             WatchedForceSensor(
                 _mounted(sensor, file), clock, silence_ns, dead_after_ns=silence_ns, tell=_tell_of_sensor
             ),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Sequence
 from functools import partial
-from itertools import combinations
+from itertools import chain, combinations
 from math import copysign, dist, remainder
 from operator import sub
 from typing import Final, TypeAlias
@@ -115,7 +115,7 @@ class WorkCell:
         self._peak_count, self._peak_square = 0, 0.0
         # The tool hangs at rest: what the sensor carries now is weight.
         self._weight: Array = self._wrench[:3].copy()
-        self._noise = self._noise_samples(generator(seed, Purpose.SENSOR, trial))
+        self._noise = chain.from_iterable(self._noise_blocks(generator(seed, Purpose.SENSOR, trial)))
 
     def advance(self) -> None:
         """One control tick of physics under the present set-points."""
@@ -253,13 +253,13 @@ class WorkCell:
             self._peak_square = max(self._peak_square, float(np.einsum("ij,ij->i", forces, forces).max()))
             self._peak_count = 0
 
-    def _noise_samples(self, rng: np.random.Generator) -> Iterator[list[float]]:
+    def _noise_blocks(self, rng: np.random.Generator) -> Iterator[list[list[float]]]:
         """Bias and white noise, drawn in blocks because single draws cost more than the samples' use."""
         sensor = self.config.sensor
         bias = rng.standard_normal(6) * ([sensor.force_bias_N] * 3 + [sensor.torque_bias_Nm] * 3)
         spread = np.array([sensor.force_noise_N] * 3 + [sensor.torque_noise_Nm] * 3)
         while True:
-            yield from (rng.standard_normal((_NOISE_BLOCK, 6)) * spread + bias).tolist()
+            yield (rng.standard_normal((_NOISE_BLOCK, 6)) * spread + bias).tolist()
 
 
 def _require_apart(config: CellConfig, reach_m: float) -> None:

@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
 from contextlib import suppress
 from typing import Final, Self
 
@@ -23,8 +22,8 @@ from palpate.core.ports import ArmCommand, Clock
 class WatchedClock(Clock):
     """Feeds at the end of each sleep, which is where a tick begins; so a loop over the ports need not know of it."""
 
-    def __init__(self, clock: Clock, watchdogs: Sequence[ProcessWatchdog]) -> None:
-        self._clock, self._watchdogs = clock, tuple(watchdogs)
+    def __init__(self, clock: Clock, watchdog: ProcessWatchdog) -> None:
+        self._clock, self._watchdog = clock, watchdog
 
     @override
     def now_ns(self) -> int:
@@ -33,8 +32,7 @@ class WatchedClock(Clock):
     @override
     def sleep_until(self, deadline_ns: int) -> None:
         self._clock.sleep_until(deadline_ns)
-        for watchdog in self._watchdogs:
-            watchdog.feed()
+        self._watchdog.feed()
 
 
 _START_S: Final = 60.0
