@@ -57,7 +57,7 @@ class LoopObserver:
 
     The events of a tick come in the order in which they stand here. While the supervisor draws the tool back nothing is
     sensed, chosen or acted. ``sensed`` and ``chosen`` come from :func:`run_trial` alone: whoever steps the task over
-    :func:`trial_ticks` knows without. An observer that raises ends the trial, with the arm stopped.
+    :func:`trial_ticks` does without. An observer that raises ends the trial, with the arm stopped.
     """
 
     def begun(self, start_ns: int, report: TrialReport) -> None:

@@ -123,7 +123,7 @@ class FaultLatchedError(DeviceError):
 
 def _shown(value: object) -> str:
     text = repr(value)
-    # Both ends: a long path tells most at its end.
+    # Both ends: of a long path the end says most.
     return text if len(text) <= 100 else f"{text[:48]}...{text[-48:]}"
 
 

@@ -42,7 +42,7 @@ COMMANDS: dict[str, Command] = {
         "many trials of one policy on all cores, and whether they prove a claim about it",
         "prove:prove", "study_options:ProveOptions",
     ),
-    "show": Command("print what a policy file knows", "show:show", "options:ShowOptions"),
+    "show": Command("print what a policy file holds", "show:show", "options:ShowOptions"),
     "fit-touch": Command(
         "a touch model, and a belief's policy with it, from recorded trials of any policy",
         "fit_touch:fit_touch", "options:FitTouchOptions",
@@ -52,7 +52,7 @@ COMMANDS: dict[str, Command] = {
         "explore:explore", "explore_options:ExploreOptions",
     ),
     "infer": Command(
-        "an automaton from symbol strings, or from what recorded trials felt",
+        "an automaton from symbol strings, or from the symbols of recorded trials",
         "infer:infer_command", "automaton_options:InferOptions",
     ),
     "automaton": Command("show, compare or minimise automata"),
@@ -149,7 +149,7 @@ def help_of(group: str = "") -> str:
     about, more = GROUPS.get(group, ("A robot arm learns contact tasks by touch.", "To begin: palpate train"))
     called, width = f"palpate {group}".rstrip(), 8 if group else 13
     commands = "".join(f"  {name:<{width}}  {command.text}\n" for name, command in commands_of(group).items())
-    more = f"{called} COMMAND --help tells the options of each. {more}"
+    more = f"{called} COMMAND --help lists the options of each. {more}"
     return f"usage: {called} COMMAND [OPTIONS]\n\n{about}\n\ncommands:\n{commands}\n{more}\n"
 
 

@@ -124,7 +124,7 @@ class FitTouchOptions(Settings):
 
 @dataclass(frozen=True)
 class ShowOptions(Settings):
-    """Print what a policy file knows: states, best actions, values, visits; or a memory file: models and belief."""
+    """Print what a policy file holds: states, best actions, values, visits; or a memory file: models and belief."""
 
     file: Annotated[str, tyro.conf.Positional]
     """The policy file."""

@@ -52,7 +52,7 @@ def overlay(base: T, table: Mapping[str, Any]) -> T:
                 raise ConfigurationError(name, value, "a table")
             value = overlay(current, value)
         changes[key] = value
-    # mypy knows no more of a dataclass's base than that it may be none.
+    # mypy has no more of a dataclass's base than that it may be none.
     return dataclasses.replace(base, **changes)  # type: ignore[type-var]
 
 

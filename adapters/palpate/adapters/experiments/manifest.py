@@ -2,7 +2,7 @@
 
 ``manifest.json`` is replaced whole after every trial and once more at the end. Until the end it is open: it then tells
 of run.toml, of the tables as far as they had grown, and of the logs that were closed; what came after the last trial
-that it knows is no fault, for a run may be killed at any moment.
+that it lists is no fault, for a run may be killed at any moment.
 """
 
 from __future__ import annotations

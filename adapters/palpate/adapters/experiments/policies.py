@@ -122,7 +122,7 @@ def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
 
 
 def _plain_actions(config: RunConfig) -> tuple[Action, ...]:
-    """The task's own: a comparator knows of no skills."""
+    """The task's own: a comparator has no skills."""
     return task_kind(config.task.name).actions(config.task)
 
 

@@ -2,7 +2,7 @@
 
 ``run.toml`` (resolved configuration and versions), ``trials.csv``, ``decisions.csv``, ``policy.json``,
 ``summary.json``, ``learning_curve.png``; ``checkpoint.json`` is what ``--resume`` goes on from; ``logs`` holds the
-recording of each trial; ``manifest.json`` tells what belongs to the run, byte for byte.
+recording of each trial; ``manifest.json`` lists what belongs to the run, byte for byte.
 """
 
 from __future__ import annotations
@@ -201,7 +201,7 @@ class RunFolder:
             self._manifest.trial({} if self._recorder is None else self._recorder.closed())
 
     def seal(self) -> None:
-        """Nothing more is written: the manifest tells of every file of the run."""
+        """Nothing more is written: the manifest lists every file of the run."""
         if self._manifest is not None:
             self._manifest.end({} if self._recorder is None else self._recorder.closed())
 

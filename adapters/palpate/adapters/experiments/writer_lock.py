@@ -16,7 +16,7 @@ from typing import Final
 from palpate.core.errors import OutputError
 
 LOCK: Final = ".lock"
-"""File that is locked. It tells who writes here; after a good end it is gone."""
+"""File that is locked. It says who writes here; after a good end it is gone."""
 
 
 @contextmanager

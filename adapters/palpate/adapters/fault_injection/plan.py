@@ -98,11 +98,11 @@ class FaultPlan(Settings):
     def check(self) -> None:
         able, used = KINDS[self.kind].ports, KINDS[self.kind].settings
         if self.port not in able:
-            raise ConfigurationError("port", self.port, f"a port that knows {self.kind}: {' or '.join(able)}")
+            raise ConfigurationError("port", self.port, f"a port that has {self.kind}: {' or '.join(able)}")
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name not in (*_ALWAYS, *used) and value != field.default:
-                accepted = f"no such setting for {self.kind}; it knows {', '.join(used) or 'none'}"
+                accepted = f"no such setting for {self.kind}; it has {', '.join(used) or 'none'}"
                 raise ConfigurationError(field.name, value, accepted)
         for name, nothing in (("magnitude", 0.0), ("factor", 1.0), ("time_s", 0.0)):
             if name in used and getattr(self, name) == nothing:

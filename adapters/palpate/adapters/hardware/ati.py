@@ -45,7 +45,7 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
         return round(1e9 / self.opened().box.rate_Hz)
 
     def reported_facts(self) -> SensorFactsTable:
-        """Rated ranges and rate, as the box tells them. It does not tell its noise."""
+        """Rated ranges and rate, as the box states them. It does not state its noise."""
         box = self.opened().box
         return SensorFactsTable(range_N=box.range_N, range_Nm=box.range_Nm, rate_Hz=box.rate_Hz, frame="sensor")
 

@@ -18,7 +18,7 @@ _SAME_RATE: Final = 0.01
 
 @runtime_checkable
 class ReportsFacts(Protocol):
-    """A force sensor that knows facts about itself; adapters may leave this out."""
+    """A force sensor that states facts about itself; adapters may leave this out."""
 
     @abstractmethod
     def reported_facts(self) -> SensorFactsTable:

@@ -60,7 +60,7 @@ class LogFile:
 
     def add(self, channel: int, time_ns: int, payload: bytes) -> None:
         """Add a message; a chunk that is old enough is written out."""
-        time_ns = max(time_ns, 0)  # the format knows no time before zero
+        time_ns = max(time_ns, 0)  # the format has no time before zero
         # Either way: a message may be older than the one before it.
         if self._chunk_start_ns is None or abs(time_ns - self._chunk_start_ns) >= self._chunk_ns:
             self._writer.flush()

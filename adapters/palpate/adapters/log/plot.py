@@ -35,7 +35,7 @@ def timeline(log: TrialLog) -> bytes:
     altered = bool(np.any(np.nan_to_num(series.altered_mrad) != 0.0))
     states, actions = _distinct(d.state for d in log.decisions), _distinct(d.action for d in log.decisions)
     symbols = _distinct(d.symbol for d in log.decisions)
-    # When nothing identifies states from history, symbol and state are the same, and one strip tells both.
+    # When nothing identifies states from history, symbol and state are the same, and one strip shows both.
     apart = any(d.symbol != d.state for d in log.decisions)
     heights = [2.0, 2.0, 2.2]
     heights += [1.2] * altered

@@ -32,7 +32,7 @@ class StartRecord:
         generator_json: State of the policy's random generator.
         temperature: Temperature of the exploration; None for a policy without one.
         world: ``simulator``, or what else the ports led to.
-        world_json: What it takes to set up that world again, and its truth where it knows it.
+        world_json: What it takes to set up that world again, and its truth where there is one.
         versions_json: Versions of palpate and of what the numbers depend on.
         processor_json: What of the processor the last bits may depend on.
         derived_from: The log that a what-if came from; empty for a recording.

@@ -62,7 +62,7 @@ class Sink(Protocol):
 
     @abstractmethod
     def shut(self) -> str | None:
-        """Finish everything; returns as ``trouble`` does, which tells the rest."""
+        """Finish everything; returns as ``trouble`` does, which says the rest."""
 
     @property
     def gone(self) -> bool:
@@ -141,7 +141,7 @@ class ProcessSink(Sink):
         self._path = ""
         self._ready = self._gone = self._shut = False
         # Not with this folder's modules before the library's; and in a process group of its own, because Ctrl-C is
-        # for the run: the run decides when it ends, and the log is to tell of it.
+        # for the run: the run ends when it ends, and the log is to hold it.
         command = [sys.executable, "-P", "-m", *program]
         pipe = subprocess.PIPE
         try:
@@ -246,7 +246,7 @@ class ProcessSink(Sink):
             heard = select.select([self._answers], [], [], PATIENCE_S)[0]
             if not heard or (not self._listen() and not self._ready):
                 self._give_up("does not start")
-                remedy = "what it printed tells more; mend that, or switch recording off"
+                remedy = "what it printed says more; mend that, or switch recording off"
                 raise OutputError(self._called, "does not start", remedy)
 
     def _enqueue(self, frames: bytes) -> None:

@@ -168,7 +168,7 @@ def _reason(error: Exception) -> str:
 
 def main() -> None:
     """Serve standard input."""
-    # Whoever wants an end asks the run for it; it ends us by ending our input.
+    # An end is asked of the run; it ends us by ending our input.
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
 
@@ -186,7 +186,7 @@ def main() -> None:
     def closed(path: str, size: int, digest: str) -> None:
         tell(path=path, problem="", size=size, sha256=digest)
 
-    # Nothing to report, but by this the run knows that we are there.
+    # Nothing to report, but this shows the run that we are there.
     report("", "")
     serve(sys.stdin.buffer, report, closed)
 

@@ -266,7 +266,7 @@ def _ending(tape: Tape, rebuilt: Rebuilt, error: BaseException | None, failed_po
 
 
 def _is_torn(last: TickRecord | None) -> bool:
-    """Whether the log's last tick was under way: then nobody knows how much of it was done."""
+    """Whether the log's last tick was under way: then it is open how much of it was done."""
     return last is not None and last.joints is not None and last.asked_rad is None
 
 

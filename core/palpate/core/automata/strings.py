@@ -51,7 +51,7 @@ class Strings:
         if len(set(names)) != len(names) or not all(isinstance(name, str) and name for name in names):
             raise ConfigurationError("strings.alphabet", names, "different names")
         if len(names) < 2:
-            raise ConfigurationError("strings.alphabet", names, "two symbols or more: one alone tells nothing apart")
+            raise ConfigurationError("strings.alphabet", names, "two symbols or more: one alone distinguishes nothing")
         for place, word in enumerate(self.words):
             for symbol in word:
                 if not 0 <= symbol < len(names):

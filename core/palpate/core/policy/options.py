@@ -1,6 +1,6 @@
 """Q-learning on options: an action goes on until the state changes, and what quarter turns make equal is learned once.
 
-Where one state is felt over several millimetres, a learner of single steps sees an action lead from a state to the same
+Where one state is felt over several millimetres, for a learner of single steps an action leads from a state to the same
 state and cannot tell it from one that leads nowhere. An option (Sutton, Precup and Singh, 1999) ends where something
 new is felt, so it has the value of what is found there. A round hole looks alike from all sides: what was learned of
 one state holds for those that are quarter turns of it, with the actions turned, too.

@@ -64,7 +64,7 @@ class World:
 
     Attributes:
         kind: ``simulator``, or the name of a rig.
-        facts: What it takes to set it up again for this trial, and its truth where it knows it; plain JSON values.
+        facts: What it takes to set it up again for this trial, and its truth where there is one; plain JSON values.
     """
 
     kind: str

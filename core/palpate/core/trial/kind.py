@@ -46,7 +46,7 @@ class TaskParts:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """How tool and part fit, as whoever set up the world knows it; for scoring.
+    """How tool and part fit, as the world was set up; for scoring.
 
     Attributes:
         clearance_mm: Gap between tool and part all round, at its widest.

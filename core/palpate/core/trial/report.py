@@ -24,7 +24,7 @@ class Phase(enum.Enum):
 
 
 class Outcome(enum.Enum):
-    """How a trial ended, as the core sees it from port data; a task other than an insertion that is done is DONE."""
+    """How a trial ended, as port data show it; a task other than an insertion that is done is DONE."""
 
     INSERTED = "inserted"
     DONE = "done"

@@ -1,4 +1,4 @@
-"""What a Net F/T box tells of itself on its page ``/netftapi2.xml``; FACT, fields as firmware 2.2.59 sends them."""
+"""What a Net F/T box states on its page ``/netftapi2.xml``; FACT, fields as firmware 2.2.59 sends them."""
 
 from __future__ import annotations
 

@@ -184,7 +184,7 @@ class CanLink:
         try:
             self._bus.send(message)
         except can.CanError:
-            # A full queue (ENOBUFS) passes; if the interface is gone, the next receive tells.
+            # A full queue (ENOBUFS) passes; if the interface is gone, the next receive fails.
             self.send_failures += 1
             return False
         except Exception as error:  # as above

@@ -125,7 +125,7 @@ class BringUp:
             views = self._run([Controlword.QUICK_STOP] * len(self._objects))
             heard = [i for i, view in enumerate(views) if view.missed_in_a_row <= self._settings.missed_cycles]
             if not heard:
-                # They have been told; waiting longer tells nothing more.
+                # They have been told; waiting longer brings nothing more.
                 raise SilentError("arm", "no drive answers a quick stop", "use the emergency stop")
             still = still + 1 if all(self._is_still(i, views[i]) for i in heard) else 0
             self._pause(begin_ns)

@@ -111,7 +111,7 @@ def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> tuple[
 def arm_watchdog(objects: Objects, settings: ArmSettings, *, on: bool) -> tuple[str, ...]:
     """Make a drive stop by itself when the host's heartbeat ends, or end that; gives what it lacks.
 
-    Monitoring begins with the first heartbeat that the drive hears (standard knowledge, CiA 301). A drive in CSP that
+    Monitoring begins with the first heartbeat received (standard knowledge, CiA 301). A drive in CSP that
     cannot do it holds its last target when the host is lost; one in CSV would go on, and is refused.
     """
     if settings.host_watchdog_ms == 0:

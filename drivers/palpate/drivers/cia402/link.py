@@ -138,7 +138,7 @@ class CanopenLink:
 
     def close(self) -> None:
         """Release the bus; twice too, and when it is long gone."""
-        # A bus that is gone answers its release with the error that everybody knows by now.
+        # A bus that is gone answers its release with the error that was raised before.
         with contextlib.suppress(Exception):
             self.network.disconnect()
 

@@ -89,7 +89,7 @@ after a stop an arm shall go the whole way, as after power-up."""
 
 
 def state_of(statusword: int) -> DriveState | None:
-    """The state that a statusword (object 0x6041) tells, or None where it fits no pattern."""
+    """The state that a statusword (object 0x6041) means, or None where it fits no pattern."""
     return next((state for state, mask, value in PATTERNS if statusword & mask == value), None)
 
 

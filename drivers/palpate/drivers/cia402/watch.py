@@ -26,7 +26,7 @@ class AxisView:
 
     Attributes:
         statusword: Newest statusword, or None before the first.
-        state: What it tells; None also where it fits no pattern.
+        state: What it means; None also where it fits no pattern.
         counts: Newest position counts, or None before the first.
         position_rad: The same as an angle, or None before the first.
         ignoring_in_a_row: Answers that tell that the set-point is ignored until now; None before the drive has followed

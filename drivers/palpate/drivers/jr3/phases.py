@@ -118,7 +118,7 @@ class RequestInFlight:
         self.round_trips_ns: deque[int] = deque(maxlen=_REMEMBERED)
 
     def begin(self, request: Request, attempts: int, timeout_ns: int) -> None:
-        """Put a request in place of any before it; :meth:`due` then tells when to send it."""
+        """Put a request in place of any before it; :meth:`due` then says when to send it."""
         self.request, self._attempts_left, self._timeout_ns = request, attempts, timeout_ns
         self._sent_ns, self.refused = None, False
 

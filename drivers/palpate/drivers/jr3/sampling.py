@@ -23,7 +23,7 @@ _MISSED_STEPS = 1.5
 
 
 class FrameCounter:
-    """Unwraps the counter and tells what is missing.
+    """Unwraps the counter and counts what is missing.
 
     Attributes:
         missed: How many (CALC from the counter and the period).

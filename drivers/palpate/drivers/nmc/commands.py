@@ -114,7 +114,7 @@ def stop_motor(control: StopControl, position_counts: int | None = None) -> NmcC
 
 
 def set_baud(divisor: int) -> NmcCommand:
-    """Changes the baud rate of whoever hears it; only ever sent to a group. No reply."""
+    """Changes the baud rate of every module that receives it; only ever sent to a group. No reply."""
     return NmcCommand(Code.SET_BAUD, _pack("B", divisor))
 
 

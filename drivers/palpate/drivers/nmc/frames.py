@@ -168,7 +168,7 @@ class NmcCommand:
 def find_frame(data: bytes) -> tuple[int, NmcCommand] | None:
     """The first whole command frame in the bytes, as (address, command), or None.
 
-    A host that receives command frames hears another master, or itself.
+    A host that receives command frames has another master on its line, or its own echo.
     """
     for start, byte in enumerate(data):
         if byte != HEADER or len(data) < start + FRAME_OVERHEAD_BYTES:

@@ -147,7 +147,7 @@ def setpoint(streaming: Streaming, counts: int) -> NmcCommand:
 
 
 class Servos:
-    """The motors of the arm; it knows positions in counts only.
+    """The motors of the arm; positions in counts only.
 
     Attributes:
         on: Axes, 1 to 6, whose servos are on as far as is known.

@@ -148,7 +148,7 @@ class ZebraZeroSettings:
     Attributes:
         divider: Control ticks per ``cycle``; refused when the bus cannot carry that.
         reserve: Share of the period that the bus must leave free.
-        reply_items: Items of every reply in a cycle; POSITION at least. AUX costs a byte an axis and tells at once
+        reply_items: Items of every reply in a cycle; POSITION at least. AUX costs a byte an axis and shows at once
             when a servo went off.
         require_power: A module that reports no motor supply is a fault. INFERENCE: some amplifiers may not report it.
         use_limit_inputs: A limit input that is set is a fault. NOT FOUND whether the arm has limit switches.

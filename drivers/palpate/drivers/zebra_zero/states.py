@@ -107,7 +107,7 @@ class Fault:
         return where + self.kind.value + (f" ({self.detail})" if self.detail else "")
 
     def error(self) -> DeviceFaultError:
-        """The error that tells it."""
+        """The error for it."""
         return DeviceFaultError(DEVICE, str(self), _REMEDIES.get(self.kind, "acknowledge"))
 
 

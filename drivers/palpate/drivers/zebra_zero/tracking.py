@@ -136,7 +136,7 @@ class Setpoints:
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
-    """A fault to be latched, and the error that tells it."""
+    """A fault to be latched, and the error for it."""
 
     fault: Fault
     error: DriverError

@@ -56,7 +56,7 @@ class FaultRun:
         delivered: Whether it struck at all; a trial may end before.
         ticks_to_stop: From the delivery to the last tick; None when the trial ended in the ordinary way.
         cause: What stopped it, in words; empty when nothing did.
-        latched: Its latch sees to it that no further trial begins until that is acknowledged.
+        latched: Its latch lets no further trial begin until that is acknowledged.
         peak_force_N: Largest true force; where that is not known, the largest change that the sensor measured before
             any fault of its own.
         damage: A true force above ``HARDWARE_LIMIT_N``, or a joint outside its limits.

@@ -1,4 +1,4 @@
-"""What the operating system knows of a wire, before and after it is used."""
+"""What the operating system shows of a wire, before and after it is used."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ _QUIETEST_N: Final = 1e-6
 
 
 def examine_ur(arm: UrArm, clock: Clock, seconds: float, notes: Notebook) -> None:
-    """Who the controller is, what it believes to carry, how its data come; its program is not led."""
+    """Who the controller is, what payload it is set to, how its data come; its program is not led."""
     if arm.hello is not None:
         notes.fact("controller", f"PolyScope {arm.hello.version}, robot {arm.hello.serial}")
     settings = arm.settings

@@ -20,7 +20,7 @@ from palpate.drivers.cia402 import HIGHEST_LOAD, bits_per_cycle, frame_bits
 
 @dataclass(frozen=True)
 class Wiring:
-    """The way to a device, as far as the rig file tells it.
+    """The way to a device, as far as the rig file has it.
 
     Attributes:
         serial: Device of a serial port, a CAN adapter's too; None where there is none.
@@ -34,7 +34,7 @@ class Wiring:
 
     serial: str | None = None
     network: str | None = None
-    told: str = "the rig file tells no port"
+    told: str = "the rig file names no port"
     canopen_nodes: tuple[int, ...] = ()
     jr3_node: int | None = None
     period_us: int = 0

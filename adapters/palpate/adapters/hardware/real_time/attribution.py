@@ -66,7 +66,7 @@ class Account(NamedTuple):
     """What the kernel has kept of a thread since it began.
 
     Attributes:
-        run_ns: Processor time used; without what interrupts and a hypervisor took, where the kernel knows of it.
+        run_ns: Processor time used; without what interrupts and a hypervisor took, where the kernel counts it.
     """
 
     run_ns: int

@@ -1,4 +1,4 @@
-"""Asks the operating system for real-time behaviour, tells what came of it, and gives everything back."""
+"""Asks the operating system for real-time behaviour, says what came of it, and gives everything back."""
 
 from __future__ import annotations
 

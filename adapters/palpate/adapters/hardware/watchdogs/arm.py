@@ -25,7 +25,7 @@ class AgeWatch:
     The thread sleeps as long as nothing can be too old, and without end while resting. The first feeding starts it.
 
     Args:
-        clock: Tells the age. While a virtual clock stands still nothing ages.
+        clock: Gives the age. While a virtual clock stands still nothing ages.
         on_old: Is called with the age in ns, by the thread or by whoever calls ``check``, or by both at once; then the
             watch rests until it is fed again.
     """
@@ -187,7 +187,7 @@ class GuardedArm(DeviceDecorator, ArmCommand):
             FaultLatchedError: Besides the arm's own: a trip waits to be acknowledged.
         """
         trip = self._tripped()
-        # A request that is wrong anyway is refused by the arm, which knows why.
+        # A request that is wrong anyway is refused by the arm, with the reason.
         if trip is not None and self._arm.life is Life.CONFIGURED:
             raise FaultLatchedError("arm", f"{trip.source}: {trip.text}")
         super().activate()

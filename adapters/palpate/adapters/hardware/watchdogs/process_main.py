@@ -76,7 +76,7 @@ def stop_function(name: str) -> Callable[[], object] | None:
 
 def main() -> None:
     """Watch the parent: arguments are the time limit in s, its process number, a signal for it, and a function."""
-    # Whoever wants an end asks the run for it; it ends us by ending our input.
+    # An end is asked of the run; it ends us by ending our input.
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     timeout_s, host, signal_number = float(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])

@@ -158,7 +158,7 @@ class Probe:
             yield _NO_FORCE
 
     def felt(self, velocity_m_s: Vector3) -> Motion:
-        """A tick of a way on which nobody knows where something is met, and all the time until the force is felt."""
+        """A tick of a way on which it is open where something is met, and all the time until the force is felt."""
         yield self._felt.velocity_m_s(velocity_m_s)
         while self._felt.waits:
             yield self._felt.velocity_m_s(_NO_FORCE)

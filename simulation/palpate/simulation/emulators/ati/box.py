@@ -1,4 +1,4 @@
-"""The box: takes requests, gives records at its own times; knows neither sockets nor a clock."""
+"""The box: takes requests, gives records at its own times; uses neither sockets nor a clock."""
 
 from __future__ import annotations
 
