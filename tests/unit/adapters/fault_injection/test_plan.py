@@ -19,7 +19,7 @@ CASES: list[tuple[str, str, dict[str, Any], str, str]] = [
     ("spike", "force_sensor", {}, "magnitude", "spike would do nothing"),
     ("spike", "force_sensor", {"magnitude": math.inf}, "magnitude", "a number"),
     ("saturate", "force_sensor", {"magnitude": -3}, "magnitude", "a positive number"),
-    ("saturate", "joint_encoder", {"magnitude": 3}, "port", "knows saturate: force_sensor"),
+    ("saturate", "joint_encoder", {"magnitude": 3}, "port", "has saturate: force_sensor"),
     ("unit", "arm", {}, "factor", "unit would do nothing"),
     ("noise", "force_sensor", {"magnitude": -0.1}, "magnitude", "a positive number"),
     ("swap", "force_sensor", {"channels": (2,)}, "channels", "two different ones"),
