@@ -28,6 +28,7 @@ OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {
     "back_off_visits": ("q-learning",),
     "keep_steps": ("q-learning",),
     "share_turns": ("q-learning",),
+    "rule_lead": ("skills",),
     "trace_decay": ("sarsa", "skills"),
     "belief": ("belief",),
     **dict.fromkeys(
@@ -89,6 +90,8 @@ class LearningConfig(Settings):
     initial_value: Annotated[float, Range(-1e6, 1e6)] = -5.0
     """Q before the first visit: near what the way to the goal costs. From 0, which promises the goal at once, values
     sink for hundreds of trials and hide which action is best."""
+    rule_lead: Annotated[float, Range(0.0, 1e6)] = 0.0
+    """By so much Q of the skills that the task's own rule would take begins above that of the others; 0: all alike."""
     temperature: Annotated[float, Range(0.0, 1e6, above=True)] = 5.0
     """Boltzmann temperature of the first trial."""
     temperature_decay: TemperatureDecay = 0.95

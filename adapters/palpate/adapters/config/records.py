@@ -50,6 +50,7 @@ UNTOLD: Final[Mapping[str, Any]] = {
     "perception.memory": "none",
     "learning.back_off_visits": 0.0,
     "learning.initial_value": 0.0,
+    "learning.rule_lead": 0.0,
     "learning.temperature_in_use": 1e6,
     "real_time.stay_awake": False,
     "supervision.max_torque_Nm": 6.0,

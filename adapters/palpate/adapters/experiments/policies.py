@@ -204,10 +204,14 @@ def learning_policy(config: RunConfig, perception: Perception, code: str = "") -
     back_off = BackOff.of(learning.back_off_visits, perception.identifier.symbol_of)
     learner = new_learner(learning_parameters(config), perception.states, actions, back_off=back_off)
     if config.perception.symbols == SKILLS:
-        may, begun = task_kind(config.task.name).may_begin, learner.get_state()
+        kind, begun = task_kind(config.task.name), learner.get_state()
+        ahead, behind = learning.initial_value, learning.initial_value - learning.rule_lead
         begun["q"] = [
-            [value if may(action.name, state) else _NEVER for action, value in zip(actions, row, strict=True)]
-            for state, row in zip(perception.states, begun["q"], strict=True)
+            [
+                _NEVER if not kind.may_begin(one.name, state) else ahead if kind.by_rule(one.name, state) else behind
+                for one in actions
+            ]
+            for state in perception.states
         ]
         learner.set_state(begun)
     parts.append(learner)

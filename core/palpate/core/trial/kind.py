@@ -102,6 +102,10 @@ class TaskKind(Protocol):
         """Whether a skill is one for this state, both by name; where it is not, no learner tries it."""
         return True
 
+    def by_rule(self, skill: str, state: str) -> bool:
+        """Whether the task's own rule would take a skill in this state; learners begin with what it would."""
+        return True
+
     @abstractmethod
     def make(self, parts: TaskParts) -> Task:
         """The task, ready to run over any ports.

@@ -14,7 +14,7 @@ from palpate.core.ports import PERIOD_S, Settings
 from palpate.core.tasks.insertion import Agent, Insertion
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 from palpate.core.tasks.insertion_6dof.skill_agent import SkillAgent
-from palpate.core.tasks.insertion_6dof.skills import SKILLS, Skills, may_begin
+from palpate.core.tasks.insertion_6dof.skills import SKILLS, Skills, by_rule, may_begin
 from palpate.core.tasks.insertion_6dof.task import SpatialTask
 from palpate.core.trial import ReadyPose, TaskConfig, TaskParts, Workspace, find_ready_pose, options_of, require_turns
 
@@ -56,6 +56,10 @@ class Insertion6Dof(Insertion):
     @override
     def may_begin(self, skill: str, state: str) -> bool:
         return may_begin(skill, state)
+
+    @override
+    def by_rule(self, skill: str, state: str) -> bool:
+        return by_rule(skill, state)
 
     @override
     def make(self, parts: TaskParts) -> SpatialTask:

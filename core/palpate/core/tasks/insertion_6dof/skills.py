@@ -52,9 +52,24 @@ _BEGINS: Final = {
 """How the names of the situations begin in which a skill may: elsewhere it does nothing, or harm."""
 
 
+_BY_RULE: Final = {
+    ("corner caught", _PUSH): _STAND, ("corner caught", _DRIVE): _STAND, ("corner wedged", _PUSH): _DRIVE,
+    ("corner turning", _DRIVE): _PUSH, ("upright in the hole", _INSERT): _WITHDRAW,
+}  # fmt: skip
+"""What the policy corner-first does next, where that is not plain: by the situation, and by what was done before."""
+
+
 def may_begin(skill: str, state: str) -> bool:
     """Whether a skill is one for a state, both by name."""
     return state.startswith(_BEGINS[skill.partition(" ")[0]])
+
+
+def by_rule(skill: str, state: str) -> bool:
+    """Whether a skill, of whatever size, is the one that the policy corner-first would take in a state, both by name."""
+    situation, _, before = state.removesuffix(" at first").partition(" after ")
+    upright = _INSERT if situation == "upright in the hole" else _LEAN
+    otherwise = upright if situation.startswith("upright") else _PUSH if before == _LEAN else _LEAN
+    return skill.partition(" ")[0] == _BY_RULE.get((situation, before), otherwise)
 
 
 class Skills:
