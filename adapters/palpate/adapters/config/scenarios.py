@@ -63,8 +63,8 @@ LEARNERS: Final[Mapping[str, Table]] = {
     "skills": {
         "perception": {"symbols": "skills", "memory": "last-action"},
         "learning": {
-            "alpha": 0.7, "alpha_visits": 3.0, "alpha_floor": 0.1, "initial_value": -22.0, "temperature": 2.0,
-            "temperature_decay": 0.85, "trace_decay": 0.6, "reinforcement": "time",
+            "alpha": 0.7, "alpha_visits": 3.0, "alpha_floor": 0.1, "initial_value": -22.0, "rule_lead": 30.0,
+            "temperature": 2.0, "temperature_decay": 0.85, "trace_decay": 0.6, "reinforcement": "time",
         },
     },
 }  # fmt: skip

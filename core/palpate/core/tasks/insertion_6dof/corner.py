@@ -36,7 +36,6 @@ class Corner:
 
     Attributes:
         half_rad: Half the angle between two corners.
-        down_m: How deep it is let down until the tool stands; 0: as far as it goes.
         leaned: Actions of the lean so far.
         lead_m: By so much the tool is led on at the next push, (2,), task frame.
     """
@@ -46,7 +45,7 @@ class Corner:
         self.half_rad = radians(options.flat_deg) if self._flat else pi / int(options.corners or 4)
         self._inside_m, self.radius_m = options.inside_mm * 1e-3, options.corner_mm * 1e-3
         self.lean_rad, self.push_N = radians(options.lean_deg), options.push_N
-        self.down_m = options.down_share * self.radius_m * sin(self.lean_rad)
+        self._down_share = options.down_share
         self.take(0)
 
     def take(self, number: int) -> None:
@@ -62,6 +61,11 @@ class Corner:
     def over(self) -> bool:
         """Whether the tool leans over the corner, or was to."""
         return bool(self.leaned) and not self._left
+
+    @property
+    def down_m(self) -> float:
+        """How deep it is let down until the tool stands; 0: as far as it goes."""
+        return self._down_share * self.radius_m * sin(self.lean_rad)
 
     @property
     def _push(self) -> float:

@@ -25,7 +25,7 @@ QUIET_ACTIONS: Final = 2
 """So many actions in a row both walls have to carry, and nothing to turn the tool."""
 CAUGHT_M: Final = Situations.caught_m
 """A tip that is less deep below the plate hangs on a wall though both of them carry."""
-_HANGS_M: Final = 0.15e-3
+HANGS_M: Final = 0.15e-3
 """One that is let down to a height and is higher by more hangs on an edge."""
 DRIVE_RAD: Final = 0.018
 DRIVEN_ACTIONS: Final = 7
@@ -64,7 +64,7 @@ class CornerFirst(FixedPolicy):
         height_m, down_m = self._corner.radius_m * sin(self._corner.lean_rad), self._corner.down_m
         self._on_plate_m, self._caught_m = ON_PLATE_M - height_m, CAUGHT_M
         if down_m:
-            self._on_plate_m, self._caught_m = 0.5 * down_m - height_m, down_m - height_m - _HANGS_M
+            self._on_plate_m, self._caught_m = 0.5 * down_m - height_m, down_m - height_m - HANGS_M
         # Before tools wobbled, they were inserted until the time was up.
         self._sunk_m = _SUNK_M if options.wobble_deg_s else inf
 

@@ -6,12 +6,14 @@ from dataclasses import replace
 from math import copysign, hypot, radians, sin
 from typing import Final
 
+from palpate.core.perception import Situations
 from palpate.core.policy import Action, Law, Observation, Spatial
 from palpate.core.tasks.insertion_6dof.corner import UPRIGHT_RAD, Corner
 from palpate.core.tasks.insertion_6dof.corner_first import (
     CAUGHT_M,
     DRIVE_RAD,
     DRIVEN_ACTIONS,
+    HANGS_M,
     LONGEST_PUSH,
     ON_PLATE_M,
     QUIET_ACTIONS,
@@ -25,8 +27,8 @@ _FAR_SHARE: Final = 0.7
 """A tool that is so far out, as a share of the area's half width, is pushed no further."""
 _LONGEST: Final = 20
 """A skill that came to nothing in so many actions is over."""
-_LEANS_DEG: Final = (3.5, 5.0)
-"""No more: a triangle that stood up from 6.5 was a lever between its walls."""
+_LEANS_DEG: Final = (5.0, 6.0)
+"""Less lets a corner down so little that one in three or four slips out; more makes it a lever between its walls."""
 _PUSHES_N: Final = (2.0, 3.0, 4.0)
 _STANDS_DEG: Final = (1.0, 1.6)
 
@@ -65,7 +67,7 @@ def may_begin(skill: str, state: str) -> bool:
 
 
 def by_rule(skill: str, state: str) -> bool:
-    """Whether a skill, of whatever size, is the one that the policy corner-first would take in a state, both by name."""
+    """Whether a skill, of whatever size, is the one that corner-first would take in a state, both by name."""
     situation, _, before = state.removesuffix(" at first").partition(" after ")
     upright = _INSERT if situation == "upright in the hole" else _LEAN
     otherwise = upright if situation.startswith("upright") else _PUSH if before == _LEAN else _LEAN
@@ -81,8 +83,7 @@ class Skills:
     """
 
     def __init__(self, options: SpatialOptions, half_width_m: float) -> None:
-        # Situations are told apart by how deep a corner goes that is not kept at a height.
-        self._options, self._far_m = replace(options, down_share=0.0), _FAR_SHARE * half_width_m
+        self._options, self._far_m = options, _FAR_SHARE * half_width_m
 
     def begin_trial(self) -> None:
         """No corner has been tried."""
@@ -113,11 +114,12 @@ class Skills:
             return corner.clear(observation) or self._done >= _LONGEST
         if kind not in (_PUSH, _DRIVE):
             return True
+        corner_m, tip_m = self._depths_m(observation)
         quiet = min(corner.walls_N(observation)) > WALL_N and abs(observation.torque_Nm[2]) < QUIET_NM
         self._quiet = self._quiet + 1 if quiet else 0
-        if kind == _DRIVE and observation.depth_m <= CAUGHT_M:
+        if kind == _DRIVE and tip_m <= CAUGHT_M:
             return self._done >= 2 * DRIVEN_ACTIONS
-        slipped = self._done > 2 and observation.depth_m < ON_PLATE_M - corner.radius_m * sin(lean_rad)
+        slipped = corner.passed(observation) or (self._done > 2 and corner_m < ON_PLATE_M)
         return self._quiet >= QUIET_ACTIONS or slipped or self._done >= LONGEST_PUSH
 
     def step(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
@@ -125,13 +127,13 @@ class Skills:
         corner, kind, none = self._corner, self._kind, (0.0, 0.0)
         if kind == _LEAN:
             # What is in the hole is drawn out of it first; a lift would pull against what holds it.
-            held = not corner.leaned and self._corner_m(observation) > ON_PLATE_M
+            held = not corner.leaned and self._depths_m(observation)[0] > ON_PLATE_M
             return (none, corner.withdrawing(observation)) if held else corner.leaning(observation)
         if kind == _PUSH:
             return self._pushed(observation)
         if kind == _DRIVE:
             yaw_rad = self._drive_rad if self._done < DRIVEN_ACTIONS else -self._drive_rad
-            yaw_rad = 0.0 if observation.depth_m > CAUGHT_M else yaw_rad
+            yaw_rad = 0.0 if self._depths_m(observation)[1] > CAUGHT_M else yaw_rad
             displacement_m, spatial = self._pushed(observation)
             return displacement_m, replace(spatial, turn_rad=(0.0, 0.0, yaw_rad))
         if kind == _STAND:
@@ -143,17 +145,16 @@ class Skills:
 
     def facts(self, observation: Observation) -> tuple[float, ...]:
         """What situations are told apart by, as :data:`palpate.core.perception.FACTS` has it."""
-        lean_rad, depth_m = hypot(*observation.turn_rad[:2]), observation.depth_m
-        return (
-            lean_rad,
-            self._corner_m(observation),
-            depth_m,
-            min(self._corner.walls_N(observation)),
-            observation.torque_Nm[2],
-        )
+        lean_rad, depths_m = hypot(*observation.turn_rad[:2]), self._depths_m(observation)
+        return lean_rad, *depths_m, min(self._corner.walls_N(observation)), observation.torque_Nm[2]
 
-    def _corner_m(self, observation: Observation) -> float:
-        return observation.depth_m + self._corner.radius_m * sin(hypot(*observation.turn_rad[:2]))
+    def _depths_m(self, observation: Observation) -> tuple[float, float]:
+        """Of the lowest corner, and of the tip: as if it had been let down as far as it goes, where it was not."""
+        corner, lean_rad, depth_m = self._corner, hypot(*observation.turn_rad[:2]), observation.depth_m
+        corner_m = depth_m + corner.radius_m * sin(lean_rad)
+        if not corner.down_m or lean_rad < Situations.upright_rad:
+            return corner_m, depth_m
+        return corner_m, corner_m - corner.down_m + HANGS_M + CAUGHT_M
 
     def _pushed(self, observation: Observation, upright: float = 0.0) -> tuple[tuple[float, float], Spatial]:
         x, y, _ = observation.reference_m
