@@ -32,19 +32,19 @@ def act(agent: SkillAgent, tick: int, turn_rad: Vector3 = NONE, depth_m: float =
 
 
 def test_the_policy_is_asked_when_a_skill_is_over_and_learns_what_all_of_it_cost() -> None:
-    agent, diary = agent_with(LEAN, LEAN, LEAN, LEAN, PUSH)
-    # The lean takes four actions of ten ticks; the push then stands on the plate and is over after three.
-    done = [act(agent, 10 * n) for n in range(4)]
-    done += [act(agent, 40 + 10 * n, turn_rad=(0.06, 0.0, 0.0), depth_m=-1.2e-3) for n in range(3)]
-    assert done == ["lean 3.5 deg: lift"] * 4 + ["push 2 N: push"] * 3
+    agent, diary = agent_with(*[LEAN] * 5, PUSH)
+    # The lean takes five actions of ten ticks; the push then stands on the plate and is over after three.
+    done = [act(agent, 10 * n) for n in range(5)]
+    done += [act(agent, 50 + 10 * n, turn_rad=(0.06, 0.0, 0.0), depth_m=-1.2e-3) for n in range(3)]
+    assert done == ["lean 5 deg: lift"] * 5 + ["push 2 N: push"] * 3
     asked = [entry for entry in diary.entries if isinstance(entry, Observation)]
     states = [Perception(TaskFacts(FACTS), Situations(), LastAction(Situations.symbols, KINDS)).states[one.state]
               for one in asked]  # fmt: skip
     assert states == ["upright on the plate at first", "leaning on the plate after lean"]
     (learned,) = diary.learned
     assert (learned.action_index, learned.next_state) == (LEAN, asked[1].state)
-    assert learned.reinforcement == pytest.approx(-10.0 * 0.01 * 40)
-    assert [record.index for record in agent.decisions] == [LEAN] * 4 + [PUSH] * 3
+    assert learned.reinforcement == pytest.approx(-10.0 * 0.01 * 50)
+    assert [record.index for record in agent.decisions] == [LEAN] * 5 + [PUSH] * 3
 
 
 def test_an_insertion_that_got_stuck_costs_the_time_that_it_took() -> None:

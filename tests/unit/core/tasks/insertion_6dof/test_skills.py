@@ -5,11 +5,11 @@ from math import cos, pi, radians
 import numpy as np
 import pytest
 
-from palpate.core.perception import FACTS, Situations
+from palpate.core.perception import FACTS, LastAction, Situations
 from palpate.core.policy import Law, Observation
 from palpate.core.ports import Vector3
 from palpate.core.tasks.insertion_6dof import SpatialOptions
-from palpate.core.tasks.insertion_6dof.skills import KINDS, SKILLS, Skills, may_begin
+from palpate.core.tasks.insertion_6dof.skills import KINDS, SKILLS, Skills, by_rule, may_begin
 
 SQUARE = SpatialOptions(corners=4.0, corner_mm=20.0)
 NONE: Vector3 = (0.0, 0.0, 0.0)
@@ -43,14 +43,18 @@ def length(skills: Skills, observation: Observation) -> int:
 @pytest.mark.parametrize(
     ("name", "observation", "actions"),
     [
-        ("lean 3.5 deg", seen(), 4),
         ("lean 5 deg", seen(), 5),
+        ("lean 6 deg", seen(), 6),
         # What is held in the hole is drawn, not lifted, however long that takes.
         ("lean 5 deg", seen(turn=LEANED, depth_m=1e-3), 40),
         ("push 3 N", seen(WALLS, NONE, LEANED, 1e-3), 2),
         ("push 3 N", seen(turn=LEANED, depth_m=-1.7e-3), 3),
         ("push 3 N", seen(WALLS, (0.0, 0.0, 0.03), LEANED, 1e-3), 40),
-        ("drive", seen(WALLS, NONE, LEANED, 1e-4), 14),
+        # Pushed past the place where the corner came down.
+        ("push 3 N", seen(WALLS, (0.0, 0.0, 0.03), LEANED, at=(5e-3, 5e-3, 0.0)), 1),
+        # A corner that is let down to a height hangs where it is 0.4 mm higher, and is in where it is 0.1.
+        ("drive", seen(WALLS, NONE, LEANED, -4e-4), 14),
+        ("drive", seen(WALLS, NONE, LEANED, -1e-4), 2),
         ("drive", seen(WALLS, NONE, LEANED, 1e-3), 2),
         ("stand 1 deg", seen(), 1),
         ("stand 1.6 deg", seen(turn=LEANED), 20),
@@ -64,8 +68,8 @@ def test_each_skill_has_an_end(name: str, observation: Observation, actions: int
 
 
 def test_leans_and_pushes_are_of_the_size_that_was_chosen_and_go_on_to_the_next_corner() -> None:
-    skills, headings = begun("lean 3.5 deg", seen()), []
-    for name, deg in (("lean 3.5 deg", 3.5), ("lean 5 deg", 5.0)):
+    skills, headings = begun("lean 5 deg", seen()), []
+    for name, deg in (("lean 5 deg", 5.0), ("lean 6 deg", 6.0)):
         skills.begin(NAMED[name], seen())
         turns = [skills.step(seen())[1].turn_rad for _ in range(10) if not skills.over(seen())]
         headings.append(np.sign(turns[0][:2]).tolist())
@@ -78,7 +82,7 @@ def test_leans_and_pushes_are_of_the_size_that_was_chosen_and_go_on_to_the_next_
 
 
 def test_a_drive_turns_to_and_fro_until_the_corner_is_caught() -> None:
-    wedged = seen(WALLS, NONE, (0.06, -0.06, -0.01), 1e-4)
+    wedged = seen(WALLS, NONE, (0.06, -0.06, -0.01), -4e-4)
     skills, yaws = begun("drive", wedged), []
     for _ in range(14):
         yaws.append(skills.step(wedged)[1].turn_rad[2])
@@ -97,6 +101,38 @@ def test_facts_have_the_depth_of_the_lowest_corner_and_the_lesser_wall() -> None
     facts = dict(zip(FACTS, begun("push 3 N", seen()).facts(seen(WALLS, (0.0, 0.0, 0.01), LEANED)), strict=True))
     assert facts["corner_depth"] == pytest.approx(20e-3 * np.sin(0.06 * 2**0.5))
     assert (facts["wall_force"], facts["yaw_torque"]) == (pytest.approx(3.0), 0.01)
+
+
+@pytest.mark.parametrize(
+    ("down_share", "depth_m", "situation"),
+    [
+        (0.0, 4e-4, "corner wedged"),
+        (0.0, 6e-4, "corner caught"),
+        (0.9, -4e-4, "corner wedged"),
+        (0.9, 0.0, "corner caught"),
+    ],
+)
+def test_a_corner_is_in_where_it_is_as_deep_as_it_is_let_down(
+    down_share: float, depth_m: float, situation: str
+) -> None:
+    skills = Skills(SpatialOptions(corners=4.0, corner_mm=20.0, down_share=down_share), 11e-3)
+    skills.begin_trial()
+    facts = skills.facts(seen(WALLS, NONE, LEANED, depth_m))
+    assert Situations.symbols[Situations().symbol(facts)] == situation
+
+
+def test_the_rule_takes_one_kind_of_skill_in_each_state_and_only_where_that_may_begin() -> None:
+    states = LastAction(Situations.symbols, KINDS).states
+    taken = {state: {kind for kind in KINDS if by_rule(kind, state)} for state in states}
+    assert {len(kinds) for kinds in taken.values()} == {1}
+    # No tool leans at first or stands in the hole after less than a stand.
+    assert all(may_begin(kind, state) for state, (kind,) in taken.items() if "first" not in state)
+    said = ["upright on the plate at first", "corner turning after lean", "leaning on the plate after push",
+            "corner wedged after push", "corner wedged after drive", "corner caught after push",
+            "upright in the hole after stand", "upright in the hole after insert"]  # fmt: skip
+    assert [*(kind for state in said for kind in taken[state])] == [
+        "lean", "push", "lean", "drive", "lean", "stand", "insert", "withdraw",
+    ]  # fmt: skip
 
 
 def test_skills_begin_only_where_they_can_come_to_something() -> None:
