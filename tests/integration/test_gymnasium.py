@@ -120,10 +120,16 @@ def test_equal_seeds_and_actions_give_equal_bytes_whatever_was_before(name: str,
     other.close()
 
 
-def test_the_guides_example_puts_a_square_peg_in_by_skills(capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("number", "said"), [(1, "inserted lean 5 deg, push 3 N, drive, stand 1 deg\n"), (2, "inserted 42\n")]
+)
+def test_the_guides_examples_put_a_square_peg_in_by_skills_and_by_twists(
+    capsys: pytest.CaptureFixture[str], number: int, said: str
+) -> None:
     guide = (Path(__file__).parents[2] / "docs/how-to/use-gymnasium.md").read_text(encoding="utf-8")
-    exec(guide.partition("## palpate/PegInsertion6Dof-v0")[2].partition("```python\n")[2].partition("```")[0], {})
-    assert capsys.readouterr().out == "inserted lean 5 deg, push 3 N, drive, stand 1 deg\n"
+    section = guide.partition("## palpate/PegInsertion6Dof-v0")[2]
+    exec(section.split("```python\n")[number].partition("```")[0], {})
+    assert capsys.readouterr().out == said
 
 
 def test_an_error_in_a_worker_process_arrives_as_itself() -> None:
