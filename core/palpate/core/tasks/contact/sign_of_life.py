@@ -155,11 +155,12 @@ class SignOfLife:
 
     def _answer(self) -> _Answer:
         """What the force does with the motion, by the lag at which it follows best."""
-        count, follows, share, spread = self._count, -inf, 0.0, 0.0
+        count, force, sign = self._count, self._force, self._sign
+        follows, share, spread = -inf, 0.0, 0.0
         least, most = inf, 0.0
         for depth, square, product in self._sums:
             square -= depth * depth / count
-            product = self._sign * (product - depth * self._force / count)
+            product = sign * (product - depth * force / count)
             # Calls of min and max would take half of this loop, in nearly every tick of a slide.
             if square < least:
                 least = square
@@ -171,7 +172,7 @@ class SignOfLife:
                     follows, share, spread = follows_here, -product / square, square
         if spread == 0.0:
             return _NONE
-        left = max(self._force_square - self._force * self._force / count - follows * follows, 0.0)
+        left = max(self._force_square - force * force / count - follows * follows, 0.0)
         error = self._deviations * sqrt(left / (spread * (count - 2)))
         if self._in_air:
             return _ALIVE if share > error else _NONE
