@@ -55,9 +55,11 @@ class SampleFault(ABC, Generic[SampleT]):
 
     def __init__(self, plan: FaultPlan, rng: np.random.Generator) -> None:
         self.plan, self._rng = plan, rng
+        self._last: SampleT | None = None
 
     def pass_by(self, sample: SampleT) -> None:
-        """A tick in which it does not strike."""
+        """A tick in which it does not strike, and this is the last sample."""
+        self._last = sample
 
     @abstractmethod
     def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
@@ -67,6 +69,13 @@ class SampleFault(ABC, Generic[SampleT]):
         if sample is None:
             raise DeviceError(self.plan.port, "has not delivered a sample yet")
         return sample
+
+    def _instead_of(self, sample: SampleT, old: SampleT) -> SampleT:
+        """An older sample: as it was, or with the number and the times of the new measurement."""
+        if self.plan.honest:
+            return old
+        new_times = (sample.source_time_ns, sample.receive_time_ns)
+        return replace(old, source_time_ns=new_times[0], receive_time_ns=new_times[1], sequence=sample.sequence)
 
     def _changed(
         self, sample: SampleT, change: Callable[[int, float], float], validity: Validity | None = None
@@ -78,12 +87,6 @@ class SampleFault(ABC, Generic[SampleT]):
 class Drop(SampleFault[SampleT]):
     """The new sample is lost, so the last one is still the newest."""
 
-    _last: SampleT | None = None
-
-    @override
-    def pass_by(self, sample: SampleT) -> None:
-        self._last = sample
-
     @override
     def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
         return self._required(self._last)
@@ -94,12 +97,11 @@ class Delay(SampleFault[SampleT]):
 
     def __init__(self, plan: FaultPlan, rng: np.random.Generator) -> None:
         super().__init__(plan, rng)
-        self._last: SampleT | None = None
         self._under_way: deque[tuple[int, SampleT]] = deque()
 
     @override
     def pass_by(self, sample: SampleT) -> None:
-        self._last = sample
+        super().pass_by(sample)
         self._under_way.clear()
 
     @override
@@ -112,12 +114,6 @@ class Delay(SampleFault[SampleT]):
 
 class Duplicate(SampleFault[SampleT]):
     """The sample of the tick before comes once more instead of the new one; never the same one three times."""
-
-    _last: SampleT | None = None
-
-    @override
-    def pass_by(self, sample: SampleT) -> None:
-        self._last = sample
 
     @override
     def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
@@ -147,11 +143,7 @@ class Repeat(SampleFault[SampleT]):
             return sample
         old = self._stretch[self._next % len(self._stretch)]
         self._next += 1
-        if self.plan.honest:
-            return old
-        # Old values with the number and the times of a new measurement.
-        new_times = (sample.source_time_ns, sample.receive_time_ns)
-        return replace(old, source_time_ns=new_times[0], receive_time_ns=new_times[1], sequence=sample.sequence)
+        return self._instead_of(sample, old)
 
 
 class Lag(SampleFault[SampleT]):
@@ -159,13 +151,13 @@ class Lag(SampleFault[SampleT]):
 
     def __init__(self, plan: FaultPlan, rng: np.random.Generator) -> None:
         super().__init__(plan, rng)
-        self._last: SampleT | None = None
         self._under_way: deque[SampleT] = deque()
         self._since_ns: int | None = None
 
     @override
     def pass_by(self, sample: SampleT) -> None:
-        self._last, self._since_ns = sample, None
+        super().pass_by(sample)
+        self._since_ns = None
         self._under_way.clear()
 
     @override
@@ -176,11 +168,7 @@ class Lag(SampleFault[SampleT]):
         self._under_way.append(sample)
         while self._under_way and self._under_way[0].source_time_ns + late_ns <= moment.time_ns:
             self._last = replace(self._under_way.popleft(), receive_time_ns=moment.time_ns)
-        last = self._required(self._last)
-        if self.plan.honest:
-            return last
-        new_times = (sample.source_time_ns, sample.receive_time_ns)
-        return replace(last, source_time_ns=new_times[0], receive_time_ns=new_times[1], sequence=sample.sequence)
+        return self._instead_of(sample, self._required(self._last))
 
 
 class Disconnect(SampleFault[SampleT]):
@@ -194,17 +182,11 @@ class Disconnect(SampleFault[SampleT]):
 class Freeze(SampleFault[SampleT]):
     """The values stand still while number and time go on."""
 
-    _held: tuple[float, ...] | None = None
-
-    @override
-    def pass_by(self, sample: SampleT) -> None:
-        self._held = channels_of(sample)
-
     @override
     def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
-        if self._held is None:
-            self._held = channels_of(sample)
-        held = self._held
+        if self._last is None:
+            self._last = sample
+        held = channels_of(self._last)
         return self._changed(sample, lambda i, value: held[i])
 
 
