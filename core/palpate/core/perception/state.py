@@ -61,8 +61,24 @@ class StateIdentifier(Protocol):
         """
 
 
+class _Memoryless:
+    """What an identifier has to say of a memory that it does not have."""
+
+    def reset(self) -> None:
+        """There is no memory."""
+
+    def get_state(self) -> list[float]:
+        """There is no memory: an empty list."""
+        return []
+
+    def set_state(self, state: Sequence[float]) -> None:
+        """Accept only the empty memory."""
+        if len(state):
+            raise ConfigurationError("perception.identifier.state", state, "an empty list")
+
+
 @dataclass(frozen=True)
-class IdentityState:
+class IdentityState(_Memoryless):
     """The state is the last symbol: no memory.
 
     Attributes:
@@ -87,23 +103,11 @@ class IdentityState:
         """The symbols themselves."""
         return tuple(range(len(self.symbols)))
 
-    def reset(self) -> None:
-        """There is no memory."""
-
     def update(self, symbol: int, action: str | None = None) -> int:
         """The symbol itself, whatever was done."""
         if not 0 <= symbol < len(self.symbols):
             raise CommandError(f"a symbol must be from 0 to {len(self.symbols) - 1}", symbol)
         return symbol
-
-    def get_state(self) -> list[float]:
-        """There is no memory: an empty list."""
-        return []
-
-    def set_state(self, state: Sequence[float]) -> None:
-        """Accept only the empty memory."""
-        if len(state):
-            raise ConfigurationError("perception.identifier.state", state, "an empty list")
 
 
 BETWEEN = " > "
@@ -191,7 +195,7 @@ _AT_FIRST: Final = "at first"
 
 
 @dataclass(frozen=True)
-class LastAction:
+class LastAction(_Memoryless):
     """The state is the last symbol and what was done before it: an action's kind, which is the first word of its name.
 
     Attributes:
@@ -221,9 +225,6 @@ class LastAction:
         """The symbol of each state, (states,)."""
         return tuple(state % len(self.symbols) for state in range(len(self.states)))
 
-    def reset(self) -> None:
-        """There is no memory but the action that is told."""
-
     def update(self, symbol: int, action: str | None = None) -> int:
         """The symbol after an action of that kind; one of no known kind counts as none.
 
@@ -235,12 +236,3 @@ class LastAction:
         kind = "" if action is None else action.partition(" ")[0]
         done = 1 + self.kinds.index(kind) if kind in self.kinds else 0
         return done * len(self.symbols) + symbol
-
-    def get_state(self) -> list[float]:
-        """There is no memory: an empty list."""
-        return []
-
-    def set_state(self, state: Sequence[float]) -> None:
-        """Accept only the empty memory."""
-        if len(state):
-            raise ConfigurationError("perception.identifier.state", state, "an empty list")
