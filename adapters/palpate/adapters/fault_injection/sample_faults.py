@@ -101,7 +101,7 @@ class Delay(SampleFault[SampleT]):
 
     @override
     def pass_by(self, sample: SampleT) -> None:
-        super().pass_by(sample)
+        self._last = sample
         self._under_way.clear()
 
     @override
@@ -156,8 +156,7 @@ class Lag(SampleFault[SampleT]):
 
     @override
     def pass_by(self, sample: SampleT) -> None:
-        super().pass_by(sample)
-        self._since_ns = None
+        self._last, self._since_ns = sample, None
         self._under_way.clear()
 
     @override
