@@ -50,7 +50,7 @@ style: setup
 	$(BIN)/lint-imports
 
 types: setup
-	$(BIN)/mypy --num-workers 2
+	$(BIN)/mypy
 
 # What waits for real time runs by itself afterwards: beside busy workers its devices would come late.
 # Bytecode is kept, also where the environment says not to: each process that a test starts would compile all anew.
