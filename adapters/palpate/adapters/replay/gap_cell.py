@@ -178,16 +178,15 @@ def drive(trial: Driven, values: Array, ticks: int | None = None) -> tuple[Array
     return wrench - wrench[SETTLED].mean(axis=0), joints
 
 
-def tip_depth_mm(trial: Driven) -> Array:
-    """Depth of the tip by the encoders, (ticks, 1), task frame."""
+def led_tip_mm(trial: Driven) -> Array:
+    """The believed tip by the encoders, (ticks, 3), task frame."""
     kinematics, task = Kinematics(arm_named(trial.config.arm), ToolGeometry()), goal_in_base(trial.config.task.goal)
-    depths, depth = [], 0.0
-    for q_rad in trial.joints_rad:
+    places_mm = np.zeros((len(trial.joints_rad), 3))
+    for tick, q_rad in enumerate(trial.joints_rad):
         if not np.isnan(q_rad[0]):
             kinematics.update(q_rad)
-            depth = float(task.actInv(kinematics.tip_position_m)[2]) * 1e3
-        depths.append(depth)
-    return np.array(depths)[:, None]
+            places_mm[tick:] = task.actInv(kinematics.tip_position_m) * 1e3
+    return places_mm
 
 
 def late(trace: Array, ticks: float) -> Array:

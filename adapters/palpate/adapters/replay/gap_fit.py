@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import inf, sqrt
+from math import inf, nan, pi, sqrt
 from typing import Final
 
 import numpy as np
@@ -20,7 +20,7 @@ from palpate.adapters.replay.gap_cell import (
     Driven,
     drive,
     late,
-    tip_depth_mm,
+    led_tip_mm,
 )
 from palpate.core.errors import UndeterminedError
 from palpate.core.ports import CONTROL_RATE_HZ
@@ -30,80 +30,92 @@ TOUCH_TICKS: Final = 20
 _PRESSING_N: Final = 0.5
 _ALONG: Final = (2,)
 _ACROSS: Final = (0, 1)
-_FRICTIONS: Final = (0.35, 0.5, 0.7, 0.8, 0.9, 1.1, 1.25, 1.5, 1.8, 2.2)
+_STUCK_MM: Final = 0.6
+"""Led across by so much, the peg slips for the first time. How it sticks and slips after that hangs on micrometres."""
+_SMOOTH_TICKS: Final = 7
+_FRICTION_STEP: Final = 1.4
+_FRICTION_SPREAD: Final = 0.2
+_FRICTIONS: Final = 7
 _DELAYS: Final = (-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0)
 """In control ticks: between two of them, a touch that comes later looks much like a plate that is lower."""
 _ROUNDS: Final = 12
 _PASSES: Final = 2
 _DONE: Final = 1e-3
 _ROBUST: Final = 4.0
+_MEDIAN_SD: Final = 1.4826 * sqrt(pi / 2.0)
+"""Standard deviation of a median of n is this, times the median deviation, over sqrt(n)."""
 
 
 class CellFit:
-    """Gauss-Newton with damping over all trials; far residuals count less, because a stick is no slip."""
+    """Gauss-Newton with damping over all trials; far residuals count less, because a stick is no slip.
+
+    Friction is not asked of traces: a peg that slides sticks and slips, when is chaotic, and of two traces that are out
+    of step the smaller one has the smaller residual, which reads friction low.
+    """
 
     def __init__(self, trials: Sequence[Driven], gone_through: Callable[[], object]) -> None:
         self._trials, self._gone_through = trials, gone_through
-        self._traces: dict[tuple[float | None, ...], list[tuple[Array, Array]]] = {}
+        self._traces: dict[tuple[float | tuple[int, ...] | None, ...], list[tuple[Array, Array]]] = {}
+        self._touches = (FREE_TICKS + TOUCH_TICKS,) * len(trials)
+        self._sticks = tuple(_stuck_until(trial) for trial in trials)
         self.noise = self._noise()
         self.values = np.array([trials[0].config.cell.peg.friction, 1.0, 1.0,
                                 trials[0].config.cell.compliance.damping_ratio, 0.0, 0.0])  # fmt: skip
 
-    def traces(self, values: Array, ticks: int | None = None) -> list[tuple[Array, Array]]:
-        """Of each trial; simulated once for each setting of the cell."""
+    def traces(self, values: Array, ticks: tuple[int, ...] | None = None) -> list[tuple[Array, Array]]:
+        """Of each trial, to its end or so many ticks; simulated once for each setting of the cell."""
         key = (ticks, *values[:LATE].tolist())
         if key not in self._traces:
             if len(self._traces) > len(KNOBS):
                 self._traces.clear()
-            self._traces[key] = [drive(trial, values, ticks) for trial in self._trials]
+            until = ticks or (None,) * len(self._trials)
+            self._traces[key] = [drive(trial, values, end) for trial, end in zip(self._trials, until, strict=True)]
         return self._traces[key]
 
-    def residual(self, values: Array, axes: Sequence[int]) -> Array:
-        """Recorded minus simulated wrenches of all trials over the noise, along these axes, (m,)."""
+    def residuals(self, values: Array, axes: Sequence[int]) -> list[Array]:
+        """Recorded minus simulated wrenches of each trial over the noise, along these axes, (m,)."""
         # What the force along the tool says of the touch is clean before the peg wanders over the hole's edge.
-        ticks = FREE_TICKS + TOUCH_TICKS if axes == _ALONG else None
+        ticks = self._touches if axes == _ALONG else self._sticks
         rows = []
-        for trial, (wrench, _) in zip(self._trials, self.traces(values, ticks), strict=True):
-            rest = (trial.wrench[:ticks] - late(wrench, float(values[LATE])))[SETTLED.start :] / self.noise
+        for trial, end, (wrench, _) in zip(self._trials, ticks, self.traces(values, ticks), strict=True):
+            rest = (trial.wrench[:end] - late(wrench, float(values[LATE])))[SETTLED.start :] / self.noise
             rows.append(rest[~np.isnan(rest[:, 0])][:, axes].ravel())
-        return np.concatenate(rows)
+        return rows
 
     def run(self) -> Array:
         """Find the best values; returns their standard deviations.
 
-        Stiffness, damping, plate and delay are asked of the force along the tool as it touches, friction and stiffness
-        across of those across: torques say nearly the same, and shake more.
+        Stiffness, damping, plate and delay are asked of the force along the tool as it touches, stiffness across of
+        those across until the peg slips (torques say nearly the same, and shake more), friction of it as it slides.
         """
         self._begin()
         sds = self._stage((1, PLATE, LATE), _ALONG)
         self.values[2] = self.values[1]
         for _ in range(_PASSES):
-            sds = np.minimum(sds, self._stage((1, 3, PLATE, LATE), _ALONG))
+            sds[[1, 3, PLATE, LATE]] = self._stage((1, 3, PLATE, LATE), _ALONG)[[1, 3, PLATE, LATE]]
             self._best_delay()
-            self._best_friction()
-            sds = np.minimum(sds, self._stage((0, 2), _ACROSS))
+            sds[0] = self.fit_friction()
+            sds[2] = self._stage((2,), _ACROSS)[2]
         return sds
 
     def _stage(self, fitted: Sequence[int], axes: Sequence[int]) -> Array:
         knobs = np.array(fitted)
-        damping, rest = 1e-2, self.residual(self.values, axes)
+        damping, rests = 1e-2, self.residuals(self.values, axes)
         sds = np.full(len(KNOBS), inf)
         for _ in range(_ROUNDS):
-            jacobian = self._jacobian(rest, knobs, axes)
-            weight = 1.0 / (1.0 + (rest / _ROBUST) ** 2)
-            normal = (jacobian * weight[:, None]).T @ jacobian
-            slope = (jacobian * weight[:, None]).T @ rest
-            excess = float(np.average(rest**2, weights=weight))
-            sds[knobs] = np.sqrt(np.diag(np.linalg.pinv(normal)) * max(excess, 1.0))
+            jacobians = self._jacobians(rests, knobs, axes)
+            normal, slopes = normal_equations(jacobians, rests)
+            slope = slopes.sum(axis=0)
+            sds[knobs] = deviations(normal, slopes, rests)
             moved = False
             for _ in range(5):
                 tried = self.values.copy()
                 tried[knobs] -= np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-12), slope)
                 tried = np.array([np.clip(v, k.low, k.high) for v, k in zip(tried, KNOBS, strict=True)])
-                rest_there = self.residual(tried, axes)
-                if _cost(rest_there) < _cost(rest):
-                    moved = _cost(rest) - _cost(rest_there) > _DONE * _cost(rest)
-                    self.values, rest, damping = tried, rest_there, damping * 0.3
+                rests_there = self.residuals(tried, axes)
+                if _cost(rests_there) < _cost(rests):
+                    moved = _cost(rests) - _cost(rests_there) > _DONE * _cost(rests)
+                    self.values, rests, damping = tried, rests_there, damping * 0.3
                     break
                 damping *= 5.0
             self._gone_through()
@@ -117,7 +129,7 @@ class CellFit:
         for delay in np.arange(0.0, 10.0, 0.5):
             depths, forces = [], []
             for trial in self._trials:
-                depth_mm = late(tip_depth_mm(trial), float(delay))[: FREE_TICKS + TOUCH_TICKS, 0]
+                depth_mm = late(led_tip_mm(trial), float(delay))[: FREE_TICKS + TOUCH_TICKS, 2]
                 force = -trial.wrench[: FREE_TICKS + TOUCH_TICKS, 2]
                 pressing = force > _PRESSING_N
                 depths.append(depth_mm[pressing])
@@ -135,31 +147,60 @@ class CellFit:
 
     def _best_delay(self) -> None:
         found, start = self.values, self.values.copy()
-        best = _cost(self.residual(found, _ALONG))
+        best = _cost(self.residuals(found, _ALONG))
         for ticks in _DELAYS:
             self.values = start.copy()
             self.values[LATE] = max(start[LATE] + ticks, 0.0)
             self._stage((1, 3, PLATE), _ALONG)
-            if (cost := _cost(self.residual(self.values, _ALONG))) < best:
+            if (cost := _cost(self.residuals(self.values, _ALONG))) < best:
                 best, found = cost, self.values
         self.values = found
 
-    def _best_friction(self) -> None:
-        best, start = _cost(self.residual(self.values, _ACROSS)), self.values.copy()
-        for share in _FRICTIONS:
-            values = start.copy()
-            values[0] = start[0] * share
-            if (cost := _cost(self.residual(values, _ACROSS))) < best:
-                best, self.values = cost, values
-        self._gone_through()
+    def fit_friction(self) -> float:
+        """Find the friction with which pegs slide as hard as was felt, in the median; returns its deviation."""
+        felt = np.array([sliding_share(trial.wrench) for trial in self._trials])
+        if np.isnan(felt).all():
+            return inf
+        here = max(float(self.values[0]), KNOBS[0].step)
+        missing = float(np.nanmedian(felt - self._slide(here)))
+        step = _FRICTION_STEP if missing > 0.0 else 1.0 / _FRICTION_STEP
+        there = here
+        while there * step < KNOBS[0].high and there * step > KNOBS[0].step:
+            here, there = there, there * step
+            if float(np.nanmedian(felt - self._slide(there))) * missing <= 0.0:
+                break
+        middle = sqrt(here * there)
+        # One friction's traces are chance; a line through several's is not.
+        frictions = middle * np.linspace(1.0 - _FRICTION_SPREAD, 1.0 + _FRICTION_SPREAD, _FRICTIONS)
+        gaps = np.array([felt - self._slide(float(friction)) for friction in frictions])
+        gaps = gaps[:, ~np.isnan(felt)]
+        slope, level = np.polyfit(frictions, np.median(gaps, axis=1), 1)
+        if slope >= 0.0:
+            return inf
+        self.values[0] = np.clip(-level / slope, KNOBS[0].low, KNOBS[0].high)
+        off = np.abs(gaps - (level + slope * frictions)[:, None])
+        return float(_MEDIAN_SD * np.median(off) / sqrt(gaps.shape[1]) / -slope)
 
-    def _jacobian(self, rest: Array, knobs: npt.NDArray[np.int64], axes: Sequence[int]) -> Array:
+    def _slide(self, friction: float) -> Array:
+        """Share across of each trial's simulated forces, (trials,)."""
+        values = self.values.copy()
+        values[0] = friction
+        self._gone_through()
+        return np.array([
+            sliding_share(np.where(np.isnan(trial.wrench), np.nan, late(wrench, float(values[LATE]))))
+            for trial, (wrench, _) in zip(self._trials, self.traces(values), strict=True)
+        ])  # fmt: skip
+
+    def _jacobians(self, rests: Sequence[Array], knobs: npt.NDArray[np.int64], axes: Sequence[int]) -> list[Array]:
         columns = []
         for number in knobs:
             knob, beside = KNOBS[number], self.values.copy()
             beside[number] += knob.step if beside[number] + knob.step <= knob.high else -knob.step
-            columns.append((self.residual(beside, axes) - rest) / (beside[number] - self.values[number]))
-        return np.column_stack(columns)
+            step = beside[number] - self.values[number]
+            columns.append(
+                [(there - rest) / step for there, rest in zip(self.residuals(beside, axes), rests, strict=True)]
+            )
+        return [np.column_stack(each) for each in zip(*columns, strict=True)]
 
     def _noise(self) -> Array:
         """Standard deviation of each channel in free air, (6,), a slow change taken out."""
@@ -174,5 +215,50 @@ class CellFit:
         return np.maximum(np.sqrt(np.mean(rows**2, axis=0)), (1e-3,) * 3 + (1e-5,) * 3)
 
 
-def _cost(rest: Array) -> float:
-    return float(np.sum(np.log1p((rest / _ROBUST) ** 2)))
+def sliding_share(wrench: Array) -> float:
+    """Force across over force along the tool after the touch, of means over some ticks; NaN where there are too few.
+
+    Args:
+        wrench: (ticks, 6), frame of the tool.
+    """
+    rows = wrench[FREE_TICKS + TOUCH_TICKS :, :3]
+    rows = rows[~np.isnan(rows[:, 0])]
+    if len(rows) <= _SMOOTH_TICKS:
+        return nan
+    smooth = np.lib.stride_tricks.sliding_window_view(rows, _SMOOTH_TICKS, axis=0).mean(axis=2)
+    along = float(np.abs(smooth[:, 2]).sum())
+    return float(np.hypot(smooth[:, 0], smooth[:, 1]).sum()) / along if along > 0.0 else nan
+
+
+def normal_equations(jacobians: Sequence[Array], rests: Sequence[Array]) -> tuple[Array, Array]:
+    """Of the robust fit: the normal matrix, (k, k), and each trial's part of the slope, (trials, k)."""
+    weighted = [j / (1.0 + (rest[:, None] / _ROBUST) ** 2) for j, rest in zip(jacobians, rests, strict=True)]
+    normal = sum((w.T @ j for w, j in zip(weighted, jacobians, strict=True)), np.zeros((jacobians[0].shape[1],) * 2))
+    return normal, np.array([w.T @ rest for w, rest in zip(weighted, rests, strict=True)])
+
+
+def deviations(normal: Array, slopes: Array, rests: Sequence[Array]) -> Array:
+    """Standard deviations of what was fitted, (k,): errors within a trial hang together, so trials are what counts.
+
+    With few trials theirs say little; what residuals say, as if each were one by itself, is the least.
+    """
+    inverse = np.linalg.pinv(normal)
+    rest = np.concatenate(rests)
+    excess = float(np.average(rest**2, weights=1.0 / (1.0 + (rest / _ROBUST) ** 2)))
+    least: Array = np.sqrt(np.diag(inverse) * max(excess, 1.0))
+    trials = len(slopes)
+    if trials < 2:
+        return least
+    clustered = inverse @ (slopes.T @ slopes) @ inverse * (trials / (trials - 1.0))
+    return np.maximum(least, np.sqrt(np.diag(clustered)))
+
+
+def _stuck_until(trial: Driven) -> int:
+    """Ticks until the peg is led so far across that it slips."""
+    tip_mm = led_tip_mm(trial)
+    far = np.hypot(*(tip_mm[FREE_TICKS:, :2] - tip_mm[FREE_TICKS, :2]).T) > _STUCK_MM
+    return FREE_TICKS + (int(np.argmax(far)) if far.any() else len(far))
+
+
+def _cost(rests: Sequence[Array]) -> float:
+    return float(sum(np.sum(np.log1p((rest / _ROBUST) ** 2)) for rest in rests))

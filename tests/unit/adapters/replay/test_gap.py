@@ -48,7 +48,7 @@ def test_the_cell_gives_a_recorded_trial_again_when_it_is_as_the_rig_was(logs: l
 def test_stiffness_friction_and_latency_are_found(logs: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gap_cell, "_MOST_TICKS", 100)
     monkeypatch.setattr(gap_fit, "_PASSES", 1)
-    monkeypatch.setattr(gap_fit, "_FRICTIONS", (0.7, 1.7))
+    monkeypatch.setattr(gap_fit, "_FRICTIONS", 3)
     monkeypatch.setattr(gap_fit, "_DELAYS", (0.5,))
     found = gap_of(logs, lambda: None)
     friction, axial, across, _, plate_mm, _ = found.values
@@ -58,6 +58,29 @@ def test_stiffness_friction_and_latency_are_found(logs: list[Path], monkeypatch:
     assert found.noise_N == pytest.approx(0.1, rel=0.15)
     cell = overlay(CONFIG, found.settings).cell
     assert (cell.peg.friction, cell.compliance.axial_N_per_mm) == pytest.approx((friction, 5.0 * axial), rel=1e-3)
+
+
+def test_friction_is_found_where_traces_are_out_of_step(logs: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Over a hole that is some micrometres from where it is believed pegs stick and slip at other times."""
+    monkeypatch.setattr(gap_fit, "_FRICTIONS", 3)
+    trial = gap_cell.driven_from(logs[0])
+    fit = gap_fit.CellFit([replace(trial, hole_m=(x * 1e-5, 0.0)) for x in (-4, -2, 2, 4)], lambda: None)
+    fit.values = np.array([0.2, *TRUE[1:]])
+    sd = fit.fit_friction()
+    assert fit.values[0] == pytest.approx(0.35, rel=0.1)
+    assert abs(fit.values[0] - 0.35) < 2.0 * sd < 0.1
+
+
+def test_deviations_hold_where_the_errors_of_a_trial_hang_together() -> None:
+    rng = np.random.default_rng(5)
+    slopes, found, told = rng.uniform(0.5, 1.5, 20), [], []
+    for _ in range(200):
+        jacobians = [np.full((50, 1), slope) for slope in slopes]
+        rests = [rng.normal(0.0, 1.0, 50) + rng.normal(0.0, 1.0) for _ in slopes]
+        normal, parts = gap_fit.normal_equations(jacobians, rests)
+        found.append(float(parts.sum() / normal[0, 0]))
+        told.append(float(gap_fit.deviations(normal, parts, rests)[0]))
+    assert np.mean(told) == pytest.approx(np.std(found), rel=0.2)
 
 
 @given(st.floats(0.0, 9.0))
