@@ -30,8 +30,8 @@ TOUCH_TICKS: Final = 20
 _PRESSING_N: Final = 0.5
 _ALONG: Final = (2,)
 _ACROSS: Final = (0, 1)
-_STUCK_MM: Final = 0.6
-"""Led across by so much, the peg slips for the first time. How it sticks and slips after that hangs on micrometres."""
+_STUCK_MM: Final = 0.3
+"""Led across by so much, a peg still sticks. When it slips and sticks again hangs on micrometres."""
 _SMOOTH_TICKS: Final = 7
 _FRICTION_STEP: Final = 1.4
 _FRICTION_SPREAD: Final = 0.2
@@ -254,7 +254,7 @@ def deviations(normal: Array, slopes: Array, rests: Sequence[Array]) -> Array:
 
 
 def _stuck_until(trial: Driven) -> int:
-    """Ticks until the peg is led so far across that it slips."""
+    """Ticks until the peg is led so far across that it may slip."""
     tip_mm = led_tip_mm(trial)
     far = np.hypot(*(tip_mm[FREE_TICKS:, :2] - tip_mm[FREE_TICKS, :2]).T) > _STUCK_MM
     return FREE_TICKS + (int(np.argmax(far)) if far.any() else len(far))
