@@ -77,6 +77,8 @@ class AgeWatch:
         if self._ended:
             raise LifecycleError(self._name, "closed", "feed()", "make a new one")
         self._watching = True
+        # The thread may get no processor before it is too late.
+        self._account.look(self._fed_by)
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
             self._thread.start()
