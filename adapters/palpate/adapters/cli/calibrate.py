@@ -31,7 +31,7 @@ from palpate.core.trial import find_ready_pose
 
 STEPS: Final = {
     "rest": "measure the force sensor at rest; nothing moves, nothing may touch the tool",
-    "weigh": "lift the tool above the plate and tilt it by 25 degrees to all sides; make room, no cable may pull",
+    "weigh": "lift the tool above the plate and tilt it by up to 25 degrees to all sides; make room, no cable may pull",
     "touch": "press the peg on the plate with up to 7 N at four places 5 mm beside the believed hole",
     "hole": "insert the peg three times; the torque leads it into the hole",
 }

@@ -85,9 +85,11 @@ class ArmDescription(Settings):
         """Where the URDF is.
 
         Raises:
-            AssetError: It is a file of a package that is not installed.
+            AssetError: It is a file of a package that is not installed, or of one whose place is not known.
         """
         if not self.urdf.startswith(_ROBOT_DATA):
+            if self.urdf.startswith("package://"):
+                raise AssetError("arm", self.urdf, f"a path, or {_ROBOT_DATA}...; other packages are not looked for")
             return Path(self.urdf)
         # The PyPI package ships files under the environment's cmeel prefix, and no Python module to ask for them.
         relative = Path("cmeel.prefix/share/example-robot-data/robots") / self.urdf.removeprefix(_ROBOT_DATA)

@@ -61,6 +61,12 @@ def test_a_missing_robot_data_package_is_named(monkeypatch: pytest.MonkeyPatch, 
     assert "\n" not in str(caught.value)
 
 
+def test_a_package_that_no_urdf_is_found_in_is_named_as_it_was_written() -> None:
+    arm = replace(arm_named("ur5"), urdf="package://no-such/x.urdf")
+    with pytest.raises(AssetError, match=r"'package://no-such/x\.urdf' is refused: a path, or"):
+        arm.find_urdf()
+
+
 def test_the_robot_data_package_is_found_wherever_the_path_leads(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import replace
 from math import cos, radians, sin
 from typing import Final, NamedTuple
@@ -36,7 +36,8 @@ from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry, arm
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Clock, ForceSensor, Rig, Validity
 from palpate.core.trial import Outcome, ReadyPose, find_ready_pose, goal_in_base
 
-_TILT_DEG: Final = 25.0
+_TILTS_DEG: Final = (25.0, 20.0, 15.0)
+"""The steeper, the better known; near its limits an arm tilts its tool to few sides that far."""
 _HEADINGS_DEG: Final = (0.0, 60.0, 120.0, 180.0, 240.0, 300.0)
 _LEAST_TILTED: Final = 3
 _NEAR_RAD: Final = 1.5
@@ -205,23 +206,25 @@ class Commissioning:
         tip = self.arm.place(above_rad)
         lever = np.array([0.0, 0.0, _MIDDLE * (ToolGeometry().tip_from_sensor_m + ToolGeometry().sensor_from_flange_m)])
         middle = tip.act(-lever)
-        inverse, poses = InverseKinematics(Kinematics(self._description, ToolGeometry()), PERIOD_S), []
-        for heading in _HEADINGS_DEG:
-            axis = np.array([cos(radians(heading)), sin(radians(heading)), 0.0])
-            rotation = tip.rotation @ pin.exp3(radians(_TILT_DEG) * axis)
-            target = pin.SE3(rotation, middle + rotation @ lever)
-            try:
-                q = inverse.solve(target, free_yaw=False, seed_rad=above_rad, field="task.goal")
-            except UnreachableError:
-                continue
-            if float(np.abs(q - above_rad).max()) < _NEAR_RAD:
-                poses.append(q)
-        if len(poses) < _LEAST_TILTED:
-            problem = (
-                f"the arm can tilt its tool by {_TILT_DEG:g} degrees in {len(poses)} of {len(_HEADINGS_DEG)} directions"
-            )
-            raise UndeterminedError("weight", problem, "a place further from the arm's limits (--task.goal)")
-        return poses
+        inverse = InverseKinematics(Kinematics(self._description, ToolGeometry()), PERIOD_S)
+
+        def poses_at(tilt_deg: float) -> list[Array]:
+            poses = []
+            for heading in _HEADINGS_DEG:
+                axis = np.array([cos(radians(heading)), sin(radians(heading)), 0.0])
+                rotation = tip.rotation @ pin.exp3(radians(tilt_deg) * axis)
+                target = pin.SE3(rotation, middle + rotation @ lever)
+                with suppress(UnreachableError):
+                    poses.append(inverse.solve(target, free_yaw=False, seed_rad=above_rad, field="task.goal"))
+            return [q for q in poses if float(np.abs(q - above_rad).max()) < _NEAR_RAD]
+
+        for tilt_deg in _TILTS_DEG:
+            if len(poses := poses_at(tilt_deg)) >= _LEAST_TILTED:
+                return poses
+        problem = (
+            f"the arm can tilt its tool by {tilt_deg:g} degrees in {len(poses)} of {len(_HEADINGS_DEG)} directions"
+        )
+        raise UndeterminedError("weight", problem, "a place further from the arm's limits (--task.goal)")
 
     def _press_at(self, x_m: float, y_m: float, height_m: float) -> Pressed:
         """Touch the plate at a place of the task frame, coming from a depth there; press, and go back up."""

@@ -73,6 +73,15 @@ def test_where_to_tilt_is_found_before_the_arm_waits_for_commands(monkeypatch: p
     assert set(lives) == {Life.CONFIGURED}
 
 
+def test_an_arm_that_reaches_few_steep_tilts_is_tilted_less() -> None:
+    config = replace(CONFIG, arm="panda")
+    with SimulatedRig(config, find_ready_pose("panda", config.task)) as rig:
+        rig.prepare(0)
+        load, down, _, _ = Commissioning(rig, config).weigh()
+    assert load.weight_N.value == pytest.approx(9.81 * 0.35, rel=0.02)
+    assert np.degrees(np.arccos(down[1:-1, 2])) == pytest.approx(np.full(6, 20.0), abs=0.2)
+
+
 def test_a_plate_that_is_not_where_it_is_believed_to_be_is_not_searched_for_long() -> None:
     config = overlay(CONFIG, {"task": {"goal": {"z_mm": 45.0}}})
     with SimulatedRig(CONFIG, READY) as rig:
