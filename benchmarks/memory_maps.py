@@ -55,6 +55,7 @@ LEARNERS: dict[str, tuple[str, GridLearning, int]] = {
     "offset-100": ("symbols", replace(Q_FROM_0, learner="offset"), 100),
     "offset-500": ("symbols", replace(Q_FROM_0, learner="offset"), 500),
     "clones-500": ("symbols", replace(Q_FROM_0, learner="clones"), 500),
+    "automaton-500": ("symbols", replace(Q_FROM_0, learner="automaton"), 500),
 }
 """States, settings and trials of each."""
 

@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import MemoryParameters, QParameters, SarsaParameters, TemperatureSchedule
-from palpate.core.policy.memory import CLONES, LONGEST, OFFSET, PAIRS
+from palpate.core.policy.memory import AUTOMATON, CLONES, LONGEST, OFFSET, PAIRS
 from palpate.core.ports import (
     Discount,
     HalvingVisits,
@@ -31,7 +31,7 @@ RATES: Final = {"q": (0.5, 20.0, 0.05), "sarsa": (0.1, 0.0, 0.0)}
 Chosen on seeds 0 to 3 of networks and 1000 to 1003 of learning.
 """
 
-LEARNERS: Final = (*RATES, OFFSET, CLONES, PAIRS)
+LEARNERS: Final = (*RATES, OFFSET, CLONES, AUTOMATON, PAIRS)
 BACK_OFF: Final = {"q": 20.0, "sarsa": 0.0}
 """Of each learner the visits after which a state counts as much as its symbol.
 
@@ -46,7 +46,8 @@ class GridLearning(Settings):
     learner: Annotated[str, OneOf(*LEARNERS)] = "q"
     """q: Q-learning; sarsa: Sarsa(lambda) with replacing traces; offset: a model of the offset from the goal, a belief
     over it and a plan, from symbols and the actions' displacements; clones: the same with hidden copies of the symbols,
-    from symbols and actions alone; pairs: values after the last four symbols and the actions between them."""
+    from symbols and actions alone; automaton: the same with the states of automata with actions; pairs: values after
+    the last four symbols and the actions between them."""
     alpha: LearningRate | None = None
     """Learning rate of the first visit. Without it: q 0.5, halved by 20 visits, down to 0.05; sarsa 0.1 throughout."""
     alpha_visits: HalvingVisits = 0.0

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 
 from palpate.adapters.experiments.tables import aligned
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.belief import Floats
-from palpate.core.policy.memory import CloneModel, MemoryDocument, OffsetModel, PairsLearner, StateBelief
+from palpate.core.policy.memory import (
+    AutomatonModel,
+    CloneModel,
+    MemoryDocument,
+    OffsetModel,
+    PairsLearner,
+    StateBelief,
+)
 
 _SURE = 0.9
 
@@ -39,13 +45,11 @@ def render_memory(document: MemoryDocument, after: str = "") -> str:
         lines.append(_laid_out(best, [_told(document.symbols, row) for row in best.emissions]))
         lines.append(f"\nbelief {f'after {after}' if after else 'before a trial'}, in hundredths\n")
         lines.append(_laid_out(best, [f"{100 * share:.0f}" if share >= 0.005 else "-" for share in belief]))
-    elif isinstance(best, CloneModel):
-        counts = Counter(document.symbols[symbol] for symbol in best.clones)
-        shares = Counter(dict.fromkeys(document.symbols, 0.0))
-        for symbol, share in zip(best.clones, belief, strict=True):
-            shares[document.symbols[symbol]] += share
-        rows = [("symbol", "hidden states", "belief")]
-        rows += [(name, str(counts[name]), f"{shares[name]:.2f}") for name in document.symbols]
+    elif isinstance(best, CloneModel | AutomatonModel):
+        world, rows = best.pomdp(), [("symbol", "hidden states", "belief")]
+        for number, name in enumerate(document.symbols):
+            mine = world.emission(number)
+            rows.append((name, f"{mine.sum():.0f}", f"{mine @ belief:.2f}"))
         lines.append("\n" + aligned(rows, left=1))
     return "".join(lines)
 

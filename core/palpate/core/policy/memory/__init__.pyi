@@ -1,3 +1,5 @@
+from .automaton_model import AutomatonModel as AutomatonModel
+from .belief import HiddenWorld as HiddenWorld
 from .belief import StateBelief as StateBelief
 from .clone_model import CloneModel as CloneModel
 from .document import MEMORY_SCHEMA as MEMORY_SCHEMA
@@ -5,6 +7,7 @@ from .document import AnyLearner as AnyLearner
 from .document import MemoryDocument as MemoryDocument
 from .document import is_memory_file as is_memory_file
 from .finite_pomdp import FinitePomdp as FinitePomdp
+from .learner import AUTOMATON as AUTOMATON
 from .learner import CLONES as CLONES
 from .learner import OFFSET as OFFSET
 from .learner import PATIENCE as PATIENCE

@@ -18,6 +18,7 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.policy.belief import Floats
 from palpate.core.policy.memory.finite_pomdp import FinitePomdp, require_room, rounded
 from palpate.core.policy.memory.hidden_markov import expect, forward
+from palpate.core.policy.memory.point_based import PointBasedPlan, perseus
 from palpate.core.policy.memory.recorded import Batch, Numbers, RecordedTrial
 
 HIDDEN: Final = 140
@@ -53,6 +54,10 @@ class CloneModel:
         if list(self.clones) != sorted(self.clones) or not all(0 <= clone < self.symbols for clone in self.clones):
             accepted = f"numbers from 0 to {self.symbols - 1} in rising order"
             raise ConfigurationError("model.clones", self.clones, accepted)
+
+    def plan(self) -> PointBasedPlan:
+        """By points; of the same seed, so it follows from the model."""
+        return perseus(self.pomdp(), np.random.default_rng(0))
 
     def pomdp(self) -> FinitePomdp:
         """The same as a world with hidden states."""
@@ -120,19 +125,31 @@ def clones_of(trials: Sequence[RecordedTrial], symbols: int, total: int) -> tupl
     return tuple(symbol for symbol, share in enumerate(shares) for _ in range(share))
 
 
-def fit_clones(trials: Sequence[RecordedTrial], symbols: int, actions: int, *, seed: int = 0) -> tuple[CloneModel, ...]:
+def fit_clones(
+    trials: Sequence[RecordedTrial],
+    symbols: int,
+    actions: int,
+    *,
+    seed: int = 0,
+    clones: tuple[int, ...] | None = None,
+    guesses: int = _GUESSES,
+    kept: int = KEPT,
+) -> tuple[CloneModel, ...]:
     """Fit models from scratch; the best of them by their loss on held-out trials come first.
 
     Args:
         trials: What was read and done, at least ten trials; one of five is held out.
+        clones: Symbol of each hidden state, in rising order; None for as many as a symbol is frequent.
+        guesses: Random beginnings.
+        kept: Models that are kept.
     """
     rng = np.random.default_rng(seed)
-    kept, held = Batch.of([trial for number, trial in enumerate(trials) if number % 5 != 4]), trials[4::5]
-    clones = clones_of(trials, symbols, HIDDEN)
-    guesses = [CloneModel.blank(clones, symbols, actions, rng).fitted(kept, _FIRST) for _ in range(_GUESSES)]
-    better = [guess.fitted(kept, _FURTHER) for guess in _best(guesses, held, KEPT)]
+    most, held = Batch.of([trial for number, trial in enumerate(trials) if number % 5 != 4]), trials[4::5]
+    clones = clones or clones_of(trials, symbols, HIDDEN)
+    begun = [CloneModel.blank(clones, symbols, actions, rng).fitted(most, _FIRST) for _ in range(guesses)]
+    better = [guess.fitted(most, _FURTHER) for guess in _best(begun, held, kept)]
     whole = Batch.of(trials)
-    return tuple(model.fitted(whole, _LAST).rounded() for model in _best(better, held, KEPT))
+    return tuple(model.fitted(whole, _LAST).rounded() for model in _best(better, held, kept))
 
 
 def _best(models: Sequence[CloneModel], held: Sequence[RecordedTrial], count: int) -> list[CloneModel]:

@@ -17,8 +17,9 @@ import numpy as np
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import Action
 from palpate.core.policy.belief import Floats
+from palpate.core.policy.memory.automaton_model import AutomatonModel
 from palpate.core.policy.memory.clone_model import CloneModel
-from palpate.core.policy.memory.learner import CLONES, OFFSET, MemoryLearner, MemoryParameters, WorldModel
+from palpate.core.policy.memory.learner import AUTOMATON, CLONES, OFFSET, MemoryLearner, MemoryParameters, WorldModel
 from palpate.core.policy.memory.offset_model import OffsetModel, lattice_steps
 from palpate.core.policy.memory.pairs import PAIRS, PairsLearner
 from palpate.core.ports import OneOf, Settings, fitted, load_json, parse_json, require_keys, require_names, write_whole
@@ -29,6 +30,7 @@ _MM: Final = 1e-3
 _TABLES: Final = {
     OFFSET: ("offsets", "start", "blocked", "emissions"),
     CLONES: ("clones", "start", "transitions", "goal"),
+    AUTOMATON: ("symbol_of", "start", "targets", "shares", "jumps"),
 }
 
 AnyLearner: TypeAlias = MemoryLearner | PairsLearner
@@ -42,7 +44,7 @@ class MemoryDocument(Settings):
 
     schema: Annotated[str, OneOf(MEMORY_SCHEMA)] = MEMORY_SCHEMA
     """Id of the file format."""
-    kind: Annotated[str, OneOf(OFFSET, CLONES, PAIRS)]
+    kind: Annotated[str, OneOf(*_TABLES, PAIRS)]
     """Kind of learner."""
     created_with: Mapping[str, Any]
     """Versions of what made it; for readers."""
@@ -129,11 +131,19 @@ class MemoryDocument(Settings):
         for number, raw in enumerate(self.models):
             where = f"models[{number}]"
             require_keys(where, raw, _TABLES[self.kind])
-            if self.kind == OFFSET:
-                models.append(self._offsets(where, raw))
-            else:
-                models.append(self._clones(where, raw))
+            read = {OFFSET: self._offsets, CLONES: self._clones, AUTOMATON: self._automaton}[self.kind]
+            models.append(read(where, raw))
         return tuple(models)
+
+    def _automaton(self, where: str, raw: Mapping[str, Any]) -> WorldModel:
+        symbol_of, start, targets, shares, jumps = (
+            _array(f"{where}.{name}", raw[name], size)
+            for name, size in zip(_TABLES[AUTOMATON], (1, 1, 3, 3, 2), strict=True)
+        )
+        for name, values in (("symbol_of", symbol_of), ("targets", targets)):
+            if (values % 1.0).any():
+                raise ConfigurationError(f"{where}.{name}", float(values[values % 1.0 != 0.0][0]), "whole numbers")
+        return AutomatonModel(symbol_of.astype(np.intp), start, targets.astype(np.intp), shares, jumps)
 
     def _offsets(self, where: str, raw: Mapping[str, Any]) -> WorldModel:
         offsets = fitted(f"{where}.offsets", raw["offsets"], tuple[tuple[int, int], ...])

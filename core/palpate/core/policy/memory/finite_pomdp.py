@@ -94,3 +94,13 @@ class FinitePomdp:
     def symbols(self) -> int:
         """Number of symbols."""
         return int(self.emissions.shape[1])
+
+    def moved(self, probabilities: Floats, action: int) -> Floats:
+        """Probability of each state after an action that did not lead to the goal, (states,)."""
+        after: Floats = np.einsum("s,st->t", probabilities, self.transitions[action])
+        return after
+
+    def emission(self, symbol: int) -> Floats:
+        """Probability of a symbol in each state, (states,)."""
+        column: Floats = self.emissions[:, symbol]
+        return column

@@ -21,25 +21,31 @@ from palpate.core.policy.base import (
     drawing_from,
 )
 from palpate.core.policy.belief import Floats
-from palpate.core.policy.memory.belief import StateBelief
+from palpate.core.policy.memory.automaton_model import fit_automata, units_of_each
+from palpate.core.policy.memory.belief import HiddenWorld, StateBelief
 from palpate.core.policy.memory.clone_model import fit_clones
-from palpate.core.policy.memory.finite_pomdp import FinitePomdp, require_room
+from palpate.core.policy.memory.finite_pomdp import require_room
 from palpate.core.policy.memory.offset_model import fit_offsets, lattice_steps
-from palpate.core.policy.memory.point_based import Plan, perseus
+from palpate.core.policy.memory.point_based import Plan
 from palpate.core.policy.memory.recorded import RecordedTrial
 from palpate.core.policy.model_learner import ModelLearner
 from palpate.core.ports import OneOf, Range, Settings, require_keys
 
 OFFSET: Final = "offset"
 CLONES: Final = "clones"
-REFITS: Final = {OFFSET: (30, 60, 100, 150, 220, 300, 400, 500), CLONES: (100, 250, 500)}
+AUTOMATON: Final = "automaton"
+REFITS: Final = {
+    OFFSET: (30, 60, 100, 150, 220, 300, 400, 500),
+    CLONES: (100, 250, 500),
+    AUTOMATON: (100, 250, 500),
+}
 """Of each kind of model the numbers of trials after which it is fitted anew; then after every half more. Until the
 first of them actions are random."""
 
 PATIENCE: Final = 20
 """After so many actions in a trial the belief is doubted: a growing share is random, at four times as many all."""
 
-_WEARY: Final = {OFFSET: 0.0, CLONES: 0.5}
+_WEARY: Final = {OFFSET: 0.0, CLONES: 0.5, AUTOMATON: 0.5}
 """Steps that an action is held to cost more for each time that it was taken before in this trial after the same two
 readings: models that nothing ties to a plane lead round in circles where they are wrong."""
 
@@ -47,8 +53,11 @@ readings: models that nothing ties to a plane lead round in circles where they a
 class WorldModel(Protocol):
     """A fitted model, of whatever kind."""
 
-    def pomdp(self) -> FinitePomdp:
+    def pomdp(self) -> HiddenWorld:
         """The same as a world with hidden states."""
+
+    def plan(self) -> Plan:
+        """How to reach the goal in it; it follows from the model."""
 
     def log_loss(self, trials: Sequence[RecordedTrial]) -> float:
         """Nats a reading that these trials cost under it."""
@@ -62,7 +71,7 @@ class MemoryParameters(Settings):
 
     kind: Annotated[str, OneOf(*REFITS)] = OFFSET
     """offset: hidden states are offsets from the goal, and the displacement of each action is known; clones: each
-    belongs to one symbol, and no more is known."""
+    belongs to one symbol, and no more is known; automaton: they are states of automata, of recurrent networks."""
     reach: Annotated[int, Range(1, 200)] = 10
     """Of the kind offset: the largest offset along x or y that is thought of, in steps."""
     exploration: Annotated[float, Range(0.0, 1.0)] = 0.1
@@ -91,7 +100,8 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
         frozen: Learn nothing more, and leave nothing to chance within the first :data:`PATIENCE` actions of a trial.
 
     Raises:
-        ConfigurationError: Names repeat, actions that are on no lattice, or a model that would be too large.
+        ConfigurationError: Names repeat, actions that are on no lattice, a model that would be too large, or for an
+            automaton one symbol alone.
     """
 
     def __init__(
@@ -103,6 +113,8 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
         if parameters.kind == OFFSET:
             self._steps = lattice_steps(actions)
             require_room("reach", (2 * parameters.reach + 1) ** 2 - 1, len(actions))
+        if parameters.kind == AUTOMATON:
+            units_of_each(len(symbols))
         self._fitted = 0
         self._plans: tuple[Plan, ...] = ()
         self.models: tuple[WorldModel, ...] = ()
@@ -131,8 +143,7 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
         self._trials, self._fitted_to, self._trials_learned = list(trials), list(trials), len(trials)
         self._fitted = fitted_after(self.parameters.kind, len(trials))
         self.models = tuple(models)
-        # Of the same seed, so a plan follows from its model.
-        self._plans = tuple(perseus(model.pomdp(), np.random.default_rng(0)) for model in self.models)
+        self._plans = tuple(model.plan() for model in self.models)
 
     @override
     def _fit(self) -> None:
@@ -145,6 +156,8 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
     def _models_of(self, trials: Sequence[RecordedTrial], seed: int) -> tuple[WorldModel, ...]:
         if self.parameters.kind == CLONES:
             return fit_clones(trials, len(self.states), len(self.actions), seed=seed)
+        if self.parameters.kind == AUTOMATON:
+            return fit_automata(trials, len(self.states), len(self.actions), seed=seed)
         return (fit_offsets(trials, self._steps, self.parameters.reach, len(self.states), seed=seed),)
 
     @override

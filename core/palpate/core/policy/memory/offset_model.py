@@ -19,6 +19,7 @@ from palpate.core.policy.base import Action
 from palpate.core.policy.belief import Floats, exponential
 from palpate.core.policy.memory.finite_pomdp import FinitePomdp, require_room, rounded
 from palpate.core.policy.memory.hidden_markov import expect, forward, sums_by
+from palpate.core.policy.memory.point_based import PointBasedPlan, perseus
 from palpate.core.policy.memory.recorded import Batch, Numbers, RecordedTrial
 
 Offset = tuple[int, int]
@@ -90,6 +91,10 @@ class OffsetModel:
         place = {offset: number for number, offset in enumerate(self.offsets)} | {(0, 0): count}
         rows = [[place.get((u + du, v + dv), count + 1) for u, v in self.offsets] for du, dv in self.steps]
         return np.array(rows, dtype=np.intp)
+
+    def plan(self) -> PointBasedPlan:
+        """By points; of the same seed, so it follows from the model."""
+        return perseus(self.pomdp(), np.random.default_rng(0))
 
     def pomdp(self) -> FinitePomdp:
         """The same as a world with hidden states.

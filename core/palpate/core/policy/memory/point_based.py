@@ -9,11 +9,12 @@ matrix product has the same bits whatever the order in which a processor takes i
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol, Self
 
 import numpy as np
 
 from palpate.core.policy.belief import Floats
+from palpate.core.policy.memory.belief import HiddenWorld
 from palpate.core.policy.memory.finite_pomdp import FinitePomdp
 from palpate.core.policy.memory.recorded import Numbers
 
@@ -47,8 +48,57 @@ def qmdp(model: FinitePomdp, discount: float = DISCOUNT) -> Floats:
     return costs
 
 
+class Plan(Protocol):
+    """What a learner acts by."""
+
+    @property
+    def model(self) -> HiddenWorld:
+        """What it is a plan of."""
+
+    def costs(self, probabilities: Floats) -> Floats:
+        """Discounted steps to the goal if an action is taken now and all goes as planned after it, (actions,).
+
+        Args:
+            probabilities: Of the hidden states, (states,).
+        """
+
+
 @dataclass(frozen=True, eq=False)
-class Plan:
+class StatePlan:
+    """By what each action costs in each state, which is all where one state follows from what is read.
+
+    Attributes:
+        table: Discounted steps to the goal, (states, actions).
+    """
+
+    model: HiddenWorld
+    table: Floats
+
+    @classmethod
+    def of(cls, model: HiddenWorld, targets: Numbers, shares: Floats, discount: float = DISCOUNT) -> Self:
+        """By value iteration.
+
+        Args:
+            targets: State after each state, action and symbol, (states, actions, symbols); -1, where none is known,
+                costs as much as never to arrive.
+            shares: Probability of each of them.
+        """
+        values = np.zeros(len(targets) + 1)
+        values[-1] = 1.0 / (1.0 - discount)
+        costs = np.zeros(targets.shape[:2])
+        for _ in range(_SWEEPS):
+            costs = 1.0 + discount * np.einsum("sao,sao->sa", shares, values[targets])
+            values[:-1] = costs.min(axis=1)
+        return cls(model, costs)
+
+    def costs(self, probabilities: Floats) -> Floats:
+        """Of a plan: the mean over the states."""
+        costs: Floats = np.einsum("s,sa->a", probabilities, self.table)
+        return costs
+
+
+@dataclass(frozen=True, eq=False)
+class PointBasedPlan:
     """Vectors over a model.
 
     Attributes:
@@ -60,11 +110,7 @@ class Plan:
     discount: float = DISCOUNT
 
     def costs(self, probabilities: Floats) -> Floats:
-        """Discounted steps to the goal if an action is taken now and all goes as planned after it, (actions,).
-
-        Args:
-            probabilities: Of the hidden states, (states,).
-        """
+        """Of a plan: by one step, and the best of the vectors for each symbol that may be read after it."""
         moved = np.einsum("s,ast->at", probabilities, self.model.transitions)
         joint = _on_grid(moved[:, None, :] * self.model.emissions.T, _SHARE)
         promised = joint.reshape(-1, self.model.states) @ _on_grid(self.vectors, _COST).T
@@ -73,7 +119,7 @@ class Plan:
         return costs
 
 
-def perseus(model: FinitePomdp, rng: np.random.Generator, discount: float = DISCOUNT) -> Plan:
+def perseus(model: FinitePomdp, rng: np.random.Generator, discount: float = DISCOUNT) -> PointBasedPlan:
     """A plan by point-based value iteration.
 
     Args:
@@ -106,7 +152,7 @@ def perseus(model: FinitePomdp, rng: np.random.Generator, discount: float = DISC
         vectors, values = np.array(chosen), reached
         if gained < _GAIN:
             break
-    return Plan(model, vectors / _COST, discount)
+    return PointBasedPlan(model, vectors / _COST, discount)
 
 
 def _backed_up(model: FinitePomdp, beliefs: Floats, vectors: Floats, discount: float) -> Floats:

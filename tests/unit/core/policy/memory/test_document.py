@@ -14,7 +14,7 @@ from palpate.core.policy.memory import MemoryDocument
 from palpate.core.policy.memory.clone_model import CloneModel, clones_of
 from palpate.core.policy.memory.recorded import Batch
 from palpate.simulation.grid import grid_actions, run_trial, walked_steps
-from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_trials, true_offsets
+from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_trials, small_automaton, true_offsets
 
 WORLD = {"grid": list(AMBIGUOUS.rows)}
 TRIALS = random_trials(AMBIGUOUS, 40)
@@ -28,11 +28,13 @@ def learner_of(kind: str):
         return pairs
     learner = MemoryLearner(AMBIGUOUS.symbols, grid_actions(), MemoryParameters(kind=kind))
     if kind == "offset":
-        model = true_offsets(AMBIGUOUS)
+        model = true_offsets(AMBIGUOUS).rounded()
+    elif kind == "automaton":
+        model = small_automaton()
     else:
         clones = clones_of(TRIALS, 3, 20)
-        model = CloneModel.blank(clones, 3, 8, np.random.default_rng(0)).fitted(Batch.of(TRIALS), 3)
-    learner.use([model.rounded()], TRIALS)
+        model = CloneModel.blank(clones, 3, 8, np.random.default_rng(0)).fitted(Batch.of(TRIALS), 3).rounded()
+    learner.use([model], TRIALS)
     return learner
 
 
@@ -40,7 +42,7 @@ def document_of(kind: str) -> MemoryDocument:
     return MemoryDocument.of(learner_of(kind), created_with={}, world=WORLD)
 
 
-@pytest.mark.parametrize("kind", ["offset", "clones", "pairs"])
+@pytest.mark.parametrize("kind", ["offset", "clones", "automaton", "pairs"])
 def test_what_was_learned_comes_back_and_acts_alike(kind: str) -> None:
     document = document_of(kind)
     again = MemoryDocument.from_json_text(document.to_json_text())
@@ -77,6 +79,27 @@ def test_a_file_that_contradicts_itself_is_refused_in_a_line(path, value, says: 
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.parametrize(
+    ("path", "value", "says"),
+    [
+        (("targets", 0, 0, 0), 4, "numbers from -1 to 3"),
+        (("targets", 0, 0, 0), 0.5, "whole numbers"),
+        (("symbol_of", 0), 3, "numbers from -1 to 2"),
+        (("shares", 0, 0, 0), -0.5, "probabilities"),
+        (("jumps",), [[1.0]], r"shape \(1, 1\)|shape \(4, 1, 3\)"),
+    ],
+)
+def test_an_automaton_that_contradicts_itself_is_refused_in_a_line(path, value, says: str) -> None:
+    content = json.loads(document_of("automaton").to_json_text())
+    part = content["models"][0]
+    for key in path[:-1]:
+        part = part[key]
+    part[path[-1]] = value
+    with pytest.raises(ConfigurationError, match=says) as refused:
+        MemoryDocument.from_json_text(json.dumps(content))
+    assert "\n" not in str(refused.value)
+
+
 def test_text_and_picture_show_what_is_read_where_and_the_belief() -> None:
     document = document_of("offset")
     text = render_memory(document, "A +x B")
@@ -93,4 +116,10 @@ def test_text_and_picture_show_what_is_read_where_and_the_belief() -> None:
     with pytest.raises(ConfigurationError, match="no other is laid out"):
         memory_picture(document_of("clones"), belief, "", "png")
     assert "symbol  hidden states  belief" in render_memory(document_of("clones"))
+    told = render_memory(document_of("automaton"), "A +x B")
+    assert told.splitlines()[-3:] == [
+        "A                   1    0.00",
+        "B                   1    1.00",
+        "C                   1    0.00",
+    ]
     assert "pasts of one to 4 symbols" in render_memory(document_of("pairs"))
