@@ -35,7 +35,7 @@ def inferred(form: Form) -> list[Row]:
     few = replace(settings, steps=STEPS)
     began = process_time()
     train(strings, architecture, few)
-    step_us = 1e6 * (process_time() - began) / (few.restarts * few.steps)
+    step_us = 1e6 * (process_time() - began) / (form.restarts * few.steps)
     began = process_time()
     found = infer(strings, InferenceSettings(training=settings))
     inferred_s = process_time() - began

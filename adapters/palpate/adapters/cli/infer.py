@@ -13,6 +13,7 @@ from palpate.adapters.cli.progress import progress
 from palpate.adapters.log import strings_from
 from palpate.adapters.visualisation import hidden_picture, machine_picture, training_picture
 from palpate.core.automata import (
+    NORMALISED,
     Inference,
     Progress,
     infer,
@@ -32,16 +33,17 @@ def infer_command(options: InferOptions) -> int:
     require_free_folder(out)
     strings = strings_from(options.files, with_actions=options.with_actions)
     training = options.settings.training
+    networks = training.networks(normalised=options.settings.activation == NORMALISED)
     with ExitStack() as opened:
         bars: list[Any] = []
 
         def show(point: Progress) -> None:
             if not bars:
                 # Not before training really goes on: settings may still be refused.
-                total = training.restarts * training.steps
+                total = networks * training.steps
                 bars.append(opened.enter_context(progress(total, "step", "training")))
             (bar,) = bars
-            batch = min(training.batch, training.restarts - point.restart)
+            batch = min(training.batch, networks - point.restart)
             bar.update(point.restart * training.steps + batch * point.step - bar.n)
             bar.set_postfix_str(f"lowest loss {point.best_loss:.4g}")
 

@@ -1,5 +1,10 @@
 from .document import load as load
 from .document import to_json_text as to_json_text
+from .elman import MOST_HIDDEN as MOST_HIDDEN
+from .elman import NORMALISED as NORMALISED
+from .elman import Architecture as Architecture
+from .elman import Network as Network
+from .elman import Readout as Readout
 from .elman import save_network as save_network
 from .infer import Inference as Inference
 from .infer import InferenceSettings as InferenceSettings
@@ -9,6 +14,10 @@ from .machine import Kind as Kind
 from .machine import Machine as Machine
 from .minimise import difference as difference
 from .minimise import minimised as minimised
+from .partition import NONE as NONE
+from .partition import Partition as Partition
+from .partition import bounded_partition as bounded_partition
+from .prefix_tree import PrefixTree as PrefixTree
 from .strings import Strings as Strings
 from .strings import read_strings as read_strings
 from .strings import write_strings as write_strings

@@ -194,12 +194,12 @@ def price_of(machine: Machine, training: PrefixTree) -> float:
 
 
 def last_letters(tree: PrefixTree, count: int, actions: tuple[str, ...] = ()) -> Machine:
-    """The automaton whose states are the last ``count`` letters of the strings, fewer at the beginning."""
+    """The automaton whose states are the last ``count`` letters of the strings, fewer at the beginning; 0 for one."""
     words: list[tuple[int, ...]] = [()]
     number: dict[tuple[int, ...], int] = {(): 0}
     rows: list[list[int | None]] = [[None] * len(tree.alphabet)]
     for parent, letter in zip(tree.parents[1:].tolist(), tree.symbols[1:].tolist(), strict=True):
-        word = (*words[parent], letter)[-count:]
+        word = (*words[parent], letter)[-count:] if count else ()
         words.append(word)
         if word not in number:
             number[word] = len(number)

@@ -2,8 +2,9 @@
 
 Networks are trained on the strings, automata made of the best of them by dynamic state partitioning, and the best
 automaton is minimised. Labelled strings give an acceptor; positive ones, a Moore machine whose states give what may
-come next. Beside the held-out loss of such a machine stand those of the last one, two and three symbols, or pairs of
-action and symbol: an automaton that is no better than these holds nothing that they do not.
+come next. Beside the held-out loss of such a machine stand those of none of, and the last one, two and three symbols,
+or pairs of action and symbol: an automaton that is no better than these holds nothing that they do not. Where nothing
+can be foretold, the last symbol itself is worse than none: what is counted behind each is counted less often.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ class Inference:
         chosen: The automaton with its q, its raw and minimal numbers of states and its loss. For prediction it is made
             of all strings that were not given to hold out, after those that were split off had chosen its q.
         extracts: Those of the same network that it was chosen from, by q; for acceptance itself alone.
-        beside: For prediction, what the last one, two and three letters lose on the held-out strings, by name.
+        beside: For prediction, what the last none, one, two and three letters lose on the held-out strings, by name.
         hidden: For a picture: hidden states at all prefixes of the training strings, (n, hidden units).
         cells: State, before minimisation, of the automaton at the same prefixes, (n,).
     """
@@ -142,7 +143,7 @@ def infer(
     beside: dict[str, float] = {}
     if held_tree is not None and reading is Readout.PREDICTION:
         network, extracts = _predictor(finalists, tree, held_tree, settings.extraction)
-        machines = {f"last {count}": last_letters(tree, count, strings.actions) for count in (1, 2, 3)}
+        machines = {f"last {count}": last_letters(tree, count, strings.actions) for count in range(4)}
         beside = {name: model_loss(machine, tree, held_tree) for name, machine in machines.items()}
         tree = PrefixTree.of(whole)
         chosen = _whole(cheapest(extracts), tree, settings.extraction)

@@ -30,8 +30,9 @@ class TrainingSettings(Settings):
 
     TABLE: ClassVar[str] = "training"
 
-    restarts: Annotated[int, Range(1, 100_000)] = 64
-    """Most networks that are trained."""
+    restarts: Annotated[int, Range(1, 100_000)] | None = None
+    """Most networks that are trained. Without it: 64, and 2 with a normalised hidden layer, each of which takes as long
+    as some thirty of the others."""
     batch: Annotated[int, Range(1, 4096)] = 64
     """How many of them at once."""
     steps: Annotated[int, Range(0, 1_000_000)] = 500
@@ -54,6 +55,10 @@ class TrainingSettings(Settings):
     """Steps from one look at the losses, and the progress, to the next."""
     seed: Annotated[int, Range(0, 2**32 - 1)] = 0
     """Equal seeds give equal networks, to the last bit."""
+
+    def networks(self, *, normalised: bool = False) -> int:
+        """Most networks that are trained, with or without a normalised hidden layer."""
+        return self.restarts or (2 if normalised else 64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +157,8 @@ def train(
     found: list[TrainedNetwork] = []
     curve: list[Progress] = []
     with _one_thread():
-        while len(found) < settings.restarts and sum(network.consistent for network in found) < settings.enough:
+        most = settings.networks(normalised=architecture.normalised)
+        while len(found) < most and sum(network.consistent for network in found) < settings.enough:
             consistent = sum(network.consistent for network in found)
             batch = _Batch(architecture, settings, len(found), consistent, judged)
             for point in batch.run(task):
@@ -177,7 +183,8 @@ class _Batch:
     ) -> None:
         import torch
 
-        count = min(settings.batch, settings.restarts - first)
+        most = settings.networks(normalised=architecture.normalised)
+        count = min(settings.batch, most - first)
         self._settings, self._first, self._before, self._judged = settings, first, consistent, judged
         kind = NormalisedRestarts if architecture.normalised else Restarts
         self._restarts = kind(architecture, count, seed=settings.seed, scale=settings.scale, skip=first)

@@ -54,7 +54,7 @@ def test_the_report_has_all_q_and_a_picture(walks) -> None:
     assert walks.chosen.cost == min(extract.cost for extract in walks.extracts)
     assert walks.hidden.shape == (len(walks.cells), 2)
     assert set(walks.cells) <= set(range(walks.chosen.raw_states))
-    beside = ", ".join(f"last {count} {walks.beside[f'last {count}']:.4f}" for count in (1, 2, 3))
+    beside = ", ".join(f"last {count} {walks.beside[f'last {count}']:.4f}" for count in range(4))
     assert f"on 72 held-out strings: {walks.chosen.loss:.4f} nats a symbol; {beside}" in walks.summary
     # No orphan states, and each says what it stands for.
     assert walks.machine.reachable() == tuple(range(walks.chosen.states))

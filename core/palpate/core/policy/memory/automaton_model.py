@@ -16,11 +16,19 @@ from typing import Final, Self
 
 import numpy as np
 
-from palpate.core.automata.elman import MOST_HIDDEN, NORMALISED, Architecture, Network, Readout
-from palpate.core.automata.partition import NONE, Partition, bounded_partition
-from palpate.core.automata.prefix_tree import PrefixTree
-from palpate.core.automata.strings import Strings
-from palpate.core.automata.tracker import AutomatonState
+from palpate.core.automata import (
+    MOST_HIDDEN,
+    NONE,
+    NORMALISED,
+    Architecture,
+    AutomatonState,
+    Network,
+    Partition,
+    PrefixTree,
+    Readout,
+    Strings,
+    bounded_partition,
+)
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.belief import Floats, logarithm
 from palpate.core.policy.memory.belief import IMPOSSIBLE, StateBelief
