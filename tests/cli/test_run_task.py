@@ -75,6 +75,11 @@ def test_a_task_of_another_package_is_run_and_replayed(
         ("run", ("--policy", "corner-first"), "one of --task insertion-6dof"),
         (
             "run",
+            ("--task=insertion-6dof", "--policy", "corner-first", "--task.options", "corners", "4"),
+            "0, as the round peg of cell.peg.cross_section has",
+        ),
+        (
+            "run",
             ("--task=insertion-6dof", "--policy", "give-way", "--task.options", "most_lean_deg", "30"),
             "a turn about y that zebra-zero can make above the goal",
         ),

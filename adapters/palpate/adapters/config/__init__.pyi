@@ -27,6 +27,7 @@ from .run import scenario as scenario
 from .scenarios import BEFORE_SLIDING as BEFORE_SLIDING
 from .scenarios import LEARNERS as LEARNERS
 from .tasks import INSERTION as INSERTION
+from .tasks import require_corners as require_corners
 from .tasks import task_kind as task_kind
 from .tasks import with_options as with_options
 from .toml import field_value as field_value

@@ -6,10 +6,12 @@ import difflib
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
+from math import hypot
 from typing import TYPE_CHECKING, Final
 
 from palpate.adapters.config.plugins import entries, from_here, imported
 from palpate.core.errors import ConfigurationError
+from palpate.simulation.work_cell import KEYED, SIDES
 
 if TYPE_CHECKING:
     # Kinematics are loaded by whoever makes a task.
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
 GROUP: Final = "palpate.tasks"
 """Entry points of this group are kinds of task by name."""
 _FIELD: Final = "task.name"
+_BESIDE_MM: Final = 1.0
+"""A corner may be told so far outside the peg: drawings are round."""
 INSERTION: Final = "insertion"
 _OWN: Final[Mapping[str, str]] = {
     INSERTION: "palpate.core.tasks.insertion:INSERTION",
@@ -63,3 +67,24 @@ def with_options(config: RunConfig) -> RunConfig:
 
     told = vars(options_of(task_kind(config.task.name).options, config.task))
     return replace(config, task=replace(config.task, options=dict(told)))
+
+
+def require_corners(config: RunConfig) -> None:
+    """Refuse what a task is told of the peg's corners, where the peg of the simulated cell has others.
+
+    Raises:
+        ConfigurationError: Their number is another, or they would lie beside the peg or come down outside the area.
+    """
+    told, peg = config.task.options, config.cell.peg
+    sides, corners = SIDES.get(peg.cross_section, 0), told.get("corners", 0.0)
+    most_mm = 1e3 * max(hypot(x, y) for x, y in peg.section().outline(peg.rim_spheres)) + _BESIDE_MM
+    where = f"as the {peg.cross_section} peg of cell.peg.cross_section has"
+    if corners and corners != sides:
+        raise ConfigurationError("task.options.corners", corners, f"{sides}, {where}")
+    if told.get("flat_deg") and peg.cross_section != KEYED:
+        raise ConfigurationError("task.options.flat_deg", told["flat_deg"], f"0, for a flat {KEYED} pegs alone have")
+    if corners and (corner_mm := told.get("corner_mm", 0.0)) > most_mm:
+        raise ConfigurationError("task.options.corner_mm", corner_mm, f"at most {most_mm:.1f}, {where} its corners")
+    if corners and (inside_mm := told.get("inside_mm", 0.0)) > config.task.area_half_width_mm:
+        accepted = f"at most task.area_half_width_mm = {config.task.area_half_width_mm:g}"
+        raise ConfigurationError("task.options.inside_mm", inside_mm, accepted)

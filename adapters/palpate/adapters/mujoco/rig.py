@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from types import TracebackType
 from typing import Self
 
-from palpate.adapters.config import RunConfig
+from palpate.adapters.config import RunConfig, require_corners
 from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, SIMULATOR, FaultLatch, Ports, Rig, SensorFacts, Truth, World
@@ -29,6 +29,7 @@ class SimulatedRig(Rig):
     """
 
     def __init__(self, config: RunConfig, ready: ReadyPose, hidden: HiddenValues | None = None) -> None:
+        require_corners(config)
         kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
         self.seed, self.latch = config.seed, FaultLatch()
         self._facts = simulated_sensor(config.cell.sensor)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.adapters.config import RunConfig, overlay, task_kind, with_options
+from palpate.adapters.config import RunConfig, overlay, require_corners, scenario, task_kind, with_options
 from palpate.core.errors import ConfigurationError
 from palpate.core.tasks.insertion import INSERTION
 
@@ -17,6 +17,38 @@ def test_all_options_of_a_task_are_told_and_an_insertion_has_none() -> None:
     told = with_options(config).task.options
     assert (told["corners"], told["down_share"]) == (4.0, 0.9)
     assert with_options(RunConfig()) == RunConfig()
+
+
+@pytest.mark.parametrize(
+    ("world", "options", "told"),
+    [
+        ("blind-square", {"corners": 3.0}, "task.options.corners = 3.0 is refused: 4, as the square peg"),
+        ("blind-square", {"flat_deg": 30.0}, "task.options.flat_deg = 30.0 is refused: 0"),
+        ("blind-keyed", {"corners": 4.0}, "task.options.corners = 4.0 is refused: 0, as the keyed peg"),
+        (
+            "blind-hexagon",
+            {"corners": 6.0, "corner_mm": 18.0},
+            "task.options.corner_mm = 18.0 is refused: at most 17.7",
+        ),
+        (
+            "blind-square",
+            {"corners": 4.0, "inside_mm": 12.0},
+            "inside_mm = 12.0 is refused: at most task.area_half_width",
+        ),
+        ("blind", {"corners": 4.0}, "0, as the round peg of cell.peg.cross_section has"),
+        ("blind-square", {"corners": 4.0, "corner_mm": 20.5, "inside_mm": 6.5}, ""),
+        ("blind-keyed", {"flat_deg": 37.5, "corner_mm": 11.5}, ""),
+    ],
+)
+def test_corners_that_the_peg_of_the_cell_lacks_are_refused(world: str, options: dict[str, float], told: str) -> None:
+    task = {"name": "insertion-6dof", "options": options, "area_half_width_mm": 11.0}
+    config = overlay(scenario(world), {"task": task})
+    if not told:
+        require_corners(config)
+        return
+    with pytest.raises(ConfigurationError) as refused:
+        require_corners(config)
+    assert told in str(refused.value)
 
 
 @pytest.mark.parametrize(
