@@ -95,6 +95,11 @@ def test_a_task_of_another_package_is_run_and_replayed(
         ("train", SHORT, "a task that lets a policy choose"),
         ("compare", SHORT, "asks no policy"),
         ("compare", ("--policy", "corner-first"), "one of --task insertion-6dof"),
+        (
+            "prove",
+            ("--task=insertion-6dof", "--policy", "corner-first", "--task.options", "corners", "4", "--trials", "500"),
+            "0, as the round peg of cell.peg.cross_section has",
+        ),
         ("faults", (*SHORT, "--policy", "torque"), "asks no policy"),
     ],
 )
