@@ -205,7 +205,7 @@ ARMS: list[tuple[Any, dict[str, Any], set[str]]] = [
     (StopsOnlyOnce, {}, {*STOP, "test_after_stop_send_applies_nothing"}),
     (StopsOnlyHealthy, {}, {"test_stop_works_while_faulted"}),
     (HidesStop, {}, {"test_after_stop_send_applies_nothing"}),
-    (CreepsOn, {}, {"test_after_stop_the_arm_holds_still"}),
+    (CreepsOn, {}, {"test_after_stop_the_arm_holds_still", "test_stop_holds_the_pose_of_now"}),
     (StopsForEver, {}, {"test_activating_again_ends_the_stop"}),
 ]
 

@@ -57,6 +57,7 @@ class TestFakeForceSensor(OfKind, ForceSensorContract):
         knobs = {
             "advance": clock.advance,
             "push_N": lambda fx, fy, fz: setattr(sensor, "load_N", (fx, fy, fz)),
+            "overload_N": 500.0,
             "twist_Nm": lambda tx, ty, tz: setattr(sensor, "load_Nm", (tx, ty, tz)),
             "go_silent": lambda: setattr(sensor, "silent", True),
             "disconnect": lambda: setattr(sensor, "disconnected", True),

@@ -33,6 +33,7 @@ from tests.contracts.unsafe_arms import (
     OnlyBounds,
     RefusalEndsStop,
     RemembersWhatItRefused,
+    RemembersWhatItSwallowed,
     Resumes,
     SavesUpHaste,
     SaysItIsAtHome,
@@ -43,6 +44,7 @@ from tests.contracts.unsafe_arms import (
     StopsOnce,
     StopToggles,
     StopWearsOff,
+    SwallowsSmallSteps,
     SwapsMoves,
     left_moving,
     only_said,
@@ -173,6 +175,26 @@ class KeepsItOverAFault(KeepsItOverAPause):
         self.awake = False
 
 
+class ZeroesItself(FakeForceSensor):
+    """A load that stays for long is taken for the tool's weight."""
+
+    since_ns, was_N = 0, (0.0, 0.0, 0.0)
+
+    def _measured(self, now_ns: int, sequence: int) -> Any:
+        sample = super()._measured(now_ns, sequence)
+        if sample.force_N != self.was_N:
+            self.was_N, self.since_ns = sample.force_N, now_ns
+        return replace(sample, force_N=(0.0,) * 3) if now_ns - self.since_ns > 100 * TICK_NS else sample
+
+
+class ZeroNowAndThen(FakeForceSensor):
+    """One sample in 64 is zero, and as good as the others."""
+
+    def _measured(self, now_ns: int, sequence: int) -> Any:
+        sample = super()._measured(now_ns, sequence)
+        return replace(sample, force_N=(0.0,) * 3) if sequence % 64 == 63 else sample
+
+
 class NewAgainInTheEnd(FakeJointEncoder):
     """A silence is marked for a while only."""
 
@@ -219,6 +241,15 @@ def lost(self: Any, now_ns: int, sequence: int) -> Any:
 
 SWAPS_PULLS = altered(FakeForceSensor, force_N=lambda s: s.force_N if min(s.force_N[:2]) >= 0.0 else s.force_N[::-1])
 ABSOLUTE = altered(FakeForceSensor, torque_Nm=lambda s: tuple(map(abs, s.torque_Nm)))
+
+CLIPS = altered(FakeForceSensor, force_N=lambda s: tuple(max(-11.0, min(11.0, f)) for f in s.force_N))
+INSENSITIVE = altered(FakeForceSensor, force_N=lambda s: tuple(f if abs(f) > 2.0 else 0.0 for f in s.force_N))
+LARGEST = altered(
+    FakeForceSensor,
+    force_N=lambda s: tuple(f if k == max(range(3), key=lambda i: abs(s.force_N[i])) else 0.0
+                            for k, f in enumerate(s.force_N)),
+)  # fmt: skip
+EITHER = altered(FakeForceSensor, torque_Nm=lambda s: (0.0,) * 3 if any(s.force_N) else s.torque_Nm)
 
 FORCE, ENCODER, ARM = fake.TestFakeForceSensor, fake.TestFakeJointEncoder, fake.TestFakeArm
 SENSOR, PLAIN = FakeForceSensor, FakeArm
@@ -303,5 +334,14 @@ LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
     (ARM, ClosesTowardsHome, {}, REST),
     (FORCE, SWAPS_PULLS, {}, LOAD),
     (FORCE, ABSOLUTE, {}, TORQUE),
+    (FORCE, CLIPS, {}, "what_is_beyond_the_range_is_marked"),
+    (FORCE, INSENSITIVE, {}, LOAD),
+    (FORCE, LARGEST, {}, LOAD),
+    (FORCE, EITHER, {}, TORQUE),
+    (FORCE, ZeroesItself, {}, TARE),
+    (FORCE, ZeroNowAndThen, {}, TARE),
+    (ARM, RemembersWhatItSwallowed, {}, HELD),
+    (ARM, SwallowsSmallSteps, {}, COUNTS),
+    (ARM, unsafe(MovesUnasked, "MovesWhileClosed", refused_in=Life.CLOSED), {}, REFUSED),
 ]
 UNSAFE = [(suite, kind, knobs, f"test_{clause}") for suite, kind, knobs, clause in LISTED]

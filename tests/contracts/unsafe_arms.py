@@ -336,3 +336,33 @@ class BrakeLetsGoLate(FakeArm):
 
 def to_home(self: Any) -> None:
     self._target_rad, self._target_since_ns = HOME, self.clock.now_ns()
+
+
+class RemembersWhatItSwallowed(FakeArm):
+    """What was sent while it was stopped is carried out once it is active again."""
+
+    kept_rad: Any = None
+
+    def send(self, command: JointCommand) -> Any:
+        applied = super().send(command)
+        if applied.reason is CommandReason.STOPPED:
+            self.kept_rad = command.position_rad
+        return applied
+
+    def _on_activate(self) -> None:
+        super()._on_activate()
+        if self.kept_rad is not None:
+            self._target_rad, self._target_since_ns, self.kept_rad = self.kept_rad, self.clock.now_ns(), None
+
+
+class SwallowsSmallSteps(FakeArm):
+    """A command near the one before says it is carried out, and is not."""
+
+    last_rad: Any = None
+
+    def send(self, command: JointCommand) -> Any:
+        before, target = self.last_rad or command.position_rad, (self._target_rad, self._target_since_ns)
+        applied, self.last_rad = super().send(command), command.position_rad
+        if max(abs(a - b) for a, b in zip(before, self.last_rad, strict=True)) < 4e-4:
+            self._target_rad, self._target_since_ns = target
+        return applied

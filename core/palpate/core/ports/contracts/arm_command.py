@@ -64,10 +64,19 @@ class ArmCommandContract(ArmBench):
             knob(rig.position_rad, "position_rad")
             for joint, (q, upper) in enumerate(zip(rig.home_rad, rig.upper_rad, strict=True)):
                 step_rad = rig.step_rad if q + rig.step_rad <= upper else -rig.step_rad
-                for asked in (shifted(rig.home_rad, step_rad, joint), rig.home_rad):
+                away_rad = shifted(rig.home_rad, step_rad, joint)
+                for asked in (away_rad, rig.home_rad):
                     self._send(rig, asked)
                     rig.advance(rig.settle_ticks)
                     require_at("each command", rig, asked)
+                # Small ones lead there, too.
+                for asked in ramp(rig.home_rad, away_rad, 0.25 * abs(step_rad)):
+                    self._send(rig, asked)
+                    rig.advance(1)
+                rig.advance(rig.settle_ticks)
+                require_at("small commands", rig, away_rad)
+                self._send(rig, rig.home_rad)
+                rig.advance(rig.settle_ticks)
 
     def test_position_limit_is_applied_and_told(self) -> None:
         """Told to go beyond a joint limit, the arm goes up to it, never further, and says POSITION_LIMIT."""
@@ -239,7 +248,7 @@ class ArmCommandContract(ArmBench):
                     require("under way", way < 0.5 * rig.step_rad, f"{way} rad after {end}()", wanted)
 
     def test_stop_holds_the_pose_of_now(self) -> None:
-        """Each ``stop`` holds the arm where it then is, and ``send`` says that pose, not one of before."""
+        """Each ``stop`` holds the arm where it then is, and ``send`` says that pose; what it swallows stays so."""
         with self._rig(Life.ACTIVE) as rig:
             for side in (1.0, -1.0):
                 self._go(rig, shifted(rig.home_rad, side * rig.step_rad))
@@ -251,6 +260,8 @@ class ArmCommandContract(ArmBench):
                 applied = self._send(rig, rig.home_rad)
                 require_at("held", rig, here_rad, applied.position_rad)
                 self._activate_again(rig)
+                rig.advance(rig.settle_ticks)
+                require_at("activated again", rig, here_rad)
 
     def test_motion_ends_and_does_not_resume(self) -> None:
         """After a stop, a pause or a fault the arm rests, and activated again, or closed, it does until commanded."""
@@ -275,8 +286,8 @@ class ArmCommandContract(ArmBench):
                 require_at(f"{'closed' if closed else 'activated'} after {end}", rig, rest_rad)
 
     def test_refused_command_moves_nothing(self) -> None:
-        """A command that is refused - wrong number of joints, not active, with a fault - never moves a joint."""
-        for life in (Life.ACTIVE, Life.CONFIGURED, Life.FAULTED):
+        """A command that is refused - wrong number of joints, not active, faulted, closed - never moves a joint."""
+        for life in (Life.ACTIVE, Life.CONFIGURED, Life.FAULTED, Life.CLOSED):
             with self._rig(Life.ACTIVE) as rig:
                 if life is Life.FAULTED and rig.provoke_fault is None:
                     continue
@@ -285,6 +296,8 @@ class ArmCommandContract(ArmBench):
                 asked_rad = shifted(rig.home_rad, rig.step_rad)
                 if life is Life.CONFIGURED:
                     rig.arm.deactivate()
+                elif life is Life.CLOSED:
+                    rig.arm.close()
                 elif rig.provoke_fault is not None and life is Life.FAULTED:
                     rig.provoke_fault()
                 before_rad = where(rig)
@@ -292,6 +305,8 @@ class ArmCommandContract(ArmBench):
                     rig.arm.send(JointCommand((*asked_rad, 0.0) if life is Life.ACTIVE else asked_rad))
                 rig.advance(rig.settle_ticks)
                 require_at(f"refused while {life.value}", rig, before_rad)
+                if life is Life.CLOSED:
+                    continue
                 self._activate_again(rig)
                 rig.advance(rig.settle_ticks)
                 require_at(f"activated, after it was refused while {life.value}", rig, before_rad)

@@ -7,7 +7,7 @@ from math import isfinite
 from typing import ClassVar
 
 from palpate.core.ports.contracts.rigs import ForceSensorRig
-from palpate.core.ports.contracts.samples import SampleContract, pause
+from palpate.core.ports.contracts.samples import MANY_TICKS, SampleContract, pause
 from palpate.core.ports.contracts.violations import knob, require
 from palpate.core.ports.devices import ForceSensor
 from palpate.core.ports.lifecycle import Life
@@ -54,30 +54,60 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
                 require("sign", found_N < rig.tolerance_N, f"a change of {found_N:+.3f} N", f"one to {force} N")
 
     def test_load_is_reported_in_newtons_on_its_axis(self) -> None:
-        """A known load along x, y or z, either way, changes that component by as many newtons, and no other."""
+        """A known load along x, y or z, either way, changes that component by as many newtons, and no other.
+
+        A tenth of it does, where that is more than noise, and loads along all three at once.
+        """
         with self._rig(Life.ACTIVE) as rig:
-            for force in _each_way(rig.load_N):
+            small, half = 0.1 * rig.load_N, 0.5 * rig.load_N
+            loads = [*_each_way(rig.load_N), (half, -half, half)]
+            for force in loads + _each_way(small) * (small > 4.0 * rig.tolerance_N):
                 change = _response(rig, force)
                 # The sign has its own clause, so that a wrong one is not taken for a wrong unit or axis.
                 close = all(abs(abs(c) - abs(f)) <= rig.tolerance_N for c, f in zip(change, force, strict=True))
                 require("units and axes", close, f"a change of {change} N", f"{force} N")
 
+    def test_what_is_beyond_the_range_is_marked(self) -> None:
+        """A force beyond ``load_N``, up to ``overload_N``, is reported in full, or is marked."""
+        with self._rig(Life.ACTIVE) as rig:
+            push, most_N = knob(rig.push_N, "push_N"), knob(rig.overload_N, "overload_N")
+            for force in _each_way(rig.load_N):
+                usual_N, share = _response(rig, force), 1.0
+                while share * rig.load_N < most_N:
+                    share = min(1.5 * share, most_N / rig.load_N)
+                    zero_N = _reading(rig, push, (0.0, 0.0, 0.0))
+                    sample = _settled(rig, push, tuple(share * f for f in force))
+                    found = tuple(f - zero for f, zero in zip(sample.force_N, zero_N, strict=True))
+                    # Units, axes and signs have clauses of their own.
+                    pairs = zip(found, usual_N, strict=True)
+                    close = all(abs(f - share * usual) <= 3.0 * share * rig.tolerance_N for f, usual in pairs)
+                    marked = sample.validity is not Validity.VALID
+                    require("range", close or marked, f"{found} N, VALID", f"{share} times {usual_N} N, or SATURATED")
+
     def test_torque_is_reported_in_newton_metres_on_its_axis(self) -> None:
-        """A known torque about x, y or z, either way, changes that component by as many newton metres, and no other."""
+        """A known torque about x, y or z, either way, changes that component by as many newton metres, and no other.
+
+        So it does beside a force.
+        """
         with self._rig(Life.ACTIVE) as rig:
             twist = knob(rig.twist_Nm, "twist_Nm")
+            if rig.push_N is not None:
+                rig.push_N(0.0, 0.0, -rig.load_N)
             for wanted in _each_way(rig.load_Nm):
                 free, loaded = (_settled(rig, twist, load).torque_Nm for load in ((0.0, 0.0, 0.0), wanted))
                 close = all(abs(b - a - w) <= rig.tolerance_Nm for a, b, w in zip(free, loaded, wanted, strict=True))
                 require("units and axes", close, f"{loaded} N m, {free} N m without load", f"{wanted} N m more")
 
     def test_no_hidden_tare(self) -> None:
-        """A load that is there before ``configure``, or over a pause or fault, is reported like a later one."""
+        """A load that stays, is there before ``configure``, or over a pause or fault, is reported like a later one."""
         with self._rig(Life.ACTIVE) as rig:
             push = knob(rig.push_N, "push_N")
             load, tolerance_N = (0.0, 0.0, -rig.load_N), rig.tolerance_N
             rig.sensor.read()
-            later = _reading(rig, push, load)
+            later, stayed = _reading(rig, push, load), []
+            for _ in range(MANY_TICKS):
+                rig.advance(1)
+                stayed.append(rig.sensor.read().force_N)
             pause(rig)
             paused = _reading(rig, push, load)
         with self._rig(Life.CONSTRUCTED) as rig:
@@ -87,9 +117,9 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
             rig.sensor.activate()
             before = _reading(rig, push, load)
         # Comparing two readings under the same load leaves the sensor its weight and offset.
-        for found in (before, paused):
+        for found in (*stayed, before, paused):
             close = all(abs(b - a) <= 2.0 * tolerance_N for a, b in zip(later, found, strict=True))
-            require("tare", close, f"{found} N instead of {later} N", "no taring on connect or activate")
+            require("tare", close, f"{found} N instead of {later} N", "no taring on connect, activate or by itself")
 
 
 def _each_way(load: float) -> list[Vector3]:

@@ -94,6 +94,7 @@ class ForceSensorRig(SensorRig[ForceSensor]):
             told otherwise; (0, 0, -10) is a surface that presses against the tool axis. Must work
             before ``configure`` too.
         load_N: Force that is safe and well within range.
+        overload_N: Force that may be beyond its range and harms nothing here.
         tolerance_N: Greatest error and noise of a settled reading.
         settle_ticks: Ticks after which the reading follows a new load.
         kind: What the adapter declares to have taken out of the wrench.
@@ -105,6 +106,7 @@ class ForceSensorRig(SensorRig[ForceSensor]):
 
     push_N: Callable[[float, float, float], None] | None = None
     load_N: float = 10.0
+    overload_N: float | None = None
     tolerance_N: float = 1e-6
     settle_ticks: int = 1
     kind: WrenchKind = WrenchKind.RAW
