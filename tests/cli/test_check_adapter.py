@@ -29,7 +29,7 @@ MOVES = ("--moves", "--rate-rad-s", "0.2", "--reach-rad", "0.15")
     [
         ("ArmChecks", MOVES, "35 passed, 0 failed, 1 not applicable"),
         ("EncoderChecks", MOVES, "31 passed, 0 failed, 0 not applicable"),
-        ("ForceChecks", (), "33 passed, 0 failed, 0 not applicable"),
+        ("ForceChecks", (), "34 passed, 0 failed, 0 not applicable"),
         ("ArmChecks", (), "18 passed, 0 failed, 18 not applicable"),
     ],
 )

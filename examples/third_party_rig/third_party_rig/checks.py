@@ -124,6 +124,7 @@ class ForceChecks(ForceSensorContract):
             max_age_ns=MAX_AGE_NS,
             push_N=_setting(force),
             twist_Nm=_setting(torque),
+            overload_N=500.0,
             go_silent=lambda: setattr(device, "silent", True),
             is_open=lambda: sensor.is_open,
             disconnect=device.close,
