@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final, Protocol, TypeAlias
 
-from palpate.adapters.experiments import moving_average
+from palpate.adapters.experiments import WINDOW, moving_average
 from palpate.adapters.log import DecisionEntry
 
 Row: TypeAlias = tuple[float, ...]
@@ -72,9 +72,10 @@ class LearningSoFar:
     peaks_N: list[float] = field(default_factory=list)
 
     @property
-    def averages_s(self) -> list[float]:
-        """Their moving average."""
-        return moving_average(self.times_s)
+    def averages_s(self) -> list[float | None]:
+        """Their moving average, where there are as many as it goes over."""
+        means = moving_average(self.times_s)
+        return [mean if number >= WINDOW else None for number, mean in enumerate(means, 1)]
 
     def add(self, trial: int, time_s: float, success: bool, peak_N: float) -> None:
         """One more trial is over."""
