@@ -59,7 +59,7 @@ class LoopAccount:
         # One that still waits for a processor has not been charged for it yet; whoever asks this has one.
         waits_yet = now.state == "R" and thread != threading.get_native_id()
         waited = passed - run if waits_yet else now.delay_ns - before.delay_ns
-        # Not every kernel knows that a thread does not run while a hypervisor has its processor.
+        # Not every kernel takes off the time in which a hypervisor had the processor.
         stolen = now.stolen_ns[now.cpu] - before.stolen_ns.get(now.cpu, 0)
         waited = min(waited + stolen, passed)
         run = min(run, passed - waited)

@@ -109,6 +109,7 @@ def _draw(upper: Any, lower: Any, curve: LearningCurve, colour: str, ceiling: fl
             half = t_half_width(means)
             low, high = np.clip(middle - half, 0.0, most), np.clip(middle + half, 0.0, most)
             axes.fill_between(trials[whole], low, high, color=colour, alpha=0.2, linewidth=0.0)
+        # Dots of single trials need no line from one to the next.
         if window > 1 or not dots or axes is lower:
             axes.plot(trials[whole], middle, color=colour, linewidth=1.8, label=curve.label)
     return max(top, float(middle.max()))

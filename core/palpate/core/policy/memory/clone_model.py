@@ -144,10 +144,10 @@ def fit_clones(
         kept: Models that are kept.
     """
     rng = np.random.default_rng(seed)
-    most, held = Batch.of([trial for number, trial in enumerate(trials) if number % 5 != 4]), trials[4::5]
+    taught, held = Batch.of([trial for number, trial in enumerate(trials) if number % 5 != 4]), trials[4::5]
     clones = clones or clones_of(trials, symbols, HIDDEN)
-    begun = [CloneModel.blank(clones, symbols, actions, rng).fitted(most, _FIRST) for _ in range(guesses)]
-    better = [guess.fitted(most, _FURTHER) for guess in _best(begun, held, kept)]
+    begun = [CloneModel.blank(clones, symbols, actions, rng).fitted(taught, _FIRST) for _ in range(guesses)]
+    better = [guess.fitted(taught, _FURTHER) for guess in _best(begun, held, kept)]
     whole = Batch.of(trials)
     return tuple(model.fitted(whole, _LAST).rounded() for model in _best(better, held, kept))
 

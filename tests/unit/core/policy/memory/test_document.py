@@ -53,6 +53,17 @@ def test_what_was_learned_comes_back_and_acts_alike(kind: str) -> None:
     assert read.get_state() == learned.get_state()
 
 
+def require_refused_in_a_line(kind: str, path: tuple[str | int, ...], value: object, says: str) -> None:
+    content = json.loads(document_of(kind).to_json_text())
+    part = content
+    for key in path[:-1]:
+        part = part[key]
+    part[path[-1]] = value
+    with pytest.raises(ConfigurationError, match=says) as refused:
+        MemoryDocument.from_json_text(json.dumps(content))
+    assert "\n" not in str(refused.value)
+
+
 @pytest.mark.parametrize(
     ("path", "value", "says"),
     [
@@ -69,14 +80,7 @@ def test_what_was_learned_comes_back_and_acts_alike(kind: str) -> None:
     ],
 )
 def test_a_file_that_contradicts_itself_is_refused_in_a_line(path, value, says: str) -> None:
-    content = json.loads(document_of("offset").to_json_text())
-    part = content
-    for key in path[:-1]:
-        part = part[key]
-    part[path[-1]] = value
-    with pytest.raises(ConfigurationError, match=says) as refused:
-        MemoryDocument.from_json_text(json.dumps(content))
-    assert "\n" not in str(refused.value)
+    require_refused_in_a_line("offset", path, value, says)
 
 
 @pytest.mark.parametrize(
@@ -90,14 +94,7 @@ def test_a_file_that_contradicts_itself_is_refused_in_a_line(path, value, says: 
     ],
 )
 def test_an_automaton_that_contradicts_itself_is_refused_in_a_line(path, value, says: str) -> None:
-    content = json.loads(document_of("automaton").to_json_text())
-    part = content["models"][0]
-    for key in path[:-1]:
-        part = part[key]
-    part[path[-1]] = value
-    with pytest.raises(ConfigurationError, match=says) as refused:
-        MemoryDocument.from_json_text(json.dumps(content))
-    assert "\n" not in str(refused.value)
+    require_refused_in_a_line("automaton", ("models", 0, *path), value, says)
 
 
 def test_text_and_picture_show_what_is_read_where_and_the_belief() -> None:
