@@ -43,7 +43,8 @@ class FakeDevice:
         self._clients: dict[socket.socket, bool] = {}
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.address: tuple[str, int] = self._listener.getsockname()
-        self._ended = False
+        self._watched, self._ended = selectors.DefaultSelector(), False
+        self._watched.register(self._listener, selectors.EVENT_READ)
         self._thread = threading.Thread(target=self._serve, name=f"fake {kind}", daemon=True)
         self._thread.start()
 
@@ -76,29 +77,30 @@ class FakeDevice:
             self._listener.close()
             for client in list(self._clients):
                 self._drop(client)
+        self._watched.close()
 
     def _serve(self) -> None:
-        with selectors.DefaultSelector() as selector:
-            selector.register(self._listener, selectors.EVENT_READ)
-            while not self._ended:
-                for key, _ in selector.select(0.005):
-                    with self._lock:
-                        if key.fileobj is self._listener:
-                            client, _ = self._listener.accept()
-                            client.setblocking(False)
-                            client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                            self._clients[client] = False
-                            selector.register(client, selectors.EVENT_READ)
-                            self._send(client, f"HELLO {self._kind} {len(self._values())}")
-                        elif key.fileobj not in self._clients or not self._hear(key.fileobj):  # type: ignore[arg-type]
-                            selector.unregister(key.fileobj)
+        while not self._ended:
+            for key, _ in self._watched.select(0.005):
+                with self._lock:
+                    if key.fileobj is self._listener:
+                        self._greet(self._listener.accept()[0])
+                    elif key.fileobj in self._clients:  # else a tick has heard that it went
+                        self._hear(key.fileobj)  # type: ignore[arg-type]
 
-    def _hear(self, client: socket.socket) -> bool:
-        """Take in what a client sent; False if it has gone. Commands are short: a line comes whole."""
+    def _greet(self, client: socket.socket) -> None:
+        client.setblocking(False)
+        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._clients[client] = False
+        self._watched.register(client, selectors.EVENT_READ)
+        self._send(client, f"HELLO {self._kind} {len(self._values())}")
+
+    def _hear(self, client: socket.socket) -> None:
+        """Take in what a client sent. Commands are short: a line comes whole."""
         try:
             said = client.recv(65536)
         except BlockingIOError:
-            return True
+            return
         except OSError:
             said = b""
         for line in said.decode("ascii").splitlines():
@@ -111,7 +113,6 @@ class FakeDevice:
         if not said:
             self._command("S", ())
             self._drop(client)
-        return bool(said)
 
     def _sample(self) -> str:
         microseconds = (self._clock.now_ns() + POWER_UP_NS) // 1000
@@ -125,7 +126,9 @@ class FakeDevice:
             return
 
     def _drop(self, client: socket.socket) -> None:
-        self._clients.pop(client, None)
+        # No longer watched before it is closed: the next client may be given its number.
+        self._watched.unregister(client)
+        del self._clients[client]
         client.close()
 
 
