@@ -105,11 +105,15 @@ def frozen(grid: GridMap, run: LearningRun, disturbance: Disturbance, walks: int
         policy_now: Any = learner
     else:
         policy_now = learner.as_frozen()
-    if disturbance == UNDISTURBED and policy_now.temperature is None:
-        found = walked_steps(grid, run.identifier, policy_now, PATIENCE, seed=1)
+    sure = PATIENCE if disturbance == UNDISTURBED and policy_now.temperature is None else 0
+    if sure:
+        found = walked_steps(grid, run.identifier, policy_now, sure, seed=1)
         if found.reaches_in_time == 1.0:
             return found, True
-    return walked_steps(grid, run.identifier, policy_now, walks=walks, seed=1, disturbance=disturbance), False
+    found = walked_steps(
+        grid, run.identifier, policy_now, walks=walks, sure_steps=sure, seed=1, disturbance=disturbance
+    )
+    return found, False
 
 
 def run_one(job: tuple[str, str, int, Disturbance, int]) -> dict[str, Any]:

@@ -45,6 +45,9 @@ first of them actions are random."""
 PATIENCE: Final = 20
 """After so many actions in a trial the belief is doubted: a growing share is random, at four times as many all."""
 
+_ROUND: Final = 5 * PATIENCE
+"""Actions after which the plan is trusted anew: from elsewhere it may lead to the goal, which chance alone may miss."""
+
 _WEARY: Final = {OFFSET: 0.0, CLONES: 0.5, AUTOMATON: 0.5}
 """Steps that an action is held to cost more for each time that it was taken before in this trial after the same two
 readings: models that nothing ties to a plane lead round in circles where they are wrong."""
@@ -204,12 +207,13 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
 
     def _explored(self) -> int | None:
         """A random action, in the share of cases that is left to chance."""
-        doubted = len(self._actions) >= PATIENCE
+        done = len(self._actions) % _ROUND
+        doubted = done >= PATIENCE
         if self.frozen and self._plans and not doubted:
             return None
         rng = drawing_from(self._rng, type(self).__name__)
         draw, index = rng.random(), int(rng.integers(len(self.actions)))
-        share = len(self._actions) / (4 * PATIENCE) if doubted else self.parameters.exploration
+        share = done / (4 * PATIENCE) if doubted else self.parameters.exploration
         share = share if self._plans else 1.0
         return index if draw < share else None
 

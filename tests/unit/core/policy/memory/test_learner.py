@@ -7,10 +7,11 @@ from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.experiments.grid import Named, learn
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState
-from palpate.core.policy import MemoryLearner, MemoryParameters
+from palpate.core.policy import MemoryLearner, MemoryParameters, Transition
 from palpate.core.policy.memory.clone_model import CloneModel
 from palpate.core.policy.memory.learner import PATIENCE, fitted_after
 from palpate.simulation.grid import GridMap, belief_optimum, grid_actions, run_trial, walked_steps
+from tests.unit.core.policy.bench import observation
 from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_trials, true_offsets
 
 OFFSET = GridLearning(learner="offset", reach=3)
@@ -52,12 +53,30 @@ def test_hidden_states_are_found_on_symbols_alone() -> None:
 
 
 def test_a_frozen_learner_whose_model_is_wrong_goes_round_in_circles_but_not_for_ever() -> None:
+    here, elsewhere = GridMap.from_text("AAB·"), GridMap.from_text("B·AA")
+    learner = MemoryLearner(here.symbols, grid_actions(), MemoryParameters(), frozen=True)
+    learner.use([true_offsets(elsewhere)], random_trials(here, 30))
+    found = walked_steps(here, IdentityState(here.symbols), learner, walks=2)
+    assert found.reaches == 1.0
+    assert found.steps > PATIENCE
+    # What is not left to chance needs no walk twice.
+    assert found == walked_steps(here, IdentityState(here.symbols), learner, walks=2, sure_steps=PATIENCE)
+
+
+def test_where_a_frozen_plan_failed_chance_is_tried_and_then_the_plan_anew() -> None:
     here, elsewhere = GridMap.from_text("AAB·"), GridMap.from_text("·AAB")
     learner = MemoryLearner(here.symbols, grid_actions(), MemoryParameters(), frozen=True)
     learner.use([true_offsets(elsewhere)], random_trials(here, 30))
-    found = walked_steps(here, IdentityState(here.symbols), learner)
-    assert found.reaches == 1.0
-    assert found.steps > PATIENCE
+    rng = np.random.default_rng(0)
+    learner.begin_trial(0, rng)
+    drawn = []
+    for _ in range(6 * PATIENCE):
+        before = rng.bit_generator.state
+        decision = learner.choose(observation(0))
+        assert decision.index is not None
+        learner.learn(Transition(0, decision.index, -1.0, 0))
+        drawn.append(rng.bit_generator.state != before)
+    assert drawn == [False] * PATIENCE + [True] * 4 * PATIENCE + [False] * PATIENCE
 
 
 def test_what_clones_did_in_vain_in_this_trial_they_leave_before_long() -> None:
