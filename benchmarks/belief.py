@@ -7,7 +7,7 @@ seconds of exploration; a failure counts 20. "Converged" is the first trial from
 within 20 % of the mean of trials 11 to 50.
 
 ``--first-trials 100`` runs so many first trials instead, a seed each, with nothing known. The last column is how long a
-decision took, of the wall clock: a figure for an idle machine and one job.
+decision took in the longer of its two ticks, of the wall clock: a figure for an idle machine and one job.
 
 ``--policy belief-WITHOUT`` leaves out one part of the learner: what each part is worth.
 """
@@ -15,6 +15,7 @@ decision took, of the wall clock: a figure for an idle machine and one job.
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -71,15 +72,23 @@ tool may lean, and be gripped anew; ``lengths`` all ways but eight headings of o
 
 
 def _timed(into: list[float]) -> Any:
-    choose = learner.BeliefLearner.choose
+    """Adds what each decision took: of its two ticks, that in which it is prepared and its own, the longer one."""
+    choose, foresee = learner.BeliefLearner.choose, learner.BeliefLearner.foresee
+    prepared_s = [0.0]
 
-    def timed(policy: learner.BeliefLearner, observation: Observation) -> Decision:
+    def timed_foresee(policy: learner.BeliefLearner, place_m: tuple[float, float]) -> None:
+        begun_s = perf_counter()
+        foresee(policy, place_m)
+        prepared_s[:] = [perf_counter() - begun_s]
+
+    def timed_choose(policy: learner.BeliefLearner, observation: Observation) -> Decision:
         begun_s = perf_counter()
         decision = choose(policy, observation)
-        into.append(perf_counter() - begun_s)
+        into.append(max(perf_counter() - begun_s, *prepared_s))
+        prepared_s[:] = [0.0]
         return decision
 
-    return patch.object(learner.BeliefLearner, "choose", timed)
+    return patch.multiple(learner.BeliefLearner, choose=timed_choose, foresee=timed_foresee)
 
 
 def run(job: tuple[str, str, int, int]) -> dict[str, Any]:
@@ -106,7 +115,11 @@ def run(job: tuple[str, str, int, int]) -> dict[str, Any]:
 
         chosen = learning_policy(config, perception) if policy in ABLATIONS else comparator(policy, config, hole_m)
         task = build_task(config, ready, perception, chosen)
+        # A pause of the garbage collector is no part of a decision; a rig can have it between trials, too.
+        without.callback(gc.enable)
+        gc.disable()
         for trial in range(trials):
+            gc.collect()
             scored = run_scored_trial(config, rig, task, trial)
             time_s = round(scored.report.exploration_time_s, 4) if scored.success else FAILED_S
             outcome = scored.report.outcome

@@ -197,12 +197,14 @@ class FollowTorque(Policy):
 
     Attributes:
         seen: Every observation, in order.
+        foreseen: Where each of them was to be expected.
         learned: Every transition, in order.
         ended: What each trial came to.
         before: Called before each choice.
     """
 
     seen: list[Observation] = field(default_factory=list)
+    foreseen: list[tuple[float, float]] = field(default_factory=list)
     learned: list[Transition] = field(default_factory=list)
     ended: list[Hindsight] = field(default_factory=list)
     before: Callable[[], None] = lambda: None
@@ -212,6 +214,9 @@ class FollowTorque(Policy):
         return True
 
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None: ...
+
+    def foresee(self, place_m: tuple[float, float]) -> None:
+        self.foreseen.append(place_m)
 
     def choose(self, observation: Observation) -> Decision:
         self.before()

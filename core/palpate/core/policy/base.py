@@ -238,6 +238,14 @@ class Policy(Protocol):
             trial: Number of the trial in the course of learning, from 0.
         """
 
+    def foresee(self, place_m: tuple[float, float]) -> None:
+        """Make ready, a tick ahead, for a choice with the commanded tip at this place, (x, y), task frame.
+
+        The choice may be made elsewhere, or never, and has to be the same as if this had not been called. A policy
+        that derives from this class and does not override it ignores it.
+        """
+        return
+
     @abstractmethod
     def choose(self, observation: Observation) -> Decision:
         """The action to take now.

@@ -59,8 +59,13 @@ class LeanBelief(PlaceBelief):
         super().__init__(log_prior, kept)
         self._table = table
         # Over the touches: the precision with which they show the lean, xx, xy and yy, the lean times it, x and y, and
-        # what an upright tool leaves, squared, with the variances.
-        self._sums = np.zeros((6, *log_prior.shape))
+        # what an upright tool leaves, squared, with the variances. Zeros that are written, for memory that was never
+        # used is slow the first time, and that would be in a decision.
+        self._sums = np.full((6, *log_prior.shape), 0.0)
+
+    @override
+    def foresee(self, row: int, column: int) -> None:
+        self._table.look_ahead(row, column)
 
     @override
     def feel(self, row: int, column: int, torque_Nm: tuple[float, float], load: float) -> None:

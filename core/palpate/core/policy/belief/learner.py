@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -20,7 +21,7 @@ from palpate.core.policy.belief.planner import Planner, SpiralSearch
 from palpate.core.policy.belief.prior import place_prior
 from palpate.core.policy.belief.settings import BeliefParameters
 from palpate.core.policy.belief.symbols import SymbolTable, fit_symbol_model
-from palpate.core.policy.belief.touches import Touch, TouchedTrial
+from palpate.core.policy.belief.touches import LENGTH_M, Touch, TouchedTrial, place_of
 from palpate.core.policy.model_learner import ModelLearner
 
 SEARCH: Final = "search"
@@ -29,6 +30,24 @@ _WIDEST_M: Final = 8e-3
 """More places than 161 by 161 cannot be gone through within a tick."""
 
 _MIDDLE_M: Final = (0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """What does not need the torque of a touch.
+
+    Attributes:
+        place: That of the touch, in units of ``LENGTH_M``.
+        box: Places that may have been passed on the way to it.
+        passed: Which of them were, for each width, and what is left of their logarithm of evidence; none before the
+            first step.
+        cell: Cell that the torque is of.
+    """
+
+    place: tuple[int, int]
+    box: tuple[slice, slice]
+    passed: tuple[tuple[np.ndarray, float], ...]
+    cell: tuple[int, int]
 
 
 class BeliefLearner(ModelLearner[TouchedTrial]):
@@ -61,6 +80,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self._touches: list[Touch]
         self._expect_place()
         self._belief: PlaceBelief | None
+        self._foreseen: _Way | None
         self._search: SpiralSearch | None
         self._steps: int
         self._searched: int
@@ -73,7 +93,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
 
     @override
     def _begin(self, rng: np.random.Generator) -> None:
-        self._touches = []
+        self._touches, self._foreseen = [], None
         self._start_anew()
         self._searched = 0
 
@@ -105,14 +125,28 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self._log_prior, self._centre_m = logarithm(prior), self._places.mean_m(prior)
 
     @override
+    def foresee(self, place_m: tuple[float, float]) -> None:
+        if self._belief is None:
+            return
+        place = place_of(place_m)
+        self._foreseen = way = self._way_to(place)
+        self._belief.foresee(*way.cell)
+        self._planner.foresee(self._inside((place[0] * LENGTH_M, place[1] * LENGTH_M)))
+
+    @override
     def choose(self, observation: Observation) -> Decision:
         """The step that brings the peg to the hole soonest, by what is believed."""
         touch = Touch.of(observation)
-        before = self._touches[-1] if self._touches else touch
-        self._touches.append(touch)
+        way, self._foreseen = self._foreseen, None
         if self._belief is None:
+            self._touches.append(touch)
             return self._searching(self._search or self._begin_search(self._centre_m), touch)
-        self._take_in(self._belief, before, touch)
+        if way is None or way.place != touch.place:
+            way = self._way_to(touch.place)
+        self._touches.append(touch)
+        for cells, log_weight in way.passed:
+            self._belief.pass_over(way.box, cells, log_weight)
+        self._belief.feel(*way.cell, touch.torque_Nm, touch.load)
         self._steps += 1
         if self._search is not None:
             if self._searched > 1 or self._steps <= self.parameters.search_steps:
@@ -129,16 +163,16 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         grounds = float(probabilities.max()), *self._places.mean_m(probabilities), actions
         return Decision(Action(_name(dx, dy), (dx, dy)), None, LEARNED, grounds)
 
-    def _take_in(self, belief: PlaceBelief, before: Touch, touch: Touch) -> None:
-        (x, y), (px, py), lag = touch.place_m, before.place_m, self._lag
-        if touch is not before:
-            graded = GRADED if self.parameters.graded_misses else ALIKE
-            widths_m = [widths * (self.parameters.capture_mm * 1e-3) for widths, _ in graded]
-            box, off_m2 = self._places.near_way((px, py), (x - px, y - py), max(widths_m))
-            for width_m, (_, log_weight) in zip(widths_m, graded, strict=True):
-                belief.pass_over(box, off_m2 <= width_m * width_m, log_weight)
-        place = self._inside((x - lag * (x - px), y - lag * (y - py)))
-        belief.feel(*self._places.cell(*place), touch.torque_Nm, touch.load)
+    def _way_to(self, place: tuple[int, int]) -> _Way:
+        """The way from the last touch to one at this place, in units of ``LENGTH_M``."""
+        before = self._touches[-1].place if self._touches else place
+        (x, y), (px, py) = ((a * LENGTH_M, b * LENGTH_M) for a, b in (place, before))
+        graded = GRADED if self.parameters.graded_misses else ALIKE
+        widths_m = [widths * (self.parameters.capture_mm * 1e-3) for widths, _ in graded]
+        box, off_m2 = self._places.near_way((px, py), (x - px, y - py), max(widths_m))
+        passed = ((off_m2 <= width_m * width_m, log) for width_m, (_, log) in zip(widths_m, graded, strict=True))
+        felt_m = self._inside((x - self._lag * (x - px), y - self._lag * (y - py)))
+        return _Way(place, box, tuple(passed) if self._touches else (), self._places.cell(*felt_m))
 
     def _inside(self, place_m: tuple[float, float]) -> tuple[float, float]:
         """A place, held to the square that the belief covers."""

@@ -85,6 +85,9 @@ class TouchTable:
         side = len(axis)
         directions = Directions.of(np.repeat(axis, side), np.tile(axis, side))
         self._tables = np.stack(self._columns(model, directions)).reshape(-1, side, side)
+        # Written to now: memory that was never used is slow the first time, and that would be in a decision.
+        self._found = self._tables[:, : places.size, : places.size].copy()
+        self._ahead: tuple[int, int] | None = None
         self.offset_Nm = model.offset_Nm
         self.bias_precision = 1.0 / (model.bias_Nm * model.bias_Nm)
 
@@ -100,16 +103,24 @@ class TouchTable:
         """A trial's belief, of its prior alone, (size, size)."""
         return TorqueBelief(self, log_prior, kept)
 
+    def look_ahead(self, row: int, column: int) -> None:
+        """Make ready for :meth:`at` of this cell."""
+        self.at(row, column)
+        self._ahead = row, column
+
     def at(self, row: int, column: int) -> Floats:
-        """Of a touch at this cell, were the hole at each place, (5, size, size), to be worked in.
+        """Of a touch at this cell, were the hole at each place, (5, size, size), to be worked in until the next call.
 
         Returns:
             Precision; precision times torque to be expected, x and y; precision times its square; logarithm of the
             variances of both components.
         """
-        # Displacements from this cell to all cells: to the first one it is -row, -column.
-        a, b = self._reach - row, self._reach - column
-        return self._tables[:, a : a + self._size, b : b + self._size].copy()
+        ahead, self._ahead = self._ahead, None
+        if ahead != (row, column):
+            # Displacements from this cell to all cells: to the first one it is -row, -column.
+            a, b = self._reach - row, self._reach - column
+            self._found[...] = self._tables[:, a : a + self._size, b : b + self._size]
+        return self._found
 
 
 class PlaceBelief:
@@ -122,6 +133,10 @@ class PlaceBelief:
 
     def __init__(self, log_prior: Floats, kept: float) -> None:
         self._passed, self._kept = log_prior.copy(), kept
+
+    def foresee(self, row: int, column: int) -> None:
+        """Make ready for a touch at this cell; another one may come."""
+        return
 
     @abstractmethod
     def feel(self, row: int, column: int, torque_Nm: tuple[float, float], load: float) -> None:
@@ -160,6 +175,10 @@ class TorqueBelief(PlaceBelief):
         self._table = table
         # Over the touches: precisions, left torque times precision in x and y, and its square with the variances.
         self._sums = [np.zeros(log_prior.shape) for _ in range(4)]
+
+    @override
+    def foresee(self, row: int, column: int) -> None:
+        self._table.look_ahead(row, column)
 
     @override
     def feel(self, row: int, column: int, torque_Nm: tuple[float, float], load: float) -> None:

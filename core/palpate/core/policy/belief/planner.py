@@ -46,6 +46,8 @@ class Planner:
         blocks = -(-places.size // _BLOCK)
         # Middles of the blocks, in x as in y; the last one may reach over the edge.
         self._middle_m = (np.arange(blocks) * _BLOCK + (_BLOCK - 1) / 2) * PITCH_M + float(places.axis_m[0])
+        self._far = np.empty((len(self.ways), blocks, blocks))
+        self._ahead: tuple[float, float] | None = None
         # Room for a belief with nothing around it, as far as a way reaches and up to the edge of a block.
         self._room = np.zeros((reach + blocks * _BLOCK + reach,) * 2)
 
@@ -53,6 +55,22 @@ class Planner:
         """Actions to a place so far away."""
         cost: Floats = 1.0 + np.sqrt(x_m * x_m + y_m * y_m) / self._speed_m
         return cost
+
+    def foresee(self, from_m: tuple[float, float]) -> None:
+        """Make ready for :meth:`best` from this place; another one may come."""
+        self._costs(from_m)
+        self._ahead = from_m
+
+    def _costs(self, from_m: tuple[float, float]) -> Floats:
+        """Actions from the end of each way to the middle of each block, (ways, blocks): as in _cost, in place."""
+        ends = self._ends + np.array(from_m)
+        x, y = self._middle_m - ends[:, :1], self._middle_m - ends[:, 1:]
+        far = self._far
+        np.add((x * x)[:, :, None], (y * y)[:, None, :], out=far)
+        np.sqrt(far, out=far)
+        far /= self._speed_m
+        far += 1.0
+        return far.reshape(len(ends), -1)
 
     def best(self, belief: Floats, from_m: tuple[float, float], limit_m: float) -> tuple[tuple[float, float], float]:
         """The best way, (dx, dy) in m, and how many actions it is expected to take from there.
@@ -62,25 +80,20 @@ class Planner:
             from_m: Where the tip is, (x, y), task frame.
             limit_m: Ways that lead further than this from the goal in x or y are left out, if any does not.
         """
-        ends = self._ends + np.array(from_m)
+        ahead, self._ahead = self._ahead, None
         # The way to places far off is as long to the middle of their block.
+        far = self._far.reshape(len(self.ways), -1) if ahead == from_m else self._costs(from_m)
         reach, size = self._reach, len(belief)
         self._room[reach : reach + size, reach : reach + size] = belief
         weights = _in_threes(_in_threes(self._room[reach:-reach, reach:-reach].T).T).reshape(-1)
         likely = np.nonzero(weights > _UNLIKELY * weights.max())[0]
-        # The costs, as in _cost, in place: there are tens of thousands.
-        x, y = self._middle_m - ends[:, :1], self._middle_m - ends[:, 1:]
-        far = ((x * x)[:, :, None] + (y * y)[:, None, :]).reshape(len(ends), -1)
         if len(likely) < len(weights):
             far, weights = far.take(likely, axis=1), weights[likely]
-        np.sqrt(far, out=far)
-        far /= self._speed_m
-        far += 1.0
         far *= weights
         row, column = self._places.cell(*from_m)
         around = self._room[row : row + 2 * reach + 1, column : column + 2 * reach + 1].reshape(-1)
         expected = far.sum(axis=1) - (self._saved * around).sum(axis=1)
-        outside = np.abs(ends).max(axis=1) > limit_m
+        outside = np.abs(self._ends + np.array(from_m)).max(axis=1) > limit_m
         expected[outside] += 1e6
         best = int(np.argmin(expected))
         return self.ways[best], float(expected[best])

@@ -28,6 +28,12 @@ _MOST_TOUCHES: Final = 120
 """So many touches of a trial are remembered, its last ones; a blind search has many that are alike."""
 
 
+def place_of(place_m: tuple[float, float]) -> tuple[int, int]:
+    """A place, (x, y), in units of ``LENGTH_M``."""
+    x, y = place_m
+    return round(x / LENGTH_M), round(y / LENGTH_M)
+
+
 @dataclass(frozen=True, slots=True)
 class Touch:
     """One look at the wrench while the peg rests on the plate.
@@ -49,7 +55,7 @@ class Touch:
         tx, ty, _ = observation.torque_Nm
         press_N = max(-observation.force_N[2], _LEAST_N)
         return cls(
-            (round(x / LENGTH_M), round(y / LENGTH_M)),
+            place_of((x, y)),
             (round(tx / TORQUE_NM), round(ty / TORQUE_NM)),
             round(press_N / FORCE_N),
         )

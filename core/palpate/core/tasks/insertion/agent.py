@@ -91,6 +91,10 @@ class Agent:
         self._settle(next_state=state)
         return state
 
+    def foresee(self, place_m: tuple[float, float]) -> None:
+        """The next tick is to perceive, from this commanded tip, (x, y), task frame, unless something comes between."""
+        self._policy.foresee(place_m)
+
     def choose(self) -> Decision:
         """Choose the next action by what was just perceived.
 

@@ -1,6 +1,8 @@
 """The learner that acts by a belief over the hole's place, in a world of touches that is known."""
 
+from collections.abc import Callable
 from math import dist
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,17 +10,27 @@ import pytest
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import Hindsight, Observation
 from palpate.core.policy.belief import BeliefLearner, BeliefParameters
+from palpate.core.policy.belief.places import Places
+from palpate.core.policy.belief.planner import Planner
 from palpate.core.policy.belief.touches import TORQUE_NM
 from tests.unit.core.policy.belief.simulated_touch import touch_at
 
 Place = tuple[float, float]
 
 
-def learner(*, frozen: bool = False, symbol_Nm: float = 0.0) -> BeliefLearner:
-    return BeliefLearner(BeliefParameters(symbol_Nm=symbol_Nm), 3.5e-3, 0.05, frozen=frozen)
+def learner(*, frozen: bool = False, symbol_Nm: float = 0.0, regrip_share: float = 0.05) -> BeliefLearner:
+    parameters = BeliefParameters(symbol_Nm=symbol_Nm, regrip_share=regrip_share)
+    return BeliefLearner(parameters, 3.5e-3, 0.05, frozen=frozen)
 
 
-def play(policy: BeliefLearner, hole_m: Place, start_m: Place, seed: int = 0, most: int = 400) -> list[str]:
+def play(
+    policy: BeliefLearner,
+    hole_m: Place,
+    start_m: Place,
+    seed: int = 0,
+    most: int = 400,
+    foresee: Callable[[float, float], Place | None] = lambda x, y: None,
+) -> list[str]:
     """One trial; the hole takes the peg in when its way passes within 0.15 mm."""
     rng, place, hole = np.random.default_rng(seed), np.array(start_m), np.array(hole_m)
     policy.begin_trial(0, rng)
@@ -26,8 +38,11 @@ def play(policy: BeliefLearner, hole_m: Place, start_m: Place, seed: int = 0, mo
     for number in range(most):
         tx, ty = np.array(touch_at(place, hole, rng).torque) * TORQUE_NM
         x, y = place.tolist()
+        foreseen = foresee(x, y)
+        if foreseen is not None:
+            policy.foresee(foreseen)
         decision = policy.choose(Observation(0, (x, y, 0.0), (x, y, 0.0), (0.0, 0.0, -4.9), (tx, ty, 0.0), number))
-        names.append(decision.action.name)
+        names.append(f"{decision.action.name} {decision.grounds}")
         way = np.array(decision.action.displacement_m)
         for share in np.linspace(0.0, 1.0, 20):
             if dist(place + share * way, hole) < 1.5e-4:
@@ -68,6 +83,39 @@ def test_what_it_saved_makes_the_same_choices() -> None:
     second.set_state(first.get_state())
     assert play(second, (-1e-3, 2e-3), (1e-3, 0.0), 9) == play(first, (-1e-3, 2e-3), (1e-3, 0.0), 9)
     assert second.get_state() == first.get_state()
+
+
+@pytest.mark.parametrize("setting", [{}, {"symbol_Nm": 0.005}, {"regrip_share": 0.0}])
+def test_what_it_foresees_changes_no_choice(setting: dict[str, float]) -> None:
+    policy = learner(**setting)
+    play(policy, (1e-3, 1e-3), (-1e-3, 0.0))
+    state, hole_m = policy.get_state(), (-1e-3, 2e-3)
+    asked = play(policy, hole_m, (1e-3, 0.0), 9)
+    assert len(asked) > 3
+    for foresee in (
+        lambda x, y: (x, y),
+        lambda x, y: (x + 1e-4, y - 3e-3),
+        lambda x, y: (9e-3, y) if x > 0.0 else None,
+    ):
+        again = learner(**setting)
+        again.set_state(state)
+        assert play(again, hole_m, (1e-3, 0.0), 9, foresee=foresee) == asked
+
+
+def test_what_was_foreseen_is_not_done_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    policy, hole_m = learner(), (-1e-3, 2e-3)
+    play(policy, (1e-3, 1e-3), (-1e-3, 0.0))
+    done: list[str] = []
+    for part, name in ((Places, "near_way"), (Planner, "_costs")):
+        todo = getattr(part, name)
+
+        def counted(*given: Any, name: str = name, todo: Any = todo) -> Any:
+            done.append(name)
+            return todo(*given)
+
+        monkeypatch.setattr(part, name, counted)
+    choices = len(play(policy, hole_m, (1e-3, 0.0), 9, foresee=lambda x, y: (x, y)))
+    assert done == ["near_way", "_costs"] * choices
 
 
 def test_a_belief_that_is_wrong_ends_in_a_search_of_everything() -> None:

@@ -71,6 +71,12 @@ def test_the_torque_leads_to_the_hole(good: Trial) -> None:
     assert {record.state for record in good.report.decisions[1:]} == {"tx0 ty+"}
 
 
+def test_the_policy_is_told_a_tick_ahead_where_it_will_choose(good: Trial) -> None:
+    chosen = np.array([seen.reference_m[:2] for seen in good.policy.seen])
+    assert np.abs(np.array(good.policy.foreseen[: len(chosen)]) - chosen).max() < 1e-9
+    assert np.abs(np.diff(chosen, axis=0)).max() > 1e-4
+
+
 def test_the_policy_sees_the_cue_at_the_tip(good: Trial) -> None:
     for seen in good.policy.seen[1:]:
         x, y, _ = seen.position_m

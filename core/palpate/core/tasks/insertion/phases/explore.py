@@ -8,7 +8,7 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.core.policy import Action
-from palpate.core.ports import CONTROL_RATE_HZ, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
 from palpate.core.tasks.contact import PAST_PLATE_M, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.tasks.insertion.phases.exploring_checks import ExploringChecks
@@ -98,7 +98,11 @@ class Explore(RunningPhase):
             if self.countdown <= 0:
                 # Where to go is known when the policy has chosen.
                 self._perceive()
-        return self._way_on()
+        velocity_m_s = self._way_on()
+        if self.countdown == 1 and not self._lost_ticks:
+            (x, y, _), (vx, vy, _) = self._motion.reference_m, velocity_m_s
+            self._agent.foresee((x + vx * PERIOD_S, y + vy * PERIOD_S))
+        return velocity_m_s
 
     @property
     def _depth_m(self) -> float:
