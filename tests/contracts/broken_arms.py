@@ -41,12 +41,13 @@ class MeasuresTarget(FakeJointEncoder):
         return super().read()
 
 
+UNTURNED: dict[str, Any] = {"turn_by_hand": None}
 CAUSAL = {"test_observation_does_not_depend_on_the_command_of_its_tick"}
 ENCODERS: list[tuple[Any, dict[str, Any], set[str]]] = [
-    (altered(FakeJointEncoder, position_rad=lambda s: list(s.position_rad)), {}, {"test_angles_are_floats"}),
-    (LosesJoint, {}, {"test_angles_are_floats"}),
-    (plus(lambda q: 56.3 * q), {"expected_rad": None, "arm": None}, {"test_angles_are_plausible_radians"}),
-    (plus(lambda q: 2e-4), {}, {"test_angles_are_where_the_joints_stand"}),
+    (altered(FakeJointEncoder, position_rad=lambda s: list(s.position_rad)), UNTURNED, {"test_angles_are_floats"}),
+    (LosesJoint, UNTURNED, {"test_angles_are_floats"}),
+    (plus(lambda q: 56.3 * q), {"expected_rad": None, "arm": None, **UNTURNED}, {"test_angles_are_plausible_radians"}),
+    (plus(lambda q: 2e-4), UNTURNED, {"test_angles_are_where_the_joints_stand"}),
     (ReportsTarget, {}, CAUSAL),
     (MeasuresTarget, {}, CAUSAL),
 ]
@@ -180,7 +181,7 @@ ARMS: list[tuple[Any, dict[str, Any], set[str]]] = [
     (ChangesSecretly, {}, {"test_small_legal_move_is_applied_as_asked"}),
     (
         Sags,
-        {},
+        UNTURNED,
         {
             "test_each_command_counts",
             "test_newest_command_wins",
@@ -194,17 +195,17 @@ ARMS: list[tuple[Any, dict[str, Any], set[str]]] = [
     (KnowsNoLimit, {}, {"test_position_limit_is_applied_and_told"}),
     (
         SlowsSilently,
-        {},
+        UNTURNED,
         {"test_velocity_limit_is_applied_and_told"},
     ),
-    (KnowsNoSpeed, {}, {"test_velocity_limit_is_applied_and_told"}),
+    (KnowsNoSpeed, UNTURNED, {"test_velocity_limit_is_applied_and_told"}),
     (TakesAnyNumber, {}, {"test_wrong_number_of_joints_is_refused"}),
-    (Queues, {}, {"test_newest_command_wins"}),
+    (Queues, {}, {"test_newest_command_wins", "test_stop_in_the_middle_of_send_is_not_overtaken"}),
     (FirstCommandWins, {}, {"test_newest_command_wins"}),
     (StopsOnlyAlive, {}, {"test_stop_works_in_every_state"}),
     (StopsOnlyOnce, {}, {*STOP, "test_after_stop_send_applies_nothing"}),
-    (StopsOnlyHealthy, {}, {"test_stop_works_while_faulted"}),
-    (HidesStop, {}, {"test_after_stop_send_applies_nothing"}),
+    (StopsOnlyHealthy, {}, {"test_stop_works_while_faulted", "test_command_under_way_is_dropped"}),
+    (HidesStop, {}, {"test_after_stop_send_applies_nothing", "test_stop_works_from_another_thread"}),
     (CreepsOn, {}, {"test_after_stop_the_arm_holds_still", "test_stop_holds_the_pose_of_now"}),
     (StopsForEver, {}, {"test_activating_again_ends_the_stop"}),
 ]

@@ -9,6 +9,7 @@ from palpate.adapters.hardware.cia402 import make_cia402
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion.arm import arm_named
+from palpate.core.ports import JointVector
 from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.motors.plant import DirectMotors
@@ -27,6 +28,11 @@ class Following(DirectMotors):
     def set_motor_counts(self, axis: int, counts: float) -> None:
         super().set_motor_counts(axis, counts)
         self.measured_rad(self.targets_rad())
+
+    def turn(self, position_rad: JointVector) -> None:
+        """By hand: where nothing holds the joints, they are where they were brought."""
+        for axis, (q, k) in enumerate(zip(position_rad, SCALE, strict=True)):
+            self.set_motor_counts(axis, q * k)
 
 
 class Bench:
@@ -68,6 +74,7 @@ class TestCia402Encoder(JointEncoderContract):
             max_age_ns=250_000_000,
             joints=3,
             expected_rad=HOME,
+            turn_by_hand=bench.motors.turn,
             tolerance_rad=2e-4,
             arm=bench.arm,
             provoke_fault=bench.fail,
@@ -89,6 +96,7 @@ class TestCia402Arm(ArmCommandContract):
             step_rad=4e-3,
             fast_step_rad=0.1,
             position_rad=bench.motors.targets_rad,
+            turn_by_hand=bench.motors.turn,
             tolerance_rad=2e-4,
             settle_ticks=10,
             limit_ticks=100,

@@ -58,6 +58,7 @@ class TestFakeForceSensor(OfKind, ForceSensorContract):
             "advance": clock.advance,
             "push_N": lambda fx, fy, fz: setattr(sensor, "load_N", (fx, fy, fz)),
             "overload_N": 500.0,
+            "overload_Nm": 50.0,
             "twist_Nm": lambda tx, ty, tz: setattr(sensor, "load_Nm", (tx, ty, tz)),
             "go_silent": lambda: setattr(sensor, "silent", True),
             "disconnect": lambda: setattr(sensor, "disconnected", True),
@@ -78,6 +79,8 @@ class TestFakeJointEncoder(OfKind, JointEncoderContract):
         knobs = {
             "expected_rad": HOME_RAD,
             "arm": arm,
+            "turn_by_hand": arm.turn_by_hand,
+            "turn_rad": 7.0,
             "go_silent": lambda: setattr(encoder, "silent", True),
             "disconnect": lambda: setattr(encoder, "disconnected", True),
             "provoke_fault": encoder.fail,
@@ -95,6 +98,7 @@ class TestFakeArm(OfKind, ArmCommandContract):
         arm = make_arm(clock, self.kind)
         knobs = {
             "position_rad": arm.position_rad,
+            "turn_by_hand": arm.turn_by_hand,
             "disconnect": lambda: setattr(arm, "disconnected", True),
             "provoke_fault": arm.fail,
             "is_open": lambda: arm.is_open,

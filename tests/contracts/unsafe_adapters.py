@@ -50,6 +50,32 @@ from tests.contracts.unsafe_arms import (
     only_said,
     to_home,
 )
+from tests.contracts.unsafe_sensors import (
+    ClipsTorque,
+    ClockRunsSlow,
+    CountsFromZeroAgain,
+    OneJointATick,
+    OverloadShiftsItsZero,
+    SleepsWithTheArm,
+    SlipsNowAndThen,
+    Sticks,
+    WakesWhereItFellAsleep,
+    WrapsAtOneTurn,
+)
+from tests.contracts.unsafe_stops import (
+    CannotLeaveItsLimit,
+    FaultRunsOutItsMotion,
+    FaultWearsOff,
+    GoesBackToWhereItWas,
+    HearsItsThreadOnly,
+    LimitsFromWhereItWas,
+    Parks,
+    SendOutlastsStop,
+    StopReopens,
+    StopsForItsThreadOnly,
+    StopWaitsForTheLoop,
+    TakesTheShortWayRound,
+)
 
 HOME = fake.HOME_RAD
 
@@ -118,6 +144,18 @@ class AwaitsNews(FakeForceSensor):
 
     def read(self) -> Any:
         if self._sample is not None and self._sample.source_time_ns == self.clock.now_ns() and not self.silent:
+            sleep(0.01)
+        return super().read()
+
+
+class SlowByTheWall(FakeForceSensor):
+    """For a while, so that the other clauses need not wait as long."""
+
+    readings = 0
+
+    def read(self) -> Any:
+        self.readings += 1
+        if self.readings <= 10:
             sleep(0.01)
         return super().read()
 
@@ -254,13 +292,16 @@ EITHER = altered(FakeForceSensor, torque_Nm=lambda s: (0.0,) * 3 if any(s.force_
 FORCE, ENCODER, ARM = fake.TestFakeForceSensor, fake.TestFakeJointEncoder, fake.TestFakeArm
 SENSOR, PLAIN = FakeForceSensor, FakeArm
 BY_ITSELF: dict[str, Any] = {"runs_by_itself": True}
-UNKNOWN: dict[str, Any] = {"expected_rad": None}
+UNKNOWN: dict[str, Any] = {"expected_rad": None, "turn_by_hand": None}
 BLOCK, RELEASE, AJAR = "calls_do_not_block", "close_releases", "failed_configure_leaves_nothing_open"
 TARE, LOAD = "no_hidden_tare", "load_is_reported_in_newtons_on_its_axis"
 TORQUE, FOLLOW = "torque_is_reported_in_newton_metres_on_its_axis", "encoders_follow_each_joint"
 STILL, DROPPED, HELD = "after_stop_the_arm_holds_still", "command_under_way_is_dropped", "stop_holds_the_pose_of_now"
 REST, REFUSED, COUNTS = "motion_ends_and_does_not_resume", "refused_command_moves_nothing", "each_command_counts"
 STAND, STOPPED = "angles_are_where_the_joints_stand", "after_stop_send_applies_nothing"
+HAND, THREAD, EVERY = "angles_follow_a_hand", "stop_works_from_another_thread", "stop_works_in_every_state"
+PLACED, MIDDLE = "turned_by_hand_it_stays_where_it_is_activated", "stop_in_the_middle_of_send_is_not_overtaken"
+RANGE, NEW = "what_is_beyond_the_range_is_marked", "sample_after_a_pause_is_new"
 BOUNDS, SPEED = "position_limit_is_applied_and_told", "velocity_limit_is_applied_and_told"
 
 LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
@@ -271,13 +312,13 @@ LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
     (FORCE, unsafe(SENSOR, "OpensOnceMore", configure=first(opened, "configure", SENSOR)), {}, RELEASE),
     (FORCE, LeavesThread, {}, "close_leaves_no_thread"),
     (FORCE, unsafe(SENSOR, "SlowReading", read=first(slow, "read", SENSOR)), {}, BLOCK),
-    (FORCE, unsafe(SENSOR, "SlowByTheWall", read=first(lambda _: sleep(0.01), "read", SENSOR)), {}, BLOCK),
+    (FORCE, SlowByTheWall, {}, BLOCK),
     (FORCE, AwaitsNews, {}, BLOCK),
     (ARM, unsafe(PLAIN, "SlowSending", send=first(slow, "send")), {}, BLOCK),
     (FORCE, AwaitsTheSilent, {}, "silence_is_not_passed_off_as_news"),
     (FORCE, NowAndThen, {}, "wrench_is_six_floats"),
     (FORCE, EverySecondIsOld, {}, "load_is_reported_in_newtons_on_its_axis"),
-    (FORCE, KeepsItOverAPause, {}, "sample_after_a_pause_is_new"),
+    (FORCE, KeepsItOverAPause, {}, NEW),
     (FORCE, CountsReadings, BY_ITSELF, "reading_twice_gives_the_same_sample"),
     (FORCE, altered(SENSOR, frame=lambda _: "base"), {}, "frame_is_named"),
     (FORCE, MIRRORED, {}, "pressing_on_the_tip_gives_negative_fz"),
@@ -290,7 +331,7 @@ LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
     (ENCODER, unsafe(FakeJointEncoder, "Frozen", _measured=frozen), {}, FOLLOW),
     (ARM, unsafe(PLAIN, "StopAsksTheArm", stop=first(ask, "stop")), {}, "stop_works_once_the_cable_is_cut"),
     (ARM, unsafe(PLAIN, "StopSendsNothing", stop=only_said), {}, DROPPED),
-    (ARM, unsafe(PLAIN, "StopNeverReturns", stop=first(sleepy, "stop")), {}, "stop_works_in_every_state"),
+    (ARM, unsafe(PLAIN, "StopNeverReturns", stop=first(sleepy, "stop")), {}, EVERY),
     (ARM, unsafe(PLAIN, "DeactivateLeavesItMoving", _on_deactivate=left_moving), {}, DROPPED),
     (ARM, unsafe(PLAIN, "CloseLeavesItMoving", _on_close=lambda self: setattr(self, "is_open", False)), {}, DROPPED),
     (ARM, StopsAtHome, {}, HELD),
@@ -320,7 +361,7 @@ LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
     (ARM, BrakeLetsGoLate, {}, REST),
     (FORCE, unsafe(SENSOR, "TaresAfterAPause", _measured=rezeroed, _on_deactivate=set_paused), {}, TARE),
     (FORCE, unsafe(SENSOR, "TaresAfterAFault", _measured=rezeroed, fail=set_failed), {}, TARE),
-    (FORCE, KeepsItOverAFault, {}, "sample_after_a_pause_is_new"),
+    (FORCE, KeepsItOverAFault, {}, NEW),
     (ENCODER, unsafe(FakeJointEncoder, "ZeroAfterAFault", _measured=lost, fail=set_failed), {}, STAND),
     (ENCODER, NewAgainInTheEnd, {}, "silence_is_not_passed_off_as_news"),
     (ARM, KeepsOneLimitAtATime, {}, BOUNDS),
@@ -334,7 +375,7 @@ LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
     (ARM, ClosesTowardsHome, {}, REST),
     (FORCE, SWAPS_PULLS, {}, LOAD),
     (FORCE, ABSOLUTE, {}, TORQUE),
-    (FORCE, CLIPS, {}, "what_is_beyond_the_range_is_marked"),
+    (FORCE, CLIPS, {}, RANGE),
     (FORCE, INSENSITIVE, {}, LOAD),
     (FORCE, LARGEST, {}, LOAD),
     (FORCE, EITHER, {}, TORQUE),
@@ -343,5 +384,27 @@ LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
     (ARM, RemembersWhatItSwallowed, {}, HELD),
     (ARM, SwallowsSmallSteps, {}, COUNTS),
     (ARM, unsafe(MovesUnasked, "MovesWhileClosed", refused_in=Life.CLOSED), {}, REFUSED),
+    (ARM, StopsForItsThreadOnly, {}, THREAD),
+    (ARM, HearsItsThreadOnly, {}, THREAD),
+    (ARM, StopWaitsForTheLoop, {}, THREAD),
+    (ARM, FaultRunsOutItsMotion, {}, DROPPED),
+    (ARM, TakesTheShortWayRound, {}, SPEED),
+    (FORCE, ClipsTorque, {}, "torque_beyond_the_range_is_marked"),
+    (ENCODER, WrapsAtOneTurn, {}, HAND),
+    (ENCODER, OneJointATick, {}, HAND),
+    (ENCODER, SleepsWithTheArm, {}, HAND),
+    (ENCODER, WakesWhereItFellAsleep, {}, HAND),
+    (ENCODER, Sticks, {}, HAND),
+    (ENCODER, SlipsNowAndThen, {}, "angles_are_plausible_radians"),
+    (FORCE, CountsFromZeroAgain, {}, NEW),
+    (FORCE, ClockRunsSlow, {}, "sequence_and_time_never_go_back"),
+    (FORCE, OverloadShiftsItsZero, {}, RANGE),
+    (ARM, FaultWearsOff, {}, "fault_latches"),
+    (ARM, SendOutlastsStop, {}, MIDDLE),
+    (ARM, StopReopens, {}, EVERY),
+    (ARM, Parks, {}, DROPPED),
+    (ARM, GoesBackToWhereItWas, {}, PLACED),
+    (ARM, LimitsFromWhereItWas, {}, PLACED),
+    (ARM, CannotLeaveItsLimit, {}, BOUNDS),
 ]
 UNSAFE = [(suite, kind, knobs, f"test_{clause}") for suite, kind, knobs, clause in LISTED]

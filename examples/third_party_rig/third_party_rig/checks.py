@@ -68,6 +68,7 @@ class ArmChecks(ArmCommandContract):
             upper_rad=UPPER_RAD,
             fast_step_rad=0.1,
             position_rad=lambda: bench.servos.held_rad,
+            turn_by_hand=bench.servos.turn_by_hand,
             settle_ticks=1,  # these servos are there at once; yours need as many ticks as a move of step_rad takes
             is_open=lambda: bench.arm.is_open,
             disconnect=bench.device.close,
@@ -89,6 +90,8 @@ class EncoderChecks(JointEncoderContract):
             max_age_ns=MAX_AGE_NS,
             joints=len(HOME_RAD),
             expected_rad=HOME_RAD,
+            turn_by_hand=bench.servos.turn_by_hand,
+            turn_rad=7.0,  # an arm's own range, on yours
             arm=bench.arm,
             go_silent=lambda: setattr(bench.device, "silent", True),
             is_open=lambda: bench.arm.is_open,
@@ -125,6 +128,7 @@ class ForceChecks(ForceSensorContract):
             push_N=_setting(force),
             twist_Nm=_setting(torque),
             overload_N=500.0,
+            overload_Nm=50.0,
             go_silent=lambda: setattr(device, "silent", True),
             is_open=lambda: sensor.is_open,
             disconnect=device.close,

@@ -146,6 +146,10 @@ class FakeServos:
         elif self._enabled and len(numbers) == len(self.held_rad):
             self._told_rad = numbers
 
+    def turn_by_hand(self, position_rad: Sequence[float]) -> None:
+        """Nobody holds them."""
+        self.held_rad = self._told_rad = tuple(position_rad)
+
     def tick(self) -> None:
         """A tick has gone by."""
         self.held_rad = self._told_rad

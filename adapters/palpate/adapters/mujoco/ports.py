@@ -105,19 +105,21 @@ class MujocoArm(ManagedDevice, ArmCommand):
     def send(self, command: JointCommand) -> AppliedCommand:
         if self._life is not _ACTIVE:
             self._require_active("send()")
-        asked = command.position_rad
+        asked, stopped = command.position_rad, self._stopped
         if len(asked) != self._limiter.joints:
             raise CommandError(f"the arm has {self._limiter.joints} joints, the command has another number", len(asked))
-        if self._stopped:
+        if stopped:
             return AppliedCommand(self._held, CommandReason.STOPPED)
         applied = self._limiter.limited(asked, self._cell.time_ns)
         self._held = applied.position_rad
         self._cell.command(applied.position_rad)
+        if self._stopped:  # meanwhile, by a signal handler or another thread
+            self._hold_here()
         return applied
 
     def stop(self) -> None:
         """Hold the arm where it stands."""
-        if self._life is Life.ACTIVE and not self._stopped:
+        if self._life in (Life.ACTIVE, Life.FAULTED) and not self._stopped:
             self._stopped = True
             self._hold_here()
 

@@ -100,7 +100,9 @@ class ArmCommand(Device, Protocol):
 
     @abstractmethod
     def stop(self) -> None:
-        """Bring the arm to rest where it is; works in every state and never raises for being late.
+        """Bring the arm to rest where it is; works in every state, from any thread, and never raises for being late.
+
+        It may come in the middle of ``send``, as from a signal handler; what is left of that moves nothing.
 
         After ``stop`` an active arm holds still and ``send`` applies nothing (reason ``STOPPED``)
         until the arm is deactivated and activated again.

@@ -10,15 +10,9 @@ from math import inf, nan
 from typing import Final
 
 from palpate.core.errors import CommandError
-from palpate.core.ports.contracts.arm_bench import (
-    ArmBench,
-    far,
-    limits_in_reach,
-    require_at,
-    shifted,
-    where,
-)
-from palpate.core.ports.contracts.device import pass_time, took_ns
+from palpate.core.ports.contracts.arm_bench import far, limits_in_reach, require_at, shifted, where
+from palpate.core.ports.contracts.arm_stops import ArmStopContract
+from palpate.core.ports.contracts.device import LONG_TICKS
 from palpate.core.ports.contracts.motion import ramp
 from palpate.core.ports.contracts.rigs import ArmCommandRig
 from palpate.core.ports.contracts.violations import (
@@ -26,21 +20,17 @@ from palpate.core.ports.contracts.violations import (
     ContractViolation,
     knob,
     require,
-    require_quiet,
     require_raises,
 )
 from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointVector
 
-_STOP_NS: Final = 2_000_000_000
-"""Longest that ``stop`` may take; an arm that watches itself coming to rest needs a while."""
-_LONG_TICKS: Final = 300
 _ONCE_MORE: Final = 5
 _FAR: Final = 100.0
 """In fast steps: beyond all limits."""
 
 
-class ArmCommandContract(ArmBench):
+class ArmCommandContract(ArmStopContract):
     """Every arm keeps these clauses; a subclass makes the rig."""
 
     def test_small_legal_move_is_applied_as_asked(self) -> None:
@@ -117,6 +107,10 @@ class ArmCommandContract(ArmBench):
             if rig.position_rad is not None:
                 rig.advance(rig.settle_ticks)
                 _require_within("really at the limit", rig, rig.position_rad(), rig.tolerance_rad)
+            back_rad = next(ramp(applied.position_rad, rig.home_rad, rig.step_rad))
+            applied = self._send(rig, back_rad)
+            free = far(applied.position_rad, back_rad) <= rig.tolerance_rad
+            require("away from the limit", free, f"{applied}", f"{back_rad} rad")
 
     def test_velocity_limit_is_applied_and_told(self) -> None:
         """A step that is too fast, of one joint or all, is shortened, and ``send`` says VELOCITY_LIMIT, each time."""
@@ -129,7 +123,7 @@ class ArmCommandContract(ArmBench):
                         rig.arm.stop()
                         self._activate_again(rig)
                         # No haste is saved up in a pause.
-                        rig.advance(_LONG_TICKS if end == ends[-1] else 1)
+                        rig.advance(LONG_TICKS if end == ends[-1] else 1)
                     # Within a tick it goes no further, however often it is asked.
                     for _ in range(1 if rig.runs_by_itself else 10):
                         applied = self._send(rig, end)
@@ -140,13 +134,33 @@ class ArmCommandContract(ArmBench):
                     rig.advance(1)
                     on = tuple(home + _FAR * (q - home) for home, q in zip(rig.home_rad, end, strict=True))
                     if not rig.runs_by_itself:
-                        way_rad = far(self._send(rig, on).position_rad, applied.position_rad)
+                        found_rad = self._send(rig, on).position_rad
+                        way_rad = far(found_rad, applied.position_rad)
                         wanted = f"less than {rig.fast_step_rad} rad in the next tick, too"
                         require("velocity limit", way_rad < rig.fast_step_rad, f"{way_rad} rad", wanted)
+                        ways = zip(applied.position_rad, found_rad, on, strict=True)
+                        back = any((found - q) * (to - q) < 0.0 for q, found, to in ways)
+                        require("velocity limit", not back, f"{found_rad} rad", f"the way to {on} rad")
                     rig.advance(rig.settle_ticks)
                     for _ in range(3):
                         self._send(rig, rig.home_rad)
                         rig.advance(rig.settle_ticks)
+
+    def test_turned_by_hand_it_stays_where_it_is_activated(self) -> None:
+        """Turned by hand while it is not active, the arm stays there when activated, and limits count from there."""
+        with self._rig(Life.ACTIVE) as rig:
+            turn = knob(rig.turn_by_hand, "turn_by_hand")
+            self._send(rig, rig.home_rad)
+            rig.advance(rig.settle_ticks)
+            rig.arm.deactivate()
+            there_rad = _fast_steps(rig)[-1]
+            turn(there_rad)
+            rig.advance(1)
+            rig.arm.activate()
+            rig.advance(rig.settle_ticks)
+            require_at("turned by hand", rig, there_rad)
+            if rig.motion is None:
+                _require_shortened(self._send(rig, rig.home_rad), there_rad, rig.home_rad)
 
     def test_wrong_number_of_joints_is_refused(self) -> None:
         """A command with too few or too many joints raises CommandError."""
@@ -175,116 +189,6 @@ class ArmCommandContract(ArmBench):
                 rig.advance(rig.settle_ticks)
                 require_at("newest command", rig, applied.position_rad)
 
-    def test_stop_works_in_every_state(self) -> None:
-        """``stop`` never raises, in whatever state the arm is, twice too, and does not wait for ever."""
-        for life in (Life.CONSTRUCTED, Life.CONFIGURED, Life.ACTIVE, Life.CLOSED):
-            self._check_stop(life)
-
-    def test_stop_works_while_faulted(self) -> None:
-        """``stop`` never raises while a fault is latched, and the fault stays."""
-        self._check_stop(Life.FAULTED)
-
-    def test_after_stop_send_applies_nothing(self) -> None:
-        """After ``stop``, and after another, ``send`` says STOPPED each time and does not apply what was asked."""
-        with self._rig(Life.ACTIVE) as rig:
-            asked = shifted(rig.home_rad, rig.step_rad)
-            for _ in range(3):
-                rig.arm.stop()
-                for _ in range(2):
-                    applied = self._send(rig, asked)
-                    stopped = applied.reason is CommandReason.STOPPED and applied.position_rad != asked
-                    require("stopped", stopped, f"{applied}", "STOPPED, with the angles at which the arm is held")
-                    rig.advance(1)
-                    with suppress(CommandError):
-                        rig.arm.send(JointCommand((*asked, 0.0)))
-
-    def test_after_stop_the_arm_holds_still(self) -> None:
-        """After ``stop`` the arm stays where it came to rest, whatever is sent and however long it takes."""
-        with self._rig(Life.ACTIVE) as rig:
-            self._send(rig, shifted(rig.home_rad, rig.step_rad))
-            rig.arm.stop()
-            rig.advance(rig.settle_ticks)
-            rest_rad = where(rig)
-            for ticks in (rig.settle_ticks, _LONG_TICKS, rig.settle_ticks):
-                self._send(rig, shifted(rest_rad, -rig.step_rad))
-                rig.advance(ticks)
-                require_at("stopped", rig, rest_rad)
-
-    def test_activating_again_ends_the_stop(self) -> None:
-        """A stopped arm accepts commands again after ``deactivate`` and ``activate``."""
-        with self._rig(Life.ACTIVE) as rig:
-            rig.arm.stop()
-            rig.arm.deactivate()
-            rig.arm.activate()
-            rig.advance(1)
-            applied = self._send(rig, shifted(rig.home_rad, 0.5 * rig.step_rad))
-            taken = applied.reason is CommandReason.AS_ASKED
-            require("activated again", taken, f"{applied}", "the reason AS_ASKED")
-
-    def test_stop_works_once_the_cable_is_cut(self) -> None:
-        """When the connection is cut, ``stop`` does not raise, neither at once nor later."""
-        with self._rig(Life.ACTIVE) as rig:
-            knob(rig.disconnect, "disconnect")()
-            for _ in range(2):
-                _require_quiet_stop(rig, "stop() not to raise when nobody answers")
-                pass_time(rig, rig.patience_ns)
-
-    def test_command_under_way_is_dropped(self) -> None:
-        """``stop``, ``deactivate`` and ``close`` keep the arm where it is, not where it was being sent."""
-        for end in ("stop", "deactivate", "close"):
-            with self._rig(Life.ACTIVE) as rig:
-                for again in range(2 if end == "stop" else 1):
-                    if again:
-                        self._activate_again(rig)
-                    # Back home, where an arm could be that goes home by itself.
-                    self._send(rig, shifted(rig.home_rad, rig.step_rad))
-                    rig.advance(rig.settle_ticks)
-                    before_rad = where(rig)
-                    self._send(rig, rig.home_rad)
-                    getattr(rig.arm, end)()
-                    rig.advance(rig.settle_ticks)
-                    way = far(where(rig), before_rad)
-                    wanted = f"less than half of the {rig.step_rad} rad on which it was sent just before"
-                    require("under way", way < 0.5 * rig.step_rad, f"{way} rad after {end}()", wanted)
-
-    def test_stop_holds_the_pose_of_now(self) -> None:
-        """Each ``stop`` holds the arm where it then is, and ``send`` says that pose; what it swallows stays so."""
-        with self._rig(Life.ACTIVE) as rig:
-            for side in (1.0, -1.0):
-                self._go(rig, shifted(rig.home_rad, side * rig.step_rad))
-                rig.advance(rig.settle_ticks)
-                here_rad = where(rig)
-                rig.arm.stop()
-                rig.advance(rig.settle_ticks)
-                require_at("held", rig, here_rad)
-                applied = self._send(rig, rig.home_rad)
-                require_at("held", rig, here_rad, applied.position_rad)
-                self._activate_again(rig)
-                rig.advance(rig.settle_ticks)
-                require_at("activated again", rig, here_rad)
-
-    def test_motion_ends_and_does_not_resume(self) -> None:
-        """After a stop, a pause or a fault the arm rests, and activated again, or closed, it does until commanded."""
-        for end, closed in (("stop", False), ("deactivate", False), ("provoke_fault", False), ("provoke_fault", True)):
-            with self._rig(Life.ACTIVE) as rig:
-                act = getattr(rig, end, None) or getattr(rig.arm, end, None)
-                if act is None:
-                    continue  # nothing provokes a fault here
-                self._go(rig, shifted(rig.home_rad, rig.step_rad))
-                rig.advance(rig.settle_ticks)
-                self._send(rig, rig.home_rad)
-                act()
-                rig.advance(rig.settle_ticks)
-                rest_rad = where(rig)
-                rig.advance(max(_LONG_TICKS, rig.settle_ticks))
-                require_at(f"at rest after {end}", rig, rest_rad)
-                if closed:
-                    rig.arm.close()
-                else:
-                    self._activate_again(rig)
-                rig.advance(rig.settle_ticks)
-                require_at(f"{'closed' if closed else 'activated'} after {end}", rig, rest_rad)
-
     def test_refused_command_moves_nothing(self) -> None:
         """A command that is refused - wrong number of joints, not active, faulted, closed - never moves a joint."""
         for life in (Life.ACTIVE, Life.CONFIGURED, Life.FAULTED, Life.CLOSED):
@@ -310,18 +214,6 @@ class ArmCommandContract(ArmBench):
                 self._activate_again(rig)
                 rig.advance(rig.settle_ticks)
                 require_at(f"activated, after it was refused while {life.value}", rig, before_rad)
-
-    def _check_stop(self, life: Life) -> None:
-        with self._rig(life) as rig:
-            before = rig.arm.life
-            for _ in range(2):
-                _require_quiet_stop(rig, f"stop() to work while {life.value}")
-            require("stop", rig.arm.life is before, f"{rig.arm.life} after stop()", str(before))
-
-
-def _require_quiet_stop(rig: ArmCommandRig, wanted: str) -> None:
-    spent_ns = took_ns(rig, partial(require_quiet, "stop", rig.arm.stop, wanted))
-    require("stop", spent_ns <= _STOP_NS, f"{spent_ns} ns", f"at most {_STOP_NS} ns")
 
 
 def _fast_steps(rig: ArmCommandRig) -> list[JointVector]:

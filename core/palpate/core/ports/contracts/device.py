@@ -23,6 +23,9 @@ from palpate.core.ports.contracts.violations import (
 from palpate.core.ports.devices import Device
 from palpate.core.ports.lifecycle import TRANSITIONS, Life, LifeRequest
 
+LONG_TICKS: Final = 300
+"""What wears off has worn off by then, and an 8-bit counter is full."""
+
 _CALLS: Final = 9
 _HANG_NS: Final = 500_000_000
 """So long no computer is late."""
@@ -132,9 +135,9 @@ class DeviceContract(ABC, Generic[RigT]):
         with self._rig(Life.FAULTED) as rig:
             _require_life("fault", rig.device, Life.FAULTED, "a fault")
             require("fault", bool(rig.device.fault), f"fault {rig.device.fault!r}", "the cause of the fault")
-            for _ in range(3):
+            for ticks in (1, 1, LONG_TICKS, 1):
                 require_raises("fault", FaultLatchedError, lambda: self._use(rig), "FaultLatchedError each time")
-                rig.advance(1)
+                rig.advance(ticks)
 
     def test_activate_does_not_clear_a_fault(self) -> None:
         """``activate`` raises FaultLatchedError while a fault is latched, and the fault stays."""

@@ -196,6 +196,10 @@ class FakeArm(FakeDevice, ArmCommand):
             self._here_rad = self._target_rad
         return self._here_rad
 
+    def turn_by_hand(self, position_rad: JointVector) -> None:
+        """Bring the joints elsewhere from outside."""
+        self._here_rad = self._target_rad = position_rad
+
     def send(self, command: JointCommand) -> AppliedCommand:
         """Move to the set-points, within the velocity limit and then within the position limits.
 
@@ -207,10 +211,10 @@ class FakeArm(FakeDevice, ArmCommand):
         """
         self._require_active("send()")
         self._require_connection()
-        here_rad, asked_rad = self.position_rad(), command.position_rad
+        here_rad, asked_rad, stopped = self.position_rad(), command.position_rad, self._stopped
         if len(asked_rad) != len(here_rad):
             raise CommandError(f"a command for {len(here_rad)} joints has {len(asked_rad)}", asked_rad)
-        if self._stopped:
+        if stopped:
             return AppliedCommand(here_rad, CommandReason.STOPPED)
         reason, step_rad = CommandReason.AS_ASKED, self._max_step_rad
         slow_rad = tuple(
@@ -223,6 +227,8 @@ class FakeArm(FakeDevice, ArmCommand):
         if applied_rad != slow_rad:
             reason = CommandReason.POSITION_LIMIT
         self._target_rad, self._target_since_ns = applied_rad, self.clock.now_ns()
+        if self._stopped:  # meanwhile, by a signal handler or another thread
+            self._halt()
         return AppliedCommand(applied_rad, reason)
 
     def stop(self) -> None:

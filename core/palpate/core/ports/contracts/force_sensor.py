@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import isfinite
-from typing import ClassVar
+from operator import attrgetter
+from typing import ClassVar, Final
 
+from palpate.core.ports.contracts.device import LONG_TICKS
 from palpate.core.ports.contracts.rigs import ForceSensorRig
-from palpate.core.ports.contracts.samples import MANY_TICKS, SampleContract, pause
+from palpate.core.ports.contracts.samples import SampleContract, pause
 from palpate.core.ports.contracts.violations import knob, require
 from palpate.core.ports.devices import ForceSensor
 from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import Validity, Vector3, WrenchSample
+
+_Load = Callable[[float, float, float], None]
+_NOTHING: Final = (0.0, 0.0, 0.0)
 
 
 class ForceSensorContract(SampleContract[ForceSensorRig]):
@@ -68,21 +73,16 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
                 require("units and axes", close, f"a change of {change} N", f"{force} N")
 
     def test_what_is_beyond_the_range_is_marked(self) -> None:
-        """A force beyond ``load_N``, up to ``overload_N``, is reported in full, or is marked."""
+        """A force beyond ``load_N``, up to ``overload_N``, is reported in full or marked, and leaves nothing."""
         with self._rig(Life.ACTIVE) as rig:
             push, most_N = knob(rig.push_N, "push_N"), knob(rig.overload_N, "overload_N")
-            for force in _each_way(rig.load_N):
-                usual_N, share = _response(rig, force), 1.0
-                while share * rig.load_N < most_N:
-                    share = min(1.5 * share, most_N / rig.load_N)
-                    zero_N = _reading(rig, push, (0.0, 0.0, 0.0))
-                    sample = _settled(rig, push, tuple(share * f for f in force))
-                    found = tuple(f - zero for f, zero in zip(sample.force_N, zero_N, strict=True))
-                    # Units, axes and signs have clauses of their own.
-                    pairs = zip(found, usual_N, strict=True)
-                    close = all(abs(f - share * usual) <= 3.0 * share * rig.tolerance_N for f, usual in pairs)
-                    marked = sample.validity is not Validity.VALID
-                    require("range", close or marked, f"{found} N, VALID", f"{share} times {usual_N} N, or SATURATED")
+            _check_range(rig, push, attrgetter("force_N"), (rig.load_N, most_N, rig.tolerance_N))
+
+    def test_torque_beyond_the_range_is_marked(self) -> None:
+        """A torque beyond ``load_Nm``, up to ``overload_Nm``, is reported in full or marked, and leaves nothing."""
+        with self._rig(Life.ACTIVE) as rig:
+            twist, most_Nm = knob(rig.twist_Nm, "twist_Nm"), knob(rig.overload_Nm, "overload_Nm")
+            _check_range(rig, twist, attrgetter("torque_Nm"), (rig.load_Nm, most_Nm, rig.tolerance_Nm))
 
     def test_torque_is_reported_in_newton_metres_on_its_axis(self) -> None:
         """A known torque about x, y or z, either way, changes that component by as many newton metres, and no other.
@@ -94,7 +94,7 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
             if rig.push_N is not None:
                 rig.push_N(0.0, 0.0, -rig.load_N)
             for wanted in _each_way(rig.load_Nm):
-                free, loaded = (_settled(rig, twist, load).torque_Nm for load in ((0.0, 0.0, 0.0), wanted))
+                free, loaded = (_settled(rig, twist, load).torque_Nm for load in (_NOTHING, wanted))
                 close = all(abs(b - a - w) <= rig.tolerance_Nm for a, b, w in zip(free, loaded, wanted, strict=True))
                 require("units and axes", close, f"{loaded} N m, {free} N m without load", f"{wanted} N m more")
 
@@ -105,7 +105,7 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
             load, tolerance_N = (0.0, 0.0, -rig.load_N), rig.tolerance_N
             rig.sensor.read()
             later, stayed = _reading(rig, push, load), []
-            for _ in range(MANY_TICKS):
+            for _ in range(LONG_TICKS):
                 rig.advance(1)
                 stayed.append(rig.sensor.read().force_N)
             pause(rig)
@@ -122,6 +122,31 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
             require("tare", close, f"{found} N instead of {later} N", "no taring on connect, activate or by itself")
 
 
+def _check_range(
+    rig: ForceSensorRig, act: _Load, part: Callable[[WrenchSample], Vector3], least_most_error: Vector3
+) -> None:
+    least, most, error = least_most_error
+
+    def change() -> Vector3:
+        x, y, z = (b - a for a, b in zip(free, part(sample), strict=True))
+        return (x, y, z)
+
+    free = part(_settled(rig, act, _NOTHING))
+    for load in _each_way(least):
+        sample, share = _settled(rig, act, load), 1.0
+        usual = change()
+        while share * least < most:
+            share = min(1.5 * share, most / least)
+            sample = _settled(rig, act, tuple(share * x for x in load))
+            # Units, axes and signs have clauses of their own.
+            close = all(abs(x - share * y) <= 3.0 * share * error for x, y in zip(change(), usual, strict=True))
+            marked = sample.validity is not Validity.VALID
+            require("range", close or marked, f"{change()}, VALID", f"{share} times {usual}, or SATURATED")
+        sample = _settled(rig, act, _NOTHING)
+        kept = sample.validity is not Validity.VALID or max(map(abs, change())) <= 2.0 * error
+        require("after an overload", kept, f"{change()} without a load, VALID", "nothing, or another validity")
+
+
 def _each_way(load: float) -> list[Vector3]:
     return [(x * way, y * way, z * way) for way in (load, -load) for x, y, z in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
 
@@ -129,16 +154,16 @@ def _each_way(load: float) -> list[Vector3]:
 def _response(rig: ForceSensorRig, force: Vector3) -> Vector3:
     """By how much a load changes the reading."""
     push = knob(rig.push_N, "push_N")
-    free = _reading(rig, push, (0.0, 0.0, 0.0))
+    free = _reading(rig, push, _NOTHING)
     loaded = _reading(rig, push, force)
     return (loaded[0] - free[0], loaded[1] - free[1], loaded[2] - free[2])
 
 
-def _reading(rig: ForceSensorRig, push: Callable[[float, float, float], None], force: Vector3) -> Vector3:
+def _reading(rig: ForceSensorRig, push: _Load, force: Vector3) -> Vector3:
     return _settled(rig, push, force).force_N
 
 
-def _settled(rig: ForceSensorRig, act: Callable[[float, float, float], None], load: Sequence[float]) -> WrenchSample:
+def _settled(rig: ForceSensorRig, act: _Load, load: Sequence[float]) -> WrenchSample:
     act(*load)
     rig.advance(rig.settle_ticks)
     return rig.sensor.read()

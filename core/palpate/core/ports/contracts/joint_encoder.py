@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import ceil, isfinite, pi
 from typing import ClassVar, Final
 
-from palpate.core.ports.contracts.device import activate
+from palpate.core.ports.contracts.device import activate, pass_time
 from palpate.core.ports.contracts.motion import ramp
 from palpate.core.ports.contracts.rigs import JointEncoderRig
 from palpate.core.ports.contracts.samples import SampleContract, pause, standing_world
@@ -19,6 +19,10 @@ PLAUSIBLE_RAD = 4.0 * pi
 
 _MANY_TOLERANCES: Final = 8.0
 _PATIENCE_TICKS: Final = 200
+_GLITCH_TICKS: Final = 100
+_JUMP_RAD: Final = 0.1
+_HAND_RAD: Final = 0.5
+"""No hand turns a joint further within a tick, so an encoder loses no turn."""
 
 
 class JointEncoderContract(SampleContract[JointEncoderRig]):
@@ -41,11 +45,17 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
                 rig.advance(1)
 
     def test_angles_are_plausible_radians(self) -> None:
-        """No angle is further from zero than two turns."""
+        """No angle is further from zero than two turns, and of an arm that rests none is far from the one before."""
         with self._rig(Life.ACTIVE) as rig:
-            angles = rig.encoder.read().position_rad
-            plausible = all(abs(q) <= PLAUSIBLE_RAD for q in angles)
-            require("radians", plausible, f"{angles}", "angles within two turns, in rad")
+            last = rig.encoder.read().position_rad
+            for _ in range(_GLITCH_TICKS):
+                angles = rig.encoder.read().position_rad
+                plausible = all(abs(q) <= PLAUSIBLE_RAD for q in angles)
+                require("radians", plausible, f"{angles}", "angles within two turns, in rad")
+                jump = max((abs(q - p) for p, q in zip(last, angles, strict=False)), default=0.0)
+                require("rest", jump <= _JUMP_RAD, f"{angles} rad after {last} rad", "an arm at rest")
+                last = angles
+                rig.advance(1)
 
     def test_angles_are_where_the_joints_stand(self) -> None:
         """The angles are those at which the joints are known to stand, after a pause and a fault too."""
@@ -54,11 +64,30 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
             for paused in (False, True):
                 if paused:
                     pause(rig)
-                found = rig.encoder.read().position_rad
-                near = len(found) == len(expected) and all(
-                    abs(q - p) <= rig.tolerance_rad for q, p in zip(found, expected, strict=True)
-                )
-                require("angles", near, f"{found} rad", f"{expected} rad within {rig.tolerance_rad} rad")
+                _require_angles("angles", rig, expected)
+
+    def test_angles_follow_a_hand(self) -> None:
+        """Joints that are turned by hand, the encoder active or not, are reported where they then stand."""
+        with self._rig(Life.ACTIVE) as rig:
+            turn = knob(rig.turn_by_hand, "turn_by_hand")
+            here = home = rig.expected_rad or rig.encoder.read().position_rad
+            little_rad = _MANY_TOLERANCES * rig.tolerance_rad
+            for way_rad in (little_rad, rig.turn_rad, -rig.turn_rad):
+                rig.encoder.deactivate()
+                for asked in ramp(here, tuple(q + way_rad for q in home), _HAND_RAD):
+                    turn(asked)
+                    rig.advance(1)
+                here = asked
+                rig.encoder.activate()
+                pass_time(rig, rig.max_age_ns)
+                _require_angles("turned while inactive", rig, here)
+                if len(set(map(id, rig.all_devices))) == 1:
+                    continue  # its servos may hold against it now
+                for asked in (*ramp(here, home, _HAND_RAD), tuple(q + little_rad for q in home)):
+                    turn(asked)
+                    rig.advance(rig.settle_ticks)
+                    _require_angles("turned", rig, asked)
+                here = asked
 
     def test_observation_does_not_depend_on_the_command_of_its_tick(self) -> None:
         """A command changes nothing that is read in the same tick, whether read before or only after it."""
@@ -109,6 +138,13 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
                     if applied.reason is CommandReason.AS_ASKED:
                         break
                 _require_there(rig, end, max(2.0 * rig.tolerance_rad, 0.25 * way_rad))
+
+
+def _require_angles(clause: str, rig: JointEncoderRig, expected: JointVector) -> None:
+    found = rig.encoder.read().position_rad
+    pairs = zip(found, expected, strict=False)
+    near = len(found) == len(expected) and all(abs(q - p) <= rig.tolerance_rad for q, p in pairs)
+    require(clause, near, f"{found} rad", f"{expected} rad within {rig.tolerance_rad} rad")
 
 
 def _require_there(rig: JointEncoderRig, expected: JointVector, tolerance_rad: float) -> None:

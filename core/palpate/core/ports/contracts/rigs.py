@@ -100,6 +100,7 @@ class ForceSensorRig(SensorRig[ForceSensor]):
         kind: What the adapter declares to have taken out of the wrench.
         twist_Nm: Makes the world exert this torque on the tool besides, as ``push_N`` does a force.
         load_Nm: Torque that is safe and well within range.
+        overload_Nm: Torque that may be beyond its range and harms nothing here.
         tolerance_Nm: Greatest error and noise of a settled reading.
         frame: Frame of the components that the adapter declares.
     """
@@ -112,6 +113,7 @@ class ForceSensorRig(SensorRig[ForceSensor]):
     kind: WrenchKind = WrenchKind.RAW
     twist_Nm: Callable[[float, float, float], None] | None = None
     load_Nm: float = 1.0
+    overload_Nm: float | None = None
     tolerance_Nm: float = 1e-6
     frame: str = SENSOR_FRAME
 
@@ -131,6 +133,9 @@ class JointEncoderRig(SensorRig[JointEncoder]):
         arm: The arm whose joints these are, freshly constructed; the same object as ``device`` if one
             adapter serves both ports.
         step_rad: A small move that this arm makes gladly.
+        turn_by_hand: Brings the joints, which nothing holds, to these angles from outside.
+        turn_rad: How far either way each joint can be turned so.
+        settle_ticks: Ticks after which the reading shows it.
         motion: How far and how fast that arm may be moved; None for a simulated one.
     """
 
@@ -139,6 +144,9 @@ class JointEncoderRig(SensorRig[JointEncoder]):
     tolerance_rad: float = 1e-6
     arm: ArmCommand | None = None
     step_rad: float = 1e-3
+    turn_by_hand: Callable[[JointVector], None] | None = None
+    turn_rad: float = 0.1
+    settle_ticks: int = 1
     motion: MotionLimits | None = None
 
     @override
@@ -169,6 +177,7 @@ class ArmCommandRig(DeviceRig[ArmCommand]):
         fast_step_rad: A move within one tick that is too fast, and no larger than it takes to show that; one joint has
             room for it at home.
         position_rad: Where the joints really stand, (n,).
+        turn_by_hand: Brings the joints of the arm, which is not active, to these angles from outside.
         tolerance_rad: Greatest distance between commanded and real angles of an arm at rest; less than
             half of ``step_rad``.
         settle_ticks: Ticks after which a move of ``step_rad`` is done.
@@ -183,6 +192,7 @@ class ArmCommandRig(DeviceRig[ArmCommand]):
     step_rad: float = 1e-3
     fast_step_rad: float
     position_rad: Callable[[], JointVector] | None = None
+    turn_by_hand: Callable[[JointVector], None] | None = None
     tolerance_rad: float = 1e-6
     settle_ticks: int = 1
     limit_ticks: int = 2000

@@ -5,16 +5,13 @@ from __future__ import annotations
 from typing import Any, TypeVar
 
 from palpate.core.errors import DeviceError
-from palpate.core.ports.contracts.device import DeviceContract, activate, pass_time
+from palpate.core.ports.contracts.device import LONG_TICKS, DeviceContract, activate, pass_time
 from palpate.core.ports.contracts.rigs import SensorRig
 from palpate.core.ports.contracts.violations import ClauseNotApplicable, knob, require
 from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import JointSample, Validity, WrenchSample
 
 SensorRigT = TypeVar("SensorRigT", bound=SensorRig[Any])
-
-MANY_TICKS = 300
-"""More than an 8-bit counter holds, so that one that wraps around is caught."""
 
 _LONG_SILENCE_TICKS = 30
 
@@ -65,15 +62,18 @@ class SampleContract(DeviceContract[SensorRigT]):
                 rig.advance(1)
 
     def test_sequence_and_time_never_go_back(self) -> None:
-        """Over many ticks, neither sequence number nor source time ever goes back."""
+        """Over many ticks, neither sequence number nor source time ever goes back, or falls behind."""
         with self._rig(Life.ACTIVE) as rig:
             last = self._read(rig)
-            for _ in range(MANY_TICKS):
+            age_ns = rig.clock.now_ns() - last.source_time_ns
+            for _ in range(LONG_TICKS):
                 rig.advance(1)
                 new = self._read(rig)
                 forward = new.sequence >= last.sequence and new.source_time_ns >= last.source_time_ns
                 require("order of samples", forward, f"{_stamp(new)} after {_stamp(last)}", "no way back")
                 last = new
+            grown_ns = rig.clock.now_ns() - last.source_time_ns - age_ns
+            require("age", grown_ns <= rig.max_age_ns, f"{grown_ns} ns more", f"at most {rig.max_age_ns} ns more")
 
     def test_world_going_on_brings_news(self) -> None:
         """When the world goes on by a tick, sequence number and source time both grow."""
@@ -97,13 +97,17 @@ class SampleContract(DeviceContract[SensorRigT]):
                 rig.advance(1)
 
     def test_sample_after_a_pause_is_new(self) -> None:
-        """What is read after a pause, or a fault, was measured after it."""
+        """What is read after a pause, or a fault, was measured after it, and its number is a new one."""
         with self._rig(Life.ACTIVE) as rig:
-            self._read(rig)
+            for _ in range(4):
+                rig.advance(1)
+                before = self._read(rig)
             pause_ns = pause(rig)
             for _ in range(3):
                 sample = self._read(rig)
-                require("pause", sample.source_time_ns >= pause_ns, _stamp(sample), f"one of {pause_ns} ns or later")
+                new = sample.source_time_ns >= pause_ns and sample.sequence > before.sequence
+                wanted = f"one of {pause_ns} ns or later, with a number above {before.sequence}"
+                require("pause", new, _stamp(sample), wanted)
 
     def test_silence_is_not_passed_off_as_news(self) -> None:
         """Once the newest sample is over age, reading raises DeviceError or gives it marked STALE, at once."""
