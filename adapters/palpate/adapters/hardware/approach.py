@@ -108,13 +108,13 @@ def withdrawal(approach: WayToReadyPose, begin_rad: JointVector) -> list[JointVe
     inverse, axis = InverseKinematics(kinematics, 1.0 / CONTROL_RATE_HZ), tip.rotation[:, 2]
     length_m = approach.clear_m - height_m
     ticks = max(1, round(length_m / WITHDRAWAL_M_S * CONTROL_RATE_HZ))
-    q, path = np.array(begin_rad), []
+    q_rad, path = begin_rad, []
     for tick in range(1, ticks + 1):
-        step = inverse.step(q, pin.SE3(tip.rotation, tip.translation - length_m * tick / ticks * axis))
+        step = inverse.step(q_rad, pin.SE3(tip.rotation, tip.translation - length_m * tick / ticks * axis))
         if step.limited:
             raise DeviceError("rig", "the tool cannot be drawn straight back from where it was left: move it by hand")
-        q = step.q_rad
-        path.append(tuple(q.tolist()))
+        q_rad = step.q_rad
+        path.append(q_rad)
     return path
 
 

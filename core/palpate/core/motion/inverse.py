@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import prod
-from operator import le
+from operator import add, le
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -22,6 +22,7 @@ from eigenpy import LLT, PartialPivLU
 
 from palpate.core.errors import UnreachableError
 from palpate.core.motion.model import Array, Kinematics
+from palpate.core.ports import JointVector
 
 _DAMPING: Final = 1e-12  # squared; small against 1, so that a step far from singularities is exact to 1e-9
 _SINGULAR: Final = 2e-4  # below this product of singular values (m^3 rad^3 scale) the damping grows
@@ -40,7 +41,7 @@ class JointStep(NamedTuple):
         limited: Whether a limit or a singularity kept the tip from getting all the way.
     """
 
-    q_rad: Array
+    q_rad: JointVector
     limited: bool
 
 
@@ -64,8 +65,8 @@ class InverseKinematics:
         self._reach_rad: Array = kinematics.velocity_limit_rad_s * period_s
         self._least_reach_rad = float(self._reach_rad.min())
 
-    def step(self, q_rad: Array, tip_target_in_base: pin.SE3) -> JointStep:
-        """One Gauss-Newton step from ``q_rad`` towards a tip placement.
+    def step(self, q_rad: JointVector, tip_target_in_base: pin.SE3) -> JointStep:
+        """One Gauss-Newton step from joint angles, (n,), towards a tip placement.
 
         Near a singularity the damping grows, so that the step stays bounded and loses accuracy instead. A
         joint at its limit is taken out and the others share its work. A step beyond the velocity limits is
@@ -79,14 +80,13 @@ class InverseKinematics:
             factors.compute(jacobian)
             # The determinant is the product of the singular values: manipulability for free.
             if abs(factors.determinant()) >= _SINGULAR:
-                q: Array = factors.solve(error)
-                longest_rad = max(map(abs, q.tolist()))
-                q += q_rad
-                new_rad = q.tolist()
+                change_rad = factors.solve(error).tolist()
+                new_rad = tuple(map(add, q_rad, change_rad))
                 inside = all(map(le, self._lower, new_rad)) and all(map(le, new_rad, self._upper))
-                if inside and longest_rad <= self._least_reach_rad:
-                    return JointStep(q, False)
-        return self._limited_step(q_rad, jacobian, error, self._reach_rad, self._towards_posture)
+                if inside and max(map(abs, change_rad)) <= self._least_reach_rad:
+                    return JointStep(new_rad, False)
+        q, limited = self._limited_step(np.array(q_rad), jacobian, error, self._reach_rad, self._towards_posture)
+        return JointStep(tuple(q.tolist()), limited)
 
     def solve(self, tip_target_in_base: pin.SE3, *, free_yaw: bool, seed_rad: Array, field: str) -> Array:
         """Joint angles that reach a placement, found by iteration from a seed.
@@ -112,7 +112,7 @@ class InverseKinematics:
                 else:
                     error = kinematics.tip_error(tip_target_in_base)
                 before = q
-                q = self._limited_step(before, jacobian, error, reach, 0.5).q_rad
+                q, _ = self._limited_step(before, jacobian, error, reach, 0.5)
                 settled = self._posture is None or float(np.abs(q - before).max()) < _SETTLED_RAD
                 if settled and float(np.abs(error).max()) < 1e-6:
                     return before
@@ -134,7 +134,7 @@ class InverseKinematics:
 
     def _limited_step(
         self, q: Array, jacobian: Array, error: Array, reach_rad: Array, towards_posture: float
-    ) -> JointStep:
+    ) -> tuple[Array, bool]:
         # A joint that stands outside already (an encoder's rounding is enough) may stay, and move inwards.
         lower, upper = np.minimum(self._kinematics.lower_rad, q), np.maximum(self._kinematics.upper_rad, q)
         free, pull = jacobian, self._pull(q, reach_rad, towards_posture)
@@ -154,7 +154,7 @@ class InverseKinematics:
         excess = float((np.abs(dq) / reach_rad).max())
         if excess > 1.0:
             dq, limited = dq / excess, True
-        return JointStep(q + dq, limited)
+        return q + dq, limited
 
     def _pull(self, q: Array, reach_rad: Array, share: float) -> Array | None:
         """How far a redundant arm would go towards its posture in this step, were the tip not in the way."""

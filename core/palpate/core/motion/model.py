@@ -114,12 +114,13 @@ class Kinematics:
         """Placement of the sensor frame in the base frame, as a copy."""
         return self._data.oMf[self._sensor_id].copy()
 
-    def tip_jacobian(self, q_rad: Array) -> Array:
+    def tip_jacobian(self, q_rad: JointVector | Array) -> Array:
         """Jacobian of the tip, (6, n): joint velocities to the tip's twist (linear first), in the tip frame.
 
         Does the work of ``update`` on the way, at little more than its cost.
         """
-        pin.computeJointJacobians(self.model, self._data, q_rad)
+        self._set_q(*q_rad)
+        pin.computeJointJacobians(self.model, self._data, self._q)
         pin.updateFramePlacement(self.model, self._data, self._tip_id)
         jacobian: Array = pin.getFrameJacobian(self.model, self._data, self._tip_id, _LOCAL)
         return jacobian

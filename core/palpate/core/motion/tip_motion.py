@@ -53,13 +53,13 @@ class TipMotion:
         self._turn = pin.SE3.Identity()
         # Pinocchio keeps columns together.
         self._set_turn = filler(self._turn.rotation.T.ravel())
-        self._q: Array
+        self._q_rad: JointVector
         self.reference_m: Vector3
 
     def start(self, position_rad: JointVector) -> None:
         """Take over from where the arm is."""
-        self._q = np.array(position_rad)
-        self._kinematics.update(self._q)
+        self._q_rad = position_rad
+        self._kinematics.update(position_rad)
         self.reference_m = self._task.place_m(self._kinematics.tip_position_m.tolist())
         self._turn_to((0.0, 0.0, 0.0))
 
@@ -70,9 +70,9 @@ class TipMotion:
             False where that is nothing that an arm can do: not finite, or of another number of joints.
         """
         if applied.reason is not CommandReason.AS_ASKED:
-            if len(applied.position_rad) != len(self._q) or not isfinite(sum(applied.position_rad)):
+            if len(applied.position_rad) != len(self._q_rad) or not isfinite(sum(applied.position_rad)):
                 return False
-            self._q = np.array(applied.position_rad)
+            self._q_rad = applied.position_rad
         return True
 
     def turn(self, rate_rad_s: Vector3) -> None:
@@ -107,6 +107,5 @@ class TipMotion:
             (a, b, c), (u, v, w), self._rate_rad_s = self.turn_rad, self._rate_rad_s, None
             self._turn_to((a + u * period, b + v * period, c + w * period))
         self._set_target_m(*self._task.place_in_base_m(reference))
-        step = self._inverse.step(self._q, self._target)
-        self._q = step.q_rad
-        return JointCommand(tuple(step.q_rad.tolist()))
+        self._q_rad = self._inverse.step(self._q_rad, self._target).q_rad
+        return JointCommand(self._q_rad)

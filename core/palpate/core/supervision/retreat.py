@@ -42,7 +42,7 @@ class Retreat:
         self._ticks += 1
         self._asked_m = min(self._asked_m + self._step_m, self._distance_m)
         self._target.translation = self._start.act(np.array([0.0, 0.0, -self._asked_m]))
-        q = self._inverse.step(np.array(held_rad), self._target).q_rad
+        q = self._inverse.step(held_rad, self._target).q_rad
         self._kinematics.update(q)
         way = -float(self._kinematics.tip_in(self._start).translation[2])
         if not way >= self.way_m:
@@ -51,4 +51,4 @@ class Retreat:
             return held_rad
         self.way_m = way
         self.finished = way >= self._distance_m - _THERE_M or self._ticks >= self._most_ticks
-        return tuple(q.tolist())
+        return q

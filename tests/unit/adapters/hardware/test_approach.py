@@ -148,7 +148,7 @@ def test_an_arm_that_was_left_pressing_may_let_go_of_more_than_the_limit() -> No
     with SimulatedRig(CONFIG, ready_pose()) as rig:
         rig.prepare(0)
         ports = rig.ports
-        q = np.array(ports.joint_encoder.read().position_rad)
+        q = ports.joint_encoder.read().position_rad
         kinematics.update(q)
         rotation, tip = kinematics.tip_rotation.copy(), kinematics.tip_position_m.copy()
         # Onto the plate well beside the hole, then down until it presses hard.
@@ -160,7 +160,7 @@ def test_an_arm_that_was_left_pressing_may_let_go_of_more_than_the_limit() -> No
                 break
             q = inverse.step(q, pin.SE3(rotation, way)).q_rad
             ports.clock.sleep_until(ports.clock.now_ns() + 1)
-            ports.arm.send(JointCommand(tuple(q.tolist())))
+            ports.arm.send(JointCommand(q))
         assert 1.3 * limit_N < rig.truth().peak_force_N < 2.0 * limit_N
         walk(APPROACH, ports, 0.8, limit_N)
         there = ports.joint_encoder.read().position_rad
