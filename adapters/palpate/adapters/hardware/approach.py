@@ -110,10 +110,9 @@ def withdrawal(approach: WayToReadyPose, begin_rad: JointVector) -> list[JointVe
     ticks = max(1, round(length_m / WITHDRAWAL_M_S * CONTROL_RATE_HZ))
     q_rad, path = begin_rad, []
     for tick in range(1, ticks + 1):
-        step = inverse.step(q_rad, pin.SE3(tip.rotation, tip.translation - length_m * tick / ticks * axis))
-        if step.limited:
+        q_rad, limited = inverse.step(q_rad, pin.SE3(tip.rotation, tip.translation - length_m * tick / ticks * axis))
+        if limited:
             raise DeviceError("rig", "the tool cannot be drawn straight back from where it was left: move it by hand")
-        q_rad = step.q_rad
         path.append(q_rad)
     return path
 

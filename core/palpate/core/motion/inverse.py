@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import prod
 from operator import add, le
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 import pinocchio as pin
@@ -31,18 +31,6 @@ _ITERATION_REACH_RAD: Final = 0.3
 _POSTURE_S: Final = 1.0  # time constant with which a redundant arm goes back to its posture
 _POSTURE_SHARE: Final = 0.2  # of the joints' reach in one step, at most, for going there
 _SETTLED_RAD: Final = 1e-6
-
-
-class JointStep(NamedTuple):
-    """One step of the joints.
-
-    Attributes:
-        q_rad: New joint angles, (n,); none is beyond its limits, unless it was before and is on its way back.
-        limited: Whether a limit or a singularity kept the tip from getting all the way.
-    """
-
-    q_rad: JointVector
-    limited: bool
 
 
 class InverseKinematics:
@@ -65,12 +53,16 @@ class InverseKinematics:
         self._reach_rad: Array = kinematics.velocity_limit_rad_s * period_s
         self._least_reach_rad = float(self._reach_rad.min())
 
-    def step(self, q_rad: JointVector, tip_target_in_base: pin.SE3) -> JointStep:
+    def step(self, q_rad: JointVector, tip_target_in_base: pin.SE3) -> tuple[JointVector, bool]:
         """One Gauss-Newton step from joint angles, (n,), towards a tip placement.
 
         Near a singularity the damping grows, so that the step stays bounded and loses accuracy instead. A
         joint at its limit is taken out and the others share its work. A step beyond the velocity limits is
         shortened as a whole, so that the tip keeps its direction.
+
+        Returns:
+            New joint angles, (n,), none beyond its limits, unless it was before and is on its way back; and whether a
+            limit or a singularity kept the tip from getting all the way.
         """
         jacobian = self._kinematics.tip_jacobian(q_rad)
         error = self._kinematics.tip_error(tip_target_in_base)
@@ -84,9 +76,9 @@ class InverseKinematics:
                 new_rad = tuple(map(add, q_rad, change_rad))
                 inside = all(map(le, self._lower, new_rad)) and all(map(le, new_rad, self._upper))
                 if inside and max(map(abs, change_rad)) <= self._least_reach_rad:
-                    return JointStep(new_rad, False)
+                    return new_rad, False
         q, limited = self._limited_step(np.array(q_rad), jacobian, error, self._reach_rad, self._towards_posture)
-        return JointStep(tuple(q.tolist()), limited)
+        return tuple(q.tolist()), limited
 
     def solve(self, tip_target_in_base: pin.SE3, *, free_yaw: bool, seed_rad: Array, field: str) -> Array:
         """Joint angles that reach a placement, found by iteration from a seed.

@@ -107,5 +107,5 @@ class TipMotion:
             (a, b, c), (u, v, w), self._rate_rad_s = self.turn_rad, self._rate_rad_s, None
             self._turn_to((a + u * period, b + v * period, c + w * period))
         self._set_target_m(*self._task.place_in_base_m(reference))
-        self._q_rad = self._inverse.step(self._q_rad, self._target).q_rad
+        self._q_rad, _ = self._inverse.step(self._q_rad, self._target)
         return JointCommand(self._q_rad)

@@ -42,8 +42,8 @@ class Retreat:
         self._ticks += 1
         self._asked_m = min(self._asked_m + self._step_m, self._distance_m)
         self._target.translation = self._start.act(np.array([0.0, 0.0, -self._asked_m]))
-        q = self._inverse.step(held_rad, self._target).q_rad
-        self._kinematics.update(q)
+        q_rad, _ = self._inverse.step(held_rad, self._target)
+        self._kinematics.update(q_rad)
         way = -float(self._kinematics.tip_in(self._start).translation[2])
         if not way >= self.way_m:
             # A joint limit or a singularity is in the way: better to stay than to advance.
@@ -51,4 +51,4 @@ class Retreat:
             return held_rad
         self.way_m = way
         self.finished = way >= self._distance_m - _THERE_M or self._ticks >= self._most_ticks
-        return q
+        return q_rad

@@ -155,7 +155,8 @@ class Measurement:
         """
         fx, fy, fz, tx, ty, tz = self._filtered
         torque = wrench_about((fx, fy, fz), (tx, ty, tz), self._tip_in_sensor)
-        force, torque = (self._task.vector(rotated(self._tip_in_base, each)) for each in ((fx, fy, fz), torque))
+        force = self._task.vector(rotated(self._tip_in_base, (fx, fy, fz)))
+        torque = self._task.vector(rotated(self._tip_in_base, torque))
         if self._weight_N:
             return self._lightened(force), self._righted(torque)
         return force, torque

@@ -64,9 +64,9 @@ class Event:
     detail: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class DecisionRecord:
-    """One choice of an action, and the reinforcement that it then earned.
+    """One choice of an action, and the reinforcement that it then earned: as the report, it is written as things go on.
 
     Attributes:
         reinforcement: What the action then earned; None while it is not known, or when it was interrupted.

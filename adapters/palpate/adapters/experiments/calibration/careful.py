@@ -116,10 +116,10 @@ class CarefulArm:
         ticks = max(1, ceil(float(np.linalg.norm(way)) / (speed_m_s or SPEED_M_S) * CONTROL_RATE_HZ))
         for tick in range(1, ticks + 1):
             target = pin.SE3(begin.rotation, begin.translation + way * (tick / ticks))
-            step = self._inverse.step(self._asked, target)
-            if step.limited:
+            q_rad, limited = self._inverse.step(self._asked, target)
+            if limited:
                 raise DeviceError("rig", "the arm cannot move its tool straight from here: bring it elsewhere by hand")
-            yield self.tick(step.q_rad)
+            yield self.tick(q_rad)
 
     def hold(self, ticks: int) -> list[Felt]:
         """Stay; gives what was felt, and holds later forces against the one at the end."""

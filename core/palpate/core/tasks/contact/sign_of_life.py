@@ -157,16 +157,10 @@ class SignOfLife:
         """What the force does with the motion, by the lag at which it follows best."""
         count, force, sign = self._count, self._force, self._sign
         follows, share, spread = -inf, 0.0, 0.0
-        least, most = inf, 0.0
         for depth, square, product in self._sums:
             square -= depth * depth / count
-            product = sign * (product - depth * force / count)
-            # Calls of min and max would take half of this loop, in nearly every tick of a slide.
-            if square < least:
-                least = square
-            if square > most:
-                most = square
             if square > 0.0:
+                product = sign * (product - depth * force / count)
                 follows_here = -product / sqrt(square)
                 if follows_here > follows:
                     follows, share, spread = follows_here, -product / square, square
@@ -178,9 +172,11 @@ class SignOfLife:
             return _ALIVE if share > error else _NONE
         if share > error and LOWEST_SHARE <= share <= HIGHEST_SHARE:
             return _ALIVE
-        wrong = share + error < LOWEST_SHARE or share - error > HIGHEST_SHARE
+        if LOWEST_SHARE <= share + error and share - error <= HIGHEST_SHARE:
+            return _NONE
         # A force that comes late has not had the time to answer before the heave is seen at the longest lag, too.
-        return _WRONG if wrong and least > 0.5 * most else _NONE
+        spreads = [square - depth * depth / count for depth, square, _ in self._sums]
+        return _WRONG if min(spreads) > 0.5 * max(spreads) else _NONE
 
     def _restart(self) -> None:
         self._count, self._force, self._force_square = 0, 0.0, 0.0

@@ -158,7 +158,7 @@ class Agent:
         reward = self._reinforcement(
             ActionOutcome(ticks * self._tick_s, self._force_sum / ticks, self._force_peak, self._distance)
         )
-        self.decisions[-1] = replace(self.decisions[-1], reinforcement=reward)
+        self.decisions[-1].reinforcement = reward
         if decision.index is not None:
             self._policy.learn(Transition(state, decision.index, reward, next_state))
 

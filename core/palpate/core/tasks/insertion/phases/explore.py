@@ -69,15 +69,16 @@ class Explore(RunningPhase):
         measured, state = self._measurement, self._state
         if self._out_of_time():
             return 0.0, 0.0, 0.0
+        x, y, z = measured.force_N
         self._agent.record_effort(measured.position_m, measured.force_N)
-        lost = measured.force_N[2] > -self._contact_N
+        lost = z > -self._contact_N
         # Friction on the hole's wall can go on pushing back while the peg already sinks: depth shows it as well.
         # Before the first action the surface is not known well: encoders on a slow bus lag behind the force.
         drop_m = DROP_M if self._agent.decisions else self._first_drop_m
         deep = self._depth_m > drop_m
         self._deep_ticks = self._deep_ticks + 1 if deep else 0
         sunk = self._deep_ticks >= self._sunk_ticks
-        caught = hypot(*measured.force_N[:2]) > self._caught_N
+        caught = hypot(x, y) > self._caught_N
         if lost or sunk or caught:
             # Moving on across a hole while the peg drops would press it against the wall: the step ends here.
             self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
