@@ -11,6 +11,7 @@ from pathlib import Path
 
 from palpate.adapters.cli.notices import (
     marked_line,
+    print_untold_tool,
     print_weakened,
     say,
     unrecorded,
@@ -89,6 +90,7 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
     perception = configured_perception(config)
     if document is not None:
         perception = perception_of(document, config, perception)
+        print_untold_tool(document)
     if checkpoint is not None:
         perception = perception_from_dict(checkpoint.perception)
 

@@ -61,6 +61,8 @@ from .statistics import window_of as window_of
 from .tables import aligned as aligned
 from .tables import csv_text as csv_text
 from .tables import render_table as render_table
+from .tool import tool_in as tool_in
+from .tool import tool_of as tool_of
 from .training import Checkpoint as Checkpoint
 from .training import Trainer as Trainer
 from .training import resume_from as resume_from

@@ -12,6 +12,7 @@ from palpate.adapters.config import RunConfig, entries, task_kind
 from palpate.adapters.experiments.build import SKILLS, task_actions, task_reach
 from palpate.adapters.experiments.comparators import Omniscient, OmniscientPose, Spiral, TorqueFollowing
 from palpate.adapters.experiments.foreign import GROUP, foreign_entry, foreign_policy
+from palpate.adapters.experiments.tool import require_same_tool, tool_of
 from palpate.adapters.log import made_with
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import FASTEST_TURN_RAD_S
@@ -222,6 +223,8 @@ def perception_settings(config: RunConfig, perception: Perception) -> dict[str, 
     """The way from raw signals to states, as a policy file describes it."""
     p = config.perception
     signal = {"cutoff_Hz": p.cutoff_Hz, "order": p.filter_order, "calibration": list(p.calibration)}
+    if config.learner == "belief":
+        signal["tool"] = tool_of(config)
     return {**perception_to_dict(perception), "signal": signal}
 
 
@@ -255,9 +258,12 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
     if configured is not None:
         document.check_matches(configured.states, task_actions(config))
     # Stages that had to be fitted are the file's; what the configuration fixes must be the same in both.
-    theirs = perception_settings(config, own if configured is None else configured)
-    if dict(document.perception) != theirs:
-        where, mine, wanted = first_difference(document.perception, theirs)
+    mine, theirs = dict(document.perception), perception_settings(config, own if configured is None else configured)
+    # Another tool has a remedy of its own, and older files do not tell theirs.
+    for each in (mine, theirs):
+        each["signal"] = {name: value for name, value in dict(each.get("signal", {})).items() if name != "tool"}
+    if mine != theirs:
+        where, mine, wanted = first_difference(mine, theirs)
         remedy = "" if document.belief is None or config.learner == "belief" else "--learner belief, or "
         raise ConfigurationError(
             f"policy.perception.{where}",
@@ -275,6 +281,7 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
             cannot be loaded.
         PolicyError: That code refuses what it had learned.
     """
+    require_same_tool(document, config)
     if document.foreign is not None:
         document.check_matches(perception.states, task_actions(config))
         return foreign_policy(document.foreign, config, perception, frozen=frozen)

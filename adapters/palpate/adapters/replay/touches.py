@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
 
 import numpy as np
 from typing_extensions import override
 
 from palpate.adapters.config import LEARNERS, RunConfig, overlay
-from palpate.adapters.experiments import configured_perception, learning_policy, perception_settings
+from palpate.adapters.experiments import configured_perception, learning_policy, perception_settings, tool_of
 from palpate.adapters.log import config_of, json_in, made_with, read_log
 from palpate.adapters.replay.engine import Verdict, replay
 from palpate.adapters.replay.rebuild import Rebuilder
@@ -28,13 +27,6 @@ from palpate.core.policy import (
     document_of,
 )
 from palpate.core.policy.belief import FEWEST_TOUCHES, Touch, TouchedTrial
-
-_TOOL: Final[dict[str, Callable[[RunConfig], Any]]] = {
-    "cell.peg.cross_section": lambda config: config.cell.peg.cross_section,
-    "cell.peg.diameter_mm": lambda config: config.cell.peg.diameter_mm,
-    "perception.calibration": lambda config: config.perception.calibration,
-}
-"""What a touch model is of, by its setting."""
 
 
 class TouchWatch(Policy):
@@ -139,6 +131,9 @@ def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fou
 
 def _require_same_tool(first: RunConfig, config: RunConfig, path: Path) -> None:
     """Refuse a log whose torques mean something else."""
-    for name, read in _TOOL.items():
-        if read(config) != read(first):
-            raise ConfigurationError(name, read(config), f"{read(first)!r}, as in the first log; not so in {path}")
+    wanted, there = (
+        {**tool_of(each), "perception.calibration": each.perception.calibration} for each in (first, config)
+    )
+    for name, value in there.items():
+        if value != wanted.get(name):
+            raise ConfigurationError(name, value, f"{wanted.get(name)!r}, as in the first log; not so in {path}")

@@ -26,6 +26,7 @@ class BeliefParameters(Settings):
             "regrip_share": 0.0,
             "graded_misses": False,
             "even_search": False,
+            "other_tool": False,
         }
     )
 
@@ -55,6 +56,8 @@ class BeliefParameters(Settings):
     graded_misses: bool = True
     """Whether a place off the way that was gone is less surely no hole the further off it is, up to one and a half
     capture_mm; else all within capture_mm are alike."""
+    other_tool: bool = False
+    """Whether a policy file whose touch model is of another peg may be the beginning; else it is refused."""
     symbol_Nm: Annotated[float, Range(0.0, 10.0)] = 0.0
     """0: torques count as they are; else only whether each component is below, within or above so much, as in the
     paper, where it is 0.7 kgf mm, 0.006865 N m."""

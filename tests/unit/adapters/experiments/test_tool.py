@@ -1,0 +1,81 @@
+"""A touch model is of one peg; another one's is refused, or taken as a beginning where that is asked."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from palpate.adapters.cli.notices import print_untold_tool
+from palpate.adapters.config import RunConfig, overlay, scenario
+from palpate.adapters.experiments import build_perception, learning_policy, loaded_policy, perception_of, tool_in
+from palpate.adapters.experiments.policies import perception_settings
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy import Hindsight, PolicyDocument, document_of
+from tests.unit.adapters.samples import observation
+
+ROUND = scenario("blind", "belief")
+
+
+@pytest.fixture(scope="module")
+def learned() -> PolicyDocument:
+    """The policy file of a belief after one trial."""
+    perception = build_perception(ROUND)
+    policy = learning_policy(ROUND, perception)
+    policy.begin_trial(0, np.random.default_rng(0))
+    for k in range(8):
+        policy.choose(observation(2e-4 * k, 0.0))
+    policy.end_trial(Hindsight(True, (1e-3, 0.0, 0.01), 0.01))
+    made = document_of(policy, created_with={}, perception=perception_settings(ROUND, perception))
+    return PolicyDocument.from_json_text(made.to_json_text())
+
+
+def load(document: PolicyDocument, config: RunConfig) -> Any:
+    perception = perception_of(document, config, build_perception(config))
+    return loaded_policy(document, config, perception, frozen=True)
+
+
+@pytest.mark.parametrize(
+    ("peg", "told"),
+    [
+        ({"cross_section": "square"}, "cell.peg.cross_section = 'square' is refused: 'round'"),
+        ({"diameter_mm": 20.0}, "cell.peg.diameter_mm = 20.0 is refused: 29.0"),
+        ({"chamfer_mm": 1.0}, "cell.peg.chamfer_mm = 1.0 is refused: 0.0"),
+    ],
+)
+def test_a_touch_model_of_another_peg_is_refused_unless_it_is_asked_for(
+    learned: PolicyDocument, peg: dict[str, Any], told: str
+) -> None:
+    other = overlay(ROUND, {"cell": {"peg": peg}})
+    with pytest.raises(ConfigurationError) as refused:
+        load(learned, other)
+    assert str(refused.value).startswith(told)
+    assert "--learning.belief.other-tool" in str(refused.value)
+    load(learned, overlay(other, {"learning": {"belief": {"other_tool": True}}}))
+
+
+def test_another_arm_or_clearance_may_begin_with_it(learned: PolicyDocument) -> None:
+    load(learned, replace(overlay(ROUND, {"cell": {"peg": {"clearance_mm": 0.04}}}), arm="ur5"))
+
+
+def test_what_an_older_file_does_not_tell_is_not_asked_but_said(
+    learned: PolicyDocument, capsys: pytest.CaptureFixture[str]
+) -> None:
+    print_untold_tool(learned)
+    assert capsys.readouterr().err == ""
+    signal = {name: value for name, value in learned.perception["signal"].items() if name != "tool"}
+    older = replace(learned, perception={**learned.perception, "signal": signal})
+    assert tool_in(older) is None
+    load(older, overlay(ROUND, {"cell": {"peg": {"cross_section": "square"}}}))
+    print_untold_tool(older)
+    assert "does not tell which peg its touch model is of" in capsys.readouterr().err
+
+
+def test_a_table_is_of_no_tool() -> None:
+    config = scenario("blind")
+    perception = build_perception(config)
+    made = document_of(
+        learning_policy(config, perception), created_with={}, perception=perception_settings(config, perception)
+    )
+    assert tool_in(made) is None
+    load(made, overlay(config, {"cell": {"peg": {"cross_section": "square"}}}))
