@@ -63,7 +63,9 @@ class Cell:
         while not self.rig.exists() or "[force_sensor]" not in self.rig.read_text():
             time.sleep(0.05)
         if patient:
-            text = self.rig.read_text().replace("[arm]\n", "[arm]\nmax_age_ms = 1000.0\npatience = 4.0\n")
+            text = self.rig.read_text()
+            patience = "" if "patience" in text else "patience = 4.0\n"
+            text = text.replace("[arm]\n", f"[arm]\nmax_age_ms = 1000.0\n{patience}")
             text = text.replace("[force_sensor]\n", "[force_sensor]\nmax_age_ms = 1000.0\n")
             self.rig.write_text(f"[watchdog]\ncommand_ms = 2000.0\nsensor_ms = 2000.0\n{text}")
 

@@ -198,7 +198,8 @@ def over_emulated_devices(checkout: Path, folder: Path, walk: Callable[[Trial], 
 
 def _relax(rig: Path) -> None:
     arm, sensor = rig.read_text().split("[force_sensor]\n")
-    arm = arm.replace("[arm]\n", "[arm]\nmax_age_ms = 1000.0\npatience = 10.0\n")
+    patience = "" if "patience" in arm else "patience = 10.0\n"
+    arm = arm.replace("[arm]\n", f"[arm]\nmax_age_ms = 1000.0\n{patience}")
     arm = arm.replace("[rig]\n", "[rig]\napproach_rad_s = 0.8\n")
     watchdog = "[watchdog]\ncommand_ms = 10000.0\nsensor_ms = 10000.0\n"
     rig.write_text(f"{watchdog}{arm}[force_sensor]\nmax_age_ms = 1000.0\n{sensor}")

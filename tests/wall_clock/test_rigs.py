@@ -33,7 +33,8 @@ def relax(rig: Path) -> None:
     """Allow for a machine that is busy with other tests: what is tested here is not how fast it is."""
     text = rig.read_text()
     arm, sensor = text.split("[force_sensor]\n")
-    arm = arm.replace("[arm]\n", "[arm]\nmax_age_ms = 1000.0\npatience = 4.0\n")
+    patience = "" if "patience" in arm else "patience = 4.0\n"
+    arm = arm.replace("[arm]\n", f"[arm]\nmax_age_ms = 1000.0\n{patience}")
     arm = arm.replace("[rig]\n", "[rig]\napproach_rad_s = 0.8\n")
     watchdog = "[watchdog]\ncommand_ms = 2000.0\nsensor_ms = 2000.0\n"
     rig.write_text(f"{watchdog}{arm}[force_sensor]\nmax_age_ms = 1000.0\n{sensor}")

@@ -33,6 +33,7 @@ _COUNTS_PER_RAD: Final = 192_000 / 6.283185307179586
 _INSERTED_M: Final = 5e-5
 _BEHIND_FILTER: Final = 0.77
 """Share of the cell's noise, new each control tick, that the board's filter of 50 Hz lets through; measured."""
+_NOTES: Final = {"patience": "  # emulated drives share this computer with the loop; leave this out for real ones"}
 _UR: Final = ControllerConfig(
     payload_kg=1.1, payload_cog_m=(0.0, 0.0, 0.06), tcp_offset=(0.0, 0.0, 0.15, 0.0, 0.0, 0.0)
 )
@@ -166,7 +167,9 @@ class EmulatedCell:
         lines = [f'[rig]\nname = "{name}"\nemulated = true\n']
         for table, entries in self._entries.items():
             lines.append(f"\n[{table}]\n")
-            lines += [f"{name} = {literal(value)}\n" for name, value in entries.items() if value != {}]
+            lines += [
+                f"{name} = {literal(value)}{_NOTES.get(name, '')}\n" for name, value in entries.items() if value != {}
+            ]
         return "".join(lines)
 
     def targets_rad(self) -> JointVector:
@@ -254,7 +257,7 @@ class EmulatedCell:
         )
         self._serve(bus, "arm", lambda: {
             "adapter": "cia402", "interface": "slcan", "channel": bus.channel, "divider": emulation.divider,
-            "nodes": [drive + 1 for drive in range(len(start))], "counts_per_rad": list(scale),
+            "nodes": [drive + 1 for drive in range(len(start))], "counts_per_rad": list(scale), "patience": 10.0,
         })  # fmt: skip
 
     def _prepare_ur(self, start: JointVector) -> None:

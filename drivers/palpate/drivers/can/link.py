@@ -54,6 +54,7 @@ class CanFrame:
 # Back ends log what they then raise, and without a handler Python prints it beside our line.
 logging.getLogger("can").addHandler(logging.NullHandler())
 
+_LIBRARIES: Final = {"kvaser": "CANlib, libcanlib.so or canlib32.dll"}
 FRAME_TIMEOUT_S: Final = 0.05
 """Longest wait for an adapter that does not take one frame; at 115200 baud a frame lasts 2.4 ms (CALC)."""
 _STALLED_S: Final = 0.001
@@ -117,10 +118,15 @@ def open_bus(interface: str, channel: Any, bitrate: int, **options: Any) -> can.
             return slcan
         bus = can.Bus(channel=channel, interface=interface, bitrate=bitrate, **options)
     except Exception as error:  # every back end has exceptions of its own, and all mean that there is no bus
+        problem = f"cannot be opened ({error})"
         remedy = "check the adapter, its name, that the interface is up, and that you may open it"
         if isinstance(error, TypeError):
             remedy = "give python-can what this interface needs, and no more, in [arm.can] or [force_sensor.can]"
-        raise WiringError(f"CAN bus {interface} {channel}", f"cannot be opened ({error})", remedy) from error
+        elif isinstance(error, NameError):
+            # FACT (python-can 4.6.1, kvaser): without its maker's library a back end only lacks the names.
+            problem = f"cannot be opened: the library of its maker is missing ({_LIBRARIES.get(interface, interface)})"
+            remedy = f"install it; python-can's documentation of {interface} says from where"
+        raise WiringError(f"CAN bus {interface} {channel}", problem, remedy) from error
     for part in vars(bus).values():
         # Other interfaces over serial ports write without a time limit, too.
         if isinstance(part, serial.SerialBase) and part.write_timeout is None:

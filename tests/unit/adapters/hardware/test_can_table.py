@@ -36,7 +36,11 @@ def test_a_bit_rate_must_be_one() -> None:
 
 @pytest.mark.parametrize(
     ("interface", "told"),
-    [("kvaser", "cannot be opened"), ("neovi", "python-ics"), ("socketcand", "give python-can what .* .arm.can.")],
+    [
+        ("kvaser", "library of its maker is missing .CANlib, .* install it"),
+        ("neovi", "python-ics"),
+        ("socketcand", "give python-can what .* .arm.can."),
+    ],
 )
 def test_an_interface_that_is_not_there_is_one_line(
     interface: str, told: str, capfd: pytest.CaptureFixture[str]
