@@ -40,7 +40,7 @@ PAIRS_PARAMETERS: Final = QParameters(
     alpha_floor=0.05,
     gamma=0.97,
     initial_value=-4.0,
-    temperature=TemperatureSchedule(0.5, 0.99, 0.05),
+    temperature=TemperatureSchedule(1.0, 0.995, 0.05),
 )
 """Settings that did well on maps of all sizes."""
 PAIRS: Final = "pairs"
