@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from math import log
 from typing import Annotated, ClassVar, Final
 
 import numpy as np
@@ -31,6 +32,7 @@ from palpate.core.errors import ConfigurationError, require_whole
 from palpate.core.ports import Range, Settings
 
 _MOST_LEFT_OUT: Final = 3
+_LEAST: Final = 1e-300
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,6 +133,28 @@ def accepting_extract(
     wrong, cells = min(judged, key=lambda pair: pair[0])
     agreement = None if held_out is None else 1.0 - _wrong(cells, held_out)
     return Extract(cells, cells.minimal(settings.least_share), wrong=wrong, agreement=agreement)
+
+
+def looseness(machine: Machine, tree: PrefixTree) -> float:
+    """What labelled strings cost, in nats but for a constant, if all words of their length and label are alike likely.
+
+    Of two acceptors that are right about them all, the tighter one costs less: by the looser one, words that never came
+    would have been as likely (the size principle of Tenenbaum and Griffiths, 2001).
+    """
+    targets, accepting = np.array(machine.transitions), np.array(machine.state_outputs, dtype=bool)
+    lengths = np.repeat(np.arange(len(tree.levels) - 1), np.diff(tree.levels))
+    came = np.zeros((len(tree.levels) - 1, 2))
+    strings = tree.labels != UNLABELLED
+    np.add.at(came, (lengths[strings], tree.labels[strings]), tree.counts[strings, -1])
+    # Shares of all words of a length, by the state that they lead to.
+    shares = np.where(np.arange(len(targets)) == machine.start, 1.0, 0.0)
+    cost = 0.0
+    for rejected, accepted in came.tolist():
+        inside = float(shares[accepting].sum())
+        cost += rejected * log(max(1.0 - inside, _LEAST)) + accepted * log(max(inside, _LEAST))
+        before, shares = shares / targets.shape[1], np.zeros(len(targets))
+        np.add.at(shares, targets, before[:, None])
+    return cost
 
 
 def predicting_extracts(

@@ -9,7 +9,6 @@ can be foretold, the last symbol itself is worse than none: what is counted behi
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, ClassVar
@@ -21,6 +20,7 @@ from palpate.core.automata.choice import (
     cheapest,
     labelled,
     last_letters,
+    looseness,
     model_loss,
     predicting_extracts,
 )
@@ -166,11 +166,10 @@ def infer(
 def _acceptor(
     finalists: Sequence[TrainedNetwork], tree: PrefixTree, held_out: PrefixTree | None, settings: ExtractionSettings
 ) -> tuple[TrainedNetwork, tuple[Extract, ...]]:
-    """The smallest of the automata that are right most often; of equally small ones that which most networks gave."""
+    """The smallest of the automata that are right most often; of equally small ones the tightest."""
     found = [accepting_extract(trained.network, tree, settings, held_out) for trained in finalists]
-    votes = Counter(extract.machine for extract in found)
-    places = range(len(found))
-    best = min(places, key=lambda place: (found[place].cost, found[place].states, -votes[found[place].machine]))
+    costs = [(extract.cost, extract.states, looseness(extract.machine, tree)) for extract in found]
+    best = costs.index(min(costs))
     return finalists[best], (found[best],)
 
 

@@ -8,6 +8,7 @@ from palpate.core.automata.choice import (
     cheapest,
     labelled,
     last_letters,
+    looseness,
     model_loss,
     predicting_extracts,
     price_of,
@@ -55,6 +56,14 @@ def test_held_out_strings_only_tell_how_good_an_acceptor_is() -> None:
     found = accepting_extract(parity(), EVEN, ExtractionSettings(), held)
     assert (found.intervals, found.wrong, found.agreement) == (2, 0.0, 0.75)
     assert accepting_extract(parity(), EVEN, ExtractionSettings()).agreement is None
+
+
+def test_an_acceptor_that_lets_little_through_and_is_right_is_tighter() -> None:
+    tree = PrefixTree.of(Strings.of(["aa", "aa", "ab"], [True, True, False]))
+    only_a = Machine(Kind.DFA, ("a", "b"), ((0, 1), (1, 1)), (True, False))
+    even_b = Machine(Kind.DFA, ("a", "b"), ((0, 1), (1, 0)), (True, False))
+    assert looseness(only_a, tree) == pytest.approx(2.0 * np.log(0.25) + np.log(0.75))
+    assert looseness(even_b, tree) == pytest.approx(3.0 * np.log(0.5))
 
 
 def test_acceptance_needs_labels() -> None:

@@ -1,12 +1,17 @@
+from dataclasses import replace
+
 import pytest
 
+from palpate.core.automata.choice import ExtractionSettings
 from palpate.core.automata.elman import END
-from palpate.core.automata.infer import InferenceSettings, infer
+from palpate.core.automata.infer import InferenceSettings, _acceptor, infer
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import difference
+from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.automata.strings import Strings
-from palpate.core.automata.training import Progress, TrainingSettings
+from palpate.core.automata.training import Progress, TrainedNetwork, TrainingSettings
 from palpate.core.errors import ConfigurationError
+from tests.unit.core.automata.networks import LARGE, parity
 
 BINARY = [f"{n:0{length}b}" if length else "" for length in range(7) for n in range(2**length)]
 ODD_ZEROS = Strings.of(BINARY, [word.count("0") % 2 == 1 for word in BINARY])
@@ -28,6 +33,17 @@ def test_a_language_is_inferred_from_labelled_strings_and_held_out_ones_judge_it
     )
     assert found.chosen.agreement == 1.0
     assert "agreement: 100.0% of the held-out strings (32 strings)" in found.summary
+
+
+def test_of_automata_that_are_right_and_equally_small_the_tightest_is_taken() -> None:
+    even, words = parity(), ["", "0", "1", "00", "000", "01"]
+    # Once a 1 came, all is rejected: only words with two of them would tell the two languages apart.
+    never = replace(even, recurrent=[[[LARGE]], [[0.0]]])
+    tree = PrefixTree.of(Strings.of(words, ["1" not in word for word in words]))
+    found = [TrainedNetwork(network, k, 0.0, consistent=True) for k, network in enumerate((even, even, never))]
+    chosen, (extract,) = _acceptor(found, tree, None, ExtractionSettings())
+    assert chosen.network is never
+    assert (extract.wrong, extract.states) == (0.0, 2)
 
 
 PREDICTION = InferenceSettings(training=TrainingSettings(restarts=8, steps=800), finalists=2)
