@@ -263,6 +263,13 @@ MISHAPS: Final[dict[str, Mishap]] = {
         (100, "stop"),
         trial=3,
     ),
+    # So much too soft that it is looked at a little longer, and then is stiff enough.
+    "touched-softly": Mishap(
+        (force("unit", 30, factor=0.8, channels=(2,)), force("offset", 30, magnitude=1.04, channels=(2,))),
+        {"task": {"tare_ticks": 8, "ready_height_mm": 0.5, "ticks_per_action": 12}, "cell": _PLATE},
+        (80, "stop"),
+        trial=3,
+    ),
     # Forces from before the first place that is kept, and after the last.
     "late-force-slow": Mishap(
         (force("delay", 3, delay_ticks=3),),

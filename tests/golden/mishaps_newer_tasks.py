@@ -69,8 +69,12 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         (176, "stop"),
         policy="corner-first",
     ),
-    # A force along the push, which only a wall can answer, and against it.
-    "corner-pulled": Mishap(shove(84, -4.0, -4.0), _corner(), policy="corner-first"),
+    # Three samples until it pushes; then a force along the push, which only a wall can answer, and against it.
+    "corner-pulled": Mishap(
+        (force("repeat", 46, span_ticks=1, duration_ticks=32), *shove(84, -4.0, -4.0)),
+        {**_corner(), **weak(max_repeats=40, max_force_age_ms=300.0)},
+        policy="corner-first",
+    ),
     # Encoders that are off hide the floor; it wobbles, is withdrawn as if it were wedged, and on to the next corner.
     "corner-stuck": Mishap(
         (
@@ -84,8 +88,8 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     # force: it stops, heaves, and nothing follows.
     "corner-dead": Mishap(
         (
-            force("unit", 60, factor=0.3, duration_ticks=45),
-            force("unit", 105, factor=1e-4),
+            force("unit", 60, factor=0.4, duration_ticks=50),
+            force("unit", 110, factor=1e-4),
             force("noise", 0, magnitude=0.15, channels=(0, 1, 2)),
             force("noise", 0, magnitude=0.006, channels=(3, 4, 5)),
         ),

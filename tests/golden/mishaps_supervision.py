@@ -144,7 +144,8 @@ SUPERVISED: Final[dict[str, Mishap]] = {
     ),
     # A spike trips; then something seems to hold the tool that is drawn back.
     "retract-held": Mishap(
-        (force("spike", 5, magnitude=60.0, channels=(2,)), force("offset", 9, magnitude=60.0, channels=(2,)))
+        (force("spike", 5, magnitude=60.0, channels=(2,)), force("offset", 9, magnitude=60.0, channels=(2,))),
+        weak(retract_mm=5.0),
     ),
     "retract-blocked": Mishap(
         (force("nan", 5), arm("stuck", 5)),

@@ -24,8 +24,8 @@ SHALLOW = (
 FOLLOW = ("run", "--task", "surface-follow", "--trials", "1", "--seed", "31", "--task.tare-ticks", "7")
 SKILLS = (
     "train", "--task", "insertion-6dof", "--learner", "skills", "--scenario", "blind-square", "--trials", "2",
-    "--task.options", "corners", "4", "corner_mm", "20.5", "--task.ready-height-mm", "1", "--task.tare-ticks", "7",
-    "--task.ticks-per-action", "7", "--learning.rule-lead", "0",
+    "--task.ready-height-mm", "1", "--task.tare-ticks", "7", "--learning.rule-lead", "0",
+    "--task.options", "corners", "4", "corner_mm", "20.5",
 )  # fmt: skip
 
 RECORDINGS: dict[str, tuple[str, ...]] = {
@@ -137,10 +137,16 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "--task.tare-ticks", "7", "--task.ticks-per-action", "10", "--cell.conditions.yaw-deg", "2",
         "--task.start-uncertainty-mm", "1",
     ),
-    # Programmed skills that a learner chooses from, after what it learned in a trial before: inserted where no hole is.
-    "train-skills": (*SKILLS, "--seed", "452", "--task.time-limit-s", "2.8"),
+    # Programmed skills that a learner chooses from, after what it learned in a trial before: pushed as far as it may
+    # be, and driven until that is over.
+    "train-skills": (
+        *SKILLS, "inside_mm", "5", "--seed", "93216", "--task.time-limit-s", "2.6", "--task.ticks-per-action", "5",
+        "--task.area-half-width-mm", "5.1", "--task.start-uncertainty-mm", "1", "--cell.peg.friction", "0.4",
+    ),
     # Drawn out of a hole by a lean, withdrawn, and driven.
-    "train-skills-drawn": (*SKILLS, "--seed", "455", "--task.time-limit-s", "3.1"),
+    "train-skills-drawn": (
+        *SKILLS, "--seed", "455", "--task.time-limit-s", "3.1", "--task.ticks-per-action", "7",
+    ),
     # The plate on both sides, a search, down to the floor, and the walls all round.
     "hole-survey": (
         "run", "--task", "hole-survey", "--trials", "1", "--seed", "32", "--task.options", "plate_touches", "2",

@@ -46,7 +46,6 @@ class NoiseWatch:
     def __init__(self, config: SupervisionConfig, task: TaskConfig, sensor: SensorFacts) -> None:
         force, torque = sensor.noise_N, sensor.noise_Nm
         self._noise: _Six = (force, force, force, torque, torque, torque)
-        self._noisy = force > 0.0 or torque > 0.0
         self._longest, self._most_ratio = config.flat_line_samples - 1, config.max_noise_ratio
         self._most_recurring = config.max_recurring_samples
         self._still: deque[_Six] = deque(maxlen=task.tare_ticks)
@@ -107,8 +106,6 @@ class NoiseWatch:
         elif six <= first:
             return self._flat(snapshot.tick, 5)
         self._begun, self._since = (a, b, c, d, e, f), (one, two, three, four, five, six)
-        if not self._noisy:
-            return None
         # One number in place of six to be hashed: that it comes again several times in order is no accident either.
         # The share of two changes is the same with any gain and offset.
         total, last = fx + fy + fz + tx + ty + tz, self._change
