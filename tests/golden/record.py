@@ -144,9 +144,7 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "--task.area-half-width-mm", "5.1", "--task.start-uncertainty-mm", "1", "--cell.peg.friction", "0.4",
     ),
     # Drawn out of a hole by a lean, withdrawn, and driven.
-    "train-skills-drawn": (
-        *SKILLS, "--seed", "455", "--task.time-limit-s", "3.1", "--task.ticks-per-action", "7",
-    ),
+    "train-skills-drawn": (*SKILLS, "--seed", "455", "--task.time-limit-s", "3.1", "--task.ticks-per-action", "7"),
     # The plate on both sides, a search, down to the floor, and the walls all round.
     "hole-survey": (
         "run", "--task", "hole-survey", "--trials", "1", "--seed", "32", "--task.options", "plate_touches", "2",
