@@ -75,6 +75,7 @@ from tests.contracts.unsafe_stops import (
     StopsForItsThreadOnly,
     StopWaitsForTheLoop,
     TakesTheShortWayRound,
+    YieldsToPersistence,
 )
 
 HOME = fake.HOME_RAD
@@ -400,6 +401,7 @@ LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
     (FORCE, ClockRunsSlow, {}, "sequence_and_time_never_go_back"),
     (FORCE, OverloadShiftsItsZero, {}, RANGE),
     (ARM, FaultWearsOff, {}, "fault_latches"),
+    (ARM, YieldsToPersistence, {}, "activate_does_not_clear_a_fault"),
     (ARM, SendOutlastsStop, {}, MIDDLE),
     (ARM, StopReopens, {}, EVERY),
     (ARM, Parks, {}, DROPPED),

@@ -71,6 +71,19 @@ class FaultWearsOff(FakeArm):
         return super().send(command)
 
 
+class YieldsToPersistence(FakeArm):
+    """Asked to activate once more, it clears its fault itself."""
+
+    refusals = 0
+
+    def activate(self) -> None:
+        if self._life is Life.FAULTED:
+            self.refusals += 1
+            if self.refusals > 1:
+                self.acknowledge_fault()
+        super().activate()
+
+
 class SendOutlastsStop(FakeArm):
     """A stop that comes while a command is on its way is overtaken by it."""
 
