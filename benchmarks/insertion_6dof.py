@@ -42,6 +42,7 @@ from palpate.core.ports import AppliedCommand, JointCommand, Snapshot
 
 TASK = "insertion-6dof"
 FIRST = 500_000
+ROUND_POLICY = "hypotheses"
 CORNERS = {
     "round": (0, 14.5),
     "square": (4, 20.5),
@@ -73,7 +74,7 @@ def config_of(shape: str, conditions: str, arm: str, options: Mapping[str, Any])
     corners, corner_mm = CORNERS[shape]
     config = overlay(overlay(scenario("paper"), task_kind(TASK).preset), {"arm": arm, "task": {"name": TASK}})
     config = overlay(overlay(config, world_of(shape)), CONDITIONS[conditions])
-    own = {"corners": float(corners), "corner_mm": corner_mm} if corners else {}
+    own = {"corners": float(corners), "corner_mm": corner_mm} if corners else {"corner_mm": corner_mm}
     own |= {"inside_mm": 8.0} if shape == "triangle" else {}
     if shape == "keyed":
         own = {"corner_mm": corner_mm, "flat_deg": 37.5, "inside_mm": 7.0, "lean_deg": 7.0}
@@ -150,7 +151,7 @@ def matrix(path: Path, count: int, seed: int, shapes: list[str]) -> None:
             if (shape, on_diameter_mm) in cells:
                 continue
             fitted = overlay(config, {"cell": {"peg": {"clearance_mm": on_diameter_mm / 2}}})
-            rows = trials(fitted, "give-way" if shape == "round" else "corner-first", seed, range(count))
+            rows = trials(fitted, ROUND_POLICY if shape == "round" else "corner-first", seed, range(count))
             print(f"{shape}, {on_diameter_mm:g} mm on the diameter, seed {seed}")
             show(rows, verbose=False)
             times = [row[3] for row in rows if row[2]] or [np.nan]
@@ -231,7 +232,7 @@ def main() -> None:
     told.shape = told.shape or "square"
     options = {name: float(value) for name, value in zip(told.options[::2], told.options[1::2], strict=True)}
     config = config_of(told.shape, told.conditions, told.arm, options)
-    policy = told.policy or ("give-way" if told.shape == "round" else "corner-first")
+    policy = told.policy or (ROUND_POLICY if told.shape == "round" else "corner-first")
     size = -(-told.trials // told.workers)
     ends = range(told.first, told.first + told.trials)
     jobs = [(config, policy, told.seed, ends[k : k + size]) for k in range(0, told.trials, size)]

@@ -72,6 +72,7 @@ def test_a_task_of_another_package_is_run_and_replayed(
         ("run", ("--task", "surface-folow"), "did you mean surface-follow?"),
         ("run", ("--task=insertion-6dof", "--policy", "corner-first"), "3 or more for the policy corner-first"),
         ("run", ("--policy", "give-way"), "one of --task insertion-6dof"),
+        ("run", ("--policy", "hypotheses"), "one of --task insertion-6dof"),
         ("run", ("--policy", "corner-first"), "one of --task insertion-6dof"),
         (
             "run",

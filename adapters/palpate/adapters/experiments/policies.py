@@ -38,7 +38,7 @@ from palpate.core.policy import (
 )
 from palpate.core.policy.belief import BeliefLearner
 from palpate.core.ports import CONTROL_RATE_HZ
-from palpate.core.tasks.insertion_6dof import CornerFirst, GiveWay, SpatialOptions
+from palpate.core.tasks.insertion_6dof import CornerFirst, GiveWay, Hypotheses, SpatialOptions
 from palpate.core.trial import N_PER_KGF, options_of
 
 SPIRAL_PITCH_M: Final = 0.30e-3
@@ -72,6 +72,7 @@ _MAKERS: Final[dict[str, Callable[[RunConfig, Hole], Policy]]] = {
     "spiral-5": lambda config, _: Spiral("spiral-5", SPIRAL_PITCH_M, 0.005 * _action_s(config)),
     "random": lambda config, _: RandomWalkPolicy(_plain_actions(config)),
     "give-way": lambda config, _: GiveWay(_plain_actions(config), _threshold_Nm(config)),
+    "hypotheses": lambda config, _: Hypotheses(config.task, spatial_options(config, "hypotheses")),
     "corner-first": lambda config, _: CornerFirst(spatial_options(config)),
     "omniscient-pose": lambda config, pose: _omniscient_pose(config, pose),
 }
