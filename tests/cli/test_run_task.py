@@ -73,6 +73,11 @@ def test_a_task_of_another_package_is_run_and_replayed(
         ("run", ("--task=insertion-6dof", "--policy", "corner-first"), "3 or more for the policy corner-first"),
         ("run", ("--policy", "give-way"), "one of --task insertion-6dof"),
         ("run", ("--policy", "hypotheses"), "one of --task insertion-6dof"),
+        (
+            "run",
+            ("--task=insertion-6dof", "--policy", "give-way", "--task.options", "level_beside_mm", "36"),
+            "task.area_half_width_mm = 11.0 is refused: at least 39",
+        ),
         ("run", ("--policy", "corner-first"), "one of --task insertion-6dof"),
         (
             "run",

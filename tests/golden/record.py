@@ -120,6 +120,12 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "--task.time-limit-s", "0.55", "--task.start-uncertainty-mm", "1", "--cell.tilt-mrad", "4",
         "--task.ticks-per-action", "8", "--perception.torque-threshold-kgf-mm", "5",
     ),
+    # Hypotheses that are drawn anew, and steps that turn.
+    "hypotheses": (
+        "run", "--task", "insertion-6dof", "--policy", "hypotheses", "--trials", "1", "--seed", "36", *SHALLOW,
+        "--task.time-limit-s", "0.35", "--task.start-uncertainty-mm", "2", "--cell.tilt-mrad", "4",
+        "--task.ticks-per-action", "6", "--task.options", "corner_mm", "14.5",
+    ),
     # Wedged, driven, withdrawn, and the next corner.
     "corner-missed": (
         "run", "--task", "insertion-6dof", "--policy", "corner-first", "--trials", "1", "--seed", "4",

@@ -49,6 +49,9 @@ class SpatialOptions(Settings):
     """Mass of all that the force sensor carries: its weight is taken off while the tool leans."""
     tool_above_tip_mm: Annotated[float, Range(0.0, 500.0)] = 63.0
     """Height of its centre above the tip."""
+    level_beside_mm: Annotated[float, Range(0.0, 50.0)] = 0.0
+    """So far beside, along the task's x, corner-first and give-way press the tool on the plate and turn it level before
+    they search; task.area_half_width_mm has to reach there. 0: they do not."""
     most_lean_deg: Annotated[float, Range(1.0, 30.0)] = 8.0
     """The tool may lean no further."""
     most_yaw_deg: Annotated[float, Range(1.0, 45.0)] = 20.0
