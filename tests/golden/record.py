@@ -123,7 +123,7 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     # Hypotheses that are drawn anew, and steps that turn.
     "hypotheses": (
         "run", "--task", "insertion-6dof", "--policy", "hypotheses", "--trials", "1", "--seed", "36", *SHALLOW,
-        "--task.time-limit-s", "0.35", "--task.start-uncertainty-mm", "2", "--cell.tilt-mrad", "4",
+        "--task.time-limit-s", "0.25", "--task.start-uncertainty-mm", "2", "--cell.tilt-mrad", "4",
         "--task.ticks-per-action", "6", "--task.options", "corner_mm", "14.5",
     ),
     # Wedged, driven, withdrawn, and the next corner.
