@@ -14,7 +14,7 @@ import pytest
 
 from palpate.drivers.can.link import CanFrame, CanLink, open_bus
 from palpate.drivers.cia402.link import CanopenLink
-from palpate.drivers.errors import SilentError
+from palpate.drivers.errors import LateError, SilentError
 
 FILLING = 20_000
 """Frames that no kernel buffer takes."""
@@ -90,17 +90,23 @@ def test_an_adapter_that_takes_bytes_again_is_used_again(cable: Cable) -> None:
     bus.shutdown()
 
 
-def test_a_canopen_bus_that_takes_nothing_is_silent_in_time(cable: Cable) -> None:
+def test_a_canopen_bus_that_takes_nothing_is_silent_in_time_and_an_emulated_one_is_this_computer_s_fault(
+    cable: Cable,
+) -> None:
     with CanopenLink.open(interface="slcan", channel=cable.channel, bitrate=1_000_000, sleep_after_open=0.0) as link:
 
         def send() -> bool:
             try:
                 link.send(0x201, bytes(8))
-            except SilentError:
+            except SilentError as error:
+                raised.append(error)
                 return False
             return True
 
+        raised: list[SilentError] = []
         assert seconds(lambda: until_refused(send)) < 5.0
+        assert isinstance(raised[0], LateError)
+        assert "palpate emulate --priority" in str(raised[0])
         assert seconds(link.close) < 1.0
 
 
