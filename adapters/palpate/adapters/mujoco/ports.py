@@ -63,7 +63,8 @@ class MujocoForceSensor(ManagedDevice, ForceSensor):
         now, tick = self._cell.time_ns, self._cell.ticks
         if self._sample is None or self._sample.sequence != tick:
             fx, fy, fz, tx, ty, tz = self._cell.measure_wrench()
-            self._sample = WrenchSample((fx, fy, fz), (tx, ty, tz), max(now - self._age_ns, 0), now, tick)
+            source_ns = now - self._age_ns
+            self._sample = WrenchSample((fx, fy, fz), (tx, ty, tz), source_ns if source_ns > 0 else 0, now, tick)
         return self._sample
 
     def _on_deactivate(self) -> None:

@@ -35,6 +35,7 @@ class CommandLimiter:
         self._lower, self._upper, self._speed = lower_rad, upper_rad, velocity_limit_rad_s
         self._slowness_s = 1.0 / min(velocity_limit_rad_s)
         self._period_s = 1.0 / rate_Hz
+        self._most_credit_s = _CREDIT_PERIODS * self._period_s
         self._held: JointVector = ()
         self._base: JointVector
         self._now_ns: int | None = None
@@ -53,10 +54,13 @@ class CommandLimiter:
         """
         if self._now_ns != now_ns:
             # An arm that has just started has waited for ever.
-            passed_s = inf if self._now_ns is None else max(0, now_ns - self._now_ns) * 1e-9
-            self._credit_s = min(self._left_s + passed_s, _CREDIT_PERIODS * self._period_s)
+            passed_s = inf if self._now_ns is None else (now_ns - self._now_ns) * 1e-9
+            credit_s, most_s = self._left_s + (passed_s if passed_s > 0.0 else 0.0), self._most_credit_s
+            self._credit_s = credit_s if credit_s < most_s else most_s
             self._now_ns, self._base = now_ns, self._held
-        may_s = min(self._credit_s + _ROUNDING_S, self._period_s)
+        may_s = self._credit_s + _ROUNDING_S
+        if may_s > self._period_s:
+            may_s = self._period_s
         inside = all(map(le, self._lower, asked_rad)) and all(map(le, asked_rad, self._upper))
         # Nearly every command passes as if all joints were as slow as the slowest, which is the cheapest to see.
         needs_s = max(map(abs, map(sub, asked_rad, self._base))) * self._slowness_s

@@ -57,7 +57,8 @@ class Agent:
         force = sqrt(x * x + y * y + z * z)
         self._ticks += 1
         self._force_sum += force
-        self._force_peak = max(self._force_peak, force)
+        if force > self._force_peak:
+            self._force_peak = force
         if self._last_position is not None:
             self._distance += dist(position_m, self._last_position)
         self._last_position = position_m

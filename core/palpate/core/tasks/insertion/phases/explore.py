@@ -135,7 +135,9 @@ class Explore(RunningPhase):
     def _way_on(self) -> Vector3:
         """To where on its way the running action shall be in this tick: steady speed, then rest for the torque."""
         ticks = self._task.ticks_per_action
-        share = min((ticks - self.countdown + 1) / (self._task.moving_share * ticks), 1.0)
+        share = (ticks - self.countdown + 1) / (self._task.moving_share * ticks)
+        if share > 1.0:
+            share = 1.0
         (x, y, z), (dx, dy) = self._step_from_m, self._step_m
         target_m = x + share * dx, y + share * dy, z
         across_x, across_y, along = self._law.velocity_m_s(

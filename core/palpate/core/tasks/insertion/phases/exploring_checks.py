@@ -44,7 +44,9 @@ class ExploringChecks:
         equipment, proof = self._equipment, self._proof
         measured, state, reference_m = equipment.measurement, equipment.state, equipment.motion.reference_m
         snapshot = state.snapshot
-        self._behind_ns = max(self._behind_ns, snapshot.wrench.source_time_ns - snapshot.joints.source_time_ns)
+        behind_ns = snapshot.wrench.source_time_ns - snapshot.joints.source_time_ns
+        if behind_ns > self._behind_ns:
+            self._behind_ns = behind_ns
         if not self._lift.running:
             longer = not self._touch_judged and self._judge_touch(countdown)
             proof.life.watch(measured.force_N[2], proof.new, reference_m)
