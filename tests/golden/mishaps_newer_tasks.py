@@ -72,7 +72,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     # Three samples until it pushes; then a force along the push, which only a wall can answer, and against it.
     "corner-pulled": Mishap(
         (force("repeat", 46, span_ticks=1, duration_ticks=32), *shove(84, -4.0, -4.0)),
-        {**_corner(), **weak(max_repeats=40, max_force_age_ms=300.0)},
+        {**_corner(options={"push_N": 2.0}), **weak(max_repeats=40, max_force_age_ms=300.0)},
         policy="corner-first",
     ),
     # Encoders that are off hide the floor; it wobbles, is withdrawn as if it were wedged, and on to the next corner.
