@@ -9,7 +9,8 @@ A failure counts 20 s. "Converged" is the first trial from which the mean of the
 trials 11 to the last, as in benchmarks/belief.py, or with ``--late N`` of the last N. Cells that differ from the
 study's base in one setting are on its axis, the settings of perception on that of the number of states; the base itself
 is on all of them. A law is a straight line through the logarithms of all seeds, by least squares; its interval has 95 %
-of the exponents of as many studies drawn from this one's seeds, with replacement.
+of the exponents of as many studies drawn from this one's seeds, with replacement. Laws of other forms are told beside
+it, by how well each foretells a value that was left out.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import argparse
 import csv
 import json
 from collections import defaultdict
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import matplotlib as mpl
@@ -31,6 +33,16 @@ FAILED_S = 20.0
 STATES = "states"
 SHOWN = ("trials to convergence", "exploration, late trials [s]")
 TICKS = (0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.7, 1, 1.5, 2, 3, 4, 6, 8, 10, 15, 20, 30, 40, 60, 80)
+POWER = "a x^b"
+FORMS: Mapping[str, Callable[[np.ndarray], np.ndarray]] = {
+    "a": np.zeros_like,
+    "a + b x": lambda x: x,
+    "a + b x^0.5": np.sqrt,
+    "a + b ln x": np.log,
+    "a + b / x": lambda x: 1.0 / x,
+    "a + b / x^2": lambda x: 1.0 / x**2,
+}
+"""Laws besides the power: a level, and what rises from it or levels off to it."""
 Points = dict[float, list[tuple[float, float]]]
 """By the setting's value: trials to convergence and seconds of late trials, a seed each."""
 
@@ -84,6 +96,40 @@ def law(points: Points, column: int) -> tuple[float, float, float, float]:
     return float(np.exp(fit.intercept)), float(fit.slope), *map(float, found.confidence_interval)
 
 
+def fitted(form: str, x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
+    """The law's a and b, by least squares of the relative error; of a power, of its logarithm."""
+    if form == POWER:
+        line = linregress(np.log(x), np.log(y))
+        return float(np.exp(line.intercept)), float(line.slope)
+    columns = np.stack((np.ones_like(x), FORMS[form](x)), axis=1)
+    a, b = np.linalg.lstsq(columns / y[:, None], np.ones_like(y), rcond=None)[0]
+    return float(a), float(b)
+
+
+def foretold(form: str, law: tuple[float, float], x: np.ndarray) -> np.ndarray:
+    a, b = law
+    return np.asarray(a * x**b if form == POWER else a + b * FORMS[form](x))
+
+
+def left_out(points: Points, column: int) -> list[tuple[float, str, float, float]]:
+    """Of each form of law, the best first: by what share it misses a value that it was not fitted to, form, a and b.
+
+    Every value is left out once, with all its seeds; the share is the root mean square of the logarithm, as a factor
+    less 1. A law that comes to nothing there counts as a tenth of the least that was found.
+    """
+    x = np.array([value for value, seeds in sorted(points.items()) for _ in seeds])
+    y = np.array([seed[column] for _, seeds in sorted(points.items()) for seed in seeds])
+    rows = []
+    for form in (POWER, *FORMS):
+        misses = np.zeros_like(x)
+        for value in points:
+            out = x == value
+            there = foretold(form, fitted(form, x[~out], y[~out]), x[out])
+            misses[out] = np.log(np.maximum(there, 0.1 * y.min()) / y[out])
+        rows.append((float(np.expm1(np.sqrt(np.square(misses).mean()))), form, *fitted(form, x, y)))
+    return sorted(rows)
+
+
 def interval(values: list[float]) -> str:
     """Mean, least and most: of a few seeds no more can be said."""
     return f"{np.mean(values):.3g} ({min(values):.3g} to {max(values):.3g})"
@@ -102,7 +148,10 @@ def main() -> None:
             print(f"| {value:g} | {len(seeds)} | " + " | ".join(interval([s[i] for s in seeds]) for i in (0, 1)) + " |")
         for column, what in ((0, "trials"), (1, "late s")):
             factor, exponent, low, high = law(points, column)
-            print(f"\n{what} = {factor:.3g} x value ^ {exponent:.2f}, exponent {low:.2f} to {high:.2f} at 95 %")
+            print(f"\n{what}: missed where left out, form, a, b")
+            for missed, form, a, b in left_out(points, column):
+                print(f"  {missed:5.0%}  {form:12s} {a:8.3g} {b:8.3g}")
+            print(f"{what} = {factor:.3g} x value ^ {exponent:.2f}, exponent {low:.2f} to {high:.2f} at 95 %")
         print()
     if options.out:
         draw(axes, options.out)
@@ -122,6 +171,9 @@ def draw(axes: dict[str, Points], out: Path) -> None:
             factor, exponent, low, high = law(points, column)
             told = f"exponent {exponent:.2f} ({low:.2f} to {high:.2f})"
             axis.loglog(values, factor * values**exponent, label=told)
+            _, form, a, b = left_out(points, column)[0]
+            between = np.geomspace(values[0], values[-1], 50)
+            axis.loglog(between, foretold(form, (a, b), between), "--", label=form)
             axis.set_xticks(values, [f"{value:g}" for value in values], minor=False)
             axis.minorticks_off()
             low, high = axis.get_ylim()
