@@ -2,6 +2,7 @@
 
     python -m benchmarks.liars --seeds 10 --jobs 2 --out LIARS.md
     python -m benchmarks.liars --task insertion-6dof --policy corner-first --seeds 2
+    python -m benchmarks.liars --task insertion-6dof --policy hypotheses --seeds 1
 
 Asked for: no trial that says of itself what is not so, such as a peg called inserted that is not; every liar latched,
 or tolerable, which is a true force that never exceeded the task's limit and an end that was told truly; no true force
@@ -28,10 +29,13 @@ TASKS: Final = ("insertion", "insertion-6dof", "hole-survey", "surface-follow")
 POLICIES: Final = {"insertion": "torque", "insertion-6dof": "corner-first"}
 
 
-def config_of(task: str, arm: str) -> RunConfig:
-    """The world in which a task is lied to: a square peg in six degrees of freedom; one hole, as others are alike."""
+def config_of(task: str, arm: str, policy: str) -> RunConfig:
+    """The world in which a task is lied to; one hole, as others are alike.
+
+    In six degrees of freedom a square peg for the policy that needs corners, a round one for any other.
+    """
     if task == "insertion-6dof":
-        return insertion_6dof.config_of("square", "asked", arm, {})
+        return insertion_6dof.config_of("square" if policy == POLICIES[task] else "round", "asked", arm, {})
     config = overlay(overlay(RunConfig(), task_kind(task).preset), {"arm": arm, "task": {"name": task}})
     return overlay(config, {"task": {"more_goals_mm": ()}, "cell": {"more_holes_mm": ()}})
 
@@ -100,9 +104,9 @@ def main() -> None:
     options = parser.parse_args()
     text, good = "", True
     for arm in options.arms:
-        config, begin_s = config_of(options.task, arm), time.monotonic()
-        chosen = cases(config, options.seeds, Choice(group="liars", phase=options.phase, fault=options.fault))
         policy = options.policy or POLICIES.get(options.task, "")
+        config, begin_s = config_of(options.task, arm, policy), time.monotonic()
+        chosen = cases(config, options.seeds, Choice(group="liars", phase=options.phase, fault=options.fault))
         parts = run_cases(config, chosen, policy=policy, rig_file="", supervised=True, jobs=options.jobs)
         runs = [run for part in parts for run in part]
         minutes = (time.monotonic() - begin_s) / 60.0
