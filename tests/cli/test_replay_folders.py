@@ -77,6 +77,20 @@ def _two_logs_change_places(folder: Path) -> None:
     aside.rename(second)
 
 
+def _a_trial_more_and_the_manifest_made_good(folder: Path) -> None:
+    def add(data: bytes) -> bytes:
+        _, _, rest = data.splitlines(True)[-1].partition(b",")
+        return data + b"3," + rest
+
+    _write(folder / "trials.csv", add)
+    _made_good(folder)
+
+
+def _no_manifest_and_no_settings(folder: Path) -> None:
+    for name in ("manifest.json", "run.toml"):
+        gone(name)(folder)
+
+
 TAMPERINGS: dict[str, Tampering] = {
     "first log gone": gone("logs/trial-00000.mcap"),
     "log cut": cut("logs/trial-00001.mcap"),
@@ -108,6 +122,8 @@ TAMPERINGS: dict[str, Tampering] = {
     "manifest's number of trials": _in_json("manifest.json", lambda m: m.update(trials=4)),
     "a log's number": lambda f: (f / "logs/trial-00002.mcap").rename(f / "logs/trial-00003.mcap"),
     "a log's reinforcement": log_with("/reinforcement", 0, one_ulp("reinforcement")),
+    "a trial's line added, and the manifest made good": _a_trial_more_and_the_manifest_made_good,
+    "manifest and settings gone": _no_manifest_and_no_settings,
     "table of a comparison added": lambda f: _write(shutil.copy(f / "trials.csv", f / "compare.csv"), bytes),
 }  # fmt: skip
 

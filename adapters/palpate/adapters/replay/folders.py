@@ -8,10 +8,14 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Final
 
 from palpate.adapters.experiments import MANIFEST, RunFolder, read_manifest
 from palpate.adapters.log import LOG_FOLDER, read_log, trial_name
 from palpate.core.errors import LogError, OutputError
+
+_SIGNS: Final = (MANIFEST, "run.toml", "trials.csv")
+"""What shows that a folder is that of a run; the last of them only beside logs."""
 
 
 @dataclass
@@ -46,10 +50,12 @@ def judge_folders(names: Sequence[str]) -> FolderFindings:
         found.problems += manifest.problems(folder)
         if manifest.finished and (folder / "trials.csv").is_file():
             with suppress(OutputError):
-                rows = len(RunFolder(folder).read_trials())
-                if rows != manifest.trials:
-                    told = f"tells of {manifest.trials} trials, trials.csv of {rows}"
+                rows = RunFolder(folder).read_trials()
+                if len(rows) != manifest.trials:
+                    told = f"tells of {manifest.trials} trials, trials.csv of {len(rows)}"
                     found.problems.append(f"{folder / MANIFEST}: {told}")
+                gone = _missing_logs(folder, (row.trial for row in rows))
+                found.problems += [line for line in gone if line not in found.problems]
         if not manifest.finished:
             # The log of the newest trial need not have been begun when the run was cut short.
             gone = _missing_logs(folder, range(manifest.trials - 1))
@@ -74,13 +80,14 @@ def _run_folders(names: Sequence[str]) -> list[Path]:
     for name in filter(os.path.isdir, names):
         top = Path(name)
         above = [top.parent] if top.name == LOG_FOLDER else []
-        below = sorted({path.parent for sign in (MANIFEST, "run.toml") for path in top.rglob(sign)})
+        below = sorted({path.parent for sign in _SIGNS for path in top.rglob(sign)})
         folders.update((folder, None) for folder in (*above, *below) if _is_run(folder))
     return list(folders)
 
 
 def _is_run(folder: Path) -> bool:
-    return any(os.path.lexists(folder / sign) for sign in (MANIFEST, "run.toml"))
+    *sure, table = (os.path.lexists(folder / sign) for sign in _SIGNS)
+    return any(sure) or (table and (folder / LOG_FOLDER).is_dir())
 
 
 def _missing_logs(folder: Path, trials: Iterable[int]) -> list[str]:
