@@ -9,7 +9,7 @@ from typing import Final
 import pinocchio as pin
 
 from palpate.core.errors import DeviceError
-from palpate.core.motion import FixedFrame, Kinematics, rotated, wrench_about
+from palpate.core.motion import FixedFrame, Kinematics, wrench_about
 from palpate.core.perception import SignalProcessor, Wrench
 from palpate.core.ports import CONTROL_RATE_HZ, JointSample, JointVector, Snapshot, Validity, Vector3
 
@@ -107,7 +107,7 @@ class Measurement:
         (fx, fy, fz), (tx, ty, tz) = raw.force_N, raw.torque_Nm
         self._live_N = fx, fy, fz = (fx - bx) * sx, (fy - by) * sy, (fz - bz) * sz
         self._live_Nm = tx, ty, tz = (tx - btx) * stx, (ty - bty) * sty, (tz - btz) * stz
-        self.force_N = self._task.vector(rotated(rotation, (fx, fy, fz)))
+        self.force_N = self._task.vector_of(rotation, (fx, fy, fz))
         if self._weight_N:
             (_, _, u), (_, _, v), (_, _, w) = rotation
             self._axis = self._task.vector((u, v, w))
@@ -155,8 +155,8 @@ class Measurement:
         """
         fx, fy, fz, tx, ty, tz = self._filtered
         torque = wrench_about((fx, fy, fz), (tx, ty, tz), self._tip_in_sensor)
-        force = self._task.vector(rotated(self._tip_in_base, (fx, fy, fz)))
-        torque = self._task.vector(rotated(self._tip_in_base, torque))
+        force = self._task.vector_of(self._tip_in_base, (fx, fy, fz))
+        torque = self._task.vector_of(self._tip_in_base, torque)
         if self._weight_N:
             return self._lightened(force), self._righted(torque)
         return force, torque
@@ -164,7 +164,7 @@ class Measurement:
     def live_torque_at_tip_Nm(self) -> Vector3:
         """Tared, scaled torque about the tip, (3,), not filtered: a law that turns by it would otherwise be late."""
         torque_Nm = wrench_about(self._live_N, self._live_Nm, self._tip_in_sensor)
-        torque = self._task.vector(rotated(self._tip_in_base, torque_Nm))
+        torque = self._task.vector_of(self._tip_in_base, torque_Nm)
         return self._righted(torque) if self._weight_N else torque
 
     def _lightened(self, force_N: Vector3) -> Vector3:
