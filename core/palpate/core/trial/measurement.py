@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from math import atan2, hypot, pi, remainder
+from math import atan2, hypot, pi, remainder, sqrt
 from typing import Final
 
 import pinocchio as pin
@@ -34,6 +34,7 @@ class Measurement:
         turned_rad: How the tool leans, and its yaw, (2,); zeros unless its weight is taken off, as it is where a tool
             turns.
         force_N: Tared, scaled, unfiltered force, (3,).
+        force_norm_N: Its norm.
         torque_across_at_tip_Nm: Tared, scaled, unfiltered torque about the tip, across the tool axis; what touches the
             tip has no lever there but the tip's own radius.
         filtered_force_z_N: Tared, scaled, filtered force along the tool axis.
@@ -76,7 +77,7 @@ class Measurement:
         self.position_m: Vector3 = (0.0, 0.0, 0.0)
         self.force_N: Vector3 = (0.0, 0.0, 0.0)
         self.turned_rad = (0.0, 0.0)
-        self.filtered_force_z_N = self.torque_across_at_tip_Nm = self.tip_depth_m = 0.0
+        self.force_norm_N = self.filtered_force_z_N = self.torque_across_at_tip_Nm = self.tip_depth_m = 0.0
 
     def tare(self, bias: Wrench) -> None:
         """Take this wrench, six channels in the sensor frame, as zero from now on."""
@@ -113,6 +114,8 @@ class Measurement:
             self._axis = self._task.vector((u, v, w))
             self.force_N = self._lightened(self.force_N)
             self.turned_rad = self._turned_rad()
+        x, y, z = self.force_N
+        self.force_norm_N = sqrt(x * x + y * y + z * z)
         self.torque_across_at_tip_Nm = hypot(tx + lever_m * fy, ty - lever_m * fx)
         self._filtered = filtered = self._signal.update((*raw.force_N, *raw.torque_Nm))
         self.filtered_force_z_N = filtered[2]

@@ -122,7 +122,7 @@ class ContactProof(Proof):
             x, y, z = measured.force_N
             self._pulls = self._pulls + 1 if z > self._pull_N + self._wall_friction * sqrt(x * x + y * y) else 0
             self._torque_Nm = measured.torque_across_at_tip_Nm
-            self._torque_limit_Nm = _TORQUE_NM + _ARM_M * sqrt(x * x + y * y + z * z)
+            self._torque_limit_Nm = _TORQUE_NM + _ARM_M * measured.force_norm_N
             self._misfits = self._misfits + 1 if self._torque_Nm > self._torque_limit_Nm else 0
         if self._pulls >= _SAMPLES:
             pull_N = measured.force_N[2]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from enum import Enum
-from math import dist, sqrt
+from math import dist
 
 from typing_extensions import override
 
@@ -245,16 +245,15 @@ class TouchTask(Task):
             self._state.end(Outcome.INTERRUPTED, "on request")
 
     def _hold_force_limit(self) -> None:
-        x, y, z = self._measurement.force_N
         if self._settle.bias is None:
             # Weight and offset are not known yet: what counts is the change since the trial began.
             if self._state.tick == 0:
-                self._first_force_N = (x, y, z)
-            force = dist((x, y, z), self._first_force_N)
+                self._first_force_N = self._measurement.force_N
+            force = dist(self._measurement.force_N, self._first_force_N)
             if force > self._max_force_N:
                 self._state.end(Outcome.FORCE_LIMIT, f"{force:.2f} N more than at the start, before taring")
             return
-        force = sqrt(x * x + y * y + z * z)
+        force = self._measurement.force_norm_N
         if force > self._state.report.peak_force_N:
             self._state.report.peak_force_N = force
             if force > self._max_force_N:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import dist, sqrt
+from math import dist
 
 import numpy as np
 
@@ -19,6 +19,8 @@ class Agent:
 
     Attributes:
         percept: Symbol and state last perceived in this trial, as indices; None before the first.
+        effort: Place of the tip, (3,) m, and norm of the force, N, in each tick of the running action; whoever runs it
+            adds to them.
         goes_on: Whether a choice made before goes on, so that the policy is not asked.
     """
 
@@ -27,10 +29,9 @@ class Agent:
         self._reinforcement, self._tick_s = reinforcement, tick_s
         self._pending: tuple[int, Decision] | None
         self._asked: tuple[int, Observation] | None
-        self._force_sum: float
-        self._force_peak: float
-        self._distance: float
-        self._last_position: Vector3 | None
+        self.effort: list[tuple[Vector3, float]] = []
+        self._from_m: Vector3 | None
+        self._least_ticks: int
         # What the task adds to the nine channels.
         self._of_the_task: tuple[float, ...] = ()
         self.goes_on = False
@@ -43,25 +44,13 @@ class Agent:
         self._policy.begin_trial(trial, rng)
         self._pending = self._asked = self.percept = None
         self._clear_effort()
-        self._last_position = None
+        self._from_m = None
         self.decisions = []
 
     @property
     def temperature(self) -> float | None:
         """Exploration temperature of the policy, if it has one."""
         return self._policy.temperature
-
-    def record_effort(self, position_m: Vector3, force_N: Vector3) -> None:
-        """Take note of one tick of the running action."""
-        x, y, z = force_N
-        force = sqrt(x * x + y * y + z * z)
-        self._ticks += 1
-        self._force_sum += force
-        if force > self._force_peak:
-            self._force_peak = force
-        if self._last_position is not None:
-            self._distance += dist(position_m, self._last_position)
-        self._last_position = position_m
 
     def perceive(
         self,
@@ -155,14 +144,26 @@ class Agent:
             return
         state, decision = self._pending
         self._pending = None
-        ticks = max(self._ticks, 1)
-        reward = self._reinforcement(
-            ActionOutcome(ticks * self._tick_s, self._force_sum / ticks, self._force_peak, self._distance)
-        )
-        self.decisions[-1].reinforcement = reward
+        self.decisions[-1].reinforcement = reward = self._reinforcement(self._outcome())
         if decision.index is not None:
             self._policy.learn(Transition(state, decision.index, reward, next_state))
 
+    def _outcome(self) -> ActionOutcome:
+        total_N = peak_N = distance_m = 0.0
+        place_m = self._from_m
+        for position_m, force_N in self.effort:
+            total_N += force_N
+            if force_N > peak_N:
+                peak_N = force_N
+            if place_m is not None:
+                distance_m += dist(position_m, place_m)
+            place_m = position_m
+        ticks = max(len(self.effort), self._least_ticks)
+        return ActionOutcome(ticks * self._tick_s, total_N / ticks, peak_N, distance_m)
+
     def _clear_effort(self) -> None:
-        self._ticks = 0
-        self._force_sum = self._force_peak = self._distance = 0.0
+        if self.effort:
+            # The way to the next action's first tick is that action's.
+            self._from_m, _ = self.effort[-1]
+        self.effort.clear()
+        self._least_ticks = 1
