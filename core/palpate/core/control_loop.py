@@ -251,8 +251,9 @@ def trial_ticks(
                 call(snapshot, command, answer)
             applied = answer if changed is None else changed.applied(answer)
             news = (wrench.sequence, joints.sequence)
-            if time_ns != deadline_ns or news[0] == seen[0] or news[1] == seen[1]:
-                _note_irregular(timing, time_ns - deadline_ns, seen, news)
+            late_ns = time_ns - deadline_ns
+            if late_ns > timing.worst_late_ns or late_ns > LATE_NS or news[0] == seen[0] or news[1] == seen[1]:
+                _note_irregular(timing, late_ns, seen, news)
             seen, due = news, slot + 1
             tick, slot = tick + 1, next_slot(start_ns, slot, time_ns)
             timing.skipped_slots += slot - due
