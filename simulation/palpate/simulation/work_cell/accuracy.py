@@ -5,6 +5,7 @@ from __future__ import annotations
 from palpate.simulation.work_cell.config import CellConfig
 
 _COARSE_SUBSTEPS = 3
+_LEAST_LEANING_IMPEDANCE = 0.96
 
 
 def accuracy_lines(cell: CellConfig) -> list[str]:
@@ -19,5 +20,10 @@ def accuracy_lines(cell: CellConfig) -> list[str]:
         lines.append(
             f"cell.substeps = {cell.substeps}: a peg drops into the hole from up to 18 % farther off "
             "than at half the time step (limit 20 %)"
+        )
+    if cell.leans and cell.leaning_impedance < _LEAST_LEANING_IMPEDANCE:
+        lines.append(
+            f"cell.leaning_impedance = {cell.leaning_impedance:g}: a peg that leans sinks into the plate "
+            "by more than 5 um, 5.7 um at 0.95 (limit 5)"
         )
     return lines

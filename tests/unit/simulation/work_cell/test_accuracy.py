@@ -13,6 +13,9 @@ from palpate.simulation.work_cell.config import CellConfig, PegConfig
         (CellConfig(peg=PegConfig(cross_section="square", rim_spheres=36)), []),
         (CellConfig(peg=PegConfig(rim_spheres=36)), ["cell.peg.rim_spheres = 36 beside cell.peg.wall_boxes = 48: "]),
         (CellConfig(substeps=3), ["cell.substeps = 3: "]),
+        (CellConfig(tilt_mrad=2.0), []),
+        (CellConfig(leaning_impedance=0.95), []),
+        (CellConfig(tilt_mrad=2.0, leaning_impedance=0.95), ["cell.leaning_impedance = 0.95: "]),
     ],
 )
 def test_what_costs_accuracy_is_told(cell: CellConfig, told: list[str]) -> None:
