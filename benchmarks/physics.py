@@ -28,7 +28,7 @@ CLEARANCES_MM = (0.02, 0.075, 0.3, 1.0)
 TILTS_MRAD = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 LEANS = 3
 """Headings of a lean at each clearance, none of them twice."""
-GRID = ("sinking, um", "ripple, N", "play less clearance, um")
+GRID = ("limits", "sinking, um", "ripple, N", "play less clearance, um")
 THROUGH_M = 1e-3
 """A tip so deep is through the plate: one that leans hangs into the hole by less."""
 
@@ -127,10 +127,10 @@ def grid(arm: str, section: str, tilt_mrad: float) -> Iterator[str]:
                 ripple_N.append(bench.ripple_N(40))
                 if bench.rig.truth().depth_m > THROUGH_M:
                     raise SystemExit(f"a {section} peg went through the plate {aside_m * 1e3:g} mm beside the hole")
-            bench.enter_hole(4e-3)
+            # No deeper: a body that leans takes up play, by its depth.
+            bench.enter_hole(1e-3)
             off_um.append((bench.play_m(0.0) - clearance_m) * 1e6)
-    if max(sinking_um) > 5.0 or max(ripple_N) > 0.05 or max(map(abs, off_um)) > 20.0:
-        raise SystemExit(f"{arm}, {section}, {tilt_mrad:g} mrad: {max(sinking_um)} um, {max(ripple_N)} N, {off_um} um")
+    yield "missed" if max(sinking_um) > 5.0 or max(ripple_N) > 0.05 or max(map(abs, off_um)) > 20.0 else "kept"
     yield from (f"{max(sinking_um):.2f}", f"{max(ripple_N):.4f}", f"{min(off_um):.1f} to {max(off_um):.1f}")
 
 
@@ -162,14 +162,18 @@ def main() -> None:
     parser.add_argument(
         "--grid", nargs="+", metavar="ARM", help="only shapes, clearances and tilts, held to the limits"
     )
+    parser.add_argument("--shapes", nargs="+", default=["round", *SIDES], help="of the grid")
     told = parser.parse_args()
     quick = told.quick
     count = 12 if quick else 24
     if told.grid:
-        print(f"| arm | shape | tilt, mrad | {' | '.join(GRID)} |\n|{'---|' * 6}")
-        for case in product(told.grid, ("round", *SIDES), TILTS_MRAD):
-            print(f"| {' | '.join(map(str, case))} | {' | '.join(grid(*case))} |", flush=True)
-        return
+        print(f"| arm | shape | tilt, mrad | {' | '.join(GRID)} |\n|{'---|' * 7}", flush=True)
+        missed = False
+        for case in product(told.grid, told.shapes, TILTS_MRAD):
+            row = [*map(str, case), *grid(*case)]
+            missed |= "missed" in row
+            print(f"| {' | '.join(row)} |", flush=True)
+        raise SystemExit(missed)
     table(
         f"Direction to the hole, pressing at rest, {len(OFFSETS_M)} offsets from 0.3 to 3 mm: error in degrees",
         ["RMS", "RMS at the worst offset", "largest"],
