@@ -74,7 +74,6 @@ MISHAPS: Final[dict[str, Mishap]] = {
         (force("offset", 156, magnitude=1.4, channels=(2,), duration_ticks=8),),
         {"task": {"time_limit_s": 0.9, "contact_kgf": 0.4}},
     ),
-    "short-actions": Mishap(settings={"task": {"ticks_per_action": 4, "time_limit_s": 0.6}}),
     "above-plate": Mishap(
         (joints("offset", 115, magnitude=-0.003, channels=(1,)),),
         {"task": {"ticks_per_action": 8}, **weak(max_tracking_error_mrad=500.0)},
