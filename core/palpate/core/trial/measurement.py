@@ -97,15 +97,16 @@ class Measurement:
         Raises:
             DeviceError: The encoders give another number of joint angles than the arm has.
         """
-        kinematics, q_rad = self._kinematics, snapshot.joints.position_rad
+        (_, _, raw, joints, _), kinematics = snapshot, self._kinematics
+        q_rad = joints.position_rad
         if len(q_rad) != self.joints:
             raise _wrong_number(q_rad, self.joints)
         kinematics.update(q_rad)
         self.position_m = self._task.place_m(kinematics.tip_position_m.tolist())
         self._tip_in_base = rotation = kinematics.tip_rotation.tolist()
-        raw, lever_m = snapshot.wrench, self._lever_m
+        lever_m, force_N, torque_Nm = self._lever_m, raw.force_N, raw.torque_Nm
         (bx, by, bz, btx, bty, btz), (sx, sy, sz, stx, sty, stz) = self._bias, self._scale
-        (fx, fy, fz), (tx, ty, tz) = raw.force_N, raw.torque_Nm
+        (fx, fy, fz), (tx, ty, tz) = force_N, torque_Nm
         self._live_N = fx, fy, fz = (fx - bx) * sx, (fy - by) * sy, (fz - bz) * sz
         self._live_Nm = tx, ty, tz = (tx - btx) * stx, (ty - bty) * sty, (tz - btz) * stz
         self.force_N = self._task.vector_of(rotation, (fx, fy, fz))
@@ -117,9 +118,11 @@ class Measurement:
         x, y, z = self.force_N
         self.force_norm_N = sqrt(x * x + y * y + z * z)
         self.torque_across_at_tip_Nm = hypot(tx + lever_m * fy, ty - lever_m * fx)
-        self._filtered = filtered = self._signal.update((*raw.force_N, *raw.torque_Nm))
+        self._filtered = filtered = self._signal.update((*force_N, *torque_Nm))
         self.filtered_force_z_N = filtered[2]
-        depth_m = self._depth_at(snapshot) if self._aligned else self.position_m[2]
+        depth_m = self.position_m[2]
+        if self._aligned:
+            depth_m = self._depth_at(raw.source_time_ns, joints.source_time_ns)
         self.tip_depth_m = depth_m + self.force_N[2] / self.axial_N_per_m
 
     def _turned_rad(self) -> tuple[float, float]:
@@ -137,9 +140,8 @@ class Measurement:
         x, y, _ = self._task.vector((u, v, w))
         return atan2(y, x)
 
-    def _depth_at(self, snapshot: Snapshot) -> float:
+    def _depth_at(self, time_ns: int, newest_ns: int) -> float:
         """Depth by the encoders at the time of a force that is behind them, as far as that is kept; else the newest."""
-        time_ns, newest_ns = snapshot.wrench.source_time_ns, snapshot.joints.source_time_ns
         after_ns, after_m = newest_ns, self.position_m[2]
         if time_ns < newest_ns - _ONE_TIME_NS:
             for then_ns, depth_m in reversed(self._depths):

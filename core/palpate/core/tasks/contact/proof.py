@@ -113,11 +113,10 @@ class ContactProof(Proof):
 
     @override
     def contradiction(self, snapshot: Snapshot, measured: Measurement, *, tared: bool) -> Trip | None:
-        self.new = snapshot.wrench.sequence != self._sequence
-        self._sequence = snapshot.wrench.sequence
+        tick, sequence = snapshot.tick, snapshot.wrench.sequence
+        self.new, self._sequence = sequence != self._sequence, sequence
         if not tared:
             return None
-        tick = snapshot.tick
         if self.new:
             x, y, z = measured.force_N
             self._pulls = self._pulls + 1 if z > self._pull_N + self._wall_friction * sqrt(x * x + y * y) else 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import dist
 
 import numpy as np
@@ -64,14 +63,11 @@ class Agent:
         depth_m: float = 0.0,
     ) -> Observation:
         """The action before has ended: learn from it, and give what :meth:`choose` will choose the next one by."""
-        percept, number = self.percept, len(self.decisions)
-        state = 0 if percept is None else percept[1]
-        seen = Observation(
-            state, position_m, reference_m, force_N, torque_Nm, number, turn_rad, live_torque_Nm, depth_m
-        )
+        number = len(self.decisions)
+        rest = position_m, reference_m, force_N, torque_Nm, number, turn_rad, live_torque_Nm, depth_m
+        seen = Observation(0 if self.percept is None else self.percept[1], *rest)
         led_to = self._learn_from(tick, seen)
-        # A replacement takes longer than all else here, and most actions lead to no other state.
-        observation = seen if led_to == state else replace(seen, state=led_to)
+        observation = seen if led_to == seen.state else Observation(led_to, *rest)
         self._asked = (tick, observation)
         return observation
 
