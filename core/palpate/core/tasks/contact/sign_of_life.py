@@ -149,19 +149,19 @@ class SignOfLife:
         return self.travel_m > self._free_way_m
 
     def _add_up(self) -> None:
-        """Take the samples that wait into the sums: at once, which takes half the time of one by one."""
-        forces, lags = zip(*self._waiting, strict=True)
-        self._waiting.clear()
-        for force in forces:
+        """Take the samples that wait into the sums: several at once, for alone each takes twice as long."""
+        waiting = self._waiting
+        for force, _ in waiting:
             self._force += force
             self._force_square += force * force
-        for sums, depths in zip(self._sums, zip(*lags, strict=True), strict=True):
-            total, square, product = sums
-            for depth, force in zip(depths, forces, strict=True):
+        for lag, (total, square, product) in enumerate(self._sums):
+            for force, depths in waiting:
+                depth = depths[lag]
                 total += depth
                 square += depth * depth
                 product += depth * force
-            sums[:] = total, square, product
+            self._sums[lag] = total, square, product
+        waiting.clear()
 
     def _answer(self) -> _Answer:
         """What the force does with the motion, by the lag at which it follows best."""
@@ -195,4 +195,4 @@ class SignOfLife:
         self._depths = deque(depths, maxlen=_LATEST_TICKS + 1)
         # Each force, and by lag the depths that it may follow as if the spring bore them.
         self._waiting: list[tuple[float, tuple[float, ...]]] = []
-        self._sums = [[0.0, 0.0, 0.0] for _ in range(_LATEST_TICKS + 1)]
+        self._sums = [(0.0, 0.0, 0.0)] * (_LATEST_TICKS + 1)
