@@ -180,8 +180,8 @@ class CellConfig(Settings):
 
     @property
     def leans(self) -> bool:
-        """Whether a peg that comes straight down meets the plate with one side first."""
-        return self.tilt_mrad > 0.0 or self.conditions.plate_lean_mrad > 0.0
+        """Whether a peg that comes straight down meets the plate with one side first; a ball has no sides."""
+        return self.contour.shape == FLAT and (self.tilt_mrad > 0.0 or self.conditions.plate_lean_mrad > 0.0)
 
     @property
     def hole_reach_mm(self) -> float:
