@@ -176,6 +176,7 @@ class StopsForEver(FakeArm):
     def _on_activate(self) -> None: ...
 
 
+SPEED = "test_velocity_limit_is_applied_and_told"
 STOP = {"test_stop_works_in_every_state", "test_fault_latches", "test_stop_works_once_the_cable_is_cut"}
 ARMS: list[tuple[Any, dict[str, Any], set[str]]] = [
     (ChangesSecretly, {}, {"test_each_command_counts", "test_lost_device_raises", *LIVED}),
@@ -184,6 +185,7 @@ ARMS: list[tuple[Any, dict[str, Any], set[str]]] = [
         UNTURNED,
         {
             *LIVED,
+            SPEED,
             "test_lost_device_raises",
             "test_each_command_counts",
             "test_newest_command_wins",
@@ -202,7 +204,7 @@ ARMS: list[tuple[Any, dict[str, Any], set[str]]] = [
     ),
     (KnowsNoSpeed, UNTURNED, {"test_velocity_limit_is_applied_and_told"}),
     (TakesAnyNumber, {}, {"test_wrong_number_of_joints_is_refused"}),
-    (Queues, {}, {"test_newest_command_wins", "test_stop_in_the_middle_of_send_is_not_overtaken"}),
+    (Queues, {}, {"test_newest_command_wins", "test_stop_in_the_middle_of_send_is_not_overtaken", SPEED}),
     (FirstCommandWins, {}, {"test_newest_command_wins"}),
     (StopsOnlyAlive, {}, {"test_stop_works_in_every_state"}),
     (StopsOnlyOnce, {}, {*STOP, "test_after_stop_send_applies_nothing"}),
