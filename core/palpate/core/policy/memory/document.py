@@ -14,7 +14,7 @@ from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
 import numpy as np
 
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, require_in, require_whole
 from palpate.core.policy.base import Action
 from palpate.core.policy.belief import Floats
 from palpate.core.policy.memory.automaton_model import AutomatonModel
@@ -176,6 +176,8 @@ class MemoryDocument(Settings):
             # Files without settings are of those who looked back on four readings and went by the next values alone.
             longest = fitted("parameters.longest", self.parameters.get("longest", LONGEST), int)
             returned = fitted("parameters.returned", self.parameters.get("returned", 0.0), float)
+            require_whole("parameters.longest", longest, 1, 100)
+            require_in("parameters.returned", returned, 0.0, 1.0)
             pairs = PairsLearner(self.symbols, self._action_set(), longest=longest, returned=returned, frozen=frozen)
             pairs.set_state(self.state)
             return pairs

@@ -118,6 +118,13 @@ def test_an_automaton_that_contradicts_itself_is_refused_in_a_line(path, value, 
     require_refused_in_a_line("automaton", ("models", 0, *path), value, says)
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "says"), [("longest", 0, "from 1 to"), ("longest", "4", "whole|int"), ("returned", 1.5, "0 to 1")]
+)
+def test_settings_of_pairs_that_cannot_be_are_refused_in_a_line(name: str, value, says: str) -> None:
+    require_refused_in_a_line("pairs", ("parameters", name), value, says)
+
+
 def test_text_and_picture_show_what_is_read_where_and_the_belief() -> None:
     document = document_of("offset")
     text = render_memory(document, "A +x B")
