@@ -33,11 +33,13 @@ class Prove(RunningPhase):
     def enter(self) -> None:
         """The tip is as deep as it shall be."""
         self.over, self._lift.running = False, False
-        # Where the plate was never touched, only the floor can show that the force along the axis is alive.
-        # The filter still shows the plate to a peg that sinks on where ticks are late.
-        measured = self._equipment.measurement
-        in_contact = max(measured.filtered_force_z_N, measured.force_N[2]) < -self._contact_N
-        self._floor, self._countdown = in_contact or self._equipment.state.slack_m > 0.0, _SEATING_TICKS
+        # Where the plate was never touched, only the floor can show that the force along the axis is alive. The filter
+        # still shows the plate to a peg that sinks on where ticks are late: that one may find no floor.
+        measured, state = self._equipment.measurement, self._equipment.state
+        self._floor_due = (
+            max(measured.filtered_force_z_N, measured.force_N[2]) < -self._contact_N or state.slack_m > 0.0
+        )
+        self._floor, self._countdown = self._floor_due or self._depth_m() < self._deepest_m, _SEATING_TICKS
         self._proof.wall.begin(self._equipment.motion.reference_m)
         self._walls.begin(self._equipment.motion.reference_m)
         self._depth = Mean()
@@ -45,9 +47,14 @@ class Prove(RunningPhase):
     @override
     def step(self) -> Vector3:
         """Press on the floor, then lift; or push to and fro."""
-        equipment = self._equipment
-        depth_m = equipment.measurement.tip_depth_m - equipment.state.surface_m
+        depth_m = self._depth_m()
+        if self._floor and not self._floor_due and depth_m > self._deepest_m + _PAST_FLOOR_M:
+            self._floor = False
+            self._walls.begin(self._equipment.motion.reference_m)
         return self._try_floor(depth_m) if self._floor else self._try_walls(depth_m)
+
+    def _depth_m(self) -> float:
+        return self._equipment.measurement.tip_depth_m - self._equipment.state.surface_m
 
     def _try_walls(self, depth_m: float) -> Vector3:
         equipment, proof, state, walls = self._equipment, self._proof, self._equipment.state, self._walls
