@@ -46,6 +46,9 @@ class BothWallsCheck:
 
     def __init__(self, play_m: float) -> None:
         self._first, self._reach_m = WallCheck(play_m), play_m + 2.0 * BEND_M
+        self._half_N: float | None = None
+        self._mean = Mean()
+        self.begin((0.0, 0.0, 0.0))
 
     def begin(self, from_m: Vector3) -> None:
         """The next :meth:`velocity_m_s` is the first of a check; way counts from this place, (3,), task frame."""
@@ -123,5 +126,4 @@ class BothWallsCheck:
         return True
 
     def _enter(self, stage: _Stage) -> None:
-        self._stage, self._ticks, self._mean = stage, 0, Mean()
-        self._half_N: float | None = None
+        self._stage, self._ticks, self._half_N, self._mean = stage, 0, None, Mean()
