@@ -80,7 +80,6 @@ class TestCia402Encoder(JointEncoderContract):
             provoke_fault=bench.fail,
             dispose=bench.desk.close,
             runs_by_itself=True,
-            long_ticks=300,
         )
 
 
@@ -104,8 +103,6 @@ class TestCia402Arm(ArmCommandContract):
             provoke_fault=bench.fail,
             dispose=bench.desk.close,
             runs_by_itself=True,
-            long_ticks=300,
-            rest_ticks=200,
         )
 
 

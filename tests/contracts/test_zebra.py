@@ -67,7 +67,6 @@ class TestZebraEncoder(JointEncoderContract):
             provoke_fault=bench.overload,
             dispose=bench.desk.close,
             runs_by_itself=True,
-            long_ticks=300,
         )
 
 
@@ -89,6 +88,4 @@ class TestZebraArm(ArmCommandContract):
             provoke_fault=bench.overload,
             dispose=bench.desk.close,
             runs_by_itself=True,
-            long_ticks=300,
-            rest_ticks=200,
         )

@@ -47,7 +47,6 @@ UNTOLD: Final[Mapping[str, Any]] = {
     "cell.peg.outer_boxes": 0,
     "cell.peg.upper_spheres": 0,
     "cell.substeps": 5,
-    "cell.leaning_impedance": 0.95,
     "perception.memory": "none",
     "learning.back_off_visits": 0.0,
     "learning.initial_value": 0.0,
@@ -71,7 +70,9 @@ Whoever adds a setting adds it here, and whoever changes a default adds what it 
 lacking a setting never means a new default.
 """
 
-_OPTIONS_UNTOLD: Final[Mapping[str, Mapping[str, float]]] = {"insertion-6dof": {"down_share": 0.0, "wobble_deg_s": 0.0}}
+_OPTIONS_UNTOLD: Final[Mapping[str, Mapping[str, float]]] = {
+    "insertion-6dof": {"down_share": 0.0, "wobble_deg_s": 0.0, "unanswered_N": 0.0}
+}
 """The same of options of a task, by its name."""
 
 

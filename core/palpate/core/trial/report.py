@@ -155,6 +155,7 @@ class Purpose(enum.IntEnum):
     ZERO = 9
     HIDDEN = 10
     PLATE = 11
+    HEAVE = 12
 
 
 TRIALS_OF_A_SERIES: Final = 500_000

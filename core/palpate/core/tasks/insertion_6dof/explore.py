@@ -10,7 +10,7 @@ from typing_extensions import override
 from palpate.core.motion import FASTEST_TURN_RAD_S, DampingControl, GivingWay, leaning, limited, rotated
 from palpate.core.policy import Action, Law, Spatial
 from palpate.core.ports import PERIOD_S, Vector3
-from palpate.core.tasks.contact import RestlessForce
+from palpate.core.tasks.contact import AnsweredForce, RestlessForce
 from palpate.core.tasks.insertion.phases import Equipment, Explore, ExploringChecks
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 from palpate.core.trial import Trip, TripReason
@@ -51,7 +51,11 @@ class SpatialExplore(Explore):
     """
 
     def __init__(
-        self, equipment: Equipment, checks: ExploringChecks | None, felt: RestlessForce | None, options: SpatialOptions
+        self,
+        equipment: Equipment,
+        checks: ExploringChecks | None,
+        felt: AnsweredForce | RestlessForce | None,
+        options: SpatialOptions,
     ) -> None:
         super().__init__(equipment, checks)
         self._felt = felt
@@ -112,7 +116,7 @@ class SpatialExplore(Explore):
             return super().step()
         if self._out_of_time():
             return 0.0, 0.0, 0.0
-        self._agent.effort.append((self._measurement.position_m, self._measurement.force_norm_N))
+        self._agent.record_effort(self._measurement.position_m, self._measurement.force_N)
         if law is Law.PUSH and self._upright and self._depth_m > _SUNK_M:
             self._state.event("sunk below the surface")
             self.over = True

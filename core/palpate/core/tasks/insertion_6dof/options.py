@@ -49,6 +49,9 @@ class SpatialOptions(Settings):
     """Mass of all that the force sensor carries: its weight is taken off while the tool leans."""
     tool_above_tip_mm: Annotated[float, Range(0.0, 500.0)] = 63.0
     """Height of its centre above the tip."""
+    unanswered_N: Annotated[float, Range(0.0, 40.0)] = 0.0
+    """A tool that pushes heaves, and goes no further from where the force answered that than bends the gripper by this;
+    0: it heaves only where nothing is felt, and any scatter counts."""
     level_beside_mm: Annotated[float, Range(0.0, 50.0)] = 0.0
     """So far beside, along the task's x, corner-first and give-way press the tool on the plate and turn it level before
     they search; task.area_half_width_mm has to reach there. 0: they do not."""

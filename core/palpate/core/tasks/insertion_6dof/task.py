@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing_extensions import override
 
 from palpate.core.motion import TipMotion
-from palpate.core.tasks.contact import RestlessForce
+from palpate.core.tasks.contact import AnsweredForce, RestlessForce
 from palpate.core.tasks.insertion import Agent, InsertionTask
 from palpate.core.tasks.insertion.phases import Equipment, ExploringChecks, SinkingChecks
 from palpate.core.tasks.insertion_6dof.explore import SpatialExplore
@@ -33,10 +33,15 @@ class SpatialTask(InsertionTask):
 
     @override
     def _explore_with(self, equipment: Equipment, checks: ExploringChecks | None) -> SpatialExplore:
-        felt: RestlessForce | None = None
+        felt: AnsweredForce | RestlessForce | None = None
         if checks is not None:
-            speed_m_s = equipment.task.travel_speed_mm_s * 1e-3
-            felt = RestlessForce(equipment.state, equipment.measurement, self._control, speed_m_s)
+            own, task, state, measurement = self._options, equipment.task, equipment.state, equipment.measurement
+            parts = state, measurement, self._control, task.travel_speed_mm_s * 1e-3
+            # Without a mass that is known, what it gives in air is not either.
+            if own.unanswered_N and own.tool_kg:
+                felt = AnsweredForce(*parts, own.unanswered_N, own.tool_kg)
+            else:
+                felt = RestlessForce(*parts)
         return SpatialExplore(equipment, checks, felt, self._options)
 
     @override

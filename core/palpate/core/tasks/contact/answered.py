@@ -1,0 +1,124 @@
+"""Is the force sensor alive while the tool pushes? It heaves on its way, and the force has to answer."""
+
+from __future__ import annotations
+
+from collections import deque
+from math import hypot
+from typing import Final
+
+from palpate.core.motion import limited
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
+from palpate.core.tasks.contact.heave_answer import HeaveAnswer
+from palpate.core.tasks.contact.trial_state import TrialState
+from palpate.core.tasks.contact.uneven_heave import UnevenHeave
+from palpate.core.trial import ControlConfig, Measurement, Purpose, Trip, TripReason, generator
+
+_FEWEST: Final = 8
+_FEWEST_STOPPED: Final = 12
+"""Samples of a look; a tool that had to stop is to be surer."""
+_LOOKS: Final = 8
+_ANSWERED: Final = 4
+"""So many of the last looks have to be answered, and the newest: a recording fits now and then, and not for long."""
+_STAND_TICKS: Final = 14
+"""An answer comes in these, mostly. After them the tool goes back to where it had one: there it may have one again, and
+a recording that fits by chance lets it push no further than before."""
+_BACK_M_S: Final = 8e-3
+_LONGEST_TICKS: Final = 2 * CONTROL_RATE_HZ
+
+
+class AnsweredForce:
+    """Stops a tool that pushes where the force does not answer its heave, and lets it go back and heave until it does.
+
+    Scatter is no answer, as it is to :class:`~palpate.core.tasks.contact.restless.RestlessForce`: a recording
+    scatters, and so does noise.
+
+    Args:
+        control: Its stiffnesses are those of the gripper.
+        speed_m_s: Of the heave.
+        most_N: What the springs of the gripper may come to, at most, by the way from where it was answered last.
+        mass_kg: Of all that the force sensor carries.
+    """
+
+    def __init__(
+        self,
+        state: TrialState,
+        measurement: Measurement,
+        control: ControlConfig,
+        speed_m_s: float,
+        most_N: float,
+        mass_kg: float,
+    ) -> None:
+        self._state, self._measured, self._most_N = state, measurement, most_N
+        self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
+        self._axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
+        self._heave, self._answer = UnevenHeave(speed_m_s), HeaveAnswer(mass_kg, self._axial_N_per_m)
+
+    def begin(self) -> None:
+        """A trial begins."""
+        setup = self._state.report.setup
+        self._heave.begin_trial(generator(setup.seed, Purpose.HEAVE, setup.index))
+        self._looks: deque[bool] = deque(maxlen=_LOOKS)
+        self._sequence: int | None = None
+        self._tick, self._along_m_s, self._waited_ticks = -1, 0.0, 0
+        self._answered()
+
+    def _answered(self) -> None:
+        self._way_m, self._stopped = (0.0, 0.0, 0.0), False
+
+    @property
+    def waits(self) -> bool:
+        """Whether the tool goes no further until its heave is answered."""
+        return self._stopped
+
+    def watch(self) -> None:
+        """A tick in which the tool may push."""
+        state, measured, sequence = self._state, self._measured, self._state.snapshot.wrench.sequence
+        if sequence == self._sequence:
+            return
+        self._sequence = sequence
+        force_N = measured.force_N[2]
+        # Depth by the encoders alone, at the time of the force.
+        self._answer.add(measured.tip_depth_m - force_N / self._axial_N_per_m, force_N)
+        if self._tick != state.tick - 1:
+            return
+        follows = self._answer.follows(_FEWEST_STOPPED if self._stopped else _FEWEST, state.noise[2])
+        if follows is None:
+            return
+        self._looks.append(follows)
+        if follows and sum(self._looks) >= _ANSWERED:
+            self._answered()
+
+    def velocity_m_s(self, velocity_m_s: Vector3) -> Vector3:
+        """The velocity, (3,), task frame, for this tick, of a tool that would go on with this one."""
+        tick = self._state.tick
+        if tick != self._tick:
+            # Only once, where an action is chosen in a tick that another one had.
+            if tick != self._tick + 1:
+                self._begin_heave()
+            self._along_m_s, self._tick = self._heave.velocity_m_s(), tick
+        x, y, z = self._back_m_s() if self._stopped else velocity_m_s
+        way_x, way_y, way_z = self._way_m
+        self._way_m = way_x, way_y, way_z = way_x + x * PERIOD_S, way_y + y * PERIOD_S, way_z + z * PERIOD_S
+        bend_N = hypot(way_x, way_y) * self._lateral_N_per_m + abs(way_z) * self._axial_N_per_m
+        if bend_N > self._most_N and not self._stopped:
+            self._stopped, self._waited_ticks = True, 0
+            self._looks.clear()
+        return x, y, z + self._along_m_s
+
+    def _back_m_s(self) -> Vector3:
+        """Velocity of a tool that waits: it stands, and then goes back."""
+        if self._waited_ticks == _LONGEST_TICKS:
+            text = "the force does not answer the heave of a tool that pushed: the force sensor does not show what is"
+            self._state.doubt(Trip(TripReason.FORCE_WITHOUT_SPRING, self._state.tick, text))
+        self._waited_ticks += 1
+        if self._waited_ticks <= _STAND_TICKS:
+            return 0.0, 0.0, 0.0
+        x, y, z = self._way_m
+        return limited((-x / PERIOD_S, -y / PERIOD_S, -z / PERIOD_S), _BACK_M_S)
+
+    def _begin_heave(self) -> None:
+        self._heave.begin()
+        self._answer.begin()
+        self._looks.clear()
+        # What went before was proved; a sensor that has lied since is found by the next looks.
+        self._looks.extend((not self._stopped,) * _ANSWERED)
