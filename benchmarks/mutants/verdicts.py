@@ -52,7 +52,7 @@ class Judge:
                 if ran.code is None:
                     verdict = BY_TIMEOUT if self._would_have_passed(tests, 0.5 * given_s) else IN_TIME
                     return {"verdict": verdict, "killed_by": "", **told}
-                if self._trusted(file, source, ran):
+                if self._trusted(file, source, tests, ran):
                     return {"verdict": KILLED, "killed_by": ran.failed or ran.said, **told}
                 distrusted.append(ran.failed)
                 if left_s < 1.0:
@@ -62,10 +62,14 @@ class Judge:
         return {"verdict": SURVIVED, "killed_by": "", "stage": "", "seconds": round(self._limit_s - left_s, 1),
                 "distrusted": distrusted}  # fmt: skip
 
-    def _trusted(self, file: str, source: str, ran: Ran) -> bool:
+    def _trusted(self, file: str, source: str, tests: Sequence[str], ran: Ran) -> bool:
         """Whether it was the mutation that made a test fail, and not a busy machine."""
         if "::" not in ran.failed:
-            return True  # it did not even come to a test
+            # It did not even come to a test; without the mutation it has to.
+            plain = self._tree.run([ran.failed] if ran.failed else tests, self._limit_s)
+            if plain.code is not None and not plain.passed and "::" not in plain.failed:
+                raise SystemExit(f"the tests do not run without a mutation either:\n{plain.said}")
+            return True
         with self._tree.holding(file, source):
             again = self._tree.run([ran.failed], self._limit_s)
         return not again.passed and self._tree.run([ran.failed], self._limit_s).passed

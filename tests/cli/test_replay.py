@@ -219,8 +219,9 @@ def test_the_simulator_goes_on_from_the_first_other_command(palpate: CommandLine
     assert "1 of 1 equal" in same
 
 
-def test_the_simulator_goes_on_from_an_older_log_in_the_cell_that_recorded_it(palpate: CommandLine) -> None:
-    log = Path(__file__).parents[1] / "golden" / "inserted-ur5.mcap"  # It has no cell.contacts.
+@pytest.mark.parametrize("name", ["inserted-ur5", "leaning"])  # One has no cell.contacts, one a softer plate.
+def test_the_simulator_goes_on_from_an_older_log_in_the_cell_that_recorded_it(palpate: CommandLine, name: str) -> None:
+    log = Path(__file__).parents[1] / "golden" / f"{name}.mcap"
     same = palpate.succeed("replay", log, "--set", "task.max_force_N=300", "--continue-in-mujoco")
     assert "1 of 1 equal" in same
 

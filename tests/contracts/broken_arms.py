@@ -8,7 +8,7 @@ from typing import Any
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointSample, Life
 from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeJointEncoder
 from tests.contracts import test_fake as fake
-from tests.contracts.broken_sensors import altered
+from tests.contracts.broken_sensors import LIVED, altered
 
 STEP_NS = 5_000_000
 
@@ -44,9 +44,9 @@ class MeasuresTarget(FakeJointEncoder):
 UNTURNED: dict[str, Any] = {"turn_by_hand": None}
 CAUSAL = {"test_observation_does_not_depend_on_the_command_of_its_tick"}
 ENCODERS: list[tuple[Any, dict[str, Any], set[str]]] = [
-    (altered(FakeJointEncoder, position_rad=lambda s: list(s.position_rad)), UNTURNED, {"test_angles_are_floats"}),
-    (LosesJoint, UNTURNED, {"test_angles_are_floats"}),
-    (plus(lambda q: 56.3 * q), {"expected_rad": None, "arm": None, **UNTURNED}, {"test_angles_are_plausible_radians"}),
+    (altered(FakeJointEncoder, position_rad=lambda s: list(s.position_rad)), UNTURNED, {"test_every_sample_is_sound"}),
+    (LosesJoint, UNTURNED, {"test_every_sample_is_sound", *LIVED}),
+    (plus(lambda q: 56.3 * q), {"expected_rad": None, "arm": None, **UNTURNED}, {"test_every_sample_is_sound"}),
     (plus(lambda q: 2e-4), UNTURNED, {"test_angles_are_where_the_joints_stand"}),
     (ReportsTarget, {}, CAUSAL),
     (MeasuresTarget, {}, CAUSAL),
@@ -176,13 +176,17 @@ class StopsForEver(FakeArm):
     def _on_activate(self) -> None: ...
 
 
-STOP = {"test_stop_works_in_every_state", "test_stop_works_while_faulted", "test_stop_works_once_the_cable_is_cut"}
+SPEED = "test_velocity_limit_is_applied_and_told"
+STOP = {"test_stop_works_in_every_state", "test_fault_latches", "test_stop_works_once_the_cable_is_cut"}
 ARMS: list[tuple[Any, dict[str, Any], set[str]]] = [
-    (ChangesSecretly, {}, {"test_small_legal_move_is_applied_as_asked"}),
+    (ChangesSecretly, {}, {"test_each_command_counts", "test_lost_device_raises", *LIVED}),
     (
         Sags,
         UNTURNED,
         {
+            *LIVED,
+            SPEED,
+            "test_lost_device_raises",
             "test_each_command_counts",
             "test_newest_command_wins",
             "test_motion_ends_and_does_not_resume",
@@ -190,7 +194,7 @@ ARMS: list[tuple[Any, dict[str, Any], set[str]]] = [
             "test_position_limit_is_applied_and_told",
         },
     ),
-    (JumpsWhenActivated, {}, {"test_activation_does_not_move_the_arm"}),
+    (JumpsWhenActivated, {}, {"test_activation_does_not_move_the_arm", *LIVED}),
     (ClampsSilently, {}, {"test_position_limit_is_applied_and_told"}),
     (KnowsNoLimit, {}, {"test_position_limit_is_applied_and_told"}),
     (
@@ -200,14 +204,14 @@ ARMS: list[tuple[Any, dict[str, Any], set[str]]] = [
     ),
     (KnowsNoSpeed, UNTURNED, {"test_velocity_limit_is_applied_and_told"}),
     (TakesAnyNumber, {}, {"test_wrong_number_of_joints_is_refused"}),
-    (Queues, {}, {"test_newest_command_wins", "test_stop_in_the_middle_of_send_is_not_overtaken"}),
+    (Queues, {}, {"test_newest_command_wins", "test_stop_in_the_middle_of_send_is_not_overtaken", SPEED}),
     (FirstCommandWins, {}, {"test_newest_command_wins"}),
     (StopsOnlyAlive, {}, {"test_stop_works_in_every_state"}),
     (StopsOnlyOnce, {}, {*STOP, "test_after_stop_send_applies_nothing"}),
-    (StopsOnlyHealthy, {}, {"test_stop_works_while_faulted", "test_command_under_way_is_dropped"}),
-    (HidesStop, {}, {"test_after_stop_send_applies_nothing", "test_stop_works_from_another_thread"}),
-    (CreepsOn, {}, {"test_after_stop_the_arm_holds_still", "test_stop_holds_the_pose_of_now"}),
-    (StopsForEver, {}, {"test_activating_again_ends_the_stop"}),
+    (StopsOnlyHealthy, {}, {"test_fault_latches", "test_command_under_way_is_dropped"}),
+    (HidesStop, {}, {"test_after_stop_send_applies_nothing", "test_stop_works_from_another_thread", *LIVED}),
+    (CreepsOn, {}, {"test_after_stop_the_arm_holds_still", "test_stop_holds_the_pose_of_now", *LIVED}),
+    (StopsForEver, {}, LIVED),
 ]
 
 

@@ -80,6 +80,7 @@ class TestCia402Encoder(JointEncoderContract):
             provoke_fault=bench.fail,
             dispose=bench.desk.close,
             runs_by_itself=True,
+            long_ticks=300,
         )
 
 
@@ -103,6 +104,8 @@ class TestCia402Arm(ArmCommandContract):
             provoke_fault=bench.fail,
             dispose=bench.desk.close,
             runs_by_itself=True,
+            long_ticks=300,
+            rest_ticks=200,
         )
 
 

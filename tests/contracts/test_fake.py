@@ -98,6 +98,7 @@ class TestFakeArm(OfKind, ArmCommandContract):
         arm = make_arm(clock, self.kind)
         knobs = {
             "position_rad": arm.position_rad,
+            "rest_ticks": 9000,
             "turn_by_hand": arm.turn_by_hand,
             "disconnect": lambda: setattr(arm, "disconnected", True),
             "provoke_fault": arm.fail,

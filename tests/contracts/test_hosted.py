@@ -41,6 +41,7 @@ class Bench:
             "disconnect": cut,
             "is_open": lambda: self.servos.is_open and self.encoder.is_open,
             "runs_by_itself": True,
+            "long_ticks": 600,
         }
 
 

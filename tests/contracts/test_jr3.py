@@ -57,6 +57,7 @@ def rig(desk: VirtualDesk, sensor: Jr3ForceSensor, load: Load, firmware: Any) ->
         provoke_fault=lambda: sensor._latch("fault on demand"),
         dispose=desk.close,
         runs_by_itself=True,
+        long_ticks=1000,
     )
 
 

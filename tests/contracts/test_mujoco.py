@@ -93,7 +93,7 @@ def fault_of(device: ManagedDevice) -> partial[None]:
 class TestMujocoClock(ClockContract):
     def make(self) -> ClockRig:
         # Time goes on by whole ticks: a sleep may return up to one tick late.
-        return ClockRig(clock=Bench.fresh().clock, tolerance_ns=TICK_NS + 1, step_ns=50_000_000)
+        return ClockRig(clock=Bench.fresh().clock, tolerance_ns=TICK_NS + 1, step_ns=50_000_000, deadlines=50)
 
 
 class TestMujocoForceSensor(ForceSensorContract):

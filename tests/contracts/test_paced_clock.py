@@ -18,7 +18,9 @@ class TestPacedClock(ClockContract):
     def make(self) -> ClockRig:
         # Real time is a fake here: that the real clock keeps its own contract is tried elsewhere.
         bench = mujoco.Bench.fresh()
-        return ClockRig(clock=PacedClock(bench.cell, FakeClock(12_345)), tolerance_ns=1, step_ns=50_000_000)
+        return ClockRig(
+            clock=PacedClock(bench.cell, FakeClock(12_345)), tolerance_ns=1, step_ns=50_000_000, deadlines=50
+        )
 
 
 def paced() -> tuple[mujoco.Bench, FakeClock, PacedClock]:

@@ -67,6 +67,7 @@ class TestZebraEncoder(JointEncoderContract):
             provoke_fault=bench.overload,
             dispose=bench.desk.close,
             runs_by_itself=True,
+            long_ticks=300,
         )
 
 
@@ -88,4 +89,6 @@ class TestZebraArm(ArmCommandContract):
             provoke_fault=bench.overload,
             dispose=bench.desk.close,
             runs_by_itself=True,
+            long_ticks=300,
+            rest_ticks=200,
         )

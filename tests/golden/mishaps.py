@@ -21,6 +21,19 @@ _EDGE: Final[dict[str, Any]] = {
     "task": SOON | {"insertion_depth_mm": 2.0},
     "cell": {"peg": {"hole_depth_mm": 2.0}},
 }
+_SHALLOW: Final[dict[str, Any]] = {
+    "task": {
+        "tare_ticks": 8,
+        "insertion_depth_mm": 0.5,
+        "time_limit_s": 4.0,
+        "surface_uncertainty_mm": 0.0,
+        "depth_tolerance_mm": 0.05,
+        "ready_height_mm": 0.5,
+        "press_kgf": 0.14,
+        "contact_kgf": 0.06,
+    },
+    "control": {"damping_N_s_per_m": 1000.0},
+}
 _PLATE: Final = {"hole_uncertainty_mm": 3.0}
 """Of the cell: in trial 3 the plate is met beside the hole."""
 
@@ -58,7 +71,13 @@ MISHAPS: Final[dict[str, Mishap]] = {
         },
         at=(160, "stop"),
     ),
-    "inserted-ur5": Mishap(settings={"arm": "ur5", "task": {"time_limit_s": 4.0, "insertion_depth_mm": 3.0}}),
+    "inserted-ur5": Mishap(
+        settings={
+            "arm": "ur5",
+            "task": {"time_limit_s": 4.0, "insertion_depth_mm": 3.0},
+            "cell": {"peg": {"hole_depth_mm": 3.0}},
+        }
+    ),
     "inserted-blind": Mishap(
         settings={"task": {"time_limit_s": 6.0}, "cell": {"hole_uncertainty_mm": 3.0, "hole_height_error_mm": 0.3}},
         trial=1,
@@ -74,7 +93,6 @@ MISHAPS: Final[dict[str, Mishap]] = {
         (force("offset", 156, magnitude=1.4, channels=(2,), duration_ticks=8),),
         {"task": {"time_limit_s": 0.9, "contact_kgf": 0.4}},
     ),
-    "short-actions": Mishap(settings={"task": {"ticks_per_action": 4, "time_limit_s": 0.6}}),
     "above-plate": Mishap(
         (joints("offset", 115, magnitude=-0.003, channels=(1,)),),
         {"task": {"ticks_per_action": 8}, **weak(max_tracking_error_mrad=500.0)},
@@ -181,21 +199,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "pressing-lightly": Mishap(
         (force("offset", 84, magnitude=2.6, channels=(2,)),), {"task": {"tare_ticks": 8, "time_limit_s": 0.4}}
     ),
-    "shallow": Mishap(
-        settings={
-            "task": {
-                "tare_ticks": 8,
-                "insertion_depth_mm": 0.5,
-                "time_limit_s": 4.0,
-                "surface_uncertainty_mm": 0.0,
-                "depth_tolerance_mm": 0.05,
-                "ready_height_mm": 0.5,
-                "press_kgf": 0.14,
-                "contact_kgf": 0.06,
-            },
-            "control": {"damping_N_s_per_m": 1000.0},
-        }
-    ),
+    "no-depth": Mishap((force("offset", 190, magnitude=-1.5, channels=(2,)),), _SHALLOW),
     "lies-dead-across-soon": Mishap(
         (
             force("unit", 128, factor=1e-4, channels=(0, 1, 3, 4)),

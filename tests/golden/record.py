@@ -23,9 +23,13 @@ SHALLOW = (
 )  # fmt: skip
 FOLLOW = ("run", "--task", "surface-follow", "--trials", "1", "--seed", "31", "--task.tare-ticks", "7")
 SKILLS = (
-    "train", "--task", "insertion-6dof", "--learner", "skills", "--scenario", "blind-square", "--trials", "2",
+    "train", "--task", "insertion-6dof", "--learner", "skills", "--scenario", "blind-square",
     "--task.ready-height-mm", "1", "--task.tare-ticks", "7", "--learning.rule-lead", "0",
     "--task.options", "corners", "4", "corner_mm", "20.5",
+)  # fmt: skip
+HASTY = (
+    "--task.ticks-per-action", "2", "--task.no-prove-contact", "--cell.sensor.force-noise-N", "0",
+    "--cell.sensor.torque-noise-Nm", "0",
 )  # fmt: skip
 
 RECORDINGS: dict[str, tuple[str, ...]] = {
@@ -143,14 +147,22 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "--task.tare-ticks", "7", "--task.ticks-per-action", "10", "--cell.conditions.yaw-deg", "2",
         "--task.start-uncertainty-mm", "1",
     ),
-    # Programmed skills that a learner chooses from, after what it learned in a trial before: pushed as far as it may
-    # be, and driven until that is over.
+    # Programmed skills that a learner chooses from, in actions so short that a push lasts as long as any skill may, a
+    # drive comes to its end, and a push goes as far out as it may.
     "train-skills": (
-        *SKILLS, "inside_mm", "5", "--seed", "93216", "--task.time-limit-s", "2.6", "--task.ticks-per-action", "5",
-        "--task.area-half-width-mm", "5.1", "--task.start-uncertainty-mm", "1", "--cell.peg.friction", "0.4",
+        *SKILLS, "inside_mm", "4", "--seed", "59", "--trials", "1", "--task.time-limit-s", "1.6", *HASTY,
+        "--control.axial-stiffness-N-per-mm", "9", "--task.area-half-width-mm", "4.5",
+        "--task.start-uncertainty-mm", "1",
+    ),
+    # A gripper softer than its setting lets the plate seem as deep as a hole: what is inserted there comes back.
+    "train-skills-inserted": (
+        *SKILLS, "--seed", "2", "--trials", "1", "--task.time-limit-s", "1.6", *HASTY,
+        "--control.axial-stiffness-N-per-mm", "9",
     ),
     # Drawn out of a hole by a lean, withdrawn, and driven.
-    "train-skills-drawn": (*SKILLS, "--seed", "455", "--task.time-limit-s", "3.1", "--task.ticks-per-action", "7"),
+    "train-skills-drawn": (
+        *SKILLS, "--seed", "455", "--trials", "2", "--task.time-limit-s", "3.1", "--task.ticks-per-action", "7",
+    ),
     # The plate on both sides, a search, down to the floor, and the walls all round.
     "hole-survey": (
         "run", "--task", "hole-survey", "--trials", "1", "--seed", "32", "--task.options", "plate_touches", "2",

@@ -13,7 +13,7 @@ class Kept(ClockContract):
     """Its clauses; not collected by itself."""
 
     def make(self) -> ClockRig:
-        return ClockRig(clock=MonotonicClock(), tolerance_ns=15_000_000, step_ns=20_000_000)
+        return ClockRig(clock=MonotonicClock(), tolerance_ns=15_000_000, step_ns=20_000_000, deadlines=10)
 
 
 @pytest.mark.parametrize("clause", [clause.name for clause in clauses(Kept)])

@@ -251,12 +251,14 @@ def trial_ticks(
                 call(snapshot, command, answer)
             applied = answer if changed is None else changed.applied(answer)
             news = (wrench.sequence, joints.sequence)
-            if time_ns != deadline_ns or news[0] == seen[0] or news[1] == seen[1]:
-                _note_irregular(timing, time_ns - deadline_ns, seen, news)
-            seen, due = news, slot + 1
-            tick, slot = tick + 1, next_slot(start_ns, slot, time_ns)
-            timing.skipped_slots += slot - due
-            deadline_ns = tick_time_ns(start_ns, slot)
+            late_ns = time_ns - deadline_ns
+            if late_ns > timing.worst_late_ns or late_ns > LATE_NS or news[0] == seen[0] or news[1] == seen[1]:
+                _note_irregular(timing, late_ns, seen, news)
+                slot, due = next_slot(start_ns, slot, time_ns), slot + 1
+                timing.skipped_slots += slot - due
+            else:
+                slot += 1
+            seen, tick, deadline_ns = news, tick + 1, tick_time_ns(start_ns, slot)
             for call in on_ended:
                 call()
     except BaseException as error:

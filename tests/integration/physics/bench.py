@@ -97,6 +97,8 @@ class Bench:
         self._slide = HybridControl(PositionControl(control.position_gain_per_s, _PASS_SPEED_M_S, PERIOD_S), along)
         self._step_ticks = config.task.ticks_per_action
         self._clearance_m = config.cell.peg.clearance_mm * 1e-3
+        # Opposite a triangle's wall is a corner, twice as far away.
+        self._back_m = self._clearance_m * (2.0 if config.cell.peg.cross_section == "triangle" else 1.0)
         self._start_ns = self._tick = 0
 
     def __enter__(self) -> Self:
@@ -173,12 +175,11 @@ class Bench:
         return float(np.std(forces))
 
     def play_m(self, heading: float) -> float:
-        """Half the way that the peg has from wall to wall of the hole it is in."""
-        push_m = self._clearance_m + _PUSH_M
-        dx, dy = push_m * cos(heading), push_m * sin(heading)
-        x1, y1, _ = self.push_to(dx, dy)
-        x2, y2, _ = self.push_to(-dx, -dy)
-        return 0.5 * ((x1 - x2) * cos(heading) + (y1 - y2) * sin(heading))
+        """The clearance, by the way that the peg has from wall to wall of its hole; a triangle's heading is 0."""
+        c, s, there_m, back_m = cos(heading), sin(heading), self._clearance_m + _PUSH_M, self._back_m + _PUSH_M
+        x1, y1, _ = self.push_to(there_m * c, there_m * s)
+        x2, y2, _ = self.push_to(-back_m * c, -back_m * s)
+        return (c * (x1 - x2) + s * (y1 - y2)) * self._clearance_m / (self._clearance_m + self._back_m)
 
     def capture_half_width_m(self, heading: float, resolution_m: float = 1e-5) -> float:
         """The largest distance at which the peg's axis may pass the hole's at 5 mm/s and still drop in."""

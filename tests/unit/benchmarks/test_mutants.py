@@ -91,6 +91,12 @@ def test_verdicts(tree: FakeTree, verdict: str, stage: str) -> None:
     assert tree.script == []
 
 
+def test_tests_that_cannot_run_here_kill_nothing() -> None:
+    broken = Ran(3, 1.0, "", "'flaky' not found in markers")
+    with pytest.raises(SystemExit, match="without a mutation either:\n'flaky' not found"):
+        Judge(cast(Tree, FakeTree(broken, plain=broken)), 60.0).verdict("f.py", "", STAGES)
+
+
 def test_the_gate_leaves_out_what_no_trial_can_show() -> None:
     source = """
 def f(a, b):

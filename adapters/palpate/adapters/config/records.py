@@ -47,6 +47,7 @@ UNTOLD: Final[Mapping[str, Any]] = {
     "cell.peg.outer_boxes": 0,
     "cell.peg.upper_spheres": 0,
     "cell.substeps": 5,
+    "cell.leaning_impedance": 0.95,
     "perception.memory": "none",
     "learning.back_off_visits": 0.0,
     "learning.initial_value": 0.0,

@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from palpate.adapters.config.learning import LearningConfig
 from palpate.adapters.config.real_time import RealTimeConfig
-from palpate.adapters.config.scenarios import BLIND, LEARNERS, SCENARIOS
+from palpate.adapters.config.scenarios import BLIND, LEARNERS, SCENARIOS, SUITED
 from palpate.adapters.config.toml import overlay
 from palpate.core.errors import ConfigurationError, require_in, require_one_of
 from palpate.core.motion import ArmDescription
@@ -168,4 +168,6 @@ def scenario(name: str, learner: str = "q-learning") -> RunConfig:
     require_one_of("scenario", name, tuple(SCENARIOS))
     require_one_of("learner", learner, tuple(LEARNERS))
     config = overlay(RunConfig(scenario=name, learner=learner), LEARNERS[learner])
-    return config if name == "paper" else overlay(overlay(config, BLIND), SCENARIOS[name])
+    if name == "paper":
+        return config
+    return overlay(overlay(overlay(config, BLIND), SCENARIOS[name]), SUITED.get((name, learner), {}))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -257,6 +257,9 @@ def strings_of(text: str, alphabet: tuple[str, ...] | None = None) -> Strings:
         place = min(words)
         accepted = "a tab, not a blank, between label and string, or '# alphabet: 0 1' if it is no label"
         raise ConfigurationError(f"strings.line[{place}]", content[place], accepted)
+    if apart and not labelled and alphabet is None and _look_paired(words.values()):
+        accepted = f"'{_ALPHABET} ...' and '{_ACTIONS} ...' above pairs of action and symbol, or else the alphabet"
+        raise ConfigurationError("strings", _brief(max(words.values(), key=len)), accepted)
     if alphabet is not None:
         for place, word in words.items():
             for name in word:
@@ -264,6 +267,11 @@ def strings_of(text: str, alphabet: tuple[str, ...] | None = None) -> Strings:
                     accepted = f"symbols of the alphabet {' '.join(alphabet)}"
                     raise ConfigurationError(f"strings.line[{place}]", name, accepted)
     return Strings.of(words.values(), labels, alphabet=alphabet)
+
+
+def _look_paired(words: Collection[Sequence[str]]) -> bool:
+    longer = any(len(word) > 1 for word in words)
+    return longer and all([BETWEEN in name for name in word] == [False] + [True] * (len(word) - 1) for word in words)
 
 
 def _pairs_of(

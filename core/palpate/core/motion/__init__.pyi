@@ -1,8 +1,6 @@
 from .arm import ArmDescription as ArmDescription
 from .arm import arm_named as arm_named
 from .filler import filler as filler
-from .fixed_frame import FixedFrame as FixedFrame
-from .fixed_frame import rotated as rotated
 from .inverse import InverseKinematics as InverseKinematics
 from .laws import ControlLaw as ControlLaw
 from .laws import DampingControl as DampingControl
@@ -11,8 +9,10 @@ from .laws import HybridControl as HybridControl
 from .laws import PositionControl as PositionControl
 from .laws import limited as limited
 from .model import Array as Array
+from .model import FixedFrame as FixedFrame
 from .model import Kinematics as Kinematics
 from .model import ToolGeometry as ToolGeometry
+from .model import rotated as rotated
 from .model import wrench_about as wrench_about
 from .tip_motion import FASTEST_TURN_RAD_S as FASTEST_TURN_RAD_S
 from .tip_motion import TipMotion as TipMotion

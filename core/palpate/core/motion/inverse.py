@@ -75,7 +75,8 @@ class InverseKinematics:
                 change_rad = factors.solve(error).tolist()
                 new_rad = tuple(map(add, q_rad, change_rad))
                 inside = all(map(le, self._lower, new_rad)) and all(map(le, new_rad, self._upper))
-                if inside and max(map(abs, change_rad)) <= self._least_reach_rad:
+                reach_rad = self._least_reach_rad
+                if inside and -reach_rad <= min(change_rad) and max(change_rad) <= reach_rad:
                     return new_rad, False
         q, limited = self._limited_step(np.array(q_rad), jacobian, error, self._reach_rad, self._towards_posture)
         return tuple(q.tolist()), limited

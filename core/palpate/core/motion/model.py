@@ -1,4 +1,6 @@
-"""Forward kinematics, Jacobian and wrench transport, on Pinocchio.
+"""Frames: forward kinematics and Jacobian of an arm, on Pinocchio; places, vectors and wrenches between fixed frames.
+
+The latter in plain floats: for a single vector these are faster than a call of Pinocchio, and they run at every tick.
 
 Frames: *base* is the arm's root; *sensor* sits on the flange, z along the tool axis out of the tool; *tip*
 is the centre of the peg's end face, parallel to *sensor*. *Task* has its origin at the nominal goal (the
@@ -8,6 +10,7 @@ the hole is +z, and pressing on the plate gives a negative Fz.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import Final, TypeAlias
@@ -131,10 +134,49 @@ class Kinematics:
         return error
 
 
+def rotated(rotation: Sequence[Sequence[float]], vector: Vector3) -> Vector3:
+    """A vector (3,) by a rotation, (3, 3), row by row."""
+    (a, b, c), (d, e, f), (g, h, i) = rotation
+    x, y, z = vector
+    return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
+
+
+class FixedFrame:
+    """Takes places and vectors, (3,), from the base frame into this one, and back."""
+
+    def __init__(self, in_base: pin.SE3) -> None:
+        self._origin_m: list[float] = in_base.translation.tolist()
+        self._to_base: list[list[float]] = in_base.rotation.tolist()
+        self._from_base: list[list[float]] = in_base.rotation.T.tolist()
+
+    def place_m(self, in_base_m: Sequence[float]) -> Vector3:
+        """A place of the base frame in this one."""
+        (x, y, z), (u, v, w) = in_base_m, self._origin_m
+        (a, b, c), (d, e, f), (g, h, i) = self._from_base
+        x, y, z = x - u, y - v, z - w
+        return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
+
+    def vector(self, in_base: Vector3) -> Vector3:
+        """A vector of the base frame in this one."""
+        return rotated(self._from_base, in_base)
+
+    def vector_of(self, rotation_in_base: Sequence[Sequence[float]], vector: Vector3) -> Vector3:
+        """A vector of a frame that stands in the base frame like this, (3, 3), in this one."""
+        (a, b, c), (d, e, f), (g, h, i) = rotation_in_base
+        x, y, z = vector
+        x, y, z = a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
+        (a, b, c), (d, e, f), (g, h, i) = self._from_base
+        return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
+
+    def place_in_base_m(self, place_m: Vector3) -> Vector3:
+        """A place of this frame in the base frame."""
+        (a, b, c), (d, e, f), (g, h, i) = self._to_base
+        (x, y, z), (u, v, w) = place_m, self._origin_m
+        return a * x + b * y + c * z + u, d * x + e * y + f * z + v, g * x + h * y + i * z + w
+
+
 def wrench_about(force_N: Vector3, torque_Nm: Vector3, point_m: Vector3) -> Vector3:
     """Torque of a wrench about another point, (3,): tau - point x force, all in one frame.
-
-    Plain arithmetic because it runs at every control tick; tested against Pinocchio's spatial forces.
 
     Args:
         force_N: The force, (3,).

@@ -9,10 +9,9 @@ import numpy as np
 import pinocchio as pin
 
 from palpate.core.motion.filler import filler
-from palpate.core.motion.fixed_frame import FixedFrame
 from palpate.core.motion.inverse import InverseKinematics
 from palpate.core.motion.laws import limited
-from palpate.core.motion.model import Array, Kinematics
+from palpate.core.motion.model import Array, FixedFrame, Kinematics
 from palpate.core.motion.turning import orientation
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector, Vector3
 

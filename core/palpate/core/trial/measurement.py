@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
-from math import atan2, hypot, pi, remainder
+from math import atan2, hypot, pi, remainder, sqrt
 from typing import Final
 
 import pinocchio as pin
 
 from palpate.core.errors import DeviceError
-from palpate.core.motion import FixedFrame, Kinematics, rotated, wrench_about
+from palpate.core.motion import FixedFrame, Kinematics, wrench_about
 from palpate.core.perception import SignalProcessor, Wrench
 from palpate.core.ports import CONTROL_RATE_HZ, JointSample, JointVector, Snapshot, Validity, Vector3
 
@@ -34,6 +34,7 @@ class Measurement:
         turned_rad: How the tool leans, and its yaw, (2,); zeros unless its weight is taken off, as it is where a tool
             turns.
         force_N: Tared, scaled, unfiltered force, (3,).
+        force_norm_N: Its norm.
         torque_across_at_tip_Nm: Tared, scaled, unfiltered torque about the tip, across the tool axis; what touches the
             tip has no lever there but the tip's own radius.
         filtered_force_z_N: Tared, scaled, filtered force along the tool axis.
@@ -76,7 +77,7 @@ class Measurement:
         self.position_m: Vector3 = (0.0, 0.0, 0.0)
         self.force_N: Vector3 = (0.0, 0.0, 0.0)
         self.turned_rad = (0.0, 0.0)
-        self.filtered_force_z_N = self.torque_across_at_tip_Nm = self.tip_depth_m = 0.0
+        self.force_norm_N = self.filtered_force_z_N = self.torque_across_at_tip_Nm = self.tip_depth_m = 0.0
 
     def tare(self, bias: Wrench) -> None:
         """Take this wrench, six channels in the sensor frame, as zero from now on."""
@@ -96,27 +97,32 @@ class Measurement:
         Raises:
             DeviceError: The encoders give another number of joint angles than the arm has.
         """
-        kinematics, q_rad = self._kinematics, snapshot.joints.position_rad
+        (_, _, raw, joints, _), kinematics = snapshot, self._kinematics
+        q_rad = joints.position_rad
         if len(q_rad) != self.joints:
             raise _wrong_number(q_rad, self.joints)
         kinematics.update(q_rad)
         self.position_m = self._task.place_m(kinematics.tip_position_m.tolist())
         self._tip_in_base = rotation = kinematics.tip_rotation.tolist()
-        raw, lever_m = snapshot.wrench, self._lever_m
+        lever_m, force_N, torque_Nm = self._lever_m, raw.force_N, raw.torque_Nm
         (bx, by, bz, btx, bty, btz), (sx, sy, sz, stx, sty, stz) = self._bias, self._scale
-        (fx, fy, fz), (tx, ty, tz) = raw.force_N, raw.torque_Nm
+        (fx, fy, fz), (tx, ty, tz) = force_N, torque_Nm
         self._live_N = fx, fy, fz = (fx - bx) * sx, (fy - by) * sy, (fz - bz) * sz
         self._live_Nm = tx, ty, tz = (tx - btx) * stx, (ty - bty) * sty, (tz - btz) * stz
-        self.force_N = self._task.vector(rotated(rotation, (fx, fy, fz)))
+        self.force_N = self._task.vector_of(rotation, (fx, fy, fz))
         if self._weight_N:
             (_, _, u), (_, _, v), (_, _, w) = rotation
             self._axis = self._task.vector((u, v, w))
             self.force_N = self._lightened(self.force_N)
             self.turned_rad = self._turned_rad()
+        x, y, z = self.force_N
+        self.force_norm_N = sqrt(x * x + y * y + z * z)
         self.torque_across_at_tip_Nm = hypot(tx + lever_m * fy, ty - lever_m * fx)
-        self._filtered = filtered = self._signal.update((*raw.force_N, *raw.torque_Nm))
+        self._filtered = filtered = self._signal.update((*force_N, *torque_Nm))
         self.filtered_force_z_N = filtered[2]
-        depth_m = self._depth_at(snapshot) if self._aligned else self.position_m[2]
+        depth_m = self.position_m[2]
+        if self._aligned:
+            depth_m = self._depth_at(raw.source_time_ns, joints.source_time_ns)
         self.tip_depth_m = depth_m + self.force_N[2] / self.axial_N_per_m
 
     def _turned_rad(self) -> tuple[float, float]:
@@ -134,9 +140,8 @@ class Measurement:
         x, y, _ = self._task.vector((u, v, w))
         return atan2(y, x)
 
-    def _depth_at(self, snapshot: Snapshot) -> float:
+    def _depth_at(self, time_ns: int, newest_ns: int) -> float:
         """Depth by the encoders at the time of a force that is behind them, as far as that is kept; else the newest."""
-        time_ns, newest_ns = snapshot.wrench.source_time_ns, snapshot.joints.source_time_ns
         after_ns, after_m = newest_ns, self.position_m[2]
         if time_ns < newest_ns - _ONE_TIME_NS:
             for then_ns, depth_m in reversed(self._depths):
@@ -155,8 +160,8 @@ class Measurement:
         """
         fx, fy, fz, tx, ty, tz = self._filtered
         torque = wrench_about((fx, fy, fz), (tx, ty, tz), self._tip_in_sensor)
-        force = self._task.vector(rotated(self._tip_in_base, (fx, fy, fz)))
-        torque = self._task.vector(rotated(self._tip_in_base, torque))
+        force = self._task.vector_of(self._tip_in_base, (fx, fy, fz))
+        torque = self._task.vector_of(self._tip_in_base, torque)
         if self._weight_N:
             return self._lightened(force), self._righted(torque)
         return force, torque
@@ -164,7 +169,7 @@ class Measurement:
     def live_torque_at_tip_Nm(self) -> Vector3:
         """Tared, scaled torque about the tip, (3,), not filtered: a law that turns by it would otherwise be late."""
         torque_Nm = wrench_about(self._live_N, self._live_Nm, self._tip_in_sensor)
-        torque = self._task.vector(rotated(self._tip_in_base, torque_Nm))
+        torque = self._task.vector_of(self._tip_in_base, torque_Nm)
         return self._righted(torque) if self._weight_N else torque
 
     def _lightened(self, force_N: Vector3) -> Vector3:

@@ -110,16 +110,22 @@ class NetFt(PolledSensor):
         else:
             step = (record.rdt_sequence - newest + _WRAP // 2) % _WRAP - _WRAP // 2
             number = newest + step
-            if step <= 0:
+            age = (record.ft_sequence - (self._ft_sequence or 0)) % _WRAP
+            if step <= 0 and 0 < age < _WRAP // 2:
+                # A younger sample under an older number: what was first of this stream was the last of another.
+                self._newest, self._missing = record.rdt_sequence, set()
+                self._offset += newest + 1 - record.rdt_sequence
+            elif step <= 0:
                 is_late = number in self._missing
                 self._missing.discard(number)
                 counts.late, counts.lost = counts.late + is_late, counts.lost - is_late
                 counts.repeated += not is_late
                 return False
-            self._newest = number
-            counts.lost += step - 1
-            self._missing = {n for n in self._missing if n > number - _WINDOW}
-            self._missing |= set(range(max(newest + 1, number - _WINDOW + 1), number))
+            else:
+                self._newest = number
+                counts.lost += step - 1
+                self._missing = {n for n in self._missing if n > number - _WINDOW}
+                self._missing |= set(range(max(newest + 1, number - _WINDOW + 1), number))
         if record.ft_sequence == self._ft_sequence:
             counts.unchanged += 1
             return False

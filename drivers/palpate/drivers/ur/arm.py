@@ -131,6 +131,8 @@ class UrArm(LatchingArm):
                 seen = before
             if enabled:
                 require_led(seen, self._force_N, self.settings.guard_N, self._link.host)
+            elif self._state is ArmState.STOPPED:
+                require_ready(seen, self._link.host)
         is_new = before is None or seen.timestamp_s != before.timestamp_s
         return Measured(
             position_rad=seen.q_rad, is_fresh=(is_new,) * JOINTS, applied=applied, time_ns=self._time_ns(seen)

@@ -178,9 +178,9 @@ class WorkCell:
         if self._encoder_step is None:
             return self.joint_angles()
         q_rad = self._qpos.tolist()
+        whole = tuple(map(sub, q_rad, map(remainder, q_rad, self._encoder_step)))
         # Whole counts. An angle of less than half of one is zero, and keeps its sign.
-        whole = map(sub, q_rad, map(remainder, q_rad, self._encoder_step))
-        return tuple(map(copysign, whole, q_rad))
+        return whole if all(whole) else tuple(map(copysign, whole, q_rad))
 
     def joint_angles(self) -> JointVector:
         """Exact joint angles, (n,) rad: for the servos, which do not depend on the host's encoders."""

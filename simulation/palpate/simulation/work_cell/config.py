@@ -175,6 +175,13 @@ class CellConfig(Settings):
     """listed: only what can touch near the hole is tried there, with the same result; searched: MuJoCo tries all."""
     substeps: Annotated[int, Range(3, 100)] = 4
     """Physics steps per control tick (140 Hz): 4 is a time step of 1/560 s."""
+    leaning_impedance: Annotated[float, Range(0.9, 0.98)] = 0.96
+    """Impedance with which contacts begin (MuJoCo's first solimp) where peg or plate leans; 0.95 where neither does."""
+
+    @property
+    def leans(self) -> bool:
+        """Whether a peg that comes straight down meets the plate with one side first; a ball has no sides."""
+        return self.contour.shape == FLAT and (self.tilt_mrad > 0.0 or self.conditions.plate_lean_mrad > 0.0)
 
     @property
     def hole_reach_mm(self) -> float:

@@ -71,7 +71,8 @@ class ContactSearch:
     def step(self, steps: int) -> None:
         """So many physics steps."""
         data, self.level = self._data, self._next
-        mujoco.mj_getState(self.models[-1], data, self._before, _STATE)
+        if self.level < self._highest:
+            mujoco.mj_getState(self.models[-1], data, self._before, _STATE)
         mujoco.mj_step(self.models[self.level], data, nstep=steps)
         while (needed := self._needed()) > self.level:
             self.level = needed

@@ -35,7 +35,7 @@ _PLATE_RGBA: Final = (0.55, 0.6, 0.6, 1.0)
 _PEG_RGBA: Final = (0.85, 0.55, 0.2, 1.0)
 _ONLY_SEEN: Final[dict[str, Any]] = {"contype": 0, "conaffinity": 0, "mass": 0.0, "group": 2}
 _SOLREF: Final = (0.003, 1.0)
-_SOLIMP: Final = (0.95, 0.99, 0.0001, 0.5, 2.0)
+_SOLIMP: Final = (0.95, 0.99, 0.0001, 0.5, 2.0)  # the first where neither peg nor plate leans
 
 
 def build_work_cell(
@@ -205,7 +205,7 @@ def _add_wrist(
             damping=(2.0 * springs.damping_ratio * sqrt(stiffness * inertia), 0.0, 0.0),
             limited=mujoco.mjtLimited.mjLIMITED_FALSE,
         )  # fmt: skip
-    touching = {"contype": _PEG, "conaffinity": _PLATE, "mass": 0.0, **_touching(peg.friction)}
+    touching = {"contype": _PEG, "conaffinity": _PLATE, "mass": 0.0, **_touching(config)}
     if config.contour.shape != FLAT:
         add_ball(body, config.contour, **touching)
     rim = peg.rim_radius_mm * 1e-3
@@ -255,7 +255,7 @@ def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, b
     """The plate with its hole, in the task frame: z into the hole, surface at 0. Each further hole has its own."""
     upright = quaternion(goal_in_base.rotation)
     plate = spec.worldbody.add_body(name="plate", pos=goal_in_base.translation, quat=upright)
-    touching = {"contype": _PLATE, "conaffinity": _PEG, "rgba": _PLATE_RGBA, **_touching(config.peg.friction)}
+    touching = {"contype": _PLATE, "conaffinity": _PEG, "rgba": _PLATE_RGBA, **_touching(config)}
     if config.contour.shape != FLAT:
         add_contour(plate, config.contour, **touching)
         return
@@ -279,9 +279,14 @@ def plate_bodies(model: mujoco.MjModel) -> list[int]:
     return [body for body in range(model.nbody) if model.body(body).name.split("_")[0] == "plate"]
 
 
-def _touching(friction: float) -> dict[str, Any]:
+def _touching(config: CellConfig) -> dict[str, Any]:
     """How whatever touches does so."""
-    return {"condim": 3, "friction": (friction, 0.0, 0.0), "solref": _SOLREF, "solimp": _SOLIMP}
+    return {"condim": 3, "friction": (config.peg.friction, 0.0, 0.0), "solref": _SOLREF, "solimp": _solimp(config)}
+
+
+def _solimp(config: CellConfig) -> tuple[float, ...]:
+    """A peg that leans stands on one or two points: they sink in too far unless they are stiffer than a whole rim's."""
+    return (config.leaning_impedance, *_SOLIMP[1:]) if config.leans else _SOLIMP
 
 
 def _list_pairs(spec: mujoco.MjSpec, config: CellConfig, boxes: list[Box], leeway: Leeway) -> None:
@@ -298,7 +303,7 @@ def _list_pairs(spec: mujoco.MjSpec, config: CellConfig, boxes: list[Box], leewa
             condim=3,
             friction=(config.peg.friction, config.peg.friction, 0.0, 0.0, 0.0),
             solref=_SOLREF,
-            solimp=_SOLIMP,
+            solimp=_solimp(config),
         )
 
 

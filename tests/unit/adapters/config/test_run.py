@@ -84,6 +84,13 @@ def test_presets() -> None:
         scenario("dark")
 
 
+def test_a_belief_presses_harder_where_the_sensor_is_noisy() -> None:
+    noisy = scenario("blind-noise", "belief")
+    require_usable(noisy, find_ready_pose(noisy.arm, noisy.task))
+    assert noisy.task.press_kgf > scenario("blind", "belief").task.press_kgf
+    assert scenario("blind-noise").task == scenario("blind").task
+
+
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_a_preset_can_be_run_differs_from_the_others_and_is_told_of(name: str) -> None:
     config = scenario(name)

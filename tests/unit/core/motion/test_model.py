@@ -10,10 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from palpate.adapters.config import scenario
 from palpate.core.errors import AssetError
 from palpate.core.motion.arm import ARMS, ArmDescription, arm_named
-from palpate.core.motion.model import Array, Kinematics, ToolGeometry, wrench_about
+from palpate.core.motion.model import Array, FixedFrame, Kinematics, ToolGeometry, rotated, wrench_about
 from palpate.core.ports.values import Vector3
+from palpate.core.trial import goal_in_base
 
 ZEBRA = arm_named("zebra-zero")
 NO_TOOL = ToolGeometry(0.0, 0.0)
@@ -153,3 +155,21 @@ def test_a_urdf_that_cannot_be_read_is_an_asset_error(tmp_path: Path, content: s
         Kinematics(replace(ZEBRA, urdf=str(path)), ToolGeometry())
     assert (caught.value.field, caught.value.value) == ("arm", str(path))
     assert "\n" not in str(caught.value)
+
+
+def test_a_fixed_frame_agrees_with_pinocchio() -> None:
+    placement, other, place = pin.SE3.Random(), pin.SE3.Random().rotation, np.random.default_rng(3).normal(size=3)
+    frame, xyz = FixedFrame(placement), tuple(place.tolist())
+    assert frame.place_m(xyz) == pytest.approx(placement.actInv(place))
+    assert frame.place_in_base_m(xyz) == pytest.approx(placement.act(place))
+    assert frame.vector(xyz) == pytest.approx(placement.rotation.T @ place)
+    assert frame.vector_of(other.tolist(), xyz) == pytest.approx(placement.rotation.T @ other @ place)
+    assert rotated(placement.rotation.tolist(), xyz) == pytest.approx(placement.rotation @ place)
+
+
+def test_the_task_frame_equals_pinocchio_to_the_bit() -> None:
+    goal = goal_in_base(scenario("paper").task.goal)
+    frame = FixedFrame(goal)
+    for place in np.random.default_rng(3).normal(size=(100, 3)):
+        assert np.array(frame.place_m(place.tolist())).tobytes() == goal.actInv(place).tobytes()
+        assert np.array(frame.place_in_base_m(place.tolist())).tobytes() == goal.act(place).tobytes()

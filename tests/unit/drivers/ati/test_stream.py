@@ -128,6 +128,13 @@ def test_a_new_stream_goes_on_counting_and_drops_what_waited() -> None:
     assert device.statistics == RdtStatistics(samples=3)
 
 
+def test_a_straggler_of_the_stream_before_does_not_hold_up_the_new_one() -> None:
+    # Asked anew the box counts records from one, its samples go on.
+    numbers, device = fed(record(900, ft=6300), *(record(n, ft=6300 + 7 * n) for n in range(1, 4)), record(2, ft=6314))
+    assert numbers == [0, 1, 2, 3]
+    assert device.statistics == RdtStatistics(samples=4, repeated=1)
+
+
 def test_a_dead_way_is_an_error_and_not_silence() -> None:
     device, wire = streaming()
     wire.broken = True

@@ -63,6 +63,18 @@ TROUBLES: list[tuple[Callable[[VirtualUr], object], str]] = [
 ]
 
 
+def test_trouble_of_a_stopped_arm_is_latched_too() -> None:
+    ur = VirtualUr()
+    arm = enabled(ur)
+    lead(arm, ur, 5)
+    arm.stop()
+    lead(arm, ur, 30)  # the program's end, by the stop itself, is none
+    ur.controller.emergency_stop()
+    with pytest.raises(DriverError, match="emergency stop of the robot"):
+        lead(arm, ur, 5)
+    assert arm.state is ArmState.FAULTED
+
+
 @pytest.mark.parametrize(("strike", "told"), TROUBLES, ids=[told for _, told in TROUBLES])
 def test_trouble_stops_the_arm_within_a_second_is_latched_and_named(
     strike: Callable[[VirtualUr], object], told: str

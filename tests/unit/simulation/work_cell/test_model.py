@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from math import cos, hypot, radians, sin
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -16,6 +17,7 @@ from palpate.core.ports.values import CONTROL_RATE_HZ
 from palpate.core.trial.config import GoalConfig
 from palpate.core.trial.frame import goal_in_base
 from palpate.simulation.work_cell import CellConfig, WorkCell
+from palpate.simulation.work_cell.conditions import ConditionsConfig
 from palpate.simulation.work_cell.config import ComplianceConfig, PegConfig, SensorConfig
 
 GOAL = goal_in_base(GoalConfig())
@@ -103,6 +105,17 @@ def test_the_peg_leans_as_told(arm: str, heading_deg: float) -> None:
     assert axis[:2] == pytest.approx([sin(0.02) * cos(heading), sin(0.02) * sin(heading)], abs=1e-5)
     # It leans about its tip, which stays where kinematics puts it.
     assert cell.truth().tip_in_task_m == pytest.approx(tuple(READY_M), abs=2e-6)
+
+
+@pytest.mark.parametrize("leaning", [{"tilt_mrad": 2.0}, {"conditions": ConditionsConfig(plate_lean_mrad=17.5)}])
+def test_contacts_are_stiffer_only_where_something_leans(leaning: dict[str, Any]) -> None:
+    upright, harder = CellConfig(), replace(CellConfig(), leaning_impedance=0.97)
+    assert cell_of(upright).model_sha256() == cell_of(harder).model_sha256()
+    for config, impedance in ((replace(upright, **leaning), 0.96), (replace(harder, **leaning), 0.97)):
+        models = cell_of(config).models
+        touching = [model.geom_solimp[model.geom_contype > 0, 0] for model in models]
+        listed = [model.pair_solimp[:, 0] for model in models]
+        assert set(np.concatenate(touching + listed).tolist()) == {impedance}
 
 
 # The gripper's springs.

@@ -16,8 +16,8 @@ from .real_time import request as request
 from .real_time import take_real_time as take_real_time
 from .report import plain as plain
 from .report import table as table
+from .sections import BUSY as BUSY
+from .sections import LATE as LATE
+from .sections import TickSection as TickSection
 from .session import RealTimeSession as RealTimeSession
-from .stopwatch import BUSY as BUSY
-from .stopwatch import LATE as LATE
 from .stopwatch import Stopwatch as Stopwatch
-from .stopwatch import TickSection as TickSection

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.adapters.config import RealTimeConfig
-from palpate.adapters.hardware.real_time.attribution import Attribution
+from palpate.adapters.hardware.real_time.attribution import Attribution, Cause
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,17 +41,25 @@ class LateTick:
 
     Attributes:
         tick: Counts the ticks that were timed, from 0.
+        longest: What took longest in the tick before, or in that before a row of late ones; empty where none was timed.
     """
 
     tick: int
     time_ns: int
     late_ns: int
     attribution: Attribution
+    longest: str = ""
+
+    @property
+    def blame(self) -> str:
+        """The cause, and of our own work what took longest."""
+        cause = self.attribution.cause
+        return f"{cause.value}: {self.longest}" if cause is Cause.OWN_WORK and self.longest else cause.value
 
     def __str__(self) -> str:
         return (
             f"tick {self.tick} at {self.time_ns * 1e-9:.3f} s began {self.late_ns * 1e-6:.2f} ms late:"
-            f" {self.attribution.cause.value} ({self.attribution})"
+            f" {self.blame} ({self.attribution})"
         )
 
 

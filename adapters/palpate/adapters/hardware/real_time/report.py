@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from palpate.adapters.hardware.real_time.stopwatch import COLUMNS, LATE, NAMES, Stopwatch
+from palpate.adapters.hardware.real_time.sections import COLUMNS, LATE, NAMES
+from palpate.adapters.hardware.real_time.stopwatch import Stopwatch
 
 
 def table(stopwatch: Stopwatch) -> str:
@@ -36,6 +37,7 @@ def plain(stopwatch: Stopwatch) -> dict[str, Any]:
         "skipped_slots": stopwatch.skipped_slots,
         "slow_cores": stopwatch.slow_cores,
         "late_ticks": {cause.value: count for cause, count in stopwatch.late_ticks.items() if count},
+        "blamed": dict(stopwatch.blamed),
         "sections": sections,
     }
 
@@ -44,6 +46,6 @@ def _late_words(stopwatch: Stopwatch) -> str:
     limit_ns = stopwatch.limits.warn_late_ns
     if not limit_ns:
         return "late ticks were not looked for"
-    causes = ", ".join(f"{count} {cause.value}" for cause, count in stopwatch.late_ticks.items() if count)
-    total = sum(stopwatch.late_ticks.values())
+    causes = ", ".join(f"{count} {blame}" for blame, count in stopwatch.blamed.most_common())
+    total = stopwatch.blamed.total()
     return f"ticks later than {limit_ns * 1e-6:g} ms: {total}{f' ({causes})' if causes else ''}"

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import enum
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
@@ -13,6 +12,7 @@ from typing_extensions import override
 
 from palpate.adapters.hardware.real_time.attribution import Account, Attribution, Cause, ThreadAccount, attribute
 from palpate.adapters.hardware.real_time.lateness import Histograms, LatenessSpread, LateTick, Limits, SlowCore
+from palpate.adapters.hardware.real_time.sections import BUSY, COLUMNS, LATE, NAMES, SECTIONS
 from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import DeviceError
 from palpate.core.ports import CONTROL_RATE_HZ, AppliedCommand, JointCommand, JointSample, Snapshot, WrenchSample
@@ -21,37 +21,6 @@ from palpate.core.trial import Supervised, TrialReport
 if TYPE_CHECKING:
     from palpate.core.policy import Observation
 
-
-class TickSection(enum.IntEnum):
-    """What a tick's time is spent on, in its order. The numbers are columns; together they make up the tick."""
-
-    CLOCK = 0
-    FORCE = 1
-    JOINTS = 2
-    PERCEIVE = 3
-    """From the snapshot to the task frame, and on in the phase; symbol, state and learning where an action ends."""
-    DECIDE = 4
-    """The policy's choice, in the ticks in which one is due."""
-    CONTROL = 5
-    """Reference and inverse kinematics."""
-    SUPERVISE = 6
-    SEND = 7
-    RECORD = 8
-    REST = 9
-
-
-SECTIONS: Final = len(TickSection)
-BUSY: Final = SECTIONS
-"""Column of a whole tick, from waking to its end."""
-LATE: Final = SECTIONS + 1
-"""Column of how late ticks began."""
-COLUMNS: Final = SECTIONS + 2
-
-NAMES: Final = (
-    "clock", "read force", "read joints", "perceive", "decide", "control", "supervise", "send", "record", "rest",
-    "whole tick", "lateness",
-)  # fmt: skip
-"""Names of the columns."""
 
 _NS: Final = 1_000_000_000
 _BATCH: Final = 256
@@ -87,6 +56,7 @@ class Stopwatch(LoopObserver):
         recording: Observes the end of what the observers between the two do when a command was sent.
         ticks: Ticks that were timed, those of the warm-up included.
         late_ticks: How many ticks were later than the limit to warn of, by cause.
+        blamed: The same, with our own work apart by the section that took longest.
         slow_cores: In how many ticks the core took longer than the limit.
     """
 
@@ -107,6 +77,7 @@ class Stopwatch(LoopObserver):
         self._in_tick = False
         self.ticks = self.skipped_slots = self.slow_cores = 0
         self.late_ticks = dict.fromkeys(Cause, 0)
+        self.blamed: Counter[str] = Counter()
         self.newest_late: deque[LateTick] = deque(maxlen=_KEPT)
         self._account, self._tell, self._clock_works = account, tell, clock_works
         self._warm_up = self.limits.warm_up_ticks
@@ -117,6 +88,8 @@ class Stopwatch(LoopObserver):
         self._histograms = Histograms(COLUMNS)
         self._rows = [0] * (_MARKS * _BATCH)
         self._filled = 0
+        self._newest = -1
+        self._carried = False
         self._slept_ns = now_ns()
         self._deadline_ns: int | None = None
         self._no_skip_ns = _NS * 3 // (2 * rate_Hz)
@@ -127,6 +100,7 @@ class Stopwatch(LoopObserver):
     @override
     def begun(self, start_ns: int, report: TrialReport | None = None) -> None:
         # Its slots have nothing to do with those of the trial before.
+        self._newest = -1
         self._deadline_ns = None
         self._rest(self._now(), 0)
 
@@ -194,12 +168,13 @@ class Stopwatch(LoopObserver):
         self.ticks += 1
         marks = self._marks
         marks[_END] = now
+        self._newest = start = self._filled
+        end = start + _MARKS
+        self._rows[start:end] = marks
         if self.ticks > self._warm_up:
             if self._core_ns:
                 self._look_at_core(marks)
-            start = self._filled
-            self._filled = end = start + _MARKS
-            self._rows[start:end] = marks
+            self._filled = end
             if end == _MARKS * _BATCH:
                 self._fold()
         self._rest(now, now - marks[_WOKEN])
@@ -218,15 +193,26 @@ class Stopwatch(LoopObserver):
         return self._histograms.spread(column)
 
     def _look_at(self, late_ns: int, time_ns: int) -> None:
-        self._looked_at = tick = LateTick(self.ticks, time_ns, late_ns, self._attribute(late_ns))
+        attribution = self._attribute(late_ns)
+        self._looked_at = tick = LateTick(self.ticks, time_ns, late_ns, attribution, self._longest())
         limits = self.limits
         if limits.warn_late_ns and late_ns > limits.warn_late_ns:
             self.late_ticks[tick.attribution.cause] += 1
+            self.blamed[tick.blame] += 1
             self.newest_late.append(tick)
             if self._tell is not None:
                 self._tell(tick)
         if limits.stop_late_ns and late_ns > limits.stop_late_ns:
             raise DeviceError("control loop", f"{tick}; {limits.stop_late_ns * 1e-6:g} ms are allowed")
+
+    def _longest(self) -> str:
+        """What took longest in the tick that made this one late."""
+        if self._carried and self._looked_at is not None:
+            return self._looked_at.longest
+        if self._newest < 0:
+            return ""
+        marks = self._rows[self._newest : self._newest + _LATE]
+        return NAMES[int(np.diff(np.maximum.accumulate(marks)).argmax())]
 
     def _look_at_core(self, marks: list[int]) -> None:
         # Where a recorder is, what comes after it is the loop's.
@@ -239,6 +225,7 @@ class Stopwatch(LoopObserver):
                 self._tell(SlowCore(self.ticks - 1, core))
 
     def _attribute(self, late_ns: int) -> Attribution:
+        self._carried = False
         if self._account is None:
             return attribute(late_ns, [(Cause.UNKNOWN, late_ns)])
         before, slept, woken = self._before, self._account_now, self._account.read()
@@ -250,6 +237,7 @@ class Stopwatch(LoopObserver):
         last, carried, carried_cause = self._looked_at, 0, Cause.WOKEN_LATE
         if last is not None and last.tick == self.ticks - 1:
             carried, carried_cause = min(at_work + clock, last.late_ns % (_NS // self.rate_Hz)), last.attribution.cause
+            self._carried = 2 * carried > at_work + clock
         delay_at_work = min(max(at_work - carried, 0), slept.delay_ns - before.delay_ns)
         # What the thread was not charged for. Unless it was given a processor anew, it cannot have waited.
         off = min(max(at_work - carried - delay_at_work, 0), max(self._worked_ns - (slept.run_ns - before.run_ns), 0))

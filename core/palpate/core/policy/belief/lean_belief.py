@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import log
+from typing import Final
 
 import numpy as np
 from typing_extensions import override
@@ -12,6 +13,9 @@ from palpate.core.policy.belief.arithmetic import Floats, exponential, logarithm
 from palpate.core.policy.belief.lean import LeanModel
 from palpate.core.policy.belief.model import Directions, TouchModel
 from palpate.core.policy.belief.places import PlaceBelief, Places, TouchTable
+
+_SIGN_BIT: Final = 63
+"""Shifted right by so many bits, those of a float are all 1 where it is negative, else 0."""
 
 
 class LeanTable(TouchTable):
@@ -30,18 +34,22 @@ class LeanTable(TouchTable):
         )
         rows = []
         for share, (x, y), spread in leans:
-            precision = 1.0 / (spread * spread)
-            known = log(share) + log(precision) - 0.5 * precision * (x * x + y * y)
+            precision = 0.5 / (spread * spread)
+            known = log(share) + log(2.0 * precision) - precision * (x * x + y * y)
             rows.append((known, precision, precision * x, precision * y))
         known, precision, *pull = np.array(rows).T[:, :, None, None]
         self.leans = known, precision, pull
+        # Room to reckon in, of pairs of values of all places: memory that is had anew is slow.
+        self.work = tuple(np.zeros((6, 2, places.size, places.size)))
+        found = self._found
+        self.found = found[:2], found[2:4], found[4], found[5], found[6], found[7]
 
     @override
     def _columns(self, model: TouchModel, directions: Directions) -> Sequence[Floats]:
-        """Torque of an upright tool, gains, headings, (2,) each; precision; logarithm of both components' variances."""
+        """Torque of an upright tool, gains, headings, (2,) each; half the precision; logarithm of a variance."""
         upright_Nm, variance = TouchModel.expected_Nm(model, directions), model.variance(directions)
         pairs = np.concatenate((upright_Nm, directions.between(self._gain), directions.unit), axis=1).T.copy()
-        return *pairs, 1.0 / variance, 2.0 * logarithm(variance)
+        return *pairs, 0.5 / variance, logarithm(variance)
 
     @override
     def begin(self, log_prior: Floats, kept: float) -> PlaceBelief:
@@ -58,76 +66,100 @@ class LeanBelief(PlaceBelief):
     def __init__(self, table: LeanTable, log_prior: Floats, kept: float) -> None:
         super().__init__(log_prior, kept)
         self._table = table
-        # Over the touches: the precision with which they show the lean, xx, xy and yy, the lean times it, x and y, and
-        # what an upright tool leaves, squared, with the variances. Zeros that are written, for memory that was never
-        # used is slow the first time, and that would be in a decision.
+        # Over the touches, half of each: the precision with which they show the lean, xx, xy and yy, what an upright
+        # tool leaves, squared, with the variances, and the lean times its precision, x and y. Zeros that are written,
+        # for memory that was never used is slow the first time, and that would be in a decision.
         self._sums = np.full((6, *log_prior.shape), 0.0)
+        self._aged = False
 
     @override
     def foresee(self, row: int, column: int) -> None:
         self._table.look_ahead(row, column)
+        self._age()
+
+    def _age(self) -> None:
+        """Before a touch, once: those so far count less."""
+        if not self._aged:
+            self._sums *= self._kept
+            self._aged = True
 
     @override
     def feel(self, row: int, column: int, torque_Nm: tuple[float, float], load: float) -> None:
         # In place and two at a time: a pass over the places costs more for its call than for its numbers.
-        table = self._table.at(row, column)
-        left, gains, (c, s), precision, log_variance = table[:2], table[2:4], table[4:6], table[6], table[7]
+        self._age()
+        self._aged = False
+        self._table.at(row, column)
+        left, gains, c, s, precision, log_variance = self._table.found
+        pulls, turned, news = self._table.work[:3]
         left *= -load
         left += np.array(torque_Nm)[:, None, None]
         gains *= load
         gains += 1.0
         # What the lean's parts along and across the heading pull with.
-        pulls, turned = left * c, left * s
+        np.multiply(left, c, out=pulls)
+        np.multiply(left, s, out=turned)
         pulls[0] += turned[1]
         pulls[1] -= turned[0]
-        weighted = precision * gains
+        weighted = np.multiply(precision, gains, out=turned)
         pulls *= weighted
         gains *= weighted
         along, across = gains
-        in_x = along - across
+        in_x = np.subtract(along, across, out=turned[0])
         in_x *= c
-        news = np.empty_like(self._sums)
         np.multiply(in_x, s, out=news[1])
         in_x *= c
         np.add(in_x, across, out=news[0])
-        np.subtract(along, in_x, out=news[2])
-        np.multiply(pulls, s, out=turned)
-        pulls *= c
-        np.subtract(pulls[0], turned[1], out=news[3])
-        np.add(turned[0], pulls[1], out=news[4])
+        self._sums[:2] += news
+        np.subtract(along, in_x, out=news[0])
         left *= left
-        square = np.add(left[0], left[1], out=news[5])
+        square = np.add(left[0], left[1], out=news[1])
         square *= precision
         square += log_variance
-        self._sums *= self._kept
-        self._sums += news
+        self._sums[2:4] += news
+        np.multiply(pulls, s, out=turned)
+        pulls *= c
+        np.subtract(pulls[0], turned[1], out=news[0])
+        np.add(turned[0], pulls[1], out=news[1])
+        self._sums[4:] += news
 
     @override
     def evidence(self) -> Floats:
-        xx, xy, yy, x, y, square = self._sums
+        xx, xy, yy, square, x, y = self._sums
         known, precision, pull = self._table.leans
-        # By each lean at once: known + (b u u - 2 xy u v + a v v) / (2 det), with a width of 1 / sqrt(det).
-        a, b, u, v = xx + precision, yy + precision, x + pull[0], y + pull[1]
-        width = a * b
-        width -= xy * xy
-        crossed = u * v
-        crossed *= 2.0 * xy
+        a, b, u, v, width, crossed = self._table.work
+        spare = crossed[0]
+        # By each lean at once: known + (b u u - 2 xy u v + a v v) / det, with a width of 1 / (2 sqrt(det)).
+        np.add(xx, precision, out=a)
+        np.add(yy, precision, out=b)
+        np.add(x, pull[0], out=u)
+        np.add(y, pull[1], out=v)
+        np.multiply(a, b, out=width)
+        width -= np.multiply(xy, xy, out=spare)
+        np.multiply(u, v, out=crossed)
         u *= u
         u *= b
+        crossed *= np.add(xy, xy, out=b[0])
         u -= crossed
         v *= v
         v *= a
         u += v
-        u *= 0.5
         u /= width
         u += known
         np.sqrt(width, out=width)
-        np.divide(1.0, width, out=width)
-        gap = u[0] - u[1]
+        np.divide(0.5, width, out=width)
+        gap = np.subtract(u[0], u[1], out=spare)
+        # The widths of the greater and of the lesser one, exchanged by their bits: a choice at each place takes longer.
+        greater, lesser = width.view(np.int64)
+        exchanged = greater ^ lesser
+        exchanged &= gap.view(np.int64) >> _SIGN_BIT
+        greater ^= exchanged
+        lesser ^= exchanged
+        np.negative(np.abs(gap, out=gap), out=gap)
         # The sum of both, by the greater one.
-        likely = exponential(np.copysign(gap, -1.0)) * width[::-1]
-        likely += width
-        evidence: Floats = np.maximum(u[0], u[1])
-        evidence += logarithm(np.where(gap >= 0.0, likely[0], likely[1]))
-        evidence -= 0.5 * square
+        likely = exponential(gap)
+        likely *= width[1]
+        likely += width[0]
+        evidence = logarithm(likely)
+        evidence += np.maximum(u[0], u[1], out=spare)
+        evidence -= square
         return evidence

@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import LEARNED, Action, Decision, Hindsight, Observation
-from palpate.core.policy.belief.arithmetic import logarithm
+from palpate.core.policy.belief.arithmetic import Floats, logarithm
 from palpate.core.policy.belief.fit import FEWEST_TOUCHES, fit_touch_model
 from palpate.core.policy.belief.lean import fit_lean_model
 from palpate.core.policy.belief.lean_belief import LeanTable
@@ -38,15 +38,12 @@ class _Way:
 
     Attributes:
         place: That of the touch, in units of ``LENGTH_M``.
-        box: Places that may have been passed on the way to it.
-        passed: Which of them were, for each width, and what is left of their logarithm of evidence; none before the
-            first step.
+        passed: The belief's, with the places that were passed on the way.
         cell: Cell that the torque is of.
     """
 
     place: tuple[int, int]
-    box: tuple[slice, slice]
-    passed: tuple[tuple[np.ndarray, float], ...]
+    passed: Floats
     cell: tuple[int, int]
 
 
@@ -74,6 +71,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self._search_step_m = (parameters.search_speed_mm_s or parameters.speed_mm_s) * 1e-3 * action_s
         self._places = Places(half_width_m)
         self._planner = Planner(self._places, parameters.capture_mm * 1e-3, parameters.speed_mm_s * 1e-3 * action_s)
+        self._actions = {way: Action(_name(*way), way) for way in self._planner.ways}
         self._model: TouchModel | None = None
         self._table: TouchTable | SymbolTable | None = None
         self._lag = 0.0
@@ -129,7 +127,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         if self._belief is None:
             return
         place = place_of(place_m)
-        self._foreseen = way = self._way_to(place)
+        self._foreseen = way = self._way_to(place, self._belief.passed)
         self._belief.foresee(*way.cell)
         self._planner.foresee(self._inside((place[0] * LENGTH_M, place[1] * LENGTH_M)))
 
@@ -142,10 +140,9 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
             self._touches.append(touch)
             return self._searching(self._search or self._begin_search(self._centre_m), touch)
         if way is None or way.place != touch.place:
-            way = self._way_to(touch.place)
+            way = self._way_to(touch.place, self._belief.passed)
         self._touches.append(touch)
-        for cells, log_weight in way.passed:
-            self._belief.pass_over(way.box, cells, log_weight)
+        self._belief.passed = way.passed
         self._belief.feel(*way.cell, touch.torque_Nm, touch.load)
         self._steps += 1
         if self._search is not None:
@@ -159,20 +156,23 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
             # the middle.
             around_m = self._places.likeliest_m(probabilities) if self._searched == 1 else _MIDDLE_M
             return self._searching(self._begin_search(around_m), touch)
-        (dx, dy), actions = self._planner.best(probabilities, self._inside(touch.place_m), self._half_width_m)
+        way_m, actions = self._planner.best(probabilities, self._inside(touch.place_m), self._half_width_m)
         grounds = float(probabilities.max()), *self._places.mean_m(probabilities), actions
-        return Decision(Action(_name(dx, dy), (dx, dy)), None, LEARNED, grounds)
+        return Decision(self._actions[way_m], None, LEARNED, grounds)
 
-    def _way_to(self, place: tuple[int, int]) -> _Way:
-        """The way from the last touch to one at this place, in units of ``LENGTH_M``."""
+    def _way_to(self, place: tuple[int, int], passed: Floats) -> _Way:
+        """The way from the last touch, at which so much was passed, to one at this place, in ``LENGTH_M``."""
         before = self._touches[-1].place if self._touches else place
         (x, y), (px, py) = ((a * LENGTH_M, b * LENGTH_M) for a, b in (place, before))
         graded = GRADED if self.parameters.graded_misses else ALIKE
         widths_m = [widths * (self.parameters.capture_mm * 1e-3) for widths, _ in graded]
         box, off_m2 = self._places.near_way((px, py), (x - px, y - py), max(widths_m))
-        passed = ((off_m2 <= width_m * width_m, log) for width_m, (_, log) in zip(widths_m, graded, strict=True))
+        if self._touches:
+            passed = passed.copy()
+            for width_m, (_, log_weight) in zip(widths_m, graded, strict=True):
+                passed[box][off_m2 <= width_m * width_m] += log_weight
         felt_m = self._inside((x - self._lag * (x - px), y - self._lag * (y - py)))
-        return _Way(place, box, tuple(passed) if self._touches else (), self._places.cell(*felt_m))
+        return _Way(place, passed, self._places.cell(*felt_m))
 
     def _inside(self, place_m: tuple[float, float]) -> tuple[float, float]:
         """A place, held to the square that the belief covers."""

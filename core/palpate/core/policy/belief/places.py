@@ -129,10 +129,14 @@ class PlaceBelief:
     Args:
         log_prior: Logarithm of the belief at the trial's start, (size, size).
         kept: Share of the evidence that is left after one more touch.
+
+    Attributes:
+        passed: Logarithm of the belief at the trial's start, with what was passed over without a drop, (size, size);
+            replaced and never changed.
     """
 
     def __init__(self, log_prior: Floats, kept: float) -> None:
-        self._passed, self._kept = log_prior.copy(), kept
+        self.passed, self._kept = log_prior, kept
 
     def foresee(self, row: int, column: int) -> None:
         """Make ready for a touch at this cell; another one may come."""
@@ -146,13 +150,9 @@ class PlaceBelief:
     def evidence(self) -> Floats:
         """Logarithm of how well each place explains the touches, (size, size); only differences count."""
 
-    def pass_over(self, box: tuple[slice, slice], cells: np.ndarray, log_weight: float) -> None:
-        """These places in a box, as truth values, were passed without a drop."""
-        self._passed[box][cells] += log_weight
-
     def probabilities(self) -> Floats:
         """How likely the hole is at each place, (size, size)."""
-        evidence = self._passed + self.evidence()
+        evidence = self.evidence() + self.passed
         evidence -= evidence.max()
         belief = exponential(evidence)
         belief /= belief.sum()

@@ -49,7 +49,9 @@ class Planner:
         self._far = np.empty((len(self.ways), blocks, blocks))
         self._ahead: tuple[float, float] | None = None
         # Room for a belief with nothing around it, as far as a way reaches and up to the edge of a block.
-        self._room = np.zeros((reach + blocks * _BLOCK + reach,) * 2)
+        self._margin = -(-reach // _BLOCK)
+        self._room = np.zeros(((self._margin + blocks + self._margin) * _BLOCK,) * 2)
+        self._saves = np.empty_like(self._saved)
 
     def _cost(self, x_m: Floats, y_m: Floats) -> Floats:
         """Actions to a place so far away."""
@@ -64,6 +66,7 @@ class Planner:
     def _costs(self, from_m: tuple[float, float]) -> Floats:
         """Actions from the end of each way to the middle of each block, (ways, blocks): as in _cost, in place."""
         ends = self._ends + np.array(from_m)
+        self._out_m = np.abs(ends).max(axis=1)
         x, y = self._middle_m - ends[:, :1], self._middle_m - ends[:, 1:]
         far = self._far
         np.add((x * x)[:, :, None], (y * y)[:, None, :], out=far)
@@ -83,26 +86,32 @@ class Planner:
         ahead, self._ahead = self._ahead, None
         # The way to places far off is as long to the middle of their block.
         far = self._far.reshape(len(self.ways), -1) if ahead == from_m else self._costs(from_m)
-        reach, size = self._reach, len(belief)
-        self._room[reach : reach + size, reach : reach + size] = belief
-        weights = _in_threes(_in_threes(self._room[reach:-reach, reach:-reach].T).T).reshape(-1)
+        margin, edge, size = self._margin, self._margin * _BLOCK, len(belief)
+        self._room[edge : edge + size, edge : edge + size] = belief
+        rows = self._room[edge:-edge]
+        # In one piece with the margins, which numpy goes through as one long row.
+        rows = _in_threes(rows.reshape(-1, _BLOCK).T).reshape(-1, _BLOCK, len(rows) // _BLOCK + 2 * margin)
+        weights = _in_threes(rows.swapaxes(0, 1))[:, margin:-margin].reshape(-1)
         likely = np.nonzero(weights > _UNLIKELY * weights.max())[0]
         if len(likely) < len(weights):
             far, weights = far.take(likely, axis=1), weights[likely]
         far *= weights
         row, column = self._places.cell(*from_m)
-        around = self._room[row : row + 2 * reach + 1, column : column + 2 * reach + 1].reshape(-1)
-        expected = far.sum(axis=1) - (self._saved * around).sum(axis=1)
-        outside = np.abs(self._ends + np.array(from_m)).max(axis=1) > limit_m
-        expected[outside] += 1e6
+        beside, length = edge - self._reach, 2 * self._reach + 1
+        row, column = row + beside, column + beside
+        around = self._room[row : row + length, column : column + length].reshape(-1)
+        np.multiply(self._saved, around, out=self._saves)
+        expected = far.sum(axis=1) - self._saves.sum(axis=1)
+        expected[self._out_m > limit_m] += 1e6
         best = int(np.argmin(expected))
         return self.ways[best], float(expected[best])
 
 
 def _in_threes(rows: Floats) -> Floats:
-    """Sums of three rows each, in their order."""
-    sums: Floats = rows[0::_BLOCK] + rows[1::_BLOCK]
-    sums += rows[2::_BLOCK]
+    """The sum of three rows, in their order."""
+    first, second, third = rows
+    sums: Floats = first + second
+    sums += third
     return sums
 
 

@@ -14,14 +14,14 @@ from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
 import numpy as np
 
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, require_in, require_whole
 from palpate.core.policy.base import Action
 from palpate.core.policy.belief import Floats
 from palpate.core.policy.memory.automaton_model import AutomatonModel
 from palpate.core.policy.memory.clone_model import CloneModel
 from palpate.core.policy.memory.learner import AUTOMATON, CLONES, OFFSET, MemoryLearner, MemoryParameters, WorldModel
 from palpate.core.policy.memory.offset_model import OffsetModel, lattice_steps
-from palpate.core.policy.memory.pairs import PAIRS, PairsLearner
+from palpate.core.policy.memory.pairs import LONGEST, PAIRS, PairsLearner
 from palpate.core.ports import OneOf, Settings, fitted, load_json, parse_json, require_keys, require_names, write_whole
 
 MEMORY_SCHEMA: Final = "palpate.memory/1"
@@ -57,7 +57,7 @@ class MemoryDocument(Settings):
     displacements_mm: tuple[tuple[float, float], ...]
     """XY displacement of each action, (actions, 2)."""
     parameters: Mapping[str, Any]
-    """Settings of a learner of models."""
+    """Settings of the learner."""
     models: tuple[Mapping[str, Any], ...]
     """The models, the best one first: their tables by name."""
     state: Mapping[str, Any]
@@ -66,9 +66,10 @@ class MemoryDocument(Settings):
     @classmethod
     def of(cls, learner: AnyLearner, *, created_with: Mapping[str, Any], world: Mapping[str, Any]) -> MemoryDocument:
         """What a live learner has learned."""
-        memory = isinstance(learner, MemoryLearner)
-        kind = learner.parameters.kind if isinstance(learner, MemoryLearner) else PAIRS
-        models = learner.as_frozen().models if isinstance(learner, MemoryLearner) else ()
+        if isinstance(learner, MemoryLearner):
+            kind, parameters, models = learner.parameters.kind, asdict(learner.parameters), learner.as_frozen().models
+        else:
+            kind, parameters, models = PAIRS, {"longest": learner.longest, "returned": learner.returned}, ()
         tables = [{name: _plain(getattr(model, name)) for name in _TABLES[kind]} for model in models]
         return cls(
             kind=kind,
@@ -77,7 +78,7 @@ class MemoryDocument(Settings):
             symbols=learner.states,
             actions=tuple(action.name for action in learner.actions),
             displacements_mm=tuple((x / _MM, y / _MM) for x, y in (one.displacement_m for one in learner.actions)),
-            parameters=asdict(learner.parameters) if memory else {},
+            parameters=parameters,
             models=tuple(tables),
             state=learner.get_state(),
         )
@@ -172,7 +173,12 @@ class MemoryDocument(Settings):
             ConfigurationError: Its tables are no models of these symbols and actions.
         """
         if self.kind == PAIRS:
-            pairs = PairsLearner(self.symbols, self._action_set(), frozen=frozen)
+            # Files without settings are of those who looked back on four readings and went by the next values alone.
+            longest = fitted("parameters.longest", self.parameters.get("longest", LONGEST), int)
+            returned = fitted("parameters.returned", self.parameters.get("returned", 0.0), float)
+            require_whole("parameters.longest", longest, 1, 100)
+            require_in("parameters.returned", returned, 0.0, 1.0)
+            pairs = PairsLearner(self.symbols, self._action_set(), longest=longest, returned=returned, frozen=frozen)
             pairs.set_state(self.state)
             return pairs
         parameters = MemoryParameters.read(self.parameters, "parameters")

@@ -3,6 +3,10 @@
 A past is the last few readings with the actions between them. A table of the long ones tells places apart that a symbol
 does not, and fills slowly; those of the shorter ones stand in until it has. A trial that ended is learned from again
 later on, backwards, so that what the goal is worth comes to the start of the way at once.
+
+Where a past does not tell all, the value of the next one is that of several places. So what a trial really came to
+counts in part when it is replayed (Peng and Williams, 1996), and a frozen learner acts by running means of the values,
+which go up and down with the last few trials.
 """
 
 from __future__ import annotations
@@ -33,6 +37,8 @@ from palpate.core.ports import require_keys
 
 Past: TypeAlias = tuple[int, ...]
 """Readings and the actions between them in turns, the last reading last."""
+Table: TypeAlias = tuple[list[float], list[int], list[float]]
+"""Of one past the values of the actions, how often each was learned from, and the running means of the values."""
 
 PAIRS_PARAMETERS: Final = QParameters(
     alpha=0.5,
@@ -45,10 +51,12 @@ PAIRS_PARAMETERS: Final = QParameters(
 """Settings that did well on maps of all sizes."""
 PAIRS: Final = "pairs"
 LONGEST: Final = 4
+RETURNED: Final = 0.4
 _TRUSTED: Final = 3.0  # visits after which a longer past counts as much as all the shorter ones
 _REPLAYED: Final = 20
 _WEARY: Final = 1.0  # what an action of a frozen learner loses with each time that it was taken in vain
 _PENALTY: Final = -1.0
+_LAGGING: Final = 0.05  # how far a running mean goes towards a value with each update
 
 
 class PairsLearner(Learner):
@@ -63,6 +71,7 @@ class PairsLearner(Learner):
     Args:
         symbols: Names of the symbols; these are the states that it is asked in.
         back_off: Mix in the shorter pasts; without it only the longest counts.
+        returned: Of a replayed trial, how much of what is yet to come it says itself, from 0 to 1.
         frozen: Learn nothing more, and keep the temperature of the schedule for that.
 
     Raises:
@@ -77,13 +86,13 @@ class PairsLearner(Learner):
         *,
         longest: int = LONGEST,
         back_off: bool = True,
+        returned: float = RETURNED,
         frozen: bool = False,
     ) -> None:
         check_names(symbols, actions)
         self.states, self.actions, self.parameters = tuple(symbols), tuple(actions), parameters
-        self.longest, self.back_off, self.frozen = longest, back_off, frozen
-        # Of each past the values of the actions and how often each was learned from.
-        self._tables: dict[Past, tuple[list[float], list[int]]] = {}
+        self.longest, self.back_off, self.returned, self.frozen = longest, back_off, returned, frozen
+        self._tables: dict[Past, Table] = {}
         self._trials: list[RecordedTrial] = []
         self._temperature = parameters.temperature.at(0)
         self._rng: np.random.Generator | None = None
@@ -113,8 +122,9 @@ class PairsLearner(Learner):
     def as_frozen(self) -> Self:
         """A learner with these values that changes nothing."""
         other = type(self)(
-            self.states, self.actions, self.parameters, longest=self.longest, back_off=self.back_off, frozen=True
-        )
+            self.states, self.actions, self.parameters,
+            longest=self.longest, back_off=self.back_off, returned=self.returned, frozen=True,
+        )  # fmt: skip
         other.set_state(self.get_state())
         return other
 
@@ -151,13 +161,16 @@ class PairsLearner(Learner):
 
     def values(self, past: Past) -> list[float]:
         """Values of the actions after a past, (actions,)."""
+        return self._values(self._mixed(past))
+
+    def _values(self, mixed: Sequence[Past]) -> list[float]:
         values = [self.parameters.initial_value] * len(self.actions)
-        for shorter in self._mixed(past):
-            if (table := self._tables.get(shorter)) is not None:
+        for past in mixed:
+            if (table := self._tables.get(past)) is not None:
+                learned = table[2] if self.frozen else table[0]
                 if not self.back_off:
-                    return table[0]
-                shares = [n / (n + _TRUSTED) for n in table[1]]
-                values = [v + share * (q - v) for v, share, q in zip(values, shares, table[0], strict=True)]
+                    return learned
+                values = [v + n / (n + _TRUSTED) * (q - v) for v, n, q in zip(values, table[1], learned, strict=True)]
         return values
 
     def _mixed(self, past: Past) -> list[Past]:
@@ -169,24 +182,28 @@ class PairsLearner(Learner):
         """Take note of what was done and read, and update the values of what was done."""
         self._actions.append(transition.action_index)
         self._next = transition.next_state
-        if not self.frozen:
-            self._learn(self._symbols, self._actions, transition.next_state, 1)
+        if self.frozen:
+            return
+        target, after = _PENALTY, transition.next_state
+        if after is not None:
+            target += self.parameters.gamma * max(self.values(self.past_of([*self._symbols, after], self._actions)))
+        self._update(self._mixed(self.past_of(self._symbols, self._actions[:-1])), self._actions[-1], target, 1)
 
-    def _learn(self, symbols: Sequence[int], actions: Sequence[int], after: int | None, visit: int) -> None:
-        """Update the values of the last action.
+    def _update(self, mixed: Sequence[Past], action: int, target: float, visit: int) -> None:
+        """Move the values of an action towards a target.
 
         Args:
-            after: What was read after it; None at the goal.
             visit: 1 if it is new experience, 0 if it is replayed.
         """
-        action, target = actions[-1], _PENALTY
-        if after is not None:
-            target += self.parameters.gamma * max(self.values(self.past_of([*symbols, after], actions)))
-        for past in self._mixed(self.past_of(symbols, actions[:-1])):
-            blank = [self.parameters.initial_value] * len(self.actions), [0] * len(self.actions)
-            values, visits = self._tables.setdefault(past, blank)
-            values[action] += self.parameters.learning_rate(visits[action]) * (target - values[action])
-            visits[action] += visit
+        for past in mixed:
+            if (table := self._tables.get(past)) is None:
+                blank = [self.parameters.initial_value] * len(self.actions)
+                table = self._tables[past] = blank, [0] * len(blank), list(blank)
+            values, visits, means = table
+            before = visits[action]
+            values[action] += self.parameters.learning_rate(before) * (target - values[action])
+            means[action] += max(_LAGGING, 1.0 / (1.0 + before)) * (values[action] - means[action])
+            visits[action] = before + visit
 
     @override
     def end_trial(self, hindsight: Hindsight) -> None:
@@ -200,14 +217,27 @@ class PairsLearner(Learner):
             self._replay(self._trials[int(place)])
 
     def _replay(self, trial: RecordedTrial) -> None:
+        following: list[Past] | None = None
+        returned = None
+        if len(trial.symbols) > len(trial.actions):
+            following = self._pasts_at(trial, len(trial.actions))
         for time in range(len(trial.actions) - 1, -1, -1):
-            after = trial.symbols[time + 1] if time + 1 < len(trial.symbols) else None
-            begin = max(0, time + 1 - self.longest)
-            self._learn(trial.symbols[begin : time + 1], trial.actions[begin : time + 1], after, 0)
+            target = _PENALTY
+            if following is not None:
+                best = max(self._values(following))
+                if returned is not None:
+                    best += self.returned * (returned - best)
+                target += self.parameters.gamma * best
+            following, returned = self._pasts_at(trial, time), target
+            self._update(following, trial.actions[time], target, 0)
+
+    def _pasts_at(self, trial: RecordedTrial, time: int) -> list[Past]:
+        begin = max(0, time + 1 - self.longest)
+        return self._mixed(self.past_of(trial.symbols[begin : time + 1], trial.actions[begin:time]))
 
     @override
     def get_state(self) -> dict[str, Any]:
-        tables = [[list(past), list(values), list(visits)] for past, (values, visits) in sorted(self._tables.items())]
+        tables = [[list(past), *(row[:] for row in table)] for past, table in sorted(self._tables.items())]
         trials = [trial.to_dict() for trial in self._trials]
         return {"tables": tables, "trials": trials, "temperature": self._temperature}
 
@@ -215,8 +245,10 @@ class PairsLearner(Learner):
     def set_state(self, state: Mapping[str, Any]) -> None:
         require_keys("learner", state, ("tables", "trials", "temperature"))
         actions = len(self.actions)
-        for number, (past, values, visits) in enumerate(state["tables"]):
-            strange = len(values) != actions or len(visits) != actions or len(past) > 2 * self.longest - 1
+        # Tables without running means are of those who acted by the values.
+        tables = [(past, values, visits, *(means or [values])) for past, values, visits, *means in state["tables"]]
+        for number, (past, *rows) in enumerate(tables):
+            strange = any(len(row) != actions for row in rows) or len(past) > 2 * self.longest - 1
             if strange or max(past[::2]) >= len(self.states) or max(past[1::2], default=0) >= actions:
                 accepted = f"a past of {len(self.states)} symbols and a value for each of {actions} actions"
                 raise ConfigurationError(f"learner.tables[{number}]", past, accepted)
@@ -225,7 +257,7 @@ class PairsLearner(Learner):
             RecordedTrial.from_dict(f"learner.trials[{k}]", data, *sizes) for k, data in enumerate(state["trials"])
         ]
         self._tables = {
-            tuple(past): ([float(value) for value in values], [int(count) for count in visits])
-            for past, values, visits in state["tables"]
+            tuple(past): ([float(v) for v in values], [int(n) for n in visits], [float(v) for v in means])
+            for past, values, visits, means in tables
         }
         self._trials, self._temperature = trials, float(state["temperature"])

@@ -6,21 +6,28 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
+from itertools import repeat
 from threading import Thread
 from types import FrameType
 from typing import Any, Final
 
 from palpate.core.errors import CommandError
-from palpate.core.ports.contracts.arm_bench import ArmBench, far, require_at, shifted, where
-from palpate.core.ports.contracts.device import LONG_TICKS, pass_time, took_ns
+from palpate.core.ports.contracts.arm_bench import (
+    ArmBench,
+    require_at,
+    require_near,
+    require_quiet_stop,
+    shifted,
+    where,
+)
+from palpate.core.ports.contracts.device import LONG_TICKS, pass_time
 from palpate.core.ports.contracts.rigs import ArmCommandRig
-from palpate.core.ports.contracts.violations import knob, require, require_quiet
+from palpate.core.ports.contracts.violations import knob, require
 from palpate.core.ports.devices import Clock
 from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import CommandReason, JointCommand, JointVector
+from palpate.core.ports.values import CommandReason, JointCommand
 
-_STOP_NS: Final = 2_000_000_000
-"""Longest that ``stop`` may take; an arm that watches itself coming to rest needs a while."""
+_LOOKS: Final = 120
 _JOIN_S: Final = 0.01
 _MOMENTS: Final = 8
 """Of the lines of ``send``, about so many are tried, the last one always."""
@@ -33,10 +40,6 @@ class ArmStopContract(ArmBench):
         """``stop`` never raises, in whatever state the arm is, twice too, and does not wait for ever."""
         for life in (Life.CONSTRUCTED, Life.CONFIGURED, Life.ACTIVE, Life.CLOSED):
             self._check_stop(life)
-
-    def test_stop_works_while_faulted(self) -> None:
-        """``stop`` never raises while a fault is latched, and the fault stays."""
-        self._check_stop(Life.FAULTED)
 
     def test_stop_works_from_another_thread(self) -> None:
         """``stop`` works from any thread, while the loop goes on, and counts once it has returned."""
@@ -62,7 +65,7 @@ class ArmStopContract(ArmBench):
         lines = _interrupted(partial(self._send, rig, away_rad), line, rig.arm.stop, rig.clock)
         rig.advance(rig.settle_ticks)
         if 0 < line <= lines:
-            _require_near(rig, before_rad, f"stop() in line {line} of {lines} of send()")
+            require_near(rig, before_rad, f"stop() in line {line} of {lines} of send()")
         return lines
 
     def test_after_stop_send_applies_nothing(self) -> None:
@@ -80,34 +83,25 @@ class ArmStopContract(ArmBench):
                         rig.arm.send(JointCommand((*asked, 0.0)))
 
     def test_after_stop_the_arm_holds_still(self) -> None:
-        """After ``stop`` the arm stays where it came to rest, whatever is sent and however long it takes."""
+        """After ``stop``, that of a long run too, the arm stays where it came to rest, whatever is sent, for long."""
         with self._rig(Life.ACTIVE) as rig:
+            knob(rig.position_rad, "position_rad")
+            rig.advance(rig.rest_ticks)
             self._send(rig, shifted(rig.home_rad, rig.step_rad))
             rig.arm.stop()
             rig.advance(rig.settle_ticks)
             rest_rad = where(rig)
-            for ticks in (rig.settle_ticks, LONG_TICKS, rig.settle_ticks):
+            for ticks in (rig.settle_ticks, *repeat(1, _LOOKS), rig.rest_ticks, rig.settle_ticks):
                 self._send(rig, shifted(rest_rad, -rig.step_rad))
                 rig.advance(ticks)
                 require_at("stopped", rig, rest_rad)
-
-    def test_activating_again_ends_the_stop(self) -> None:
-        """A stopped arm accepts commands again after ``deactivate`` and ``activate``."""
-        with self._rig(Life.ACTIVE) as rig:
-            rig.arm.stop()
-            rig.arm.deactivate()
-            rig.arm.activate()
-            rig.advance(1)
-            applied = self._send(rig, shifted(rig.home_rad, 0.5 * rig.step_rad))
-            taken = applied.reason is CommandReason.AS_ASKED
-            require("activated again", taken, f"{applied}", "the reason AS_ASKED")
 
     def test_stop_works_once_the_cable_is_cut(self) -> None:
         """When the connection is cut, ``stop`` does not raise, neither at once nor later."""
         with self._rig(Life.ACTIVE) as rig:
             knob(rig.disconnect, "disconnect")()
             for _ in range(2):
-                _require_quiet_stop(rig, "stop() not to raise when nobody answers")
+                require_quiet_stop(rig, "stop() not to raise when nobody answers")
                 pass_time(rig, rig.patience_ns)
 
     def test_command_under_way_is_dropped(self) -> None:
@@ -129,10 +123,10 @@ class ArmStopContract(ArmBench):
                         before_rad = where(rig)
                     getattr(rig.arm, end.split()[0])()
                     rig.advance(rig.settle_ticks)
-                    _require_near(rig, before_rad, end)
+                    require_near(rig, before_rad, end)
                 rig.arm.close()
                 rig.advance(rig.settle_ticks)
-                _require_near(rig, before_rad, f"{end} and close")
+                require_near(rig, before_rad, f"{end} and close")
 
     def test_stop_holds_the_pose_of_now(self) -> None:
         """Each ``stop`` holds the arm where it then is, and ``send`` says that pose; what it swallows stays so."""
@@ -163,7 +157,7 @@ class ArmStopContract(ArmBench):
                 act()
                 rig.advance(rig.settle_ticks)
                 rest_rad = where(rig)
-                rig.advance(max(LONG_TICKS, rig.settle_ticks))
+                rig.advance(max(LONG_TICKS, rig.settle_ticks) if rig.runs_by_itself else rig.rest_ticks)
                 require_at(f"at rest after {end}", rig, rest_rad)
                 if closed:
                     rig.arm.close()
@@ -176,7 +170,7 @@ class ArmStopContract(ArmBench):
         with self._rig(life) as rig:
             before, was_open = rig.arm.life, rig.is_open is not None and rig.is_open()
             for _ in range(2):
-                _require_quiet_stop(rig, f"stop() to work while {life.value}")
+                require_quiet_stop(rig, f"stop() to work while {life.value}")
             require("stop", rig.arm.life is before, f"{rig.arm.life} after stop()", str(before))
             opened = rig.is_open is not None and rig.is_open() and not was_open
             require("stop", not opened, "a resource that it opened", "stop() to open nothing")
@@ -235,14 +229,3 @@ def _is_within(clock: Clock, frame: FrameType | None) -> bool:
             return True
         frame = frame.f_back
     return False
-
-
-def _require_near(rig: ArmCommandRig, before_rad: JointVector, after: str) -> None:
-    way = far(where(rig), before_rad)
-    wanted = f"less than half of the {rig.step_rad} rad on which it was sent just before"
-    require("under way", way < 0.5 * rig.step_rad, f"{way} rad after {after}", wanted)
-
-
-def _require_quiet_stop(rig: ArmCommandRig, wanted: str) -> None:
-    spent_ns = took_ns(rig, partial(require_quiet, "stop", rig.arm.stop, wanted))
-    require("stop", spent_ns <= _STOP_NS, f"{spent_ns} ns", f"at most {_STOP_NS} ns")

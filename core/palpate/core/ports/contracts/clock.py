@@ -45,10 +45,10 @@ class ClockContract(ABC):
             require("past deadline", at_once, f"{passed_ns} ns went by", f"at most {2 * rig.tolerance_ns} ns")
 
     def test_absolute_deadlines_do_not_drift(self) -> None:
-        """Of ten deadlines, each a step after the one before, the last is met as well as the first."""
+        """Of many deadlines, each a step after the one before, the last is met as well as the first."""
         rig = self.make()
         deadline_ns = rig.clock.now_ns()
-        for count in range(1, 11):
+        for count in range(1, rig.deadlines + 1):
             deadline_ns += rig.step_ns
             rig.clock.sleep_until(deadline_ns)
             late_ns = rig.clock.now_ns() - deadline_ns

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from time import perf_counter_ns
 from typing import Any, ClassVar, Final, Generic, TypeVar
 
 from palpate.core.errors import DeviceError, FaultLatchedError, LifecycleError
+from palpate.core.ports.contracts.lives import Lives
 from palpate.core.ports.contracts.motion import MotionLimits
 from palpate.core.ports.contracts.rigs import DeviceRig
 from palpate.core.ports.contracts.violations import (
@@ -19,13 +20,18 @@ from palpate.core.ports.contracts.violations import (
     require,
     require_quiet,
     require_raises,
+    says_something,
 )
 from palpate.core.ports.devices import Device
-from palpate.core.ports.lifecycle import TRANSITIONS, Life, LifeRequest
+from palpate.core.ports.lifecycle import Life, LifeRequest
 
 LONG_TICKS: Final = 300
 """What wears off has worn off by then, and an 8-bit counter is full."""
 
+_TRIALS: Final = 8
+_FAULTS: Final = 4
+_OFTEN: Final = 0.4
+"""Of the trials, before and within which something comes that may come at any time."""
 _CALLS: Final = 9
 _HANG_NS: Final = 500_000_000
 """So long no computer is late."""
@@ -47,8 +53,28 @@ class DeviceContract(ABC, Generic[RigT]):
         """A fresh rig, with an adapter that was only constructed."""
 
     @abstractmethod
-    def _use(self, rig: RigT) -> object:
+    def use(self, rig: RigT) -> object:
         """What the port is there for: one reading, or one command to stay."""
+
+    @abstractmethod
+    def works(self, rig: RigT) -> None:
+        """Fail the clause unless the active device does what it did before, if it does not do more."""
+
+    def may_use(self, rig: RigT) -> bool:
+        """Whether it may be used at all."""
+        return True
+
+    def begun(self, rig: RigT) -> None:
+        """It was just activated."""
+
+    def busy(self, rig: RigT) -> None:
+        """Something is under way in the active device when this returns."""
+
+    def upset(self, rig: RigT) -> None:
+        """Something that may come in any state."""
+
+    def rests(self, rig: RigT) -> None:
+        """Fail the clause if something has moved that was not told to."""
 
     @contextmanager
     def _rig(self, life: Life) -> Iterator[RigT]:
@@ -73,12 +99,6 @@ class DeviceContract(ABC, Generic[RigT]):
             missing = [name for name in _members(self.PORT) if not hasattr(rig.device, name)]
             require("port", not missing, f"no {', '.join(missing)}", f"all methods of {self.PORT.__name__}")
 
-    def test_starts_constructed(self) -> None:
-        """A new adapter is in the state CONSTRUCTED, without a fault."""
-        with self._rig(Life.CONSTRUCTED) as rig:
-            _require_life("start", rig.device, Life.CONSTRUCTED, "construction")
-            require("start", rig.device.fault is None, f"fault {rig.device.fault!r}", "no fault")
-
     def test_constructor_opens_nothing(self) -> None:
         """The constructor opens nothing; ``configure`` does."""
         with self._rig(Life.CONSTRUCTED) as rig:
@@ -87,84 +107,79 @@ class DeviceContract(ABC, Generic[RigT]):
             rig.device.configure()
             require("configuration", is_open(), "nothing open", "configure() to open the device")
 
-    def test_whole_life(self) -> None:
-        """Configure, activate, deactivate, activate again, deactivate, close: each leads where it should."""
-        with self._rig(Life.CONSTRUCTED) as rig:
-            device = rig.device
-            device.configure()
-            _require_life("life cycle", device, Life.CONFIGURED, "configure()")
-            for _ in range(2):
-                device.activate()
-                _require_life("life cycle", device, Life.ACTIVE, "activate()")
-                rig.advance(1)
-                device.deactivate()
-                _require_life("life cycle", device, Life.CONFIGURED, "deactivate()")
-            device.close()
-            _require_life("life cycle", device, Life.CLOSED, "close()")
-
-    def test_illegal_requests_raise(self) -> None:
-        """Each request that the state does not allow raises LifecycleError and changes nothing."""
-        for life in (Life.CONSTRUCTED, Life.CONFIGURED, Life.ACTIVE, Life.CLOSED):
-            self._check_illegal_requests(life, LifecycleError)
-
-    def test_illegal_requests_raise_while_faulted(self) -> None:
-        """While a fault is latched, every request but acknowledging and closing raises."""
-        self._check_illegal_requests(Life.FAULTED, (LifecycleError, FaultLatchedError))
-
-    def test_use_outside_active_raises(self) -> None:
-        """Reading or sending before ``activate``, after ``deactivate`` or after ``close`` raises LifecycleError."""
-        for life in (Life.CONSTRUCTED, Life.CONFIGURED, Life.CLOSED):
-            with self._rig(life) as rig:
-                wanted = f"LifecycleError while {life.value}"
-                require_raises("use outside active", LifecycleError, partial(self._use, rig), wanted)
-        with self._rig(Life.ACTIVE) as rig:
-            rig.device.deactivate()
-            require_raises("deactivated", LifecycleError, lambda: self._use(rig), "LifecycleError")
-
-    def test_close_works_from_every_state(self) -> None:
-        """``close`` works in every state, twice too, and leads to CLOSED."""
-        for life in (Life.CONSTRUCTED, Life.CONFIGURED, Life.ACTIVE):
-            self._check_close(life)
-
-    def test_close_works_while_faulted(self) -> None:
-        """``close`` works while a fault is latched."""
-        self._check_close(Life.FAULTED)
+    def test_life_goes_by_the_table(self) -> None:
+        """In trial after trial each request leads where it should; any other is refused and changes nothing."""
+        for trials in (0, _TRIALS):
+            with self._rig(Life.CONSTRUCTED) as rig:
+                lives = Lives(self, rig, (Life.CONSTRUCTED, Life.CONFIGURED, Life.ACTIVE, Life.CLOSED))
+                lives.look()
+                if trials:
+                    lives.upset()
+                    lives.ask(LifeRequest.CONFIGURE)
+                for trial in range(trials):
+                    if lives.random.random() < _OFTEN:
+                        lives.upset()
+                    lives.ask(LifeRequest.ACTIVATE)
+                    lives.work()
+                    if lives.random.random() < _OFTEN:
+                        lives.upset()
+                    lives.work()
+                    if trial < trials - 1:
+                        lives.interrupt(LifeRequest.DEACTIVATE)
+                for _ in range(2):
+                    lives.ask(LifeRequest.CLOSE)
 
     def test_fault_latches(self) -> None:
-        """A fault stays: the state is FAULTED, the cause is kept, every use raises FaultLatchedError."""
-        with self._rig(Life.FAULTED) as rig:
-            _require_life("fault", rig.device, Life.FAULTED, "a fault")
-            require("fault", bool(rig.device.fault), f"fault {rig.device.fault!r}", "the cause of the fault")
-            for ticks in (1, 1, LONG_TICKS, 1):
-                require_raises("fault", FaultLatchedError, lambda: self._use(rig), "FaultLatchedError each time")
-                rig.advance(ticks)
-
-    def test_activate_does_not_clear_a_fault(self) -> None:
-        """``activate`` raises FaultLatchedError while a fault is latched, however often, and the fault stays."""
-        with self._rig(Life.FAULTED) as rig:
-            clause = "activate while faulted"
-            for _ in range(3):
-                require_raises(clause, FaultLatchedError, rig.device.activate, "FaultLatchedError each time")
-                _require_life(clause, rig.device, Life.FAULTED, "activate()")
-            require(clause, bool(rig.device.fault), "no fault any more", "the fault to stay")
-
-    def test_acknowledging_does_not_activate(self) -> None:
-        """``acknowledge_fault`` leads to CONFIGURED, never to ACTIVE; ``activate`` works again after it."""
-        with self._rig(Life.FAULTED) as rig:
-            clause, device = "acknowledged fault", rig.device
-            device.acknowledge_fault()
-            _require_life(clause, device, Life.CONFIGURED, "acknowledge_fault()")
-            require(clause, device.fault is None, f"fault {device.fault!r}", "no fault")
-            require_raises(clause, LifecycleError, lambda: self._use(rig), "LifecycleError until activated")
-            device.activate()
-            _require_life(clause, device, Life.ACTIVE, "activate()")
+        """A fault stays, cause and all, until acknowledged; that does not activate, and then all is as before."""
+        with self._rig(Life.CONSTRUCTED) as rig:
+            knob(rig.provoke_fault, "provoke_fault")
+            lives = Lives(self, rig, (Life.CONFIGURED, Life.FAULTED, Life.CLOSED))
+            lives.ask(LifeRequest.CONFIGURE)
+            for fault in range(_FAULTS):
+                lives.ask(LifeRequest.ACTIVATE)
+                lives.work()
+                if fault % 2:
+                    lives.upset()
+                    lives.work()
+                lives.fail()
+                rig.advance(rig.rest_ticks if fault == 0 else 1)
+                lives.look()
+                lives.upset()
+                if fault < _FAULTS - 1:
+                    lives.ask(LifeRequest.ACKNOWLEDGE)
+                    if fault % 2:
+                        lives.upset()
+            for _ in range(2):
+                lives.ask(LifeRequest.CLOSE)
 
     def test_lost_device_raises(self) -> None:
-        """When the connection is cut, reading or sending raises DeviceError."""
+        """When the connection is cut, each use raises DeviceError, by name and cause, until the cable is mended."""
         with self._rig(Life.ACTIVE) as rig:
-            knob(rig.disconnect, "disconnect")()
+            cut = knob(rig.disconnect, "disconnect")
+            clause = "lost device"
+            whose = require_raises(clause, LifecycleError, rig.device.configure, "LifecycleError")
+            if self.may_use(rig):
+                self.works(rig)
+            cut()
             pass_time(rig, rig.patience_ns)
-            require_raises("lost device", DeviceError, lambda: self._use(rig), "DeviceError")
+            for _ in range(_CALLS):
+                error = require_raises(clause, DeviceError, partial(self.use, rig), "DeviceError each time")
+                device, _, what = str(error).partition(": ")
+                named = says_something(device) or device == str(whose).partition(": ")[0]
+                wanted = "the name of the device, and what happened"
+                require(clause, named and says_something(what), f"{str(error)!r}", wanted)
+                rig.advance(1)
+                self.rests(rig)
+            with suppress(DeviceError):
+                # Its fault may be acknowledged: then activating, or using it, has to tell again.
+                if rig.device.life is Life.FAULTED:
+                    rig.device.acknowledge_fault()
+                elif rig.device.life is Life.ACTIVE:
+                    rig.device.deactivate()
+                rig.device.activate()
+                pass_time(rig, rig.patience_ns)
+                self.use(rig)
+                require(clause, False, "no error once it was activated again", "DeviceError while the cable is cut")
 
     def test_close_works_once_the_cable_is_cut(self) -> None:
         """When the connection is cut, ``close`` does not raise and releases everything all the same."""
@@ -176,36 +191,40 @@ class DeviceContract(ABC, Generic[RigT]):
             require(clause, rig.is_open is None or not rig.is_open(), "a resource still open", "nothing open")
 
     def test_failed_configure_leaves_nothing_open(self) -> None:
-        """With the connection cut, ``configure`` raises DeviceError and opens nothing."""
+        """With the connection cut, ``configure`` raises DeviceError and opens nothing, and no thread goes on."""
         with self._rig(Life.CONSTRUCTED) as rig:
-            is_open = knob(rig.is_open, "is_open")
+            is_open, before = knob(rig.is_open, "is_open"), set(threading.enumerate())
             knob(rig.disconnect, "disconnect")()
             clause = "failed configuration"
             require_raises(clause, DeviceError, rig.device.configure, "DeviceError")
             _require_life(clause, rig.device, Life.CONSTRUCTED, "a failed configure()")
             require(clause, not is_open(), "a resource still open", "nothing open")
+            _require_no_thread(clause, before)
 
     def test_close_releases(self) -> None:
-        """After ``close`` nothing is open any more, even if ``configure`` was asked for twice, or once more."""
-        with self._rig(Life.CONFIGURED) as rig:
-            is_open = knob(rig.is_open, "is_open")
-            with suppress(LifecycleError):
-                rig.device.configure()
-            rig.device.close()
-            with suppress(LifecycleError):
-                rig.device.configure()
-            require("release", not is_open(), "a resource still open", "close() to release everything")
+        """After ``close``, and after a fault, nothing is open, even if ``configure`` was asked for twice, or again."""
+        for life in (Life.CONFIGURED, Life.FAULTED):
+            with self._rig(Life.CONSTRUCTED) as rig:
+                is_open = knob(rig.is_open, "is_open")
+                if life is Life.CONFIGURED or rig.provoke_fault is not None:
+                    bring(rig, life)
+                with suppress(LifecycleError, FaultLatchedError):
+                    rig.device.configure()
+                rig.device.close()
+                with suppress(LifecycleError):
+                    rig.device.configure()
+                require("release", not is_open(), "a resource still open", "close() to release everything")
 
     def test_close_leaves_no_thread(self) -> None:
-        """After ``close`` no thread is left that the adapter started."""
-        with self._rig(Life.CONSTRUCTED) as rig:
-            before = set(threading.enumerate())
-            bring(rig, Life.ACTIVE)
-            rig.device.close()
-            rig.advance(1)
-            for thread in set(threading.enumerate()) - before:
-                thread.join(_THREAD_S)
-                require("threads", not thread.is_alive(), f"{thread.name} still runs", "no thread after close()")
+        """After ``close``, and ``close`` after a fault, no thread is left that the adapter started."""
+        for life in (Life.ACTIVE, Life.FAULTED):
+            with self._rig(Life.CONSTRUCTED) as rig:
+                before = set(threading.enumerate())
+                if life is Life.ACTIVE or rig.provoke_fault is not None:
+                    bring(rig, life)
+                rig.device.close()
+                rig.advance(1)
+                _require_no_thread("threads", before)
 
     def test_calls_do_not_block(self) -> None:
         """Reading or sending keeps to the rig's budget for a call, with and without news, and never hangs."""
@@ -213,35 +232,22 @@ class DeviceContract(ABC, Generic[RigT]):
             self._check_quick("time of a call", rig)
 
     def _check_quick(self, clause: str, rig: RigT) -> None:
-        def use() -> None:
+        def took_ns() -> int:
+            # An adapter can sleep through virtual time, and through real time while virtual time stands still.
+            start_ns, wall_ns = rig.clock.now_ns(), perf_counter_ns()
             with suppress(DeviceError):
-                self._use(rig)
+                self.use(rig)
+            return max(rig.clock.now_ns() - start_ns, perf_counter_ns() - wall_ns)
 
         ticks = []
         for _ in range(_CALLS):
             rig.advance(1)
-            ticks.append((took_ns(rig, use), took_ns(rig, use)))
+            ticks.append((took_ns(), took_ns()))
         for times_ns in zip(*ticks, strict=True):
             # The one in the middle: a busy computer makes some of them late.
             found_ns, budget_ns = sorted(times_ns)[_CALLS // 2], rig.call_budget_ns
             require(clause, found_ns <= budget_ns, f"{found_ns} ns", f"at most {budget_ns} ns (call_budget_ns)")
             require(clause, max(times_ns) <= _HANG_NS, f"{max(times_ns)} ns", f"never more than {_HANG_NS} ns")
-
-    def _check_illegal_requests(self, life: Life, errors: type[Exception] | tuple[type[Exception], ...]) -> None:
-        with self._rig(life) as rig:
-            for request in LifeRequest:
-                # What is missing has a clause of its own.
-                action = getattr(rig.device, request.value, None)
-                if action is not None and (life, request) not in TRANSITIONS:
-                    wanted = f"an error on {request.value}() while {life.value}"
-                    require_raises("illegal request", errors, action, wanted)
-                    _require_life("illegal request", rig.device, life, f"a refused {request.value}()")
-
-    def _check_close(self, life: Life) -> None:
-        with self._rig(life) as rig:
-            for _ in range(2):
-                require_quiet("close", rig.device.close, f"close() to work while {life.value}, twice too")
-                _require_life("close", rig.device, Life.CLOSED, f"close() while {life.value}")
 
 
 def bring(rig: DeviceRig[Any], life: Life) -> None:
@@ -279,12 +285,10 @@ def pass_time(rig: DeviceRig[Any], duration_ns: int) -> None:
             raise ContractViolation("rig", "a clock that stands still", "advance() to let time go on")
 
 
-def took_ns(rig: DeviceRig[Any], action: Callable[[], object]) -> int:
-    """How long something takes, by the rig's clock or by the wall, whichever says more."""
-    # An adapter can sleep through virtual time, and through real time while virtual time stands still.
-    start_ns, wall_ns = rig.clock.now_ns(), perf_counter_ns()
-    action()
-    return max(rig.clock.now_ns() - start_ns, perf_counter_ns() - wall_ns)
+def _require_no_thread(clause: str, before: set[threading.Thread]) -> None:
+    for thread in set(threading.enumerate()) - before:
+        thread.join(_THREAD_S)
+        require(clause, not thread.is_alive(), f"{thread.name} still runs", "no thread that goes on")
 
 
 def _require_life(clause: str, device: Device, life: Life, after: str) -> None:

@@ -64,5 +64,7 @@ def ramp(begin_rad: JointVector, end_rad: JointVector, step_rad: float) -> Itera
     """
     far = max((abs(e - b) for b, e in zip(begin_rad, end_rad, strict=True)), default=0.0)
     steps = ceil(far / step_rad) if step_rad else 1
-    for k in range(1, steps + 1):
+    for k in range(1, steps):
         yield tuple(b + k / steps * (e - b) for b, e in zip(begin_rad, end_rad, strict=True))
+    if steps:
+        yield end_rad

@@ -36,6 +36,9 @@ class DeviceRig(Generic[DeviceT]):
         dispose: Releases what the rig itself holds, after the adapter was closed.
         call_budget_ns: Longest that a reading or a command may keep the loop waiting.
         runs_by_itself: The world goes on between two calls, as real hardware does.
+        settle_ticks: Ticks after which a small move is done, or a reading follows what was changed.
+        rest_ticks: How long a rest, or a fault, has to last to be believed.
+        long_ticks: How long a long run is; what comes once in so many ticks is found.
     """
 
     device: DeviceT
@@ -47,6 +50,9 @@ class DeviceRig(Generic[DeviceT]):
     dispose: Callable[[], None] = _nothing
     call_budget_ns: int = 10**9 // CONTROL_RATE_HZ
     runs_by_itself: bool = False
+    settle_ticks: int = 1
+    rest_ticks: int = 1400
+    long_ticks: int = 2500
 
     @property
     def all_devices(self) -> tuple[Device, ...]:
@@ -73,7 +79,7 @@ class SensorRig(DeviceRig[DeviceT]):
 
     Attributes:
         max_age_ns: Greatest age of a sample that may still be called ``VALID``.
-        go_silent: The device stops delivering, without any error.
+        go_silent: The device stops delivering, without any error. Must work before ``configure`` too.
     """
 
     max_age_ns: int
@@ -96,7 +102,6 @@ class ForceSensorRig(SensorRig[ForceSensor]):
         load_N: Force that is safe and well within range.
         overload_N: Force that may be beyond its range and harms nothing here.
         tolerance_N: Greatest error and noise of a settled reading.
-        settle_ticks: Ticks after which the reading follows a new load.
         kind: What the adapter declares to have taken out of the wrench.
         twist_Nm: Makes the world exert this torque on the tool besides, as ``push_N`` does a force.
         load_Nm: Torque that is safe and well within range.
@@ -109,7 +114,6 @@ class ForceSensorRig(SensorRig[ForceSensor]):
     load_N: float = 10.0
     overload_N: float | None = None
     tolerance_N: float = 1e-6
-    settle_ticks: int = 1
     kind: WrenchKind = WrenchKind.RAW
     twist_Nm: Callable[[float, float, float], None] | None = None
     load_Nm: float = 1.0
@@ -135,7 +139,6 @@ class JointEncoderRig(SensorRig[JointEncoder]):
         step_rad: A small move that this arm makes gladly.
         turn_by_hand: Brings the joints, which nothing holds, to these angles from outside.
         turn_rad: How far either way each joint can be turned so.
-        settle_ticks: Ticks after which the reading shows it.
         motion: How far and how fast that arm may be moved; None for a simulated one.
     """
 
@@ -146,7 +149,6 @@ class JointEncoderRig(SensorRig[JointEncoder]):
     step_rad: float = 1e-3
     turn_by_hand: Callable[[JointVector], None] | None = None
     turn_rad: float = 0.1
-    settle_ticks: int = 1
     motion: MotionLimits | None = None
 
     @override
@@ -180,7 +182,7 @@ class ArmCommandRig(DeviceRig[ArmCommand]):
         turn_by_hand: Brings the joints of the arm, which is not active, to these angles from outside.
         tolerance_rad: Greatest distance between commanded and real angles of an arm at rest; less than
             half of ``step_rad``.
-        settle_ticks: Ticks after which a move of ``step_rad`` is done.
+        stop_budget_ns: Longest that ``stop`` may take.
         limit_ticks: Ticks that the arm may be behind on its way to the nearest position limit.
         motion: How far and how fast the arm may be moved; None for a simulated one, which is told anything. Otherwise
             each clause begins with a ramp from where the arm stands to ``home_rad``, so ``position_rad`` is needed.
@@ -194,7 +196,7 @@ class ArmCommandRig(DeviceRig[ArmCommand]):
     position_rad: Callable[[], JointVector] | None = None
     turn_by_hand: Callable[[JointVector], None] | None = None
     tolerance_rad: float = 1e-6
-    settle_ticks: int = 1
+    stop_budget_ns: int = 100_000_000
     limit_ticks: int = 2000
     motion: MotionLimits | None = None
 
@@ -215,8 +217,10 @@ class ClockRig:
     Attributes:
         tolerance_ns: How late ``sleep_until`` may return; 0 for virtual time.
         step_ns: A sleep that is long compared with the tolerance.
+        deadlines: How many are tried, a step after the other.
     """
 
     clock: Clock
     tolerance_ns: int = 0
     step_ns: int = 5_000_000
+    deadlines: int = 250

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from random import Random
 from typing import Any, TypeVar
 
+from typing_extensions import override
+
 from palpate.core.errors import DeviceError
-from palpate.core.ports.contracts.device import LONG_TICKS, DeviceContract, activate, pass_time
+from palpate.core.ports.contracts.device import DeviceContract, activate, pass_time
 from palpate.core.ports.contracts.rigs import SensorRig
 from palpate.core.ports.contracts.violations import ClauseNotApplicable, knob, require
 from palpate.core.ports.lifecycle import Life
@@ -14,76 +21,104 @@ from palpate.core.ports.values import JointSample, Validity, WrenchSample
 SensorRigT = TypeVar("SensorRigT", bound=SensorRig[Any])
 
 _LONG_SILENCE_TICKS = 30
+_SEED = 22
 
 
 class SampleContract(DeviceContract[SensorRigT]):
     """Clauses on samples, whatever they measure."""
 
-    def _use(self, rig: SensorRigT) -> object:
+    _first: Any = None
+    _last: Any = None
+
+    @override
+    @contextmanager
+    def _rig(self, life: Life) -> Iterator[SensorRigT]:
+        """Besides: nothing is held against the samples of another rig."""
+        self._first = self._last = None
+        with super()._rig(life) as rig:
+            yield rig
+
+    @override
+    def use(self, rig: SensorRigT) -> object:
         return self._read(rig)
+
+    @override
+    def works(self, rig: SensorRigT) -> None:
+        """A sample is newer than any before it, and of the same world it says the same as the first."""
+        sample = self._known(rig)
+        if self._last is not None:
+            newer = sample.sequence > self._last.sequence and sample.source_time_ns > self._last.source_time_ns
+            require("order of samples", newer, f"{_stamp(sample)} after {_stamp(self._last)}", "no way back")
+        self._require_young(rig, sample)
+        self._first, self._last = self._first or sample, sample
+        found = self._differs(rig, self._first, sample)
+        require("as before", not found, found, "the same of the same world, at any time")
+
+    @abstractmethod
+    def _known(self, rig: SensorRigT) -> Any:
+        """A sample of a world that is the same each time."""
+
+    @abstractmethod
+    def _differs(self, rig: SensorRigT, one: Any, other: Any) -> str:
+        """In what two samples of the same world are not the same; empty where they are."""
+
+    @abstractmethod
+    def _unsound(self, rig: SensorRigT, sample: Any) -> str:
+        """What is wrong with the type, the frame or the numbers of any sample; empty if nothing."""
+
+    @abstractmethod
+    def _change(self, rig: SensorRigT, world: int) -> object:
+        """Make the world one of three; gives which it now is, or None where nothing can be changed."""
 
     def _read(self, rig: SensorRigT) -> WrenchSample | JointSample:
         sample: WrenchSample | JointSample = rig.device.read()
         return sample
 
-    def test_stamps_are_integers(self) -> None:
-        """Source time, receive time and sequence number are integers; validity is a Validity."""
+    def test_every_sample_is_sound(self) -> None:
+        """Over a long run each sample is of its type, finite, in time and order, young and new, and tells what is."""
         with self._rig(Life.ACTIVE) as rig:
-            sample = self._read(rig)
-            for name in ("source_time_ns", "receive_time_ns", "sequence"):
-                value = getattr(sample, name)
-                whole = isinstance(value, int) and not isinstance(value, bool)
-                require("stamps", whole, f"{name} = {value!r}", "an int")
-            require("stamps", isinstance(sample.validity, Validity), f"{sample.validity!r}", "a Validity")
-
-    def test_times_are_in_order(self) -> None:
-        """A sample is measured, then received, then read: source <= receive <= now."""
-        with self._rig(Life.ACTIVE) as rig:
-            for _ in range(10):
-                sample = self._read(rig)
-                source_ns, receive_ns, now_ns = (
-                    sample.source_time_ns,
-                    sample.receive_time_ns,
-                    rig.clock.now_ns(),
-                )
-                observed = f"source {source_ns}, receive {receive_ns}, now {now_ns} ns"
-                require("times", source_ns <= receive_ns <= now_ns, observed, "source <= receive <= now")
-                rig.advance(1)
-
-    def test_valid_sample_is_young(self) -> None:
-        """While the device delivers, samples are VALID or SATURATED and no older than the greatest age."""
-        with self._rig(Life.ACTIVE) as rig:
-            for _ in range(10):
-                sample = self._read(rig)
-                age_ns = rig.clock.now_ns() - sample.source_time_ns
-                usable = sample.validity in (Validity.VALID, Validity.SATURATED)
-                observed = f"a {sample.validity.value} sample, {age_ns} ns old"
-                require("age", usable and age_ns <= rig.max_age_ns, observed, f"at most {rig.max_age_ns} ns")
-                rig.advance(1)
-
-    def test_sequence_and_time_never_go_back(self) -> None:
-        """Over many ticks, neither sequence number nor source time ever goes back, or falls behind."""
-        with self._rig(Life.ACTIVE) as rig:
-            last = self._read(rig)
-            age_ns = rig.clock.now_ns() - last.source_time_ns
-            for _ in range(LONG_TICKS):
-                rig.advance(1)
-                new = self._read(rig)
-                forward = new.sequence >= last.sequence and new.source_time_ns >= last.source_time_ns
-                require("order of samples", forward, f"{_stamp(new)} after {_stamp(last)}", "no way back")
-                last = new
+            last, late, missed, told = self._read(rig), 0, 0, dict[object, Any]()
+            self._require_sound(rig, last)
+            age_ns, worlds = rig.clock.now_ns() - last.source_time_ns, Random(_SEED)
+            for turn in range(max(1, rig.long_ticks // rig.settle_ticks)):
+                world = self._change(rig, worlds.randrange(3))
+                for _ in range(rig.settle_ticks):
+                    rig.advance(1)
+                    before_ns = rig.clock.now_ns()
+                    sample = self._read(rig)
+                    late += rig.clock.now_ns() - before_ns > rig.call_budget_ns
+                    self._require_sound(rig, sample)
+                    observed = f"{_stamp(sample)} after {_stamp(last)}"
+                    newer = sample.sequence > last.sequence and sample.source_time_ns > last.source_time_ns
+                    require("order of samples", newer or sample == last, observed, "a new number for a new sample")
+                    missed, last = missed + (not newer), sample
+                found = self._differs(rig, told.setdefault(world, sample), sample)
+                require("as before", not found, found, f"the same of the same world, at tick {turn * rig.settle_ticks}")
+                # A live device may miss a tick now and then, and a computer be late.
+                allowed = 1 + turn * rig.settle_ticks // 50 if rig.runs_by_itself else 0
+                require("news", missed <= allowed, f"{observed}, {missed} times so", "a new sample each tick")
+                require("time of a call", late <= allowed, f"{late} too long", f"{rig.call_budget_ns} ns at most")
             grown_ns = rig.clock.now_ns() - last.source_time_ns - age_ns
             require("age", grown_ns <= rig.max_age_ns, f"{grown_ns} ns more", f"at most {rig.max_age_ns} ns more")
 
-    def test_world_going_on_brings_news(self) -> None:
-        """When the world goes on by a tick, sequence number and source time both grow."""
-        with self._rig(Life.ACTIVE) as rig:
-            for _ in range(5):
-                last = self._read(rig)
-                rig.advance(1)
-                new = self._read(rig)
-                grown = new.sequence > last.sequence and new.source_time_ns > last.source_time_ns
-                require("news", grown, f"{_stamp(new)} after {_stamp(last)}", "a new sample each tick")
+    def _require_sound(self, rig: SensorRigT, sample: Any) -> None:
+        for name in ("source_time_ns", "receive_time_ns", "sequence"):
+            value = getattr(sample, name, None)
+            whole = isinstance(value, int) and not isinstance(value, bool)
+            require("stamps", whole, f"{name} = {value!r}", "an int")
+        source_ns, receive_ns, now_ns = sample.source_time_ns, sample.receive_time_ns, rig.clock.now_ns()
+        observed = f"source {source_ns}, receive {receive_ns}, now {now_ns} ns"
+        require("times", source_ns <= receive_ns <= now_ns, observed, "source <= receive <= now")
+        self._require_young(rig, sample)
+        wrong = self._unsound(rig, sample)
+        require("sample", not wrong, wrong, "what its port's values say")
+
+    @staticmethod
+    def _require_young(rig: SensorRigT, sample: Any) -> None:
+        age_ns = rig.clock.now_ns() - sample.source_time_ns
+        young = sample.validity in (Validity.VALID, Validity.SATURATED) and age_ns <= rig.max_age_ns
+        observed = f"a sample, {sample.validity}, {age_ns} ns old"
+        require("age", young, observed, f"VALID or SATURATED, at most {rig.max_age_ns} ns old")
 
     def test_reading_twice_gives_the_same_sample(self) -> None:
         """Without news, a second reading gives the same sample under the same number."""
@@ -96,37 +131,47 @@ class SampleContract(DeviceContract[SensorRigT]):
                 require("no news", news or first == second, f"{second} after {first}", "the same sample again")
                 rig.advance(1)
 
-    def test_sample_after_a_pause_is_new(self) -> None:
-        """What is read after a pause, or a fault, was measured after it, and its number is a new one."""
-        with self._rig(Life.ACTIVE) as rig:
-            for _ in range(4):
-                rig.advance(1)
-                before = self._read(rig)
-            pause_ns = pause(rig)
-            for _ in range(3):
-                sample = self._read(rig)
-                new = sample.source_time_ns >= pause_ns and sample.sequence > before.sequence
-                wanted = f"one of {pause_ns} ns or later, with a number above {before.sequence}"
-                require("pause", new, _stamp(sample), wanted)
-
     def test_silence_is_not_passed_off_as_news(self) -> None:
         """Once the newest sample is over age, reading raises DeviceError or gives it marked STALE, at once."""
         with self._rig(Life.ACTIVE) as rig:
             go_silent = knob(rig.go_silent, "go_silent")
-            self._read(rig)
+            last = self._read(rig)
             go_silent()
             pass_time(rig, rig.max_age_ns)
+            stale = self._require_silent(rig, None)
+            if stale is not None and stale.sequence == last.sequence:
+                same = replace(stale, validity=last.validity) == last
+                require("silence", same, f"{stale} after {last}", "the same sample but for its validity")
             for _ in range(_LONG_SILENCE_TICKS):
-                try:
-                    sample = self._read(rig)
-                except DeviceError:
-                    rig.advance(1)
-                    continue
-                marked = sample.validity in (Validity.STALE, Validity.INVALID)
-                observed = f"a {sample.validity.value} sample ({_stamp(sample)})"
-                require("silence", marked, observed, f"STALE or DeviceError after {rig.max_age_ns} ns")
-                rig.advance(1)
+                stale = self._require_silent(rig, stale)
             self._check_quick("silence", rig)
+            if rig.device.life is Life.ACTIVE:
+                rig.device.deactivate()
+                with suppress(DeviceError):
+                    rig.device.activate()
+                    pass_time(rig, rig.max_age_ns)
+                    self._require_silent(rig, None)
+        with self._rig(Life.CONSTRUCTED) as rig:
+            knob(rig.go_silent, "go_silent")()
+            with suppress(DeviceError):
+                rig.device.configure()
+                rig.device.activate()
+                pass_time(rig, rig.max_age_ns)
+                self._require_silent(rig, None)
+
+    def _require_silent(self, rig: SensorRigT, stale: Any) -> Any:
+        """What is read of a silent device is marked, and the same each time."""
+        try:
+            sample = self._read(rig)
+        except DeviceError:
+            return stale
+        finally:
+            rig.advance(1)
+        marked = sample.validity in (Validity.STALE, Validity.INVALID)
+        observed = f"a {sample.validity.value} sample ({_stamp(sample)})"
+        require("silence", marked, observed, f"STALE or DeviceError after {rig.max_age_ns} ns")
+        require("silence", sample == (stale or sample), f"{sample} after {stale}", "the same sample, while none is new")
+        return sample
 
 
 def pause(rig: SensorRig[Any]) -> int:

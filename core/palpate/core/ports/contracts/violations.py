@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeVar
+from re import findall
+from typing import Final, TypeVar
 from unittest import SkipTest
 
 T = TypeVar("T")
+
+_SAYS_NOTHING: Final = frozenset(
+    "a an the of in on at by is was has had it its some any something general generic internal other undefined unknown"
+    " error errors err fault faults faulted failure failures failed fail exception problem wrong bad went device arm"
+    " sensor stopped none null code status".split()
+)
+"""Of these words alone no cause is made, nor of numbers."""
 
 
 class ContractViolation(AssertionError):  # noqa: N818 - it reports a finding, like a failed assertion
@@ -36,6 +44,11 @@ def knob(value: T | None, name: str) -> T:
     return value
 
 
+def says_something(what: str) -> bool:
+    """Whether a text says more than that something is wrong."""
+    return any(word not in _SAYS_NOTHING for word in findall("[^\\W\\d_]+", what.lower()))
+
+
 def require(clause: str, holds: bool, observed: str, wanted: str) -> None:
     """Fail the clause unless ``holds``.
 
@@ -51,16 +64,16 @@ def require_raises(
     errors: type[Exception] | tuple[type[Exception], ...],
     action: Callable[[], object],
     wanted: str,
-) -> None:
-    """Fail the clause unless ``action`` raises one of ``errors``.
+) -> Exception:
+    """Fail the clause unless ``action`` raises one of ``errors``; gives the error.
 
     Raises:
         ContractViolation: It raises nothing, or something else.
     """
     try:
         result = action()
-    except errors:
-        return
+    except errors as error:
+        return error
     except ClauseNotApplicable:
         raise
     except Exception as error:

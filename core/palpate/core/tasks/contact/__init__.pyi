@@ -3,6 +3,7 @@ from .axial_check import HIGHEST_SHARE as HIGHEST_SHARE
 from .axial_check import LOWEST_SHARE as LOWEST_SHARE
 from .axial_check import AxialCheck as AxialCheck
 from .axial_check import Mean as Mean
+from .both_walls import BothWallsCheck as BothWallsCheck
 from .felt_way import FeltWay as FeltWay
 from .first_touch import FirstTouch as FirstTouch
 from .lift_check import LiftCheck as LiftCheck

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from math import inf, sqrt
 from typing import Final, Protocol
 
@@ -10,6 +11,7 @@ from typing_extensions import override
 
 from palpate.core.ports import CONTROL_RATE_HZ, Snapshot
 from palpate.core.tasks.contact.axial_check import HIGHEST_SHARE, LOWEST_SHARE, AxialCheck
+from palpate.core.tasks.contact.both_walls import FOLLOWED_N
 from palpate.core.tasks.contact.first_touch import FirstTouch
 from palpate.core.tasks.contact.sign_of_life import SignOfLife
 from palpate.core.tasks.contact.wall_check import ANSWER_N, WallCheck
@@ -113,16 +115,15 @@ class ContactProof(Proof):
 
     @override
     def contradiction(self, snapshot: Snapshot, measured: Measurement, *, tared: bool) -> Trip | None:
-        self.new = snapshot.wrench.sequence != self._sequence
-        self._sequence = snapshot.wrench.sequence
+        tick, sequence = snapshot.tick, snapshot.wrench.sequence
+        self.new, self._sequence = sequence != self._sequence, sequence
         if not tared:
             return None
-        tick = snapshot.tick
         if self.new:
             x, y, z = measured.force_N
             self._pulls = self._pulls + 1 if z > self._pull_N + self._wall_friction * sqrt(x * x + y * y) else 0
             self._torque_Nm = measured.torque_across_at_tip_Nm
-            self._torque_limit_Nm = _TORQUE_NM + _ARM_M * sqrt(x * x + y * y + z * z)
+            self._torque_limit_Nm = _TORQUE_NM + _ARM_M * measured.force_norm_N
             self._misfits = self._misfits + 1 if self._torque_Nm > self._torque_limit_Nm else 0
         if self._pulls >= _SAMPLES:
             pull_N = measured.force_N[2]
@@ -159,6 +160,24 @@ class ContactProof(Proof):
             " show what there is"
         )
         return Trip(TripReason.WALL_NOT_FELT, tick, text)
+
+    def no_walls(self, tick: int, depth_m: float, forces_N: Sequence[float]) -> Trip:
+        """At full depth, without a floor, the lateral force does not follow pushes to and fro."""
+        told = ", ".join(f"{force_N:.2f} N" for force_N in forces_N) or "nothing"
+        text = (
+            f"pushed from wall to wall at {depth_m * 1e3:.2f} mm depth the sensor shows {told}, which is not"
+            f" {FOLLOWED_N:g} N more at the other wall, steady, and the same again on the way back: the peg is not in"
+            " the hole, the hole is wider than task.play_mm, or the force sensor does not show what there is"
+        )
+        return Trip(TripReason.WALL_NOT_FELT, tick, text)
+
+    def no_depth(self, tick: int, depth_m: float, least_m: float) -> Trip:
+        """The tip seemed deep enough, and is not while walls are pushed."""
+        text = (
+            f"the tip was at full depth without a floor, and is at {depth_m * 1e3:.2f} mm, {least_m * 1e3:.2f} mm"
+            " needed, while nothing moves it along: the force along the axis is not what there is"
+        )
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, text)
 
     def drifts(self, tick: int, depth_m: float, change_N: float, limit_N: float) -> Trip:
         """The tip sank without the plate's force going, and at rest the force changes by itself."""

@@ -112,16 +112,10 @@ class SignOfLife:
         if not new or len(self._commanded_m) <= _LATEST_TICKS:
             return
         self._count += 1
-        self._force += force_z_N
-        self._force_square += force_z_N * force_z_N
-        origin_m, stiffness = self._origin_m, self._stiffness
-        for commanded_m, sums in zip(self._commanded_m, self._sums, strict=True):
-            depth = (commanded_m - origin_m) * stiffness
-            sums[0] += depth
-            sums[1] += depth * depth
-            sums[2] += depth * force_z_N
+        self._waiting.append((force_z_N, tuple(self._depths)))
         if self._count < self._fewest:
             return
+        self._add_up()
         answer = self._answer()
         if answer is _ALIVE:
             self.travel_m, self._accused = 0.0, False
@@ -137,6 +131,7 @@ class SignOfLife:
         have gone the free way before it can be judged at all, and each check would be followed by another.
         """
         self._commanded_m.appendleft(commanded_m)
+        self._depths.appendleft((commanded_m - self._origin_m) * self._stiffness)
 
     def proved(self) -> None:
         """The sensor has answered to a check: travel counts from now on, and what it showed before does not."""
@@ -152,6 +147,21 @@ class SignOfLife:
     def due(self) -> bool:
         """Whether the tool has gone as far as it may without a sign of life."""
         return self.travel_m > self._free_way_m
+
+    def _add_up(self) -> None:
+        """Take the samples that wait into the sums: several at once, for alone each takes twice as long."""
+        waiting = self._waiting
+        for force, _ in waiting:
+            self._force += force
+            self._force_square += force * force
+        for lag, (total, square, product) in enumerate(self._sums):
+            for force, depths in waiting:
+                depth = depths[lag]
+                total += depth
+                square += depth * depth
+                product += depth * force
+            self._sums[lag] = total, square, product
+        waiting.clear()
 
     def _answer(self) -> _Answer:
         """What the force does with the motion, by the lag at which it follows best."""
@@ -180,5 +190,9 @@ class SignOfLife:
 
     def _restart(self) -> None:
         self._count, self._force, self._force_square = 0, 0.0, 0.0
-        self._origin_m = self._commanded_m[0] if self._commanded_m else 0.0
-        self._sums = [[0.0, 0.0, 0.0] for _ in range(_LATEST_TICKS + 1)]
+        self._origin_m = origin_m = self._commanded_m[0] if self._commanded_m else 0.0
+        depths = [(commanded_m - origin_m) * self._stiffness for commanded_m in self._commanded_m]
+        self._depths = deque(depths, maxlen=_LATEST_TICKS + 1)
+        # Each force, and by lag the depths that it may follow as if the spring bore them.
+        self._waiting: list[tuple[float, tuple[float, ...]]] = []
+        self._sums = [(0.0, 0.0, 0.0)] * (_LATEST_TICKS + 1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from enum import Enum
-from math import dist, sqrt
+from math import dist
 
 from typing_extensions import override
 
@@ -103,27 +103,26 @@ class TouchTask(Task):
             DeviceError: It is not known where the arm is when the trial begins, so there is nothing to command; or the
                 encoders give another number of joint angles than the arm has.
         """
-        state = self._state
+        state, (tick, _, wrench, joints, applied) = self._state, snapshot
         state.observation, self._velocity_m_s = None, (0.0, 0.0, 0.0)
-        state.tick = snapshot.tick
-        state.report.ticks = snapshot.tick + 1
-        if snapshot.tick == 0:
-            require_place(snapshot.joints, self._measurement.joints)
-            self._motion.start(snapshot.joints.position_rad)
-        if snapshot.applied is not None and snapshot.applied.reason is not _AS_ASKED:
+        state.tick = tick
+        state.report.ticks = tick + 1
+        if tick == 0:
+            require_place(joints, self._measurement.joints)
+            self._motion.start(joints.position_rad)
+        if applied is not None and applied.reason is not _AS_ASKED:
             state.report.clamped_ticks += 1
-            sound = self._motion.adopt(snapshot.applied)
-            if snapshot.applied.reason is CommandReason.STOPPED:
+            sound = self._motion.adopt(applied)
+            if applied.reason is CommandReason.STOPPED:
                 state.end(Outcome.STOPPED, "the arm was stopped from outside")
                 return None
             if not sound:
                 state.end(Outcome.SENSOR_FAULT, "the arm answers a command with joint angles that it cannot have")
                 return None
         # A limit that a sample shows may be exceeded further by the truth: saturation ends the trial too.
-        if snapshot.wrench.validity is not _VALID or snapshot.joints.validity is not _VALID:
+        if wrench.validity is not _VALID or joints.validity is not _VALID:
             state.end(
-                Outcome.SENSOR_FAULT,
-                f"force sample {snapshot.wrench.validity.value}, joint sample {snapshot.joints.validity.value}",
+                Outcome.SENSOR_FAULT, f"force sample {wrench.validity.value}, joint sample {joints.validity.value}"
             )
             return None
         state.snapshot = snapshot
@@ -245,16 +244,15 @@ class TouchTask(Task):
             self._state.end(Outcome.INTERRUPTED, "on request")
 
     def _hold_force_limit(self) -> None:
-        x, y, z = self._measurement.force_N
         if self._settle.bias is None:
             # Weight and offset are not known yet: what counts is the change since the trial began.
             if self._state.tick == 0:
-                self._first_force_N = (x, y, z)
-            force = dist((x, y, z), self._first_force_N)
+                self._first_force_N = self._measurement.force_N
+            force = dist(self._measurement.force_N, self._first_force_N)
             if force > self._max_force_N:
                 self._state.end(Outcome.FORCE_LIMIT, f"{force:.2f} N more than at the start, before taring")
             return
-        force = sqrt(x * x + y * y + z * z)
+        force = self._measurement.force_norm_N
         if force > self._state.report.peak_force_N:
             self._state.report.peak_force_N = force
             if force > self._max_force_N:

@@ -10,10 +10,10 @@ from palpate.core.ports import Vector3
 
 ANSWER_N: Final = 1.2
 """Change of the lateral force, against the push, that counts as an answer."""
-_SPEED_M_S: Final = 0.002
+SPEED_M_S: Final = 0.002
 """So slow that a wall of 40 N/mm is felt before the push exceeds 3 N, servos and averages included."""
 _SAMPLES: Final = 4
-_BEND_M: Final = 1e-4
+BEND_M: Final = 1e-4
 """What the gripper may bend under the push."""
 
 
@@ -21,17 +21,20 @@ class WallCheck:
     """Pushes sideways until a wall answers, or until the peg has gone further than the hole's play.
 
     The push goes against whatever lateral force there is, so that a peg that leans on one wall is led to the other.
+
+    Attributes:
+        way: Direction of the push, (2,).
     """
 
     def __init__(self, play_m: float) -> None:
-        self._reach_m = play_m + _BEND_M
+        self._reach_m = play_m + BEND_M
 
     def begin(self, from_m: Vector3) -> None:
         """The next :meth:`velocity_m_s` is the first of a check; way counts from this place, (3,), task frame."""
         self.answered, self.answer_N = False, 0.0
         self._forces: deque[tuple[float, float]] = deque(maxlen=_SAMPLES)
         self._base_N: tuple[float, float] | None = None
-        self._way = (1.0, 0.0)
+        self.way = (1.0, 0.0)
         self._from_m, self._gone_m = from_m, 0.0
 
     def bounded(self, velocity_m_s: Vector3, reference_m: Vector3) -> Vector3:
@@ -64,11 +67,11 @@ class WallCheck:
             self._base_N = (fx, fy)
             size = hypot(fx, fy)
             if size > 0.0:
-                self._way = (fx / size, fy / size)
-        (ux, uy), (bx, by) = self._way, self._base_N
+                self.way = (fx / size, fy / size)
+        (ux, uy), (bx, by) = self.way, self._base_N
         self.answer_N = max(self.answer_N, (bx - fx) * ux + (by - fy) * uy)
         self.answered = self.answer_N >= ANSWER_N
         self._gone_m = hypot(reference_m[0] - self._from_m[0], reference_m[1] - self._from_m[1])
         if self.answered or self.failed:
             return 0.0, 0.0
-        return _SPEED_M_S * ux, _SPEED_M_S * uy
+        return SPEED_M_S * ux, SPEED_M_S * uy

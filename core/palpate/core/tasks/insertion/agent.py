@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from math import dist, sqrt
+from math import dist
 
 import numpy as np
 
@@ -19,6 +18,8 @@ class Agent:
 
     Attributes:
         percept: Symbol and state last perceived in this trial, as indices; None before the first.
+        effort: Place of the tip, (3,) m, and norm of the force, N, in each tick of the running action; whoever runs it
+            adds to them.
         goes_on: Whether a choice made before goes on, so that the policy is not asked.
     """
 
@@ -27,10 +28,9 @@ class Agent:
         self._reinforcement, self._tick_s = reinforcement, tick_s
         self._pending: tuple[int, Decision] | None
         self._asked: tuple[int, Observation] | None
-        self._force_sum: float
-        self._force_peak: float
-        self._distance: float
-        self._last_position: Vector3 | None
+        self.effort: list[tuple[Vector3, float]] = []
+        self._from_m: Vector3 | None
+        self._least_ticks: int
         # What the task adds to the nine channels.
         self._of_the_task: tuple[float, ...] = ()
         self.goes_on = False
@@ -43,25 +43,13 @@ class Agent:
         self._policy.begin_trial(trial, rng)
         self._pending = self._asked = self.percept = None
         self._clear_effort()
-        self._last_position = None
+        self._from_m = None
         self.decisions = []
 
     @property
     def temperature(self) -> float | None:
         """Exploration temperature of the policy, if it has one."""
         return self._policy.temperature
-
-    def record_effort(self, position_m: Vector3, force_N: Vector3) -> None:
-        """Take note of one tick of the running action."""
-        x, y, z = force_N
-        force = sqrt(x * x + y * y + z * z)
-        self._ticks += 1
-        self._force_sum += force
-        if force > self._force_peak:
-            self._force_peak = force
-        if self._last_position is not None:
-            self._distance += dist(position_m, self._last_position)
-        self._last_position = position_m
 
     def perceive(
         self,
@@ -75,14 +63,11 @@ class Agent:
         depth_m: float = 0.0,
     ) -> Observation:
         """The action before has ended: learn from it, and give what :meth:`choose` will choose the next one by."""
-        percept, number = self.percept, len(self.decisions)
-        state = 0 if percept is None else percept[1]
-        seen = Observation(
-            state, position_m, reference_m, force_N, torque_Nm, number, turn_rad, live_torque_Nm, depth_m
-        )
+        number = len(self.decisions)
+        rest = position_m, reference_m, force_N, torque_Nm, number, turn_rad, live_torque_Nm, depth_m
+        seen = Observation(0 if self.percept is None else self.percept[1], *rest)
         led_to = self._learn_from(tick, seen)
-        # A replacement takes longer than all else here, and most actions lead to no other state.
-        observation = seen if led_to == state else replace(seen, state=led_to)
+        observation = seen if led_to == seen.state else Observation(led_to, *rest)
         self._asked = (tick, observation)
         return observation
 
@@ -155,14 +140,26 @@ class Agent:
             return
         state, decision = self._pending
         self._pending = None
-        ticks = max(self._ticks, 1)
-        reward = self._reinforcement(
-            ActionOutcome(ticks * self._tick_s, self._force_sum / ticks, self._force_peak, self._distance)
-        )
-        self.decisions[-1].reinforcement = reward
+        self.decisions[-1].reinforcement = reward = self._reinforcement(self._outcome())
         if decision.index is not None:
             self._policy.learn(Transition(state, decision.index, reward, next_state))
 
+    def _outcome(self) -> ActionOutcome:
+        total_N = peak_N = distance_m = 0.0
+        place_m = self._from_m
+        for position_m, force_N in self.effort:
+            total_N += force_N
+            if force_N > peak_N:
+                peak_N = force_N
+            if place_m is not None:
+                distance_m += dist(position_m, place_m)
+            place_m = position_m
+        ticks = max(len(self.effort), self._least_ticks)
+        return ActionOutcome(ticks * self._tick_s, total_N / ticks, peak_N, distance_m)
+
     def _clear_effort(self) -> None:
-        self._ticks = 0
-        self._force_sum = self._force_peak = self._distance = 0.0
+        if self.effort:
+            # The way to the next action's first tick is that action's.
+            self._from_m, _ = self.effort[-1]
+        self.effort.clear()
+        self._least_ticks = 1

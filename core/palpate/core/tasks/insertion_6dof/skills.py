@@ -25,8 +25,6 @@ from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 _LEAN, _PUSH, _DRIVE, _STAND, _INSERT, _WITHDRAW = KINDS = ("lean", "push", "drive", "stand", "insert", "withdraw")
 _FAR_SHARE: Final = 0.7
 """A tool that is so far out, as a share of the area's half width, is pushed no further."""
-_LONGEST: Final = 20
-"""A skill that came to nothing in so many actions is over."""
 _LEANS_DEG: Final = (5.0, 6.0)
 """Less lets a corner down so little that one in three or four slips out; more makes it a lever between its walls."""
 _PUSHES_N: Final = (2.0, 3.0, 4.0)
@@ -106,21 +104,22 @@ class Skills:
         """Whether the skill that runs has come to its end."""
         corner, lean_rad, kind = self._corner, hypot(*observation.turn_rad[:2]), self._kind
         self._done += 1
-        if kind == _LEAN:
-            return corner.over or self._done >= 2 * _LONGEST
-        if kind == _STAND:
-            return lean_rad < UPRIGHT_RAD or self._done >= _LONGEST
-        if kind == _WITHDRAW:
-            return corner.clear(observation) or self._done >= _LONGEST
-        if kind not in (_PUSH, _DRIVE):
+        if kind == _INSERT or self._done >= LONGEST_PUSH:
+            # Whatever came to nothing in as many actions as the longest push has.
             return True
+        if kind == _LEAN:
+            return corner.over
+        if kind == _STAND:
+            return lean_rad < UPRIGHT_RAD
+        if kind == _WITHDRAW:
+            return corner.clear(observation)
         corner_m, tip_m = self._depths_m(observation)
         quiet = min(corner.walls_N(observation)) > WALL_N and abs(observation.torque_Nm[2]) < QUIET_NM
         self._quiet = self._quiet + 1 if quiet else 0
         if kind == _DRIVE and tip_m <= CAUGHT_M:
             return self._done >= 2 * DRIVEN_ACTIONS
         slipped = corner.passed(observation) or (self._done > 2 and corner_m < ON_PLATE_M)
-        return self._quiet >= QUIET_ACTIONS or slipped or self._done >= LONGEST_PUSH
+        return self._quiet >= QUIET_ACTIONS or slipped
 
     def step(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
         """The next action of the skill: its displacement in m, (2,), and all else."""

@@ -144,6 +144,49 @@ def test_a_tick_after_one_that_took_too_long_is_our_own_fault() -> None:
     assert "own work" in str(late)
 
 
+@pytest.mark.parametrize("slow", ["read force", "decide", "control", "record"])
+def test_of_our_own_work_is_told_what_took_longest(slow: str) -> None:
+    bench = Bench(Limits(warn_late_ns=MS), FakeAccount(run_ns_each=PERIOD_NS + 2 * MS))
+    bench.core_ns = 2 * MS
+
+    def long(*_: object) -> None:
+        work(bench.clock, PERIOD_NS)
+
+    class SlowRecorder(LoopObserver):
+        def sent(self, *_: object) -> None:
+            if slow == "record":
+                long()
+
+    def on_tick(tick: int) -> None:
+        if slow == "decide":
+            bench.stopwatch.sensed(None)
+            long()
+            bench.stopwatch.chosen()
+        if slow == "control":
+            long()
+
+    if slow == "read force":
+        bench.sensor.took_ns = PERIOD_NS
+    bench.observers = (bench.stopwatch, SlowRecorder(), bench.stopwatch.recording)
+    bench.trial(2, on_tick)
+    (late,) = bench.told
+    assert isinstance(late, LateTick)
+    assert f"own work: {slow} (" in str(late)
+    assert bench.stopwatch.blamed == {f"own work: {slow}": 1}
+    assert f"ticks later than 1 ms: 1 (1 own work: {slow})" in table(bench.stopwatch)
+
+
+def test_what_made_a_tick_late_is_told_of_the_late_one_after_it() -> None:
+    bench = Bench(Limits(warn_late_ns=MS), FakeAccount(run_ns_each=2 * PERIOD_NS))
+
+    def on_tick(tick: int) -> None:
+        work(bench.clock, 2 * PERIOD_NS - 2 * MS if tick == 0 else 0)
+        bench.sensor.took_ns = PERIOD_NS - MS
+
+    bench.trial(3, on_tick)
+    assert [late.longest for late in bench.told if isinstance(late, LateTick)] == ["control", "control"]
+
+
 @pytest.mark.parametrize(("turns", "cause"), [(1, Cause.TAKEN), (2, Cause.WAITED)])
 def test_the_kernel_does_not_charge_for_a_processor_that_was_taken_away_nor_for_waiting(
     turns: int, cause: Cause

@@ -53,6 +53,27 @@ def test_what_was_learned_comes_back_and_acts_alike(kind: str) -> None:
     assert read.get_state() == learned.get_state()
 
 
+def test_pairs_of_an_older_file_act_by_their_values_and_go_on_as_they_did() -> None:
+    content = json.loads(document_of("pairs").to_json_text())
+    content["parameters"], tables = {}, content["state"]["tables"]
+    for table in tables:
+        table[3] = [-9.0] * 8
+    told = MemoryDocument.from_json_text(json.dumps(content)).learner()
+    for table in tables:
+        del table[3]
+    older = MemoryDocument.from_json_text(json.dumps(content)).learner(frozen=False)
+    assert older.returned == 0.0
+    past = next(tuple(table[0]) for table in tables if table[2][0] > 0)
+    assert older.as_frozen().values(past) == older.values(past) != told.values(past)
+
+
+def test_pairs_look_back_as_far_as_the_file_says() -> None:
+    pairs = PairsLearner(AMBIGUOUS.symbols, grid_actions(), longest=6)
+    run_trial(AMBIGUOUS, IdentityState(AMBIGUOUS.symbols), pairs, 0, 0)
+    document = MemoryDocument.of(pairs, created_with={}, world=WORLD)
+    assert document.learner().get_state() == pairs.get_state()
+
+
 def require_refused_in_a_line(kind: str, path: tuple[str | int, ...], value: object, says: str) -> None:
     content = json.loads(document_of(kind).to_json_text())
     part = content
@@ -95,6 +116,13 @@ def test_a_file_that_contradicts_itself_is_refused_in_a_line(path, value, says: 
 )
 def test_an_automaton_that_contradicts_itself_is_refused_in_a_line(path, value, says: str) -> None:
     require_refused_in_a_line("automaton", ("models", 0, *path), value, says)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "says"), [("longest", 0, "from 1 to"), ("longest", "4", "whole|int"), ("returned", 1.5, "0 to 1")]
+)
+def test_settings_of_pairs_that_cannot_be_are_refused_in_a_line(name: str, value, says: str) -> None:
+    require_refused_in_a_line("pairs", ("parameters", name), value, says)
 
 
 def test_text_and_picture_show_what_is_read_where_and_the_belief() -> None:

@@ -5,6 +5,7 @@ import pytest
 
 from palpate.core.perception import IdentityState
 from palpate.core.policy import Observation, PairsLearner, Transition
+from palpate.core.policy.memory.recorded import RecordedTrial
 from palpate.simulation.grid import GridMap, grid_actions, run_trial, walked_steps
 from tests.unit.core.policy.memory.worlds import AMBIGUOUS
 
@@ -29,6 +30,27 @@ def test_a_longer_past_counts_by_how_often_it_was_tried() -> None:
     assert learner.values((0, 3, 1))[2] == pytest.approx(short)
 
 
+def test_a_replayed_trial_says_in_part_itself_what_is_yet_to_come() -> None:
+    learner = PairsLearner(("A", "B"), grid_actions(), longest=1, returned=0.5)
+    learner._replay(RecordedTrial((0, 1), (2, 3), True))
+    # The last action came to -1. What follows the first is worth that in one half, and in the other what B holds then.
+    assert learner.values((1,))[3] == -4.0
+    assert learner._tables[1,][0][3] == -2.5
+    assert learner._tables[0,][0][2] == pytest.approx(-4.0 + 0.5 * (-1.0 + 0.97 * 0.5 * (-4.0 - 1.0) + 4.0))
+
+
+def test_a_frozen_one_acts_by_running_means() -> None:
+    learner = PairsLearner(("A",), grid_actions(), longest=1)
+    learner._tables = {(0,): ([-2.0] * 8, [99] * 8, [-2.0] * 8)}
+    for target in (-9.0, 5.0, -9.0, 5.0):
+        learner._update([(0,)], 0, target, 1)
+    values, _, means = learner._tables[0,]
+    assert abs(means[0] + 2.0) < abs(values[0] + 2.0)
+    share = 103 / 106
+    assert learner.as_frozen().values((0,))[0] == pytest.approx(-4.0 + share * (means[0] + 4.0))
+    assert learner.values((0,))[0] == pytest.approx(-4.0 + share * (values[0] + 4.0))
+
+
 def test_it_learns_where_two_places_read_alike() -> None:
     # From either A the goal is near, but on the other side; only B or C before tells which.
     grid = GridMap.from_text("BA·AC")
@@ -51,7 +73,8 @@ def test_a_state_goes_on_as_the_learner_it_is_of() -> None:
 
 def test_a_frozen_one_leaves_a_circle_and_changes_no_value() -> None:
     learner = PairsLearner(("A",), grid_actions(), frozen=True)
-    learner._tables = {(0,): ([0.0, -2.5, *[-9.0] * 6], [1000] * 8)}
+    values = [0.0, -2.5, *[-9.0] * 6]
+    learner._tables = {(0,): (values, [1000] * 8, values)}
     before = learner.get_state()
     learner.begin_trial(0, np.random.default_rng(0))
     taken = []

@@ -72,7 +72,7 @@ class Bench:
 
     def record_effort(self, *forces_N: float) -> None:
         for force in forces_N:
-            self.agent.record_effort(NONE, (0.0, 0.0, -force))
+            self.agent.effort.append((NONE, force))
 
     @property
     def entries(self) -> list[object]:
@@ -102,7 +102,7 @@ def test_each_action_starts_afresh_and_no_way_is_lost_between_them() -> None:
         bench.decide()
         for _ in range(4):
             x += 1 / 1024
-            bench.agent.record_effort((x, 0.0, 0.0), (0.0, 0.0, -2.0))
+            bench.agent.effort.append(((x, 0.0, 0.0), 2.0))
     bench.agent.reached_goal()
     first, second, third = bench.meter.outcomes
     assert first.distance_m == 3 / 1024  # nobody knows where the tip was before

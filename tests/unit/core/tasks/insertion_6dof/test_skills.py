@@ -57,9 +57,9 @@ def length(skills: Skills, observation: Observation) -> int:
         ("drive", seen(WALLS, NONE, LEANED, -1e-4), 2),
         ("drive", seen(WALLS, NONE, LEANED, 1e-3), 2),
         ("stand 1 deg", seen(), 1),
-        ("stand 1.6 deg", seen(turn=LEANED), 20),
+        ("stand 1.6 deg", seen(turn=LEANED), 40),
         ("insert", seen(), 1),
-        ("withdraw", seen(turn=LEANED, depth_m=1e-3), 20),
+        ("withdraw", seen(turn=LEANED, depth_m=1e-3), 40),
         ("withdraw", seen(depth_m=-1e-3), 1),
     ],
 )

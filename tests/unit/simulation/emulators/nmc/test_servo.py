@@ -246,3 +246,13 @@ def test_hard_reset_of_a_moving_module() -> None:
     assert bench.plant.motor_counts(0) == here
     assert bench.raw(command(2, 0xE)) != b""
     assert len(bench.raw(command(0, 0x1, bytes([1, ALL])))) == 2
+
+
+def test_a_limit_switch_that_is_pressed_is_told_and_stays_pressed_over_a_reset() -> None:
+    bench = bench_of_one()
+    bench.bus.modules[0].set_limits(True, False)
+    bench.wait(1)
+    assert bench.status(1) & LIMIT1
+    bench.tell(ALL, 0xF)
+    bench.addressed()
+    assert bench.status(1) & LIMIT1

@@ -41,6 +41,8 @@ class Explore(RunningPhase):
         # A tool that heaves is a little higher or lower than encoders show that are behind the force.
         self._sunk_ticks = 1 if checks is None else 2
         self._caught_N = inf if checks is None else _CAUGHT_SHARE * task.press_kgf * N_PER_KGF
+        self._limit_ticks = task.time_limit_s * CONTROL_RATE_HZ
+        self._ticks, self._moving_ticks = task.ticks_per_action, task.moving_share * task.ticks_per_action
         self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, task.press_kgf * N_PER_KGF
 
     def begin(self, start_m: tuple[float, float]) -> None:
@@ -70,7 +72,7 @@ class Explore(RunningPhase):
         if self._out_of_time():
             return 0.0, 0.0, 0.0
         x, y, z = measured.force_N
-        self._agent.record_effort(measured.position_m, measured.force_N)
+        self._agent.effort.append((measured.position_m, measured.force_norm_N))
         lost = z > -self._contact_N
         # Friction on the hole's wall can go on pushing back while the peg already sinks: depth shows it as well.
         # Before the first action the surface is not known well: encoders on a slow bus lag behind the force.
@@ -110,10 +112,10 @@ class Explore(RunningPhase):
         return self._measurement.tip_depth_m - self._state.surface_m
 
     def _out_of_time(self) -> bool:
-        state, limit_s = self._state, self._task.time_limit_s
-        if state.tick - state.explore_start < limit_s * CONTROL_RATE_HZ:
+        state = self._state
+        if state.tick - state.explore_start < self._limit_ticks:
             return False
-        state.end(Outcome.TIME_LIMIT, f"{limit_s:g} s")
+        state.end(Outcome.TIME_LIMIT, f"{self._task.time_limit_s:g} s")
         return True
 
     def choose(self) -> Vector3:
@@ -134,8 +136,7 @@ class Explore(RunningPhase):
 
     def _way_on(self) -> Vector3:
         """To where on its way the running action shall be in this tick: steady speed, then rest for the torque."""
-        ticks = self._task.ticks_per_action
-        share = (ticks - self.countdown + 1) / (self._task.moving_share * ticks)
+        share = (self._ticks - self.countdown + 1) / self._moving_ticks
         if share > 1.0:
             share = 1.0
         (x, y, z), (dx, dy) = self._step_from_m, self._step_m

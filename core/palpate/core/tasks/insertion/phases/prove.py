@@ -1,4 +1,4 @@
-"""The last proof: the floor of the hole bears a lift, or where there is none, a wall answers once more."""
+"""The last proof: the floor of the hole bears a lift, or where there is none, the force follows pushes to and fro."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
-from palpate.core.tasks.contact import ContactProof, RunningPhase
+from palpate.core.tasks.contact import BothWallsCheck, ContactProof, Mean, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import N_PER_KGF
 
@@ -25,34 +25,49 @@ class Prove(RunningPhase):
     def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
         task = equipment.task
         self._equipment, self._proof, self._lift = equipment, proof, equipment.lift_check(proof)
+        self._walls = BothWallsCheck(task.play_mm * 1e-3)
         self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, task.press_kgf * N_PER_KGF
-        self._deepest_m = task.insertion_depth_mm * 1e-3 + task.depth_tolerance_mm * 1e-3
+        self._shallowest_m = (task.insertion_depth_mm - task.depth_tolerance_mm) * 1e-3
+        self._deepest_m = (task.insertion_depth_mm + task.depth_tolerance_mm) * 1e-3
 
     def enter(self) -> None:
         """The tip is as deep as it shall be."""
         self.over, self._lift.running = False, False
-        # Where the plate was never touched, only the floor can show that the force along the axis is alive.
-        # The filter still shows the plate to a peg that sinks on where ticks are late.
-        measured = self._equipment.measurement
-        in_contact = max(measured.filtered_force_z_N, measured.force_N[2]) < -self._contact_N
-        self._floor, self._countdown = in_contact or self._equipment.state.slack_m > 0.0, _SEATING_TICKS
+        # Where the plate was never touched, only the floor can show that the force along the axis is alive. The filter
+        # still shows the plate to a peg that sinks on where ticks are late: that one may find no floor.
+        measured, state = self._equipment.measurement, self._equipment.state
+        self._floor_due = (
+            max(measured.filtered_force_z_N, measured.force_N[2]) < -self._contact_N or state.slack_m > 0.0
+        )
+        self._floor, self._countdown = self._floor_due or self._depth_m() < self._deepest_m, _SEATING_TICKS
         self._proof.wall.begin(self._equipment.motion.reference_m)
+        self._walls.begin(self._equipment.motion.reference_m)
+        self._depth = Mean()
 
     @override
     def step(self) -> Vector3:
-        """Press on the floor, then lift; or push aside."""
-        equipment = self._equipment
-        depth_m = equipment.measurement.tip_depth_m - equipment.state.surface_m
-        return self._try_floor(depth_m) if self._floor else self._try_wall(depth_m)
+        """Press on the floor, then lift; or push to and fro."""
+        depth_m = self._depth_m()
+        if self._floor and not self._floor_due and depth_m > self._deepest_m + _PAST_FLOOR_M:
+            self._floor = False
+            self._walls.begin(self._equipment.motion.reference_m)
+        return self._try_floor(depth_m) if self._floor else self._try_walls(depth_m)
 
-    def _try_wall(self, depth_m: float) -> Vector3:
-        equipment, proof, state = self._equipment, self._proof, self._equipment.state
-        across = proof.wall.velocity_m_s(equipment.measurement.force_N, proof.new, equipment.motion.reference_m)
-        if proof.wall.failed:
-            state.doubt(proof.no_wall(state.tick, depth_m))
-        elif proof.wall.answered:
-            state.event("proof", f"wall: {proof.wall.answer_N:.2f} N at {depth_m * 1e3:.2f} mm")
-            state.end_inserted(depth_m)
+    def _depth_m(self) -> float:
+        return self._equipment.measurement.tip_depth_m - self._equipment.state.surface_m
+
+    def _try_walls(self, depth_m: float) -> Vector3:
+        equipment, proof, state, walls = self._equipment, self._proof, self._equipment.state, self._walls
+        across = walls.velocity_m_s(equipment.measurement.force_N, proof.new, equipment.motion.reference_m)
+        self._depth.add(depth_m, proof.new)
+        if walls.failed:
+            state.doubt(proof.no_walls(state.tick, depth_m, walls.forces_N))
+        elif walls.answered and self._depth.value < self._shallowest_m:
+            state.doubt(proof.no_depth(state.tick, self._depth.value, self._shallowest_m))
+        elif walls.answered:
+            told = ", ".join(f"{force_N:.2f}" for force_N in walls.forces_N)
+            state.event("proof", f"walls: {told} N at {self._depth.value * 1e3:.2f} mm")
+            state.end_inserted(self._depth.value)
         return *across, 0.0
 
     def _try_floor(self, depth_m: float) -> Vector3:

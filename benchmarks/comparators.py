@@ -1,0 +1,165 @@
+"""Who inserts how fast: rules, searches, learners and who is told the hole, on the same trials, in one table.
+
+    palpate train --scenario paper --seed 7 --out runs/tabular
+    palpate train --scenario paper --learner belief --trials 10 --seed 7 --out runs/belief
+    python -m benchmarks.comparators --scenario paper --seed 640 --trials 50 --policies runs/tabular runs/belief
+
+Policies are frozen as their folders hold them. ``--dqn 350`` trains an agent of Stable-Baselines3 by so many trials in
+the same cell (``pip install -e '.[gymnasium]' -r examples/stable_baselines3/requirements.txt -c constraints.txt``), and
+says from which trial on the mean of ten took at most 0.5 s.
+
+Times are simulated. "Search" is the exploration, 20 s where it fails; "cycle" goes from the first touch to the peg at
+full depth, proofs of contact on the way down in it, of the trials that ended there. The mean force is what the sensor
+shows in that time, beside what it showed in free air; the peak is the cell's own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import runpy
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.adapters.config import BEFORE_SLIDING, RunConfig, overlay, scenario
+from palpate.adapters.experiments import (
+    build_perception,
+    build_task,
+    comparator,
+    loaded_policy,
+    run_scored_trial,
+    task_actions,
+)
+from palpate.adapters.experiments.comparators import Omniscient
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.core.control_loop import LoopObserver
+from palpate.core.perception import Perception
+from palpate.core.policy import Decision, FixedPolicy, Observation, Policy, PolicyDocument
+from palpate.core.ports import CONTROL_RATE_HZ, WrenchSample
+from palpate.core.trial import find_ready_pose
+
+FAILED_S = 20.0
+Hole = Callable[[], Sequence[float]]
+Make = Callable[[RunConfig, Perception, Hole], Policy]
+
+
+class Forces(LoopObserver):
+    """The force of each tick, as the sensor shows it."""
+
+    def __init__(self) -> None:
+        self.forces_N: list[tuple[float, float, float]] = []
+
+    def force_read(self, sample: WrenchSample) -> None:
+        self.forces_N.append(sample.force_N)
+
+
+class Agent(FixedPolicy):
+    """An agent of Stable-Baselines3 as a policy: it is told the number of the state."""
+
+    def __init__(self, model: Any, config: RunConfig) -> None:
+        super().__init__()
+        self._model, self._actions = model, task_actions(config)
+
+    def choose(self, observation: Observation) -> Decision:
+        index = int(self._model.predict(observation.state, deterministic=True)[0])
+        return Decision(self._actions[index], index, "dqn")
+
+
+def rows(config: RunConfig, make: Make, trials: int) -> np.ndarray:
+    """Each trial's success, search, cycle, mean force and peak force, (n, 5); NaN where it was not seated."""
+    ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
+    table = []
+    with SimulatedRig(config, ready) as rig:
+        task = build_task(config, ready, perception, make(config, perception, lambda: rig.truth().hole_in_task_m))
+        for trial in range(trials):
+            seen = Forces()
+            scored = run_scored_trial(config, rig, task, trial, watching=(seen,))
+            begins = {event.detail: event.tick for event in scored.report.events if event.name == "phase"}
+            search_s = scored.report.exploration_time_s if scored.success else FAILED_S
+            cycle_s = mean_N = np.nan
+            if scored.success:
+                forces_N, touched, seated = np.array(seen.forces_N), begins["explore"], begins["prove"]
+                air_N = forces_N[begins["settle"] : begins["approach"]].mean(axis=0)
+                cycle_s = (seated - touched) / CONTROL_RATE_HZ
+                mean_N = np.linalg.norm(forces_N[touched:seated] - air_N, axis=1).mean()
+            table.append((scored.success, search_s, cycle_s, mean_N, rig.truth().peak_force_N))
+    return np.array(table, dtype=float)
+
+
+def of_file(folder: Path) -> Make:
+    document = PolicyDocument.load(folder / "policy.json")
+    return lambda config, perception, _: loaded_policy(document, config, perception, frozen=True)
+
+
+def omniscient(speed_mm_s: float) -> Make:
+    return lambda config, _, hole: Omniscient(hole, speed_mm_s * 1e-3 * config.task.ticks_per_action / CONTROL_RATE_HZ)
+
+
+def named(name: str) -> Make:
+    return lambda config, _, hole: comparator(name, config, hole)
+
+
+def trained_agent(seed: int, trials: int) -> Any:
+    """The agent of the example after so many trials; when its trials came to half a second is printed."""
+    example = runpy.run_path(str(Path(__file__).parents[1] / "examples" / "stable_baselines3" / "train.py"))
+    curve, model = example["Curve"]("DQN"), example["dqn"](seed)
+    while len(curve.trials) < trials:
+        model.learn(100 * trials, callback=example["Trials"](curve, trials), reset_num_timesteps=False)
+    times_s = np.where(curve.successes, curve.times_s, FAILED_S)
+    means_s = np.convolve(times_s, np.full(10, 0.1), "valid")
+    below = np.flatnonzero(means_s <= 0.5)
+    print(f"DQN: {trials} trials; ten in a row take at most 0.5 s from trial {below[0] + 1 if below.size else 'none'};")
+    print(f"least mean of ten {means_s.min():.2f} s, last 25 {times_s[-25:].mean():.2f} s", flush=True)
+    return model
+
+
+def line(name: str, table: np.ndarray) -> str:
+    success, search_s, cycle_s, mean_N, peak_N = table.T
+    return (
+        f"| {name} | {int(success.sum())} of {len(table)} | {search_s.mean():.2f}, {np.median(search_s):.2f},"
+        f" {np.percentile(search_s, 95):.2f} | {np.nanmean(cycle_s):.2f}, {np.nanpercentile(cycle_s, 95):.2f} |"
+        f" {np.nanmean(mean_N):.1f} | {peak_N.mean():.1f}, {peak_N.max():.1f} |"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scenario", default="paper")
+    parser.add_argument("--seed", type=int, default=640)
+    parser.add_argument("--trials", type=int, default=50)
+    parser.add_argument("--policies", type=Path, nargs=2, metavar=("TABULAR", "BELIEF"), required=True)
+    parser.add_argument("--dqn", type=int, default=0, help="trials by which an agent of Stable-Baselines3 learns")
+    options = parser.parse_args()
+    paced = replace(scenario(options.scenario), seed=options.seed)
+    sliding = replace(scenario(options.scenario, "belief"), seed=options.seed)
+    quick = overlay(sliding, BEFORE_SLIDING)
+    tabular, belief = map(of_file, options.policies)
+    cap_mm_s, travel_mm_s = sliding.learning.belief.speed_mm_s, sliding.task.travel_speed_mm_s
+    chosen: list[tuple[str, RunConfig, Make]] = [
+        (f"told the hole, {travel_mm_s:g} mm/s, the travel's limit", sliding, omniscient(travel_mm_s)),
+        (f"told the hole, {cap_mm_s:g} mm/s, as the belief", sliding, omniscient(cap_mm_s)),
+        ("told the hole, 10 mm/s, as the table", paced, omniscient(10.0)),
+        ("belief, frozen", sliding, belief),
+        ("torque rule, 50 ms and 7 Hz", quick, named("torque")),
+        ("torque rule, 100 ms and 4 Hz", paced, named("torque")),
+        ("table of 17 states, frozen", paced, tabular),
+        ("spiral, 10 mm/s", paced, named("spiral-10")),
+        ("spiral, 5 mm/s", paced, named("spiral-5")),
+        ("random walk", paced, named("random")),
+    ]
+    if options.dqn:
+        model = trained_agent(options.seed + 1, options.dqn)
+        chosen.append(("DQN of Stable-Baselines3, frozen", paced, lambda config, *_: Agent(model, config)))
+    print(
+        "| policy | inserted | search s: mean, median, p95 | cycle s: mean, p95 | mean force N | peak N: mean, most |"
+    )
+    print("|---|---|---|---|---|---|")
+    for name, config, make in chosen:
+        print(line(name, rows(config, make, options.trials)), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,70 @@
+"""Pushes to and fro between two walls, and what only seems to answer them."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from palpate.core.ports.values import PERIOD_S
+from palpate.core.tasks.contact import BothWallsCheck
+from palpate.core.tasks.contact.both_walls import FOLLOWED_N
+
+LATERAL_N_PER_M = 4e4
+PLAY_M = 0.6e-3
+Sensor = Callable[[float, int, np.random.Generator], float]
+
+
+def push(shown_N: Sensor, *, gap_m: float = 0.1e-3, repeats: int = 1, seed: int = 5) -> tuple[BothWallsCheck, float]:
+    """Pushes along x between walls at this distance from the middle; returns the check and the highest true force."""
+    check, rng = BothWallsCheck(PLAY_M), np.random.default_rng(seed)
+    check.begin((0.0, 0.0, 0.0))
+    x, y, seen, peak_N = 0.0, 0.0, 0.0, 0.0
+    for tick in range(2000):
+        true_N = -LATERAL_N_PER_M * np.sign(x) * max(abs(x) - gap_m, 0.0)
+        peak_N = max(peak_N, abs(true_N))
+        new = tick % repeats == 0
+        if new:
+            seen = shown_N(true_N, tick, rng)
+        vx, vy = check.velocity_m_s((seen, 0.0, 0.0), new, (x, y, 0.0))
+        if check.answered or check.failed:
+            break
+        x, y = x + vx * PERIOD_S, y + vy * PERIOD_S
+    assert check.answered != check.failed
+    return check, peak_N
+
+
+@pytest.mark.parametrize("gap_m", [2e-5, 7.5e-5, 2.5e-4])
+@pytest.mark.parametrize("noise_N", [0.0, 0.1, 0.3])
+def test_walls_are_felt_on_both_sides(gap_m: float, noise_N: float) -> None:
+    check, peak_N = push(lambda true_N, _, rng: true_N + noise_N * rng.standard_normal(), gap_m=gap_m)
+    assert check.answered
+    first_N, other_N, *_ = check.forces_N
+    assert other_N - first_N >= FOLLOWED_N
+    assert peak_N < 9.0
+
+
+def test_a_slow_sensor_is_no_reason_to_fail() -> None:
+    assert push(lambda true_N, *_: true_N, repeats=3)[0].answered
+
+
+def test_a_hole_wider_than_its_play_fails() -> None:
+    assert push(lambda true_N, *_: true_N, gap_m=1e-3)[0].failed
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01, -1.0])
+def test_what_shows_too_little_or_the_wrong_way_fails(share: float) -> None:
+    assert push(lambda true_N, _, rng: share * true_N + 0.1 * rng.standard_normal())[0].failed
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_noise_is_no_wall(seed: int) -> None:
+    assert push(lambda _, __, rng: 0.9 * rng.standard_normal(), seed=seed)[0].failed
+
+
+@pytest.mark.parametrize("period", [7, 14, 20, 28, 40, 56, 67, 80, 100, 140, 200])
+@pytest.mark.parametrize("size_N", [1.0, 2.0, 4.0])
+def test_a_recording_that_swings_is_no_wall(period: int, size_N: float) -> None:
+    swings = [
+        push(lambda _, tick, __, at=at: size_N * np.sin(2 * np.pi * (tick / period + at / 16)))[0] for at in range(16)
+    ]  # type: ignore[misc]
+    assert all(check.failed for check in swings)
