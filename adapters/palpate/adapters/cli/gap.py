@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import hypot
 from pathlib import Path
 from typing import Final
 
@@ -25,10 +26,14 @@ def gap(options: GapOptions) -> int:
         raise UsageError("palpate gap needs logs, folders with logs, or patterns in quotes")
     if options.out:
         require_no_file(Path(options.out))
-    paths = find_logs(options.logs)[: options.most]
-    with progress(_ROUNDS, "round", passing=True) as bar:
-        found = gap_of(paths, lambda: bar.update())
+    sets = [options.logs, *([(options.reference,)] if options.reference else [])]
+    with progress(_ROUNDS * len(sets), "round", passing=True) as bar:
+        found, *others = (gap_of(find_logs(logs)[: options.most], lambda: bar.update()) for logs in sets)
     say("\n".join(_report(found)))
+    for other in others:
+        sd = hypot(found.wrench_late_sd_ms, other.wrench_late_sd_ms)
+        later = f"{found.wrench_late_ms - other.wrench_late_ms:.1f} ± {2.0 * sd:.2g} ms later"
+        say(f"wrenches come {later} than in {options.reference}, where it is {other.wrench_late_ms:.1f} ms")
     if options.out:
         with new_file(Path(options.out)) as passing:
             passing.write_text("".join(_toml(found)), encoding="utf-8")
@@ -37,7 +42,9 @@ def gap(options: GapOptions) -> int:
 
 
 def _report(found: Gap) -> Iterator[str]:
-    """Axis by axis, then what was fitted."""
+    """Who came late; axis by axis; then what was fitted."""
+    for who, count in found.late.items():
+        yield f"{count} logs of {who} that came late, left out if there are others: such a cell reads softer than it is"
     units = ("N",) * 3 + ("N m",) * 3
     rows = [["axis", "as configured", "fitted", "unit"]]
     for axis, unit, before, after in zip(WRENCH_AXES, units, found.before.wrench, found.after.wrench, strict=True):
@@ -47,8 +54,9 @@ def _report(found: Gap) -> Iterator[str]:
         rows.append([f"joint {joint}", f"{before:.3g}", f"{after:.3g}", "mrad"])
     yield f"recorded minus simulated, root mean square over {found.logs} trials, offsets in time taken out"
     yield aligned(rows)
-    late = f"wrenches by {found.wrench_late_ms:.1f} ms, joints by {found.joints_late_ms:.1f} ms"
-    yield f"behind the simulated cell: {late}"
+    late = f"wrenches by {found.wrench_late_ms:.1f} ± {2.0 * found.wrench_late_sd_ms:.2g} ms"
+    yield f"behind the simulated cell: {late}, joints by {found.joints_late_ms:.1f} ms"
+    yield "this is the sum over command, arm, sensor and wires: what a policy meets"
     yield f"noise in free air: {found.noise_N:.3g} N, {found.noise_Nm:.3g} N m"
     for number, (knob, value, sd) in enumerate(zip(KNOBS, found.values, found.sds, strict=True)):
         doubt = "" if found.known(number) or not knob.of_cell else "; not determined: left as configured"

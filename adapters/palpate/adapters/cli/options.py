@@ -228,6 +228,8 @@ class GapOptions(Settings):
     """Logs, folders with logs, or patterns in quotes; of one rig."""
     most: Annotated[int, Range(1, 1000)] = 6
     """Logs that are used, the first ones; time grows with them."""
+    reference: str = ""
+    """Logs of a rig whose latency is known, over the same wires; how much later the wrenches are than there is told."""
     out: str = ""
     """TOML file for the cell that fits best, for palpate train --config; it must not be there yet."""
 

@@ -177,6 +177,17 @@ class EmulatedCell:
         with self._hold():
             return self._motors.targets_rad()
 
+    def tick(self) -> tuple[JointVector, JointVector]:
+        """Let the cell live for a control tick; returns set-points and places of the joints, (n,) rad each."""
+        targets = self.targets_rad()
+        self.cell.command(targets)
+        self.cell.advance()
+        self._wrench = tuple(self.cell.measure_wrench())
+        joints = self.cell.joint_angles()
+        with self._hold():
+            self._motors.measured_rad(joints)
+        return targets, joints
+
     def run(
         self,
         ended: Callable[[], bool],
@@ -193,13 +204,7 @@ class EmulatedCell:
         tick = 0
         while not ended():
             time_ns = clock.now_ns()
-            targets = self.targets_rad()
-            self.cell.command(targets)
-            self.cell.advance()
-            self._wrench = tuple(self.cell.measure_wrench())
-            joints = self.cell.joint_angles()
-            with self._hold():
-                self._motors.measured_rad(joints)
+            targets, joints = self.tick()
             if watched is not None:
                 fx, fy, fz, tx, ty, tz = self._wrench
                 felt = (fx, fy, fz), (tx, ty, tz)

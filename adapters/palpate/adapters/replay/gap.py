@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -37,6 +38,7 @@ class Gap:
     """What a fit came to.
 
     Attributes:
+        late: Logs of trials in which somebody came late, loop or devices. They are left out, where there are others.
         before: Errors of the cell as it is configured, with offsets in time taken out.
         joints_late_ms: By how much the encoders are behind the simulated ones.
         noise_N: Standard deviation of a force channel in free air.
@@ -44,6 +46,7 @@ class Gap:
     """
 
     logs: int
+    late: Mapping[str, int]
     before: AxisErrors
     after: AxisErrors
     values: Array
@@ -52,6 +55,11 @@ class Gap:
     noise_N: float
     noise_Nm: float
     settings: Mapping[str, Any]
+
+    @property
+    def wrench_late_sd_ms(self) -> float:
+        """Its standard deviation."""
+        return float(self.sds[LATE]) * 1e3 / CONTROL_RATE_HZ
 
     def known(self, number: int) -> bool:
         """Whether the logs determine a knob."""
@@ -75,13 +83,15 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Gap:
     for trial in trials[1:]:
         if trial.config.cell != config.cell or trial.config.arm != config.arm:
             raise ConfigurationError("logs", trial.path, f"logs recorded with the cell and arm of {trials[0].path}")
+    came_late = Counter(trial.late for trial in trials if trial.late)
+    trials = [trial for trial in trials if not trial.late] or trials
     fit = CellFit(trials, gone_through)
     configured = fit.values.copy()
     sds = fit.run()
     values = fit.values
     # As it is configured, but where and when it is: a plate that is elsewhere would hide all else.
     configured[PLATE], configured[LATE] = values[PLATE], values[LATE]
-    joints_late = _joints_late(trials, fit.traces(values))
+    joints_late = fit.joints_late()
     known = np.where(sds <= _UNKNOWN * np.abs(values), values, configured)
     cell = cell_with(config.cell, known)
     noise_N, noise_Nm = (float(np.sqrt(np.mean(fit.noise[part] ** 2))) for part in (slice(3), slice(3, 6)))
@@ -101,6 +111,7 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Gap:
     }  # fmt: skip
     return Gap(
         len(trials),
+        came_late,
         _errors(trials, fit.traces(configured), values[LATE], joints_late),
         _errors(trials, fit.traces(values), values[LATE], joints_late),
         values,
@@ -110,21 +121,6 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Gap:
         noise_Nm,
         settings,
     )
-
-
-def _joints_late(trials: Sequence[Driven], traces: Sequence[tuple[Array, Array]]) -> float:
-    """By how many ticks the encoders are behind the simulated ones: the least squares over a grid, and a parabola."""
-    grid = np.arange(0.0, 20.0, 0.5)
-    cost = [
-        sum(float(np.nansum((t.joints_rad - late(q, ticks)) ** 2)) for t, (_, q) in zip(trials, traces, strict=True))
-        for ticks in grid
-    ]
-    best = int(np.argmin(cost))
-    if not 0 < best < len(grid) - 1:
-        return float(grid[best])
-    before, here, after = cost[best - 1 : best + 2]
-    curve = before - 2.0 * here + after
-    return float(grid[best] + 0.25 * (before - after) / curve) if curve > 0.0 else float(grid[best])
 
 
 def _errors(

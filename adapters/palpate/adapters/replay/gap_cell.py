@@ -13,6 +13,8 @@ import pinocchio as pin
 
 from palpate.adapters.config import RunConfig, overlay
 from palpate.adapters.log import TrialLog, config_of, read_log, tare_of
+from palpate.adapters.replay.gap_late import comes_late
+from palpate.adapters.replay.gap_wall import Walled, walled_from
 from palpate.core.errors import LogError
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Validity
@@ -72,6 +74,8 @@ class Driven:
         joints_rad: What the encoders showed, (ticks, n); NaN where nothing was valid.
         wrench: What was felt, tared, (ticks, 6), frame of the tool; NaN where nothing was valid.
         hole_m: Where the peg came to rest in the hole, (2,), task frame; the goal where it did not.
+        walled: What it met in the hole; None where it was not inserted.
+        late: Who came late: ``loop``, ``devices``, or nobody.
     """
 
     path: str
@@ -81,6 +85,8 @@ class Driven:
     joints_rad: Array
     wrench: Array
     hole_m: tuple[float, float]
+    walled: Walled | None = None
+    late: str = ""
 
 
 def driven_from(path: Path) -> Driven:
@@ -120,7 +126,12 @@ def driven_from(path: Path) -> Driven:
         raise LogError(str(path), "", "touches as soon as it begins", "name logs of trials that begin above the plate")
     ready = np.array(log.start.ready_rad)
     place = _rest_place(log, config)
-    return Driven(str(path), config, ready, command[begin:], places[begin:], wrench[begin:], place)
+    by_slot = dict(zip(slots, records, strict=True))
+    part = {slot: each for slot, each in by_slot.items() if begin <= slot < count}
+    return Driven(
+        str(path), config, ready, command[begin:], places[begin:], wrench[begin:], place,
+        walled_from(log, config, by_slot, bias), comes_late(part, arm_named(config.arm).encoder_step_rad),
+    )  # fmt: skip
 
 
 def _rest_place(log: TrialLog, config: RunConfig) -> tuple[float, float]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import inf, nan, pi, sqrt
+from dataclasses import replace
+from math import hypot, inf, nan, pi, sqrt
 from typing import Final
 
 import numpy as np
@@ -22,6 +23,7 @@ from palpate.adapters.replay.gap_cell import (
     late,
     led_tip_mm,
 )
+from palpate.adapters.replay.gap_wall import across_N_per_mm, held_by
 from palpate.core.errors import UndeterminedError
 from palpate.core.ports import CONTROL_RATE_HZ
 
@@ -36,8 +38,15 @@ _SMOOTH_TICKS: Final = 7
 _FRICTION_STEP: Final = 1.4
 _FRICTION_SPREAD: Final = 0.2
 _FRICTIONS: Final = 7
-_DELAYS: Final = (-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0)
-"""In control ticks: between two of them, a touch that comes later looks much like a plate that is lower."""
+_DELAYS: Final = np.arange(0.0, 20.0, 0.25)
+"""In control ticks."""
+_LEAST_WALLS: Final = 2
+_WALL_SHARE: Final = 0.025
+"""A wall is no spring alone: rubbing on it shifts what is found by so much, whatever the number of trials."""
+_TOUCH_SHARE: Final = 0.025
+_DELAY_TICKS: Final = 0.15
+"""What buses that interpolate between set-points do to a touch and to its time is the same in each trial: over emulated
+wires it came to so much."""
 _ROUNDS: Final = 12
 _PASSES: Final = 2
 _DONE: Final = 1e-3
@@ -86,17 +95,51 @@ class CellFit:
         """Find the best values; returns their standard deviations.
 
         Stiffness, damping, plate and delay are asked of the force along the tool as it touches, stiffness across of
-        those across until the peg slips (torques say nearly the same, and shake more), friction of it as it slides.
+        the wall that holds a peg which goes in aside, friction of the force across as it slides. Where no wall held
+        it, stiffness across is asked of the force until the peg slips, which is over within two bus cycles.
         """
         self._begin()
         sds = self._stage((1, PLATE, LATE), _ALONG)
         self.values[2] = self.values[1]
+        self._stage((1, 3, PLATE, LATE), _ALONG)
         for _ in range(_PASSES):
-            sds[[1, 3, PLATE, LATE]] = self._stage((1, 3, PLATE, LATE), _ALONG)[[1, 3, PLATE, LATE]]
-            self._best_delay()
+            across = self._ask_walls()
+            sds[LATE] = self._ask_slides()
+            sds[[1, 3, PLATE]] = self._stage((1, 3, PLATE), _ALONG)[[1, 3, PLATE]]
             sds[0] = self.fit_friction()
-            sds[2] = self._stage((2,), _ACROSS)[2]
+            sds[2] = self._stage((2,), _ACROSS)[2] if across is None else across
+        sds[1], sds[LATE] = hypot(sds[1], _TOUCH_SHARE * self.values[1]), hypot(sds[LATE], _DELAY_TICKS)
         return sds
+
+    def joints_late(self) -> float:
+        """By how many ticks the encoders are behind the simulated ones, by least squares."""
+        traces = self.traces(self.values)
+        costs = [
+            sum(
+                float(np.nansum((t.joints_rad - late(q, float(ticks))) ** 2))
+                for t, (_, q) in zip(self._trials, traces, strict=True)
+            )
+            for ticks in _DELAYS
+        ]
+        return _lowest(_DELAYS, costs)
+
+    def _ask_walls(self) -> float | None:
+        """Stiffness across, and the places of the holes; returns its deviation, None where too few walls held a peg."""
+        behind = float(self.values[LATE]) - self.joints_late()
+        held = [None if trial.walled is None else held_by(trial.walled, behind) for trial in self._trials]
+        self._trials = [
+            trial if wall is None else replace(trial, hole_m=(float(wall[1][0]), float(wall[1][1])))
+            for trial, wall in zip(self._trials, held, strict=True)
+        ]
+        self._traces.clear()
+        shares = np.array([wall[0] for wall in held if wall is not None])
+        shares /= across_N_per_mm(self._trials[0].config.cell)
+        if len(shares) < _LEAST_WALLS:
+            return None
+        share = float(np.median(shares))
+        self.values[2] = np.clip(share, KNOBS[2].low, KNOBS[2].high)
+        spread = _MEDIAN_SD * float(np.median(np.abs(shares - share))) / sqrt(len(shares))
+        return hypot(spread, _WALL_SHARE * share)
 
     def _stage(self, fitted: Sequence[int], axes: Sequence[int]) -> Array:
         knobs = np.array(fitted)
@@ -145,16 +188,22 @@ class CellFit:
                 # Higher is less deep.
                 self.values[[PLATE, LATE]] = level / slope, delay
 
-    def _best_delay(self) -> None:
-        found, start = self.values, self.values.copy()
-        best = _cost(self.residuals(found, _ALONG))
-        for ticks in _DELAYS:
-            self.values = start.copy()
-            self.values[LATE] = max(start[LATE] + ticks, 0.0)
-            self._stage((1, 3, PLATE), _ALONG)
-            if (cost := _cost(self.residuals(self.values, _ALONG))) < best:
-                best, found = cost, self.values
-        self.values = found
+    def _ask_slides(self) -> float:
+        """The delay with which the forces across follow the simulated ones in all of a trial; returns its deviation.
+
+        A touch alone leaves it open: one that comes later looks much like a plate that is lower.
+        """
+        delays = []
+        for trial, (wrench, _) in zip(self._trials, self.traces(self.values), strict=True):
+            costs = []
+            for ticks in _DELAYS:
+                rest = ((trial.wrench - late(wrench, float(ticks))) / self.noise)[FREE_TICKS:, _ACROSS]
+                costs.append(_cost([rest[~np.isnan(rest[:, 0])]]))
+            delays.append(_lowest(_DELAYS, costs))
+        self.values[LATE] = float(np.median(delays))
+        if len(delays) < 2:
+            return inf
+        return _MEDIAN_SD * float(np.median(np.abs(delays - self.values[LATE]))) / sqrt(len(delays))
 
     def fit_friction(self) -> float:
         """Find the friction with which pegs slide as hard as was felt, in the median; returns its deviation."""
@@ -262,3 +311,13 @@ def _stuck_until(trial: Driven) -> int:
 
 def _cost(rests: Sequence[Array]) -> float:
     return float(sum(np.sum(np.log1p((rest / _ROBUST) ** 2)) for rest in rests))
+
+
+def _lowest(places: Array, costs: Sequence[float]) -> float:
+    """Where a cost is least: that of a grid, and a parabola through it and its neighbours."""
+    best = int(np.argmin(costs))
+    if not 0 < best < len(places) - 1:
+        return float(places[best])
+    before, here, after = costs[best - 1 : best + 2]
+    curve, step = before - 2.0 * here + after, float(places[1] - places[0])
+    return float(places[best]) + (0.5 * step * (before - after) / curve if curve > 0.0 else 0.0)

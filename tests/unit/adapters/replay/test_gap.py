@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from palpate.adapters.config import overlay, scenario
 from palpate.adapters.experiments import ChosenPolicy, Recorded, RunFolder, run_policy
+from palpate.adapters.log import read_log
 from palpate.adapters.mujoco import SimulatedRig
-from palpate.adapters.replay import find_logs, gap_cell, gap_fit, gap_of
+from palpate.adapters.replay import find_logs, gap_cell, gap_fit, gap_late, gap_of, gap_wall
 from palpate.core.errors import ConfigurationError, LogError
 from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell import HiddenValues
@@ -49,7 +50,6 @@ def test_stiffness_friction_and_latency_are_found(logs: list[Path], monkeypatch:
     monkeypatch.setattr(gap_cell, "_MOST_TICKS", 100)
     monkeypatch.setattr(gap_fit, "_PASSES", 1)
     monkeypatch.setattr(gap_fit, "_FRICTIONS", 3)
-    monkeypatch.setattr(gap_fit, "_DELAYS", (0.5,))
     found = gap_of(logs, lambda: None)
     friction, axial, across, _, plate_mm, _ = found.values
     assert [friction, axial, found.wrench_late_ms] == pytest.approx([0.35, 0.7, 20.0], rel=0.1)
@@ -87,6 +87,34 @@ def test_deviations_hold_where_the_errors_of_a_trial_hang_together() -> None:
 def test_a_trace_is_put_off_by_any_time(ticks: float) -> None:
     trace = np.arange(40.0)[:, None]
     assert gap_cell.late(trace, ticks)[:, 0] == pytest.approx(np.maximum(trace[:, 0] - ticks, 0.0))
+
+
+def test_a_wall_tells_stiffness_and_hole_from_angles_that_come_earlier() -> None:
+    rng = np.random.default_rng(4)
+    led_mm = np.array([0.5, 0.2]) * np.clip(np.linspace(1.2, -0.1, 60), 0.0, 1.0)[:, None]
+    aside = led_mm - [0.02, -0.03]
+    away = np.hypot(*aside.T)[:, None]
+    force = -28.0 * np.maximum(away - 0.075, 0.0) * aside / away
+    late = gap_cell.late(force, 3.0) + rng.normal(0.0, 0.1, force.shape)
+    found = gap_wall.held_by(gap_wall.Walled(led_mm, late, 0.075), 3.0)
+    assert found is not None
+    assert found[0] == pytest.approx(28.0, rel=0.02)
+    assert found[1] * 1e3 == pytest.approx([0.02, -0.03], abs=0.01)
+    assert gap_wall.held_by(gap_wall.Walled(led_mm, 0.1 * late, 0.075), 3.0) is None
+
+
+def test_a_loop_and_devices_that_come_late_are_told_apart(logs: list[Path]) -> None:
+    ticks = dict(enumerate(record for record in read_log(logs[0]).records() if record.wrench is not None))
+    ticks = {slot: ticks[slot] for slot in range(150, 260)}
+    step = (3e-5,) * 6
+    assert gap_late.comes_late(ticks, step) == ""
+    kept = {slot: record for slot, record in ticks.items() if not 200 <= slot < 206}
+    assert gap_late.comes_late(kept, step) == "loop"
+    stuck = {
+        slot: replace(record, wrench=ticks[200].wrench) if 200 < slot < 212 else record
+        for slot, record in ticks.items()
+    }
+    assert gap_late.comes_late(stuck, step) == "devices"
 
 
 def test_logs_of_another_cell_and_of_no_contact_are_refused(logs: list[Path], palpate: CommandLine) -> None:

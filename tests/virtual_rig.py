@@ -1,0 +1,139 @@
+"""An emulated rig in virtual time: the simulated cell behind the emulators' wires, the real drivers before them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from types import TracebackType
+from typing import Any, Self
+
+from palpate.adapters.config import RunConfig, SensorFactsTable
+from palpate.adapters.hardware.approach import find_approach, walk
+from palpate.adapters.hardware.emulated_cell import EmulatedCell, EmulationConfig
+from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
+from palpate.adapters.hardware.sensor_facts import gathered, reported_by
+from palpate.core.ports import CONTROL_RATE_HZ, FaultLatch, Ports, Rig, SensorFacts, World
+from palpate.core.trial import ReadyPose
+from palpate.simulation.work_cell import HiddenValues
+from tests.virtual_lines import VirtualDesk
+
+_TICK_NS = 10**9 // CONTROL_RATE_HZ
+_WAY_RAD_S = 0.8
+_NAMES = {"zebra-nmc": "zebra-nmc", "cia402": "cia402"}
+
+
+class VirtualCell(EmulatedCell):
+    """The cell with its devices on a virtual desk, a tick of physics each control period.
+
+    Args:
+        late_ns: By how much its ticks come late, of their number; where it was away it makes up for what it missed.
+    """
+
+    def __init__(
+        self, desk: VirtualDesk, config: RunConfig, ready: ReadyPose, emulation: EmulationConfig, begin_ns: int,
+        late_ns: Callable[[int], int],
+    ) -> None:  # fmt: skip
+        super().__init__(config, ready, emulation)
+        self.tables: dict[str, dict[str, Any]] = {}
+        for server, table, _ in self._served:
+            if (emulator := getattr(getattr(server, "_serial", None), "emulator", None)) is not None:
+                desk.serial(table, emulator)
+            else:
+                desk.can(table, *server.wire._nodes)  # type: ignore[attr-defined]
+        self._begin_ns, self._late_ns, self._done = begin_ns, late_ns, 0
+        desk.clock.devices.append(self)
+
+    def next_event_ns(self) -> int:
+        return self._begin_ns + self._done * _TICK_NS + self._late_ns(self._done)
+
+    def step(self, now_ns: int) -> None:
+        while self.next_event_ns() <= now_ns:
+            self._done += 1
+            self.tick()
+
+
+class VirtualRig(Rig):
+    """What ``palpate run --rig`` has of such a rig, without watchdogs: the loop is this thread, the bus another.
+
+    Args:
+        phase: Of the cell's ticks, 0 to 1 of a control period.
+    """
+
+    def __init__(
+        self,
+        config: RunConfig,
+        ready: ReadyPose,
+        arm: str,
+        force: str,
+        hidden: HiddenValues,
+        *,
+        phase: float = 0.0,
+        late_ns: Callable[[int], int] = lambda tick: 0,
+    ) -> None:
+        self.desk, self.latch = VirtualDesk(), FaultLatch()
+        self._config, self._approach = config, find_approach(config, ready)
+        emulation = EmulationConfig(arm=arm, force=force, other=hidden)
+        clock = self.desk.clock
+        self.cell = VirtualCell(self.desk, config, ready, emulation, clock.now_ns() + round(phase * _TICK_NS), late_ns)
+        context = RigContext.of(config.arm, clock)
+        adapter = arm_maker(arm)(_arm_table(arm, self.cell), context)
+        self.sensor = force_sensor_maker(force)(_sensor_table(force), context)
+        self.ports = Ports(clock, self.sensor, adapter.encoder, adapter.arm)
+        self._at_ready = False
+        self._stated = replace(SensorFactsTable(), **self.cell._facts())
+
+    @property
+    def sensor_facts(self) -> SensorFacts:
+        return gathered(self._stated, reported_by(self.sensor))
+
+    def prepare(self, trial: int) -> None:
+        self.ports.arm.deactivate()
+        self.ports.arm.activate()
+        if not self._at_ready:
+            walk(self._approach, self.ports, _WAY_RAD_S, self._config.task.max_force_N)
+            self._at_ready = True
+        self.ports.force_sensor.read()
+
+    def world(self) -> World:
+        return World("virtual rig", {})
+
+    def truth(self) -> None:
+        return None
+
+    @property
+    def clock_ticks(self) -> int:
+        return 0
+
+    def set_clock_ticks(self, ticks: int) -> None:
+        return
+
+    def __enter__(self) -> Self:
+        self.desk.clock.sleep(0.1)
+        for device in (self.sensor, self.ports.arm):
+            device.configure()
+        for device in (self.sensor, self.ports.arm):
+            device.activate()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.ports.arm.stop()
+        self.ports.arm.close()
+        self.sensor.close()
+        self.desk.close()
+
+
+def _arm_table(arm: str, cell: VirtualCell) -> dict[str, Any]:
+    if arm == "zebra-nmc":
+        return {"port": "arm", "baud": 230_400, "adapter_latency_ms": 0.0, "divider": 2, "at_home": True,
+                "reset_wait_ms": 20.0}  # fmt: skip
+    scale = list(cell._motors._scale)  # type: ignore[attr-defined]
+    nodes = [axis + 1 for axis in range(len(scale))]
+    return {"interface": "virtual", "channel": "arm", "divider": 2, "nodes": nodes, "counts_per_rad": scale}
+
+
+def _sensor_table(force: str) -> dict[str, Any]:
+    if force == "jr3-uart":
+        return {"port": "force_sensor"}
+    return {"interface": "virtual", "channel": "force_sensor", "node": 9}
