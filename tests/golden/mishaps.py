@@ -99,9 +99,9 @@ MISHAPS: Final[dict[str, Mishap]] = {
     ),
     "lies-dead-across": Mishap(
         (
-            force("unit", 183, factor=1e-4, channels=(0, 1, 3, 4)),
-            force("noise", 183, magnitude=0.1, channels=(0, 1)),
-            force("noise", 183, magnitude=0.004, channels=(3, 4)),
+            force("unit", 206, factor=1e-4, channels=(0, 1, 3, 4)),
+            force("noise", 206, magnitude=0.1, channels=(0, 1)),
+            force("noise", 206, magnitude=0.004, channels=(3, 4)),
         ),
         {"task": {"insertion_depth_mm": 3.0, "time_limit_s": 4.0}},
     ),

@@ -59,14 +59,12 @@ class BothWallsCheck:
         self._enter(_Stage.FIRST)
 
     def velocity_m_s(self, force_N: Vector3, new: bool, reference_m: Vector3) -> tuple[float, float]:
-        """Velocity of the tip across the tool axis for this tick; zero once it is known.
+        """Velocity of the tip across the tool axis for this tick; not to be asked once it is known.
 
         Args:
             force_N: Tared force of the environment on the tool, (3,), task frame.
             reference_m: Where the tip is commanded to be, (3,), task frame.
         """
-        if self.answered or self.failed:
-            return 0.0, 0.0
         if self._stage is _Stage.FIRST:
             velocity = self._first.velocity_m_s(force_N, new, reference_m)
             self.failed = self._first.failed
