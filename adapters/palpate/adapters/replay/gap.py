@@ -12,7 +12,9 @@ import numpy as np
 
 from palpate.adapters.replay.gap_cell import LATE, PLATE, SETTLED, Array, Driven, cell_with, driven_from, late
 from palpate.adapters.replay.gap_fit import CellFit
+from palpate.adapters.replay.gap_late import falls_behind
 from palpate.core.errors import ConfigurationError
+from palpate.core.motion import arm_named
 from palpate.core.ports import CONTROL_RATE_HZ
 
 WRENCH_AXES: Final = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
@@ -83,6 +85,7 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Gap:
     for trial in trials[1:]:
         if trial.config.cell != config.cell or trial.config.arm != config.arm:
             raise ConfigurationError("logs", trial.path, f"logs recorded with the cell and arm of {trials[0].path}")
+    trials = _noted_behind(trials, gone_through)
     came_late = Counter(trial.late for trial in trials if trial.late)
     trials = [trial for trial in trials if not trial.late] or trials
     fit = CellFit(trials, gone_through)
@@ -121,6 +124,19 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Gap:
         noise_Nm,
         settings,
     )
+
+
+def _noted_behind(trials: Sequence[Driven], gone_through: Callable[[], object]) -> list[Driven]:
+    """Trials; those whose joints fell behind the simulated ones are marked."""
+    fit = CellFit(trials, gone_through)
+    ticks, begun = fit.joints_late(), SETTLED.start
+    step_rad = min(arm_named(trials[0].config.arm).encoder_step_rad)
+    return [
+        replace(trial, late=trial.late or "devices")
+        if falls_behind(trial.joints_rad[begun:], late(q_rad, ticks)[begun:], step_rad)
+        else trial
+        for trial, (_, q_rad) in zip(trials, fit.traces(fit.values), strict=True)
+    ]
 
 
 def _errors(

@@ -130,7 +130,7 @@ def driven_from(path: Path) -> Driven:
     part = {slot: each for slot, each in by_slot.items() if begin <= slot < count}
     return Driven(
         str(path), config, ready, command[begin:], places[begin:], wrench[begin:], place,
-        walled_from(log, config, by_slot, bias), comes_late(part, arm_named(config.arm).encoder_step_rad),
+        walled_from(log, config, by_slot, bias), comes_late(part),
     )  # fmt: skip
 
 

@@ -23,6 +23,7 @@ from palpate.adapters.replay.gap_cell import (
     late,
     led_tip_mm,
 )
+from palpate.adapters.replay.gap_numbers import cost, deviations, lowest, normal_equations
 from palpate.adapters.replay.gap_wall import across_N_per_mm, held_by
 from palpate.core.errors import UndeterminedError
 from palpate.core.ports import CONTROL_RATE_HZ
@@ -50,7 +51,6 @@ wires it came to so much."""
 _ROUNDS: Final = 12
 _PASSES: Final = 2
 _DONE: Final = 1e-3
-_ROBUST: Final = 4.0
 _MEDIAN_SD: Final = 1.4826 * sqrt(pi / 2.0)
 """Standard deviation of a median of n is this, times the median deviation, over sqrt(n)."""
 
@@ -121,7 +121,7 @@ class CellFit:
             )
             for ticks in _DELAYS
         ]
-        return _lowest(_DELAYS, costs)
+        return lowest(_DELAYS, costs)
 
     def _ask_walls(self) -> float | None:
         """Stiffness across, and the places of the holes; returns its deviation, None where too few walls held a peg."""
@@ -156,8 +156,8 @@ class CellFit:
                 tried[knobs] -= np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-12), slope)
                 tried = np.array([np.clip(v, k.low, k.high) for v, k in zip(tried, KNOBS, strict=True)])
                 rests_there = self.residuals(tried, axes)
-                if _cost(rests_there) < _cost(rests):
-                    moved = _cost(rests) - _cost(rests_there) > _DONE * _cost(rests)
+                if cost(rests_there) < cost(rests):
+                    moved = cost(rests) - cost(rests_there) > _DONE * cost(rests)
                     self.values, rests, damping = tried, rests_there, damping * 0.3
                     break
                 damping *= 5.0
@@ -198,8 +198,8 @@ class CellFit:
             costs = []
             for ticks in _DELAYS:
                 rest = ((trial.wrench - late(wrench, float(ticks))) / self.noise)[FREE_TICKS:, _ACROSS]
-                costs.append(_cost([rest[~np.isnan(rest[:, 0])]]))
-            delays.append(_lowest(_DELAYS, costs))
+                costs.append(cost([rest[~np.isnan(rest[:, 0])]]))
+            delays.append(lowest(_DELAYS, costs))
         self.values[LATE] = float(np.median(delays))
         if len(delays) < 2:
             return inf
@@ -279,45 +279,8 @@ def sliding_share(wrench: Array) -> float:
     return float(np.hypot(smooth[:, 0], smooth[:, 1]).sum()) / along if along > 0.0 else nan
 
 
-def normal_equations(jacobians: Sequence[Array], rests: Sequence[Array]) -> tuple[Array, Array]:
-    """Of the robust fit: the normal matrix, (k, k), and each trial's part of the slope, (trials, k)."""
-    weighted = [j / (1.0 + (rest[:, None] / _ROBUST) ** 2) for j, rest in zip(jacobians, rests, strict=True)]
-    normal = sum((w.T @ j for w, j in zip(weighted, jacobians, strict=True)), np.zeros((jacobians[0].shape[1],) * 2))
-    return normal, np.array([w.T @ rest for w, rest in zip(weighted, rests, strict=True)])
-
-
-def deviations(normal: Array, slopes: Array, rests: Sequence[Array]) -> Array:
-    """Standard deviations of what was fitted, (k,): errors within a trial hang together, so trials are what counts.
-
-    With few trials theirs say little; what residuals say, as if each were one by itself, is the least.
-    """
-    inverse = np.linalg.pinv(normal)
-    rest = np.concatenate(rests)
-    excess = float(np.average(rest**2, weights=1.0 / (1.0 + (rest / _ROBUST) ** 2)))
-    least: Array = np.sqrt(np.diag(inverse) * max(excess, 1.0))
-    trials = len(slopes)
-    if trials < 2:
-        return least
-    clustered = inverse @ (slopes.T @ slopes) @ inverse * (trials / (trials - 1.0))
-    return np.maximum(least, np.sqrt(np.diag(clustered)))
-
-
 def _stuck_until(trial: Driven) -> int:
     """Ticks until the peg is led so far across that it may slip."""
     tip_mm = led_tip_mm(trial)
     far = np.hypot(*(tip_mm[FREE_TICKS:, :2] - tip_mm[FREE_TICKS, :2]).T) > _STUCK_MM
     return FREE_TICKS + (int(np.argmax(far)) if far.any() else len(far))
-
-
-def _cost(rests: Sequence[Array]) -> float:
-    return float(sum(np.sum(np.log1p((rest / _ROBUST) ** 2)) for rest in rests))
-
-
-def _lowest(places: Array, costs: Sequence[float]) -> float:
-    """Where a cost is least: that of a grid, and a parabola through it and its neighbours."""
-    best = int(np.argmin(costs))
-    if not 0 < best < len(places) - 1:
-        return float(places[best])
-    before, here, after = costs[best - 1 : best + 2]
-    curve, step = before - 2.0 * here + after, float(places[1] - places[0])
-    return float(places[best]) + (0.5 * step * (before - after) / curve if curve > 0.0 else 0.0)

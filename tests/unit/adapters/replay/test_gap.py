@@ -13,7 +13,7 @@ from palpate.adapters.config import overlay, scenario
 from palpate.adapters.experiments import ChosenPolicy, Recorded, RunFolder, run_policy
 from palpate.adapters.log import read_log
 from palpate.adapters.mujoco import SimulatedRig
-from palpate.adapters.replay import find_logs, gap_cell, gap_fit, gap_late, gap_of, gap_wall
+from palpate.adapters.replay import find_logs, gap_cell, gap_fit, gap_late, gap_numbers, gap_of, gap_wall
 from palpate.core.errors import ConfigurationError, LogError
 from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell import HiddenValues
@@ -77,9 +77,9 @@ def test_deviations_hold_where_the_errors_of_a_trial_hang_together() -> None:
     for _ in range(200):
         jacobians = [np.full((50, 1), slope) for slope in slopes]
         rests = [rng.normal(0.0, 1.0, 50) + rng.normal(0.0, 1.0) for _ in slopes]
-        normal, parts = gap_fit.normal_equations(jacobians, rests)
+        normal, parts = gap_numbers.normal_equations(jacobians, rests)
         found.append(float(parts.sum() / normal[0, 0]))
-        told.append(float(gap_fit.deviations(normal, parts, rests)[0]))
+        told.append(float(gap_numbers.deviations(normal, parts, rests)[0]))
     assert np.mean(told) == pytest.approx(np.std(found), rel=0.2)
 
 
@@ -106,15 +106,22 @@ def test_a_wall_tells_stiffness_and_hole_from_angles_that_come_earlier() -> None
 def test_a_loop_and_devices_that_come_late_are_told_apart(logs: list[Path]) -> None:
     ticks = dict(enumerate(record for record in read_log(logs[0]).records() if record.wrench is not None))
     ticks = {slot: ticks[slot] for slot in range(150, 260)}
-    step = (3e-5,) * 6
-    assert gap_late.comes_late(ticks, step) == ""
+    assert gap_late.comes_late(ticks) == ""
     kept = {slot: record for slot, record in ticks.items() if not 200 <= slot < 206}
-    assert gap_late.comes_late(kept, step) == "loop"
+    assert gap_late.comes_late(kept) == "loop"
     stuck = {
         slot: replace(record, wrench=ticks[200].wrench) if 200 < slot < 212 else record
         for slot, record in ticks.items()
     }
-    assert gap_late.comes_late(stuck, step) == "devices"
+    assert gap_late.comes_late(stuck) == "devices"
+
+
+def test_an_arm_whose_cell_is_held_up_falls_behind_the_simulated_one() -> None:
+    simulated = np.cumsum(np.full((60, 6), 2e-4), axis=0)
+    assert not gap_late.falls_behind(gap_cell.late(simulated, 1.5), simulated, 3e-5)
+    held_up = simulated.copy()
+    held_up[30:34] = simulated[29]
+    assert gap_late.falls_behind(held_up, simulated, 3e-5)
 
 
 def test_logs_of_another_cell_and_of_no_contact_are_refused(logs: list[Path], palpate: CommandLine) -> None:
