@@ -218,7 +218,7 @@ def learning_policy(config: RunConfig, perception: Perception, code: str = "") -
         raise ConfigurationError(field, error.value, error.accepted) from error
     if config.learner == "belief":
         reach, none = task_reach(config), ProgrammedPolicy(perception.states, actions, {})
-        belief = BeliefLearner(learning.belief, reach.half_width_m, reach.action_s)
+        belief = BeliefLearner(learning.belief, reach.half_width_m, reach.action_s, frozen=False)
         return MixedPolicy(perception.states, [*(parts or [none]), belief])
     back_off = BackOff.of(learning.back_off_visits, perception.identifier.symbol_of)
     learner = new_learner(learning_parameters(config), perception.states, actions, back_off=back_off)

@@ -125,7 +125,7 @@ class Episodes(ABC):
     def __init__(self, config: RunConfig) -> None:
         self.config, self.trial, self.skipped = config, 0, 0
         duration_s = config.task.ticks_per_action * PERIOD_S
-        self.plain_reinforcement = build_reinforcement(config)(ActionOutcome(duration_s, 0.0, 0.0, 0.0))
+        self.plain_reinforcement = build_reinforcement(config)(ActionOutcome(duration_s, 0.0))
 
     @property
     def report(self) -> TrialReport:

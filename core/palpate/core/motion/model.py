@@ -124,7 +124,7 @@ class Kinematics:
         """
         self._set_q(*q_rad)
         pin.computeJointJacobians(self.model, self._data, self._q)
-        pin.updateFramePlacement(self.model, self._data, self._tip_id)
+        # This places the tip, too.
         jacobian: Array = pin.getFrameJacobian(self.model, self._data, self._tip_id, _LOCAL)
         return jacobian
 

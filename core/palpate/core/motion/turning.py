@@ -18,9 +18,8 @@ Rows: TypeAlias = tuple[Vector3, Vector3, Vector3]
 def leaning(turn_rad: Vector3) -> Rows:
     """Rotation by the lean alone, (3, 3), row by row, task frame."""
     x, y, _ = turn_rad
-    angle = hypot(x, y)
-    if angle == 0.0:
-        return (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+    # Upright it leans in no direction, but there is one to divide by.
+    angle = max(hypot(x, y), 1e-300)
     x, y, s = x / angle, y / angle, sin(angle)
     c = cos(angle)
     d = 1.0 - c

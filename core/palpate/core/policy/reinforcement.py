@@ -21,8 +21,6 @@ class ActionOutcome:
 
     Attributes:
         mean_force_N: Mean of the norm of the contact force.
-        peak_force_N: Largest norm of the contact force.
-        distance_m: Length of the way of the measured tip.
 
     Raises:
         CommandError: A value is negative or not finite.
@@ -30,11 +28,9 @@ class ActionOutcome:
 
     duration_s: float
     mean_force_N: float
-    peak_force_N: float
-    distance_m: float
 
     def __post_init__(self) -> None:
-        values = (self.duration_s, self.mean_force_N, self.peak_force_N, self.distance_m)
+        values = (self.duration_s, self.mean_force_N)
         if not (isfinite(sum(values)) and min(values) >= 0.0):
             raise CommandError("the outcome of an action must be finite and not negative", values)
 

@@ -19,7 +19,7 @@ REACH = Reach(1e-3, 0.05)
 
 def learned() -> tuple[MixedPolicy, BeliefLearner]:
     """A belief that has learned two trials, behind a programmed state."""
-    learner = BeliefLearner(BeliefParameters(patience=7), REACH.half_width_m, REACH.action_s)
+    learner = BeliefLearner(BeliefParameters(patience=7), REACH.half_width_m, REACH.action_s, frozen=False)
     policy = MixedPolicy(STATES, [ProgrammedPolicy(STATES, TWO, {"a": LEFT}), learner])
     for trial in range(2):
         policy.begin_trial(trial, np.random.default_rng(trial))

@@ -59,9 +59,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         ConfigurationError: The square is so large that its places could not be gone through within a tick.
     """
 
-    def __init__(
-        self, parameters: BeliefParameters, half_width_m: float, action_s: float, *, frozen: bool = False
-    ) -> None:
+    def __init__(self, parameters: BeliefParameters, half_width_m: float, action_s: float, *, frozen: bool) -> None:
         if half_width_m > _WIDEST_M:
             accepted = f"at most {_WIDEST_M * 1e3:g} mm from the goal to be explored, for a belief"
             raise ConfigurationError("task.area_half_width_mm", half_width_m * 1e3, accepted)

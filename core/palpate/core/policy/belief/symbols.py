@@ -135,7 +135,7 @@ class SymbolBelief(PlaceBelief):
 
     @override
     def feel(self, row: int, column: int, torque_Nm: tuple[float, float], load: float) -> None:
-        symbol = int(symbols_of(np.array([torque_Nm]), self._table.threshold_Nm)[0])
+        symbol = symbols_of(np.array([torque_Nm]), self._table.threshold_Nm).item()
         self._sum *= self._kept
         self._sum += self._table.at(row, column, symbol)
 

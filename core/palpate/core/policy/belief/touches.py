@@ -165,6 +165,6 @@ class Examples:
                 rows.append((*touch.torque, trial.hole[0] - x, trial.hole[1] - y, x - px, y - py, touch.load))
                 numbers.append(number)
                 before = touch
-        table = np.array(rows, dtype=np.float64).reshape(-1, 7)
+        table = np.array(rows, dtype=np.float64).reshape(len(rows), 7)
         torque_Nm, to_hole_m, step_m = table[:, :2] * TORQUE_NM, table[:, 2:4] * LENGTH_M, table[:, 4:6] * LENGTH_M
         return cls(torque_Nm, table[:, 6].copy(), to_hole_m, step_m, np.array(numbers, dtype=int))

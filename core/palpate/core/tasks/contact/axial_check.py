@@ -78,7 +78,6 @@ class AxialCheck:
         """The next :meth:`velocity_m_s` is the first of a check; the tool has to be pressing."""
         self.share: float | None = None
         self._rounds = 0
-        self._pressed_N = self._pressed_m = 0.0
         self._enter(_Stage.BEFORE)
 
     @property

@@ -136,7 +136,7 @@ class SignOfLife:
     def proved(self) -> None:
         """The sensor has answered to a check: travel counts from now on, and what it showed before does not."""
         self.travel_m = 0.0
-        self._late, self._accused = self._late or self._accused, False
+        self._late = self._late or self._accused
         self._begin_heave()
 
     def demand_check(self) -> None:
@@ -166,7 +166,7 @@ class SignOfLife:
     def _answer(self) -> _Answer:
         """What the force does with the motion, by the lag at which it follows best."""
         count, force, sign = self._count, self._force, self._sign
-        follows, share, spread = -inf, 0.0, 0.0
+        follows = -inf
         for depth, square, product in self._sums:
             square -= depth * depth / count
             if square > 0.0:
@@ -174,7 +174,7 @@ class SignOfLife:
                 follows_here = -product / sqrt(square)
                 if follows_here > follows:
                     follows, share, spread = follows_here, -product / square, square
-        if spread == 0.0:
+        if follows == -inf:
             return _NONE
         left = max(self._force_square - force * force / count - follows * follows, 0.0)
         error = self._deviations * sqrt(left / (spread * (count - 2)))

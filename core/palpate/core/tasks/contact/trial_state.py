@@ -20,8 +20,10 @@ class TrialState:
     """
 
     def __init__(self) -> None:
-        self.report = TrialReport(TrialSetup(0, 0, (0.0, 0.0)))
+        self.report: TrialReport
         self.phase: Enum = Phase.DONE
+        self.tick: int
+        self.noise: tuple[float, ...]
         self.snapshot: Snapshot
         self.observation: Observation | None
 
@@ -31,8 +33,6 @@ class TrialState:
         self.phase = Phase.LIFT
         # A trial may begin with the tool still where the one before left it.
         self.expectation = Expectation(contact=True)
-        self.tick = 0
-        self.noise: tuple[float, ...] = (0.0,) * 6
 
     def enter(self, phase: Enum, expectation: Expectation) -> None:
         """Another phase begins."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
-from math import hypot, sqrt
+from math import dist, hypot, sqrt
 from statistics import fmean, stdev
 from typing import Final, Never
 
@@ -203,8 +203,7 @@ class Probe:
         """
         begun = self.reference_m
         while self._aside_N < self._push_N:
-            x, y, _ = self.reference_m
-            if hypot(x - begun[0], y - begun[1]) > widest_m:
+            if dist(self.reference_m[:2], begun[:2]) > widest_m:
                 yield from self.doubt(self._no_wall(widest_m))
             across = heading[0] * _FAST_M_S, heading[1] * _FAST_M_S, 0.0
             if felt:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import dist
-
 import numpy as np
 
 from palpate.core.errors import LifecycleError
@@ -18,8 +16,7 @@ class Agent:
 
     Attributes:
         percept: Symbol and state last perceived in this trial, as indices; None before the first.
-        effort: Place of the tip, (3,) m, and norm of the force, N, in each tick of the running action; whoever runs it
-            adds to them.
+        effort_N: Norm of the force in each tick of the running action; whoever runs it adds to them.
         goes_on: Whether a choice made before goes on, so that the policy is not asked.
     """
 
@@ -28,8 +25,7 @@ class Agent:
         self._reinforcement, self._tick_s = reinforcement, tick_s
         self._pending: tuple[int, Decision] | None
         self._asked: tuple[int, Observation] | None
-        self.effort: list[tuple[Vector3, float]] = []
-        self._from_m: Vector3 | None
+        self.effort_N: list[float] = []
         self._least_ticks: int
         # What the task adds to the nine channels.
         self._of_the_task: tuple[float, ...] = ()
@@ -43,7 +39,6 @@ class Agent:
         self._policy.begin_trial(trial, rng)
         self._pending = self._asked = self.percept = None
         self._clear_effort()
-        self._from_m = None
         self.decisions = []
 
     @property
@@ -58,9 +53,9 @@ class Agent:
         reference_m: Vector3,
         force_N: Vector3,
         torque_Nm: Vector3,
-        turn_rad: Vector3 = (0.0, 0.0, 0.0),
-        live_torque_Nm: Vector3 = (0.0, 0.0, 0.0),
-        depth_m: float = 0.0,
+        turn_rad: Vector3,
+        live_torque_Nm: Vector3,
+        depth_m: float,
     ) -> Observation:
         """The action before has ended: learn from it, and give what :meth:`choose` will choose the next one by."""
         number = len(self.decisions)
@@ -145,21 +140,12 @@ class Agent:
             self._policy.learn(Transition(state, decision.index, reward, next_state))
 
     def _outcome(self) -> ActionOutcome:
-        total_N = peak_N = distance_m = 0.0
-        place_m = self._from_m
-        for position_m, force_N in self.effort:
+        ticks = max(len(self.effort_N), self._least_ticks)
+        total_N = 0.0
+        for force_N in self.effort_N:  # sum() rounds otherwise in newer versions of Python
             total_N += force_N
-            if force_N > peak_N:
-                peak_N = force_N
-            if place_m is not None:
-                distance_m += dist(position_m, place_m)
-            place_m = position_m
-        ticks = max(len(self.effort), self._least_ticks)
-        return ActionOutcome(ticks * self._tick_s, total_N / ticks, peak_N, distance_m)
+        return ActionOutcome(ticks * self._tick_s, total_N / ticks)
 
     def _clear_effort(self) -> None:
-        if self.effort:
-            # The way to the next action's first tick is that action's.
-            self._from_m, _ = self.effort[-1]
-        self.effort.clear()
+        self.effort_N.clear()
         self._least_ticks = 1

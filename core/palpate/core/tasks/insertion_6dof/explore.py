@@ -116,7 +116,7 @@ class SpatialExplore(Explore):
             return super().step()
         if self._out_of_time():
             return 0.0, 0.0, 0.0
-        self._agent.effort.append((self._measurement.position_m, self._measurement.force_norm_N))
+        self._agent.effort_N.append(self._measurement.force_norm_N)
         if law is Law.PUSH and self._upright and self._depth_m > _SUNK_M:
             self._state.event("sunk below the surface")
             self.over = True

@@ -162,7 +162,7 @@ def test_another_state_is_refused(state: dict[str, object]) -> None:
 
 def test_an_area_too_wide_for_a_tick_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="at most 8 mm"):
-        BeliefLearner(BeliefParameters(), 9e-3, 0.05)
+        BeliefLearner(BeliefParameters(), 9e-3, 0.05, frozen=False)
 
 
 def test_a_search_that_leaves_gaps_is_refused() -> None:

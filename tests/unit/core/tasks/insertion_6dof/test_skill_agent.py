@@ -56,10 +56,10 @@ def test_an_insertion_that_got_stuck_costs_the_time_that_it_took() -> None:
 
 def test_actions_of_no_set_are_done_as_they_are_and_taught_to_nobody() -> None:
     agent, diary = agent_with(None)
-    agent.perceive(0, NONE, NONE, NONE, NONE)
+    agent.perceive(0, NONE, NONE, NONE, NONE, NONE, NONE, 0.0)
     decision = agent.choose()
     assert (decision.action.name, decision.action.displacement_m) == ("far", (1.0, 0.0))
-    agent.perceive(10, NONE, NONE, NONE, NONE)
+    agent.perceive(10, NONE, NONE, NONE, NONE, NONE, NONE, 0.0)
     agent.gave_up(NONE, NONE, NONE)
     assert not diary.learned
 
@@ -69,6 +69,6 @@ def test_a_trial_begins_with_what_the_peg_is_set_up_with() -> None:
     act(agent, 0)
     agent.begin(1, np.random.default_rng(0))
     stand = next(skill for skill in SKILLS if skill.name.startswith("stand"))
-    agent._skills.begin(stand, agent.perceive(0, NONE, NONE, NONE, NONE))
-    spatial = agent._skills.step(agent.perceive(0, NONE, NONE, NONE, NONE))[1]
+    agent._skills.begin(stand, agent.perceive(0, NONE, NONE, NONE, NONE, NONE, NONE, 0.0))
+    spatial = agent._skills.step(agent.perceive(0, NONE, NONE, NONE, NONE, NONE, NONE, 0.0))[1]
     assert (spatial.law, np.hypot(*spatial.push_N)) == (Law.PUSH, pytest.approx(2.0 * 3.0 * np.cos(np.pi / 4)))

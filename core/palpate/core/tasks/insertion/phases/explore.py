@@ -72,7 +72,7 @@ class Explore(RunningPhase):
         if self._out_of_time():
             return 0.0, 0.0, 0.0
         x, y, z = measured.force_N
-        self._agent.effort.append((measured.position_m, measured.force_norm_N))
+        self._agent.effort_N.append(measured.force_norm_N)
         lost = z > -self._contact_N
         # Friction on the hole's wall can go on pushing back while the peg already sinks: depth shows it as well.
         # Before the first action the surface is not known well: encoders on a slow bus lag behind the force.
