@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from select import select
 from typing import Any, Final, Protocol
 
 import serial
@@ -54,6 +55,23 @@ def open_serial(name: str, baud: int, device: str) -> Any:
             "check the name, that it is plugged in, that you may open it (group dialout), and that no other program has"
         )
         raise WiringError(device, f"{name} cannot be opened ({error})", remedy) from error
+
+
+def write_unless_stuck(port: ByteStream, data: bytes) -> None:
+    """Write to a port whose reader asks again for what did not come.
+
+    pyserial calls a write late by its clock alone, also when every byte was taken and this program was held up for
+    longer than the timeout before it looked (FACT, serialposix.py of 3.5). A port that takes bytes now is not stuck;
+    whether it took these shows in the reply.
+
+    Raises:
+        OSError: The port takes no bytes, or is gone.
+    """
+    try:
+        port.write(data)
+    except serial.SerialTimeoutException:
+        if not isinstance(port, serial.Serial) or not select([], [port.fileno()], [], 0.0)[1]:
+            raise
 
 
 def close_serial(port: Any) -> None:

@@ -1,12 +1,14 @@
-"""A serial port is one program's."""
+"""A serial port is one program's, and late only when it takes no bytes."""
 
 import os
 import pty
+from collections.abc import Iterator
 
 import pytest
+import serial
 
 from palpate.drivers.errors import WiringError
-from palpate.drivers.serial_port import close_serial, open_serial
+from palpate.drivers.serial_port import close_serial, open_serial, write_unless_stuck
 
 
 def test_a_port_that_is_in_use_is_refused() -> None:
@@ -19,3 +21,34 @@ def test_a_port_that_is_in_use_is_refused() -> None:
     close_serial(open_serial(name, 9600, "arm"))
     os.close(master)
     os.close(slave)
+
+
+@pytest.fixture
+def ends() -> Iterator[tuple[int, serial.Serial]]:
+    """Both ends of a line; the port counts as late as soon as time goes on at all."""
+    master, slave = pty.openpty()
+    port = open_serial(os.ttyname(slave), 9600, "arm")
+    port.write_timeout = 1e-9
+    yield master, port
+    close_serial(port)
+    os.close(master)
+    os.close(slave)
+
+
+def test_a_program_that_was_held_up_has_written_all_the_same(ends: tuple[int, serial.Serial]) -> None:
+    master, port = ends
+    with pytest.raises(serial.SerialTimeoutException):
+        port.write(b"as pyserial has it")
+    write_unless_stuck(port, b", and as it is")
+    assert os.read(master, 100) == b"as pyserial has it, and as it is"
+
+
+def test_a_port_that_takes_no_bytes_is_late(ends: tuple[int, serial.Serial]) -> None:
+    _, port = ends
+
+    def fill() -> None:
+        for _ in range(1000):
+            write_unless_stuck(port, bytes(1024))
+
+    with pytest.raises(serial.SerialTimeoutException):
+        fill()

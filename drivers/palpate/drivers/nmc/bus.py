@@ -26,7 +26,7 @@ from palpate.drivers.nmc.frames import (
 from palpate.drivers.nmc.replies import Discarded, Reply, decode_reply, reply_size_bytes
 from palpate.drivers.nmc.settings import POWER_UP_BAUD, BusSettings, SerialTiming
 from palpate.drivers.nmc.statistics import BusStatistics, Counters
-from palpate.drivers.serial_port import ByteStream
+from palpate.drivers.serial_port import ByteStream, write_unless_stuck
 
 DEVICE: Final = "NMC bus"
 _RESYNC: Final = bytes(30)
@@ -116,7 +116,7 @@ class NmcBus:
         try:
             came = self._stream.in_waiting
             self._stream.reset_input_buffer()
-            self._stream.write(_RESYNC)
+            write_unless_stuck(self._stream, _RESYNC)
             # A module may answer the frame that the zeros completed: wait that out, then flush it.
             self._sleep_s(self.timeout_s(len(_RESYNC) + reply_size_bytes(_ALL_ITEMS)))
             # What comes after its time was up is a reply that nobody waited for any more.
@@ -131,7 +131,7 @@ class NmcBus:
     def send_raw(self, data: bytes) -> None:
         """Sends bytes to which nobody is to answer, and waits until they are out."""
         try:
-            self._stream.write(data)
+            write_unless_stuck(self._stream, data)
         except Exception as error:
             raise self._gone(error) from error
         self._sleep_s(self.line.wire_s(len(data)))
@@ -165,7 +165,7 @@ class NmcBus:
         try:
             self._take_stray()
             written_ns = self._clock_ns()
-            self._stream.write(frame)
+            write_unless_stuck(self._stream, frame)
             raw = self._read(size, sent_ns + round(self.timeout_s(len(frame) + size) * 1e9))
         except Exception as error:
             raise self._gone(error) from error

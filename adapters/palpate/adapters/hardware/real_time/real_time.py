@@ -66,12 +66,13 @@ class RealTime:
                 grants.append(self._lock_memory(stack))
             if config.stay_awake:
                 grants.append(self._stay_awake(stack))
-            if config.garbage_collection == FROZEN:
+            if config.garbage_collection in (FROZEN, OFF):
+                # Also without collections in trials: those between them would hold up the threads of buses.
                 gc.collect()
                 gc.freeze()
                 stack.callback(gc.unfreeze)
                 grants.append(Grant("objects of the start are exempt from garbage collection", True))
-            elif config.garbage_collection == OFF:
+            if config.garbage_collection == OFF:
                 grants.append(Grant("garbage is collected between trials only", True))
             self._stack = stack.pop_all()
         self.grants = tuple(grants)

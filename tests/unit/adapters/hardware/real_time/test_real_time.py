@@ -87,7 +87,7 @@ def test_without_wishes_nothing_happens() -> None:
 def test_what_is_granted_is_held_where_it_belongs_and_given_back() -> None:
     kernel = FakeKernel()
     with RealTime(ALL, kernel) as real_time:
-        assert [grant.granted for grant in real_time.grants] == [True] * 5
+        assert [grant.granted for grant in real_time.grants] == [True] * 6
         # What is started here, as a log's writer or a bus's thread is, inherits neither priority nor CPU.
         assert (kernel.policy, kernel.cpus, kernel.locked, kernel.awake) == (0, {0, 1}, True, [11])
         for _ in range(2):
@@ -155,8 +155,9 @@ def test_a_flag_that_may_not_be_taken_off_stays_and_the_priority_goes() -> None:
     assert kernel.policy == FLAG
 
 
-def test_frozen_objects_are_thawed() -> None:
-    with RealTime(RealTimeConfig(garbage_collection="frozen"), FakeKernel()):
+@pytest.mark.parametrize("garbage", ["frozen", "off"])
+def test_frozen_objects_are_thawed(garbage: str) -> None:
+    with RealTime(RealTimeConfig(garbage_collection=garbage), FakeKernel()):
         assert gc.get_freeze_count() > 0
     assert gc.get_freeze_count() == 0
 
