@@ -31,7 +31,7 @@ class RealTimeConfig(Settings):
     cpu: Annotated[int, Range(-1, 4096)] = -1
     """Keep the loop on this CPU while a trial runs; -1 leaves it to the system."""
     garbage_collection: Annotated[str, OneOf(AS_IS, FROZEN, OFF)] = AS_IS
-    """as is; frozen: what is there at the start is never looked at again; off: and only between trials."""
+    """as is; frozen: what is there at the start is never looked at again; off: only between trials."""
     stay_awake: bool = False
     """Keep idle processors from sleeping while the run lasts: they wake sooner, and need more power."""
     warm_up_ticks: Annotated[int, Range(0, 1_000_000)] = 70
