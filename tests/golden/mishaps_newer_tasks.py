@@ -11,7 +11,7 @@ _FOLLOWED: Final = weak(max_tracking_error_mrad=500.0, max_joint_velocity_share=
 """Encoders may jump."""
 
 
-def _corner(**task: Any) -> dict[str, Any]:
+def _corner(hole_uncertainty_mm: float = 0.0, **task: Any) -> dict[str, Any]:
     """A square peg by its first corner; what is given is over these."""
     own = {"corners": 4.0, "corner_mm": 20.5, "inside_mm": 2.0, "lean_deg": 3.0, "down_share": 0.0} | task.pop(
         "options", {}
@@ -22,6 +22,7 @@ def _corner(**task: Any) -> dict[str, Any]:
     }  # fmt: skip
     peg = {"cross_section": "square", "hole_depth_mm": 2.0}
     cell = {"peg": peg, "conditions": {"yaw_deg": 0.5}, "contacts": "searched"}
+    cell["hole_uncertainty_mm"] = hole_uncertainty_mm
     return {"task": settings | task, "cell": cell, **_FOLLOWED}
 
 
@@ -69,11 +70,22 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         (176, "stop"),
         policy="corner-first",
     ),
-    # Three samples until it pushes; then a force along the push, which only a wall can answer, and against it.
+    # Three samples until it pushes, then past where the hole was thought to be, on the edge of what may be explored; at
+    # the next corner a force along the push, which only a wall can answer, and against it.
     "corner-pulled": Mishap(
-        (force("repeat", 46, span_ticks=1, duration_ticks=32), *shove(84, -4.0, -4.0)),
-        {**_corner(options={"push_N": 2.0}), **weak(max_repeats=40, max_force_age_ms=300.0)},
+        (force("repeat", 41, span_ticks=1, duration_ticks=21), *shove(107, -4.0, 4.0)),
+        {
+            **_corner(
+                1.5,
+                area_half_width_mm=0.5,
+                ticks_per_action=5,
+                ready_height_mm=0.5,
+                options={"push_N": 2.0, "down_share": 0.5, "inside_mm": 0.5},
+            ),
+            **weak(max_repeats=40, max_force_age_ms=300.0),
+        },
         policy="corner-first",
+        trial=13,
     ),
     # Encoders that are off hide the floor; it wobbles, is withdrawn as if it were wedged, and on to the next corner.
     "corner-stuck": Mishap(
@@ -96,12 +108,16 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         _corner(time_limit_s=2.0),
         policy="corner-first",
     ),
-    # The plate is lost for two ticks while the tool gives way.
+    # The plate is lost for three ticks while the tool gives way, so that the filter shows next to no force as a step is
+    # chosen; and a tool that seems deep in the last tick of that step and the first of the next one is not sunk yet.
     "give-way-lost": Mishap(
-        (force("offset", 60, magnitude=8.0, channels=(2,), duration_ticks=2),),
-        _give_way(start_uncertainty_mm=1.0),
-        (70, "stop"),
-        policy="give-way",
+        (
+            force("offset", 59, magnitude=17.0, channels=(2,), duration_ticks=3),
+            joints("offset", 74, magnitude=0.0015, channels=(1,), duration_ticks=2),
+        ),
+        {**_give_way(start_uncertainty_mm=1.0), **_FOLLOWED},
+        (76, "stop"),
+        policy="hypotheses",
         trial=2,
     ),
     # Torques that do not settle, so that it is waited for them no longer.
