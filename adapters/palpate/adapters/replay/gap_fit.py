@@ -42,7 +42,7 @@ _FRICTIONS: Final = 7
 _DELAYS: Final = np.arange(0.0, 20.0, 0.25)
 """In control ticks."""
 _LEAST_WALLS: Final = 2
-_WALL_SHARE: Final = 0.025
+_WALL_SHARE: Final = 0.035
 """A wall is no spring alone: rubbing on it shifts what is found by so much, whatever the number of trials."""
 _TOUCH_SHARE: Final = 0.025
 _DELAY_TICKS: Final = 0.15

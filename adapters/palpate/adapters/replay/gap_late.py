@@ -20,7 +20,7 @@ _LATE_SHARE: Final = 0.02
 _STALL_TICKS: Final = 3
 """So much longer than usual may news be waited for."""
 _BEHIND_TICKS: Final = 2.5
-"""So much more behind than usual no joint is where all is in time: two ticks were the most over emulated wires."""
+"""No joint is so much more behind than usual where all is in time: two ticks were the most over emulated wires."""
 _LED_STEPS: Final = 6.0
 """Encoder steps a tick by which joints must go for that to be told."""
 
