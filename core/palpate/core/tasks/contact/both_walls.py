@@ -28,7 +28,7 @@ _WAITS: Final = (0, 20, 47)
 pushes that end when it has swung find the period, and with even ones it would go on to answer."""
 
 
-class _Stage(enum.Enum):
+class _WallStage(enum.Enum):
     FIRST = "first"
     REST = "rest"
     PUSH = "push"
@@ -56,7 +56,7 @@ class BothWallsCheck:
         self.forces_N: list[float] = []
         self._first.begin(from_m)
         self._places_m: list[Vector3] = []
-        self._enter(_Stage.FIRST)
+        self._enter(_WallStage.FIRST)
 
     def velocity_m_s(self, force_N: Vector3, new: bool, reference_m: Vector3) -> tuple[float, float]:
         """Velocity of the tip across the tool axis for this tick; not to be asked once it is known.
@@ -65,18 +65,18 @@ class BothWallsCheck:
             force_N: Tared force of the environment on the tool, (3,), task frame.
             reference_m: Where the tip is commanded to be, (3,), task frame.
         """
-        if self._stage is _Stage.FIRST:
+        if self._stage is _WallStage.FIRST:
             velocity = self._first.velocity_m_s(force_N, new, reference_m)
             self.failed = self._first.failed
             if self._first.answered:
-                self._enter(_Stage.REST)
+                self._enter(_WallStage.REST)
             return velocity
         self._ticks += 1
         ux, uy = self._first.way
-        if self._stage is _Stage.BACK:
+        if self._stage is _WallStage.BACK:
             return self._go_back(reference_m)
         along_N = force_N[0] * ux + force_N[1] * uy
-        if self._stage is _Stage.REST:
+        if self._stage is _WallStage.REST:
             if self._ticks > _REST_TICKS and self._mean.add(along_N, new) == _RESTING_SAMPLES:
                 self._rested_half(reference_m)
             return 0.0, 0.0
@@ -84,7 +84,7 @@ class BothWallsCheck:
             pushed, self._mean = self._mean.value - self.forces_N[0] >= _PUSHED_N, Mean()
             (x, y, _), (from_x, from_y, _) = reference_m, self._places_m[0]
             if pushed or hypot(x - from_x, y - from_y) > self._reach_m:
-                self._enter(_Stage.REST)
+                self._enter(_WallStage.REST)
                 return 0.0, 0.0
         return -SPEED_M_S * ux, -SPEED_M_S * uy
 
@@ -97,7 +97,7 @@ class BothWallsCheck:
         dx, dy = to_m[0] - reference_m[0], to_m[1] - reference_m[1]
         left_m = hypot(dx, dy)
         if left_m < 1e-9:
-            self._enter(_Stage.REST)
+            self._enter(_WallStage.REST)
             return 0.0, 0.0
         speed_m_s = min(SPEED_M_S, left_m * CONTROL_RATE_HZ)
         return speed_m_s * dx / left_m, speed_m_s * dy / left_m
@@ -111,7 +111,7 @@ class BothWallsCheck:
         self._places_m.append(reference_m)
         self.failed = abs(half_N - self._half_N) > _STEADY_N or not self._followed()
         self.answered = not self.failed and len(self.forces_N) == 2 + len(_WAITS)
-        self._enter(_Stage.PUSH if len(self.forces_N) == 1 else _Stage.BACK)
+        self._enter(_WallStage.PUSH if len(self.forces_N) == 1 else _WallStage.BACK)
 
     def _followed(self) -> bool:
         """Whether the newest force at rest is what the way there gives."""
@@ -123,5 +123,5 @@ class BothWallsCheck:
                 return change_N <= _SAME_SHARE * (other_N - first_N)
         return True
 
-    def _enter(self, stage: _Stage) -> None:
+    def _enter(self, stage: _WallStage) -> None:
         self._stage, self._ticks, self._half_N, self._mean = stage, 0, None, Mean()

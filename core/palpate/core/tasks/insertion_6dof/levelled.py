@@ -30,7 +30,7 @@ _LONGEST: Final = 40
 """A stage that is not over after so many actions is left all the same."""
 
 
-class _Stage(Enum):
+class _LevelStage(Enum):
     RISE = auto()
     OUT = auto()
     DOWN = auto()
@@ -62,30 +62,30 @@ class Levelled(FixedPolicy):
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
         super().begin_trial(trial, rng)
         self._search.begin_trial(trial, rng)
-        self._stage, self._since, self._quiet = _Stage.RISE, 0, 0
+        self._stage, self._since, self._quiet = _LevelStage.RISE, 0, 0
         self._gain, self._torque_Nm = _TURN_RAD_PER_NM, (0.0, 0.0)
 
     @override
     def choose(self, observation: Observation) -> Decision:
         """The next action of the stage, or of the search."""
         if self._over(observation):
-            self._stage, self._since = _Stage(self._stage.value + 1), 0
-            if self._stage is _Stage.SEARCH:
+            self._stage, self._since = _LevelStage(self._stage.value + 1), 0
+            if self._stage is _LevelStage.SEARCH:
                 self._began, self._level_rad = observation.action_number, observation.turn_rad
         self._since += 1
-        if self._stage is _Stage.SEARCH:
+        if self._stage is _LevelStage.SEARCH:
             (x, y, yaw), (level_x, level_y, _) = observation.turn_rad, self._level_rad
             number = observation.action_number - self._began
             return self._search.choose(
                 replace(observation, turn_rad=(x - level_x, y - level_y, yaw), action_number=number)
             )
         displacement_m, spatial = (0.0, 0.0), Spatial(Law.PUSH)
-        if self._stage in (_Stage.RISE, _Stage.UP):
+        if self._stage in (_LevelStage.RISE, _LevelStage.UP):
             spatial = Spatial(Law.LIFT, _RISE_M)
-        elif self._stage in (_Stage.OUT, _Stage.BACK):
+        elif self._stage in (_LevelStage.OUT, _LevelStage.BACK):
             way_m = self._beside_m / self._steps
-            displacement_m, spatial = (way_m if self._stage is _Stage.OUT else -way_m, 0.0), Spatial(Law.LIFT)
-        elif self._stage is _Stage.LEVEL:
+            displacement_m, spatial = (way_m if self._stage is _LevelStage.OUT else -way_m, 0.0), Spatial(Law.LIFT)
+        elif self._stage is _LevelStage.LEVEL:
             (x, y, _), (before_x, before_y) = observation.live_torque_Nm, self._torque_Nm
             if x * before_x + y * before_y < 0.0:
                 self._gain = max(0.5 * self._gain, _LEAST_RAD_PER_NM)
@@ -95,13 +95,13 @@ class Levelled(FixedPolicy):
 
     def _over(self, observation: Observation) -> bool:
         """Whether the stage is."""
-        if self._stage is _Stage.SEARCH or not self._since:
+        if self._stage is _LevelStage.SEARCH or not self._since:
             return False
-        if self._stage in (_Stage.RISE, _Stage.UP):
+        if self._stage in (_LevelStage.RISE, _LevelStage.UP):
             return True
-        if self._stage in (_Stage.OUT, _Stage.BACK):
+        if self._stage in (_LevelStage.OUT, _LevelStage.BACK):
             return self._since == self._steps
-        if self._stage is _Stage.LEVEL:
+        if self._stage is _LevelStage.LEVEL:
             level = hypot(*observation.torque_Nm[:2]) < _LEVEL_NM
             self._quiet = self._quiet + 1 if level else 0
             return self._quiet == _LEVEL_ACTIONS or self._since == _LONGEST
