@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from math import hypot
+from math import dist, hypot
 from typing import Final
 
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
@@ -46,9 +46,8 @@ class BothWallsCheck:
 
     def __init__(self, play_m: float) -> None:
         self._first, self._reach_m = WallCheck(play_m), play_m + 2.0 * BEND_M
-        self._half_N: float | None = None
-        self._mean = Mean()
-        self.begin((0.0, 0.0, 0.0))
+        self._half_N: float | None
+        self._mean: Mean
 
     def begin(self, from_m: Vector3) -> None:
         """The next :meth:`velocity_m_s` is the first of a check; way counts from this place, (3,), task frame."""
@@ -82,8 +81,7 @@ class BothWallsCheck:
             return 0.0, 0.0
         if self._mean.add(along_N, new) == _MOVING_SAMPLES:
             pushed, self._mean = self._mean.value - self.forces_N[0] >= _PUSHED_N, Mean()
-            (x, y, _), (from_x, from_y, _) = reference_m, self._places_m[0]
-            if pushed or hypot(x - from_x, y - from_y) > self._reach_m:
+            if pushed or dist(reference_m[:2], self._places_m[0][:2]) > self._reach_m:
                 self._enter(_WallStage.REST)
                 return 0.0, 0.0
         return -SPEED_M_S * ux, -SPEED_M_S * uy

@@ -50,7 +50,6 @@ class Prove(RunningPhase):
         depth_m = self._depth_m()
         if self._floor and not self._floor_due and depth_m > self._deepest_m + _PAST_FLOOR_M:
             self._floor = False
-            self._walls.begin(self._equipment.motion.reference_m)
         return self._try_floor(depth_m) if self._floor else self._try_walls(depth_m)
 
     def _depth_m(self) -> float:
