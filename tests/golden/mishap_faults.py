@@ -48,6 +48,15 @@ def dead(tick: int) -> tuple[Mapping[str, Any], ...]:
     )
 
 
+def dead_across(tick: int) -> tuple[Mapping[str, Any], ...]:
+    """One that gives its noise and nothing else across the tool axis."""
+    return (
+        force("unit", tick, factor=1e-4, channels=(0, 1, 3, 4)),
+        force("noise", tick, magnitude=0.1, channels=(0, 1)),
+        force("noise", tick, magnitude=0.004, channels=(3, 4)),
+    )
+
+
 def shove(tick: int, x_N: float, y_N: float, **more: Any) -> tuple[Mapping[str, Any], ...]:
     """A lateral force with the torque that it has at the tip."""
     lever_m = ToolGeometry().tip_from_sensor_m

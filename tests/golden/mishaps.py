@@ -9,13 +9,17 @@ from __future__ import annotations
 from typing import Any, Final
 
 from tests.golden.mishap import Mishap
-from tests.golden.mishap_faults import EXPLORING, SOON, arm, clock, dead, force, joints, shove, weak
+from tests.golden.mishap_faults import EXPLORING, SOON, arm, clock, dead, dead_across, force, joints, shove, weak
 from tests.golden.mishaps_newer_tasks import NEWER_TASKS
 from tests.golden.mishaps_supervision import SUPERVISED
 
-_STRAIGHT_IN: Final = {
+_STRAIGHT_IN: Final[dict[str, Any]] = {
     "task": SOON | {"insertion_depth_mm": 1.0, "surface_uncertainty_mm": 0.0},
     "cell": {"peg": {"hole_depth_mm": 1.0}},
+}
+_NO_FLOOR: Final[dict[str, Any]] = {
+    "task": _STRAIGHT_IN["task"] | {"ready_height_mm": 0.5, "time_limit_s": 4.0, "play_mm": 0.1},
+    "cell": {"peg": {"hole_depth_mm": 10.0}},
 }
 _EDGE: Final[dict[str, Any]] = {
     "task": SOON | {"insertion_depth_mm": 2.0},
@@ -97,14 +101,10 @@ MISHAPS: Final[dict[str, Mishap]] = {
         (joints("offset", 115, magnitude=-0.003, channels=(1,)),),
         {"task": {"ticks_per_action": 8}, **weak(max_tracking_error_mrad=500.0)},
     ),
-    "lies-dead-across": Mishap(
-        (
-            force("unit", 206, factor=1e-4, channels=(0, 1, 3, 4)),
-            force("noise", 206, magnitude=0.1, channels=(0, 1)),
-            force("noise", 206, magnitude=0.004, channels=(3, 4)),
-        ),
-        {"task": {"insertion_depth_mm": 3.0, "time_limit_s": 4.0}},
-    ),
+    # After the wall has answered, and before it has; and where the tool comes back to it, another force.
+    "lies-dead-across": Mishap(dead_across(70), _NO_FLOOR),
+    "lies-dead-at-the-wall": Mishap(dead_across(54), _NO_FLOOR),
+    "lies-at-the-wall": Mishap(shove(130, 2.0, 2.5), _NO_FLOOR),
     "no-floor": Mishap(
         settings={
             "task": {"start_uncertainty_mm": 0.0, "insertion_depth_mm": 2.0},
@@ -112,7 +112,8 @@ MISHAPS: Final[dict[str, Mishap]] = {
         },
     ),
     "sinks-on-late": Mishap(
-        (clock("overrun", 142, time_s=0.02),),
+        # At both walls the force comes back a little otherwise, as where friction keeps some.
+        (clock("overrun", 142, time_s=0.02), *shove(250, -0.3, 0.3)),
         {
             "task": {"start_uncertainty_mm": 1.2, "insertion_depth_mm": 2.0, "time_limit_s": 4.0},
             "cell": {"peg": {"hole_depth_mm": 10.0}},
@@ -201,11 +202,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
     ),
     "no-depth": Mishap((force("offset", 190, magnitude=-1.5, channels=(2,)),), _SHALLOW),
     "lies-dead-across-soon": Mishap(
-        (
-            force("unit", 128, factor=1e-4, channels=(0, 1, 3, 4)),
-            force("noise", 128, magnitude=0.1, channels=(0, 1)),
-            force("noise", 128, magnitude=0.004, channels=(3, 4)),
-        ),
+        dead_across(128),
         {"task": {"tare_ticks": 8, "time_limit_s": 4.0, "play_mm": 0.01}},
     ),
     **{

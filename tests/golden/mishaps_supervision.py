@@ -12,6 +12,8 @@ from tests.golden.mishap_faults import EXPLORING, SOON, arm, clock, force, joint
 _TALL: Final = {"height_margin_mm": 1.0, "side_margin_mm": 200.0}
 _WIDE: Final = {"side_margin_mm": 200.0}
 _VELOCITY, _POSITION = CommandReason.VELOCITY_LIMIT, CommandReason.POSITION_LIMIT
+_EARLY: Final = {"task": {"tare_ticks": 8, "ready_height_mm": 0.5}}
+"""With these it explores in tick 84."""
 _CALIBRATED: Final = {"perception": {"calibration": [1.1, 0.9, 1.2, 0.8, 1.3, 0.7]}}
 
 
@@ -38,8 +40,8 @@ SUPERVISED: Final[dict[str, Mishap]] = {
     "trip-force-untared": Mishap((force("spike", 20, magnitude=45.0, channels=(2,)),)),
     "trip-force-tared": Mishap(settings={"supervision": {"max_force_N": 4.0, "unexpected_contact_N": 2.0}}),
     "trip-torque": Mishap((force("spike", 20, magnitude=9.0, channels=(4,)),)),
-    "trip-torque-tared": Mishap((force("spike", EXPLORING, magnitude=9.0, channels=(3,)),)),
-    "trip-force-rate": Mishap((force("spike", EXPLORING, magnitude=30.0, channels=(0,)),)),
+    "trip-torque-tared": Mishap((force("spike", 84, magnitude=9.0, channels=(3,)),), _EARLY),
+    "trip-force-rate": Mishap((force("spike", 84, magnitude=26.0, channels=(0,)),), _EARLY),
     "trip-contact-untared": Mishap((force("spike", 20, magnitude=4.0, channels=(1,)),)),
     "trip-contact-lift": Mishap((force("bias-drift", 3, magnitude=60.0, channels=(0,)),)),
     "trip-joint-position": Mishap((joints("spike", 20, magnitude=5.0, channels=(2,)),)),
@@ -75,7 +77,7 @@ SUPERVISED: Final[dict[str, Mishap]] = {
         settings={"task": {"time_limit_s": 0.1}},
     ),
     "stopped-from-outside": Mishap(at=(20, "stop")),
-    "interrupted": Mishap(at=(EXPLORING, "interrupt")),
+    "interrupted": Mishap(settings=_EARLY, at=(84, "interrupt")),
     "interrupted-early": Mishap(at=(20, "interrupt")),
     "aborted": Mishap(at=(20, "abort")),
     "force-sensor-gone": Mishap((force("disconnect", 20),)),
