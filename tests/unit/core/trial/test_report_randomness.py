@@ -45,6 +45,7 @@ def test_purposes_are_never_renumbered() -> None:
         "ZERO": 9,
         "HIDDEN": 10,
         "PLATE": 11,
+        "HEAVE": 12,
     }
 
 
