@@ -30,8 +30,6 @@ LONG_TICKS: Final = 300
 
 _TRIALS: Final = 8
 _FAULTS: Final = 4
-_OFTEN: Final = 0.4
-"""Of the trials, before and within which something comes that may come at any time."""
 _CALLS: Final = 9
 _HANG_NS: Final = 500_000_000
 """So long no computer is late."""
@@ -117,12 +115,10 @@ class DeviceContract(ABC, Generic[RigT]):
                     lives.upset()
                     lives.ask(LifeRequest.CONFIGURE)
                 for trial in range(trials):
-                    if lives.random.random() < _OFTEN:
-                        lives.upset()
+                    lives.now_and_then_upset()
                     lives.ask(LifeRequest.ACTIVATE)
                     lives.work()
-                    if lives.random.random() < _OFTEN:
-                        lives.upset()
+                    lives.now_and_then_upset()
                     lives.work()
                     if trial < trials - 1:
                         lives.interrupt(LifeRequest.DEACTIVATE)

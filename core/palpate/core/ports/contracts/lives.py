@@ -22,6 +22,8 @@ from palpate.core.ports.contracts.violations import (
 from palpate.core.ports.lifecycle import TRANSITIONS, Life, LifeRequest
 
 _SEED: Final = 22
+_OFTEN: Final = 0.4
+"""Share of the times at which something comes that may come at any time."""
 _SHOWN: Final = 6
 """So many of the last requests are in the message."""
 
@@ -61,7 +63,7 @@ class Lives:
     """
 
     def __init__(self, port: Port, rig: DeviceRig[Any], refusing: tuple[Life, ...]) -> None:
-        self.random = Random(_SEED)
+        self._random = Random(_SEED)
         self._port, self._rig, self._refusing = port, rig, refusing
         self._life, self._cause, self._done = Life.CONSTRUCTED, "", list[str]()
         self._whose = ""
@@ -99,6 +101,11 @@ class Lives:
         self._rig.advance(1)
         self._port.rests(self._rig)
 
+    def now_and_then_upset(self) -> None:
+        """Do that, or do not, as it is drawn."""
+        if self._random.random() < _OFTEN:
+            self.upset()
+
     def fail(self) -> None:
         """Make the active device fail in the middle of its work."""
         self._done.append("fault")
@@ -115,7 +122,7 @@ class Lives:
         self._require_state("")
         if self._life in self._refusing:
             refused = [request for request in LifeRequest if (self._life, request) not in TRANSITIONS]
-            self.random.shuffle(refused)
+            self._random.shuffle(refused)
             for request in refused:
                 # What is missing has a clause of its own.
                 action = getattr(self._rig.device, request.value, None)
