@@ -14,7 +14,7 @@ from palpate.core.automata.machine import Machine
 from palpate.core.automata.prefix_tree import Integers, PrefixTree
 from palpate.core.automata.strings import Strings
 from palpate.core.errors import CommandError, ConfigurationError, require_one_of
-from palpate.core.perception import integer, names, register_stage, vector
+from palpate.core.ports import integer, names, register_stage, vector
 
 LOST: Final = "lost"
 """Name of the state of not knowing."""

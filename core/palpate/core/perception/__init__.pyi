@@ -1,6 +1,3 @@
-from .channels import integer as integer
-from .channels import names as names
-from .channels import vector as vector
 from .features import FeatureExtractor as FeatureExtractor
 from .features import PrincipalComponents as PrincipalComponents
 from .features import SelectedChannels as SelectedChannels
@@ -9,7 +6,6 @@ from .pipeline import SCHEMA as SCHEMA
 from .pipeline import Perception as Perception
 from .pipeline import perception_from_dict as perception_from_dict
 from .pipeline import perception_to_dict as perception_to_dict
-from .pipeline import register_stage as register_stage
 from .pipeline import stage_from_dict as stage_from_dict
 from .pipeline import stage_to_dict as stage_to_dict
 from .signal import Normalisation as Normalisation

@@ -15,9 +15,9 @@ from typing import Protocol, TypeAlias, runtime_checkable
 import numpy as np
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.perception.channels import Array, Matrix, integer, matrix, names, number, require_finite, samples
+from palpate.core.perception.channels import Array, require_finite, samples
 from palpate.core.perception.signal import Normalisation
-from palpate.core.ports import CHANNELS
+from palpate.core.ports import CHANNELS, Matrix, integer, matrix, names, number
 
 Samples: TypeAlias = Iterable[Sequence[float]] | Array
 

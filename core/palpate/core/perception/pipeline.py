@@ -13,7 +13,7 @@ from palpate.core.perception.signal import Normalisation, SignalProcessor
 from palpate.core.perception.situations import Situations, TaskFacts
 from palpate.core.perception.state import IdentityState, LastAction, LastSymbols, StateIdentifier
 from palpate.core.perception.symbols import Clusters, GatedThresholds, RandomPartition, Symboliser, Thresholds
-from palpate.core.ports import CHANNELS, require_keys
+from palpate.core.ports import CHANNELS, STAGES, require_keys
 
 
 @dataclass(frozen=True)
@@ -81,37 +81,24 @@ def _require_same(field: str, asked: tuple[str, ...], given: tuple[str, ...]) ->
 
 SCHEMA: Final = "palpate.perception/1"
 _ROLES: Final = {"extractor": FeatureExtractor, "symboliser": Symboliser, "identifier": StateIdentifier}
-_KINDS: Final[dict[str, type[Any]]] = {
-    "normalisation": Normalisation,
-    "signal_processor": SignalProcessor,
-    "selected_channels": SelectedChannels,
-    "task_facts": TaskFacts,
-    "principal_components": PrincipalComponents,
-    "self_organising_map": SelfOrganisingMap,
-    "thresholds": Thresholds,
-    "gated_thresholds": GatedThresholds,
-    "random_partition": RandomPartition,
-    "clusters": Clusters,
-    "situations": Situations,
-    "identity": IdentityState,
-    "last_symbols": LastSymbols,
-    "last_action": LastAction,
-}
-
-
-def register_stage(kind: str, stage: type[Any]) -> None:
-    """Let a further kind of stage be written and read.
-
-    Args:
-        stage: A dataclass whose constructor takes plain JSON values (or other stages) and checks them.
-
-    Raises:
-        ConfigurationError: The name belongs to another class, or it is not a dataclass.
-    """
-    if not dataclasses.is_dataclass(stage):
-        raise ConfigurationError("perception.stage", stage, "a dataclass")
-    if _KINDS.setdefault(kind, stage) is not stage:
-        raise ConfigurationError("perception.stage.kind", kind, "a name that is not taken")
+STAGES.update(
+    {
+        "normalisation": Normalisation,
+        "signal_processor": SignalProcessor,
+        "selected_channels": SelectedChannels,
+        "task_facts": TaskFacts,
+        "principal_components": PrincipalComponents,
+        "self_organising_map": SelfOrganisingMap,
+        "thresholds": Thresholds,
+        "gated_thresholds": GatedThresholds,
+        "random_partition": RandomPartition,
+        "clusters": Clusters,
+        "situations": Situations,
+        "identity": IdentityState,
+        "last_symbols": LastSymbols,
+        "last_action": LastAction,
+    }
+)
 
 
 def stage_to_dict(stage: object) -> dict[str, Any]:
@@ -120,9 +107,9 @@ def stage_to_dict(stage: object) -> dict[str, Any]:
     Raises:
         ConfigurationError: Not a stage of a registered kind.
     """
-    kind = next((kind for kind, known in _KINDS.items() if type(stage) is known), None)
+    kind = next((kind for kind, known in STAGES.items() if type(stage) is known), None)
     if kind is None or not dataclasses.is_dataclass(stage):
-        raise ConfigurationError("perception.stage", stage, f"a stage of kind {', '.join(_KINDS)}")
+        raise ConfigurationError("perception.stage", stage, f"a stage of kind {', '.join(STAGES)}")
     values = {f.name: _plain(getattr(stage, f.name)) for f in dataclasses.fields(stage) if f.init}
     return {"kind": kind, **values}
 
@@ -136,9 +123,9 @@ def stage_from_dict(data: object, where: str = "perception.stage") -> Any:
     if not isinstance(data, dict):
         raise ConfigurationError(where, data, "a table with a 'kind'")
     kind = data.get("kind")
-    known = _KINDS.get(kind) if isinstance(kind, str) else None
+    known = STAGES.get(kind) if isinstance(kind, str) else None
     if known is None:
-        raise ConfigurationError(f"{where}.kind", kind, f"one of {', '.join(_KINDS)}")
+        raise ConfigurationError(f"{where}.kind", kind, f"one of {', '.join(STAGES)}")
     wanted = [f.name for f in dataclasses.fields(known) if f.init]
     require_keys(where, data, ["kind", *wanted])
     # A table in a table is a stage too.

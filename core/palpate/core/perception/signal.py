@@ -10,7 +10,8 @@ from typing import TypeAlias
 import numpy as np
 
 from palpate.core.errors import CommandError, ConfigurationError, LifecycleError
-from palpate.core.perception.channels import Array, integer, number, samples, vector
+from palpate.core.perception.channels import Array, samples
+from palpate.core.ports import integer, number, vector
 
 _CONSTANT = 1e-12
 """Spread, relative to the largest value, below which a channel only shows rounding."""

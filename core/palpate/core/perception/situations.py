@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import ClassVar, Final
 
-from palpate.core.perception.channels import names, number, require_finite
-from palpate.core.ports import CHANNELS
+from palpate.core.perception.channels import require_finite
+from palpate.core.ports import CHANNELS, names, number
 
 FACTS: Final = ("lean", "corner_depth", "depth", "wall_force", "yaw_torque")
 """Lean of the tool in rad, depth of its lowest corner and of its tip below the plate in m, the lesser force that the

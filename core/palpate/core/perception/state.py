@@ -10,8 +10,8 @@ from itertools import product
 from typing import Final, Protocol, runtime_checkable
 
 from palpate.core.errors import CommandError, ConfigurationError
-from palpate.core.perception.channels import integer, names
 from palpate.core.perception.symbols import MOST_SYMBOLS
+from palpate.core.ports import integer, names
 
 
 @runtime_checkable

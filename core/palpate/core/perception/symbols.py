@@ -17,8 +17,9 @@ from typing import ClassVar, Protocol, runtime_checkable
 import numpy as np
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.perception.channels import Array, Matrix, integer, matrix, names, require_finite, samples, vector
+from palpate.core.perception.channels import Array, require_finite, samples
 from palpate.core.perception.signal import Normalisation
+from palpate.core.ports import Matrix, integer, matrix, names, vector
 
 MOST_SYMBOLS = 100_000
 """More than any table of values could be learned for; a list of names that long is a mistake."""
