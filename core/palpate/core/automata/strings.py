@@ -231,12 +231,13 @@ def read_strings(path: str | os.PathLike[str], alphabet: tuple[str, ...] | None 
 def strings_of(text: str, alphabet: tuple[str, ...] | None = None) -> Strings:
     """Read strings from the text of a file; see :func:`read_strings`."""
     lines = {place: line.rstrip("\r") for place, line in enumerate(text.split("\n"), start=1)}
-    told = {
-        header: tuple(map(_name, line.removeprefix(header).split()))
-        for line in reversed(lines.values())
-        for header in (_ALPHABET, _ACTIONS)
-        if line.startswith(header)
-    }
+    told: dict[str, tuple[str, ...]] = {}
+    for place, line in lines.items():
+        for header in (_ALPHABET, _ACTIONS):
+            names = tuple(map(_name, line.removeprefix(header).split()))
+            if line.startswith(header) and told.setdefault(header, names) != names:
+                accepted = f"the same as above, {' '.join(told[header])}: one alphabet a file"
+                raise ConfigurationError(f"strings.line[{place}]", line, accepted)
     content = {place: line for place, line in lines.items() if line.strip() and not line.startswith(_COMMENT)}
     if _ACTIONS in told:
         return _pairs_of(content, told.get(_ALPHABET, ()), told[_ACTIONS], alphabet)

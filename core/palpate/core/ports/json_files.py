@@ -55,6 +55,8 @@ def parse_json(text: str, whole: str, *schemas: str) -> dict[str, Any]:
     if not isinstance(raw, dict):
         raise ConfigurationError(whole, raw, "an object")
     if raw.get("schema") not in schemas:
-        known = " or ".join(map(repr, schemas))
-        raise ConfigurationError("schema", raw.get("schema"), f"{known}; a newer schema needs a newer palpate")
+        known, found = " or ".join(map(repr, schemas)), raw.get("schema")
+        newer = isinstance(found, str) and found.split("/")[0] in {schema.split("/")[0] for schema in schemas}
+        accepted = f"{known}; a newer schema needs a newer palpate" if newer else f"{known}: this is no {whole}"
+        raise ConfigurationError("schema", found, accepted)
     return raw

@@ -137,6 +137,10 @@ def test_the_alphabet_may_be_named_and_decides_on_names() -> None:
         ("", "at least one string"),
         ("# alphabet: A B\n", "at least one string"),
         ("# alphabet: A B\nAB\n\nAC\n", r"strings\.line\[4\] = 'C' is refused: symbols of the alphabet A B"),
+        (
+            "# alphabet: A B\nAB\n# alphabet: A C\nA\n",
+            r"strings\.line\[3\].*the same as above, A B: one alphabet a file",
+        ),
         ("1\tAB\n2\tBA\n", r"strings\.line\[2\].*1 or 0, a tab, and the string"),
         ("1\tAB\nBA\n", r"strings\.line\[2\].*1 or 0, a tab"),
         ("1\tAB\tBA\n", r"strings\.line\[1\].*1 or 0, a tab"),

@@ -96,10 +96,17 @@ def test_any_text_is_read_or_refused_in_one_line(text):
         assert len(refusal.splitlines()) == 1
 
 
-@pytest.mark.parametrize("text", ["[]", "null", '"s"', "{}", '{"schema": "t", "x": 1}'])
-def test_another_schema_is_refused(text):
-    with pytest.raises(ConfigurationError, match=r"an object|a newer schema needs a newer palpate"):
-        parse_json(text, "sample", "s")
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        *((text, "an object") for text in ("[]", "null", '"s"')),
+        *((text, "'s/1': this is no sample") for text in ("{}", '{"schema": 1}', '{"schema": "t/1", "x": 1}')),
+        ('{"schema": "s/2", "x": 1}', "'s/1'; a newer schema needs a newer palpate"),
+    ],
+)
+def test_another_schema_is_refused(text, said):
+    with pytest.raises(ConfigurationError, match=said):
+        parse_json(text, "sample", "s/1")
 
 
 def test_a_refusal_names_the_file(tmp_path):
