@@ -21,10 +21,12 @@ PRIORITY: Final = 20
 """In the real-time class, of tests that ask for it and the probe, where the system grants it."""
 _NAP_S: Final = 0.002
 _TELL_S: Final = 0.02
+_MOST_PROCESSORS: Final = 4
 _PROBE: Final = f"""
 import os, sys, threading, time
 
-def sleep_and_sleep(kind):
+def sleep_and_sleep(kind, processor):
+    os.sched_setaffinity(0, {{processor}})
     if kind == "F":
         try:
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param({PRIORITY}))
@@ -37,13 +39,22 @@ def sleep_and_sleep(kind):
         before, woken = woken, time.monotonic()
         worst = max(worst, woken - before - {_NAP_S})
         if woken - told > {_TELL_S}:
-            os.write(1, f"{{kind}} {{told}} {{woken}} {{worst}}\\n".encode())
+            try:
+                os.write(1, f"{{kind}} {{processor}} {{told}} {{woken}} {{worst}}\\n".encode())
+            except BrokenPipeError:
+                return
             worst, told = 0.0, woken
 
-threading.Thread(target=sleep_and_sleep, args=("F",), daemon=True).start()
+def begin(kind, processor):
+    sleeper = threading.Thread(target=sleep_and_sleep, args=(kind, processor), daemon=True)
+    sleeper.start()
+    return sleeper
+
+processors = sorted(os.sched_getaffinity(0))[:{_MOST_PROCESSORS}]
+sleepers = [begin(kind, processor) for processor in processors for kind in "FO"]
 try:
-    sleep_and_sleep("O")
-except (BrokenPipeError, KeyboardInterrupt):
+    sleepers[0].join()
+except KeyboardInterrupt:
     pass
 """
 
@@ -55,13 +66,15 @@ class LateError(AssertionError):
 class Host:
     """A process beside the tests that sleeps and sleeps, and notes by how much its sleeps were too long.
 
-    It is a process of its own so that it never waits for the interpreter of the test. One of its threads is scheduled
-    as any process, the other in the real-time class as the tests that ask for it.
+    It is a process of its own so that it never waits for the interpreter of the test. On each processor, for a virtual
+    one may stand still while the others run, one of its threads is scheduled as any process, another in the real-time
+    class as the tests that ask for it.
     """
 
     def __init__(self) -> None:
         self.excused = 0
-        self._spans: deque[tuple[str, float, float, float]] = deque(maxlen=100_000)
+        self._spans: deque[tuple[str, str, float, float, float]] = deque(maxlen=100_000)
+        self._processors = min(len(os.sched_getaffinity(0)), _MOST_PROCESSORS)
         words = [sys.executable, "-I", "-S", "-c", _PROBE]
         self._probe = subprocess.Popen(words, stdout=subprocess.PIPE)
         assert self._probe.stdout is not None
@@ -78,8 +91,8 @@ class Host:
 
     def _read(self) -> None:
         for line in self._output:
-            kind, began, ended, late = line.decode().split()
-            self._spans.append((kind, float(began), float(ended), float(late)))
+            kind, processor, began, ended, late = line.decode().split()
+            self._spans.append((kind, processor, float(began), float(ended), float(late)))
 
     def lateness_s(self, since_s: float) -> float:
         """By how much the worst sleep since then was too long, of a thread that is scheduled as this one.
@@ -90,13 +103,17 @@ class Host:
         own = "F" if os.sched_getscheduler(0) == os.SCHED_FIFO else "O"
         now_s = time.monotonic()
         # What it has to tell of this moment comes a little later, and as late as the host makes it.
-        while not any(kind == own and began >= now_s for kind, began, _, _ in list(self._spans)):
+        while self._told_of(own, now_s) < self._processors:
             if time.monotonic() - now_s > 10.0:
                 return 10.0
             time.sleep(_TELL_S)
         return max(
-            (late for kind, _, ended, late in list(self._spans) if kind == own and ended >= since_s), default=0.0
+            (late for kind, _, _, ended, late in list(self._spans) if kind == own and ended >= since_s), default=0.0
         )
+
+    def _told_of(self, own: str, since_s: float) -> int:
+        """Processors of whose time since then something is known."""
+        return len({one for kind, one, began, *_ in list(self._spans) if kind == own and began >= since_s})
 
     def wait_for(self, condition: Callable[[], object], within_s: float = 10.0) -> None:
         """Wait until something has come about.

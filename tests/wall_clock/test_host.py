@@ -33,6 +33,11 @@ def test_a_sleeper_that_was_held_up_is_seen(watched: Host) -> None:
     assert watched.lateness_s(time.monotonic() + 3600.0) == 0.0
 
 
+def test_each_processor_is_watched(watched: Host) -> None:
+    expected = {str(processor) for processor in sorted(os.sched_getaffinity(0))[:4]}
+    assert {processor for _, processor, *_ in watched._spans} == expected
+
+
 def test_lateness_is_excused_where_the_host_was_late_and_not_too_often(watched: Host) -> None:
     def late() -> None:
         with watched.judged(0.1):
