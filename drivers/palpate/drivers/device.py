@@ -1,7 +1,5 @@
 """What every driver offers: of an arm a life cycle, limited set-points and poses, of a force sensor samples."""
 
-from __future__ import annotations
-
 import contextlib
 import enum
 from abc import ABC, abstractmethod

@@ -15,8 +15,6 @@
 Malformed bytes on the wire are none of these: a codec counts them and goes on.
 """
 
-from __future__ import annotations
-
 import enum
 
 

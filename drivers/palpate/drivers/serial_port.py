@@ -1,7 +1,5 @@
 """Serial ports of pyserial, opened and closed in one place, so that nothing waits for ever on one."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from select import select
 from typing import Any, Final, Protocol

@@ -1,7 +1,5 @@
 """``palpate automaton``: look at automata, hold them against each other, make them small."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Command-line options of ``palpate infer`` and ``palpate automaton``."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Annotated
 

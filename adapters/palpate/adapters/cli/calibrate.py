@@ -1,7 +1,5 @@
 """``palpate calibrate``."""
 
-from __future__ import annotations
-
 import signal
 import sys
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """``palpate check-adapter``."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The commands, and where each is. Nothing is imported before it runs: ``palpate --help`` loads no settings library."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 

@@ -1,7 +1,5 @@
 """``palpate compare``."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping
 from contextlib import ExitStack

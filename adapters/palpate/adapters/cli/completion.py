@@ -1,7 +1,5 @@
 """``palpate completion``: words that a shell completes."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from typing import Final

@@ -1,7 +1,5 @@
 """``palpate doctor``."""
 
-from __future__ import annotations
-
 import signal
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``palpate emulate``."""
 
-from __future__ import annotations
-
 import sys
 from contextlib import ExitStack
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """``palpate examples``: what a wheel carries beside the code."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Command-line options of ``palpate explore``."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Annotated
 

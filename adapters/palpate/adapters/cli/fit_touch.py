@@ -1,7 +1,5 @@
 """``palpate fit-touch``."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

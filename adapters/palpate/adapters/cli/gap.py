@@ -1,7 +1,5 @@
 """``palpate gap``."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import hypot
 from pathlib import Path

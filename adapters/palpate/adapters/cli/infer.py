@@ -1,7 +1,5 @@
 """``palpate infer``."""
 
-from __future__ import annotations
-
 import json
 import sys
 from contextlib import ExitStack

@@ -1,7 +1,5 @@
 """``palpate log``: look at recorded trials, and bring them into other formats."""
 
-from __future__ import annotations
-
 import json
 import os
 import sys

@@ -1,7 +1,5 @@
 """Entry point: picks the subcommand, turns errors into one line and an exit code."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from typing import Final

@@ -3,8 +3,6 @@
 Light to import: nothing here loads the simulator, so that ``--help`` and wrong words are answered at once.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Annotated, TypeAlias
 

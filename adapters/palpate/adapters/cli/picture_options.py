@@ -1,7 +1,5 @@
 """Command-line options of ``palpate render`` and ``palpate view``. Light to import, as :mod:`.options` is."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

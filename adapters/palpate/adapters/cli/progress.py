@@ -1,7 +1,5 @@
 """How far a command is: a bar on a terminal, a plain line at every tenth of the way elsewhere."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """``palpate prove``."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import signal

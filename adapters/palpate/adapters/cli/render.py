@@ -1,7 +1,5 @@
 """``palpate render``."""
 
-from __future__ import annotations
-
 import os
 import re
 import sys

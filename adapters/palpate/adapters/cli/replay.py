@@ -1,7 +1,5 @@
 """``palpate replay``."""
 
-from __future__ import annotations
-
 import os
 import sys
 import time

@@ -1,7 +1,5 @@
 """``palpate report``. Light to import: what draws is loaded when it is known that there is something to draw."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import dataclass
 from pathlib import Path

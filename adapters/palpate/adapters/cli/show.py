@@ -1,7 +1,5 @@
 """``palpate show``."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """``palpate teach``."""
 
-from __future__ import annotations
-
 import os
 import sys
 from contextlib import ExitStack

@@ -1,7 +1,5 @@
 """``palpate train``."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import sys

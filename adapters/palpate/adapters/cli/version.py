@@ -1,7 +1,5 @@
 """``palpate version``."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 

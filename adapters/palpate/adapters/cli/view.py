@@ -1,7 +1,5 @@
 """``palpate view``."""
 
-from __future__ import annotations
-
 import sys
 from contextlib import suppress
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """``palpate replay --watch``: again, in a new process, whenever a source file changes."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import time

@@ -1,7 +1,5 @@
 """What a commissioning has found out about a rig, and how it gets into the rig file without anything being lost."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Settings of learning in grid worlds."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Final
 

@@ -1,7 +1,5 @@
 """Settings of learning in the insertion task."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """What others bring: found by the name of an entry point, or by ``package.module:Name``."""
 
-from __future__ import annotations
-
 import importlib
 import sys
 from collections.abc import Iterator

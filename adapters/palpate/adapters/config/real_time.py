@@ -1,7 +1,5 @@
 """What the loop asks of the operating system, and how late it may be."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Final
 

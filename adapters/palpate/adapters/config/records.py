@@ -1,7 +1,5 @@
 """Settings as logs and run folders have them: by the names and with the defaults of the time when they were written."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Mapping, Sequence
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """Settings that were called otherwise once: the one table of their old names."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Final
 

@@ -1,7 +1,5 @@
 """The configuration of a run: one tree of frozen dataclasses, for TOML files, flags and ``run.toml`` alike."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Final, TypeAlias
 

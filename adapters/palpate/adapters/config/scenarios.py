@@ -3,8 +3,6 @@
 ``docs/how-to/choose-conditions.md`` is their table.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, Final, TypeAlias
 

@@ -1,7 +1,5 @@
 """Configurations to and from TOML. Unknown and ill-typed fields are refused by name."""
 
-from __future__ import annotations
-
 import dataclasses
 import difflib
 import json

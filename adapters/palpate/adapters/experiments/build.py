@@ -1,7 +1,5 @@
 """The composition root: the one place where a configuration becomes objects that work together."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Capture width: how far beside the hole the peg may pass and still drop in. Search times mean nothing without it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import cos, pi, sin
 

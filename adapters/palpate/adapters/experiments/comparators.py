@@ -3,8 +3,6 @@
 None of them learns. The omniscient one is given the truth, which no port carries: it marks what is possible.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from math import atan2, ceil, cos, hypot, pi, radians, sin, sqrt
 from typing import Final

@@ -1,7 +1,5 @@
 """A policy by name or file, checked before anything is built, and then put to work on a rig."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Figures as files: equal contents give equal bytes. Matplotlib is imported only when one is drawn."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager

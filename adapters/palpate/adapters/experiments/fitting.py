@@ -1,7 +1,5 @@
 """Perception that has to be fitted first: from samples of random-walk trials."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

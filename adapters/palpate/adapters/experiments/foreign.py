@@ -1,7 +1,5 @@
 """Policies that other packages bring: found by name, made for a task, and put behind the guard."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib.metadata
 import inspect

@@ -1,7 +1,5 @@
 """Policies by name or from a file: learners, programmed and example states beside them, and comparators."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace

@@ -3,8 +3,6 @@
 scipy.stats takes a second to import and is imported where an interval is made.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from math import inf, isfinite

@@ -1,7 +1,5 @@
 """Tables as plain text: columns set side by side, or CSV; and that of a policy."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Iterable, Sequence

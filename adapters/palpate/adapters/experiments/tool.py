@@ -1,7 +1,5 @@
 """Which peg a touch model is of: another one's torques mean something else."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from palpate.adapters.config import RunConfig

@@ -1,7 +1,5 @@
 """Runs trials one after the other and scores them against the truth."""
 
-from __future__ import annotations
-
 import signal
 import threading
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """One writer a folder: a lock of the system's, which ends with whoever holds it, however that ends."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 import shlex

@@ -1,7 +1,5 @@
 """An arm port with faults on the way of its commands."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Sequence

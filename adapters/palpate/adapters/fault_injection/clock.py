@@ -1,7 +1,5 @@
 """A clock port with faults."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

@@ -1,7 +1,5 @@
 """What shall go wrong, where and when: one fault, checked before anything runs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 from typing import Annotated, Final
 

@@ -1,7 +1,5 @@
 """Sensor ports with faults, and all four ports together."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import ClassVar, Final, Generic
 

@@ -3,8 +3,6 @@
 Samples count as plain rows of numbers here, so that one fault serves both sensor ports.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Sequence

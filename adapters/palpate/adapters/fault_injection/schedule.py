@@ -1,7 +1,5 @@
 """When a fault strikes, and the account of when it did."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ by itself. Gymnasium 1.0 did away with entry points by which a package could reg
 none.
 """
 
-from __future__ import annotations
-
 try:
     from gymnasium.envs.registration import register
 except ModuleNotFoundError as error:

@@ -4,8 +4,6 @@ Everything below the choice is the core's, as in any other run: the loop over th
 supervisor, reinforcement. Nothing here depends on Gymnasium.
 """
 
-from __future__ import annotations
-
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Mapping

@@ -1,7 +1,5 @@
 """Pictures of a running episode, by the means that draw recorded trials."""
 
-from __future__ import annotations
-
 from copy import deepcopy
 from typing import Any, Final
 

@@ -4,8 +4,6 @@ It opens, records and supervises as ``palpate run`` does, into such a folder. Th
 shows it; the loop hardly waits for the agent (:mod:`~palpate.adapters.gymnasium_envs.handover`).
 """
 
-from __future__ import annotations
-
 import queue
 import signal
 import sys

@@ -1,7 +1,5 @@
 """``palpate/SensorMap-v0``: the grid worlds with ambiguous sensors, one move a step."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import gymnasium

@@ -1,7 +1,5 @@
 """Actions and observations of an agent in the insertion task: the spaces of its actions and observations."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from math import hypot, isfinite, radians
 from typing import Any, Final, Protocol

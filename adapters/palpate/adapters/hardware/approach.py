@@ -1,7 +1,5 @@
 """The way of a real arm to the ready pose, from wherever it was left."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import copysign, dist, pi, tau
 from typing import Final

@@ -1,7 +1,5 @@
 """An arm on a field bus as the two arm ports: a thread cycles the bus, the ports read and write its newest values."""
 
-from __future__ import annotations
-
 import sys
 import threading
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The driver of ATI's Net F/T as a force sensor: wiring and marks, nothing else."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Final

@@ -1,7 +1,5 @@
 """The CAN bus of a device, as a rig file names it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

@@ -3,8 +3,6 @@
 A modern refit of an arm: nothing says that any Zebra Zero ever had such drives. Each drive turns one joint alone.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Final
 

@@ -1,7 +1,5 @@
 """The run's time on a real arm: the computer's monotonic clock, counted from the run's start."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """The work cell behind wires: MuJoCo moves the arm, and whoever wants to talk to it opens a serial port."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """From a driver's errors to the core's: what happened stays, and whose fault it is."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final

@@ -1,7 +1,5 @@
 """The JR3 driver as a force sensor: wiring and marks, nothing else."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Final

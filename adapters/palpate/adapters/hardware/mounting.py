@@ -1,7 +1,5 @@
 """A force sensor that is turned about the tool's axis, read as if it were not."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import cos, radians, sin
 

@@ -1,7 +1,5 @@
 """A force sensor whose driver is polled: reading, ageing, faults and the end are the same, whatever the device."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Callable
 from contextlib import suppress

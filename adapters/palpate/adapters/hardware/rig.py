@@ -1,7 +1,5 @@
 """A rig of real devices, as a rig file names them."""
 
-from __future__ import annotations
-
 import sys
 from contextlib import ExitStack
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What is known of a rig's force sensor: what the rig file states and what the sensor reports, put together."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from dataclasses import asdict
 from math import isclose

@@ -3,8 +3,6 @@
 Floats are written by ``repr``, so that they read back exactly; what was not there is an empty cell.
 """
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import json

@@ -4,8 +4,6 @@ This is the only place where the times of a log are changed. Nothing is interpol
 its time, and how old its samples are.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

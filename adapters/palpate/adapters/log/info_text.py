@@ -1,7 +1,5 @@
 """Facts about logs as text: a page for one log, a table for several."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 

@@ -4,8 +4,6 @@ A frame has the newest decision at its tick: its number, and the names of state 
 which are empty for what is no example, such as a step that no action set has.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The files of a LeRobotDataset v3.0. Pyarrow, which writes them, is imported only here and when it is needed."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

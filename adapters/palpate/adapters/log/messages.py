@@ -1,7 +1,5 @@
 """Records to and from protobuf bytes, by protobuf itself; :mod:`.tick_layout` is faster with most ticks."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any, Final, TypeVar
 

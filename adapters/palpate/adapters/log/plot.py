@@ -1,7 +1,5 @@
 """A picture of one trial over time. Matplotlib is imported only when one is drawn."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterable, Sequence
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """What results depend on besides the configuration: versions, source, arm model, processor."""
 
-from __future__ import annotations
-
 import hashlib
 import platform
 from collections.abc import Mapping

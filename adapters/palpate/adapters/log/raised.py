@@ -1,7 +1,5 @@
 """Who raised the error that ended a trial: what the core raised itself, a replay of the trial has to raise again."""
 
-from __future__ import annotations
-
 import traceback
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Reads one log whole: every byte of a sound file is covered by a checksum, and each checksum is checked."""
 
-from __future__ import annotations
-
 import json
 import struct
 import zlib

@@ -1,7 +1,5 @@
 """Makes a sound log of what is left of a torn or damaged one."""
 
-from __future__ import annotations
-
 import struct
 from dataclasses import dataclass
 from pathlib import Path

@@ -6,8 +6,6 @@ is absent, not zero. Field numbers are never used again for something else; a ne
 changed meaning does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache

@@ -1,7 +1,5 @@
 """A trial's ticks as arrays over time, with the tip's position in the task frame."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from dataclasses import dataclass

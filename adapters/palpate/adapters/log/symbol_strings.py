@@ -1,7 +1,5 @@
 """Symbol strings from files: as text, or what recorded insertion trials felt on their way into the hole."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final

@@ -1,7 +1,5 @@
 """What a log holds of the rig beneath a trial, beside what the rig itself says of its world."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, replace

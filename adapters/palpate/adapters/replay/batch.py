@@ -1,7 +1,5 @@
 """Many logs: found by file, folder and glob, replayed by several processes, each log by itself."""
 
-from __future__ import annotations
-
 import glob
 import os
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """All port calls of a trial in their order: those of its log, and those that the core makes now."""
 
-from __future__ import annotations
-
 from itertools import zip_longest
 from typing import Final
 

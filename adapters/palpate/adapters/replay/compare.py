@@ -1,7 +1,5 @@
 """Holds what the core reports of a replayed trial against what it reported when the trial was recorded."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import fields, replace

@@ -1,7 +1,5 @@
 """What a replay gave otherwise than it was recorded, and how far two numbers may be apart."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass

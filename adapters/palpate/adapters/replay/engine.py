@@ -1,7 +1,5 @@
 """Replays one log: the unmodified core on the recorded inputs, every output held against the recorded one."""
 
-from __future__ import annotations
-
 import enum
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """Whole run folders: whether all is there that belongs to a run, and nothing else."""
 
-from __future__ import annotations
-
 import os
 import tomllib
 from collections.abc import Iterable, Sequence

@@ -6,8 +6,6 @@ integration state, sensor history, noise, contacts - and every sample on the way
 that nobody needs to take it on trust.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """The four ports over a recorded trial: inputs come from the log, outputs are held against it."""
 
-from __future__ import annotations
-
 from typing_extensions import override
 
 from palpate.adapters.replay.calls import SEND, STOP

@@ -3,8 +3,6 @@
 So a laboratory gates its own repository on its own trials. Light to import: pytest loads it in every run.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any, Final
 

@@ -1,7 +1,5 @@
 """Rebuilds the objects that ran a trial from its log's start record."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Decisions as a log has them, for a trial of a policy whose code is not there."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from typing_extensions import override

@@ -1,7 +1,5 @@
 """What a trial determines of the other files of its run: a manifest's digests can be made good, these cannot."""
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """A recorded trial, port by port: what each call gave, and how what the core put out is held against it."""
 
-from __future__ import annotations
-
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass

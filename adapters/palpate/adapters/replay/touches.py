@@ -1,7 +1,5 @@
 """The touches of recorded trials, whichever policy acted in them, and the belief that they give."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

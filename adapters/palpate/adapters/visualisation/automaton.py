@@ -1,7 +1,5 @@
 """Pictures of machines. Matplotlib is imported only when one is drawn."""
 
-from __future__ import annotations
-
 import textwrap
 from math import cos, degrees, hypot, sin
 from typing import Any, Literal

@@ -6,8 +6,6 @@ lies right behind its port. So labels do not meet however many edges cross in th
 start are on the outside. All lengths are in inches, all angles in radians against the x axis.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, cos, dist, pi, sin, tau

@@ -1,7 +1,5 @@
 """Pictures of an inference: hidden space and training. Matplotlib is imported only when one is drawn."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A picture of a model of offsets: which of them tells which symbol, what is blocked, where the agent may be."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 from palpate.adapters.experiments import drawing

@@ -1,7 +1,5 @@
 """Trials as they run, in MuJoCo's viewer: a clock that never runs ahead of real time and shows each tick."""
 
-from __future__ import annotations
-
 import os
 import sys
 import threading

@@ -1,7 +1,5 @@
 """What a Net F/T box states on its page ``/netftapi2.xml``; FACT, fields as firmware 2.2.59 sends them."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from math import isfinite

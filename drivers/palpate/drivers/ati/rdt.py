@@ -1,7 +1,5 @@
 """RDT, ATI's stream of force/torque records over UDP: bytes to records, and what a status word says."""
 
-from __future__ import annotations
-
 import enum
 import struct
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The conversation with a Net F/T, advanced by polling: it asks for the stream, and puts what comes in order."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Sockets to a Net F/T. Nothing here waits longer than it is told."""
 
-from __future__ import annotations
-
 import socket
 import time
 from collections.abc import Callable

@@ -4,8 +4,6 @@ Standard knowledge, CiA 301 (predefined connection set). FACT (README of jr3-mbe
 are an operation plus its node number.
 """
 
-from __future__ import annotations
-
 import enum
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ notifier.py; seen on a pseudo-terminal), so none is used here: each poll calls `
 see :mod:`palpate.drivers.cia402.link`.
 """
 
-from __future__ import annotations
-
 import enum
 import logging
 from contextlib import suppress

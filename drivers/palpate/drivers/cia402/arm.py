@@ -4,8 +4,6 @@ One thread uses an arm. What the drives say comes in through the receive thread 
 (:mod:`palpate.drivers.cia402.mailbox`); everything else happens in the caller's own thread, in :meth:`Cia402Arm.cycle`.
 """
 
-from __future__ import annotations
-
 import contextlib
 import time
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """The slow parts of an arm's life: finding and setting up the drives, walking them from state to state."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Final
 

@@ -4,8 +4,6 @@ FACT (``canopen`` 2.4.1): a PDO is set up while its identifier is marked invalid
 and CiA 402-2: the objects below, their sizes and the option codes. Nothing is left to the default mapping of a maker.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """One cycle on the wire: set-points out, SYNC, answers in; and what the answers mean for each joint."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -6,8 +6,6 @@ adapter, an unplugged one) ends the thread without a word, and from then on the 
 goes on working meanwhile. Hence :meth:`CanopenLink.require_alive` in every cycle.
 """
 
-from __future__ import annotations
-
 import contextlib
 import logging
 from collections.abc import Callable

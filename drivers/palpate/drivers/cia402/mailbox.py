@@ -3,8 +3,6 @@
 The subscribers copy and count; they decide nothing and cannot fail, because ``canopen`` would only log it.
 """
 
-from __future__ import annotations
-
 import struct
 import threading
 from collections import deque

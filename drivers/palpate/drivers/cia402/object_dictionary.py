@@ -4,8 +4,6 @@ FACT (masks, values and controlwords): ``canopen`` 2.4.1, ``profiles/p402.py``. 
 which transition a drive makes by itself, and that fault-reset acts on a rising edge of bit 7.
 """
 
-from __future__ import annotations
-
 import enum
 from collections.abc import Callable
 from typing import Final

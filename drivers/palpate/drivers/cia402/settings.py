@@ -5,8 +5,6 @@ interframe space; of these 34 + 8 s bits are subject to stuffing, at worst one b
 CALC: 8 bytes make 111 bits, at worst 135; a PDO of 6 bytes 95, at worst 115.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """What makes the arm stop for good: everything that a cycle shows and that a person has to look at."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final

@@ -1,7 +1,5 @@
 """Helpers that wait, for whoever has nothing else to do: they poll with a clock and a sleep that they are given."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection
 from typing import Final
 

@@ -5,8 +5,6 @@ What does not fit is counted and dropped, never raised: a bus is shared, and a f
 has checked the CRC of 15 bits already, so what arrives damaged passed it, or was damaged between controller and host.
 """
 
-from __future__ import annotations
-
 import struct
 
 from palpate.drivers.can import CanFrame, FrameKind, Jr3Code

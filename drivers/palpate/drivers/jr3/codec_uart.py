@@ -12,8 +12,6 @@ noticed. Random bytes look like a frame once in 2**31 positions (CALC), about ev
 bear a CRC of 15 bits.
 """
 
-from __future__ import annotations
-
 import struct
 
 from palpate.drivers.errors import RefusedError

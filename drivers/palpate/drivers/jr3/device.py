@@ -1,7 +1,5 @@
 """The conversation with the board, advanced by polling: no thread, no clock, no waiting."""
 
-from __future__ import annotations
-
 from typing_extensions import override
 
 from palpate.drivers.device import PolledSensor

@@ -1,7 +1,5 @@
 """What a health check reads, and which error it is when the board does not do as asked."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from palpate.drivers.errors import DeviceFaultError, DriverError, GarbledError, SilentError, WiringError

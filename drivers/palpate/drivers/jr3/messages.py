@@ -4,8 +4,6 @@ FACT (READMEs of jr3-mbed-firmware-can and -uart): an acknowledgement carries th
 command that it answers nor anything to tell two of them apart. So only one request may be in flight.
 """
 
-from __future__ import annotations
-
 import enum
 from dataclasses import dataclass
 from typing import TypeAlias

@@ -9,8 +9,6 @@ The stream is stopped before it is started. FACT: STOP ends the board's sampling
 that a stream never begins with a zero that somebody else has set.
 """
 
-from __future__ import annotations
-
 import enum
 from collections import deque
 from types import MappingProxyType

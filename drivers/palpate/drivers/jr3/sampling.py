@@ -1,7 +1,5 @@
 """Readings made samples: what is new, what it means, and what must be said with it."""
 
-from __future__ import annotations
-
 from palpate.drivers.jr3.messages import (
     FULL_SCALE_COUNTS,
     NEAR_SATURATION_COUNTS,

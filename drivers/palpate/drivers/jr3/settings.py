@@ -1,7 +1,5 @@
 """What a user may choose, and checks that say what would be right."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import isfinite, pi

@@ -1,7 +1,5 @@
 """Ways to the board: a CAN bus or a serial port, each with its codec. Neither starts a thread."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Protocol

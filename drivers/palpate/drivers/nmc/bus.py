@@ -6,8 +6,6 @@ A busy computer hands over what is later still. So the first reply after that is
 another question in a length of its own: on a line everything comes in its order, so nothing older is on its way then.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable, Iterable
 from typing import Final

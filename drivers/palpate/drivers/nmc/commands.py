@@ -3,8 +3,6 @@
 RefusedError is raised where a value does not fit its field, is not finite, or has no place in the command.
 """
 
-from __future__ import annotations
-
 import struct
 from math import isfinite
 from typing import Final

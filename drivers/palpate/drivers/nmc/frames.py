@@ -3,8 +3,6 @@
 The sum is that of all bytes but the first, modulo 256; multi-byte fields are little-endian; n is 15 at most.
 """
 
-from __future__ import annotations
-
 import enum
 from dataclasses import dataclass
 from typing import Final

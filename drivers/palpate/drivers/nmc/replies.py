@@ -5,8 +5,6 @@ line that reads as zeros carries the right sum. So a reply of zeros only is disc
 position should ask whether the motor can have got there (CALC).
 """
 
-from __future__ import annotations
-
 import enum
 import struct
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Settings of the bus, what is known of its baud rates, and the rates of cycles that the line allows."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite

@@ -5,8 +5,6 @@ reply enabling the next module of the chain. Modules may still be at the rate of
 at every known rate.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

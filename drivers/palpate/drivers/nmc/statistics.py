@@ -1,7 +1,5 @@
 """What the bus has been through: exchanges, errors, times."""
 
-from __future__ import annotations
-
 from collections import Counter, deque
 from dataclasses import dataclass, field
 from typing import Final

@@ -4,8 +4,6 @@ Who comes to rest how: a stop brakes within servoStop; without set-points the cl
 deadman's time; without that process the controller's watchdog ends the control program, which brakes too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from math import inf, isfinite
 from typing import Final

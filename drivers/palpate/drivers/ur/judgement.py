@@ -1,7 +1,5 @@
 """What is asked of a controller of Universal Robots before its arm is led, and while it is."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

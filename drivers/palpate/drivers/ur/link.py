@@ -1,7 +1,5 @@
 """The way to the process that owns ur_rtde. Nothing here waits longer than it is told."""
 
-from __future__ import annotations
-
 import json
 import select
 import socket

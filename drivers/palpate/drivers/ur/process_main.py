@@ -4,8 +4,6 @@ It ends when the other side hangs up, and stops the arm when no set-point has co
 itself, the controller's own watchdog ends the control program.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import select

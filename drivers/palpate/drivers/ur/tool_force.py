@@ -1,7 +1,5 @@
 """The force sensor in the tool flange of an e-Series arm, advanced by polling."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from typing_extensions import override

@@ -1,7 +1,5 @@
 """The arm: connect, confirm where it is, switch on, run cycles, stop. No threads; the caller's loop is the only one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Final, NoReturn, Protocol, Self

@@ -11,8 +11,6 @@ CALC: 2 pi C is 192 000 and 2 pi W is 69 332 counts a turn. The way back below i
 W alone; the sources use constants rounded one by one, which differ by about 2e-7 rad.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite, pi

@@ -1,7 +1,5 @@
 """The six motors: the command sequences of one axis, and which of them are on."""
 
-from __future__ import annotations
-
 import enum
 from collections.abc import Callable, Sequence
 from typing import Final

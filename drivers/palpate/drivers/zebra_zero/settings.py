@@ -1,7 +1,5 @@
 """Settings of the arm."""
 
-from __future__ import annotations
-
 import enum
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field

@@ -1,7 +1,5 @@
 """The states of the arm as one table, its faults and how they show in a reply."""
 
-from __future__ import annotations
-
 import enum
 from dataclasses import dataclass
 from typing import Final

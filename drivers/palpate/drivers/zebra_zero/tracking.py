@@ -1,7 +1,5 @@
 """One round over all axes: which replies to believe, the set-points, and what is wrong."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass

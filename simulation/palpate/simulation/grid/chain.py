@@ -3,8 +3,6 @@
 Map, state identifier and policy make one absorbing Markov chain over cells and memories, solved as a linear system.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -10,8 +10,6 @@ The belief-state optimum bounds every policy over symbols, past symbols or autom
 from below: a better result has a leak.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from fractions import Fraction
 from functools import lru_cache

@@ -4,8 +4,6 @@ What :class:`~palpate.core.tasks.insertion.agent.Agent` does above a force senso
 its state, what the last action came to, the next action, in this order.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Final

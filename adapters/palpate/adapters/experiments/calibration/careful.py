@@ -1,7 +1,5 @@
 """Moves an arm so slowly that a person may stand by, and stops it at the first thing that is not as it should be."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from math import ceil, dist

@@ -4,8 +4,6 @@ Frames as in :mod:`palpate.core.motion`. A sensor that is turned by an angle abo
 gives (c fx + s fy, c fy - s fx) for the (fx, fy) of the tool.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import degrees, hypot, inf, radians, sqrt

@@ -1,7 +1,5 @@
 """A picture of each step's data, with what was made of them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

@@ -1,7 +1,5 @@
 """The steps of a commissioning: each moves the arm as far as it has to, and makes an estimate of what was felt."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import replace

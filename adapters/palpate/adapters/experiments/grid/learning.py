@@ -1,7 +1,5 @@
 """Learning runs in a grid world."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, TypeAlias

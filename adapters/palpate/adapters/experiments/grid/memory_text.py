@@ -1,7 +1,5 @@
 """A memory file as text: what was learned, and a map of which offsets from the goal tell which symbol."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from palpate.adapters.experiments.tables import aligned

@@ -1,7 +1,5 @@
 """Maps and kinds of states as the command line names them, and what is possible in each map."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """One cell of a study: settings, a policy and a seed, and the name of the folder that its run is kept in."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

@@ -1,7 +1,5 @@
 """Looks at a study's cells before any is made: what can be refused now must not be refused in the night."""
 
-from __future__ import annotations
-
 import os
 from itertools import islice
 from typing import Final

@@ -1,7 +1,5 @@
 """Where cells are made: in this process, or in several. What comes of them does not depend on it."""
 
-from __future__ import annotations
-
 import os
 import signal
 import threading

@@ -1,7 +1,5 @@
 """Settings by their dotted names, and tables of them as a study file writes them."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 from collections.abc import Mapping

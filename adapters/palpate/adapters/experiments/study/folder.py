@@ -1,7 +1,5 @@
 """A study's folder: what was asked, a folder for every cell, ``summary.csv`` of all, and a manifest."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -1,7 +1,5 @@
 """A proof: a study of one policy over many seeds, judged as a whole; its hardest trials are made again and recorded."""
 
-from __future__ import annotations
-
 import os
 import tomllib
 from collections.abc import Iterable, Iterator, Sequence

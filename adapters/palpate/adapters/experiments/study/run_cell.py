@@ -1,7 +1,5 @@
 """Makes one cell: a run in a folder of its own, in whichever process this is called."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib
 import os

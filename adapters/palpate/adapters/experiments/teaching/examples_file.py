@@ -1,7 +1,5 @@
 """What was shown: a file of examples, and a table of them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple, dataclass
 from typing import Final

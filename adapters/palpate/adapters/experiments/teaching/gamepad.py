@@ -1,7 +1,5 @@
 """A gamepad, by the events of Linux's joystick interface (``Documentation/input/joydev/joystick-api.rst``)."""
 
-from __future__ import annotations
-
 import os
 import select
 import struct

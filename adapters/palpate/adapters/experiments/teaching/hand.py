@@ -1,7 +1,5 @@
 """What a person teaches with, as the loop has it."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from math import atan2, hypot, pi
 from typing import Self

@@ -1,7 +1,5 @@
 """Compass steps by single keys: of a terminal, without Enter, or of a pipe."""
 
-from __future__ import annotations
-
 import os
 import select
 import termios

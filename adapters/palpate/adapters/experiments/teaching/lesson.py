@@ -1,7 +1,5 @@
 """A lesson: trials in which a person chooses, on a rig or in the simulator."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import sqrt

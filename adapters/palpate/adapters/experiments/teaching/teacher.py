@@ -1,7 +1,5 @@
 """A person as the policy of a trial."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Final
 

@@ -1,7 +1,5 @@
 """All faults in all phases, over seeds: in lock-step in the simulator, or on a rig in real time."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Sensors that lie plausibly: every single sample could be true, and what they show is not."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import tau
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """One run of the campaign: a trial, a fault in it, and what came of both."""
 
-from __future__ import annotations
-
 import enum
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext

@@ -1,7 +1,5 @@
 """What a campaign came to, as a table for people and as CSV."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Sequence
 from typing import Final

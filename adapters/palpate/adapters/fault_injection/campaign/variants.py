@@ -1,7 +1,5 @@
 """The faults of the campaign, and what may be expected of each."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final

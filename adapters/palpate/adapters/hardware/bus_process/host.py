@@ -1,7 +1,5 @@
 """The arm's own process at work: hands on what the loop says, and stops the arm when the loop says nothing more."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Mapping
 from typing import Any, Final

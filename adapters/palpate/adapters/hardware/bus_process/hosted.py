@@ -1,7 +1,5 @@
 """An arm in another process as the two arm ports of this one."""
 
-from __future__ import annotations
-
 import itertools
 import threading
 from abc import abstractmethod

@@ -1,7 +1,5 @@
 """Starts the process that hosts an arm, and is that process."""
 
-from __future__ import annotations
-
 import mmap
 import os
 import signal

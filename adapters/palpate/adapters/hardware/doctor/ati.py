@@ -1,7 +1,5 @@
 """ATI's Net F/T."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from palpate.adapters.hardware.ati import NetFtForceSensor

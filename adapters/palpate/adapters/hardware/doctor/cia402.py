@@ -1,7 +1,5 @@
 """An arm of CiA 402 drives. They get no power here."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from palpate.adapters.hardware.doctor.findings import Notebook

@@ -1,7 +1,5 @@
 """The examination of a rig: one device after the other, each opened and closed again, whatever becomes of it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Are the facts of the force sensor known, and do they agree with what was measured? The line for the rig file."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

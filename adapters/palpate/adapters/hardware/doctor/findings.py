@@ -1,7 +1,5 @@
 """What an examination brings to light: facts, tables and findings, section by section."""
 
-from __future__ import annotations
-
 import enum
 import textwrap
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """A JR3 force sensor."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from palpate.adapters.hardware.doctor.facts import MeasuredNoise

@@ -1,7 +1,5 @@
 """How regularly something comes: rate, usual and longest distance in time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

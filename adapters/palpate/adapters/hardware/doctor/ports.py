@@ -1,7 +1,5 @@
 """What the ports alone show: a force sensor's noise and range, joint encoders, and whether the arm follows."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import hypot

@@ -1,7 +1,5 @@
 """A person pushes the tool: do the signs of the wrench come out as the core wants them?"""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import hypot, isfinite

@@ -1,7 +1,5 @@
 """What the operating system shows of a wire, before and after it is used."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """An arm of Universal Robots, and its tool force. Nothing is switched on here."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from palpate.adapters.hardware.doctor.facts import MeasuredNoise

@@ -1,7 +1,5 @@
 """Which wire a device of a rig file hangs on."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """A Zebra Zero on its NMC bus. Its servos are never switched on here."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from palpate.adapters.hardware.doctor.findings import Notebook

@@ -1,7 +1,5 @@
 """Whose fault a late tick is, by the kernel's own accounts."""
 
-from __future__ import annotations
-
 import enum
 import os
 import time

@@ -1,7 +1,5 @@
 """The system calls behind real-time behaviour. Nothing is decided here; a refusal is an ``OSError``."""
 
-from __future__ import annotations
-
 import ctypes
 import errno
 import os

@@ -1,7 +1,5 @@
 """How late is too late, and what is told of it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final, Self, TypeAlias
 

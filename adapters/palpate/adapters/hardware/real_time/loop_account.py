@@ -1,7 +1,5 @@
 """What the system did to a thread that did not do its work in time, seen from another thread or process."""
 
-from __future__ import annotations
-
 import os
 import threading
 import time

@@ -1,7 +1,5 @@
 """Asks the operating system for real-time behaviour, says what came of it, and gives everything back."""
 
-from __future__ import annotations
-
 import gc
 import sys
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """What a stopwatch came to: as a table for people, and as plain data for a log."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What a tick is made of, and what is timed of it."""
 
-from __future__ import annotations
-
 import enum
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Keeps a run on real devices in time, and tells how well: what the system grants, and how long each section takes."""
 
-from __future__ import annotations
-
 from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import Self

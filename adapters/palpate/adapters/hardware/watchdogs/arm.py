@@ -1,7 +1,5 @@
 """Arms that stop when their commands stop coming, and that stay at rest while a trip is latched."""
 
-from __future__ import annotations
-
 import os
 import threading
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Stops the arm when a person says so: by a key, a signal, a file or a socket."""
 
-from __future__ import annotations
-
 import os
 import select
 import signal

@@ -1,7 +1,5 @@
 """The process that watches: reads feedings, single bytes, from a pipe, and acts when they stop coming."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import select

@@ -1,7 +1,5 @@
 """Sensors whose silence is never taken for news."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import ClassVar, Generic

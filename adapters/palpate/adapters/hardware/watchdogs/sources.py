@@ -1,7 +1,5 @@
 """Where an operator's stop may come from: a key, a file, a socket, a signal."""
 
-from __future__ import annotations
-
 import os
 import signal
 import socket

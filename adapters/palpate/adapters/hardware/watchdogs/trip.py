@@ -1,7 +1,5 @@
 """What a watchdog says when it trips, and how a trip latches without a lock."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Callable
 from contextlib import suppress

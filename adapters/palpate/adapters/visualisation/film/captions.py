@@ -1,7 +1,5 @@
 """What is written into a picture, and where. No graphics library is needed."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache
 from math import hypot

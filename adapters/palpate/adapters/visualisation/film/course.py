@@ -1,7 +1,5 @@
 """A recorded trial as moments to be drawn: what was newest at each tick. No graphics library is needed."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Pictures into files: films as MP4 or GIF, contact sheets as PNG. Each is written as it is painted."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from itertools import chain, pairwise

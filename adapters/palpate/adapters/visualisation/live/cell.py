@@ -1,7 +1,5 @@
 """The cell of a trial as shapes in frames."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import mujoco

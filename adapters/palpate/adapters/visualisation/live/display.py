@@ -1,7 +1,5 @@
 """What a viewer is shown, whichever it is."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field

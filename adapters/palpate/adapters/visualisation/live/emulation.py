@@ -1,7 +1,5 @@
 """The emulated cell in a live view: it has no trials, only an arm that somebody moves."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from palpate.adapters.config import RunConfig, to_toml

@@ -1,7 +1,5 @@
 """Recorded trials as files that Foxglove and Rerun open as pictures."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final

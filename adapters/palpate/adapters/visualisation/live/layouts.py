@@ -1,7 +1,5 @@
 """Ready layouts: what stands where in a viewer."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Final

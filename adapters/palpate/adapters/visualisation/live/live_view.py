@@ -1,7 +1,5 @@
 """The run's end of a live view: what the recorder packs goes to the viewer's process too, as far as there is room."""
 
-from __future__ import annotations
-
 import dataclasses
 import importlib.util
 import json

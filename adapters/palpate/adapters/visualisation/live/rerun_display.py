@@ -1,7 +1,5 @@
 """Trials in Rerun: from a server to which its viewer connects while they run, or in a file of its own."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final, Self

@@ -1,7 +1,5 @@
 """The messages of trials, as a log has them, one after the other onto a display."""
 
-from __future__ import annotations
-
 import json
 from collections import deque
 from typing import Any, Final

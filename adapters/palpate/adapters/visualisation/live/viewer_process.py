@@ -1,7 +1,5 @@
 """The process that shows: frames in on standard input, a viewer's server out. It ends when its input does."""
 
-from __future__ import annotations
-
 import json
 import os
 import select

@@ -1,7 +1,5 @@
 """The automaton that was inferred, or that gives a policy its states."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from palpate.adapters.visualisation.automaton import machine_picture

@@ -1,7 +1,5 @@
 """From a result folder to a page."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What all pictures of a report share: size, colours, style."""
 
-from __future__ import annotations
-
 import re
 from contextlib import AbstractContextManager
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """The page of ``palpate compare``: strategies beside each other, with success, time and force of each."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

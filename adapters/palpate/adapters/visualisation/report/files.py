@@ -1,7 +1,5 @@
 """Reads the files of result folders; an error is one line with the file's path."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

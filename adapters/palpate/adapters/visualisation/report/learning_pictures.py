@@ -1,7 +1,5 @@
 """Learning curves: how long trials took and how many came to a good end, trial by trial."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf

@@ -1,7 +1,5 @@
 """What a report consists of, before it is HTML."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias

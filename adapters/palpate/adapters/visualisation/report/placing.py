@@ -1,7 +1,5 @@
 """From a page to HTML and CSV, and into its folder, where nothing that is not ours is overwritten."""
 
-from __future__ import annotations
-
 import base64
 import json
 import os

@@ -1,7 +1,5 @@
 """Where the states of a policy belong in a picture: in regions of position and torque, or simply in rows."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

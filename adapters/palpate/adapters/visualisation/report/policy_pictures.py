@@ -1,7 +1,5 @@
 """A policy as arrows over its states, and its Q values."""
 
-from __future__ import annotations
-
 from math import hypot
 from textwrap import wrap
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """The page of a run of ``palpate train`` or ``palpate run``."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The page of a study: curves with bands, success and time against what was swept, comparators beside."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from math import inf

@@ -1,7 +1,5 @@
 """Success and time against a swept setting."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

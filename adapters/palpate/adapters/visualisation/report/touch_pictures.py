@@ -1,7 +1,5 @@
 """A touch model as arrows: which torque is felt where round the hole; and where holes were."""
 
-from __future__ import annotations
-
 from math import hypot
 from typing import Final
 

@@ -1,7 +1,5 @@
 """The box: takes requests, gives records at its own times; uses neither sockets nor a clock."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Serves an emulated box on sockets of this computer: RDT over UDP, its page over HTTP."""
 
-from __future__ import annotations
-
 import select
 import socket
 import threading

@@ -6,8 +6,6 @@ Identifiers and NMT codes are standard knowledge (CiA 301, predefined connection
 only: RPDOs act at the next SYNC (types 0 to 240) or at once (254, 255), TPDOs are sent at every n-th SYNC (1 to 240).
 """
 
-from __future__ import annotations
-
 import enum
 import struct
 from dataclasses import dataclass, field

@@ -3,8 +3,6 @@
 Standard knowledge: CiA 301 (communication objects, abort codes) and CiA 402-2 (0x6000 and above).
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass

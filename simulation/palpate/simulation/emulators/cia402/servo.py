@@ -1,7 +1,5 @@
 """The inside of an emulated CiA 402 drive: its state machine, and the servo that moves the motor."""
 
-from __future__ import annotations
-
 import enum
 from math import copysign
 from typing import Final, Protocol

@@ -1,7 +1,5 @@
 """A JR3 node on CAN: commands and samples in frames with an 11-bit identifier, operation plus node number."""
 
-from __future__ import annotations
-
 import struct
 from collections import deque
 from enum import IntEnum

@@ -1,7 +1,5 @@
 """The firmware of a JR3 force/torque node, as far as it is the same on CAN and on a serial line."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, IntEnum, auto

@@ -1,7 +1,5 @@
 """The emulated JR3 sensor: full scales, times, errors and faults, and the low-pass filter of its firmware."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, TypeAlias

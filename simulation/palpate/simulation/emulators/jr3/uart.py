@@ -1,7 +1,5 @@
 """A JR3 node on a serial line: '<', two digits of operation, payload, '>', without length, escape or checksum."""
 
-from __future__ import annotations
-
 import struct
 from collections import deque
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """An emulated CAN bus: its frames and nodes, arbitration, the time a frame takes, and what goes wrong."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

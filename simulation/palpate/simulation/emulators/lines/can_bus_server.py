@@ -1,7 +1,5 @@
 """Emulated CAN nodes in real time: the loop all servers share, and a server on python-can's virtual bus."""
 
-from __future__ import annotations
-
 import time
 from abc import ABC, abstractmethod
 from collections import deque

@@ -1,7 +1,5 @@
 """Faults on an emulated serial line, drawn from a seeded generator and switchable while it runs."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass
 from typing import Annotated, Final, TypeAlias

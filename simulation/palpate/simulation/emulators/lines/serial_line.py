@@ -1,7 +1,5 @@
 """A serial line between a host and an emulated device: the time that bytes take, and what goes wrong with them."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A USB-CAN adapter that speaks slcan on a pseudo-terminal, with emulated nodes on its bus."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import select

@@ -1,7 +1,5 @@
 """How the encoder counts of the Zebra Zero's six motors depend on its joint angles."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Final
 

@@ -1,7 +1,5 @@
 """What the emulated servos move: the motors and, behind the gears, the arm."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 from typing_extensions import override

@@ -1,7 +1,5 @@
 """The serial line of an NMC chain: which modules receive a command, and what comes back."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import reduce
 from itertools import zip_longest

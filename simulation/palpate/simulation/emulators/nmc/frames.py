@@ -4,8 +4,6 @@ Sources: the public NMC library in ``libnmc/`` of brendandburns/ros2_zebra_zero 
 and LS-173AP manuals (a PIC-SERVO-compatible command set), the byte vectors in the tests of PyLabRobot's VSpin driver.
 """
 
-from __future__ import annotations
-
 import enum
 from dataclasses import dataclass
 from typing import Final

@@ -1,7 +1,5 @@
 """One PIC-SERVO module on an NMC bus: its addresses, its commands and its replies."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable
 from dataclasses import replace

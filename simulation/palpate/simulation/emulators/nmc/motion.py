@@ -1,7 +1,5 @@
 """How a servo's set-point moves: trapezoid and velocity profiles."""
 
-from __future__ import annotations
-
 from math import isqrt
 from typing import Final
 

@@ -1,7 +1,5 @@
 """The servo of one PIC-SERVO module: set-points, encoder register, trips, and limits."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

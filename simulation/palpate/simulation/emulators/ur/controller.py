@@ -1,7 +1,5 @@
 """The controller: modes, registers, the control program, the joints' motion. Knows neither sockets nor a clock."""
 
-from __future__ import annotations
-
 import enum
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Serves an emulated controller on sockets of this computer, at the ports that Universal Robots has for everybody."""
 
-from __future__ import annotations
-
 import select
 import socket
 import threading

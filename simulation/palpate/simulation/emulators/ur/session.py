@@ -1,7 +1,5 @@
 """One client's conversation over RTDE: packages, recipes, data. Knows no sockets."""
 
-from __future__ import annotations
-
 import struct
 from typing import Final
 

@@ -1,7 +1,5 @@
 """The force sensor in the tool flange, as its data sheet has it: what it adds to the true wrench."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import exp, sqrt
