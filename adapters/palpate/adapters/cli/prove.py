@@ -7,10 +7,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.cli.notices import print_weakened, say
+from palpate.adapters.cli.notices import print_untold_tool, print_weakened, say
 from palpate.adapters.cli.study import CellProgress, jobs_of
 from palpate.adapters.cli.study_options import ProveOptions
-from palpate.adapters.experiments import ClaimVerdict, RunFolder, on_signals, policy_for
+from palpate.adapters.experiments import ChosenPolicy, ClaimVerdict, RunFolder, on_signals, policy_for
 from palpate.adapters.experiments.study import (
     Processes,
     Sequential,
@@ -30,7 +30,8 @@ _KEPT = "kept"
 def prove(options: ProveOptions) -> int:
     """Make what is missing of the trials, judge them, and keep the worst; returns the exit code."""
     config, claim = options.run, options.claim
-    asked = proving_study(config, policy_for(config, options.policy), options.trials, claim)
+    policy = policy_for(config, options.policy)
+    asked = proving_study(config, policy, options.trials, claim)
     folder = StudyFolder(Path(options.out or f"runs/{config.scenario}-proof"))
     files = {path: digest_of(path, setting) for path, setting in asked.files().items()}
     require_possible(asked)
@@ -38,6 +39,7 @@ def prove(options: ProveOptions) -> int:
     folder.require_fits(asked, cells, files)
     with folder.opened(asked, files):
         print_weakened(config)
+        print_untold_tool(ChosenPolicy(policy, config).document)
         finished = folder.finished(cells)
         folder.clear(cells, finished)
         missing = [cell for cell in cells if cell.name not in finished]

@@ -88,6 +88,8 @@ class Study:
             table = read_toml(path)
         except ConfigurationError as error:
             raise ConfigurationError("study file", error.value, error.accepted) from error
+        if not table:
+            raise ConfigurationError("study file", str(path), f"one that is not empty, with a table {_TABLES[0]}")
         for key in table:
             if key not in (*_TABLES, *_WRITTEN):
                 near = difflib.get_close_matches(key, _TABLES, n=1, cutoff=0.5)

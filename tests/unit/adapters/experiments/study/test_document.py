@@ -55,12 +55,12 @@ def test_a_cells_configuration(tmp_path: Path) -> None:
 
 
 def test_little_must_be_said(tmp_path: Path) -> None:
-    study = study_of("", tmp_path)
+    study = study_of("[study]", tmp_path)
     assert (study.trials, study.seeds, study.policies, study.count) == (350, range(1), ("q-learning",), 1)
     assert next(study.cells()).fields == {}
 
 
-@pytest.mark.parametrize("text", [WHOLE, "", "[study]\nseeds = [9, 2]", "[[cells]]\n[[cells]]\narm = 'ur5'"])
+@pytest.mark.parametrize("text", [WHOLE, "[study]", "[study]\nseeds = [9, 2]", "[[cells]]\n[[cells]]\narm = 'ur5'"])
 def test_what_is_written_down_reads_back_as_the_same_study(tmp_path: Path, text: str) -> None:
     study = study_of(text, tmp_path)
     written = study.text({"numpy": "1.2.3"}, {"a file.json": "00ff"})
@@ -127,6 +127,7 @@ def test_a_study_without_end_is_counted_without_being_listed(tmp_path: Path) -> 
         ("[study]\npolicies = ['torque', 'torque']", "study.policies", "once"),
         ("format = 2", "format", "1"),
         ("[study", "study file", "TOML"),
+        ("", "study file", "not empty"),
     ],
 )
 def test_what_cannot_be_used_is_named(tmp_path: Path, text: str, field: str, accepted: str) -> None:
