@@ -4,9 +4,9 @@
 
 On each of the maps, which are those of benchmarks/memory_maps.py, 200 random walks: the held-out loss of the automaton
 that is inferred from them by gradients, nats a symbol, beside those of the last none to three pairs; the same of
-untrained networks, and of walks whose pairs are shuffled over all strings. The learner's own models, fitted by
-Baum-Welch to the first half of the walks, are judged on the second half, as walked and shuffled. Last, on a map where
-every symbol says where it is, the cost of the learner's frozen policy and of Q-learning on symbols, over the optimum.
+untrained networks, and of walks whose pairs are shuffled over all strings. The learners' own models, automata and
+clones, fitted by Baum-Welch to the first half of the walks, are judged on the second half, as walked and shuffled. On
+a map where every symbol says where it is, last, the cost of each learner's frozen policy, over the optimum.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from palpate.core.automata.elman import NORMALISED
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.policy.memory import RecordedTrial
 from palpate.core.policy.memory.automaton_model import fit_automata
+from palpate.core.policy.memory.clone_model import fit_clones
 from palpate.simulation.grid import UNDISTURBED, GridMap, belief_optimum, walk_strings
 
 WALKS, LONGEST, UNITS = 200, 60, 80
@@ -58,15 +59,18 @@ def trials_of(strings: Strings) -> list[RecordedTrial]:
     return found
 
 
-def by_the_learner(strings: Strings) -> str:
+def by_learners(strings: Strings) -> str:
     trials, half = trials_of(strings), len(strings.words) // 2
-    model = fit_automata(trials[:half], len(strings.names), len(strings.actions))[0]
+    told = [
+        f"{kind} {fit(trials[:half], len(strings.names), len(strings.actions))[0].log_loss(trials[half:]):.4f}"
+        for kind, fit in (("automata", fit_automata), ("clones", fit_clones))
+    ]
     first, second = (PrefixTree.of(part) for part in parts(strings, half))
     losses = [
         model_loss(last_letters(first, length, strings.actions), first, second) for length in range(4)
     ]  # without the first symbol of a string, which the model's own loss has
     beside = ", ".join(f"last {length} {loss:.4f}" for length, loss in enumerate(losses))
-    return f"model of the learner {model.log_loss(trials[half:]):.4f}; {beside}"
+    return f"learners' models {', '.join(told)}; {beside}"
 
 
 def parts(strings: Strings, half: int) -> Sequence[Strings]:
@@ -83,14 +87,14 @@ def main() -> None:
     for name in options.maps:
         strings = walk_strings(map_of(name), WALKS, 0, LONGEST, with_actions=True)
         mixed = shuffled(strings)
-        print(f"map {name}, as walked: {by_the_learner(strings)}", flush=True)
-        print(f"map {name}, shuffled: {by_the_learner(mixed)}", flush=True)
+        print(f"map {name}, as walked: {by_learners(strings)}", flush=True)
+        print(f"map {name}, shuffled: {by_learners(mixed)}", flush=True)
         print(f"map {name}, as walked: {by_gradients(strings, 120)}", flush=True)
         print(f"map {name}, untrained: {by_gradients(strings, 0)}", flush=True)
         print(f"map {name}, shuffled: {by_gradients(mixed, 120)}", flush=True)
     grid = GridMap.from_regions("ABC/D.E/FGH")
     optimum = float(belief_optimum(grid))
-    for learner in ("automaton-500", "symbols"):
+    for learner in ("offset-500", "clones-500", "automaton-500", "pairs", "symbols"):
         states, settings, trials = LEARNERS[learner]
         found, _ = frozen(grid, learn(grid, Named(states), settings, 0, trials), UNDISTURBED, 20)
         print(

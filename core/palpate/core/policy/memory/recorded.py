@@ -106,4 +106,4 @@ class Batch:
 
 
 def _one_each(actions: int) -> str:
-    return f"one a each of the {actions} actions, and the last one unless the goal was reached"
+    return f"one for each of the {actions} actions, and the last one unless the goal was reached"

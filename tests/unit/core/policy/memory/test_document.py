@@ -97,7 +97,7 @@ def require_refused_in_a_line(kind: str, path: tuple[str | int, ...], value: obj
         (("displacements_mm",), [[1.0, 0.0]], "8, one an action"),
         (("symbols",), ["A", "B"], "numbers from 0 to 1"),
         (("parameters", "reach"), 150, "more than 512 MB are not set aside"),
-        (("state", "trials", 0, "actions"), [0, 1], "one a each of the 2 actions|one each"),
+        (("state", "trials", 0, "actions"), [0, 1], "one for each of the 2 actions"),
     ],
 )
 def test_a_file_that_contradicts_itself_is_refused_in_a_line(path, value, says: str) -> None:
