@@ -11,8 +11,8 @@ import serial
 
 from palpate.simulation.emulators.lines.pty_server import PtyServer
 from palpate.simulation.emulators.lines.serial_line import LineSpeed
-from palpate.simulation.emulators.motors.plant import IdealPlant
 from palpate.simulation.emulators.nmc.bus import NmcChain
+from tests.ideal_motors import IdealPlant
 
 CYCLES = 200
 AXES = 6

@@ -19,8 +19,8 @@ import numpy as np
 from palpate.simulation.emulators.jr3.can import Jr3CanNode
 from palpate.simulation.emulators.jr3.sensor import Jr3Config
 from palpate.simulation.emulators.lines.can_bus import EmulatedCanBus, frame_bits
-from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
 from palpate.simulation.emulators.lines.slcan import SlcanServer
+from tests.virtual_can import VirtualBusServer
 
 NODES_AND_PERIODS_us = ((1, 7143), (1, 1000), (1, 500), (1, 300), (2, 1000), (4, 1000), (4, 500))
 DURATION_s = 3.0

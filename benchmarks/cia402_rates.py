@@ -25,9 +25,9 @@ from palpate.drivers.cia402.mailbox import ArmStatistics
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive, bits_per_cycle, bus_budget
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.lines.can_bus import EmulatedCanBus
-from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
 from palpate.simulation.emulators.lines.slcan import SlcanServer
-from palpate.simulation.emulators.motors.plant import IdealPlant
+from tests.ideal_motors import IdealPlant
+from tests.virtual_can import VirtualBusServer
 
 NODES = (1, 2, 3, 4, 5, 6)
 BITRATE = 1_000_000

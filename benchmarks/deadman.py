@@ -47,11 +47,11 @@ from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, arm_maker
 from palpate.adapters.hardware.real_time import RealTime, take_real_time
 from palpate.adapters.hardware.real_time.real_time import join_loop
 from palpate.core.errors import PalpateError
-from palpate.core.ports.contracts.fakes import FakeForceSensor
 from palpate.core.ports.devices import ArmCommand
 from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import CONTROL_RATE_HZ, CommandReason, JointCommand, Snapshot
 from palpate.core.trial.ready_pose import find_ready_pose
+from tests.fake_devices import FakeForceSensor
 
 NS = 10**9
 WAYS = ("stopped", "killed", "hanging")

@@ -48,13 +48,14 @@ from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.control_loop import LoopObserver, next_snapshot, run_trial, trial_ticks
 from palpate.core.errors import PalpateError
 from palpate.core.policy import RandomWalkPolicy
-from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.contracts import FakeClock
 from palpate.core.ports.devices import Clock, Ports
 from palpate.core.ports.lifecycle import Life, ManagedDevice
 from palpate.core.ports.rig import Rig
 from palpate.core.ports.values import CONTROL_RATE_HZ, AppliedCommand, JointCommand, JointVector, Snapshot
 from palpate.core.tasks.insertion import InsertionTask
 from palpate.core.trial import find_ready_pose
+from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 
 NS = 10**9
 PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]

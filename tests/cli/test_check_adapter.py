@@ -66,7 +66,8 @@ def test_moves_are_refused_without_rates(
 
 
 BROKEN = """
-from palpate.core.ports.contracts.fakes import FakeClock, FakeForceSensor
+from palpate.core.ports.contracts import FakeClock
+from tests.fake_devices import FakeForceSensor
 from palpate.core.ports.contracts import ForceSensorRig
 
 class Broken(FakeForceSensor):

@@ -6,9 +6,10 @@ from dataclasses import replace
 from typing import Any
 
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointSample, Life
-from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeJointEncoder
+from palpate.core.ports.contracts import FakeClock
 from tests.contracts import test_fake as fake
 from tests.contracts.broken_sensors import LIVED, altered
+from tests.fake_devices import FakeArm, FakeJointEncoder
 
 STEP_NS = 5_000_000
 

@@ -8,7 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 from palpate.core.ports import Life, WrenchKind, WrenchSample
-from palpate.core.ports.contracts.fakes import TICK_NS, FakeClock, FakeForceSensor
+from palpate.core.ports.contracts import TICK_NS, FakeClock
+from tests.fake_devices import FakeForceSensor
 
 
 class WithoutAcknowledge(FakeForceSensor):

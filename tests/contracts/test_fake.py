@@ -10,13 +10,14 @@ from palpate.core.ports.contracts import (
     ArmCommandRig,
     ClockContract,
     ClockRig,
+    FakeClock,
     ForceSensorContract,
     ForceSensorRig,
     JointEncoderContract,
     JointEncoderRig,
 )
-from palpate.core.ports.contracts.fakes import MAX_AGE_NS, FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
 from palpate.core.ports.values import Validity
+from tests.fake_devices import MAX_AGE_NS, FakeArm, FakeForceSensor, FakeJointEncoder
 
 HOME_RAD = (0.1, -0.2, 0.3)
 LOWER_RAD = (-1.0, -1.0, -1.0)

@@ -3,8 +3,14 @@
 from typing import Any
 
 from palpate.adapters.hardware.plugins import ArmAdapter
-from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
-from palpate.core.ports.contracts.fakes import MAX_AGE_NS, TICK_NS, FakeArm, FakeJointEncoder
+from palpate.core.ports.contracts import (
+    TICK_NS,
+    ArmCommandContract,
+    ArmCommandRig,
+    JointEncoderContract,
+    JointEncoderRig,
+)
+from tests.fake_devices import MAX_AGE_NS, FakeArm, FakeJointEncoder
 from tests.hosted import PACE_NS, Hosted
 from tests.virtual_time import VirtualTime
 

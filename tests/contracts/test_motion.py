@@ -7,9 +7,9 @@ import pytest
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports.contracts import NO_MOTION, ArmCommandRig, ClauseOutcome, FakeClock, MotionLimits, run_clauses
-from palpate.core.ports.contracts.fakes import FakeArm
 from palpate.core.ports.values import AppliedCommand, JointCommand, JointVector
 from tests.contracts import test_fake as fake
+from tests.fake_devices import FakeArm
 
 HOME = fake.HOME_RAD
 

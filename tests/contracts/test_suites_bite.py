@@ -21,13 +21,13 @@ from palpate.core.ports.contracts import (
     clauses,
     run_clauses,
 )
-from palpate.core.ports.contracts.fakes import FakeForceSensor
 
 # As a module: a suite that is imported by name would be run here once more as it is.
 from tests.contracts import test_fake as fake
 from tests.contracts.broken_arms import ARMS, CAUSAL, CLOCKS, ENCODERS
 from tests.contracts.broken_sensors import LIVES, SAMPLES, altered
 from tests.contracts.unsafe_adapters import UNSAFE
+from tests.fake_devices import FakeForceSensor
 
 FORCE, ENCODER, ARM, CLOCK = SUITES = (
     fake.TestFakeForceSensor,

@@ -12,6 +12,7 @@ from palpate.adapters.hardware.watchdogs import (
     WatchedJointEncoder,
 )
 from palpate.core.ports.contracts import (
+    TICK_NS,
     ArmCommandContract,
     ArmCommandRig,
     ClockContract,
@@ -21,10 +22,10 @@ from palpate.core.ports.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
-from palpate.core.ports.contracts.fakes import MAX_AGE_NS, TICK_NS
 
 # As modules: a suite that is imported by name would be run here once more as it is.
 from tests.contracts import test_fake as fake
+from tests.fake_devices import MAX_AGE_NS
 
 LONG_NS = 20 * TICK_NS
 HOUR_NS = 3600 * 10**9

@@ -11,7 +11,7 @@ from time import sleep
 from typing import Any
 
 from palpate.core.ports import Life, Validity
-from palpate.core.ports.contracts.fakes import TICK_NS, FakeArm, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.contracts import TICK_NS
 from tests.contracts import test_fake as fake
 from tests.contracts import unsafe_lives as lives
 from tests.contracts import unsafe_long_runs as runs
@@ -79,6 +79,7 @@ from tests.contracts.unsafe_stops import (
     TakesTheShortWayRound,
     YieldsToPersistence,
 )
+from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 
 HOME = fake.HOME_RAD
 

@@ -3,8 +3,9 @@
 from typing import Any
 
 from palpate.core.ports import CommandReason, JointCommand, Life
-from palpate.core.ports.contracts.fakes import TICK_NS, FakeArm
+from palpate.core.ports.contracts import TICK_NS
 from tests.contracts import test_fake as fake
+from tests.fake_devices import FakeArm
 
 HOME = fake.HOME_RAD
 

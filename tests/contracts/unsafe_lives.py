@@ -6,7 +6,8 @@ from typing import Any
 
 from palpate.core.errors import DeviceError, FaultLatchedError, LifecycleError
 from palpate.core.ports import AppliedCommand, JointCommand, JointSample, Life, Validity, WrenchKind, WrenchSample
-from palpate.core.ports.contracts.fakes import TICK_NS, FakeArm, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.contracts import TICK_NS
+from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 
 
 def moved(angles: Any, joint: int, way: float) -> Any:

@@ -5,8 +5,9 @@ from math import nan, pi
 from typing import Any
 
 from palpate.core.ports import AppliedCommand, JointCommand, Life, Validity, WrenchSample
-from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.contracts import FakeClock
 from tests.contracts.unsafe_lives import moved
+from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 
 S_NS = 10**9
 

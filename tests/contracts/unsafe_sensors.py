@@ -5,7 +5,7 @@ from math import pi, remainder
 from typing import Any
 
 from palpate.core.ports import Life, Validity
-from palpate.core.ports.contracts.fakes import FakeForceSensor, FakeJointEncoder
+from tests.fake_devices import FakeForceSensor, FakeJointEncoder
 
 
 class WrapsAtOneTurn(FakeJointEncoder):

@@ -5,7 +5,8 @@ from threading import get_ident
 from typing import Any
 
 from palpate.core.ports import JointCommand, Life
-from palpate.core.ports.contracts.fakes import TICK_NS, FakeArm
+from palpate.core.ports.contracts import TICK_NS
+from tests.fake_devices import FakeArm
 
 
 class StopsForItsThreadOnly(FakeArm):

@@ -14,7 +14,7 @@ ARM = """
 import os, time
 from pathlib import Path
 from palpate.adapters.hardware import ArmAdapter
-from palpate.core.ports.contracts.fakes import FakeArm, FakeJointEncoder
+from tests.fake_devices import FakeArm, FakeJointEncoder
 
 class Noted(FakeArm):
     def stop(self):

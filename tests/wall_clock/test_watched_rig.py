@@ -15,7 +15,7 @@ from palpate.adapters.hardware import ArmAdapter, HardwareRig, RigContext, find_
 from palpate.adapters.hardware import rig as hardware_rig
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Life
-from palpate.core.ports.contracts.fakes import FakeArm, FakeForceSensor, FakeJointEncoder
+from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 from tests.unit.adapters.hardware.watchdogs.bench import nothing_left_behind, wait_for
 from tests.unit.adapters.samples import ready_pose
 

@@ -22,8 +22,8 @@ from palpate.simulation.emulators.jr3 import UART_CONFIG, Jr3CanNode, Jr3Config,
 from palpate.simulation.emulators.jr3 import uart as jr3_uart
 from palpate.simulation.emulators.lines import EmulatedCanBus, PtyServer, SlcanServer
 from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors
-from palpate.simulation.emulators.motors.plant import IdealPlant
 from palpate.simulation.emulators.nmc.bus import NmcChain
+from tests.ideal_motors import IdealPlant
 from tests.wall_clock.host import Host
 
 pytestmark = pytest.mark.usefixtures("real_time")

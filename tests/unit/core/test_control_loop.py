@@ -15,7 +15,7 @@ from palpate.core.control_loop import (
     trial_ticks,
 )
 from palpate.core.errors import LifecycleError
-from palpate.core.ports.contracts.fakes import FakeClock
+from palpate.core.ports.contracts import FakeClock
 from palpate.core.ports.devices import Ports
 from palpate.core.ports.values import (
     CONTROL_RATE_HZ,

@@ -4,8 +4,9 @@ from dataclasses import dataclass, field
 
 from palpate.adapters.fault_injection import FaultDelivery, FaultPlan, FaultyArm, FaultyForceSensor, FaultyJointEncoder
 from palpate.core.errors import DeviceError
-from palpate.core.ports.contracts.fakes import TICK_NS, FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.contracts import TICK_NS, FakeClock
 from palpate.core.ports.values import AppliedCommand, JointCommand, JointSample, WrenchSample
+from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 
 HOME_RAD = (0.0, 0.0, 0.0)
 

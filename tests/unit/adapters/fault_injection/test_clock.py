@@ -1,8 +1,9 @@
 """Faults of time, and all four ports together."""
 
 from palpate.adapters.fault_injection import FaultDelivery, FaultPlan, FaultyArm, FaultyClock, faulty
-from palpate.core.ports.contracts.fakes import TICK_NS, FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.contracts import TICK_NS, FakeClock
 from palpate.core.ports.devices import Ports
+from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 
 MS = 1_000_000
 

@@ -9,8 +9,9 @@ import pytest
 
 from palpate.adapters.fault_injection import FaultDelivery, FaultPlan, FaultyForceSensor
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
-from palpate.core.ports.contracts.fakes import FakeClock, FakeForceSensor
+from palpate.core.ports.contracts import FakeClock
 from palpate.core.ports.values import Validity, WrenchSample
+from tests.fake_devices import FakeForceSensor
 from tests.unit.adapters.fault_injection.bench import TICK_NS, angles, fz, samples, wrenches
 
 PLAIN = samples()

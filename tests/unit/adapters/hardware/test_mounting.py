@@ -6,8 +6,9 @@ from hypothesis import strategies as st
 
 from palpate.adapters.hardware import TurnedForceSensor
 from palpate.core.ports import WrenchSample
-from palpate.core.ports.contracts.fakes import FakeClock, FakeForceSensor
+from palpate.core.ports.contracts import FakeClock
 from palpate.simulation.work_cell import HiddenValues
+from tests.fake_devices import FakeForceSensor
 
 
 @given(st.floats(-180.0, 180.0), st.tuples(*[st.floats(-10.0, 10.0)] * 6))

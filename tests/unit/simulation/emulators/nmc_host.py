@@ -6,9 +6,10 @@ import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from palpate.simulation.emulators.motors.plant import IdealPlant, JointPlant
+from palpate.simulation.emulators.motors.plant import JointPlant
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from palpate.simulation.emulators.nmc.settings import ModuleSettings
+from tests.ideal_motors import IdealPlant
 
 TICK_NS = 512_000
 ALL = 0xFF

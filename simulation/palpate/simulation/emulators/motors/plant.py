@@ -24,7 +24,7 @@ class Plant(Protocol):
         """What the encoder on the motor's shaft counts now."""
 
 
-class _Backlash:
+class Backlash:
     """Joints behind gears with play: each stays where it is until its gear has taken up the gap."""
 
     def __init__(self, gap_rad: float, joints_rad: JointVector) -> None:
@@ -40,48 +40,7 @@ class _Backlash:
         return self._joints_rad
 
 
-class _SixMotors(Plant):
-    """Motors behind the gears of the arm: what is the same whatever moves it."""
-
-    def __init__(self, joints_rad: JointVector, wrist_backlash_rad: float) -> None:
-        self._gears, self._backlash = ArmGears(), _Backlash(wrist_backlash_rad, joints_rad)
-        self._motors = list(self._gears.counts(joints_rad))
-
-    @override
-    def motor_counts(self, axis: int) -> int:
-        return round(self._motors[axis])
-
-
-class IdealPlant(_SixMotors):
-    """Six motors that are where their servos want them, but for the wrist's backlash."""
-
-    def __init__(self, wrist_backlash_rad: float = 0.0) -> None:
-        super().__init__(HOME_RAD, wrist_backlash_rad)
-        self._jammed = [False] * AXES
-
-    @override
-    def set_motor_counts(self, axis: int, counts: float) -> None:
-        if not self._jammed[axis]:
-            self._motors[axis] = counts
-
-    @override
-    def release(self, axis: int) -> None:
-        """It stays where it is until it is pushed."""
-
-    def jam(self, axis: int) -> None:
-        """Block a motor where it is."""
-        self._jammed[axis] = True
-
-    def push(self, axis: int, counts: float) -> None:
-        """Displace a motor from outside; a held motor goes back at its next set-point."""
-        self._motors[axis] += counts
-
-    def joints_rad(self) -> JointVector:
-        """True joint angles, (6,) rad: behind the backlash, which encoders on the motors do not measure."""
-        return self._backlash.follow(self._gears.joints_rad(tuple(self._motors)))
-
-
-class JointPlant(_SixMotors):
+class JointPlant(Plant):
     """Motors that drive an arm simulated elsewhere, for instance in MuJoCo.
 
     Each control tick of that simulation: command its joint servos with `targets_rad()`, step it, and hand its exact
@@ -96,7 +55,8 @@ class JointPlant(_SixMotors):
     """
 
     def __init__(self, joints_rad: JointVector = HOME_RAD, wrist_backlash_rad: float = 0.0) -> None:
-        super().__init__(joints_rad, wrist_backlash_rad)
+        self._gears, self._backlash = ArmGears(), Backlash(wrist_backlash_rad, joints_rad)
+        self._motors = list(self._gears.counts(joints_rad))
         # Where the motors stand in their backlash, relative to the joints.
         self._play_rad: JointVector = (0.0,) * AXES
         self._driven, self._held = list(self._motors), [False] * AXES
@@ -109,6 +69,10 @@ class JointPlant(_SixMotors):
     def release(self, axis: int) -> None:
         if self._held[axis]:
             self._driven[axis], self._held[axis] = self._motors[axis], False
+
+    @override
+    def motor_counts(self, axis: int) -> int:
+        return round(self._motors[axis])
 
     def targets_rad(self) -> JointVector:
         """Joint set-points that the motors hold now, (6,) rad.

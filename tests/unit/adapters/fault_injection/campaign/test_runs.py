@@ -5,7 +5,8 @@ import pytest
 from palpate.adapters.fault_injection.campaign.runs import ForceProbe
 from palpate.adapters.fault_injection.plan import FaultPlan
 from palpate.adapters.fault_injection.ports import FaultyForceSensor
-from palpate.core.ports.contracts.fakes import FakeClock, FakeForceSensor
+from palpate.core.ports.contracts import FakeClock
+from tests.fake_devices import FakeForceSensor
 
 
 def test_what_a_fault_adds_or_hides_is_not_felt() -> None:

@@ -9,8 +9,9 @@ from palpate.adapters.hardware.bus_process import OperatorsHand
 from palpate.adapters.hardware.plugins import ArmAdapter
 from palpate.core.errors import CommandError, FaultLatchedError
 from palpate.core.ports import CommandReason, JointCommand, Life
-from palpate.core.ports.contracts.fakes import TICK_NS, FakeArm, FakeJointEncoder
+from palpate.core.ports.contracts import TICK_NS
 from tests.contracts import test_cia402, test_zebra
+from tests.fake_devices import FakeArm, FakeJointEncoder
 from tests.hosted import Hosted
 from tests.virtual_time import VirtualTime
 

@@ -7,7 +7,7 @@ import pytest
 
 from palpate.adapters.hardware.bus_process.wire import _SLOT_BYTES, Board, HostedStatus, Report, Wire
 from palpate.core.errors import CommandError, ConfigurationError, DeviceError, FaultLatchedError
-from palpate.core.ports.contracts.fakes import FakeClock
+from palpate.core.ports.contracts import FakeClock
 
 
 @pytest.mark.parametrize(

@@ -12,9 +12,10 @@ from palpate.adapters.hardware.doctor.wiring import Wiring
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.motion.arm import arm_named
-from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.contracts import FakeClock
 from palpate.core.ports.lifecycle import Life
 from palpate.drivers.errors import GarbledError
+from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 
 LIMIT = (1.0, 1.0)
 

@@ -25,8 +25,8 @@ from palpate.drivers.zebra_zero.arm import ZebraZero
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.jr3.can import Jr3CanNode
 from palpate.simulation.emulators.jr3.sensor import Jr3Config
-from palpate.simulation.emulators.motors.plant import IdealPlant
 from palpate.simulation.emulators.nmc.bus import NmcChain
+from tests.ideal_motors import IdealPlant
 from tests.unit.adapters.hardware.doctor.notebook import facts, told
 from tests.virtual_lines import VirtualDesk, VirtualPort
 

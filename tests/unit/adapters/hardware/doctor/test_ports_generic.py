@@ -5,7 +5,8 @@ import pytest
 from palpate.adapters.hardware.doctor.findings import Level, Notebook
 from palpate.adapters.hardware.doctor.pace import at_rate, distances, examine_clock, rate_Hz, spread_of
 from palpate.adapters.hardware.doctor.ports import WrenchReading, examine_encoder, examine_force_sensor, examine_wrench
-from palpate.core.ports.contracts.fakes import FakeClock, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.contracts import FakeClock
+from tests.fake_devices import FakeForceSensor, FakeJointEncoder
 from tests.unit.adapters.hardware.doctor.notebook import facts, told
 
 MS = 1_000_000

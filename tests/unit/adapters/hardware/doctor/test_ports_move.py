@@ -5,8 +5,9 @@ import pytest
 from palpate.adapters.hardware.doctor.findings import Level, Notebook
 from palpate.adapters.hardware.doctor.ports import examine_following
 from palpate.core.errors import DeviceError
-from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeJointEncoder
+from palpate.core.ports.contracts import FakeClock
 from palpate.core.ports.values import CommandReason, JointCommand, JointVector
+from tests.fake_devices import FakeArm, FakeJointEncoder
 from tests.unit.adapters.hardware.doctor.notebook import facts, told
 
 HOME = (0.1, 0.2)

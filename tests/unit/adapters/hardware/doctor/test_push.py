@@ -4,8 +4,9 @@ import pytest
 
 from palpate.adapters.hardware.doctor.findings import Level, Notebook
 from palpate.adapters.hardware.doctor.push import Person, PushCheck
-from palpate.core.ports.contracts.fakes import FakeClock, FakeForceSensor
+from palpate.core.ports.contracts import FakeClock
 from palpate.core.ports.values import Vector3
+from tests.fake_devices import FakeForceSensor
 from tests.unit.adapters.hardware.doctor.notebook import told
 
 LEVER_M = 0.2

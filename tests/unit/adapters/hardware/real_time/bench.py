@@ -6,8 +6,9 @@ from palpate.adapters.hardware.real_time import LateTick, Limits, SlowCore, Stop
 from palpate.adapters.hardware.real_time.attribution import Account
 from palpate.core.control_loop import LoopObserver, next_snapshot, trial_ticks
 from palpate.core.ports import JointCommand, JointSample, Ports, WrenchSample
-from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.contracts import FakeClock
 from palpate.core.trial.report import Outcome, TrialReport, TrialSetup
+from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 
 SETUP = TrialSetup(0, 0, (0.0, 0.0))
 HOME_RAD = (0.1, -0.2, 0.3)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Clock, JointCommand
-from palpate.core.ports.contracts.fakes import FakeArm
+from tests.fake_devices import FakeArm
 
 PATIENCE_S = 30.0
 HERE = JointCommand((0.0,))

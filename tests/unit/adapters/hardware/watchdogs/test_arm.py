@@ -13,7 +13,7 @@ from palpate.adapters.hardware.watchdogs.arm import AgeWatch
 from palpate.adapters.hardware.watchdogs.trip import Latch
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
 from palpate.core.ports import CommandReason
-from palpate.core.ports.contracts.fakes import TICK_NS, FakeClock
+from palpate.core.ports.contracts import TICK_NS, FakeClock
 from tests.unit.adapters.hardware.watchdogs.bench import HERE, active_arm, nothing_left_behind, wait_for
 
 LIMIT_NS = 3000 * TICK_NS

@@ -16,7 +16,7 @@ import pytest
 from palpate.adapters.hardware.watchdogs import GuardedArm, OperatorSources, OperatorStop, WatchdogTrip
 from palpate.adapters.hardware.watchdogs.sources import SocketSource
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
-from palpate.core.ports.contracts.fakes import FakeClock
+from palpate.core.ports.contracts import FakeClock
 from palpate.core.ports.values import CommandReason
 from tests.unit.adapters.hardware.watchdogs.bench import HERE, StoppedArm, active_arm, nothing_left_behind, wait_for
 

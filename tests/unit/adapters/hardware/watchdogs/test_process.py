@@ -11,7 +11,7 @@ import pytest
 from palpate.adapters.hardware.watchdogs import OperatorSources, OperatorStop, ProcessWatchdog, WatchdogTrip
 from palpate.adapters.hardware.watchdogs.process_main import ACKNOWLEDGED, FED, QUIT, RESTING, Watch, stop_function
 from palpate.core.errors import ConfigurationError, LifecycleError
-from palpate.core.ports.contracts.fakes import FakeClock
+from palpate.core.ports.contracts import FakeClock
 from tests.unit.adapters.hardware.watchdogs.bench import active_arm, nothing_left_behind, wait_for
 
 LONG_S = 600.0
@@ -87,7 +87,8 @@ def test_a_loop_that_dies_is_stopped_by_signal_and_latches() -> None:
 STOPPER = "from pathlib import Path\ndef stop():\n    Path({!r}).touch()\n"
 HOST = """
 import sys
-from palpate.core.ports.contracts.fakes import FakeArm, FakeClock
+from palpate.core.ports.contracts import FakeClock
+from tests.fake_devices import FakeArm
 from palpate.adapters.hardware.watchdogs import ProcessWatchdog
 clock = FakeClock()
 arm = FakeArm(clock, (0.0,), lower_rad=(-1.0,), upper_rad=(1.0,), max_step_rad=0.1)

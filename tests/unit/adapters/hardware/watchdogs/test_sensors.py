@@ -16,8 +16,8 @@ from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
 from palpate.core.ports import JointEncoder, JointSample, SensorDecorator, Validity, WrenchSample
 from palpate.core.ports.contracts import TICK_NS, FakeClock
-from palpate.core.ports.contracts.fakes import FakeForceSensor, FakeJointEncoder
 from palpate.core.trial import Outcome, TripReason
+from tests.fake_devices import FakeForceSensor, FakeJointEncoder
 from tests.unit.adapters.samples import ready_pose
 
 NEVER_NS = 10**15

@@ -2,7 +2,7 @@ import pytest
 
 from palpate.simulation.emulators.cia402.node import CanopenDrive, NmtState
 from palpate.simulation.emulators.cia402.servo import PowerState
-from palpate.simulation.emulators.motors.plant import IdealPlant
+from tests.ideal_motors import IdealPlant
 
 MS = 1_000_000
 

@@ -10,8 +10,8 @@ import can
 import pytest
 
 from palpate.simulation.emulators.jr3.sensor import Jr3Faults
-from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
 from tests.unit.simulation.emulators.lines.turned import Turned, jr3, turned_slcan, turned_virtual, wire_of
+from tests.virtual_can import VirtualBusServer
 
 interfaces = pytest.mark.parametrize("serve", [turned_virtual, turned_slcan])
 Serve = Callable[..., AbstractContextManager[Turned]]

@@ -10,8 +10,8 @@ import pytest
 import serial
 
 from palpate.simulation.emulators.lines import LineSpeed, PtyServer
-from palpate.simulation.emulators.motors.plant import IdealPlant
 from palpate.simulation.emulators.nmc.bus import NmcChain
+from tests.ideal_motors import IdealPlant
 from tests.unit.simulation.emulators.lines.echo import Echo
 from tests.unit.simulation.emulators.nmc_host import address_all, command
 

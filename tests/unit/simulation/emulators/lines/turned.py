@@ -12,7 +12,8 @@ import numpy as np
 
 from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
 from palpate.simulation.emulators.lines import EmulatedCanBus, SlcanServer
-from palpate.simulation.emulators.lines.can_bus_server import CanBusServer, VirtualBusServer
+from palpate.simulation.emulators.lines.can_bus_server import CanBusServer
+from tests.virtual_can import VirtualBusServer
 
 FULL = (115.0, 111.0, 185.0, 5.6, 5.2, 6.1)
 MILLISECOND = 1_000_000

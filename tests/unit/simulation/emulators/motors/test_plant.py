@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from palpate.simulation.emulators.motors.gears import HOME_RAD, ArmGears
-from palpate.simulation.emulators.motors.plant import IdealPlant, JointPlant, Plant
+from palpate.simulation.emulators.motors.plant import JointPlant, Plant
+from tests.ideal_motors import IdealPlant
 from tests.unit.simulation.emulators.nmc_host import Bench, trajectory
 
 W = 11_034.53

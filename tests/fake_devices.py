@@ -1,0 +1,236 @@
+"""Plain fakes of the device ports: no physics, all knobs in reach, in virtual time.
+
+A sensor takes a new sample when it is read at a time at which it has none yet; the arm is perfect and stands at a new
+set-point as soon as time has gone on.
+"""
+
+from abc import abstractmethod
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Generic
+
+from typing_extensions import override
+
+from palpate.core.errors import CommandError, DeviceError
+from palpate.core.ports import (
+    AppliedCommand,
+    ArmCommand,
+    Clock,
+    CommandReason,
+    ForceSensor,
+    JointCommand,
+    JointEncoder,
+    JointSample,
+    JointVector,
+    ManagedDevice,
+    SampleT,
+    Validity,
+    Vector3,
+    WrenchKind,
+    WrenchSample,
+)
+from palpate.core.ports.contracts import TICK_NS
+
+MAX_AGE_NS = 5 * TICK_NS
+
+
+class FakeDevice(ManagedDevice):
+    """What the three fake devices have in common.
+
+    Attributes:
+        disconnected: Set it to make every conversation with the device fail.
+        is_open: Whether the device holds its imagined connection.
+    """
+
+    def __init__(self, name: str, clock: Clock) -> None:
+        super().__init__(name)
+        self.clock = clock
+        self.disconnected = False
+        self.is_open = False
+
+    def fail(self, cause: str = "fault on demand") -> None:
+        """Latch a fault."""
+        self._latch(cause)
+
+    def _require_connection(self) -> None:
+        if self.disconnected:
+            raise DeviceError(self.name, "does not answer")
+
+    def _on_configure(self) -> None:
+        self._require_connection()
+        self.is_open = True
+
+    def _on_close(self) -> None:
+        self.is_open = False
+
+
+class FakeSensor(FakeDevice, Generic[SampleT]):
+    """A sensor that takes a sample when it is read at a time at which it has none yet.
+
+    Attributes:
+        silent: Set it to make the device deliver nothing new.
+    """
+
+    def __init__(self, name: str, clock: Clock, max_age_ns: int) -> None:
+        super().__init__(name, clock)
+        self.silent = False
+        self._max_age_ns = max_age_ns
+        self._sample: SampleT | None = None
+
+    @abstractmethod
+    def _measured(self, now_ns: int, sequence: int) -> SampleT:
+        """A new sample."""
+
+    def read(self) -> SampleT:
+        """Newest sample.
+
+        Raises:
+            LifecycleError: The sensor is not active.
+            DeviceError: The device is disconnected, or has been silent from the start.
+        """
+        self._require_active("read()")
+        self._require_connection()
+        now_ns, last = self.clock.now_ns(), self._sample
+        if not self.silent and (last is None or now_ns > last.source_time_ns):
+            self._sample = self._measured(now_ns, 0 if last is None else last.sequence + 1)
+        if self._sample is None:
+            raise DeviceError(self.name, "has not delivered a sample yet")
+        if now_ns - self._sample.source_time_ns > self._max_age_ns:
+            return replace(self._sample, validity=Validity.STALE)
+        return self._sample
+
+
+class FakeForceSensor(FakeSensor[WrenchSample], ForceSensor):
+    """A force sensor that reports the load it is given.
+
+    Args:
+        max_age_ns: Age above which a sample comes back ``STALE``.
+
+    Attributes:
+        load_N: Force on the tool, (3,), in the sensor frame.
+        load_Nm: Torque on the tool, (3,), in the sensor frame.
+        kind: Written on every sample.
+        saturated: Set it to mark new samples ``SATURATED``.
+    """
+
+    def __init__(self, clock: Clock, *, max_age_ns: int = MAX_AGE_NS) -> None:
+        super().__init__("fake force sensor", clock, max_age_ns)
+        self.load_N: Vector3 = (0.0, 0.0, 0.0)
+        self.load_Nm: Vector3 = (0.0, 0.0, 0.0)
+        self.kind = WrenchKind.RAW
+        self.saturated = False
+
+    @override
+    def _measured(self, now_ns: int, sequence: int) -> WrenchSample:
+        validity = Validity.SATURATED if self.saturated else Validity.VALID
+        return WrenchSample(self.load_N, self.load_Nm, now_ns, now_ns, sequence, validity, self.kind)
+
+
+class FakeJointEncoder(FakeSensor[JointSample], JointEncoder):
+    """An encoder that reports given joint angles.
+
+    Args:
+        position_rad: Where the joints stand now, for example ``FakeArm(...).position_rad``.
+        max_age_ns: Age above which a sample comes back ``STALE``.
+    """
+
+    def __init__(self, clock: Clock, position_rad: Callable[[], JointVector], *, max_age_ns: int = MAX_AGE_NS) -> None:
+        super().__init__("fake joint encoder", clock, max_age_ns)
+        self._position_rad = position_rad
+
+    @override
+    def _measured(self, now_ns: int, sequence: int) -> JointSample:
+        return JointSample(self._position_rad(), now_ns, now_ns, sequence)
+
+
+class FakeArm(FakeDevice, ArmCommand):
+    """A perfect arm: it stands at the newest set-point as soon as time has gone on.
+
+    Args:
+        home_rad: Where it stands at first, (n,).
+        lower_rad: Lower position limits, (n,).
+        upper_rad: Upper position limits, (n,).
+        max_step_rad: How far a joint may move by one command.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        home_rad: JointVector,
+        *,
+        lower_rad: JointVector,
+        upper_rad: JointVector,
+        max_step_rad: float,
+    ) -> None:
+        super().__init__("fake arm", clock)
+        self._lower_rad, self._upper_rad, self._max_step_rad = lower_rad, upper_rad, max_step_rad
+        self._stopped = False
+        self._here_rad = home_rad
+        self._target_rad = home_rad
+        self._target_since_ns = clock.now_ns()
+
+    def position_rad(self) -> JointVector:
+        """Where the joints stand now, (n,)."""
+        # A command shows only once time has gone on: what is observed in a tick cannot depend on it.
+        if self.clock.now_ns() > self._target_since_ns:
+            self._here_rad = self._target_rad
+        return self._here_rad
+
+    def turn_by_hand(self, position_rad: JointVector) -> None:
+        """Bring the joints elsewhere from outside."""
+        self._here_rad = self._target_rad = position_rad
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        """Move to the set-points, within the velocity limit and then within the position limits.
+
+        Raises:
+            LifecycleError: The arm is not active.
+            FaultLatchedError: A fault waits to be acknowledged.
+            DeviceError: The arm is disconnected.
+            CommandError: The number of joints is wrong.
+        """
+        self._require_active("send()")
+        self._require_connection()
+        here_rad, asked_rad, stopped = self.position_rad(), command.position_rad, self._stopped
+        if len(asked_rad) != len(here_rad):
+            raise CommandError(f"a command for {len(here_rad)} joints has {len(asked_rad)}", asked_rad)
+        if stopped:
+            return AppliedCommand(here_rad, CommandReason.STOPPED)
+        reason, step_rad = CommandReason.AS_ASKED, self._max_step_rad
+        slow_rad = tuple(
+            min(max(q, here - step_rad), here + step_rad) for q, here in zip(asked_rad, here_rad, strict=True)
+        )
+        if slow_rad != asked_rad:
+            reason = CommandReason.VELOCITY_LIMIT
+        limits = zip(slow_rad, self._lower_rad, self._upper_rad, strict=True)
+        applied_rad = tuple(min(max(q, lower), upper) for q, lower, upper in limits)
+        if applied_rad != slow_rad:
+            reason = CommandReason.POSITION_LIMIT
+        self._target_rad, self._target_since_ns = applied_rad, self.clock.now_ns()
+        if self._stopped:  # meanwhile, by a signal handler or another thread
+            self._halt()
+        return AppliedCommand(applied_rad, reason)
+
+    def stop(self) -> None:
+        """Hold still until deactivated and activated again."""
+        self._stopped = True
+        self._halt()
+
+    def fail(self, cause: str = "fault on demand") -> None:
+        """Latch a fault; the arm halts where it is."""
+        self._halt()
+        super().fail(cause)
+
+    def _halt(self) -> None:
+        self._target_rad = self.position_rad()
+
+    def _on_activate(self) -> None:
+        self._halt()
+        self._stopped = False
+
+    def _on_deactivate(self) -> None:
+        self._halt()
+
+    def _on_close(self) -> None:
+        self._halt()
+        super()._on_close()

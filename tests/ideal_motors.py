@@ -1,0 +1,41 @@
+"""Six motors that are where their servos want them."""
+
+from typing_extensions import override
+
+from palpate.core.ports import JointVector
+from palpate.simulation.emulators.motors.gears import AXES, HOME_RAD, ArmGears
+from palpate.simulation.emulators.motors.plant import Backlash, Plant
+
+
+class IdealPlant(Plant):
+    """Six motors that are where their servos want them, but for the wrist's backlash."""
+
+    def __init__(self, wrist_backlash_rad: float = 0.0) -> None:
+        self._gears, self._backlash = ArmGears(), Backlash(wrist_backlash_rad, HOME_RAD)
+        self._motors = list(self._gears.counts(HOME_RAD))
+        self._jammed = [False] * AXES
+
+    @override
+    def motor_counts(self, axis: int) -> int:
+        return round(self._motors[axis])
+
+    @override
+    def set_motor_counts(self, axis: int, counts: float) -> None:
+        if not self._jammed[axis]:
+            self._motors[axis] = counts
+
+    @override
+    def release(self, axis: int) -> None:
+        """It stays where it is until it is pushed."""
+
+    def jam(self, axis: int) -> None:
+        """Block a motor where it is."""
+        self._jammed[axis] = True
+
+    def push(self, axis: int, counts: float) -> None:
+        """Displace a motor from outside; a held motor goes back at its next set-point."""
+        self._motors[axis] += counts
+
+    def joints_rad(self) -> JointVector:
+        """True joint angles, (6,) rad: behind the backlash, which encoders on the motors do not measure."""
+        return self._backlash.follow(self._gears.joints_rad(tuple(self._motors)))
