@@ -37,12 +37,13 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.jitter import open_task
+from palpate.adapters.config import EMULATED_ARMS, EmulationConfig
 from palpate.adapters.config.real_time import RealTimeConfig
 from palpate.adapters.config.rig import RigFile
 from palpate.adapters.config.run import scenario
 from palpate.adapters.hardware.bus_process import host_arm
 from palpate.adapters.hardware.clock import MonotonicClock
-from palpate.adapters.hardware.emulated_cell import ARMS, EmulatedCell, EmulationConfig
+from palpate.adapters.hardware.emulated_cell import EmulatedCell
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, arm_maker
 from palpate.adapters.hardware.real_time import RealTime, take_real_time
 from palpate.adapters.hardware.real_time.real_time import join_loop
@@ -470,7 +471,7 @@ def main() -> None:
         lateness(options.arm, options.rig, options.arm, options)
         return
     measure: Callable[[str, argparse.Namespace], None] = measure_lateness if options.lateness else bench
-    for arm in (options.arm,) if options.arm else ARMS:
+    for arm in (options.arm,) if options.arm else EMULATED_ARMS:
         measure(arm, options)
 
 

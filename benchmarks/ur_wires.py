@@ -21,8 +21,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.rigs import PALPATE
-from palpate.adapters.config import scenario
-from palpate.adapters.hardware import EmulatedCell, EmulationConfig
+from palpate.adapters.config import EmulationConfig, scenario
+from palpate.adapters.hardware import EmulatedCell
 from palpate.adapters.hardware.real_time import take_real_time
 from palpate.adapters.log.reader import read_log
 from palpate.core.trial import find_ready_pose

@@ -7,9 +7,9 @@ from dataclasses import replace
 from types import TracebackType
 from typing import Any, Self
 
-from palpate.adapters.config import RunConfig, SensorFactsTable
+from palpate.adapters.config import EmulationConfig, RunConfig, SensorFactsTable
 from palpate.adapters.hardware.approach import find_approach, walk
-from palpate.adapters.hardware.emulated_cell import EmulatedCell, EmulationConfig
+from palpate.adapters.hardware.emulated_cell import EmulatedCell
 from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.hardware.sensor_facts import gathered, reported_by
 from palpate.core.ports import CONTROL_RATE_HZ, FaultLatch, Ports, Rig, SensorFacts, World
@@ -72,7 +72,10 @@ class VirtualRig(Rig):
     ) -> None:
         self.desk, self.latch = VirtualDesk(), FaultLatch()
         self._config, self._approach = config, find_approach(config, ready)
-        emulation = EmulationConfig(arm=arm, force=force, other=hidden)
+        emulation = EmulationConfig(
+            arm=arm, force=force, friction=hidden.friction or 0.0, stiffness_share=hidden.springs_share,
+            latency_ms=hidden.latency_ms,
+        )  # fmt: skip
         clock = self.desk.clock
         self.cell = VirtualCell(self.desk, config, ready, emulation, clock.now_ns() + round(phase * _TICK_NS), late_ns)
         context = RigContext.of(config.arm, clock)

@@ -10,29 +10,14 @@ from palpate.adapters.cli.notices import say, watched
 from palpate.adapters.cli.options import EmulateOptions
 from palpate.adapters.config import scenario
 from palpate.adapters.experiments import interrupting, ready_pose
-from palpate.adapters.hardware import EmulatedCell, EmulationConfig
+from palpate.adapters.hardware import EmulatedCell
 from palpate.adapters.hardware.real_time import take_real_time
 from palpate.core.ports import Truth, new_file, require_no_file
-from palpate.simulation.work_cell import HiddenValues
 
 
 def emulate(options: EmulateOptions) -> int:
     """Serve until ended from outside; returns the exit code."""
     config = replace(scenario(options.scenario), seed=options.seed)
-    emulation = EmulationConfig(
-        options.arm,
-        options.force,
-        options.baud,
-        options.divider,
-        options.wrist_backlash_deg,
-        options.usb_latency_ms,
-        options.hide,
-        HiddenValues(
-            springs_share=options.stiffness_share,
-            friction=options.friction or None,
-            latency_ms=options.latency_ms,
-        ),
-    )
     if options.rig_file:
         require_no_file(Path(options.rig_file), "--rig-file")
     ended = Event()
@@ -44,7 +29,7 @@ def emulate(options: EmulateOptions) -> int:
         sys.stderr.write(f"palpate: {take_real_time(options.priority)}\n")
     counts = str(Path(options.rig_file).resolve().with_suffix(".counts.json")) if options.rig_file else ""
     ready = ready_pose(config)
-    with kept, interrupting(ended.set), EmulatedCell(config, ready, emulation, counts) as cell:
+    with kept, interrupting(ended.set), EmulatedCell(config, ready, options, counts) as cell:
         rig = cell.rig_toml()
         if options.rig_file:
             with new_file(Path(options.rig_file), "--rig-file") as passing:

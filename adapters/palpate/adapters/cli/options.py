@@ -9,7 +9,7 @@ from typing import Annotated, TypeAlias
 import tyro
 from typing_extensions import override
 
-from palpate.adapters.config import RunConfig
+from palpate.adapters.config import EmulationConfig, RunConfig
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import OneOf, Range, Settings
 
@@ -256,7 +256,7 @@ class CalibrateOptions(RunSettings):
 
 
 @dataclass(frozen=True)
-class EmulateOptions(LiveSettings, Settings):
+class EmulateOptions(LiveSettings, EmulationConfig):
     """Serve the simulated work cell behind emulated wires, until Ctrl-C.
 
     MuJoCo moves the arm; pseudo-terminals lead to its devices, sockets of this computer to a Net F/T and to a
@@ -265,34 +265,12 @@ class EmulateOptions(LiveSettings, Settings):
     Prints a rig file; `palpate run --rig FILE` then drives the cell as it would drive the devices themselves.
     """
 
-    arm: str = "zebra-nmc"
-    """Arm: zebra-nmc (the Zebra Zero's own serial bus), cia402 (a refit with CAN drives) or ur5-rtde (a UR5 behind a
-    controller of Universal Robots, at the first free address from 127.0.0.1 on: palpate run --rig FILE --arm ur5)."""
-    force: str = "jr3-can"
-    """Force sensor: jr3-can, jr3-uart, ati-netft, or ur-rtde, the one in the flange of ur5-rtde."""
     rig_file: str = ""
     """Write the rig file here; it must not be there yet."""
     scenario: str = "paper"
     """Scenario of the simulated cell, one of those of palpate train; the cell is that of its first trial."""
     seed: int = 0
     """Its seed: gives hole and sensor errors."""
-    baud: int = 230400
-    """Line rate of the arm's serial bus."""
-    divider: int = 2
-    """Control ticks per bus cycle: 2 is 70 Hz."""
-    wrist_backlash_deg: float = 0.0
-    """Full gap of the wrist's gears."""
-    usb_latency_ms: float = 0.0
-    """Latency timer of an emulated USB adapter on the serial lines; 16 is usual, 1 a good setting."""
-    hide: bool = False
-    """Let the tool's weight, the sensor's mounting, the plate's height, the hole's place and the gripper's stiffness be
-    other than the rig file has them, drawn from the seed: palpate calibrate has to find them."""
-    friction: Annotated[float, Range(0.0, 2.0)] = 0.0
-    """Friction between peg and plate; 0: as configured. This and the next two are what palpate gap has to find."""
-    stiffness_share: Annotated[float, Range(0.05, 20.0)] = 1.0
-    """Stiffness of the gripper's springs, as a share of the configured one."""
-    latency_ms: Annotated[float, Range(0.0, 200.0)] = 0.0
-    """By how much wrenches come late."""
     priority: Annotated[int, Range(0, 99)] = 0
     """Real-time priority (SCHED_FIFO) of the emulated devices, 1 to 99: other work on this machine then does not hold
     them up, which real devices would not know either. 0 asks for none; a refusal is told."""

@@ -3,7 +3,6 @@ from .approach import withdrawal as withdrawal
 from .clock import MonotonicClock as MonotonicClock
 from .emulated_cell import CellMoment as CellMoment
 from .emulated_cell import EmulatedCell as EmulatedCell
-from .emulated_cell import EmulationConfig as EmulationConfig
 from .mounting import TurnedForceSensor as TurnedForceSensor
 from .plugins import ArmAdapter as ArmAdapter
 from .plugins import RigContext as RigContext

@@ -2,15 +2,15 @@
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack, nullcontext
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from math import radians
 from typing import Any, Final, Protocol, Self
 
 import numpy as np
 
-from palpate.adapters.config import RunConfig, literal
+from palpate.adapters.config import EmulationConfig, RunConfig, literal
 from palpate.adapters.hardware.clock import MonotonicClock
-from palpate.core.errors import ConfigurationError, require_in, require_one_of, require_whole
+from palpate.core.errors import ConfigurationError
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Truth, Vector3
 from palpate.core.trial import ReadyPose, find_ready_pose, goal_in_base, wander_m
@@ -23,8 +23,6 @@ from palpate.simulation.emulators.nmc import NmcChain
 from palpate.simulation.emulators.ur import DATA_SHEET, ControllerConfig, ToolForce, UrController, UrServer
 from palpate.simulation.work_cell import HiddenValues, WorkCell
 
-ARMS: Final = ("zebra-nmc", "cia402", "ur5-rtde")
-SENSORS: Final = ("jr3-can", "jr3-uart", "ati-netft", "ur-rtde")
 _NS: Final = 1_000_000_000
 _JR3_NODE: Final = 9
 _COUNTS_PER_RAD: Final = 192_000 / 6.283185307179586
@@ -36,41 +34,6 @@ _UR: Final = ControllerConfig(
     payload_kg=1.1, payload_cog_m=(0.0, 0.0, 0.06), tcp_offset=(0.0, 0.0, 0.15, 0.0, 0.0, 0.0)
 )
 """What somebody has entered at the emulated pendant."""
-
-
-@dataclass(frozen=True)
-class EmulationConfig:
-    """What is emulated, and how badly.
-
-    Attributes:
-        baud: Line rate that the rig file asks the NMC modules for.
-        wrist_backlash_deg: Full gap of the wrist's gears.
-        usb_latency_ms: Latency timer of an emulated USB adapter on the serial lines.
-        hide: Whether weight, mounting, plate, hole and stiffness are other than configured: drawn from the seed.
-        other: Of this, friction, stiffness of all springs and latency are taken.
-    """
-
-    arm: str = "zebra-nmc"
-    force: str = "jr3-can"
-    baud: int = 230_400
-    divider: int = 2
-    wrist_backlash_deg: float = 0.0
-    usb_latency_ms: float = 0.0
-    hide: bool = False
-    other: HiddenValues = field(default_factory=HiddenValues)
-
-    def __post_init__(self) -> None:
-        require_one_of("arm", self.arm, ARMS)
-        require_one_of("force", self.force, SENSORS)
-        require_whole("divider", self.divider, 1, 14)
-        require_in("wrist_backlash_deg", self.wrist_backlash_deg, 0.0, 5.0)
-        require_in("usb_latency_ms", self.usb_latency_ms, 0.0, 100.0)
-        if self.wrist_backlash_deg and self.arm != "zebra-nmc":
-            raise ConfigurationError("wrist_backlash_deg", self.wrist_backlash_deg, "0, except for zebra-nmc")
-        if self.force == "ur-rtde" and self.arm != "ur5-rtde":
-            raise ConfigurationError(
-                "force", self.force, "ur-rtde only with --arm ur5-rtde: the sensor is in its flange"
-            )
 
 
 @dataclass(frozen=True)
@@ -121,9 +84,11 @@ class EmulatedCell:
             ready = find_ready_pose(config.arm, config.task)
         kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
         self.config, self.emulation, self._counts_file = config, emulation, counts_file
-        drawn, other = HiddenValues.drawn(config.seed) if emulation.hide else HiddenValues(), emulation.other
         self.hidden = replace(
-            drawn, friction=other.friction, springs_share=other.springs_share, latency_ms=other.latency_ms
+            HiddenValues.drawn(config.seed) if emulation.hide else HiddenValues(),
+            friction=emulation.friction or None,
+            springs_share=emulation.stiffness_share,
+            latency_ms=emulation.latency_ms,
         )
         self.cell = WorkCell(
             kinematics,

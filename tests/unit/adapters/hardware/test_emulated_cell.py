@@ -2,9 +2,9 @@
 
 import tomllib
 
-from palpate.adapters.config import RunConfig
+from palpate.adapters.config import EmulationConfig, RunConfig
 from palpate.adapters.hardware.cia402 import make_cia402
-from palpate.adapters.hardware.emulated_cell import EmulatedCell, EmulationConfig
+from palpate.adapters.hardware.emulated_cell import EmulatedCell
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.core.trial import find_ready_pose
 from tests.virtual_time import VirtualTime
