@@ -19,8 +19,6 @@
 Each error says what happened, the offending value, and what would have been right.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import isfinite
 

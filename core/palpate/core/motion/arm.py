@@ -1,7 +1,5 @@
 """What distinguishes one arm from another: its URDF, its resolution, its servos, and a posture to start from."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import dataclass
 from importlib.metadata import entry_points

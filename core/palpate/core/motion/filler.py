@@ -1,7 +1,5 @@
 """Plain floats into an array that stays where it is: numpy itself takes twice as long to take in a tuple."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from struct import Struct

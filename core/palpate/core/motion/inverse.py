@@ -9,8 +9,6 @@ Eigen solves, and not LAPACK, whose kernels are chosen by the processor: equal i
 next machine too (``docs/decisions/0015-equal-on-another-processor.md``).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import prod
 from operator import add, le

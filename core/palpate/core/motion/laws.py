@@ -1,7 +1,5 @@
 """Hybrid compliant motion: each axis under the law that suits it."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from math import sqrt
 from typing import Protocol

@@ -8,8 +8,6 @@ centre of the hole's mouth, where it is assumed to be), z into the hole, x along
 the hole is +z, and pressing on the plate gives a negative Fz.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf

@@ -1,7 +1,5 @@
 """Turns tip velocities in the task frame into joint commands."""
 
-from __future__ import annotations
-
 from math import isfinite, radians
 from typing import Final
 

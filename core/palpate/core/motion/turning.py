@@ -4,8 +4,6 @@ The tool is turned by its yaw first and leans then, so that the lean is that of 
 it is about axes of the task frame.
 """
 
-from __future__ import annotations
-
 from math import cos, hypot, sin
 from typing import TypeAlias
 

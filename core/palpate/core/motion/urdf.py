@@ -1,7 +1,5 @@
 """The kinematic chain of an arm, out of its URDF."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from xml.etree import ElementTree
 

@@ -11,8 +11,6 @@ tx ty tz  N m    torque of the same wrench about the tool tip, filtered
 All of it in the task frame: right-handed, with its origin at the nominal goal.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from math import isfinite
 from typing import TypeAlias

@@ -1,7 +1,5 @@
 """The three upper layers in a row: measurement vector -> features -> symbol -> state (paper, Fig. 1)."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass

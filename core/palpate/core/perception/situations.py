@@ -1,7 +1,5 @@
 """What a task adds to the nine channels, and the situations of a peg with corners that are told apart by it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 from typing import ClassVar, Final
 

@@ -1,7 +1,5 @@
 """State identification: from the symbols of a trial so far to its state (paper, 3.4 and 5.3)."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections import deque
 from collections.abc import Sequence

@@ -6,8 +6,6 @@ states, from the same experience, and both are weighed by how often the state wa
 the end the state. Language models back off to shorter contexts in the same way (Jelinek and Mercer, 1980).
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """From a live policy to its document and back."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

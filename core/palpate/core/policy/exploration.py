@@ -1,7 +1,5 @@
 """Boltzmann exploration with a temperature that falls from trial to trial (paper, section 6)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp

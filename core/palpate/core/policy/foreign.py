@@ -1,7 +1,5 @@
 """A policy that is not palpate's own: made by code that a name leads to, and guarded, for it may do anything."""
 
-from __future__ import annotations
-
 import copy
 import json
 from collections.abc import Callable, Mapping

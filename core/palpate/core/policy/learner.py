@@ -1,7 +1,5 @@
 """What a policy that learns has beside what every policy has: what it has learned, to be saved and taken up again."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """What learners by a model have in common: the model, a belief over what is hidden, a planner on both."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from typing import Any, Generic, Protocol, TypeVar
 

@@ -6,8 +6,6 @@ new is felt, so it has the value of what is found there. A round hole looks alik
 one state holds for those that are quarter turns of it, with the actions turned, too.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

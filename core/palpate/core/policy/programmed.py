@@ -1,7 +1,5 @@
 """Programmed knowledge: the action that a person wrote down for a state (paper, section 3.5)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 

@@ -4,8 +4,6 @@ Where different places look like one state, one-step Q-learning may fail to find
 and Sarsa(lambda) often finds it (Loch and Singh 1998): so it is the baseline that a memory has to beat.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any

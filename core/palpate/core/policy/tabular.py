@@ -1,7 +1,5 @@
 """What tabular learners share: a table of Q, Boltzmann exploration over it, and the settings of both."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

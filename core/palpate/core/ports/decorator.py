@@ -1,7 +1,5 @@
 """What decorators over device ports have in common: the life of the device is the life of what it decorates."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Generic, Protocol, TypeVar
 

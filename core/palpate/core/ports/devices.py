@@ -11,8 +11,6 @@ in the contract suites (:mod:`palpate.core.ports.contracts`), which every adapte
 * ``stop`` works at any time, twice too. A fault latches until a person acknowledges it.
 """
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable

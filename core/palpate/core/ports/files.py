@@ -1,7 +1,5 @@
 """Files and folders that are whole or not there: made under another name beside their place, renamed when complete."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Iterator

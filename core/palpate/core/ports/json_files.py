@@ -1,7 +1,5 @@
 """JSON files of declared tables: read strictly, and refused in one line that names the place."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

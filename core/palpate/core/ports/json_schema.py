@@ -1,7 +1,5 @@
 """JSON schema (draft 2020-12) of declared settings: types, ranges, units, defaults and help texts."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import textwrap

@@ -1,7 +1,5 @@
 """Kinds of settings that several tables share, each declared once. Light to import, as the tables are."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Annotated, Final, TypeAlias
 

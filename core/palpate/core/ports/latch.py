@@ -1,7 +1,5 @@
 """What keeps a rig still after a trip or a device's fault, whoever calls next, until a person acknowledges by name."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError

@@ -5,8 +5,6 @@
 called by a person's decision, leads out of it, and it leads to *configured*, never to *active*.
 """
 
-from __future__ import annotations
-
 import enum
 from abc import abstractmethod
 from collections.abc import Callable

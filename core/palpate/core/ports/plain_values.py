@@ -1,7 +1,5 @@
 """Values of plain JSON that a stage or a model is made of, checked one by one."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from math import isfinite
 from typing import TypeAlias

@@ -1,7 +1,5 @@
 """What trials run on: the four ports, and what is around them. A simulator or real devices; trials cannot tell."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field

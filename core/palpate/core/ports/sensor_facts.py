@@ -1,7 +1,5 @@
 """What is known of a rig's force sensor before it is relied on: noise, range, rate and frame."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import inf, isfinite
 

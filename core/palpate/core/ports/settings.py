@@ -13,8 +13,6 @@ The annotation holds type and range, the assignment the default, the docstring t
 class, by whatever way, has every field checked; what concerns several fields stands in :meth:`Settings.check`.
 """
 
-from __future__ import annotations
-
 import difflib
 import operator
 import types

@@ -1,7 +1,5 @@
 """Kinds of stages by which perception files name them, those of other rooms among them."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any, Final
 

@@ -1,7 +1,5 @@
 """The limits of the supervisor, and which of them are weaker than they come."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Final

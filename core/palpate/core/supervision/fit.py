@@ -1,7 +1,5 @@
 """Do the limits suit this task, this arm and this sensor? One that always trips, or never could, is refused."""
 
-from __future__ import annotations
-
 from math import inf
 from typing import Final
 

@@ -3,8 +3,6 @@
 All but those of the way to the ready pose count from the task's tare, or before it from the trial's first sample.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

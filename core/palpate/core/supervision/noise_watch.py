@@ -1,7 +1,5 @@
 """Does the force sensor live? A live one shows noise of its own on every channel, and never the same samples again."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 from math import nan, sqrt

@@ -1,7 +1,5 @@
 """Is the force on the tool what it may be? Unfiltered, because a filter lags by half an action."""
 
-from __future__ import annotations
-
 from collections import deque
 from math import degrees, radians, sqrt
 from operator import le, sub

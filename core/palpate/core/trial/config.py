@@ -1,7 +1,5 @@
 """A task as its user describes it, in the paper's units (mm, kgf)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Final
 

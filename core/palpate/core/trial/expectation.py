@@ -1,7 +1,5 @@
 """What goes into the supervisor beside the snapshots, and what comes out of it."""
 
-from __future__ import annotations
-
 import enum
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """A kind of task, for whoever sets trials up, runs, scores, records and replays them without knowing the task."""
 
-from __future__ import annotations
-
 import difflib
 from abc import abstractmethod
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """The pose above the hole from which trials begin, and how far a trial may lead from there."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import radians, sqrt
 

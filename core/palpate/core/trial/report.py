@@ -1,7 +1,5 @@
 """What goes into one trial and what comes out of it, as plain values."""
 
-from __future__ import annotations
-
 import enum
 from dataclasses import dataclass, field
 from typing import Final

@@ -1,7 +1,5 @@
 """The seam between a task and whatever runs it: the loop, the supervisor, the recorder and a replay know no more."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from typing import Protocol
 

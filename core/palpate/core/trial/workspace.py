@@ -1,7 +1,5 @@
 """The part of the world that a task is done in."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -1,7 +1,5 @@
 """The circle through places where a wall was touched, and how surely it is known. Plain floats: equal bits anywhere."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, sqrt

@@ -1,7 +1,5 @@
 """Numbers with their uncertainty, from touches that were made several times."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt

@@ -1,7 +1,5 @@
 """What the rest of palpate has to know of a survey of holes as a kind of task."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import nan
 from typing import Any, Final

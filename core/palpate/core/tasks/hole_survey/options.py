@@ -1,7 +1,5 @@
 """What only a survey of holes has."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Final
 

@@ -1,7 +1,5 @@
 """What a probe does: go somewhere, touch what lies below, touch a wall; each a generator of a velocity a tick."""
 
-from __future__ import annotations
-
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 from math import dist, hypot, sqrt

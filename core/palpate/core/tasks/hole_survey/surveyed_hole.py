@@ -1,7 +1,5 @@
 """What came of the survey of one hole, and how it stands in a log: as the detail of an event."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from typing import Final, Self

@@ -1,7 +1,5 @@
 """The task: at each place the plate's height, the hole, its floor, its wall all round; and what came of it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator
 from enum import Enum
 from math import cos, hypot, sin, tau

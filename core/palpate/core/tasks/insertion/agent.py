@@ -1,7 +1,5 @@
 """The learning half of the task: perceive a state, choose an action, learn from what came of it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from palpate.core.errors import LifecycleError

@@ -1,7 +1,5 @@
 """The laws of motion that a trial's phases move by."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final, Self
 

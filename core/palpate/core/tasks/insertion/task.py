@@ -7,8 +7,6 @@ confirmed by motion along the tool axis until contact again; depth is the encode
 stiffness.
 """
 
-from __future__ import annotations
-
 from typing_extensions import override
 
 from palpate.core.motion import TipMotion

@@ -1,7 +1,5 @@
 """What the phases of an insertion share of their trial, and how it ends."""
 
-from __future__ import annotations
-
 from typing_extensions import override
 
 from palpate.core.ports import PERIOD_S

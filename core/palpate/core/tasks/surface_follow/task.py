@@ -5,8 +5,6 @@ so: as long as the force is even, the gripper's springs are bent evenly, and fla
 the normal is regulated by the damping law alone, or with the slope led ahead of it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import Enum
 from math import sqrt

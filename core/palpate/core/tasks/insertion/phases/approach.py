@@ -1,7 +1,5 @@
 """The approach: straight down to the first contact."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from typing_extensions import override

@@ -1,7 +1,5 @@
 """What the phases of a trial work with."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from palpate.core.motion import TipMotion

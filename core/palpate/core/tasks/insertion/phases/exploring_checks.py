@@ -1,7 +1,5 @@
 """Proofs of contact while the peg explores: the first touch, signs of life, lifts where these are missing."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from palpate.core.ports import Vector3

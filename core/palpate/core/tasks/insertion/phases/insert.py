@@ -1,7 +1,5 @@
 """The insertion: down the hole, with the lateral force regulated away, to the depth that is asked for."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from typing_extensions import override

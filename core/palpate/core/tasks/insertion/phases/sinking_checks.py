@@ -1,7 +1,5 @@
 """Proofs of contact while the peg sinks: a wall has to answer, and a peg that rests on something is lifted."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
