@@ -19,7 +19,7 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.core.errors import CommandError, ConfigurationError, LifecycleError
-from palpate.core.ports import Vector3
+from palpate.core.ports import Vector3, made_by_slots
 
 COMPASS_NAMES: Final = ("+x", "+x+y", "+y", "-x+y", "-x", "-x-y", "-y", "+x-y")
 
@@ -130,6 +130,7 @@ EXAMPLES: Final = "examples"
 LEARNED: Final = "learned"
 
 
+@made_by_slots
 @dataclass(frozen=True, slots=True)
 class Observation:
     """What is known when an action is to be chosen; lengths and wrenches in the task frame.
@@ -154,6 +155,7 @@ class Observation:
         _check_index("state", self.state)
 
 
+@made_by_slots
 @dataclass(frozen=True, slots=True)
 class Decision:
     """An action and where it came from.
@@ -171,6 +173,7 @@ class Decision:
     grounds: tuple[float, ...] = ()
 
 
+@made_by_slots
 @dataclass(frozen=True, slots=True)
 class Transition:
     """What came of one action.

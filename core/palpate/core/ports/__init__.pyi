@@ -30,6 +30,7 @@ from .latch import Acknowledgement as Acknowledgement
 from .latch import FaultLatch as FaultLatch
 from .lifecycle import Life as Life
 from .lifecycle import ManagedDevice as ManagedDevice
+from .made_by_slots import made_by_slots as made_by_slots
 from .plain_values import Matrix as Matrix
 from .plain_values import integer as integer
 from .plain_values import matrix as matrix

@@ -13,6 +13,7 @@ from math import isfinite
 from typing import Final, NamedTuple, TypeAlias
 
 from palpate.core.errors import CommandError
+from palpate.core.ports.made_by_slots import made_by_slots
 
 CONTROL_RATE_HZ: Final = 140
 """The paper's sampling rate; a whole number, so that tick times are exact."""
@@ -52,6 +53,7 @@ class CommandReason(enum.Enum):
     STOPPED = "arm is stopped"
 
 
+@made_by_slots
 @dataclass(frozen=True, slots=True)
 class WrenchSample:
     """Wrench that the environment exerts on the tool, as one sensor sample.
@@ -85,6 +87,7 @@ class WrenchSample:
             raise CommandError("a wrench that is not finite must be marked INVALID", (self.force_N, self.torque_Nm))
 
 
+@made_by_slots
 @dataclass(frozen=True, slots=True)
 class JointSample:
     """Joint angles from the encoders, as one sample.
@@ -108,6 +111,7 @@ class JointSample:
             raise CommandError("joint angles that are not finite must be marked INVALID", self.position_rad)
 
 
+@made_by_slots
 @dataclass(frozen=True, slots=True)
 class JointCommand:
     """Joint angles that the arm's servos are to hold, (n,) rad.
