@@ -154,26 +154,33 @@ class SignalProcessor:
             CommandError: A value is not finite; the filter stays as it was.
             LifecycleError: It was never reset.
         """
+        return self.filtered(self._conditioned(raw))
+
+    def filtered(self, live: Wrench) -> Wrench:
+        """Filter the next sample, (6,), for a caller that has tared, scaled and normalised it already.
+
+        Raises:
+            CommandError: A value is not finite; the filter stays as it was.
+            LifecycleError: It was never reset.
+        """
         if not self._memory:
             raise LifecycleError("signal processor", "without a past", "update()", "call reset() with a reading first")
         if self.order == 1:
-            return self._update_first_order(raw)
+            return self._filtered_first_order(live)
         # Written out channel by channel: it runs every tick, and a loop takes half as long again.
-        x0, x1, x2, x3, x4, x5 = raw
-        o0, o1, o2, o3, o4, o5 = self._bias
-        k0, k1, k2, k3, k4, k5 = self._gain
+        x0, x1, x2, x3, x4, x5 = live
         s0, s1, s2, s3, s4, s5, l0, l1, l2, l3, l4, l5 = self._memory
         a, b, g = self._coefficients
-        p0 = a * s0 + b * ((x0 - o0) * k0 - l0)
-        p1 = a * s1 + b * ((x1 - o1) * k1 - l1)
-        p2 = a * s2 + b * ((x2 - o2) * k2 - l2)
-        p3 = a * s3 + b * ((x3 - o3) * k3 - l3)
-        p4 = a * s4 + b * ((x4 - o4) * k4 - l4)
-        p5 = a * s5 + b * ((x5 - o5) * k5 - l5)
+        p0 = a * s0 + b * (x0 - l0)
+        p1 = a * s1 + b * (x1 - l1)
+        p2 = a * s2 + b * (x2 - l2)
+        p3 = a * s3 + b * (x3 - l3)
+        p4 = a * s4 + b * (x4 - l4)
+        p5 = a * s5 + b * (x5 - l5)
         u0, u1, u2, u3, u4, u5 = g * p0, g * p1, g * p2, g * p3, g * p4, g * p5
         y0, y1, y2, y3, y4, y5 = l0 + u0, l1 + u1, l2 + u2, l3 + u3, l4 + u4, l5 + u5
         if not isfinite(y0 + y1 + y2 + y3 + y4 + y5):
-            raise CommandError("a wrench must be finite", raw)
+            raise CommandError("a wrench must be finite", live)
         # fmt: off
         self._memory = (
             p0 + p0 - s0, p1 + p1 - s1, p2 + p2 - s2, p3 + p3 - s3, p4 + p4 - s4, p5 + p5 - s5,
@@ -199,21 +206,22 @@ class SignalProcessor:
         self._tare, self._memory = values[:_SIX], values[_SIX:]
         self._bias = self._bias_with(self._tare)
 
-    def _update_first_order(self, raw: Wrench) -> Wrench:
+    def _filtered_first_order(self, live: Wrench) -> Wrench:
         b = self._coefficients[1]
         outputs, levels = [], []
-        for x, o, k, level in zip(raw, self._bias, self._gain, self._memory, strict=True):
-            u = b * ((x - o) * k - level)
+        for x, level in zip(live, self._memory, strict=True):
+            u = b * (x - level)
             outputs.append(level + u)
             levels.append(level + u + u)
         y0, y1, y2, y3, y4, y5 = outputs
         if not isfinite(sum(outputs)):
-            raise CommandError("a wrench must be finite", raw)
+            raise CommandError("a wrench must be finite", live)
         self._memory = tuple(levels)
         return (y0, y1, y2, y3, y4, y5)
 
-    def _conditioned(self, raw: Sequence[float]) -> tuple[float, ...]:
-        return tuple((x - o) * k for x, o, k in zip(raw, self._bias, self._gain, strict=True))
+    def _conditioned(self, raw: Sequence[float]) -> Wrench:
+        f, g, h, t, u, v = ((x - o) * k for x, o, k in zip(raw, self._bias, self._gain, strict=True))
+        return f, g, h, t, u, v
 
     def _bias_with(self, tare: tuple[float, ...]) -> tuple[float, ...]:
         """The tare and the normalisation's offset as one raw reading."""

@@ -104,9 +104,9 @@ class Measurement:
         kinematics.update(q_rad)
         self.position_m = self._task.place_m(kinematics.tip_position_m.tolist())
         self._tip_in_base = rotation = kinematics.tip_rotation.tolist()
-        lever_m, force_N, torque_Nm = self._lever_m, raw.force_N, raw.torque_Nm
+        lever_m = self._lever_m
         (bx, by, bz, btx, bty, btz), (sx, sy, sz, stx, sty, stz) = self._bias, self._scale
-        (fx, fy, fz), (tx, ty, tz) = force_N, torque_Nm
+        (fx, fy, fz), (tx, ty, tz) = raw.force_N, raw.torque_Nm
         self._live_N = fx, fy, fz = (fx - bx) * sx, (fy - by) * sy, (fz - bz) * sz
         self._live_Nm = tx, ty, tz = (tx - btx) * stx, (ty - bty) * sty, (tz - btz) * stz
         self.force_N = self._task.vector_of(rotation, (fx, fy, fz))
@@ -118,7 +118,7 @@ class Measurement:
         x, y, z = self.force_N
         self.force_norm_N = sqrt(x * x + y * y + z * z)
         self.torque_across_at_tip_Nm = hypot(tx + lever_m * fy, ty - lever_m * fx)
-        self._filtered = filtered = self._signal.update((*force_N, *torque_Nm))
+        self._filtered = filtered = self._signal.filtered((fx, fy, fz, tx, ty, tz))
         self.filtered_force_z_N = filtered[2]
         depth_m = self.position_m[2]
         if self._aligned:
