@@ -125,7 +125,14 @@ class SpatialExplore(Explore):
             self.countdown -= 1
         if self.countdown <= 0:
             self._perceive()
+            return 0.0, 0.0, 0.0
         return self._way_on()
+
+    @override
+    def _perceive(self) -> None:
+        super()._perceive()
+        # The turn of the action that is over goes on in this tick, unless the next one turns otherwise.
+        self._way_on()
 
     @override
     def _begin(self, action: Action) -> None:

@@ -101,6 +101,7 @@ class Explore(RunningPhase):
             if self.countdown <= 0:
                 # Where to go is known when the policy has chosen.
                 self._perceive()
+                return 0.0, 0.0, 0.0
         velocity_m_s = self._way_on()
         if self.countdown == 1 and not self._lost_ticks:
             (x, y, _), (vx, vy, _) = self._motion.reference_m, velocity_m_s
