@@ -1,4 +1,5 @@
 from .command_limits import CommandLimiter as CommandLimiter
+from .command_limits import StepLimiter as StepLimiter
 from .decorator import DeviceDecorator as DeviceDecorator
 from .decorator import SampleT as SampleT
 from .decorator import Sensor as Sensor

@@ -14,11 +14,52 @@ _ROUNDING_S: Final = 1e-6
 """So much time is lent, because ticks are whole nanoseconds."""
 
 
-class CommandLimiter:
-    """Keeps commands within the position limits, then shortens steps to what the velocities allow in the time.
+class StepLimiter:
+    """Keeps a command within the position limits, then shortens its step to what the velocities allow in a time.
 
-    All joints are held back by the same share, so the arm keeps its direction in joint space. Time counts, not calls:
-    however often it is asked, over any time T no joint is led further than its velocity limit times T and 1.25 periods
+    All joints are held back by the same share, so the arm keeps its direction in joint space.
+
+    Args:
+        lower_rad: Lower joint limits, (n,).
+        upper_rad: Upper joint limits, (n,).
+        velocity_limit_rad_s: Joint velocity limits, (n,).
+    """
+
+    def __init__(self, lower_rad: JointVector, upper_rad: JointVector, velocity_limit_rad_s: JointVector) -> None:
+        self._lower, self._upper, self._speed = lower_rad, upper_rad, velocity_limit_rad_s
+        self._slowness_s = 1.0 / min(velocity_limit_rad_s)
+
+    def limited(self, asked_rad: JointVector, from_rad: JointVector, may_s: float) -> tuple[AppliedCommand, float]:
+        """What is to be applied, and why it differs; and for how long that takes at the velocity limits, s.
+
+        Args:
+            asked_rad: The command, (n,).
+            from_rad: Where the step begins, (n,).
+            may_s: How long it may take.
+        """
+        inside = all(map(le, self._lower, asked_rad)) and all(map(le, asked_rad, self._upper))
+        # Nearly every command passes as if all joints were as slow as the slowest, which is the cheapest to see.
+        needs_s = max(map(abs, map(sub, asked_rad, from_rad))) * self._slowness_s
+        if inside and needs_s <= may_s:
+            return AppliedCommand(asked_rad), needs_s
+        within = asked_rad
+        if not inside:
+            limits = zip(asked_rad, self._lower, self._upper, strict=True)
+            within = tuple(min(max(value, low), high) for value, low, high in limits)
+        steps = tuple(map(sub, within, from_rad))
+        needs_s = max(abs(step) / speed for step, speed in zip(steps, self._speed, strict=True))
+        reason = CommandReason.AS_ASKED if inside else CommandReason.POSITION_LIMIT
+        if needs_s > may_s:
+            share, needs_s = may_s / needs_s, may_s
+            reason = CommandReason.VELOCITY_LIMIT
+            within = tuple(start + share * step for start, step in zip(from_rad, steps, strict=True))
+        return AppliedCommand(within, reason), needs_s
+
+
+class CommandLimiter:
+    """The same for an arm that is commanded at any time: time counts, not calls.
+
+    However often it is asked, over any time T no joint is led further than its velocity limit times T and 1.25 periods
     of commands; and no single step is longer than one period's. Of several commands at the same time the newest
     replaces those before.
 
@@ -32,10 +73,8 @@ class CommandLimiter:
         self, lower_rad: JointVector, upper_rad: JointVector, velocity_limit_rad_s: JointVector, rate_Hz: float
     ) -> None:
         self.joints = len(lower_rad)
-        self._lower, self._upper, self._speed = lower_rad, upper_rad, velocity_limit_rad_s
-        self._slowness_s = 1.0 / min(velocity_limit_rad_s)
+        self._steps = StepLimiter(lower_rad, upper_rad, velocity_limit_rad_s)
         self._period_s = 1.0 / rate_Hz
-        self._most_credit_s = _CREDIT_PERIODS * self._period_s
         self._held: JointVector = ()
         self._base: JointVector
         self._now_ns: int | None = None
@@ -55,28 +94,9 @@ class CommandLimiter:
         if self._now_ns != now_ns:
             # An arm that has just started has waited for ever.
             passed_s = inf if self._now_ns is None else (now_ns - self._now_ns) * 1e-9
-            credit_s, most_s = self._left_s + (passed_s if passed_s > 0.0 else 0.0), self._most_credit_s
-            self._credit_s = credit_s if credit_s < most_s else most_s
+            self._credit_s = min(self._left_s + max(passed_s, 0.0), _CREDIT_PERIODS * self._period_s)
             self._now_ns, self._base = now_ns, self._held
-        may_s = self._credit_s + _ROUNDING_S
-        if may_s > self._period_s:
-            may_s = self._period_s
-        inside = all(map(le, self._lower, asked_rad)) and all(map(le, asked_rad, self._upper))
-        # Nearly every command passes as if all joints were as slow as the slowest, which is the cheapest to see.
-        needs_s = max(map(abs, map(sub, asked_rad, self._base))) * self._slowness_s
-        if inside and needs_s <= may_s:
-            self._left_s, self._held = self._credit_s - needs_s, asked_rad
-            return AppliedCommand(asked_rad)
-        within = asked_rad
-        if not inside:
-            limits = zip(asked_rad, self._lower, self._upper, strict=True)
-            within = tuple(min(max(value, low), high) for value, low, high in limits)
-        steps = tuple(map(sub, within, self._base))
-        needs_s = max(abs(step) / speed for step, speed in zip(steps, self._speed, strict=True))
-        reason = CommandReason.AS_ASKED if inside else CommandReason.POSITION_LIMIT
-        if needs_s > may_s:
-            share, needs_s = may_s / needs_s, may_s
-            reason = CommandReason.VELOCITY_LIMIT
-            within = tuple(base + share * step for base, step in zip(self._base, steps, strict=True))
-        self._left_s, self._held = self._credit_s - needs_s, within
-        return AppliedCommand(within, reason)
+        may_s = min(self._credit_s + _ROUNDING_S, self._period_s)
+        applied, needs_s = self._steps.limited(asked_rad, self._base, may_s)
+        self._left_s, self._held = self._credit_s - needs_s, applied.position_rad
+        return applied

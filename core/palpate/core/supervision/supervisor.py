@@ -12,13 +12,13 @@ from palpate.core.motion import Kinematics
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
     AppliedCommand,
-    CommandLimiter,
     CommandReason,
     FaultLatch,
     JointCommand,
     JointVector,
     SensorFacts,
     Snapshot,
+    StepLimiter,
     Vector3,
 )
 from palpate.core.supervision.config import SupervisionConfig
@@ -68,6 +68,7 @@ TRANSITIONS: Final[dict[tuple[Guard, GuardEvent], Guard]] = {
 
 
 _NAME = "supervisor"
+_PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 _PULLS: Final = 4
 """So many samples in a row a pull has to last that ends a retraction; one alone may be a spike."""
 # Members of an enumeration are looked up more slowly.
@@ -109,10 +110,8 @@ class Supervisor:
         self._noise = NoiseWatch(config, task, sensor) if sensor.noise_N > 0.0 or sensor.noise_Nm > 0.0 else None
         self._frame = sensor.frame
         self._joints, self._places = JointWatch(config, lower, upper, velocity), WorkspaceWatch(config, workspace)
-        self._limiter = CommandLimiter(lower, upper, velocity, CONTROL_RATE_HZ)
-        self._retreat = Retreat(
-            kinematics, config.retract_mm * 1e-3, config.retract_speed_mm_s * 1e-3, 1.0 / CONTROL_RATE_HZ
-        )
+        self._limiter = StepLimiter(lower, upper, velocity)
+        self._retreat = Retreat(kinematics, config.retract_mm * 1e-3, config.retract_speed_mm_s * 1e-3, _PERIOD_S)
         self._lower, self._upper, self._count = lower, upper, len(lower)
         self._jump_rad, self._most_pull_N = config.max_command_jump_mrad * 1e-3, task.max_force_N
         self._retracts = config.on_trip == "retract"
@@ -196,8 +195,7 @@ class Supervisor:
             trip = _not_finite(snapshot.tick, applied.position_rad)
         if trip is not None:
             return self._take_command(trip, snapshot, position)
-        time_ns = snapshot.tick * 1_000_000_000 // CONTROL_RATE_HZ
-        within = self._limiter.limited(position, time_ns)
+        within, _ = self._limiter.limited(position, self._held, _PERIOD_S)
         if within.reason is _AS_ASKED:
             self._held = within.position_rad
             return Supervised(asked)
@@ -240,7 +238,6 @@ class Supervisor:
                     f"joint {number} reads {q:.4f} rad, more than half a turn from the ready pose, {ready:.4f} rad",
                 )
         require_raw(snapshot.wrench, self._frame)
-        self._limiter.start(joints.position_rad)
         self._held = self._clamped(joints.position_rad)
 
     def _adopted(self, applied: AppliedCommand) -> bool:
@@ -249,7 +246,6 @@ class Supervisor:
         if len(position) != self._count or not isfinite(sum(position)):
             return False
         self._held = self._clamped(position)
-        self._limiter.start(self._held)
         return True
 
     def _clamped(self, position_rad: JointVector) -> JointVector:
