@@ -225,9 +225,8 @@ def trial_ticks(
             for call in on_joints:
                 call(joints)
             snapshot = Snapshot(tick, time_ns, wrench, joints, applied)
-            changed: Intervention | None = None
             if supervisor is None:
-                command = yield snapshot
+                command, changed = (yield snapshot), None
                 for call in on_acted:
                     call(command)
             else:

@@ -22,7 +22,7 @@ class Retreat:
         self._distance_m, self._step_m = distance_m, speed_m_s * period_s
         # An arm that is slower than asked gets as long again.
         self._most_ticks = 2 * ceil(distance_m / self._step_m)
-        self.finished = True
+        self.finished: bool
 
     def start(self, held_rad: JointVector) -> None:
         """Begin where the arm is commanded to be, (n,)."""

@@ -39,13 +39,14 @@ class BothWallsCheck:
     """Pushes to a wall, to the one opposite, and back to both: there the force has to be what it was.
 
     Attributes:
+        first: The push to the first wall.
         answered: Whether the force followed all the way.
         failed: Whether it did not, was not steady at rest, or the peg went further than the hole's play.
         forces_N: Force along the first push at each rest.
     """
 
     def __init__(self, play_m: float) -> None:
-        self._first, self._reach_m = WallCheck(play_m), play_m + 2.0 * BEND_M
+        self.first, self._reach_m = WallCheck(play_m), play_m + 2.0 * BEND_M
         self._half_N: float | None
         self._mean: Mean
 
@@ -53,7 +54,7 @@ class BothWallsCheck:
         """The next :meth:`velocity_m_s` is the first of a check; way counts from this place, (3,), task frame."""
         self.answered = self.failed = False
         self.forces_N: list[float] = []
-        self._first.begin(from_m)
+        self.first.begin(from_m)
         self._places_m: list[Vector3] = []
         self._enter(_WallStage.FIRST)
 
@@ -65,13 +66,13 @@ class BothWallsCheck:
             reference_m: Where the tip is commanded to be, (3,), task frame.
         """
         if self._stage is _WallStage.FIRST:
-            velocity = self._first.velocity_m_s(force_N, new, reference_m)
-            self.failed = self._first.failed
-            if self._first.answered:
+            velocity = self.first.velocity_m_s(force_N, new, reference_m)
+            self.failed = self.first.failed
+            if self.first.answered:
                 self._enter(_WallStage.REST)
             return velocity
         self._ticks += 1
-        ux, uy = self._first.way
+        ux, uy = self.first.way
         if self._stage is _WallStage.BACK:
             return self._go_back(reference_m)
         along_N = force_N[0] * ux + force_N[1] * uy

@@ -79,7 +79,6 @@ class RestlessForce:
         along_m_s = self._along_m_s
         if not self.waits:
             self._unfelt_N += (hypot(x, y) * self._lateral_N_per_m + abs(z) * self._axial_N_per_m) * PERIOD_S
-            self._waited_ticks = 0
             return x, y, z + along_m_s
         if self._waited_ticks == _LONGEST_TICKS:
             text = "the force does not follow a tool that pushed without any: the force sensor is dead"

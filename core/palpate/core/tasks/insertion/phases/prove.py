@@ -40,7 +40,6 @@ class Prove(RunningPhase):
             max(measured.filtered_force_z_N, measured.force_N[2]) < -self._contact_N or state.slack_m > 0.0
         )
         self._floor, self._countdown = self._floor_due or self._depth_m() < self._deepest_m, _SEATING_TICKS
-        self._proof.wall.begin(self._equipment.motion.reference_m)
         self._walls.begin(self._equipment.motion.reference_m)
         self._depth = Mean()
 
@@ -91,4 +90,4 @@ class Prove(RunningPhase):
     def _press_on(self) -> Vector3:
         equipment, reference_m = self._equipment, self._equipment.motion.reference_m
         velocity = equipment.laws.inserting.velocity_m_s(reference_m, reference_m, equipment.measurement.force_N)
-        return self._proof.wall.bounded(velocity, reference_m)
+        return self._walls.first.bounded(velocity, reference_m)
