@@ -65,7 +65,7 @@ SUPERVISED: Final[dict[str, Mishap]] = {
     "clamp-position": Mishap(
         settings=weak(max_tracking_error_mrad=500.0),
         answers={2: (4, 3.15, _POSITION), 3: (4, 3.15, _POSITION)},
-        at=(20, "stop"),
+        at=(4, "stop"),
     ),
     "clamped-and-followed": Mishap(
         settings=weak(max_tracking_error_mrad=500.0),
