@@ -108,6 +108,22 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         _corner(time_limit_s=2.0),
         policy="corner-first",
     ),
+    # It heaves on its way in uneven strokes: nothing answers for a while, then the force does, then no more.
+    "corner-unanswered": Mishap(
+        (
+            force("repeat", 100, span_ticks=1, duration_ticks=1),
+            force("noise", 0, magnitude=0.1, channels=(0, 1, 2)),
+            *({**fault, "duration_ticks": 40} for fault in dead(110)),
+            *dead(190),
+        ),
+        _corner(time_limit_s=4.0, options={"unanswered_N": 4.0}),
+        policy="corner-first",
+    ),
+    # Levelled on the plate beside the hole, before it searches.
+    "levelled": Mishap(
+        settings=_corner(time_limit_s=1.5, area_half_width_mm=12.0, options={"level_beside_mm": 8.0}),
+        policy="corner-first",
+    ),
     # The plate is lost for three ticks while the tool gives way, so that the filter shows next to no force as a step is
     # chosen; and a tool that seems deep in the last tick of that step and the first of the next one is not sunk yet.
     "give-way-lost": Mishap(
