@@ -22,7 +22,7 @@ import signal
 import sys
 import time
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
@@ -87,9 +87,12 @@ class CoreMutant:
 
 @dataclass(frozen=True)
 class _Candidate:
+    """A mutant, how it is made, and the lines of which a log runs one if it can show it; none if every log can."""
+
     mutant: CoreMutant
     place: Place
     variant: int
+    lines: frozenset[int]
 
 
 def _logs(checkout: Path) -> list[Path]:
@@ -155,14 +158,14 @@ def _in_child(work: Callable[[], Any], cpu_s: int = _CPU_S) -> tuple[str, Any]:
     return "ended", f"by {-os.waitstatus_to_exitcode(status)} (its time was up, or it crashed)"
 
 
-def lines_run(checkout: Path) -> dict[str, set[int]]:
-    """The core's lines that replaying the golden logs runs, by file."""
+def lines_run(checkout: Path) -> dict[str, dict[int, set[str]]]:
+    """The core's lines that replaying the golden logs runs, by file, each with the logs that run it."""
     root = str(checkout) + os.sep
 
-    def work() -> dict[str, set[int]]:
-        found: dict[str, set[int]] = defaultdict(set)
+    def work() -> dict[str, dict[int, set[str]]]:
+        found: dict[str, dict[int, set[str]]] = defaultdict(lambda: defaultdict(set))
         in_trials: set[str] = set()
-        trials = 0
+        trials, log = 0, ""
 
         def trace(frame: FrameType, event: str, argument: Any) -> Any:
             nonlocal trials
@@ -177,27 +180,29 @@ def lines_run(checkout: Path) -> dict[str, set[int]]:
 
             def local(inner: FrameType, event: str, argument: Any) -> Any:
                 nonlocal trials
-                lines.add(inner.f_lineno)
+                lines[inner.f_lineno].add(log)
                 trials -= whole and event == "return"
                 return local
 
-            lines.add(frame.f_lineno)
+            lines[frame.f_lineno].add(log)
             return local
 
-        problem = _replay(checkout, lambda: sys.settrace(trace))
-        sys.settrace(None)
-        if problem:
-            raise SystemExit(f"the golden logs do not replay: {problem}")
-        return {file: lines for file, lines in found.items() if file in in_trials}
+        for path in _logs(checkout):
+            log = path.stem
+            problem = _replay(checkout, lambda: sys.settrace(trace), [path])
+            sys.settrace(None)
+            if problem:
+                raise SystemExit(f"the golden logs do not replay: {problem}")
+        return {file: dict(lines) for file, lines in found.items() if file in in_trials}
 
     kind, value = _in_child(work, _TRACED_CPU_S)
     if kind != "done":
         raise SystemExit(str(value))
-    lines: dict[str, set[int]] = value
+    lines: dict[str, dict[int, set[str]]] = value
     return lines
 
 
-def candidates(checkout: Path, lines: dict[str, set[int]]) -> dict[str, list[_Candidate]]:
+def candidates(checkout: Path, lines: Mapping[str, Collection[int]]) -> dict[str, list[_Candidate]]:
     """All mutants of lines that are run, by file."""
     found: dict[str, list[_Candidate]] = {}
     for file, run in sorted(lines.items()):
@@ -208,7 +213,7 @@ def candidates(checkout: Path, lines: dict[str, set[int]]) -> dict[str, list[_Ca
     return found
 
 
-def _candidates(file: str, source: str, run: set[int]) -> Iterator[_Candidate]:
+def _candidates(file: str, source: str, run: Collection[int]) -> Iterator[_Candidate]:
     named = functions_in(source, file)
     bodies: list[tuple[str, str, Any]] = [(f.name, normalised(f.node), f.node) for f in named]
     inside = {node for _, _, function in bodies for node in ast.walk(function)}
@@ -229,7 +234,8 @@ def _candidates(file: str, source: str, run: set[int]) -> Iterator[_Candidate]:
             for number, place in enumerate(ones):
                 if place.node in idle:
                     continue
-                if name != _MODULE and not {place.node.lineno, starts.get(place.node, -1)} & run:
+                ours = frozenset({place.node.lineno, starts.get(place.node, -1)} & set(run))
+                if name != _MODULE and not ours:
                     continue
                 for variant, becomes in enumerate(place.variants):
                     key = "\0".join((Path(file).name, name, text, operator, str(number), str(variant)))
@@ -245,6 +251,7 @@ def _candidates(file: str, source: str, run: set[int]) -> Iterator[_Candidate]:
                         ),
                         place,
                         variant,
+                        frozenset() if name == _MODULE else ours,
                     )
 
 
@@ -252,7 +259,7 @@ def _idle(function: ast.AST) -> set[ast.AST]:
     """What no trial can show: what only refuses settings, zip's ``strict=``, a return where a function ends anyway."""
     found: set[ast.AST] = set()
     for node in ast.walk(function):
-        if isinstance(node, ast.If) and not node.orelse and all(map(_refuses, node.body)):
+        if _names_accepted(node) or (isinstance(node, ast.If) and not node.orelse and all(map(_refuses, node.body))):
             found |= set(ast.walk(node))
         elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) and _checks(node.value):
             found |= set(ast.walk(node))
@@ -266,7 +273,13 @@ def _idle(function: ast.AST) -> set[ast.AST]:
 
 
 def _refuses(statement: ast.stmt) -> bool:
-    return isinstance(statement, ast.Raise) and "ConfigurationError" in ast.unparse(statement)
+    raises = isinstance(statement, ast.Raise) and "ConfigurationError" in ast.unparse(statement)
+    return raises or _names_accepted(statement)
+
+
+def _names_accepted(node: ast.AST) -> bool:
+    """Whether this is the text of a refusal: what would be accepted."""
+    return isinstance(node, ast.Assign) and [ast.unparse(target) for target in node.targets] == ["accepted"]
 
 
 def _checks(call: ast.Call) -> bool:
@@ -310,7 +323,7 @@ def draw(found: dict[str, list[_Candidate]], count: int, seed: int) -> list[_Can
     return chosen
 
 
-def unrun(checkout: Path, lines: dict[str, set[int]]) -> dict[str, str]:
+def unrun(checkout: Path, lines: Mapping[str, Collection[int]]) -> dict[str, str]:
     """Statements of the thorough files that no golden log runs, and why; empty where no reason is known."""
     reasons: dict[str, str] = json.loads(NOT_RUN.read_text(encoding="utf-8"))
     told = {}
@@ -323,7 +336,7 @@ def unrun(checkout: Path, lines: dict[str, set[int]]) -> dict[str, str]:
                 if isinstance(node, ast.stmt) and node is not function.node and not _is_text(node):
                     statement = f"{function.name}: {ast.unparse(node).splitlines()[0]}"
                     # A condition in brackets begins below its "elif".
-                    if not {node.lineno, getattr(node, "test", node).lineno} & lines[file]:
+                    if not {node.lineno, getattr(node, "test", node).lineno} & set(lines[file]):
                         told[f"{file}:{node.lineno} {statement}"] = reasons.get(statement, "")
     return told
 
@@ -374,7 +387,8 @@ def run(checkout: Path, out: Path, count: int, seed: int, only: str = "") -> int
     for number, one in enumerate(chosen):
         if one.mutant.id in done:
             continue
-        verdict, by = _judged(checkout, one, logs)
+        runs = {log for line in one.lines for log in lines[one.mutant.file][line]}
+        verdict, by = _judged(checkout, one, [path for path in logs if not one.lines or path.stem in runs])
         # The log that killed one mutant often kills its neighbours.
         logs.sort(key=lambda path: path.stem != by.partition(":")[0])
         told = {**asdict(one.mutant), "verdict": verdict, "killed_by": by}
