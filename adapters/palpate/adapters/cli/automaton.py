@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from palpate.adapters.cli.automaton_options import CompareAutomataOptions, MinimiseOptions, ShowAutomatonOptions
-from palpate.adapters.experiments import aligned
+from palpate.adapters.log import aligned
 from palpate.adapters.visualisation import machine_picture
 from palpate.core.automata import Kind, Machine, difference, load, minimised, shown_output, to_dot_text, to_json_text
 from palpate.core.errors import ConfigurationError

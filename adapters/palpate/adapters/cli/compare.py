@@ -13,10 +13,8 @@ from palpate.adapters.experiments import (
     COMPARATORS,
     ChosenPolicy,
     RunFolder,
-    aligned,
     capture_half_width_m,
     comparators_of,
-    csv_text,
     open_rig,
     ready_pose,
     require_usable,
@@ -25,6 +23,7 @@ from palpate.adapters.experiments import (
     shown_interval,
     summary_of,
 )
+from palpate.adapters.log import aligned, csv_text
 
 
 def compare(options: CompareOptions) -> int:

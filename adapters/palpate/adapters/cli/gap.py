@@ -9,7 +9,7 @@ from palpate.adapters.cli.notices import say
 from palpate.adapters.cli.options import GapOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import literal
-from palpate.adapters.experiments import aligned
+from palpate.adapters.log import aligned
 from palpate.adapters.replay import KNOBS, WRENCH_AXES, Gap, find_logs, gap_of
 from palpate.core.errors import UsageError
 from palpate.core.ports import new_file, require_no_file

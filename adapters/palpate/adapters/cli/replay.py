@@ -11,7 +11,8 @@ from palpate.adapters.cli.options import ReplayOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.cli.watch import watch
 from palpate.adapters.config import RunConfig, overlay, read_toml, recorded_config
-from palpate.adapters.experiments import COMPARATORS, accepted_policies, aligned, foreign_code, foreign_entry
+from palpate.adapters.experiments import COMPARATORS, accepted_policies, foreign_code, foreign_entry
+from palpate.adapters.log import aligned
 from palpate.adapters.replay import (
     Changes,
     FolderFindings,

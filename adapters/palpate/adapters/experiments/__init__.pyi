@@ -22,8 +22,6 @@ from .evaluation import run_policy as run_policy
 from .evaluation import true_hole_m as true_hole_m
 from .evaluation import warm_up as warm_up
 from .evaluation import write_evaluation as write_evaluation
-from .figure import Canvas as Canvas
-from .figure import drawing as drawing
 from .figure import learning_curve as learning_curve
 from .fitting import configured_perception as configured_perception
 from .fitting import fitted_perception as fitted_perception
@@ -58,8 +56,6 @@ from .statistics import summary_of as summary_of
 from .statistics import t_half_width as t_half_width
 from .statistics import wilson_interval as wilson_interval
 from .statistics import window_of as window_of
-from .tables import aligned as aligned
-from .tables import csv_text as csv_text
 from .tables import render_table as render_table
 from .tool import tool_in as tool_in
 from .tool import tool_of as tool_of

@@ -20,10 +20,9 @@ from typing import Any, Final
 
 from palpate.adapters.config import RecordingConfig
 from palpate.adapters.experiments.manifest import RUN_FILES, Manifest
-from palpate.adapters.experiments.tables import csv_text
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.writer_lock import only_writer
-from palpate.adapters.log import LOG_FOLDER, Sink, TrialRecorder
+from palpate.adapters.log import LOG_FOLDER, Sink, TrialRecorder, csv_text
 from palpate.core.errors import OutputError
 from palpate.core.ports import write_whole
 

@@ -1,35 +1,8 @@
-"""Tables as plain text: columns set side by side, or CSV; and that of a policy."""
+"""A policy as a table."""
 
-import csv
-import io
-from collections.abc import Iterable, Sequence
-from typing import Any
-
+from palpate.adapters.log import aligned
 from palpate.core.policy import LEARNED, PolicyDocument, TableRow
 from palpate.core.policy.belief import FEWEST_TOUCHES, RINGS_M, TouchModel
-
-
-def aligned(rows: Sequence[Sequence[str]], left: int | None = None) -> str:
-    """A line a row, columns two blanks apart.
-
-    Args:
-        left: How many columns, from the first, are flush left, the rest being flush right; None for all.
-    """
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    words = len(widths) if left is None else left
-
-    def line(row: Sequence[str]) -> str:
-        cells = zip(row, widths, strict=True)
-        return "  ".join(cell.ljust(w) if i < words else cell.rjust(w) for i, (cell, w) in enumerate(cells)).rstrip()
-
-    return "".join(f"{line(row)}\n" for row in rows)
-
-
-def csv_text(rows: Iterable[Iterable[Any]]) -> str:
-    """Rows as CSV, the header first, with plain line ends."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    return text.getvalue()
 
 
 def render_table(document: PolicyDocument) -> str:

@@ -1,6 +1,8 @@
 from .export_csv import export_csv as export_csv
 from .export_csv import names_for as names_for
 from .export_lerobot import export_lerobot as export_lerobot
+from .figure import Canvas as Canvas
+from .figure import drawing as drawing
 from .file import dump_json as dump_json
 from .file import finite as finite
 from .file import json_in as json_in
@@ -54,6 +56,8 @@ from .series import config_of as config_of
 from .series import series_of as series_of
 from .series import tare_of as tare_of
 from .symbol_strings import strings_from as strings_from
+from .tables import aligned as aligned
+from .tables import csv_text as csv_text
 from .tick_layout import TickRecord as TickRecord
 from .tick_layout import decode_tick as decode_tick
 from .tick_layout import layout_of as layout_of

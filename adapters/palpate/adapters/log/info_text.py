@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from palpate.adapters.log.info import LATE_S, LogInfo, PortInfo, TickInfo, TimeSpread
+from palpate.adapters.log.tables import aligned
 
 _MOST_LINES: Final = 5
 
@@ -65,15 +66,8 @@ def table(infos: Sequence[LogInfo]) -> str:
                 _number(info.bytes_per_minute, ".2f", 1e-6),
             )
         )
-    widths = [max(len(row[i]) for row in rows) for i in range(len(head))]
     # Words to the left, numbers to the right.
-    left = {0, 2, 10}
-    return "".join(
-        "  ".join(
-            cell.ljust(w) if i in left else cell.rjust(w) for i, (cell, w) in enumerate(zip(row, widths, strict=True))
-        ).rstrip() + "\n"
-        for row in rows
-    )  # fmt: skip
+    return aligned(rows, left=(0, 2, 10))
 
 
 def _line(name: str, text: str) -> str:

@@ -1,11 +1,11 @@
-"""A picture of one trial over time. Matplotlib is imported only when one is drawn."""
+"""A picture of one trial over time."""
 
-import io
 from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
 import numpy as np
 
+from palpate.adapters.log.figure import drawing
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.series import Series, series_of
 
@@ -26,9 +26,6 @@ def timeline(log: TrialLog) -> bytes:
     Raises:
         LogError: The log has nothing to draw, or its configuration cannot be used.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     series = series_of(log)
     altered = bool(np.any(np.nan_to_num(series.altered_mrad) != 0.0))
     states, actions = _distinct(d.state for d in log.decisions), _distinct(d.action for d in log.decisions)
@@ -42,28 +39,25 @@ def timeline(log: TrialLog) -> bytes:
     strips += [("action", actions, "action")] if actions else []
     heights += [max(0.35 + 0.17 * len(names), 0.75) for _, names, _ in strips] + [0.4]
 
-    figure = Figure(figsize=(_WIDTH_IN, sum(heights) + 1.6), dpi=110, layout="constrained")
-    FigureCanvasAgg(figure)
-    panels: Any = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
-    rest = list(panels)
-    _wrench(rest.pop(0), series, ("Fx", "Fy", "Fz"), 0, "force [N]")
-    _wrench(rest.pop(0), series, ("Tx", "Ty", "Tz"), 3, "torque [N m]")
-    _position(rest.pop(0), series, log)
-    if altered:
-        _altered(rest.pop(0), series)
-    for title, names, attribute in strips:
-        _strip(rest.pop(0), log, series, title, names, attribute)
-    _phases(rest.pop(0), log, series)
-    _events(panels, log, series)
-    _gaps(panels, series)
-    figure.align_ylabels(panels)
-    panels[-1].set_xlabel("time since the first tick [s]")
-    panels[0].set_xlim(0.0, max(float(series.time_s[-1]), 1e-3) * 1.005)
-    figure.suptitle(_title(log, series, altered), fontsize=10)
-    buffer = io.BytesIO()
-    # Without a date and a version in it, equal logs give equal pictures.
-    figure.savefig(buffer, format="png", metadata={"Software": None})
-    return buffer.getvalue()
+    with drawing(_WIDTH_IN, sum(heights) + 1.6, 110) as canvas:
+        figure = canvas.figure
+        panels: Any = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
+        rest = list(panels)
+        _wrench(rest.pop(0), series, ("Fx", "Fy", "Fz"), 0, "force [N]")
+        _wrench(rest.pop(0), series, ("Tx", "Ty", "Tz"), 3, "torque [N m]")
+        _position(rest.pop(0), series, log)
+        if altered:
+            _altered(rest.pop(0), series)
+        for title, names, attribute in strips:
+            _strip(rest.pop(0), log, series, title, names, attribute)
+        _phases(rest.pop(0), log, series)
+        _events(panels, log, series)
+        _gaps(panels, series)
+        figure.align_ylabels(panels)
+        panels[-1].set_xlabel("time since the first tick [s]")
+        panels[0].set_xlim(0.0, max(float(series.time_s[-1]), 1e-3) * 1.005)
+        figure.suptitle(_title(log, series, altered), fontsize=10)
+    return canvas.content
 
 
 def _wrench(axes: Any, series: Series, names: Sequence[str], first: int, label: str) -> None:

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from palpate.adapters.config import RunConfig, read_toml
-from palpate.adapters.experiments import RUN_FILES, ScoredTrial, csv_text, read_manifest, rows_of, score
-from palpate.adapters.log import LOG_FOLDER, TrialLog
+from palpate.adapters.experiments import RUN_FILES, ScoredTrial, read_manifest, rows_of, score
+from palpate.adapters.log import LOG_FOLDER, TrialLog, csv_text
 from palpate.adapters.replay.rebuild import Rebuilt
 from palpate.core.errors import OutputError, PalpateError
 from palpate.core.policy import PolicyDocument, document_of

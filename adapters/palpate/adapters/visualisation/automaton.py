@@ -4,7 +4,7 @@ import textwrap
 from math import cos, degrees, hypot, sin
 from typing import Any, Literal
 
-from palpate.adapters.experiments import drawing
+from palpate.adapters.log import drawing
 from palpate.adapters.visualisation.automaton_layout import Curve, Layout, Point, lay_out
 from palpate.core.automata import Kind, Machine, shown_name, shown_output
 

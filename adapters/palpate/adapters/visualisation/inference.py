@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from palpate.adapters.experiments import drawing
+from palpate.adapters.log import drawing
 from palpate.core.automata import Inference
 
 _MOST_CELLS: Final = 40

@@ -2,7 +2,7 @@
 
 from typing import Any, Final
 
-from palpate.adapters.experiments import drawing
+from palpate.adapters.log import drawing
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.belief import Floats
 from palpate.core.policy.memory import MemoryDocument, OffsetModel

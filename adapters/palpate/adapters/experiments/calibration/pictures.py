@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.adapters.experiments.calibration.estimates import Array, Estimate, Rest, ToolLoad
 from palpate.adapters.experiments.calibration.steps import Touched
-from palpate.adapters.experiments.figure import drawing
+from palpate.adapters.log import drawing
 
 _SIZE_IN: Final = (7.0, 3.2)
 _DPI: Final = 120

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from palpate.adapters.experiments.tables import aligned
+from palpate.adapters.log import aligned
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.belief import Floats
 from palpate.core.policy.memory import (

@@ -12,11 +12,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from palpate.adapters.experiments.figure import drawing
 from palpate.adapters.experiments.grid.learning import LearningRun
 from palpate.adapters.experiments.grid.worlds import Bounds
 from palpate.adapters.experiments.statistics import mean_with_interval, moving_average, window_of
-from palpate.adapters.experiments.tables import aligned, csv_text
+from palpate.adapters.log import aligned, csv_text, drawing
 from palpate.simulation.grid import STEP_LIMIT, GridMap
 
 LAST: Final = 100

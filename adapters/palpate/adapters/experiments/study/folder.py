@@ -17,9 +17,8 @@ from palpate.adapters.experiments.study.cell import CELL_FILE, StudyCell
 from palpate.adapters.experiments.study.document import Study
 from palpate.adapters.experiments.study.fields import plain, setting
 from palpate.adapters.experiments.study.run_cell import UNFINISHED
-from palpate.adapters.experiments.tables import csv_text
 from palpate.adapters.experiments.writer_lock import LOCK, only_writer
-from palpate.adapters.log import made_with
+from palpate.adapters.log import csv_text, made_with
 from palpate.core.errors import ConfigurationError, OutputError
 
 _IN_OTHER_COLUMNS: Final = ("scenario", "arm", "seed", "policy", "finished")

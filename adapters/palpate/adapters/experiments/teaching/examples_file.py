@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import astuple, dataclass
 from typing import Final
 
-from palpate.adapters.experiments.tables import aligned, csv_text
+from palpate.adapters.log import aligned, csv_text
 from palpate.core.policy import Action, ExamplesPolicy
 
 EXAMPLES_FILE: Final = "examples.csv"

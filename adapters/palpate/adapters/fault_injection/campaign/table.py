@@ -4,8 +4,8 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Final
 
-from palpate.adapters.experiments import aligned, csv_text
 from palpate.adapters.fault_injection.campaign.runs import Class, FaultRun
+from palpate.adapters.log import aligned, csv_text
 
 _SHOWN: Final = (Class.TOLERABLE, Class.DETECTED, Class.UNOBSERVABLE, Class.FAILED, Class.FALSE_SUCCESS)
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from palpate.adapters.log import aligned
 from palpate.drivers.errors import DriverError
 
 
@@ -138,7 +139,7 @@ def section_text(section: FindingsSection) -> str:
     for fact in section.facts:
         lines += _hanging(f"  {fact.name:{names}}  ", fact.text)
     for table in section.tables:
-        lines += ["", *_table(table)]
+        lines += ["", *(f"  {row}" for row in aligned([table.columns, *table.rows], left=0).splitlines())]
     if section.findings:
         lines.append("")
     for finding in section.findings:
@@ -166,9 +167,3 @@ def _hanging(head: str, text: str) -> list[str]:
         text, _WIDTH, initial_indent=head, subsequent_indent=" " * len(head), break_long_words=False,
         break_on_hyphens=False,
     )  # fmt: skip
-
-
-def _table(table: FindingsTable) -> list[str]:
-    cells = [table.columns, *table.rows]
-    widths = [max(len(row[i]) for row in cells) for i in range(len(table.columns))]
-    return ["  " + "  ".join(f"{cell:>{w}}" for cell, w in zip(row, widths, strict=True)) for row in cells]

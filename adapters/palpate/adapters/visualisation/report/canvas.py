@@ -4,7 +4,7 @@ import re
 from contextlib import AbstractContextManager
 from typing import Any, Final
 
-from palpate.adapters.experiments import Canvas, drawing
+from palpate.adapters.log import Canvas, drawing
 
 # Colours that differ for any colour vision (Okabe and Ito), the light ones last.
 COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#aa4499", "#000000", "#e69f00", "#56b4e9", "#999933")

@@ -10,7 +10,7 @@ from typing import Final
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from palpate.adapters.experiments import csv_text
+from palpate.adapters.log import csv_text
 from palpate.adapters.visualisation.report.files import is_there, read_bytes
 from palpate.adapters.visualisation.report.page import Page, Picture
 from palpate.core.errors import OutputError

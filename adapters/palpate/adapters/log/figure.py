@@ -1,0 +1,43 @@
+"""Pictures as files: equal contents give equal bytes. Matplotlib is imported only when one is drawn."""
+
+import io
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, Final, Literal
+
+_NOTHING: Final = {"svg": {"Date": None, "Creator": None}, "png": {"Software": None}}
+"""No date and no version in the file."""
+
+
+class Canvas:
+    """A picture in the making."""
+
+    def __init__(self, figure: Any) -> None:
+        self.figure, self.content = figure, b""
+
+
+@contextmanager
+def drawing(
+    width_in: float,
+    height_in: float,
+    dpi: int,
+    kind: str = "png",
+    settings: Mapping[str, Any] | None = None,
+    layout: Literal["constrained"] | None = "constrained",
+) -> Iterator[Canvas]:
+    """Gives an empty canvas to draw on; when the block ends its ``content`` is there.
+
+    Args:
+        settings: Matplotlib's parameters, over its own defaults: a matplotlibrc of the user's changes no byte.
+    """
+    from matplotlib import style
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with style.context(["default", {"svg.hashsalt": "palpate", **(settings or {})}]):
+        canvas = Canvas(Figure(figsize=(width_in, height_in), dpi=dpi, layout=layout))
+        FigureCanvasAgg(canvas.figure)
+        yield canvas
+        buffer = io.BytesIO()
+        canvas.figure.savefig(buffer, format=kind, metadata=_NOTHING[kind])
+        canvas.content = buffer.getvalue()

@@ -1,0 +1,31 @@
+"""Tables as plain text: columns set side by side, or CSV."""
+
+import csv
+import io
+from collections.abc import Collection, Iterable, Sequence
+from typing import Any
+
+
+def aligned(rows: Sequence[Sequence[str]], left: int | Collection[int] | None = None) -> str:
+    """A line a row, columns two blanks apart.
+
+    Args:
+        left: How many columns, from the first, or which of them, are flush left, the rest being flush right; None for
+            all.
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    words = len(widths) if left is None else left
+    words = range(words) if isinstance(words, int) else words
+
+    def line(row: Sequence[str]) -> str:
+        cells = zip(row, widths, strict=True)
+        return "  ".join(cell.ljust(w) if i in words else cell.rjust(w) for i, (cell, w) in enumerate(cells)).rstrip()
+
+    return "".join(f"{line(row)}\n" for row in rows)
+
+
+def csv_text(rows: Iterable[Iterable[Any]]) -> str:
+    """Rows as CSV, the header first, with plain line ends."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
