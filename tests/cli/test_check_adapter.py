@@ -132,7 +132,7 @@ def test_an_adapter_without_a_rig_is_tried_as_far_as_that_goes(palpate: CommandL
         ("mine:Nobody", "it has no Nobody"),
         ("mine:number", "package.module:Name"),
         ("mine:fails", "no hardware here"),
-        ("palpate.core.ports.contracts.fakes:FakeArm", "calling it failed"),
+        ("tests.fake_devices:FakeArm", "calling it failed"),
     ],
 )
 def test_refused_in_one_line(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, name: str, reason: str) -> None:

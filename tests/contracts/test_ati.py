@@ -5,51 +5,22 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.hardware.ati import NetFtForceSensor, OpenBox
+from palpate.adapters.hardware.ati import NetFtForceSensor
 from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.ports import Life, Validity
 from palpate.core.ports.contracts import ForceSensorContract, ForceSensorRig
-from palpate.drivers.ati import parse_box
-from palpate.drivers.errors import WiringError
 from palpate.simulation.emulators.ati import EmulatedBox, EmulatedBoxConfig
+from tests.virtual_box import VirtualBox
 from tests.virtual_time import VirtualTime
 
 
-class Bench:
-    """An adapter, and a box at the other end of a network without delay."""
+class Bench(VirtualBox):
+    """An adapter, and the box that it talks to."""
 
     def __init__(self, **settings: Any) -> None:
-        self.clock = VirtualTime()
         self.load = [0.3, -0.2, 5.0, 0.01, 0.02, 0.03]
-        self.box = EmulatedBox(lambda now_ns: tuple(self.load), EmulatedBoxConfig(**settings))
-        self.is_open, self.is_plugged, self._arrived = False, True, list[bytes]()
-        self.clock.devices.append(self)
-        self.sensor = NetFtForceSensor(self._open, self.clock, max_age_ns=50_000_000, start_timeout_s=1.0)
-
-    def _open(self) -> OpenBox:
-        self._require_cable()
-        box = parse_box(self.box.page())
-        self.is_open = True
-        return OpenBox(self, box, lambda: setattr(self, "is_open", False))
-
-    def _require_cable(self) -> None:
-        if not self.is_plugged:
-            raise WiringError("box", "the network is unreachable", "plug it in")
-
-    def send(self, datagram: bytes) -> None:
-        self._require_cable()
-        self.box.receive(datagram, self.clock.now_ns())
-
-    def receive(self) -> list[bytes]:
-        self._require_cable()
-        arrived, self._arrived = self._arrived, []
-        return arrived
-
-    def next_event_ns(self) -> int:
-        return self.box.next_event_ns()
-
-    def step(self, now_ns: int) -> None:
-        self._arrived += self.box.step(now_ns)
+        super().__init__(VirtualTime(), EmulatedBox(lambda now_ns: tuple(self.load), EmulatedBoxConfig(**settings)))
+        self.sensor = NetFtForceSensor(self.open, self.clock, max_age_ns=50_000_000, start_timeout_s=1.0)
 
     def ticks(self, count: int) -> None:
         self.clock.sleep(count / 140)
@@ -73,9 +44,10 @@ class TestNetFt(ForceSensorContract):
         bench = Bench()
         return ForceSensorRig(
             device=bench.sensor, clock=bench.clock, advance=bench.ticks, max_age_ns=50_000_000 + 10**9 // 140,
-            push_N=bench.push(0), twist_Nm=bench.push(3), tolerance_N=1e-5, tolerance_Nm=1e-5,
-            go_silent=lambda: setattr(bench.box, "silent", True), is_open=lambda: bench.is_open,
-            provoke_fault=bench.fail, disconnect=lambda: setattr(bench, "is_plugged", False), runs_by_itself=True,
+            push_N=bench.push(0), pushed_at_m=(0.0, 0.0, 0.0), twist_Nm=bench.push(3),
+            tolerance_N=1e-5, tolerance_Nm=1e-5, go_silent=lambda: setattr(bench.box, "silent", True),
+            is_open=lambda: bench.is_open, provoke_fault=bench.fail,
+            disconnect=lambda: setattr(bench, "is_plugged", False), runs_by_itself=True,
         )  # fmt: skip
 
 

@@ -58,6 +58,7 @@ class TestFakeForceSensor(OfKind, ForceSensorContract):
         knobs = {
             "advance": clock.advance,
             "push_N": lambda fx, fy, fz: setattr(sensor, "load_N", (fx, fy, fz)),
+            "pushed_at_m": (0.0, 0.0, 0.0),
             "overload_N": 500.0,
             "overload_Nm": 50.0,
             "twist_Nm": lambda tx, ty, tz: setattr(sensor, "load_Nm", (tx, ty, tz)),

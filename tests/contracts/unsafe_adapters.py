@@ -13,6 +13,7 @@ from typing import Any
 from palpate.core.ports import Life, Validity
 from palpate.core.ports.contracts import TICK_NS
 from tests.contracts import test_fake as fake
+from tests.contracts import unsafe_careless as careless
 from tests.contracts import unsafe_lives as lives
 from tests.contracts import unsafe_long_runs as runs
 from tests.contracts.broken_sensors import CountsReadings, altered
@@ -294,6 +295,7 @@ LARGEST = altered(
 EITHER = altered(FakeForceSensor, torque_Nm=lambda s: (0.0,) * 3 if any(s.force_N) else s.torque_Nm)
 
 FORCE, ENCODER, ARM = fake.TestFakeForceSensor, fake.TestFakeJointEncoder, fake.TestFakeArm
+CLOCK, DEADLINES = fake.TestFakeClock, "absolute_deadlines_do_not_drift"
 SENSOR, PLAIN = FakeForceSensor, FakeArm
 BY_ITSELF: dict[str, Any] = {"runs_by_itself": True}
 UNKNOWN: dict[str, Any] = {"expected_rad": None, "turn_by_hand": None}
@@ -481,7 +483,20 @@ LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
     (FORCE, runs.TaresLater, {}, SOUND),
     (FORCE, runs.TimeOf32Bits, {}, SOUND),
     (FORCE, runs.CountsUntilSilent, {}, "reading_twice_gives_the_same_sample"),
-    (fake.TestFakeClock, runs.WakesEarlyAtTimes, {}, "absolute_deadlines_do_not_drift"),
-    (fake.TestFakeClock, runs.OversleepsAtTimes, {}, "absolute_deadlines_do_not_drift"),
+    (CLOCK, runs.WakesEarlyAtTimes, {}, DEADLINES),
+    (CLOCK, runs.OversleepsAtTimes, {}, DEADLINES),
+    (FORCE, careless.FifoAfterAPause, {}, SOUND),
+    (FORCE, careless.Crosstalk, {}, LOAD),
+    (FORCE, careless.Deadband, {}, LOAD),
+    (FORCE, careless.MarkedOnce, {}, RANGE),
+    (ENCODER, careless.SixteenBits, {"long_ticks": 70_000}, SOUND),
+    (ARM, careless.MasksAtStart, {}, LATCHED),
+    (ARM, careless.StopsWhileLed, {}, STOPPED),
+    (ARM, careless.SwallowsTenthOfMilliradian, {}, COUNTS),
+    (ARM, careless.StaysOpenOnceStopped, {}, RELEASE),
+    (CLOCK, careless.Rough, {}, DEADLINES),
+    (CLOCK, careless.SleepsInPieces, {}, DEADLINES),
+    (CLOCK, careless.JumpsOnce, {}, "time_never_goes_back"),
+    (CLOCK, careless.SleepsOnTheDeadlineGone, {}, "past_deadline_returns_at_once"),
 ]
 UNSAFE = [(suite, kind, knobs, f"test_{clause}") for suite, kind, knobs, clause in LISTED]

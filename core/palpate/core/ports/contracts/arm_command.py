@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from itertools import chain, repeat
 from math import inf, nan
@@ -26,6 +26,8 @@ from palpate.core.ports.values import AppliedCommand, CommandReason, JointComman
 _ONCE_MORE: Final = 5
 _LEAST: Final = 24
 """Commands of a long run at least, however long each takes to settle."""
+_LEAST_TOLERANCES: Final = 4.0
+"""So much of a move is told from none."""
 _FAR: Final = 100.0
 """In fast steps: beyond all limits."""
 
@@ -48,11 +50,9 @@ class ArmCommandContract(ArmStopContract):
         """Over a long run each of many commands, to any joints, leads where it says, and ``send`` says the same."""
         with self._rig(Life.ACTIVE) as rig:
             knob(rig.position_rad, "position_rad")
-            # First one joint at a time, from home and back, and there in small steps, too.
+            # First one joint at a time, from home and back, and there in smaller and smaller steps, too.
             home_rad, aside = rig.home_rad, [self._beside(rig, joint) for joint in range(len(rig.home_rad))]
-            poses = chain.from_iterable(
-                (there, home_rad, *ramp(home_rad, there, 0.25 * rig.step_rad), home_rad) for there in aside
-            )
+            poses = chain.from_iterable((there, home_rad, *_nearer(rig, there), home_rad) for there in aside)
             turns = max(_LEAST, rig.long_ticks // rig.settle_ticks)
             for turn in range(turns):
                 asked_rad = next(poses, ()) or self._somewhere(rig)
@@ -214,6 +214,14 @@ class ArmCommandContract(ArmStopContract):
             for _ in range(3):
                 rig.advance(rig.settle_ticks)
                 require_at("newest command", rig, applied.position_rad)
+
+
+def _nearer(rig: ArmCommandRig, there_rad: JointVector) -> Iterator[JointVector]:
+    """From home to a pose, half of what is left each time, as long as that is told from standing still."""
+    left = 0.5
+    while left == 0.5 or left * rig.step_rad >= _LEAST_TOLERANCES * rig.tolerance_rad:
+        yield tuple(there + left * (home - there) for home, there in zip(rig.home_rad, there_rad, strict=True))
+        left *= 0.5
 
 
 def _fast_steps(rig: ArmCommandRig) -> list[JointVector]:

@@ -69,10 +69,11 @@ class ArmStopContract(ArmBench):
         return lines
 
     def test_after_stop_send_applies_nothing(self) -> None:
-        """After ``stop``, and after another, ``send`` says STOPPED each time and does not apply what was asked."""
+        """After ``stop``, and another much later, ``send`` says STOPPED each time and does not apply what was asked."""
         with self._rig(Life.ACTIVE) as rig:
             asked = shifted(rig.home_rad, rig.step_rad)
-            for _ in range(3):
+            for pause_ticks in (0, 1, LONG_TICKS):
+                rig.advance(pause_ticks)
                 rig.arm.stop()
                 for _ in range(2):
                     applied = self._send(rig, asked)

@@ -30,6 +30,8 @@ LONG_TICKS: Final = 300
 
 _TRIALS: Final = 8
 _FAULTS: Final = 4
+_AT_ONCE: Final = 2
+"""This fault comes as soon as the device is active."""
 _CALLS: Final = 9
 _HANG_NS: Final = 500_000_000
 """So long no computer is late."""
@@ -132,8 +134,9 @@ class DeviceContract(ABC, Generic[RigT]):
             lives = Lives(self, rig, (Life.CONFIGURED, Life.FAULTED, Life.CLOSED))
             lives.ask(LifeRequest.CONFIGURE)
             for fault in range(_FAULTS):
-                lives.ask(LifeRequest.ACTIVATE)
-                lives.work()
+                lives.ask(LifeRequest.ACTIVATE, look=fault != _AT_ONCE)
+                if fault != _AT_ONCE:
+                    lives.work()
                 if fault % 2:
                     lives.upset()
                     lives.work()
@@ -198,12 +201,14 @@ class DeviceContract(ABC, Generic[RigT]):
             _require_no_thread(clause, before)
 
     def test_close_releases(self) -> None:
-        """After ``close``, and after a fault, nothing is open, even if ``configure`` was asked for twice, or again."""
-        for life in (Life.CONFIGURED, Life.FAULTED):
+        """After ``close``, whatever came before it, nothing is open, even if ``configure`` was asked for again."""
+        for life in (Life.CONFIGURED, Life.ACTIVE, Life.FAULTED):
             with self._rig(Life.CONSTRUCTED) as rig:
                 is_open = knob(rig.is_open, "is_open")
-                if life is Life.CONFIGURED or rig.provoke_fault is not None:
+                if life is not Life.FAULTED or rig.provoke_fault is not None:
                     bring(rig, life)
+                if life is Life.ACTIVE:
+                    self.upset(rig)
                 with suppress(LifecycleError, FaultLatchedError):
                     rig.device.configure()
                 rig.device.close()

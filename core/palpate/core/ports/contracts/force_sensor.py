@@ -18,6 +18,8 @@ from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import Validity, Vector3, WrenchSample
 
 _Load = Callable[[float, float, float], None]
+_LEAST_TOLERANCES: Final = 4.0
+"""So much of a load is told from noise."""
 _NOTHING: Final = (0.0, 0.0, 0.0)
 _WORLDS: Final = ((0.5, -0.7, -0.9), (-0.8, 0.4, 0.6), (0.1, -0.05, 0.08))
 """Shares of the load, with every axis and sign told from the others."""
@@ -84,16 +86,23 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
     def test_load_is_reported_in_newtons_on_its_axis(self) -> None:
         """A known load along x, y or z, either way, changes that component by as many newtons, and no other.
 
-        A tenth of it does, where that is more than noise, and loads along all three at once.
+        Smaller ones do, as long as they are more than noise, and loads along all three at once. Where it is known what
+        they act on, their torque is that of the lever.
         """
         with self._rig(Life.ACTIVE) as rig:
-            small, half = 0.1 * rig.load_N, 0.5 * rig.load_N
-            loads = [*_each_way(rig.load_N), (half, -half, half)]
-            for force in loads + _each_way(small) * (small > 4.0 * rig.tolerance_N):
-                change = _response(rig, force)
+            push, half = knob(rig.push_N, "push_N"), 0.5 * rig.load_N
+            for force in [*_smaller(rig.load_N, rig.tolerance_N), (half, -half, half)]:
+                free, loaded = _settled(rig, push, _NOTHING), _settled(rig, push, force)
+                change = tuple(b - a for a, b in zip(free.force_N, loaded.force_N, strict=True))
                 # The sign has its own clause, so that a wrong one is not taken for a wrong unit or axis.
                 close = all(abs(abs(c) - abs(f)) <= rig.tolerance_N for c, f in zip(change, force, strict=True))
                 require("units and axes", close, f"a change of {change} N", f"{force} N")
+                if rig.pushed_at_m is not None:
+                    (x, y, z), (fx, fy, fz) = rig.pushed_at_m, force
+                    torque = (y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
+                    turned = tuple(b - a for a, b in zip(free.torque_Nm, loaded.torque_Nm, strict=True))
+                    near = all(abs(t - w) <= rig.tolerance_Nm for t, w in zip(turned, torque, strict=True))
+                    require("crosstalk", near, f"a change of {turned} N m with {force} N", f"{torque} N m")
 
     def test_what_is_beyond_the_range_is_marked(self) -> None:
         """A force beyond ``load_N``, up to ``overload_N``, is reported in full or marked, and leaves nothing."""
@@ -119,7 +128,7 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
             pause(rig)
             if rig.push_N is not None:
                 rig.push_N(0.0, 0.0, -rig.load_N)
-            for wanted in _each_way(rig.load_Nm):
+            for wanted in _smaller(rig.load_Nm, rig.tolerance_Nm):
                 free, loaded = (_settled(rig, twist, load).torque_Nm for load in (_NOTHING, wanted))
                 close = all(abs(b - a - w) <= rig.tolerance_Nm for a, b, w in zip(free, loaded, wanted, strict=True))
                 require("units and axes", close, f"{loaded} N m, {free} N m without load", f"{wanted} N m more")
@@ -163,9 +172,11 @@ def _check_range(
             share = min(1.5 * share, most / least)
             sample = _settled(rig, act, tuple(share * x for x in load))
             # Units, axes and signs have clauses of their own.
-            close = all(abs(x - share * y) <= 3.0 * share * error for x, y in zip(change(), usual, strict=True))
-            marked = sample.validity is not Validity.VALID
-            require("range", close or marked, f"{change()}, VALID", f"{share} times {usual}, or SATURATED")
+            for _ in range(2):  # the second time it has been so for a while
+                close = all(abs(x - share * y) <= 3.0 * share * error for x, y in zip(change(), usual, strict=True))
+                marked = sample.validity is not Validity.VALID
+                require("range", close or marked, f"{change()}, VALID", f"{share} times {usual}, or SATURATED")
+                sample = _settled(rig, act, tuple(share * x for x in load))
         sample = _settled(rig, act, _NOTHING)
         kept = sample.validity is not Validity.VALID or max(map(abs, change())) <= 2.0 * error
         require("after an overload", kept, f"{change()} without a load, VALID", "nothing, or another validity")
@@ -177,6 +188,14 @@ def _near(one: Vector3, other: Vector3, tolerance: float) -> bool:
 
 def _each_way(load: float) -> list[Vector3]:
     return [(x * way, y * way, z * way) for way in (load, -load) for x, y, z in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
+
+
+def _smaller(load: float, tolerance: float) -> list[Vector3]:
+    """A load and, again and again, a tenth of it, either way along each axis."""
+    loads = _each_way(load)
+    while (load := 0.1 * load) > _LEAST_TOLERANCES * tolerance:
+        loads += _each_way(load)
+    return loads
 
 
 def _response(rig: ForceSensorRig, force: Vector3) -> Vector3:

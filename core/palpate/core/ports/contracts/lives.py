@@ -68,7 +68,7 @@ class Lives:
         self._life, self._cause, self._done = Life.CONSTRUCTED, "", list[str]()
         self._whose = ""
 
-    def ask(self, request: LifeRequest) -> None:
+    def ask(self, request: LifeRequest, *, look: bool = True) -> None:
         """Ask for what the state allows, and look at what became of it."""
         self._done.append(f"{request.value}()")
         require_quiet(self._clause, getattr(self._rig.device, request.value), f"{self._done[-1]} to work")
@@ -76,6 +76,8 @@ class Lives:
         if self._life is Life.ACTIVE:
             self._rig.advance(1)
             self._port.begun(self._rig)
+        if not look:
+            return
         self.look()
         self._rig.advance(1)
         self._port.rests(self._rig)

@@ -14,7 +14,7 @@ from typing_extensions import override
 
 from palpate.core.ports.contracts.motion import MotionLimits
 from palpate.core.ports.devices import ArmCommand, Clock, Device, ForceSensor, JointEncoder
-from palpate.core.ports.values import CONTROL_RATE_HZ, SENSOR_FRAME, JointVector, WrenchKind
+from palpate.core.ports.values import CONTROL_RATE_HZ, SENSOR_FRAME, JointVector, Vector3, WrenchKind
 
 DeviceT = TypeVar("DeviceT", bound=Device)
 
@@ -99,6 +99,7 @@ class ForceSensorRig(SensorRig[ForceSensor]):
         push_N: Makes the world exert this force (fx, fy, fz) on the tool, in the sensor frame, until
             told otherwise; (0, 0, -10) is a surface that presses against the tool axis. Must work
             before ``configure`` too.
+        pushed_at_m: Where that force acts, (3,), in the sensor frame; None where nobody knows.
         load_N: Force that is safe and well within range.
         overload_N: Force that may be beyond its range and harms nothing here.
         tolerance_N: Greatest error and noise of a settled reading.
@@ -111,6 +112,7 @@ class ForceSensorRig(SensorRig[ForceSensor]):
     """
 
     push_N: Callable[[float, float, float], None] | None = None
+    pushed_at_m: Vector3 | None = None
     load_N: float = 10.0
     overload_N: float | None = None
     tolerance_N: float = 1e-6

@@ -22,6 +22,8 @@ SensorRigT = TypeVar("SensorRigT", bound=SensorRig[Any])
 
 _LONG_SILENCE_TICKS = 30
 _SEED = 22
+_UNREAD_TURNS, _UNREAD_TICKS = 40, 30
+"""So often nobody reads for so long."""
 
 
 class SampleContract(DeviceContract[SensorRigT]):
@@ -81,6 +83,8 @@ class SampleContract(DeviceContract[SensorRigT]):
             self._require_sound(rig, last)
             age_ns, worlds = rig.clock.now_ns() - last.source_time_ns, Random(_SEED)
             for turn in range(max(1, rig.long_ticks // rig.settle_ticks)):
+                if turn % _UNREAD_TURNS == _UNREAD_TURNS - 1:
+                    rig.advance(_UNREAD_TICKS)
                 world = self._change(rig, worlds.randrange(3))
                 for _ in range(rig.settle_ticks):
                     rig.advance(1)

@@ -1,0 +1,41 @@
+"""An emulated Net F/T box at the other end of a network without delay, in virtual time."""
+
+from palpate.adapters.hardware.ati import OpenBox
+from palpate.drivers.ati import parse_box
+from palpate.drivers.errors import WiringError
+from palpate.simulation.emulators.ati import EmulatedBox
+from tests.virtual_time import VirtualTime
+
+
+class VirtualBox:
+    """The box, and the wire that an adapter opens."""
+
+    def __init__(self, clock: VirtualTime, box: EmulatedBox) -> None:
+        self.clock, self.box = clock, box
+        self.is_open, self.is_plugged, self._arrived = False, True, list[bytes]()
+        clock.devices.append(self)
+
+    def open(self) -> OpenBox:
+        self._require_cable()
+        box = parse_box(self.box.page())
+        self.is_open = True
+        return OpenBox(self, box, lambda: setattr(self, "is_open", False))
+
+    def _require_cable(self) -> None:
+        if not self.is_plugged:
+            raise WiringError("box", "the network is unreachable", "plug it in")
+
+    def send(self, datagram: bytes) -> None:
+        self._require_cable()
+        self.box.receive(datagram, self.clock.now_ns())
+
+    def receive(self) -> list[bytes]:
+        self._require_cable()
+        arrived, self._arrived = self._arrived, []
+        return arrived
+
+    def next_event_ns(self) -> int:
+        return self.box.next_event_ns()
+
+    def step(self, now_ns: int) -> None:
+        self._arrived += self.box.step(now_ns)
