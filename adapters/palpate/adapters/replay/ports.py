@@ -2,8 +2,7 @@
 
 from typing_extensions import override
 
-from palpate.adapters.replay.calls import SEND, STOP
-from palpate.adapters.replay.tape import Tape
+from palpate.adapters.replay.tape import SEND, STOP, Tape
 from palpate.core.errors import CommandError
 from palpate.core.ports import (
     AppliedCommand,

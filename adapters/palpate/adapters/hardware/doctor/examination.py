@@ -8,16 +8,15 @@ from typing import TypeVar
 from palpate.adapters.config import DeviceEntry, RigFile
 from palpate.adapters.hardware.arm_on_bus import BusArm
 from palpate.adapters.hardware.ati import NetFtForceSensor
-from palpate.adapters.hardware.doctor.ati import examine_netft
 from palpate.adapters.hardware.doctor.cia402 import examine_cia402
 from palpate.adapters.hardware.doctor.facts import judge_facts
 from palpate.adapters.hardware.doctor.findings import FindingsSection, Notebook, driver_error
-from palpate.adapters.hardware.doctor.jr3 import examine_jr3
+from palpate.adapters.hardware.doctor.force_sensors import examine_jr3, examine_netft, examine_tool_force
 from palpate.adapters.hardware.doctor.pace import examine_clock
 from palpate.adapters.hardware.doctor.ports import examine_encoder, examine_following, examine_force_sensor
 from palpate.adapters.hardware.doctor.push import Person, PushCheck
 from palpate.adapters.hardware.doctor.system import System
-from palpate.adapters.hardware.doctor.ur import examine_tool_force, examine_ur
+from palpate.adapters.hardware.doctor.ur import examine_ur
 from palpate.adapters.hardware.doctor.wiring import Wiring, examine_sharing, wiring_of
 from palpate.adapters.hardware.doctor.zebra import examine_zebra, tell_modules
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor

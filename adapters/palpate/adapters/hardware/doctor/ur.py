@@ -1,19 +1,14 @@
-"""An arm of Universal Robots, and its tool force. Nothing is switched on here."""
+"""An arm of Universal Robots. Nothing is switched on here."""
 
 from typing import Final
 
-from palpate.adapters.hardware.doctor.facts import MeasuredNoise
 from palpate.adapters.hardware.doctor.findings import Notebook
-from palpate.adapters.hardware.doctor.jr3 import judge_rate, listen
 from palpate.adapters.hardware.doctor.pace import at_rate, rate_Hz, spread_of
-from palpate.adapters.hardware.doctor.ports import examine_wrench
-from palpate.adapters.hardware.ur import UrToolForceSensor
 from palpate.core.ports import CONTROL_RATE_HZ, Clock
-from palpate.drivers.ur import RANGE_N, RANGE_NM, UrArm
+from palpate.drivers.ur import UrArm
 
 _CABLE: Final = "connect controller and computer directly, or through one switch that carries nothing else"
 _FRESH_SHARE: Final = 0.99
-_QUIETEST_N: Final = 1e-6
 
 
 def examine_ur(arm: UrArm, clock: Clock, seconds: float, notes: Notebook) -> None:
@@ -49,15 +44,3 @@ def examine_ur(arm: UrArm, clock: Clock, seconds: float, notes: Notebook) -> Non
     told = f"{sum(fresh)} of {len(fresh)} cycles brought new angles, at {got_Hz:.1f} of {wanted_Hz:.1f} Hz"
     good = sum(fresh) >= _FRESH_SHARE * len(fresh) and got_Hz > 0.97 * wanted_Hz
     notes.judge(good, told, told, f"{_CABLE}; or [arm] divider = 2, {CONTROL_RATE_HZ / 2:g} Hz")
-
-
-def examine_tool_force(
-    sensor: UrToolForceSensor, clock: Clock, seconds: float, notes: Notebook
-) -> MeasuredNoise | None:
-    """Rate and noise of the tool force. The sensor is active."""
-    device = sensor.opened()
-    notes.fact("full scales", f"{RANGE_N[0]:g} N; {RANGE_NM[0]:g} N m, a UR5e's")
-    readings, _ = listen(device, clock, seconds)
-    # Of packages that came between two looks only the newest is taken; the loop looks so often.
-    judge_rate(readings, min(1e9 / sensor.period_ns, float(CONTROL_RATE_HZ)), _CABLE, notes)
-    return examine_wrench(readings, notes, (*RANGE_N, *RANGE_NM), _QUIETEST_N)

@@ -14,10 +14,10 @@ from .real_time import RealTime as RealTime
 from .real_time import join_loop as join_loop
 from .real_time import request as request
 from .real_time import take_real_time as take_real_time
-from .report import plain as plain
-from .report import table as table
 from .sections import BUSY as BUSY
 from .sections import LATE as LATE
 from .sections import TickSection as TickSection
 from .session import RealTimeSession as RealTimeSession
+from .session import plain as plain
+from .session import table as table
 from .stopwatch import Stopwatch as Stopwatch

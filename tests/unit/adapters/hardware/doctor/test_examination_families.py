@@ -12,7 +12,7 @@ from palpate.adapters.hardware.arm_on_bus import BusArm
 from palpate.adapters.hardware.cia402 import make_cia402
 from palpate.adapters.hardware.doctor.cia402 import examine_cia402
 from palpate.adapters.hardware.doctor.findings import Level, Notebook
-from palpate.adapters.hardware.doctor.jr3 import examine_jr3
+from palpate.adapters.hardware.doctor.force_sensors import examine_jr3
 from palpate.adapters.hardware.doctor.zebra import examine_zebra, tell_modules
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor, make_jr3_can
 from palpate.adapters.hardware.plugins import RigContext

@@ -1,17 +1,22 @@
-"""A JR3 force sensor."""
+"""Force sensors whose drivers are polled: a JR3, ATI's Net F/T, the tool force of Universal Robots."""
 
 from typing import Final
 
+from palpate.adapters.hardware.ati import NetFtForceSensor
 from palpate.adapters.hardware.doctor.facts import MeasuredNoise
 from palpate.adapters.hardware.doctor.findings import Notebook
 from palpate.adapters.hardware.doctor.pace import distances, rate_Hz, spread_of
 from palpate.adapters.hardware.doctor.ports import WrenchReading, examine_wrench
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor
+from palpate.adapters.hardware.ur import UrToolForceSensor
 from palpate.core.ports import CONTROL_RATE_HZ, Clock
 from palpate.drivers.device import PolledSensor
 from palpate.drivers.jr3 import CAN_TIMING, UART_TIMING, Jr3Statistics
+from palpate.drivers.ur import RANGE_N, RANGE_NM
 
 _POLL_NS: Final = 1_000_000
+_DIRECTLY: Final = "and computer directly, or through one switch that carries nothing else"
+_QUIETEST_N: Final = 1e-6
 _REMEDY: Final = (
     "look at gaps and garbage; on a serial line choose a longer period_us, on CAN see what else fills the bus"
 )
@@ -143,3 +148,40 @@ def _judge_counters(before: Jr3Statistics, after: Jr3Statistics, notes: Notebook
         notes.wrong("the board has restarted meanwhile", "check its supply voltage and its cable")
     if after.wire.bus_offs:
         notes.wrong(f"{after.wire.bus_offs} bus-offs", cable)
+
+
+def examine_netft(sensor: NetFtForceSensor, clock: Clock, seconds: float, notes: Notebook) -> MeasuredNoise | None:
+    """How the box is set, its rate, what was lost on the way, noise. The sensor is active."""
+    device = sensor.opened()
+    box = device.box
+    notes.fact("identity", f"calibration {box.calibration}, firmware {box.firmware}")
+    forces, torques = (", ".join(f"{most:g}" for most in ranges) for ranges in (box.range_N, box.range_Nm))
+    notes.fact("full scales", f"{forces} N; {torques} N m")
+    readings, _ = listen(device, clock, seconds)
+    found = device.statistics
+    told = (
+        f"{found.samples} new, {found.lost} lost, {found.late} late, {found.repeated} repeated,"
+        f" {found.unchanged} under a new number with the sample of before; {found.malformed} datagrams were none"
+    )
+    notes.fact("records", told)
+    judge_rate(
+        readings, box.rate_Hz, "set the RDT output rate on the box's page Communications, or look at lost ones", notes
+    )
+    astray = found.lost + found.late + found.repeated
+    told = f"{astray} of {found.samples} records were lost, late or repeated"
+    notes.judge(astray <= 0.01 * found.samples, told, told, f"connect box {_DIRECTLY}")
+    return examine_wrench(
+        readings, notes, (*box.range_N, *box.range_Nm), 2.0 / min(box.counts_per_N, box.counts_per_Nm)
+    )
+
+
+def examine_tool_force(
+    sensor: UrToolForceSensor, clock: Clock, seconds: float, notes: Notebook
+) -> MeasuredNoise | None:
+    """Rate and noise of the tool force. The sensor is active."""
+    device = sensor.opened()
+    notes.fact("full scales", f"{RANGE_N[0]:g} N; {RANGE_NM[0]:g} N m, a UR5e's")
+    readings, _ = listen(device, clock, seconds)
+    # Of packages that came between two looks only the newest is taken; the loop looks so often.
+    judge_rate(readings, min(1e9 / sensor.period_ns, float(CONTROL_RATE_HZ)), f"connect controller {_DIRECTLY}", notes)
+    return examine_wrench(readings, notes, (*RANGE_N, *RANGE_NM), _QUIETEST_N)

@@ -3,7 +3,7 @@ import re
 from pathlib import Path
 
 from palpate.adapters.visualisation.live.display import BASE, SERIES
-from palpate.adapters.visualisation.live.layouts import write_layout
+from palpate.adapters.visualisation.live.export import write_layout
 
 
 def test_the_layout_shows_series_and_frames_that_there_are(tmp_path: Path) -> None:
