@@ -3,8 +3,7 @@
 from typing_extensions import override
 
 from palpate.core.ports import JointVector
-from palpate.simulation.emulators.motors.gears import AXES, HOME_RAD, ArmGears
-from palpate.simulation.emulators.motors.plant import Backlash, Plant
+from palpate.simulation.emulators.motors.plant import AXES, HOME_RAD, ArmGears, Backlash, Plant
 
 
 class IdealPlant(Plant):

@@ -7,7 +7,7 @@ from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.zebra_zero import make_zebra_nmc
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
-from palpate.simulation.emulators.motors.gears import HOME_RAD
+from palpate.simulation.emulators.motors.plant import HOME_RAD
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.ideal_motors import IdealPlant
 from tests.virtual_lines import VirtualDesk

@@ -3,8 +3,8 @@ from .approach import withdrawal as withdrawal
 from .clock import MonotonicClock as MonotonicClock
 from .emulated_cell import CellMoment as CellMoment
 from .emulated_cell import EmulatedCell as EmulatedCell
-from .mounting import TurnedForceSensor as TurnedForceSensor
 from .plugins import ArmAdapter as ArmAdapter
 from .plugins import RigContext as RigContext
 from .plugins import force_sensor_maker as force_sensor_maker
 from .rig import HardwareRig as HardwareRig
+from .rig import TurnedForceSensor as TurnedForceSensor

@@ -3,6 +3,7 @@
 import sys
 from contextlib import ExitStack
 from dataclasses import replace
+from math import cos, radians, sin
 from pathlib import Path
 from typing import Any, Self
 
@@ -12,7 +13,6 @@ from palpate.adapters.config import RealTimeConfig, RigFile, RunConfig
 from palpate.adapters.hardware.approach import WayToReadyPose, walk
 from palpate.adapters.hardware.bus_process import OperatorsHand, host_arm
 from palpate.adapters.hardware.clock import MonotonicClock
-from palpate.adapters.hardware.mounting import TurnedForceSensor
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.hardware.real_time import RealTime, join_loop
 from palpate.adapters.hardware.sensor_facts import gathered, reported_by
@@ -28,7 +28,37 @@ from palpate.adapters.hardware.watchdogs import (
     WatchedJointEncoder,
 )
 from palpate.core.errors import DeviceError, LifecycleError
-from palpate.core.ports import ArmCommand, FaultLatch, ForceSensor, Life, Ports, Rig, SensorFacts, World
+from palpate.core.ports import (
+    ArmCommand,
+    FaultLatch,
+    ForceSensor,
+    Life,
+    Ports,
+    Rig,
+    SensorDecorator,
+    SensorFacts,
+    World,
+    WrenchSample,
+)
+
+
+class TurnedForceSensor(SensorDecorator[WrenchSample], ForceSensor):
+    """Gives wrenches in the frame of the tool.
+
+    Args:
+        mounting_deg: Its turn about the tool's axis, from x towards y.
+    """
+
+    def __init__(self, sensor: ForceSensor, mounting_deg: float) -> None:
+        super().__init__(sensor, self._turned)
+        self._cos, self._sin = cos(radians(mounting_deg)), sin(radians(mounting_deg))
+
+    def _turned(self, sample: WrenchSample) -> WrenchSample:
+        c, s = self._cos, self._sin
+        (fx, fy, fz), (tx, ty, tz) = sample.force_N, sample.torque_Nm
+        return replace(
+            sample, force_N=(c * fx - s * fy, c * fy + s * fx, fz), torque_Nm=(c * tx - s * ty, c * ty + s * tx, tz)
+        )
 
 
 class HardwareRig(Rig):

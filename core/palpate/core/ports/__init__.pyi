@@ -32,11 +32,13 @@ from .latch import FaultLatch as FaultLatch
 from .lifecycle import Life as Life
 from .lifecycle import ManagedDevice as ManagedDevice
 from .made_by_slots import made_by_slots as made_by_slots
+from .plain_values import STAGES as STAGES
 from .plain_values import Matrix as Matrix
 from .plain_values import integer as integer
 from .plain_values import matrix as matrix
 from .plain_values import names as names
 from .plain_values import number as number
+from .plain_values import register_stage as register_stage
 from .plain_values import vector as vector
 from .rig import SIMULATOR as SIMULATOR
 from .rig import Rig as Rig
@@ -53,8 +55,6 @@ from .settings import kinds_of as kinds_of
 from .settings import parts_of as parts_of
 from .settings import require_keys as require_keys
 from .settings import table_beside as table_beside
-from .stages import STAGES as STAGES
-from .stages import register_stage as register_stage
 from .values import CONTROL_RATE_HZ as CONTROL_RATE_HZ
 from .values import PERIOD_S as PERIOD_S
 from .values import SENSOR_FRAME as SENSOR_FRAME

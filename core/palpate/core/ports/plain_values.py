@@ -1,8 +1,9 @@
-"""Values of plain JSON that a stage or a model is made of, checked one by one."""
+"""Values of plain JSON that stages and models are made of, checked one by one; and the kinds of stages."""
 
+import dataclasses
 from collections.abc import Iterable, Sequence
 from math import isfinite
-from typing import TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
@@ -63,3 +64,22 @@ def _items(field: str, value: object, accepted: str) -> tuple[object, ...]:
     if isinstance(value, (str, bytes, dict)) or not isinstance(value, Iterable):
         raise ConfigurationError(field, value, accepted)
     return tuple(value)
+
+
+STAGES: Final[dict[str, type[Any]]] = {}
+"""Classes by the kind that a file names."""
+
+
+def register_stage(kind: str, stage: type[Any]) -> None:
+    """Let a further kind of stage be written and read.
+
+    Args:
+        stage: A dataclass whose constructor takes plain JSON values (or other stages) and checks them.
+
+    Raises:
+        ConfigurationError: The name belongs to another class, or it is not a dataclass.
+    """
+    if not dataclasses.is_dataclass(stage):
+        raise ConfigurationError("perception.stage", stage, "a dataclass")
+    if STAGES.setdefault(kind, stage) is not stage:
+        raise ConfigurationError("perception.stage.kind", kind, "a name that is not taken")

@@ -1,5 +1,5 @@
-from .gears import AXES as AXES
-from .gears import HOME_RAD as HOME_RAD
+from .plant import AXES as AXES
+from .plant import HOME_RAD as HOME_RAD
 from .plant import DirectMotors as DirectMotors
 from .plant import JointPlant as JointPlant
 from .plant import Plant as Plant

@@ -5,8 +5,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from palpate.simulation.emulators.motors.gears import HOME_RAD, ArmGears
-from palpate.simulation.emulators.motors.plant import JointPlant, Plant
+from palpate.simulation.emulators.motors.plant import HOME_RAD, ArmGears, JointPlant, Plant
 from tests.ideal_motors import IdealPlant
 from tests.unit.simulation.emulators.nmc_host import Bench, trajectory
 
