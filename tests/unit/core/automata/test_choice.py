@@ -51,13 +51,6 @@ def test_without_a_consistent_q_the_best_is_kept() -> None:
     assert found.cost == 0.5
 
 
-def test_held_out_strings_only_tell_how_good_an_acceptor_is() -> None:
-    held = PrefixTree.of(Strings.of(["01", "10", "11", "0"], [False, True, True, True]))
-    found = accepting_extract(parity(), EVEN, ExtractionSettings(), held)
-    assert (found.intervals, found.wrong, found.agreement) == (2, 0.0, 0.75)
-    assert accepting_extract(parity(), EVEN, ExtractionSettings()).agreement is None
-
-
 def test_an_acceptor_that_lets_little_through_and_is_right_is_tighter() -> None:
     tree = PrefixTree.of(Strings.of(["aa", "aa", "ab"], [True, True, False]))
     only_a = Machine(Kind.DFA, ("a", "b"), ((0, 1), (1, 1)), (True, False))

@@ -51,11 +51,6 @@ def test_a_machine_reads_back_and_gives_the_same_bytes(machine, named, data):
     assert to_json_text(from_json_text(text)) == text
 
 
-def test_a_file_keeps_the_sorts_of_outputs():
-    moore = Machine(Kind.MOORE, ("a",), ((0,),) * 4, (True, "true", ("true",), ""))
-    assert [type(output) for output in from_json_text(to_json_text(moore)).state_outputs] == [bool, str, tuple, str]
-
-
 def test_a_saved_machine_is_loaded(tmp_path):
     save(PARITY, tmp_path / "machine.json")
     assert (tmp_path / "machine.json").read_bytes() == TEXT.encode()
@@ -103,12 +98,6 @@ def test_every_bad_file_is_one_clear_line(tmp_path, machine, change, field):
     made = json.loads(to_json_text(machine))
     change(made)
     require_refused(load, tmp_path / "machine.json", made, field)
-
-
-def test_an_output_of_a_moore_machine_is_checked():
-    text = TEXT.replace("dfa", "moore").replace("false", "1e999")
-    with pytest.raises(ConfigurationError, match=r"states\[1\]\.output = inf"):
-        from_json_text(text)
 
 
 @given(st.data())

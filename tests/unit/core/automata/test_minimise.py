@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.minimise import AutomatonDifference, difference, equivalent_states, minimised
+from palpate.core.automata.minimise import difference, equivalent_states, minimised
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.machines import KINDS, canonical, classes_by_table, dfa, doubled, machines, words
 
@@ -69,27 +69,6 @@ def test_labels_say_nothing_about_what_a_machine_does():
     assert replace(minimised(ENDS_IN_AB), labels=()) == minimised(replace(ENDS_IN_AB, labels=()))
 
 
-def test_what_is_not_known_is_unlike_all_that_is():
-    machine = dfa([[1, 2], [None, 0], [2, 0]], [])
-    assert len(minimised(machine).transitions) == 3
-    assert minimised(machine.completed(False)) == dfa([[0, 0]], [])
-
-
-def test_a_mealy_machine_may_end_where_nothing_is_known():
-    machine = Machine(
-        Kind.MEALY, ("a",), ((1,), (2,), (None,), (None,)), edge_outputs=(("x",), ("x",), (None,), (None,))
-    )
-    assert len(minimised(machine).transitions) == 3
-    assert equivalent_states(machine) == ((0,), (1,), (2,))
-
-
-def test_the_last_symbol_can_keep_states_apart():
-    # All words are accepted; states know the last symbol.
-    machine = dfa([[1, 2], [1, 2], [1, 2]], [0, 1, 2])
-    assert len(minimised(machine).transitions) == 1
-    assert minimised(machine, apart=(None, "a", "b")) == machine
-
-
 def test_each_state_needs_a_class():
     with pytest.raises(ConfigurationError, match="6 classes"):
         minimised(ENDS_IN_AB, apart=["p"])
@@ -103,7 +82,6 @@ def test_a_large_machine_is_soon_done():
 
 
 ALL = dfa([[0, 0]], [0])
-ALL_BUT_EMPTY = dfa([[1, 1], [1, 1]], [1])
 
 pairs = st.sampled_from(KINDS).flatmap(lambda kind: st.tuples(machines(kind, 2), machines(kind, 2)))
 
@@ -131,38 +109,10 @@ def test_equal_answers_are_equal_minimal_machines(pair):
     assert (difference(one, other) is None) == (minimised(one) == minimised(other))
 
 
-def test_machines_that_differ_on_the_empty_word_only():
-    found = difference(ALL, ALL_BUT_EMPTY)
-    assert found == AutomatonDifference((), (), (True, False))
-    assert found
-    assert str(found) == "the empty word: true against false"
-    assert difference(ALL, ALL_BUT_EMPTY) is not None
-
-
 def test_a_difference_reads_as_a_sentence():
     found = difference(dfa([[0, 1], [None, 1]], [0]), dfa([[0, 1], [0, 1]], [0]))
     assert str(found) == "the word b a: not known against true"
     assert found.word == (1, 0)
-
-
-def test_what_is_not_known_is_unlike_every_completion():
-    partial = dfa([[0, None]], [0])
-    assert difference(partial, partial.completed(False)) == AutomatonDifference((1,), ("b",), (None, False))
-    assert difference(partial, replace(partial, labels=("p",))) is None
-    assert difference(partial.completed(False), dfa([[0, 1], [1, 1]], [0])) is None
-
-
-def test_mealy_machines_differ_with_the_first_symbol_at_the_earliest():
-    one = Machine(Kind.MEALY, ("a", "b"), ((0, 0),), edge_outputs=(("x", "y"),))
-    other = Machine(Kind.MEALY, ("a", "b"), ((0, 0),), edge_outputs=(("x", "x"),))
-    assert difference(one, other) == AutomatonDifference((1,), ("b",), ("y", "x"))
-    stays_silent = Machine(Kind.MEALY, ("a", "b"), ((None, None),), edge_outputs=((None, None),))
-    assert str(difference(one, stays_silent)) == "the word a: x against not known"
-
-
-def test_a_truth_value_is_not_its_name():
-    one, other = (Machine(Kind.MOORE, ("a",), ((0,),), (output,)) for output in (True, "true"))
-    assert str(difference(one, other)) == 'the empty word: true against "true"'
 
 
 @pytest.mark.parametrize("alphabet", ["abc", "ba", "ax"])

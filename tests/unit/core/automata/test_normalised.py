@@ -69,14 +69,6 @@ def test_a_batch_does_what_its_networks_do_one_by_one() -> None:
         assert losses[number].item() == pytest.approx(total / counted, rel=1e-3)
 
 
-def test_predictions_of_each_action_sum_to_one() -> None:
-    strings = walks(5)
-    network = NormalisedRestarts(shape_of(strings), 1, seed=1).network(0)
-    shares = network.read(network.hidden_states(PrefixTree.of(strings))).reshape(-1, 2, 3)
-    assert shares.sum(axis=2) == pytest.approx(1.0, abs=1e-5)
-    assert (shares >= 0.0).all()
-
-
 def test_noise_disturbs_and_the_price_is_that_of_extreme_shares() -> None:
     strings = walks(5)
     task = TrainingTask(PrefixTree.of(strings), shape_of(strings))

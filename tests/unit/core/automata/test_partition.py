@@ -11,7 +11,7 @@ from palpate.core.automata.elman import RANGES, Architecture, Network, Readout
 from palpate.core.automata.partition import bounded_partition
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.errors import ConfigurationError
-from tests.unit.core.automata.networks import drift, last_symbol, parity
+from tests.unit.core.automata.networks import last_symbol, parity
 
 
 def one_by_one(network: Network, intervals: int, centres: bool) -> tuple[list[list[float]], list[list[int]]]:
@@ -107,13 +107,6 @@ def test_the_threshold_decides_what_is_possible() -> None:
     for bad in (-0.1, 1.0):
         with pytest.raises(ConfigurationError, match=r"automaton\.least_share"):
             shares.machine(bad)
-
-
-def test_a_search_may_be_bounded() -> None:
-    assert bounded_partition(drift(), 4, 3) is None
-    found = bounded_partition(drift(), 4, 4)
-    assert found is not None
-    assert len(found.vectors) == 4
 
 
 @pytest.mark.parametrize("intervals", [0, 1001, 2.5])

@@ -24,12 +24,6 @@ def test_a_small_tree() -> None:
     assert list(tree.blocks()) == [[(0, 1, 2), (1, 2, 3)], [(0, 3, 4), (1, 4, 5)]]
 
 
-def test_labels_are_at_the_ends() -> None:
-    tree = PrefixTree.of(Strings.of(["01", "", "1", "00"], [True, False, False, True]))
-    labels = dict(zip(prefixes(tree), tree.labels.tolist(), strict=True))
-    assert labels == {(): 0, (0,): -1, (1,): 0, (0, 0): 1, (0, 1): 1}
-
-
 words = st.lists(st.lists(st.integers(0, 2), min_size=1, max_size=7).map(tuple), max_size=30)
 
 

@@ -52,27 +52,6 @@ def test_a_batch_does_what_its_networks_do_one_by_one(shape) -> None:
         assert right is None or bool(right[place]) is all_right
 
 
-@shapes
-def test_gradients_are_those_of_each_network_alone(shape) -> None:
-    strings = LABELLED if shape.reading is Readout.ACCEPTANCE else POSITIVE
-    task, restarts = TrainingTask(PrefixTree.of(strings), shape), Restarts(shape, 3, seed=8)
-    losses, _ = task.losses(restarts, restarts.hidden_states(task.levels))
-    losses.sum().backward()
-    small = 1e-5
-    network = restarts.network(1)
-    for name in shape.shapes:
-        values = getattr(network, name)
-        places = list(np.ndindex(values.shape))[::3]
-        for place in places:
-            sides = []
-            for sign in (1.0, -1.0):
-                moved = {other: getattr(network, other).copy() for other in shape.shapes}
-                moved[name][place] += sign * small
-                sides.append(loss_string_by_string(Network(shape, **moved), strings)[0])
-            expected = (sides[0] - sides[1]) / (2.0 * small)
-            assert restarts.parameters[name].grad[(1, *place)].item() == pytest.approx(expected, abs=2e-5)
-
-
 def test_a_network_depends_on_the_seed_and_its_number_alone() -> None:
     many, few = Restarts(SHAPES[0], 6, seed=5), Restarts(SHAPES[0], 2, seed=5, skip=3)
     for name in SHAPES[0].shapes:

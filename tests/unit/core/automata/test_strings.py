@@ -6,26 +6,6 @@ from palpate.core.automata.strings import Strings, read_strings, strings_of, tex
 from palpate.core.errors import ConfigurationError, OutputError
 
 
-def test_letters_become_numbers_in_alphabetical_order() -> None:
-    strings = Strings.of(["CAB", "AAB"])
-    assert strings.alphabet == ("A", "B", "C")
-    assert strings.words == ((2, 0, 1), (0, 0, 1))
-    assert (strings.labelled, strings.symbols) == (False, 6)
-
-
-def test_an_alphabet_may_have_more_symbols_and_another_order() -> None:
-    strings = Strings.of([("wall", "hole"), ("hole",)], alphabet=("hole", "wall", "none"))
-    assert strings.alphabet == ("hole", "wall", "none")
-    assert strings.words == ((1, 0), (0,))
-
-
-def test_labels_belong_to_strings() -> None:
-    strings = Strings.of(["01", "", "1", "01"], [True, False, True, True])
-    assert strings.labelled
-    assert strings.words == ((0, 1), (), (1,), (0, 1))
-    assert strings.positive() == Strings(("0", "1"), ((0, 1), (1,), (0, 1)))
-
-
 def test_positive_strings_are_positive_already() -> None:
     strings = Strings.of(["AB", "BA"])
     assert strings.positive() is strings
