@@ -24,13 +24,6 @@ def test_states_symbols_and_title_stand_in_the_picture_as_text() -> None:
     assert {"a", "b"} <= set(found)
 
 
-def test_outputs_of_a_moore_machine_are_told() -> None:
-    machine = Machine(Kind.MOORE, ("a",), ((1,), (0,)), (("x", "y"), ()))
-    found = " ".join(texts(machine_picture(machine)))
-    assert "x" in found
-    assert "y" in found
-
-
 def test_an_accepting_state_has_a_second_rim() -> None:
     rows = [[1, 0], [0, 1]]
     none, both = (machine_picture(dfa(rows, accepting)).decode() for accepting in ([], [0, 1]))

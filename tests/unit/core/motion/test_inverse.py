@@ -66,16 +66,6 @@ def zebra() -> Bench:
 # Solving for a pose.
 
 
-def test_poses_around_the_posture_are_reached_from_many_seeds(bench: Bench) -> None:
-    rng = np.random.default_rng(3)
-    for _ in range(25):
-        target = bench.tip(bench.posture + rng.uniform(-0.3, 0.3, 6))
-        seed = bench.posture + rng.uniform(-0.3, 0.3, 6)
-        q = bench.inverse.solve(target, free_yaw=False, seed_rad=seed, field="pose")
-        assert np.abs(pin.log6(bench.tip(q).actInv(target)).vector).max() < 1e-6
-        assert within_limits(bench.look, q)
-
-
 @pytest.mark.parametrize("x_mm", [370.0, 400.0, 450.0])
 @pytest.mark.parametrize("y_mm", [-100.0, 0.0, 100.0])
 def test_a_hole_is_reached_with_the_tool_straight_down(each: Bench, x_mm: float, y_mm: float) -> None:

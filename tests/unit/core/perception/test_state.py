@@ -33,26 +33,6 @@ def test_an_unknown_symbol_is_refused_without_a_memory(symbol: int) -> None:
         IdentityState(("a", "b", "c")).update(symbol)
 
 
-def test_its_memory_is_empty() -> None:
-    identifier = IdentityState(("a", "b"))
-    identifier.set_state(identifier.get_state())
-    with pytest.raises(ConfigurationError, match=r"perception\.identifier\.state"):
-        identifier.set_state([1.0])
-
-
-def test_names_are_needed() -> None:
-    with pytest.raises(ConfigurationError, match=r"perception\.identifier\.symbols"):
-        IdentityState(())
-
-
-def test_the_state_is_the_last_symbols_in_their_order() -> None:
-    identifier = LastSymbols(AB, 2)
-    assert identifier.states == ("a", "b", "a > a", "a > b", "b > a", "b > b")
-    assert isinstance(identifier, StateIdentifier)
-    seen = [identifier.states[identifier.update(symbol)] for symbol in (1, 0, 0, 1)]
-    assert seen == ["b", "b > a", "a > a", "a > b"]
-
-
 def test_a_trial_begins_with_nothing() -> None:
     identifier = LastSymbols(AB, 3)
     for symbol in (0, 1, 1):

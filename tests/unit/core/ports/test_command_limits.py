@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.ports import AppliedCommand, CommandLimiter, CommandReason
+from palpate.core.ports import CommandLimiter, CommandReason
 
 LOWER, UPPER, SPEED, RATE = (-1.0, -2.0), (1.0, 0.5), (14.0, 1.4), 140.0
 PERIOD_NS = 10**9 // 140
@@ -17,19 +17,10 @@ def limiter(held: tuple[float, float] = (0.0, 0.0)) -> CommandLimiter:
     return made
 
 
-def test_what_is_within_all_limits_passes_unchanged() -> None:
-    assert limiter().limited((0.05, -0.005), 0) == AppliedCommand((0.05, -0.005), CommandReason.AS_ASKED)
-
-
 def test_a_fast_step_is_shortened_in_its_own_direction() -> None:
     applied = limiter().limited((0.05, -0.5), 0)
     assert applied.reason is CommandReason.VELOCITY_LIMIT
     assert applied.position_rad == pytest.approx((0.001, -0.01))
-
-
-def test_a_step_beyond_a_position_limit_ends_there() -> None:
-    applied = limiter((0.95, 0.0)).limited((1.02, 0.005), 0)
-    assert applied == AppliedCommand((1.0, 0.005), CommandReason.POSITION_LIMIT)
 
 
 def test_commands_of_one_time_replace_each_other() -> None:

@@ -123,13 +123,6 @@ def test_a_device_that_fails_to_close_is_closed_all_the_same() -> None:
     device.close()
 
 
-def test_context_manager_activates_and_closes() -> None:
-    with Device() as device:
-        assert device.life is Life.ACTIVE
-    assert device.life is Life.CLOSED
-    assert device.calls == ["configure", "activate", "close"]
-
-
 def test_context_manager_closes_after_an_error_inside() -> None:
     device = Device()
     with pytest.raises(KeyError), device:

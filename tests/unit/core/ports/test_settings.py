@@ -87,23 +87,12 @@ def test_what_is_wrong_in_a_list_or_table_is_named_by_its_place(field: str, valu
     assert caught.value.field == f"cell.drill.{place}"
 
 
-def test_ends_are_in_the_range() -> None:
-    assert Drill(depth_mm=20.0, turns=9).turns == 9
-    assert Drill(depth_mm=1.0, turns=1).turns == 1
-    assert Drill(limit_N=1e-300).limit_N == 1e-300
-
-
 def test_values_are_kept_in_one_form() -> None:
     drill = Drill(depth_mm=np.float64(7), offsets=[1, 2], lamps=["a"], limit_N=3)  # type: ignore[arg-type]
     assert drill == Drill(depth_mm=7.0, offsets=(1.0, 2.0), lamps=("a",), limit_N=3.0)
     kept = (drill.depth_mm, drill.offsets[0], drill.limit_N)
     assert [type(value) for value in kept] == [float, float, float]
     assert isinstance(drill.offsets, tuple)
-
-
-def test_what_two_settings_say_together_is_checked_last() -> None:
-    with pytest.raises(ConfigurationError, match=r"^cell\.drill\.turns = 9 is refused: at most depth_mm$"):
-        Drill(depth_mm=5, turns=9)
 
 
 @pytest.mark.parametrize(

@@ -77,10 +77,6 @@ def test_nobody_names_limits_in_advance(name: str) -> None:
     assert error.accepted == "names of limits that are set weaker than their defaults: none is"
 
 
-def test_stricter_limits_need_no_word() -> None:
-    SupervisionConfig(max_force_N=10.0, max_repeats=1, tracking_lag_ticks=0, side_margin_mm=5.0)
-
-
 def test_contact_that_could_never_trip_is_refused() -> None:
     assert refused("unexpected_contact_N", 2.5, max_force_N=2.0).accepted.startswith("less than supervision.max_force")
 
@@ -92,11 +88,6 @@ def fit(config: SupervisionConfig, sensor: SensorFacts | None = None, arm: str =
     home, _ = ready_pose(arm)
     kinematics = Kinematics(arm_named(arm), TOOL)
     require_fitting(config, TaskConfig(), kinematics, np.array(home), sensor or SensorFacts(0.0, 0.0))
-
-
-@pytest.mark.parametrize("arm", ["zebra-zero", "ur5"])
-def test_the_defaults_suit_both_arms_and_the_simulated_sensor(arm: str) -> None:
-    fit(SupervisionConfig(), SensorFacts(0.1, 0.004, (200.0,) * 3, (10.0,) * 3), arm)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from math import nan
 
 import pytest
 
-from palpate.drivers.cia402.object_dictionary import DriveState, OperationMode
+from palpate.drivers.cia402.object_dictionary import OperationMode
 from palpate.drivers.device import AppliedReason, ArmState
 from palpate.drivers.errors import DeviceFaultError, RefusedError, SilentError, StateError, WiringError
 from palpate.simulation.emulators.cia402.objects import ABORT_NO_OBJECT, SdoAbortError
@@ -13,16 +13,6 @@ from palpate.simulation.emulators.cia402.servo import PowerState
 from tests.unit.drivers.cia402.bench import SCALE, Bench
 
 modes = pytest.mark.parametrize("mode", list(OperationMode))
-
-
-def test_setting_up_gives_no_power() -> None:
-    bench = Bench()
-    bench.arm.open()
-    assert bench.arm.state is ArmState.CONFIGURED
-    assert {drive.machine.state for drive in bench.drives} == {PowerState.SWITCH_ON_DISABLED}
-    measured = bench.cycle(times=10)
-    assert measured.states == (DriveState.SWITCH_ON_DISABLED,) * 6
-    assert measured.applied is None
 
 
 def test_who_the_drives_are() -> None:
@@ -80,12 +70,6 @@ def test_a_ramp_is_followed(mode: OperationMode) -> None:
     for _ in range(20):
         measured = bench.cycle(0.5)
     assert measured.position_rad[0] == pytest.approx(0.5, abs=2 / SCALE)
-
-
-def test_without_a_set_point_the_last_one_holds() -> None:
-    bench = Bench().enabled()
-    bench.cycle(0.005)
-    assert bench.cycle(times=5).position_rad == pytest.approx((0.005,) * 6)
 
 
 def test_cycles_that_come_sooner_than_a_period_make_shorter_steps() -> None:

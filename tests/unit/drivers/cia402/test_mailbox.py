@@ -18,35 +18,6 @@ def tpdo(mailbox: Mailbox, node: int, data: bytes = bytes(6)) -> None:
     mailbox.on_tpdo(0x180 + node, bytearray(data), 0.0)
 
 
-def test_waiting_ends_when_all_have_answered() -> None:
-    mailbox, clock = box()
-    mailbox.begin()
-    tpdo(mailbox, 1)
-    tpdo(mailbox, 2, b"\x27\x02\x78\x56\x34\x12")
-    first, second = mailbox.wait(clock.now_ns + 10**12)
-    assert (first.answers, second.answers) == (1, 1)
-    assert second.tpdo == b"\x27\x02\x78\x56\x34\x12"
-
-
-def test_waiting_ends_at_the_deadline() -> None:
-    mailbox, clock = box()
-    mailbox.begin()
-    tpdo(mailbox, 1)
-    assert [b.answers for b in mailbox.wait(clock.now_ns)] == [1, 0]
-
-
-def test_late_and_double_answers_are_counted() -> None:
-    mailbox, clock = box()
-    mailbox.begin()
-    tpdo(mailbox, 1)
-    tpdo(mailbox, 1)
-    mailbox.wait(clock.now_ns)
-    tpdo(mailbox, 2)
-    first, second = mailbox.look()
-    assert (first.duplicates, first.late) == (1, 0)
-    assert (second.duplicates, second.late) == (0, 1)
-
-
 def test_malformed_frames_are_counted_and_change_nothing() -> None:
     mailbox, clock = box()
     mailbox.begin()

@@ -1,7 +1,7 @@
 import pytest
 
 from palpate.drivers.cia402 import DriveState
-from palpate.drivers.cia402.object_dictionary import PATTERNS, TRANSITIONS, Controlword, command_towards, state_of
+from palpate.drivers.cia402.object_dictionary import PATTERNS, state_of
 
 # Statuswords as drives send them: state bits with voltage, remote, target and warning bits set or not.
 WORDS = {
@@ -29,32 +29,3 @@ def test_a_statusword_that_fits_no_pattern_is_no_state(word: int) -> None:
 def test_no_statusword_fits_two_patterns() -> None:
     for word in range(0x80):
         assert sum(word & mask == value for _, mask, value in PATTERNS) <= 1
-
-
-@pytest.mark.parametrize(
-    ("state", "command"),
-    [
-        (DriveState.SWITCH_ON_DISABLED, 0x06),
-        (DriveState.READY, 0x07),
-        (DriveState.SWITCHED_ON, 0x0F),
-        (DriveState.QUICK_STOP, 0x00),
-        (DriveState.NOT_READY, None),
-        (DriveState.FAULT, None),
-        (DriveState.FAULT_REACTION, None),
-        (DriveState.ENABLED, None),
-    ],
-)
-def test_the_way_to_enabled(state: DriveState, command: int | None) -> None:
-    assert command_towards(state, DriveState.ENABLED) == command
-
-
-def test_only_a_person_leads_out_of_a_fault() -> None:
-    goal = DriveState.SWITCH_ON_DISABLED
-    assert command_towards(DriveState.FAULT, goal) is None
-    assert command_towards(DriveState.FAULT, goal, by_operator=True) == 0x80
-    assert [end for (_, command), end in TRANSITIONS.items() if command is Controlword.FAULT_RESET] == [goal]
-
-
-@pytest.mark.parametrize("state", [DriveState.READY, DriveState.SWITCHED_ON, DriveState.ENABLED, DriveState.QUICK_STOP])
-def test_power_goes_off_in_one_step(state: DriveState) -> None:
-    assert command_towards(state, DriveState.SWITCH_ON_DISABLED) in (0x00, 0x02)

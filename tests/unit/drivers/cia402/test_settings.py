@@ -4,15 +4,9 @@ from typing import Any
 import pytest
 
 from palpate.drivers.can.identifiers import collisions
-from palpate.drivers.cia402.settings import ArmSettings, JointDrive, bits_per_cycle, bus_budget, frame_bits
+from palpate.drivers.cia402.settings import ArmSettings, JointDrive, bits_per_cycle, bus_budget
 from palpate.drivers.errors import SettingError
 from tests.unit.drivers.cia402.bench import joints
-
-
-@pytest.mark.parametrize(("size", "plain", "worst"), [(8, 111, 135), (6, 95, 115), (1, 55, 65), (0, 47, 55)])
-def test_bits_of_a_frame(size: int, plain: int, worst: int) -> None:
-    assert frame_bits(size, stuffed=False) == plain
-    assert frame_bits(size) == worst
 
 
 def test_the_budget_of_six_drives() -> None:

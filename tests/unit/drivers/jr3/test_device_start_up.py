@@ -119,12 +119,6 @@ def test_a_stream_that_never_begins() -> None:
         start_up(bench.device, bench.clock_ns, bench.sleep)
 
 
-def test_readings_of_an_older_stream_are_not_ours() -> None:
-    bench = Bench()
-    bench.device.open()
-    assert bench.read() == []
-
-
 def test_blocking_helpers() -> None:
     bench = Bench()
     sleep = bench.sleep

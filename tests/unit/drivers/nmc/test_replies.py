@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.drivers.nmc.frames import NmcStatus, StatusItem
-from palpate.drivers.nmc.replies import Discarded, ModuleIdentity, Reply, decode_reply, reply_size_bytes
+from palpate.drivers.nmc.replies import Discarded, Reply, decode_reply, reply_size_bytes
 
 MASKS = st.integers(0, 255).map(StatusItem)
 SIZES = {0x01: 4, 0x02: 1, 0x04: 2, 0x08: 1, 0x10: 4, 0x20: 2, 0x40: 2, 0x80: 1}
@@ -100,8 +100,3 @@ def test_zeros_of_a_stuck_line_are_not_a_reply():
 def test_a_module_that_received_a_damaged_command_is_not_believed():
     raw = with_sum(bytes((NmcStatus.CKSUM_ERROR | NmcStatus.POWER_ON, 1, 2, 3, 4)))
     assert decode_reply(raw, StatusItem.POSITION) is Discarded.REJECTED
-
-
-def test_identity_has_a_name():
-    assert ModuleIdentity(0, 10).name == "servo, firmware 10"
-    assert ModuleIdentity(9, 1).name == "type 9, firmware 1"

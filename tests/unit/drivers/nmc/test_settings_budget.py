@@ -46,17 +46,6 @@ def test_cycle_times(baud, sizes, cycle_ms, rate_Hz):
     assert budget.max_rate_Hz == pytest.approx(rate_Hz, rel=3e-3)
 
 
-def test_adapter_latency():
-    assert cycle(115_200, POLL, latency_s=0.016).max_rate_Hz == pytest.approx(9.8, abs=0.1)
-    assert cycle(115_200, POLL, latency_s=0.001).max_rate_Hz == pytest.approx(81.6, abs=0.1)
-
-
-def test_fitting_rates_are_whole_fractions():
-    rates = cycle(19_200, POLL).fitting_rates_Hz(140)
-    assert rates[0] == pytest.approx(140 / 6)
-    assert [round(rate, 2) for rate in cycle(230_400, 15).fitting_rates_Hz(140)[:5]] == [140.0, 70.0, 46.67, 35.0, 28.0]
-
-
 def test_streaming_at_140_hz_needs_230400_baud():
     cycle(230_400, 15).require(140, 1)
     with pytest.raises(SettingError) as caught:

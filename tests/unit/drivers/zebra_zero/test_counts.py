@@ -1,6 +1,5 @@
 """The transmission against its equations, written out once more, and its own inverse."""
 
-import random
 from math import pi
 
 import pytest
@@ -9,7 +8,6 @@ from hypothesis import strategies as st
 
 from palpate.drivers.errors import RefusedError, SettingError
 from palpate.drivers.zebra_zero.counts import ALTERNATIVE_WRIST_FACTOR, HOME_RAD, Transmission
-from palpate.drivers.zebra_zero.settings import JointLimits
 
 C, W = 30557.75, 11034.53
 PLAIN = Transmission()
@@ -59,20 +57,6 @@ def test_inverse_agrees_with_the_published_rounded_constants():
     found = [q - home for q, home in zip(PLAIN.to_rad(e), HOME_RAD, strict=True)]
     assert found[2] == pytest.approx(d3)
     assert found[3:] == pytest.approx(published, abs=1e-6)
-
-
-@pytest.mark.parametrize("transmission", VARIANTS)
-def test_round_trip_of_random_poses(transmission):
-    draw = random.Random(7)
-    limits = JointLimits()
-    bounds = list(zip(limits.lower_rad, limits.upper_rad, strict=True))
-    worst_rad = 0.0
-    for _ in range(5_000):
-        pose = [draw.uniform(lower, upper) for lower, upper in bounds]
-        back = transmission.to_rad(transmission.to_counts(pose))
-        worst_rad = max(worst_rad, *(abs(a - b) for a, b in zip(pose, back, strict=True)))
-    # Half a count of rounding on each of motors 3 to 6 adds up to this on joint 6, the worst one.
-    assert worst_rad < 1.25 / W + 0.375 / C
 
 
 @given(COUNTS, st.sampled_from(VARIANTS))

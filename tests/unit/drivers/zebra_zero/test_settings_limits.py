@@ -22,12 +22,6 @@ def moved(step_rad, joint=0):
     return tuple(q + step_rad * (j == joint) for j, q in enumerate(HOME_RAD))
 
 
-def test_small_step_is_applied_exactly():
-    asked = moved(0.003)
-    applied = LIMITS.applied(asked, HOME_RAD, STILL, PERIOD_S)
-    assert (applied.position_rad, applied.reason) == (asked, AppliedReason.AS_ASKED)
-
-
 def test_position_limit():
     near = moved(0.125, joint=1)
     applied = LIMITS.applied(moved(0.2, joint=1), near, STILL, PERIOD_S)
@@ -71,12 +65,6 @@ def test_no_number_is_refused(bad):
     with pytest.raises(RefusedError):
         LIMITS.applied(moved(bad), HOME_RAD, STILL, PERIOD_S)
     assert LIMITS.outside(moved(bad)) == 0
-
-
-def test_outside_names_the_joint():
-    assert LIMITS.outside(HOME_RAD) is None
-    assert LIMITS.outside(moved(0.14, joint=1)) == 1
-    assert LIMITS.outside(moved(0.14, joint=1), tolerance_rad=0.02) is None
 
 
 @pytest.mark.parametrize(

@@ -1,16 +1,14 @@
 """What is written into pictures."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from PIL import Image
 
-from palpate.adapters.log import DecisionEntry, EndRecord, read_log
+from palpate.adapters.log import DecisionEntry
 from palpate.adapters.mujoco.scene import Moment
 from palpate.adapters.visualisation.film import captions
 from palpate.adapters.visualisation.film.course import Course
-from tests.unit.adapters.log.made_logs import POSTURE, start, tick, write_log
+from tests.unit.adapters.log.made_logs import POSTURE
 
 DECISION = DecisionEntry(tick=3, number=0, symbol="x+ y0", state="seen", action="-x", source="learned")
 MOMENT = Moment(7, 1.234, POSTURE, (0.0, 0.0, -5.0), (0.0, 0.0, 0.0), "explore", DECISION)
@@ -37,17 +35,6 @@ def test_the_notes_say_whose_hole_it_is_and_whether_the_force_is_raw() -> None:
     assert captions.notes_of(raw, hole_known=False, world="bench") == [
         "hole: where it is believed to be", "force: raw, weight included",
     ]  # fmt: skip
-
-
-def test_title_and_outcome(tmp_path: Path) -> None:
-    path = write_log(
-        tmp_path / "trial-7.mcap", [tick(0)], begin=start(policy="torque"), end=EndRecord(tick=0, outcome="jammed")
-    )
-    assert captions.title_of(read_log(path)) == "trial-7: zebra-zero, torque"
-    assert captions.outcome_of(read_log(path)) == "jammed"
-    torn = write_log(tmp_path / "b.mcap", [tick(0)], end=EndRecord(tick=0, error="DeviceError"))
-    assert captions.title_of(read_log(torn)).endswith("learned policy")
-    assert captions.outcome_of(read_log(torn)) == "ended: DeviceError"
 
 
 @pytest.mark.parametrize("size", [(120, 120), (640, 480), (320, 900), (1920, 1080)])

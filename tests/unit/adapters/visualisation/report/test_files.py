@@ -6,8 +6,6 @@ import pytest
 
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.visualisation.report.files import (
-    read_json,
-    read_run_toml,
     read_table,
     read_text,
     read_trials,
@@ -32,14 +30,6 @@ def test_trials_with_a_number_that_is_none(run: Path, word: str) -> None:
         read_trials(run)
 
 
-@pytest.mark.parametrize("text", ["", "{", '{"a": 1', "[1]", "nothing"])
-def test_json_that_is_none(tmp_path: Path, text: str) -> None:
-    path = tmp_path / "x.json"
-    path.write_text(text)
-    with pytest.raises(OutputError, match=r"x\.json"):
-        read_json(path)
-
-
 def test_text_that_is_none(tmp_path: Path) -> None:
     path = tmp_path / "x.txt"
     path.write_bytes(b"\xff\xfe\x00")
@@ -47,16 +37,6 @@ def test_text_that_is_none(tmp_path: Path) -> None:
         read_text(path)
     with pytest.raises(OutputError, match="cannot be read"):
         read_text(tmp_path / "y.txt")
-
-
-def test_run_toml(tmp_path: Path) -> None:
-    assert read_run_toml(tmp_path) == ({}, {})
-    path = tmp_path / "run.toml"
-    path.write_text('arm = "ur5"\n[run]\ncommand = "train"\n')
-    assert read_run_toml(tmp_path) == ({"arm": "ur5"}, {"command": "train"})
-    path.write_text("arm =")
-    with pytest.raises(OutputError, match=r"run\.toml: is no TOML"):
-        read_run_toml(tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -24,16 +24,6 @@ def run(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_all_logs_in_order(run: Path) -> None:
-    (run / "logs" / "trial-00007.mcap.cut-short-1").write_bytes(b"set aside")
-    found = [path.relative_to(run).as_posix() for path in logs_in(run)]
-    assert found == ["logs/torque/trial-00000.mcap", "logs/trial-00000.mcap", "logs/trial-00001.mcap"]
-
-
-def test_no_logs(tmp_path: Path) -> None:
-    assert logs_in(tmp_path) == ()
-
-
 @pytest.mark.parametrize("size", [0, 5, 16, 5000, -1])
 def test_a_torn_log_is_found_without_reading_it(run: Path, size: int) -> None:
     path = run / "logs" / "trial-00001.mcap"

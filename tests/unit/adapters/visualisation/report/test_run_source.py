@@ -25,10 +25,6 @@ def test_of_a_run_that_learns_the_end_counts(trials: int, late: int) -> None:
     assert run.late[-1].trial == trials - 1
 
 
-def test_of_a_run_that_does_not_learn_all_counts() -> None:
-    assert len(source(9, facts={"command": "run"}).late) == 9
-
-
 def test_where_nothing_says_so_a_falling_temperature_is_learning() -> None:
     run = source(3, facts={})
     assert not run.learns

@@ -57,13 +57,6 @@ def test_unfinished_cells_are_counted_once(tmp_path: Path) -> None:
     assert study.unfinished == 2
 
 
-def test_what_was_asked_for_is_known_from_the_study_s_file(tmp_path: Path) -> None:
-    cell(tmp_path, "a", {STEP: 0.5})
-    (tmp_path / "study.toml").write_text(f'[study]\nseeds = [0, 1, 2]\n[grid]\n"{STEP}" = [0.5, 0.6]\n')
-    study = StudySource.read(tmp_path)
-    assert (study.unfinished, study.begun, study.problem) == (5, (), "")
-
-
 def test_a_damaged_study_file_is_told_and_not_fatal(tmp_path: Path) -> None:
     cell(tmp_path, "a", {STEP: 0.5})
     (tmp_path / "study.toml").write_text("[study")
