@@ -45,7 +45,7 @@ from palpate.adapters.log.writer_client import ProcessSink
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import LogError, PalpateError
 from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.sensor_facts import SensorFacts
+from palpate.core.ports.rig import SensorFacts
 from palpate.core.trial import Outcome, find_ready_pose
 
 PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]

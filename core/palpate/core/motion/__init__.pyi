@@ -15,7 +15,7 @@ from .model import ToolGeometry as ToolGeometry
 from .model import rotated as rotated
 from .model import wrench_about as wrench_about
 from .tip_motion import FASTEST_TURN_RAD_S as FASTEST_TURN_RAD_S
+from .tip_motion import GivingWay as GivingWay
 from .tip_motion import TipMotion as TipMotion
-from .turning import GivingWay as GivingWay
-from .turning import leaning as leaning
-from .turning import orientation as orientation
+from .tip_motion import leaning as leaning
+from .tip_motion import orientation as orientation

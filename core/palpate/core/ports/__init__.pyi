@@ -42,10 +42,10 @@ from .plain_values import register_stage as register_stage
 from .plain_values import vector as vector
 from .rig import SIMULATOR as SIMULATOR
 from .rig import Rig as Rig
+from .rig import SensorFacts as SensorFacts
 from .rig import Truth as Truth
 from .rig import World as World
 from .rig import axis_of as axis_of
-from .sensor_facts import SensorFacts as SensorFacts
 from .settings import Holds as Holds
 from .settings import OneOf as OneOf
 from .settings import Range as Range

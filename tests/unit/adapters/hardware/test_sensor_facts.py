@@ -7,7 +7,7 @@ import pytest
 from palpate.adapters.config.rig import SensorFactsTable
 from palpate.adapters.hardware.sensor_facts import gathered, missing_facts, reported_by
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.sensor_facts import SensorFacts
+from palpate.core.ports.rig import SensorFacts
 
 NOISE: dict[str, Any] = {"noise_N": 0.08, "noise_Nm": 0.003}
 REPORTED = SensorFactsTable(range_N=(115.0, 111.0, 185.0), range_Nm=(5.6, 5.2, 6.1), rate_Hz=200.0, frame="sensor")

@@ -5,7 +5,7 @@ from typing import Any
 
 from palpate.core.control_loop import tick_time_ns
 from palpate.core.motion import Kinematics, arm_named
-from palpate.core.ports.sensor_facts import SensorFacts
+from palpate.core.ports.rig import SensorFacts
 from palpate.core.ports.values import (
     AppliedCommand,
     JointCommand,

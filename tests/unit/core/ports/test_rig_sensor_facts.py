@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.sensor_facts import SensorFacts
+from palpate.core.ports.rig import SensorFacts
 
 
 @pytest.mark.parametrize(
