@@ -61,6 +61,7 @@ ABLATIONS: dict[str, Sequence[Any]] = {
     "belief": (),
     "belief-symbols": (),
     "belief-lean": (),
+    "belief-double": (),
     "belief-symmetry": (patch.object(fit, "_CUE_COUNT", _NOTHING),),
     "belief-residual": (patch.object(lean, "_RESIDUAL_SHARE", 1e-9),),
     "belief-bias": (patch.object(learner, "fit_lean_model", _without_bias),),
@@ -68,7 +69,8 @@ ABLATIONS: dict[str, Sequence[Any]] = {
     "belief-lengths": (patch.object(planner, "_LENGTHS_M", ()), patch.object(planner, "_HEADINGS", 8)),
 }
 """What each leaves out; ``symbols`` the size of the torque, of which only the paper's bands are left; ``lean`` that a
-tool may lean, and be gripped anew; ``lengths`` all ways but eight headings of one length."""
+tool may lean, and be gripped anew; ``double`` nothing, and reckons in double precision; ``lengths`` all ways but eight
+headings of one length."""
 
 
 def _timed(into: list[float]) -> Any:
@@ -100,6 +102,8 @@ def run(job: tuple[str, str, int, int]) -> dict[str, Any]:
         config = overlay(config, {"learning": {"belief": {"symbol_Nm": PAPER_BAND_NM}}})
     if policy == "belief-lean":
         config = overlay(config, {"learning": {"belief": {"regrip_share": 0.0}}})
+    if policy in ("belief-double", "belief-bias"):  # No bias is a precision whose square no single can hold.
+        config = overlay(config, {"learning": {"belief": {"single_precision": False}}})
     if policy not in ABLATIONS:
         config = overlay(config, BEFORE_SLIDING)
     ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import log
-from typing import Final
 
 import numpy as np
 from typing_extensions import override
 
-from palpate.core.policy.belief.arithmetic import Floats, exponential, logarithm
+from palpate.core.policy.belief.arithmetic import Floats, bits_of, exponential, logarithm
 from palpate.core.policy.belief.lean import LeanModel
 from palpate.core.policy.belief.model import Directions, TouchModel
 from palpate.core.policy.belief.places import PlaceBelief, Places, TouchTable
-
-_SIGN_BIT: Final = 63
-"""Shifted right by so many bits, those of a float are all 1 where it is negative, else 0."""
 
 
 class LeanTable(TouchTable):
@@ -37,10 +33,10 @@ class LeanTable(TouchTable):
             precision = 0.5 / (spread * spread)
             known = log(share) + log(2.0 * precision) - precision * (x * x + y * y)
             rows.append((known, precision, precision * x, precision * y))
-        known, precision, *pull = np.array(rows).T[:, :, None, None]
+        known, precision, *pull = np.array(rows, places.dtype).T[:, :, None, None]
         self.leans = known, precision, pull
         # Room to reckon in, of pairs of values of all places: memory that is had anew is slow.
-        self.work = tuple(np.zeros((6, 2, places.size, places.size)))
+        self.work = tuple(np.zeros((6, 2, places.size, places.size), places.dtype))
         found = self._found
         self.found = found[:2], found[2:4], found[4], found[5], found[6], found[7]
 
@@ -69,7 +65,7 @@ class LeanBelief(PlaceBelief):
         # Over the touches, half of each: the precision with which they show the lean, xx, xy and yy, what an upright
         # tool leaves, squared, with the variances, and the lean times its precision, x and y. Zeros that are written,
         # for memory that was never used is slow the first time, and that would be in a decision.
-        self._sums = np.full((6, *log_prior.shape), 0.0)
+        self._sums = np.full((6, *log_prior.shape), 0.0, log_prior.dtype)
         self._aged = False
 
     @override
@@ -92,7 +88,8 @@ class LeanBelief(PlaceBelief):
         left, gains, c, s, precision, log_variance = self._table.found
         pulls, turned, news = self._table.work[:3]
         left *= -load
-        left += np.array(torque_Nm)[:, None, None]
+        for part, felt_Nm in zip(left, torque_Nm, strict=True):
+            part += felt_Nm
         gains *= load
         gains += 1.0
         # What the lean's parts along and across the heading pull with.
@@ -123,8 +120,28 @@ class LeanBelief(PlaceBelief):
         self._sums[4:] += news
 
     @override
-    def evidence(self) -> Floats:
-        xx, xy, yy, square, x, y = self._sums
+    def probabilities(self) -> Floats:
+        if self._sums.dtype == np.float64:
+            return super().probabilities()
+        # Without a logarithm that an exponential takes back. By the first lean a place is likelier than by the second
+        # by what it is beforehand at most, some e to the 30.
+        u, width = self._by_lean()
+        gap = np.subtract(u[0], u[1], out=u[0])
+        likely = exponential(gap)
+        likely *= width[0]
+        likely += width[1]
+        rest = u[1]
+        rest -= self._sums[3]
+        rest += self.passed
+        rest -= rest.max()
+        belief = exponential(rest)
+        belief *= likely
+        belief /= belief.sum()
+        return belief
+
+    def _by_lean(self) -> tuple[Floats, Floats]:
+        """By each lean how well each place explains the touches, but for the squares: a logarithm and a factor."""
+        xx, xy, yy, _, x, y = self._sums
         known, precision, pull = self._table.leans
         a, b, u, v, width, crossed = self._table.work
         spare = crossed[0]
@@ -147,11 +164,18 @@ class LeanBelief(PlaceBelief):
         u += known
         np.sqrt(width, out=width)
         np.divide(0.5, width, out=width)
+        return u, width
+
+    @override
+    def evidence(self) -> Floats:
+        u, width = self._by_lean()
+        spare = self._table.work[5][0]
         gap = np.subtract(u[0], u[1], out=spare)
-        # The widths of the greater and of the lesser one, exchanged by their bits: a choice at each place takes longer.
-        greater, lesser = width.view(np.int64)
+        # The widths of the greater and of the lesser one, exchanged by their bits, all of them where the gap's sign is
+        # 1: a choice at each place takes longer.
+        greater, lesser = bits_of(width)
         exchanged = greater ^ lesser
-        exchanged &= gap.view(np.int64) >> _SIGN_BIT
+        exchanged &= bits_of(gap) >> (8 * gap.itemsize - 1)
         greater ^= exchanged
         lesser ^= exchanged
         np.negative(np.abs(gap, out=gap), out=gap)
@@ -161,5 +185,5 @@ class LeanBelief(PlaceBelief):
         likely += width[0]
         evidence = logarithm(likely)
         evidence += np.maximum(u[0], u[1], out=spare)
-        evidence -= square
+        evidence -= self._sums[3]
         return evidence

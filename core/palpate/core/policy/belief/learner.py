@@ -67,7 +67,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self.parameters = parameters
         self._half_width_m = half_width_m
         self._search_step_m = (parameters.search_speed_mm_s or parameters.speed_mm_s) * 1e-3 * action_s
-        self._places = Places(half_width_m)
+        self._places = Places(half_width_m, single=parameters.single_precision)
         self._planner = Planner(self._places, parameters.capture_mm * 1e-3, parameters.speed_mm_s * 1e-3 * action_s)
         self._actions = {way: Action(_name(*way), way) for way in self._planner.ways}
         self._model: TouchModel | None = None
@@ -118,7 +118,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
     def _expect_place(self) -> None:
         """The prior over places and its centre, by where the hole was so far."""
         prior = place_prior([trial.hole_m for trial in self._trials], self._places)
-        self._log_prior, self._centre_m = logarithm(prior), self._places.mean_m(prior)
+        self._log_prior, self._centre_m = logarithm(prior).astype(self._places.dtype), self._places.mean_m(prior)
 
     @override
     def foresee(self, place_m: tuple[float, float]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from math import ceil, floor, log
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from typing_extensions import override
@@ -34,11 +34,16 @@ def off_way_m2(x_m: Floats, y_m: Floats, dx_m: float, dy_m: float) -> Floats:
 class Places:
     """The upright square of places, centred at the nominal goal.
 
+    Args:
+        single: Whether what is told of each place is kept in single precision.
+
     Attributes:
         axis_m: Their coordinates, in x as in y, (size,).
+        dtype: Numbers that are kept of each place.
     """
 
-    def __init__(self, half_width_m: float) -> None:
+    def __init__(self, half_width_m: float, *, single: bool = False) -> None:
+        self.dtype: np.dtype[Any] = np.dtype(np.float32 if single else np.float64)
         half = ceil(half_width_m / PITCH_M)
         self.size = 2 * half + 1
         self.axis_m: Floats = np.arange(-half, half + 1, dtype=np.float64) * PITCH_M
@@ -55,7 +60,8 @@ class Places:
 
     def mean_m(self, belief: Floats) -> tuple[float, float]:
         """The mean place, (x, y)."""
-        return float((belief.sum(axis=1) * self.axis_m).sum()), float((belief.sum(axis=0) * self.axis_m).sum())
+        along_x, along_y = np.add.reduce(belief, axis=1), np.add.reduce(belief, axis=0)
+        return float(np.add.reduce(along_x * self.axis_m)), float(np.add.reduce(along_y * self.axis_m))
 
     def near_way(
         self, from_m: tuple[float, float], way_m: tuple[float, float], within_m: float
@@ -84,7 +90,7 @@ class TouchTable:
         axis = np.arange(-self._reach, self._reach + 1) * PITCH_M
         side = len(axis)
         directions = Directions.of(np.repeat(axis, side), np.tile(axis, side))
-        self._tables = np.stack(self._columns(model, directions)).reshape(-1, side, side)
+        self._tables = np.stack(self._columns(model, directions)).reshape(-1, side, side).astype(places.dtype)
         # Written to now: memory that was never used is slow the first time, and that would be in a decision.
         self._found = self._tables[:, : places.size, : places.size].copy()
         self._ahead: tuple[int, int] | None = None
@@ -174,7 +180,7 @@ class TorqueBelief(PlaceBelief):
         super().__init__(log_prior, kept)
         self._table = table
         # Over the touches: precisions, left torque times precision in x and y, and its square with the variances.
-        self._sums = [np.zeros(log_prior.shape) for _ in range(4)]
+        self._sums = [np.zeros_like(log_prior) for _ in range(4)]
 
     @override
     def foresee(self, row: int, column: int) -> None:

@@ -42,15 +42,15 @@ class Planner:
                 ((off_way_m2(x, y, dx, dy) <= capture_m * capture_m) * self._cost(x - dx, y - dy)).reshape(-1)
                 for dx, dy in self.ways
             ]
-        )
+        ).astype(places.dtype)
         blocks = -(-places.size // _BLOCK)
         # Middles of the blocks, in x as in y; the last one may reach over the edge.
         self._middle_m = (np.arange(blocks) * _BLOCK + (_BLOCK - 1) / 2) * PITCH_M + float(places.axis_m[0])
-        self._far = np.empty((len(self.ways), blocks, blocks))
+        self._far = np.empty((len(self.ways), blocks, blocks), places.dtype)
         self._ahead: tuple[float, float] | None = None
         # Room for a belief with nothing around it, as far as a way reaches and up to the edge of a block.
         self._margin = -(-reach // _BLOCK)
-        self._room = np.zeros(((self._margin + blocks + self._margin) * _BLOCK,) * 2)
+        self._room = np.zeros(((self._margin + blocks + self._margin) * _BLOCK,) * 2, places.dtype)
         self._saves = np.empty_like(self._saved)
 
     def _cost(self, x_m: Floats, y_m: Floats) -> Floats:
@@ -67,8 +67,8 @@ class Planner:
         """Actions from the end of each way to the middle of each block, (ways, blocks): as in _cost, in place."""
         ends = self._ends + np.array(from_m)
         self._out_m = np.abs(ends).max(axis=1)
-        x, y = self._middle_m - ends[:, :1], self._middle_m - ends[:, 1:]
         far = self._far
+        x, y = ((self._middle_m - end).astype(far.dtype) for end in (ends[:, :1], ends[:, 1:]))
         np.add((x * x)[:, :, None], (y * y)[:, None, :], out=far)
         np.sqrt(far, out=far)
         far /= self._speed_m
@@ -89,21 +89,27 @@ class Planner:
         margin, edge, size = self._margin, self._margin * _BLOCK, len(belief)
         self._room[edge : edge + size, edge : edge + size] = belief
         rows = self._room[edge:-edge]
-        # In one piece with the margins, which numpy goes through as one long row.
-        rows = _in_threes(rows.reshape(-1, _BLOCK).T).reshape(-1, _BLOCK, len(rows) // _BLOCK + 2 * margin)
-        weights = _in_threes(rows.swapaxes(0, 1))[:, margin:-margin].reshape(-1)
-        likely = np.nonzero(weights > _UNLIKELY * weights.max())[0]
-        if len(likely) < len(weights):
-            far, weights = far.take(likely, axis=1), weights[likely]
+        if rows.dtype == np.float64:
+            # In one piece with the margins, which numpy goes through as one long row.
+            rows = _in_threes(rows.reshape(-1, _BLOCK).T).reshape(-1, _BLOCK, len(rows) // _BLOCK + 2 * margin)
+            weights = _in_threes(rows.swapaxes(0, 1))[:, margin:-margin].reshape(-1)
+            likely = np.nonzero(weights > _UNLIKELY * weights.max())[0]
+            if len(likely) < len(weights):
+                far, weights = far.take(likely, axis=1), weights[likely]
+        else:
+            # The same sooner, rounded otherwise.
+            rows = _in_threes(rows.reshape(-1, _BLOCK, rows.shape[1]).swapaxes(0, 1))
+            weights = _in_threes(rows[:, edge:-edge].reshape(-1, _BLOCK).T)
+            weights *= weights > _UNLIKELY * weights.max()
         far *= weights
         row, column = self._places.cell(*from_m)
         beside, length = edge - self._reach, 2 * self._reach + 1
         row, column = row + beside, column + beside
         around = self._room[row : row + length, column : column + length].reshape(-1)
         np.multiply(self._saved, around, out=self._saves)
-        expected = far.sum(axis=1) - self._saves.sum(axis=1)
+        expected = (far.sum(axis=1) - self._saves.sum(axis=1)).astype(np.float64)
         expected[self._out_m > limit_m] += 1e6
-        best = int(np.argmin(expected))
+        best = int(expected.argmin())
         return self.ways[best], float(expected[best])
 
 

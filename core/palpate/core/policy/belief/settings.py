@@ -27,6 +27,7 @@ class BeliefParameters(Settings):
             "graded_misses": False,
             "even_search": False,
             "other_tool": False,
+            "single_precision": False,
         }
     )
 
@@ -56,6 +57,9 @@ class BeliefParameters(Settings):
     graded_misses: bool = True
     """Whether a place off the way that was gone is less surely no hole the further off it is, up to one and a half
     capture_mm; else all within capture_mm are alike."""
+    single_precision: bool = True
+    """Whether what is believed of each place is reckoned in single precision, which takes less time and rounds by far
+    less than a sensor's noise; before, in double."""
     other_tool: bool = False
     """Whether a policy file whose touch model is of another peg may be the beginning; else it is refused."""
     symbol_Nm: Annotated[float, Range(0.0, 10.0)] = 0.0

@@ -113,7 +113,7 @@ class SymbolTable:
         axis = np.arange(-self._reach, self._reach + 1) * PITCH_M
         side = len(axis)
         shares = Directions.of(np.repeat(axis, side), np.tile(axis, side)).between_cells(model.shares)
-        self._evidence = logarithm(shares).T.reshape(_SYMBOLS, side, side)
+        self._evidence = logarithm(shares).T.reshape(_SYMBOLS, side, side).astype(places.dtype)
 
     def begin(self, log_prior: Floats, kept: float) -> SymbolBelief:
         """A trial's belief, of its prior alone, (size, size)."""
@@ -131,7 +131,7 @@ class SymbolBelief(PlaceBelief):
 
     def __init__(self, table: SymbolTable, log_prior: Floats, kept: float) -> None:
         super().__init__(log_prior, kept)
-        self._table, self._sum = table, np.zeros(log_prior.shape)
+        self._table, self._sum = table, np.zeros_like(log_prior)
 
     @override
     def feel(self, row: int, column: int, torque_Nm: tuple[float, float], load: float) -> None:

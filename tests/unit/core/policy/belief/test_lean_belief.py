@@ -57,6 +57,24 @@ def test_a_tool_that_was_gripped_anew_is_noticed_in_the_trial() -> None:
     assert off[0] <= 3.0 < off[1]
 
 
+def test_in_single_precision_it_believes_the_same() -> None:
+    rng, hole = np.random.default_rng(2), np.array((15, 12))
+    model, beliefs = fit_lean_model(leaning_trials([(0.03, 0.01)] * 30)), []
+    for single in (False, True):
+        places = Places(1e-3, single=single)
+        beliefs.append(LeanTable(model, places, 0.05).begin(EVEN.astype(places.dtype), 0.985))
+    for _ in range(40):
+        cell = rng.integers(0, PLACES.size, 2)
+        felt_Nm = expected_Nm((hole - cell) * 1e-4, np.array((-0.02, 0.03))) + 0.01 * rng.standard_normal(2)
+        for belief in beliefs:
+            belief.feel(int(cell[0]), int(cell[1]), (float(felt_Nm[0]), float(felt_Nm[1])), 1.1)
+        double, single = (belief.probabilities() for belief in beliefs)
+        assert single.dtype == np.float32
+        assert np.abs(single - double).max() < 1e-3 * double.max()
+        by_evidence = np.exp(beliefs[1].evidence() - beliefs[1].evidence().max())
+        assert np.abs(by_evidence / by_evidence.sum() - double).max() < 1e-3 * double.max()
+
+
 def test_a_place_is_missed_the_less_the_further_off_the_way_was() -> None:
     belief, off_m2 = LeanTable(fit_lean_model(leaning_trials([(0.0, 0.0)])), PLACES, 0.05).begin(EVEN, 1.0), EVEN.copy()
     off_m2[:] = np.square(PLACES.axis_m)[:, None]

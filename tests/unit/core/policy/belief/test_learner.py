@@ -18,8 +18,10 @@ from tests.unit.core.policy.belief.simulated_touch import touch_at
 Place = tuple[float, float]
 
 
-def learner(*, frozen: bool = False, symbol_Nm: float = 0.0, regrip_share: float = 0.05) -> BeliefLearner:
-    parameters = BeliefParameters(symbol_Nm=symbol_Nm, regrip_share=regrip_share)
+def learner(
+    *, frozen: bool = False, symbol_Nm: float = 0.0, regrip_share: float = 0.05, single_precision: bool = True
+) -> BeliefLearner:
+    parameters = BeliefParameters(symbol_Nm=symbol_Nm, regrip_share=regrip_share, single_precision=single_precision)
     return BeliefLearner(parameters, 3.5e-3, 0.05, frozen=frozen)
 
 
@@ -85,7 +87,7 @@ def test_what_it_saved_makes_the_same_choices() -> None:
     assert second.get_state() == first.get_state()
 
 
-@pytest.mark.parametrize("setting", [{}, {"symbol_Nm": 0.005}, {"regrip_share": 0.0}])
+@pytest.mark.parametrize("setting", [{}, {"symbol_Nm": 0.005}, {"regrip_share": 0.0}, {"single_precision": False}])
 def test_what_it_foresees_changes_no_choice(setting: dict[str, float]) -> None:
     policy = learner(**setting)
     play(policy, (1e-3, 1e-3), (-1e-3, 0.0))
@@ -100,6 +102,17 @@ def test_what_it_foresees_changes_no_choice(setting: dict[str, float]) -> None:
         again = learner(**setting)
         again.set_state(state)
         assert play(again, hole_m, (1e-3, 0.0), 9, foresee=foresee) == asked
+
+
+@pytest.mark.parametrize("setting", [{}, {"symbol_Nm": 0.005}, {"regrip_share": 0.0}])
+def test_single_precision_goes_the_same_ways(setting: dict[str, float]) -> None:
+    ways = []
+    for single in (False, True):
+        policy = learner(**setting, single_precision=single)
+        for seed, hole_m in enumerate([(1e-3, 1e-3), (-1e-3, 2e-3), (0.4e-3, -1.6e-3), (2e-3, 0.1e-3)]):
+            steps = play(policy, hole_m, (1e-3, 0.0), seed)
+        ways.append([step.split()[0] for step in steps])
+    assert ways[0] == ways[1]
 
 
 def test_what_was_foreseen_is_not_done_again(monkeypatch: pytest.MonkeyPatch) -> None:
