@@ -3,6 +3,8 @@
     python -m benchmarks.gap --trials 8 --draws 3
     python -m benchmarks.gap --trials 6 --draws 8 --wires cia402 jr3-can      over the drivers and virtual wires
 
+Arms are zebra-nmc, cia402 and ur5-rtde, sensors jr3-can, jr3-uart and ati-netft.
+
 Over wires the latency is held against that of a second set of trials, of the same cell without a latency of its own.
 """
 
@@ -33,10 +35,13 @@ TRUE = {"friction": 0.35, "axial": 0.7, "across": 0.7, "latency_ms": 20.0}
 MadeRig = Callable[[RunConfig, ReadyPose, HiddenValues], Rig]
 
 
-def record(folder: Path, seed: int, trials: int, made: MadeRig = SimulatedRig, latency_ms: float = 20.0) -> Gap:
+def record(
+    folder: Path, seed: int, trials: int, made: MadeRig = SimulatedRig, latency_ms: float = 20.0,
+    arm: str = "zebra-zero",
+) -> Gap:  # fmt: skip
     """Trials on that cell, in virtual time, and the fit of them; on a rig they end with the first that trips."""
     known = {"control": {"axial_stiffness_N_per_mm": 3.5}} if made is not SimulatedRig else {}
-    config = overlay(replace(scenario("paper"), seed=seed), known)
+    config = overlay(replace(scenario("paper"), seed=seed, arm=arm), known)
     ready, chosen = find_ready_pose(config.arm, config.task), ChosenPolicy(POLICY, config)
     other = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=latency_ms)
     with ExitStack() as opened, made(config, ready, other) as rig:
@@ -62,8 +67,9 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=8)
     parser.add_argument("--draws", type=int, default=3)
     parser.add_argument("--first", type=int, default=100, help="seed of the first draw")
-    parser.add_argument("--wires", nargs=2, metavar=("ARM", "FORCE"), help="zebra-nmc or cia402, jr3-can or jr3-uart")
+    parser.add_argument("--wires", nargs=2, metavar=("ARM", "FORCE"), help="such as cia402 jr3-can")
     options = parser.parse_args()
+    arm = "ur5" if options.wires and options.wires[0] == "ur5-rtde" else "zebra-zero"
     for seed in range(options.first, options.first + options.draws):
 
         def made(config: RunConfig, ready: ReadyPose, other: HiddenValues, seed: int = seed) -> Rig:
@@ -71,14 +77,13 @@ def main() -> None:
 
         with tempfile.TemporaryDirectory() as folder:
             if options.wires:
-                gap = record(Path(folder) / "late", seed, options.trials, made)
-                values = found(gap)
-                (late, sd), (wires, other) = (
-                    values["latency_ms"],
-                    found(record(Path(folder) / "bare", seed, options.trials, made, 0.0))["latency_ms"],
-                )
+                gap = record(Path(folder) / "late", seed, options.trials, made, arm=arm)
+                bare = record(Path(folder) / "bare", seed, options.trials, made, 0.0, arm)
+                late, wires = gap.wrench_late_ms, bare.wrench_late_ms
                 print(f"{seed} {gap.logs} logs, sum of the delays: {late:.1f} ms, of the wires alone: {wires:.1f} ms")
-                values["latency_ms"] = late - wires, hypot(sd, other)
+                values = found(gap)
+                apart = hypot(gap.wrench_late_sd_ms, bare.wrench_late_sd_ms)
+                values["latency_ms"] = gap.cycle_late_ms - bare.cycle_late_ms, apart
             else:
                 gap = record(Path(folder), seed, options.trials)
                 values = found(gap)

@@ -7,19 +7,24 @@ from dataclasses import replace
 from types import TracebackType
 from typing import Any, Self
 
-from palpate.adapters.config import EmulationConfig, RunConfig, SensorFactsTable
+from palpate.adapters.config import EmulationConfig, RunConfig, SensorFactsTable, overlay
 from palpate.adapters.hardware.approach import find_approach, walk
+from palpate.adapters.hardware.ati import NetFtForceSensor
 from palpate.adapters.hardware.emulated_cell import EmulatedCell
 from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.hardware.sensor_facts import gathered, reported_by
-from palpate.core.ports import CONTROL_RATE_HZ, FaultLatch, Ports, Rig, SensorFacts, World
+from palpate.adapters.hardware.ur import UrTable, ur_arm
+from palpate.core.ports import CONTROL_RATE_HZ, FaultLatch, ForceSensor, Ports, Rig, SensorFacts, World
 from palpate.core.trial import ReadyPose
+from palpate.simulation.emulators.ati import NetFtServer
+from palpate.simulation.emulators.ur import UrServer
 from palpate.simulation.work_cell import HiddenValues
+from tests.virtual_box import VirtualBox
 from tests.virtual_lines import VirtualDesk
+from tests.virtual_ur import VirtualUr
 
 _TICK_NS = 10**9 // CONTROL_RATE_HZ
 _WAY_RAD_S = 0.8
-_NAMES = {"zebra-nmc": "zebra-nmc", "cia402": "cia402"}
 
 
 class VirtualCell(EmulatedCell):
@@ -34,14 +39,21 @@ class VirtualCell(EmulatedCell):
         late_ns: Callable[[int], int],
     ) -> None:  # fmt: skip
         super().__init__(config, ready, emulation)
-        self.tables: dict[str, dict[str, Any]] = {}
         for server, table, _ in self._served:
             if (emulator := getattr(getattr(server, "_serial", None), "emulator", None)) is not None:
                 desk.serial(table, emulator)
+            elif isinstance(server, UrServer):
+                self.link = VirtualUr(desk.clock, server._controller)
+            elif isinstance(server, NetFtServer):
+                self.box = VirtualBox(desk.clock, server._box)
             else:
                 desk.can(table, *server.wire._nodes)  # type: ignore[attr-defined]
         self._begin_ns, self._late_ns, self._done = begin_ns, late_ns, 0
         desk.clock.devices.append(self)
+
+    def entries(self, table: str) -> dict[str, Any]:
+        """What the rig file says of a device."""
+        return next(entries() for _, named, entries in self._served if named == table)
 
     def next_event_ns(self) -> int:
         return self._begin_ns + self._done * _TICK_NS + self._late_ns(self._done)
@@ -79,8 +91,17 @@ class VirtualRig(Rig):
         clock = self.desk.clock
         self.cell = VirtualCell(self.desk, config, ready, emulation, clock.now_ns() + round(phase * _TICK_NS), late_ns)
         context = RigContext.of(config.arm, clock)
-        adapter = arm_maker(arm)(_arm_table(arm, self.cell), context)
-        self.sensor = force_sensor_maker(force)(_sensor_table(force), context)
+        if arm == "ur5-rtde":
+            stated = self.cell.entries("arm")
+            del stated["adapter"]
+            adapter = ur_arm(overlay(UrTable(), stated), context, lambda: self.cell.link)
+        else:
+            adapter = arm_maker(arm)(_arm_table(arm, self.cell), context)
+        self.sensor: ForceSensor = (
+            NetFtForceSensor(self.cell.box.open, clock, max_age_ns=50_000_000)
+            if force == "ati-netft"
+            else force_sensor_maker(force)(_sensor_table(force), context)
+        )
         self.ports = Ports(clock, self.sensor, adapter.encoder, adapter.arm)
         self._at_ready = False
         self._stated = replace(SensorFactsTable(), **self.cell._facts())

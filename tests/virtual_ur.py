@@ -13,13 +13,22 @@ GONE = "the connection is broken: unplugged"
 
 
 class VirtualUr(UrLink):
-    """The controller, an arm that stands at its set-points, and what a client would make of both."""
+    """The controller, an arm that stands at its set-points, and what a client would make of both.
 
-    def __init__(self, clock: VirtualTime | None = None, **settings: Any) -> None:
+    Args:
+        controller: One whose arm somebody else moves; None for one of its own.
+    """
+
+    def __init__(
+        self, clock: VirtualTime | None = None, controller: UrController | None = None, **settings: Any
+    ) -> None:
         self.host = "controller"
         self.clock = clock or VirtualTime()
         self.load = [0.0, 0.0, -5.0, 0.0, 0.0, 0.0]
-        self.controller = UrController(HOME, lambda now_ns: tuple(self.load), ControllerConfig(**settings))
+        self.moves = controller is None
+        self.controller = controller or UrController(
+            HOME, lambda now_ns: tuple(self.load), ControllerConfig(**settings)
+        )
         self.is_open, self.is_plugged, self.is_silent = False, True, False
         self.opened = 0
         self._seen: UrState | None = None
@@ -33,7 +42,8 @@ class VirtualUr(UrLink):
         self._due_ns = now_ns + CYCLE_NS
         controller = self.controller
         controller.step(now_ns)
-        controller.measured_rad(controller.targets_rad())
+        if self.moves:
+            controller.measured_rad(controller.targets_rad())
         if not self.is_silent and self.is_plugged:
             names = (
                 "actual_q",

@@ -30,7 +30,7 @@ def gap(options: GapOptions) -> int:
     say("\n".join(_report(found)))
     for other in others:
         sd = hypot(found.wrench_late_sd_ms, other.wrench_late_sd_ms)
-        later = f"{found.wrench_late_ms - other.wrench_late_ms:.1f} ± {2.0 * sd:.2g} ms later"
+        later = f"{found.cycle_late_ms - other.cycle_late_ms:.1f} ± {2.0 * sd:.2g} ms later"
         say(f"wrenches come {later} than in {options.reference}, where it is {other.wrench_late_ms:.1f} ms")
     if options.out:
         with new_file(Path(options.out)) as passing:

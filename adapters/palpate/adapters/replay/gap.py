@@ -42,6 +42,9 @@ class Gap:
     Attributes:
         late: Logs of trials in which somebody came late, loop or devices. They are left out, where there are others.
         before: Errors of the cell as it is configured, with offsets in time taken out.
+        cycle_late_ms: By how much wrenches are behind, and the age of the encoders' angles besides. A bus that tells
+            set-points and reads angles once in a cycle makes a command wait the longer the younger its angles are, and
+            with which of its moments the loop's ticks fall together is another in each run: the sum is free of that.
         joints_late_ms: By how much the encoders are behind the simulated ones.
         noise_N: Standard deviation of a force channel in free air.
         settings: The cell that fits best, as nested tables for a run's TOML file.
@@ -53,6 +56,7 @@ class Gap:
     after: AxisErrors
     values: Array
     sds: Array
+    cycle_late_ms: float
     joints_late_ms: float
     noise_N: float
     noise_Nm: float
@@ -119,6 +123,7 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Gap:
         _errors(trials, fit.traces(values), values[LATE], joints_late),
         values,
         sds,
+        fit.with_age_ticks * 1e3 / CONTROL_RATE_HZ,
         joints_late * 1e3 / CONTROL_RATE_HZ,
         noise_N,
         noise_Nm,

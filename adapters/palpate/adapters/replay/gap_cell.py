@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy.typing as npt
 import pinocchio as pin
 
 from palpate.adapters.config import RunConfig, overlay
-from palpate.adapters.log import TrialLog, config_of, read_log, tare_of
+from palpate.adapters.log import TickRecord, TrialLog, config_of, read_log, tare_of
 from palpate.adapters.replay.gap_late import comes_late
 from palpate.adapters.replay.gap_wall import Walled, walled_from
 from palpate.core.errors import LogError
@@ -75,6 +76,7 @@ class Driven:
         wrench: What was felt, tared, (ticks, 6), frame of the tool; NaN where nothing was valid.
         hole_m: Where the peg came to rest in the hole, (2,), task frame; the goal where it did not.
         walled: What it met in the hole; None where it was not inserted.
+        joints_age_ticks: How old angles are when they are read, by their times of measurement, on average.
         late: Who came late: ``loop``, ``devices``, or nobody.
     """
 
@@ -86,6 +88,7 @@ class Driven:
     wrench: Array
     hole_m: tuple[float, float]
     walled: Walled | None = None
+    joints_age_ticks: float = 0.0
     late: str = ""
 
 
@@ -130,8 +133,13 @@ def driven_from(path: Path) -> Driven:
     part = {slot: each for slot, each in by_slot.items() if begin <= slot < count}
     return Driven(
         str(path), config, ready, command[begin:], places[begin:], wrench[begin:], place,
-        walled_from(log, config, by_slot, bias), comes_late(part),
+        walled_from(log, config, by_slot, bias), _joints_age_ticks(part.values()), comes_late(part),
     )  # fmt: skip
+
+
+def _joints_age_ticks(records: Iterable[TickRecord]) -> float:
+    ages_ns = [(each.time_ns or 0) - each.joints.source_time_ns for each in records if each.joints is not None]
+    return float(np.mean(ages_ns)) * CONTROL_RATE_HZ / 1e9
 
 
 def _rest_place(log: TrialLog, config: RunConfig) -> tuple[float, float]:

@@ -23,7 +23,7 @@ from palpate.adapters.replay.gap_cell import (
     late,
     led_tip_mm,
 )
-from palpate.adapters.replay.gap_numbers import cost, deviations, lowest, normal_equations
+from palpate.adapters.replay.gap_numbers import cost, deviations, lowest, mean_over, middle_of, normal_equations
 from palpate.adapters.replay.gap_wall import across_N_per_mm, held_by
 from palpate.core.errors import UndeterminedError
 from palpate.core.ports import CONTROL_RATE_HZ
@@ -36,6 +36,8 @@ _ACROSS: Final = (0, 1)
 _STUCK_MM: Final = 0.3
 """Led across by so much, a peg still sticks. When it slips and sticks again hangs on micrometres."""
 _SMOOTH_TICKS: Final = 7
+_TWO_CYCLES: Final = 4
+"""Control ticks of two cycles of a bus at half the control rate."""
 _FRICTION_STEP: Final = 1.4
 _FRICTION_SPREAD: Final = 0.2
 _FRICTIONS: Final = 7
@@ -60,6 +62,9 @@ class CellFit:
 
     Friction is not asked of traces: a peg that slides sticks and slips, when is chaotic, and of two traces that are out
     of step the smaller one has the smaller residual, which reads friction low.
+
+    Attributes:
+        with_age_ticks: The delay, and the age of the encoders' angles besides.
     """
 
     def __init__(self, trials: Sequence[Driven], gone_through: Callable[[], object]) -> None:
@@ -68,6 +73,7 @@ class CellFit:
         self._touches = (FREE_TICKS + TOUCH_TICKS,) * len(trials)
         self._sticks = tuple(_stuck_until(trial) for trial in trials)
         self.noise = self._noise()
+        self.with_age_ticks = 0.0
         self.values = np.array([trials[0].config.cell.peg.friction, 1.0, 1.0,
                                 trials[0].config.cell.compliance.damping_ratio, 0.0, 0.0])  # fmt: skip
 
@@ -102,13 +108,14 @@ class CellFit:
         sds = self._stage((1, PLATE, LATE), _ALONG)
         self.values[2] = self.values[1]
         self._stage((1, 3, PLATE, LATE), _ALONG)
+        self.fit_delay()
         for _ in range(_PASSES):
             across = self._ask_walls()
-            sds[LATE] = self._ask_slides()
+            self.fit_delay()
             sds[[1, 3, PLATE]] = self._stage((1, 3, PLATE), _ALONG)[[1, 3, PLATE]]
             sds[0] = self.fit_friction()
             sds[2] = self._stage((2,), _ACROSS)[2] if across is None else across
-        sds[1], sds[LATE] = hypot(sds[1], _TOUCH_SHARE * self.values[1]), hypot(sds[LATE], _DELAY_TICKS)
+        sds[1], sds[LATE] = hypot(sds[1], _TOUCH_SHARE * self.values[1]), hypot(self.fit_delay(), _DELAY_TICKS)
         return sds
 
     def joints_late(self) -> float:
@@ -188,19 +195,23 @@ class CellFit:
                 # Higher is less deep.
                 self.values[[PLATE, LATE]] = level / slope, delay
 
-    def _ask_slides(self) -> float:
-        """The delay with which the forces across follow the simulated ones in all of a trial; returns its deviation.
+    def fit_delay(self) -> float:
+        """Find the delay with which all forces of a trial follow the simulated ones; returns its deviation.
 
-        A touch alone leaves it open: one that comes later looks much like a plate that is lower.
+        A touch alone leaves it open, for one that comes later looks much like a plate that is lower, and what is felt
+        across alone hangs on when a peg slips. Modules that hold a set-point for a bus cycle make stairs of a motion,
+        which fit at either edge; means over two cycles have none.
         """
-        delays = []
+        delays, noise = [], self.noise[:3] / sqrt(_TWO_CYCLES)
         for trial, (wrench, _) in zip(self._trials, self.traces(self.values), strict=True):
-            costs = []
+            felt, costs = mean_over(trial.wrench[:, :3], _TWO_CYCLES)[SETTLED.start :], []
+            known = ~np.isnan(felt[:, 0])
             for ticks in _DELAYS:
-                rest = ((trial.wrench - late(wrench, float(ticks))) / self.noise)[FREE_TICKS:, _ACROSS]
-                costs.append(cost([rest[~np.isnan(rest[:, 0])]]))
+                simulated = mean_over(late(wrench[:, :3], float(ticks)), _TWO_CYCLES)[SETTLED.start :]
+                costs.append(cost([((felt - simulated) / noise)[known]]))
             delays.append(lowest(_DELAYS, costs))
-        self.values[LATE] = float(np.median(delays))
+        ages = np.array([trial.joints_age_ticks for trial in self._trials])
+        self.values[LATE], self.with_age_ticks = middle_of(np.array(delays)), middle_of(delays + ages)
         if len(delays) < 2:
             return inf
         return _MEDIAN_SD * float(np.median(np.abs(delays - self.values[LATE]))) / sqrt(len(delays))
@@ -274,7 +285,7 @@ def sliding_share(wrench: Array) -> float:
     rows = rows[~np.isnan(rows[:, 0])]
     if len(rows) <= _SMOOTH_TICKS:
         return nan
-    smooth = np.lib.stride_tricks.sliding_window_view(rows, _SMOOTH_TICKS, axis=0).mean(axis=2)
+    smooth = mean_over(rows, _SMOOTH_TICKS)
     along = float(np.abs(smooth[:, 2]).sum())
     return float(np.hypot(smooth[:, 0], smooth[:, 1]).sum()) / along if along > 0.0 else nan
 

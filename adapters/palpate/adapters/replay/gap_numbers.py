@@ -49,3 +49,15 @@ def lowest(places: Array, costs: Sequence[float]) -> float:
     before, here, after = costs[best - 1 : best + 2]
     curve, step = before - 2.0 * here + after, float(places[1] - places[0])
     return float(places[best]) + (0.5 * step * (before - after) / curve if curve > 0.0 else 0.0)
+
+
+def middle_of(values: Array) -> float:
+    """The median of the means of all pairs: not moved by a few that are far off, and nearly as sharp as a mean."""
+    one, other = np.triu_indices(len(values))
+    return float(np.median(0.5 * (values[one] + values[other])))
+
+
+def mean_over(trace: Array, ticks: int) -> Array:
+    """Means of so many rows that follow each other, (n - ticks + 1, k)."""
+    means: Array = np.lib.stride_tricks.sliding_window_view(trace, ticks, axis=0).mean(axis=2)
+    return means

@@ -1,5 +1,6 @@
 """The simulated cell under a rig's recorded commands, and the cell that fits best."""
 
+import re
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -28,12 +29,23 @@ TRUE = np.array([0.35, 0.7, 0.7, 0.7, 0.0, 2.8])
 @pytest.fixture(scope="module")
 def logs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """Trials of a cell that is other than its configuration."""
-    folder = tmp_path_factory.mktemp("gap")
+    return recorded_in(tmp_path_factory.mktemp("gap"), OTHER)
+
+
+def recorded_in(folder: Path, other: HiddenValues) -> list[Path]:
     chosen = ChosenPolicy("torque", CONFIG)
-    with ExitStack() as opened, SimulatedRig(CONFIG, READY, OTHER) as rig:
+    with ExitStack() as opened, SimulatedRig(CONFIG, READY, other) as rig:
         recorded = Recorded(RunFolder(folder).recorder(CONFIG.recording, opened), "run", "torque")
         run_policy(CONFIG, READY, rig, chosen.perception, chosen.on(rig), 2, lambda _: None, recorded)
     return find_logs([str(folder)])
+
+
+@pytest.fixture
+def hurried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fits of less than they could be made of."""
+    monkeypatch.setattr(gap_cell, "_MOST_TICKS", 100)
+    monkeypatch.setattr(gap_fit, "_PASSES", 1)
+    monkeypatch.setattr(gap_fit, "_FRICTIONS", 3)
 
 
 def test_the_cell_gives_a_recorded_trial_again_when_it_is_as_the_rig_was(logs: list[Path]) -> None:
@@ -46,10 +58,8 @@ def test_the_cell_gives_a_recorded_trial_again_when_it_is_as_the_rig_was(logs: l
     assert np.abs(trial.joints_rad - joints).max() < 1e-4
 
 
-def test_stiffness_friction_and_latency_are_found(logs: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(gap_cell, "_MOST_TICKS", 100)
-    monkeypatch.setattr(gap_fit, "_PASSES", 1)
-    monkeypatch.setattr(gap_fit, "_FRICTIONS", 3)
+@pytest.mark.usefixtures("hurried")
+def test_stiffness_friction_and_latency_are_found(logs: list[Path]) -> None:
     found = gap_of(logs, lambda: None)
     friction, axial, across, _, plate_mm, _ = found.values
     assert [friction, axial, found.wrench_late_ms] == pytest.approx([0.35, 0.7, 20.0], rel=0.1)
@@ -58,6 +68,34 @@ def test_stiffness_friction_and_latency_are_found(logs: list[Path], monkeypatch:
     assert found.noise_N == pytest.approx(0.1, rel=0.15)
     cell = overlay(CONFIG, found.settings).cell
     assert (cell.peg.friction, cell.compliance.axial_N_per_mm) == pytest.approx((friction, 5.0 * axial), rel=1e-3)
+
+
+@pytest.mark.usefixtures("hurried")
+def test_a_reference_tells_how_much_later_wrenches_come(logs: list[Path], palpate: CommandLine) -> None:
+    recorded_in(Path("bare"), replace(OTHER, latency_ms=0.0))
+    told = palpate.succeed("gap", *logs, "--reference", "bare")
+    found = re.search(r"wrenches come ([\d.]+) ± [\d.]+ ms later than in bare", told)
+    assert found is not None, told
+    assert float(found[1]) == pytest.approx(20.0, rel=0.1)
+
+
+def test_with_which_moment_of_a_bus_cycle_ticks_fall_together_is_no_latency(logs: list[Path]) -> None:
+    """A command that waits a tick longer for its bus comes with angles that are a tick younger."""
+    trial = replace(gap_cell.driven_from(logs[0]), joints_age_ticks=1.4)
+    waited = replace(trial, wrench=gap_cell.late(trial.wrench, 1.0), joints_age_ticks=0.4)
+    fits = [gap_fit.CellFit([each], lambda: None) for each in (trial, waited)]
+    for fit in fits:
+        fit.values = TRUE.copy()
+        fit.fit_delay()
+    sooner, later = fits
+    assert later.values[gap_cell.LATE] - sooner.values[gap_cell.LATE] == pytest.approx(1.0, abs=0.05)
+    assert later.with_age_ticks == pytest.approx(sooner.with_age_ticks, abs=0.05)
+
+
+@given(st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=9), st.floats(-100.0, 100.0))
+def test_the_middle_of_delays_is_among_them_and_not_moved_by_one_that_is_off(near: list[float], off: float) -> None:
+    assert min(near) <= gap_numbers.middle_of(np.array(near)) <= max(near)
+    assert abs(gap_numbers.middle_of(np.array([*near, off]))) <= 1.0
 
 
 def test_friction_is_found_where_traces_are_out_of_step(logs: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,43 @@
+"""Rigs in virtual time: real drivers and emulated devices, and a trial over their wires as `palpate gap` reads it."""
+
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.config import overlay, scenario
+from palpate.adapters.experiments import ChosenPolicy, Recorded, RunFolder, run_policy
+from palpate.adapters.log import read_log
+from palpate.adapters.replay import find_logs, gap_cell
+from palpate.core.trial import Outcome, find_ready_pose
+from palpate.simulation.work_cell import HiddenValues
+from tests.virtual_rig import VirtualRig
+
+LATE = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "arm", "force", "age_ticks"),
+    [
+        ("zebra-zero", "zebra-nmc", "jr3-uart", (1.0, 1.7)),
+        ("zebra-zero", "cia402", "jr3-can", (0.7, 1.7)),
+        ("ur5", "ur5-rtde", "ati-netft", (0.0, 1.0)),
+    ],
+)
+def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are(
+    kind: str, arm: str, force: str, age_ticks: tuple[float, float], tmp_path: Path
+) -> None:
+    springs = {"control": {"axial_stiffness_N_per_mm": 3.5}}
+    config = overlay(replace(scenario("paper"), seed=3, arm=kind), springs)
+    ready, chosen = find_ready_pose(config.arm, config.task), ChosenPolicy("torque", config)
+    with ExitStack() as opened, VirtualRig(config, ready, arm, force, LATE, phase=0.4) as rig:
+        recorded = Recorded(RunFolder(tmp_path).recorder(config.recording, opened), "run", "torque")
+        run_policy(config, ready, rig, chosen.perception, chosen.on(rig), 1, lambda _: None, recorded)
+    (path,) = find_logs([str(tmp_path)])
+    end = read_log(path).end
+    assert end is not None
+    assert end.outcome == Outcome.INSERTED.value
+    trial = gap_cell.driven_from(path)
+    assert trial.late == ""
+    assert age_ticks[0] < trial.joints_age_ticks < age_ticks[1]
