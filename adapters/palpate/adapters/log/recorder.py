@@ -1,7 +1,5 @@
 """Turns what the control loop holds, tick by tick, and what the task reports into the messages of a log."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Where a recorder's messages go. The loop only hands them over; what takes time happens elsewhere."""
 
-from __future__ import annotations
-
 import fcntl
 import json
 import os

@@ -3,8 +3,6 @@
 It ends when its input does. Whoever fed it may be gone by then: the log that is open is closed soundly all the same.
 """
 
-from __future__ import annotations
-
 import json
 import signal
 import struct

@@ -1,7 +1,5 @@
 """Arrows for forces, drawn over a picture: how long they are, and how they look."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from math import floor, hypot, log10
 from typing import Final, TypeAlias

@@ -1,7 +1,5 @@
 """Off-screen graphics: EGL where there is a driver for it, else OSMesa. Both do without display and graphics card."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The four ports over the simulated work cell. Time is the simulation's: sleeping is what makes it go on."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from typing_extensions import override

@@ -1,7 +1,5 @@
 """The simulated work cell as a rig."""
 
-from __future__ import annotations
-
 from contextlib import ExitStack
 from types import TracebackType
 from typing import Self

@@ -1,7 +1,5 @@
 """The model of the cell that pictures are taken of: posed by recorded joint angles, lit, with a table under it."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Final

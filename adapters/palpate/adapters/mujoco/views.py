@@ -1,7 +1,5 @@
 """Where a picture is seen from, and where in it a point of the world comes to lie. No graphics library is needed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import cos, radians, sin, tan
 from typing import Final, TypeAlias

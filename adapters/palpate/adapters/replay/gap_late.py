@@ -1,7 +1,5 @@
 """Whether a recorded trial was felt in time: a loop or a device that is held up makes a cell look softer than it is."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Final, TypeAlias

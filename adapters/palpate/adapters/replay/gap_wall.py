@@ -1,7 +1,5 @@
 """How stiff the gripper is across, and where the hole is: of the force by which its wall holds a peg."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final, TypeAlias
 

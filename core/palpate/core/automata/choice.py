@@ -11,8 +11,6 @@ alone would take nearly the largest q, and the price of Schwarz (1978), which gr
 half as many.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from math import log

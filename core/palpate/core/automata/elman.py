@@ -10,8 +10,6 @@ symbol, ``N`` divides by the sum, and columns of ``W`` are shares. Then what a u
 among those that the string may have led to, and the prediction is the sum of ``W h`` over each symbol's units.
 """
 
-from __future__ import annotations
-
 import enum
 import json
 import os

@@ -7,8 +7,6 @@ or pairs of action and symbol: an automaton that is no better than these holds n
 can be foretold, the last symbol itself is worse than none: what is counted behind each is counted less often.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, ClassVar

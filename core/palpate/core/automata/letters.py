@@ -4,8 +4,6 @@ A machine with inputs takes such letters where one without takes symbols. With S
 start, and letter (1 + a) S + s is action a that led to symbol s. Without actions the symbols are the letters.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

@@ -9,8 +9,6 @@ incomplete as the machine was. To have "not known" mean "not accepted" (or some 
 machine first: ``minimised(machine.completed(False))``.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace

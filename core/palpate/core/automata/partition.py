@@ -10,8 +10,6 @@ on, and letters of actions are many. Then every state is one that a string comes
 itself holds to be possible after these is tried too: it predicts what it feeds back.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final

@@ -5,8 +5,6 @@ that lead from one state to the same next one share an edge: ``a, b``; in a Meal
 ``a, b / x``.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ the goal, and calling it one would make lost regions look good. When all is over
 the port data came to.
 """
 
-from __future__ import annotations
-
 import enum
 from abc import abstractmethod
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """What a policy file holds of a belief: its settings, and the trials that it learned from."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Annotated, Any, ClassVar, Self

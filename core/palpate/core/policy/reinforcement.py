@@ -1,7 +1,5 @@
 """Reinforcement signals: what an action costs. All are at most 0; reaching the goal merely ends the cost."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from dataclasses import dataclass
 from math import isfinite

@@ -1,7 +1,5 @@
 """Limits of position and velocity on joint commands: what an arm adapter applies of what it is asked for."""
 
-from __future__ import annotations
-
 from math import inf
 from operator import le, sub
 from typing import Final

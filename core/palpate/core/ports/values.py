@@ -5,8 +5,6 @@ keep every bit, and are several times cheaper to make at 140 Hz than read-only a
 validated is a named tuple, which takes a quarter of the time of a frozen dataclass to make.
 """
 
-from __future__ import annotations
-
 import enum
 from dataclasses import dataclass
 from math import isfinite

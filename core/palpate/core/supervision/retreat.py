@@ -1,7 +1,5 @@
 """The way back after a trip: straight along the tool axis, as the tool really stands."""
 
-from __future__ import annotations
-
 from math import ceil
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Stands between the task and the arm: once per tick it passes a command, clamps it, or takes over."""
 
-from __future__ import annotations
-
 import enum
 from math import isfinite, pi
 from operator import sub

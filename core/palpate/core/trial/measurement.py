@@ -1,7 +1,5 @@
 """From raw port samples to tip position, forces and torques in the task frame."""
 
-from __future__ import annotations
-
 from collections import deque
 from math import atan2, hypot, pi, remainder, sqrt
 from typing import Final

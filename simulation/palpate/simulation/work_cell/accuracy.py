@@ -1,7 +1,5 @@
 """Settings of a cell that are known to cost its contact accuracy, in words; figures are in docs/results.md."""
 
-from __future__ import annotations
-
 from palpate.simulation.work_cell.config import CellConfig
 
 _COARSE_SUBSTEPS = 3

@@ -1,7 +1,5 @@
 """The running work cell: physics, sensor errors, and the truth, for scoring only."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterator, Sequence
 from functools import partial

@@ -1,7 +1,5 @@
 """What is not the same in every trial, or not throughout one, beyond the hole's scatter and the sensor's noise."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Final, TypeAlias
 

@@ -1,7 +1,5 @@
 """The physical parameters of the simulated work cell, in the units an engineer would write them in."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from math import acos, ceil, cos, pi, radians
 from typing import Annotated, ClassVar, Final

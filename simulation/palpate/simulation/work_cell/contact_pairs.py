@@ -1,7 +1,5 @@
 """Which spheres of the peg can touch which boxes of the plate, while the peg stays near the hole."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import cos, hypot, sin, sqrt
 from typing import Final, Self

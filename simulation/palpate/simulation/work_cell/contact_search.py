@@ -4,8 +4,6 @@ Listed pairs save most of the search and give the same contacts. A list is compl
 tick that ends where it is not is done over with more: nothing goes through the plate for want of a pair.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import cos, hypot, sin
 from typing import Final

@@ -3,8 +3,6 @@
 Everything is in the plate's frame, z into the hole and the surface at 0, with the peg upright in the hole's axis.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import cos, hypot, pi
 from typing import Final

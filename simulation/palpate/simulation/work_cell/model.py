@@ -6,8 +6,6 @@ cylinder on a flat plate gives torque directions that are wrong by tens of degre
 sides is one convex body.
 """
 
-from __future__ import annotations
-
 from math import cos, hypot, sin, sqrt
 from typing import Any, Final
 

@@ -1,7 +1,5 @@
 """What the simulated world of one trial is: a function of configuration, seed and trial, and of nothing else."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import cos, degrees, radians, sin

@@ -3,8 +3,6 @@
 No matrix is solved and no random number drawn, so the same touches give the same model to the last bit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import sqrt
 from typing import Any, Final

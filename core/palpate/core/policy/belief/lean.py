@@ -12,8 +12,6 @@ of the lean shows holds for all: a tool that is gripped anew is known but for tw
 integrated out. A sensor's zero that is off is such a bias without a gain.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt

@@ -1,7 +1,5 @@
 """Where holes are before anything was touched, by where they were in the trials before."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import exp, pi
 from typing import Final

@@ -8,8 +8,6 @@ leads back. So a small share of its moves is taken to lead wherever the action l
 over the states that go with what was read and done, and by Bayes' rule comes back to the right one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Self

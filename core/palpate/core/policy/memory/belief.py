@@ -1,7 +1,5 @@
 """Which hidden state a trial may be in: Bayes' rule, action by action and symbol by symbol."""
 
-from __future__ import annotations
-
 from typing import Final, Protocol
 
 import numpy as np

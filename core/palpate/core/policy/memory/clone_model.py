@@ -6,8 +6,6 @@ from each clone. From a random beginning it finds one of many local optima, so s
 foretell other trials best are kept side by side.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Self

@@ -1,7 +1,5 @@
 """A world with hidden states as numbers: what every learned model comes to, for beliefs and planners."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

@@ -4,8 +4,6 @@ A model says how a message goes through one action; what is common to all is sai
 of different lengths, the posterior of the hidden states. Sums run in one order on every processor: no BLAS.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final, Protocol
 

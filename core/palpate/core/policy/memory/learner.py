@@ -1,7 +1,5 @@
 """The learner that models hidden states behind symbols, from what was read and done in whole trials."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

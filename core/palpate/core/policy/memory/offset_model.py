@@ -5,8 +5,6 @@ at all: P(blocked | offset, action) is learned, and so is P(symbol | offset). A 
 known offset before its last action, so every success anchors all of its readings (Baum-Welch does the rest).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, isclose

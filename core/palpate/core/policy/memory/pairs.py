@@ -9,8 +9,6 @@ counts in part when it is replayed (Peng and Williams, 1996), and a frozen learn
 which go up and down with the last few trials.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Self, TypeAlias

@@ -6,8 +6,6 @@ and probabilities stand on grids of binary fractions, coarse enough that every s
 matrix product has the same bits whatever the order in which a processor takes it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final, Protocol, Self
 

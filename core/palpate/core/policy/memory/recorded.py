@@ -1,7 +1,5 @@
 """Trials as pairs of what was read and what was then done, and many of them side by side for a fit."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

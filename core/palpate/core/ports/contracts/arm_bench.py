@@ -1,7 +1,5 @@
 """An arm on the test bench: how its clauses command it, and what they look at."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from random import Random

@@ -1,7 +1,5 @@
 """The contract of the port :class:`palpate.core.ports.devices.ArmCommand`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from functools import partial
 from itertools import chain, repeat

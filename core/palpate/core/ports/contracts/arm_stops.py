@@ -1,7 +1,5 @@
 """What every arm keeps about coming to rest: its stops, from wherever and whenever they come, and what follows them."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from contextlib import suppress

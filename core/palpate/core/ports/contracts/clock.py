@@ -1,7 +1,5 @@
 """The contract of the port :class:`palpate.core.ports.devices.Clock`."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from time import perf_counter_ns
 from typing import Final

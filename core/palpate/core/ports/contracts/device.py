@@ -1,7 +1,5 @@
 """Clauses that hold for every device port: its life, its faults, its end."""
 
-from __future__ import annotations
-
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The contract of the port :class:`palpate.core.ports.devices.ForceSensor`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from math import isfinite
 from operator import attrgetter

@@ -1,7 +1,5 @@
 """The contract of the port :class:`palpate.core.ports.devices.JointEncoder`."""
 
-from __future__ import annotations
-
 from math import ceil, pi
 from typing import Any, ClassVar, Final
 

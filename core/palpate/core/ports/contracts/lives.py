@@ -3,8 +3,6 @@
 The order of what is tried is drawn from a seed, so that it is another at each step and the same at each run.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from random import Random
 from typing import Any, Final, Protocol

@@ -1,7 +1,5 @@
 """How far and how fast the clauses may move an arm that somebody could stand beside."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import ceil, isfinite

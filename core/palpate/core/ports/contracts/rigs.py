@@ -4,8 +4,6 @@ A knob that is None does not exist on this rig, and the clauses that need it are
 applicable: a simulator may be unable to fall silent, a real arm has nothing that provokes a fault.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Generic, Self, TypeVar

@@ -1,7 +1,5 @@
 """List and run the clauses of a suite without a test framework."""
 
-from __future__ import annotations
-
 import enum
 import signal
 import threading

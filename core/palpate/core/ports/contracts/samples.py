@@ -1,7 +1,5 @@
 """Clauses that hold for both sensor ports: time stamps, sequence numbers, silence."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress

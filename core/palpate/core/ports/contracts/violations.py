@@ -1,7 +1,5 @@
 """How a clause fails, and how one that cannot be tried is marked."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from re import findall
 from typing import Final, TypeVar

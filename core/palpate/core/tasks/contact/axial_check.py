@@ -1,7 +1,5 @@
 """Does the measured force follow the gripper's spring? A tool that presses is lifted a little to see."""
 
-from __future__ import annotations
-
 import enum
 from typing import Final
 

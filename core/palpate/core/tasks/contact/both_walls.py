@@ -1,7 +1,5 @@
 """Is the peg between two walls? The lateral force follows pushes to and fro, as no recording and no noise does."""
 
-from __future__ import annotations
-
 import enum
 from math import dist, hypot
 from typing import Final

@@ -1,7 +1,5 @@
 """The stiffness with which the plate was first met, from the samples of the touch itself."""
 
-from __future__ import annotations
-
 from collections import deque
 from typing import Final
 

@@ -1,7 +1,5 @@
 """A lift that is made within a phase, to hold the force against the gripper's spring."""
 
-from __future__ import annotations
-
 from palpate.core.motion import TipMotion
 from palpate.core.tasks.contact.proof import ContactProof
 from palpate.core.tasks.contact.trial_state import TrialState

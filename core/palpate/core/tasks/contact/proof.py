@@ -1,7 +1,5 @@
 """The account of whether the force that is measured is the force that there is."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Sequence
 from math import inf, sqrt

@@ -1,7 +1,5 @@
 """Is the force sensor alive while the tool pushes? What it feels then never rests for long, and a dead one's does."""
 
-from __future__ import annotations
-
 from collections import deque
 from math import hypot
 from typing import Final

@@ -1,7 +1,5 @@
 """Is the force sensor alive while the tool slides? Only so far may it go without a sign of it."""
 
-from __future__ import annotations
-
 import enum
 from collections import deque
 from math import hypot, inf, sqrt

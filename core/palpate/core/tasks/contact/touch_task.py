@@ -1,7 +1,5 @@
 """What every task has that touches something: the way to its start, the tare, its limits, and all ways to end early."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from enum import Enum
 from math import dist

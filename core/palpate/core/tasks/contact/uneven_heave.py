@@ -1,7 +1,5 @@
 """A heave whose strokes are uneven: a sensor that repeats what it once felt does not follow it."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The phases in free space: up from wherever the arm is, above the start, at rest while the sensor is tared."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from math import sqrt
 from operator import sub

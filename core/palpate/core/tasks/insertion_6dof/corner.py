@@ -1,7 +1,5 @@
 """The motions that bring one corner of a peg, or its flat, into its place in the hole, and what is felt there."""
 
-from __future__ import annotations
-
 from math import ceil, cos, hypot, pi, radians, sin
 from typing import Final
 

@@ -1,7 +1,5 @@
 """For pegs with corners or a flat: one goes in first, pushed into its place in the hole, which turns the tool right."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from enum import Enum
 from math import copysign, hypot, inf, radians, sin

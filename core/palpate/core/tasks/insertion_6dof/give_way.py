@@ -1,7 +1,5 @@
 """For a round peg in a grip that leans: the torque rule, which stops now and then to give way in tilt."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import atan2, hypot, pi
 from typing import Final

@@ -1,7 +1,5 @@
 """For a round peg in a grip that leans: many hypotheses of hole and lean at once, weighed by every touch."""
 
-from __future__ import annotations
-
 from math import hypot, inf
 from typing import Final
 

@@ -1,7 +1,5 @@
 """The way down the hole of a tool that gives way, and back out where the hole was none."""
 
-from __future__ import annotations
-
 from math import cos, hypot, pi, radians, sin
 from typing import Final
 

@@ -1,7 +1,5 @@
 """What the rest of palpate has to know of insertions in six degrees of freedom as a kind of task."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, Final
 

@@ -1,7 +1,5 @@
 """A levelling touch: beside the hole the tool turns until the plate tilts it no more, then another strategy begins."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from enum import Enum, auto
 from math import ceil, hypot

@@ -1,7 +1,5 @@
 """The learning half of a task whose actions are skills: the policy chooses anew when the one that runs is over."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

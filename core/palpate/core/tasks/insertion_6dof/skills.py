@@ -1,7 +1,5 @@
 """The programmed skills that a learner chooses from: options, each with its own beginning and end."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import copysign, hypot, radians, sin
 from typing import Final

@@ -1,7 +1,5 @@
 """The exploration: pressed on the plate, action by action, until the reaction of the plate is lost."""
 
-from __future__ import annotations
-
 from math import hypot, inf
 from typing import Final
 

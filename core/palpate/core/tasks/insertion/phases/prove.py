@@ -1,7 +1,5 @@
 """The last proof: the floor of the hole bears a lift, or where there is none, the force follows pushes to and fro."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from typing_extensions import override
