@@ -13,13 +13,11 @@ from palpate.core.automata.letters import letters_of
 from palpate.core.automata.machine import Machine
 from palpate.core.automata.prefix_tree import Integers, PrefixTree
 from palpate.core.automata.strings import Strings
-from palpate.core.errors import CommandError, ConfigurationError, require_one_of
+from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.ports import integer, names, register_stage, vector
 
 LOST: Final = "lost"
 """Name of the state of not knowing."""
-
-RECOVERIES: Final = ("likeliest", "restart", "never")
 
 _FIELD: Final = "perception.identifier"
 _NONE: Final = -1
@@ -80,7 +78,6 @@ class AutomatonState:
         strings: Strings | PrefixTree | None = None,
         *,
         symbols: Iterable[str] | None = None,
-        recovery: str = "likeliest",
     ) -> AutomatonState:
         """Follow a machine; one with inputs as an :class:`AutomatonWithActions`.
 
@@ -90,15 +87,10 @@ class AutomatonState:
                 known: a network gives a transition for everything, also for what it was never trained on. They
                 also give the state a symbol leads to most often; without them the number of transitions does.
             symbols: Names of the symbols that come, if their order is not that of the machine.
-            recovery: What is assumed after a symbol that was not known. ``likeliest``: that the automaton was where
-                this symbol leads most often. ``restart``: that the trial began with it. ``never``: nothing, so that it
-                stays lost until the trial ends.
 
         Raises:
-            ConfigurationError: The symbols are not those of the machine, the strings are of another alphabet, or there
-                is no such recovery.
+            ConfigurationError: The symbols are not those of the machine, or the strings are of another alphabet.
         """
-        require_one_of(f"{_FIELD}.recovery", recovery, RECOVERIES)
         given = machine.symbols if symbols is None else tuple(symbols)
         if sorted(given) != sorted(machine.symbols):
             # One that the machine lacks would lead to ``lost`` wherever it comes.
@@ -111,12 +103,8 @@ class AutomatonState:
             tuple(row[letter] if taken[state, letter] else None for letter in order)
             for state, row in enumerate(machine.transitions)
         )
-        anchors: Known = (None,) * len(order)
-        if recovery == "restart":
-            anchors = tuple(rows[machine.start][letter % len(given)] for letter in range(len(order)))
-        elif recovery == "likeliest":
-            entered = _entered(machine, taken)
-            anchors = tuple(_likeliest(entered, letter, len(given)) for letter in order)
+        entered = _entered(machine, taken)
+        anchors = tuple(_likeliest(entered, letter, len(given)) for letter in order)
         if machine.actions:
             return AutomatonWithActions(given, machine.names, rows, anchors, machine.start, machine.actions)
         return AutomatonState(given, machine.names, rows, anchors, machine.start)

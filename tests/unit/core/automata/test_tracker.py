@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -71,14 +72,8 @@ def test_strings_tell_what_is_known_and_what_is_usual() -> None:
     assert all_known.anchors == (1, 2, 3)
 
 
-def test_a_recovery_may_read_on_as_if_the_trial_began() -> None:
-    tracker = AutomatonState.of(PARTIAL, recovery="restart")
-    assert tracker.anchors == (1, None, None)
-    assert run(tracker, "abbbab") == ["after a", "after ab", "after abb", LOST, LOST, "after ab"]
-
-
-def test_or_never() -> None:
-    tracker = AutomatonState.of(PARTIAL, recovery="never")
+def test_where_nothing_is_assumed_it_stays_lost() -> None:
+    tracker = replace(AutomatonState.of(PARTIAL), anchors=(None, None, None))
     assert run(tracker, "aabab") == ["after a", LOST, LOST, LOST, LOST]
     assert run(tracker, "ab") == ["after a", "after ab"]
 
@@ -163,8 +158,6 @@ def test_bad_values_are_refused_by_name(key, value) -> None:
         stage_from_dict(data, "perception.identifier")
 
 
-def test_strings_of_another_alphabet_and_unknown_recoveries_are_refused() -> None:
+def test_strings_of_another_alphabet_are_refused() -> None:
     with pytest.raises(ConfigurationError, match=r"strings\.alphabet"):
         AutomatonState.of(PARTIAL, Strings.of(["ab"]))
-    with pytest.raises(ConfigurationError, match="one of likeliest, restart, never"):
-        AutomatonState.of(PARTIAL, recovery="hope")

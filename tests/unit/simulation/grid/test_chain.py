@@ -140,7 +140,7 @@ def test_an_identifier_of_other_symbols_is_refused() -> None:
 def test_an_automaton_that_is_often_lost_has_finitely_many_places() -> None:
     grid = GridMap.from_text("AB·")
     machine = Machine(Kind.MOORE, ("A", "B"), ((0, None),), ("only",))
-    identifier = AutomatonState.of(machine, recovery="never")
+    identifier = replace(AutomatonState.of(machine), anchors=(None, None))
     result = expected_steps(grid, identifier, uniform(len(identifier.states)))
     assert result.steps == pytest.approx(expected_steps(grid, IdentityState(grid.symbols), uniform(2)).steps)
 
