@@ -201,9 +201,7 @@ class FixedFrame:
     def place_m(self, in_base_m: Sequence[float]) -> Vector3:
         """A place of the base frame in this one."""
         (x, y, z), (u, v, w) = in_base_m, self._origin_m
-        (a, b, c), (d, e, f), (g, h, i) = self._from_base
-        x, y, z = x - u, y - v, z - w
-        return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
+        return rotated(self._from_base, (x - u, y - v, z - w))
 
     def vector(self, in_base: Vector3) -> Vector3:
         """A vector of the base frame in this one."""
@@ -211,17 +209,12 @@ class FixedFrame:
 
     def vector_of(self, rotation_in_base: Sequence[Sequence[float]], vector: Vector3) -> Vector3:
         """A vector of a frame that stands in the base frame like this, (3, 3), in this one."""
-        (a, b, c), (d, e, f), (g, h, i) = rotation_in_base
-        x, y, z = vector
-        x, y, z = a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
-        (a, b, c), (d, e, f), (g, h, i) = self._from_base
-        return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
+        return rotated(self._from_base, rotated(rotation_in_base, vector))
 
     def place_in_base_m(self, place_m: Vector3) -> Vector3:
         """A place of this frame in the base frame."""
-        (a, b, c), (d, e, f), (g, h, i) = self._to_base
-        (x, y, z), (u, v, w) = place_m, self._origin_m
-        return a * x + b * y + c * z + u, d * x + e * y + f * z + v, g * x + h * y + i * z + w
+        (x, y, z), (u, v, w) = rotated(self._to_base, place_m), self._origin_m
+        return x + u, y + v, z + w
 
 
 def wrench_about(force_N: Vector3, torque_Nm: Vector3, point_m: Vector3) -> Vector3:

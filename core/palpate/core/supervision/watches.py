@@ -42,9 +42,9 @@ class WrenchWatch:
         """A trial begins."""
         self._first: tuple[float, float, float, float, float, float] | None = None
         self._free: Vector3 | None = None
-        self._sequence: int | None = None
-        self._last: Vector3 = (0.0, 0.0, 0.0)
-        self._last_ns = 0
+        self._sequence: int
+        self._last: Vector3
+        self._last_ns: int
 
     def trip(self, snapshot: Snapshot, expectation: Expectation) -> Trip | None:
         """What is wrong with this tick's wrench, which is valid; None if nothing is."""

@@ -55,7 +55,7 @@ class FeltWay:
         return self._life.due
 
     def velocity_m_s(self, velocity_m_s: Vector3) -> Vector3:
-        """The velocity, (3,), task frame, for this tick, of a tool that would go on with this one."""
+        """The velocity, (3,), task frame, for this tick, of a tool that goes on with this one, or waits with none."""
         x, y, z = velocity_m_s
         if self.waits:
             if not self._waited_ticks:
@@ -63,7 +63,6 @@ class FeltWay:
             if self._waited_ticks == _LONGEST_TICKS:
                 self._state.doubt(self._no_life())
             self._waited_ticks += 1
-            x = y = z = 0.0
         else:
             self._waited_ticks = 0
             self._way_m += (hypot(x, y) * self._across + abs(z)) * PERIOD_S

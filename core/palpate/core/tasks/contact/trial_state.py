@@ -21,7 +21,7 @@ class TrialState:
 
     def __init__(self) -> None:
         self.report: TrialReport
-        self.phase: Enum = Phase.DONE
+        self.phase: Enum
         self.tick: int
         self.noise: tuple[float, ...]
         self.snapshot: Snapshot

@@ -34,7 +34,6 @@ class WallCheck:
         self.answered, self.answer_N = False, 0.0
         self._forces: deque[tuple[float, float]] = deque(maxlen=_SAMPLES)
         self._base_N: tuple[float, float] | None = None
-        self.way = (1.0, 0.0)
         self._from_m, self._gone_m = from_m, 0.0
 
     def bounded(self, velocity_m_s: Vector3, reference_m: Vector3) -> Vector3:
@@ -66,8 +65,7 @@ class WallCheck:
         if self._base_N is None:
             self._base_N = (fx, fy)
             size = hypot(fx, fy)
-            if size > 0.0:
-                self.way = (fx / size, fy / size)
+            self.way = (fx / size, fy / size) if size > 0.0 else (1.0, 0.0)
         (ux, uy), (bx, by) = self.way, self._base_N
         self.answer_N = max(self.answer_N, (bx - fx) * ux + (by - fy) * uy)
         self.answered = self.answer_N >= ANSWER_N
