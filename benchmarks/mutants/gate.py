@@ -44,13 +44,14 @@ NOT_RUN: Final = Path(__file__).with_name("not_run.json")
 _SAME_BITS: Final = "it differs only where two numbers that are computed from samples are equal in every bit"
 THOROUGH: Final = ("core/palpate/core/supervision/", "core/palpate/core/tasks/")
 """Where no survivor stays unexplained, and every line is to be run, if a trial runs the module at all."""
-_REFUSING: Final = ("check", "__post_init__", "require", "_require")
+_REFUSING: Final = ("check", "_check_index", "__post_init__", "require", "_require")
 """How functions are called, or begin, that refuse what was set before any trial."""
 _CHECKING: Final = {
-    "Range", "check_known", "check_names", "require_floor", "require_keys", "require_names", "require_one_of",
-    "require_room", "require_whole",
+    "Range", "check_known", "check_names", "require_finite", "require_floor", "require_keys", "require_names",
+    "require_one_of", "require_room", "require_whole",
 }  # fmt: skip
-"""Functions that only refuse settings and files; what they are called with is no behaviour of a trial."""
+"""Functions that only refuse settings and files, or numbers that the filter has refused before; what they are called
+with is no behaviour of a trial."""
 _SETTING: Final = re.compile(r"[a-z_]+(\.\w+)+")
 """How a setting is called where it is checked: with the table that it stands in."""
 _MODULE: Final = "<module>"
