@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -28,16 +29,21 @@ def joints_rad(x_mm: float, z_mm: float, turn_rad: float = 0.0, lean_rad: float 
     return solved
 
 
-def motion(config: CellConfig, start_rad: np.ndarray, end_rad: np.ndarray) -> tuple[list[bytes], list[int]]:
-    """State and wrench after each tick of a way commanded at one stroke, and the levels of search on it."""
-    cell = WorkCell(
-        Kinematics(arm_named(ARM), ToolGeometry()),
+def cell_of(config: CellConfig, arm: str = ARM) -> WorkCell:
+    """A cell with this arm."""
+    return WorkCell(
+        Kinematics(arm_named(arm), ToolGeometry()),
         config,
         goal_in_base=GOAL,
-        ready_rad=ready_rad(ARM),
+        ready_rad=ready_rad(arm),
         rate_Hz=CONTROL_RATE_HZ,
         wander_m=WANDER_M,
     )
+
+
+def motion(config: CellConfig, start_rad: np.ndarray, end_rad: np.ndarray) -> tuple[list[bytes], list[int]]:
+    """State and wrench after each tick of a way commanded at one stroke, and the levels of search on it."""
+    cell = cell_of(config)
     cell.place(start_rad)
     cell.command(tuple(end_rad))
     states, levels = [], []
@@ -75,3 +81,22 @@ def test_listed_pairs_give_the_motion_of_a_search_to_the_bit(
         levels = {min(level, 1) for level in levels}
     assert set(used) <= levels
     assert used[-1] == max(levels)
+
+
+@pytest.mark.parametrize("arm", ["zebra-zero", "ur5"])
+def test_what_is_kept_before_a_tick_is_all_that_a_step_starts_from_and_changes(arm: str) -> None:
+    cell = cell_of(CellConfig(), arm)
+    every = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+    user = int(mujoco.mjtState.mjSTATE_USER)  # the command, and forces and places that only a caller sets
+    before, after = (np.empty(mujoco.mj_stateSize(cell.model, every)) for _ in range(2))
+    assert cell.contacts is not None
+    kept = sum(array.size for array in cell.contacts._state)
+    assert 1 + kept == mujoco.mj_stateSize(cell.model, every & ~user)
+    cell.command(tuple(ready_rad(arm) + 0.01))
+    cell.advance()
+    mujoco.mj_getState(cell.model, cell.data, before, every)
+    time_s, state = cell.data.time, [array.tobytes() for array in cell.contacts._state]
+    cell.advance()
+    cell.contacts._put_back(time_s, *state)
+    mujoco.mj_getState(cell.model, cell.data, after, every)
+    assert before.tobytes() == after.tobytes()
