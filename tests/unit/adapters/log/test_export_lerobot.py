@@ -38,14 +38,6 @@ def column(folder: Path, name: str) -> np.ndarray:
     return np.array(pq.read_table(folder / "data/chunk-000/file-000.parquet")[name].to_pylist())
 
 
-def test_at_the_control_rate_every_tick_is_a_frame(tmp_path: Path) -> None:
-    found = frames(tmp_path, [exact(k) for k in range(1000)], 140)
-    assert found["tick"].tolist() == list(range(1000))
-    assert found["observation.wrench_age_s"] == pytest.approx(0.002, abs=1e-8)
-    assert found["observation.state_age_s"] == pytest.approx(0.0, abs=1e-8)
-    assert found["observation.wrench"][:, 0] == pytest.approx(0.1 * np.arange(1000))
-
-
 def test_rounded_clock_readings_do_not_make_frames_miss_their_tick(tmp_path: Path) -> None:
     late_by_one = [exact(k, counterfactual=False) for k in range(500)]
     late_by_one = [replace(r, time_ns=(r.time_ns or 0) + r.tick % 2) for r in late_by_one]
@@ -93,13 +85,6 @@ def test_frames_begin_where_everything_is_there(tmp_path: Path) -> None:
     assert found["tick"].tolist() == [2, 3]
     with pytest.raises(LogError, match="nothing to export"):
         frames_of(read_log(write_log(tmp_path / "b.mcap", ticks[:1])), 140)
-
-
-def test_asked_and_applied_stay_apart(tmp_path: Path) -> None:
-    limited = AppliedCommand((9.0,) * 6, CommandReason.VELOCITY_LIMIT)
-    found = frames(tmp_path, [exact(0), exact(1, applied=limited)], 140)
-    assert found["action.asked"].tolist() == [list(POSTURE)] * 2
-    assert found["action"].tolist() == [list(POSTURE), [9.0] * 6]
 
 
 @pytest.mark.parametrize("fps", [7, 30, 140, 400])

@@ -29,11 +29,6 @@ def chunks(data: bytes) -> list[tuple[Chunk, list[RawMessage]]]:
     return found
 
 
-def test_the_first_message_is_a_chunk_of_its_own() -> None:
-    found = chunks(log_bytes(messages(range(200))))
-    assert [m.channel for m in found[0][1]] == [1]
-
-
 def test_a_chunk_spans_less_than_a_quarter_second_of_trial_time() -> None:
     content = messages(range(400))
     found = chunks(log_bytes(content))
@@ -67,10 +62,6 @@ def test_times_before_zero_backwards_and_far_apart_do_not_matter() -> None:
 def test_a_chunk_ends_by_its_size_where_time_stands_still() -> None:
     content = [RawMessage(EVENT.id, 0, bytes([k]) * 100_000) for k in range(40)]
     assert all(chunk.uncompressed_size <= CHUNK_BYTES + 110_000 for chunk, _ in chunks(log_bytes(content)))
-
-
-def test_an_empty_log_is_a_file_all_the_same() -> None:
-    assert chunks(log_bytes([])) == []
 
 
 def test_other_tools_see_topics_and_metadata() -> None:

@@ -98,15 +98,6 @@ def test_the_tip_is_where_the_kinematics_say_in_the_task_frame(tmp_path: Path) -
     assert series.tip_mm[0] == pytest.approx([0.0, 0.0, -3.0], abs=0.01)
 
 
-def test_missing_ticks_break_the_lines(tmp_path: Path) -> None:
-    series = series_of(log(tmp_path, [tick(k) for k in (0, 1, 5, 6)]))
-    assert series.ticks.tolist() == [0, 1, -1, 5, 6]
-    assert np.isnan(series.wrench[2]).all()
-    assert np.isnan(series.tip_mm[2]).all()
-    assert series.time_s[2] == pytest.approx(3 * PERIOD_NS * 1e-9)
-    assert not np.isnan(series.wrench[[0, 1, 3, 4]]).any()
-
-
 def test_samples_that_are_invalid_or_missing_are_not_drawn(tmp_path: Path) -> None:
     nan = WrenchSample((math.nan,) * 3, (0.0,) * 3, 0, 0, 1, Validity.INVALID)  # type: ignore[arg-type]
     bad = JointSample((math.nan,) * 6, 0, 0, 2, Validity.INVALID)

@@ -186,10 +186,6 @@ def test_many_chunks_cannot_claim_more_than_one(monkeypatch: pytest.MonkeyPatch)
     assert "more than any log of ours" in complaint(file_of(*[chunk("", filler, 400)] * 3))
 
 
-def test_a_log_that_ends_before_the_trial_has_no_end() -> None:
-    assert read(log_bytes(messages(end=None))).end is None
-
-
 def test_messages_of_other_tools_in_between_are_passed_over() -> None:
     content = [*SMALL[:3], RawMessage(EVENT.id, 0, encode_record("Event", EventEntry(tick=2, name="note"))), *SMALL[3:]]
     assert read(rewritten(content)).events[0].name == "note"

@@ -6,19 +6,14 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.log import CallEntry, TickRecord, sound_messages
+from palpate.adapters.log import CallEntry, TickRecord
 from palpate.adapters.log.schema import BY_ID
 from palpate.adapters.log.writer_client import Opening
 from palpate.core.control_loop import UnfinishedTick
 from palpate.core.errors import DeviceError, LogError
 from palpate.core.ports.values import AppliedCommand, JointCommand, WrenchSample
-from palpate.core.trial.report import Event
 from tests.unit.adapters.log.crafted import STARTING, start_with
 from tests.unit.adapters.log.recording_bench import Bench, ChokingSink, log_of, ticks_of
-
-
-def topics(data: bytes) -> list[str]:
-    return [BY_ID[message.channel].topic for message in sound_messages("x", data)]
 
 
 def test_a_tick_holds_what_passed_the_ports() -> None:
@@ -44,14 +39,6 @@ def test_what_the_trial_starts_with_is_asked_when_the_task_has_begun() -> None:
     bench.end()
     assert asked == [-1]
     assert bench.log().start.trial == 8
-
-
-def test_a_trial_that_never_began_still_has_a_start_and_an_end() -> None:
-    bench = Bench()
-    bench.report.events.append(Event(9, "of the trial before"))
-    bench.recorder.begin(Opening(Path("x"), {}), lambda: STARTING)
-    bench.end()
-    assert topics(bench.sink.logs[0]) == ["/start", "/end"]  # type: ignore[attr-defined]
 
 
 def test_calls_besides_a_tick_are_recorded_with_it() -> None:

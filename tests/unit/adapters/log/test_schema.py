@@ -7,7 +7,7 @@ from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
 from palpate.adapters.log.file import describe_channels
 from palpate.adapters.log.messages import encode_record
-from palpate.adapters.log.schema import CHANNELS, MESSAGES, PACKAGE, descriptor_set, encode, message_class
+from palpate.adapters.log.schema import CHANNELS, MESSAGES, PACKAGE, descriptor_set, message_class
 from tests.unit.adapters.log.crafted import tick_record
 
 
@@ -38,12 +38,6 @@ def test_channels_are_numbered_as_a_writer_numbers_them() -> None:
     # The MCAP library counts channels from 1 in the order in which they are announced.
     assert [kind.id for kind in CHANNELS] == list(range(1, len(CHANNELS) + 1))
     assert [told["topic"] for told in describe_channels()] == [kind.topic for kind in CHANNELS]
-
-
-def test_what_is_not_there_is_absent_and_not_zero() -> None:
-    made: Any = message_class("Call").FromString(encode("Call", tick=0, port="clock", call="now_ns", time_ns=None))
-    assert made.HasField("tick")
-    assert not made.HasField("time_ns")
 
 
 def test_logs_of_the_first_version_stay_readable() -> None:
