@@ -4,12 +4,6 @@ import pytest
 
 from palpate.adapters.config import RunConfig, overlay, require_corners, scenario, task_kind, with_options
 from palpate.core.errors import ConfigurationError
-from palpate.core.tasks.insertion import INSERTION
-
-
-def test_own_tasks_are_found_by_name() -> None:
-    assert task_kind("insertion") is INSERTION
-    assert not task_kind("surface-follow").asks_policy
 
 
 def test_all_options_of_a_task_are_told_and_an_insertion_has_none() -> None:

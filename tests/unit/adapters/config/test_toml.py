@@ -53,11 +53,6 @@ def test_only_what_the_table_names_changes() -> None:
     assert config == replace(CHANGED, seed=1, task=replace(CHANGED.task, goal=config.task.goal))
 
 
-def test_a_whole_number_serves_as_a_float() -> None:
-    step = overlay(RunConfig(), {"task": {"step_mm": 1}}).task.step_mm
-    assert (step, type(step)) == (1.0, float)
-
-
 @pytest.mark.parametrize("table", [{"task": 3}, {"task": {"goal": [1.0]}}])
 def test_a_value_where_a_table_belongs_is_named(table: dict[str, Any]) -> None:
     with pytest.raises(ConfigurationError, match=r"^task(\.goal)? = .* is refused: a table$"):

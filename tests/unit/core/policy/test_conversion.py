@@ -113,14 +113,6 @@ def test_fixed_knowledge_comes_back_as_its_own_kind(tmp_path, kind):
     assert [back.assigned(s) for s in range(4)] == [policy.assigned(s) for s in range(4)] == [0, 4, 4, 7]
 
 
-def test_another_task_is_refused(tmp_path):
-    document = through_file(learner(), tmp_path)
-    with pytest.raises(ConfigurationError, match=r"states\[3\]"):
-        policy_from(document, ("a", "b", "c", "e"), ACTIONS)
-    with pytest.raises(ConfigurationError, match="displacement_mm"):
-        policy_from(document, STATES, compass_actions(0.001))
-
-
 @pytest.mark.parametrize(
     ("policy", "says"),
     [

@@ -18,23 +18,6 @@ def read_row(content, *, has_learner):
 
 
 @pytest.mark.parametrize(
-    ("row", "value", "visits"),
-    [
-        (LEARNED, -0.5, 7),
-        (PROGRAMMED, None, 0),
-        (
-            TableRow.of("a", "programmed", "go", 0, (-2.0, -0.5), (3, 4)),
-            -2.0,
-            7,
-        ),  # the assigned action's, not the best
-    ],
-)
-def test_value_and_visits_follow_from_the_row_and_it_reads_back(row, value, visits):
-    assert (row.value, row.visits) == (value, visits)
-    assert read_row(asdict(row), has_learner=row.q is not None) == row
-
-
-@pytest.mark.parametrize(
     ("change", "field"),
     [
         ({"source": "guessed"}, "source"),

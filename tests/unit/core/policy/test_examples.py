@@ -1,8 +1,4 @@
-from collections import Counter
-
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.examples import ExamplesPolicy, load_examples
@@ -18,17 +14,6 @@ def test_the_majority_decides_and_ties_go_to_the_first_action():
     assert [policy.assigned(state) for state in range(3)] == [NAMES.index("-y"), NAMES.index("+x"), None]
     assert policy.counts[0] == (0, 0, 1, 0, 0, 0, 2, 0)
     assert policy.choose(observation(0)).source == "examples"
-
-
-@given(st.lists(st.tuples(st.sampled_from(STATES), st.sampled_from(NAMES))))
-def test_no_action_is_shown_more_often_than_the_chosen_one(shown):
-    policy = ExamplesPolicy(STATES, EIGHT, iter(shown))
-    counted = Counter(shown)
-    for state, name in enumerate(STATES):
-        assert policy.counts[state] == tuple(counted[name, action] for action in NAMES)
-        assert policy.serves(state) == any(policy.counts[state])
-        if policy.serves(state):
-            assert policy.counts[state][policy.assigned(state)] == max(policy.counts[state])
 
 
 @pytest.mark.parametrize("pair", [("d", "+x"), ("a", "east")])

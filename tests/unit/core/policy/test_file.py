@@ -188,12 +188,6 @@ def test_the_json_schema_refuses_them_too(change):
     assert list(disagreements(made, FORMAT))
 
 
-def test_a_policy_serves_its_own_task():
-    document().check_matches(STATES, ACTIONS)
-    read = PolicyDocument.from_json_text(document().to_json_text())
-    read.check_matches(list(STATES), compass_actions(0.001))
-
-
 @pytest.mark.parametrize(
     ("states", "actions", "field", "accepted"),
     [

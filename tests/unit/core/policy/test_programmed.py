@@ -47,23 +47,6 @@ def test_unknown_names_are_refused_with_all_that_is_accepted():
 # Programs.
 
 
-def test_the_table_decides_whatever_its_order():
-    policy = ProgrammedPolicy(STATES, EIGHT, {"c": "-x", "a": "+x"})
-    assert [policy.assigned(state) for state in range(3)] == [0, None, 4]
-    assert policy.choose(observation(2)).source == "programmed"
-    assert not any(ProgrammedPolicy(STATES, EIGHT, {}).serves(state) for state in range(3))
-
-
-@pytest.mark.parametrize(
-    ("table", "value", "accepted"),
-    [({"centre": "+x"}, "centre", "a, b, c"), ({"a": "east"}, "east", "+x, +x+y, +y, -x+y, -x")],
-)
-def test_a_program_with_unknown_names_is_refused(table, value, accepted):
-    error = refuse("policy.programmed", ProgrammedPolicy, STATES, EIGHT, table)
-    assert error.value == value
-    assert accepted in error.accepted
-
-
 # Random walks.
 
 

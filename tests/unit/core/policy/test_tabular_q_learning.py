@@ -116,10 +116,6 @@ def test_the_state_of_a_learner_of_another_size_is_refused_and_changes_nothing(o
     assert q.get_state() == before
 
 
-def test_only_states_of_the_table_are_served():
-    assert [learner().serves(state) for state in range(3)] == [True, True, False]
-
-
 @pytest.mark.parametrize(
     ("settings", "field"),
     [
