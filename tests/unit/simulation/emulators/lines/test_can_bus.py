@@ -47,14 +47,6 @@ def test_a_frame_arrives_when_its_last_bit_is_over_and_not_at_its_sender() -> No
     assert wire.frames_carried == 1
 
 
-def test_a_request_and_its_answer_take_two_frame_times() -> None:
-    wire = wire_of(Echo())
-    wire.send(BusFrame(0x10, b""), 0)
-    wire.advance(51 * US)
-    assert wire.advance(101 * US) == []
-    assert wire.advance(102 * US) == [BusFrame(0x11, b"")]
-
-
 def test_the_lowest_identifier_wins_but_a_node_keeps_its_order() -> None:
     one, two = Echo(), Echo()
     one.outbox = [BusFrame(0x601, b"1"), BusFrame(0x681, b"1"), BusFrame(0x601, b"2"), BusFrame(0x681, b"2")]

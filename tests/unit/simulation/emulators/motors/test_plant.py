@@ -46,11 +46,6 @@ def test_home_is_zero_and_a_turn_of_joint_1_is_192000_counts() -> None:
     assert ArmGears().counts(turned)[0] == pytest.approx(192_000, abs=0.5)
 
 
-def test_joint_3_alone_turns_four_motors() -> None:
-    pose = (*HOME_RAD[:2], HOME_RAD[2] + 0.1, *HOME_RAD[3:])
-    assert ArmGears().counts(pose) == pytest.approx((0, 0, 3055.775, 0.15 * W, -0.15 * W, -0.15 * W))
-
-
 def test_an_ideal_motor_is_where_its_servo_wants_it() -> None:
     plant = IdealPlant()
     as_plant(plant).set_motor_counts(2, 1234.0)

@@ -64,18 +64,3 @@ def test_a_trapezoid_ends_on_its_target_within_its_limits(
     assert profile.position == second * ONE_COUNT
     profile.tick()
     assert profile.position == second * ONE_COUNT
-
-
-def test_velocity_profile_ramps_and_holds() -> None:
-    profile = Profile()
-    profile.start_velocity(-1_000_000, 1_000)
-    assert run(profile) == 1_000
-    assert profile.accelerated
-    start = profile.position
-    for _ in range(10):
-        profile.tick()
-    assert profile.position - start == -10_000_000
-    profile.stop_smoothly()
-    assert not profile.done
-    assert run(profile) == 1_000
-    assert profile.velocity == 0
