@@ -57,6 +57,11 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         _corner(options={"most_yaw_deg": 1.0}),
         policy="corner-first",
     ),
+    "trip-leant": Mishap(
+        (joints("spike", 20, magnitude=-0.09, channels=(4,)),),
+        _corner(options={"most_lean_deg": 3.0}),
+        policy="corner-first",
+    ),
     # Held aside where it is to lean, and held down, there and where it pushes; at last it is upright and, by its
     # encoders, hardly deep.
     "corner-lost": Mishap(

@@ -114,6 +114,12 @@ def f(a, b):
     assert found == {("statement", "c = number('task.b', b, 0.5)"), ("arithmetic", "c += x"), ("statement", "c += x")}
 
 
+def test_the_gate_leaves_out_constants_that_no_run_line_reads() -> None:
+    source = "_A = 1\n_B = _A\n_C = 2\nD = 3\n\n\ndef f():\n    return _B\n\n\ndef g():\n    return _C\n"
+    found = {one.mutant.was for one in gate._candidates("f.py", source, {7, 8})}
+    assert found == {"1", "3", "return _B"}
+
+
 def test_a_condition_over_several_lines_is_run_where_it_begins(tmp_path: Path) -> None:
     file = f"{gate.THOROUGH[0]}x.py"
     (tmp_path / file).parent.mkdir(parents=True)
