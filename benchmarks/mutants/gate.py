@@ -223,7 +223,7 @@ def _candidates(file: str, source: str, run: Collection[int]) -> Iterator[_Candi
     bodies += [
         (_MODULE, ast.unparse(one), one)
         for one in module.body
-        if isinstance(one, ast.Assign | ast.AnnAssign) and one not in inside
+        if isinstance(one, ast.Assign | ast.AnnAssign) and one not in inside and not _unread(one, module, run)
     ]
     for name, text, node in bodies:
         if name.rpartition(".")[2].startswith(_REFUSING):
@@ -254,6 +254,15 @@ def _candidates(file: str, source: str, run: Collection[int]) -> Iterator[_Candi
                         variant,
                         frozenset() if name == _MODULE else ours,
                     )
+
+
+def _unread(constant: ast.Assign | ast.AnnAssign, module: ast.Module, run: Collection[int]) -> bool:
+    """Whether this is a module's own constant, and no line that is run reads it."""
+    target = constant.target if isinstance(constant, ast.AnnAssign) else constant.targets[0]
+    name, lines = ast.unparse(target), _statement_lines(module)
+    read = {*run, *(one.lineno for one in module.body if not isinstance(one, ast.FunctionDef | ast.ClassDef))}
+    found = (node for node in ast.walk(module) if isinstance(node, ast.Name) and node.id == name and node is not target)
+    return name.startswith("_") and not any({node.lineno, lines[node]} & read for node in found)
 
 
 def _idle(function: ast.AST) -> set[ast.AST]:
