@@ -15,6 +15,7 @@ import argparse
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -98,6 +99,7 @@ def main() -> None:
     parser.add_argument("--phase", default="", help="only in this phase")
     parser.add_argument("--fault", default="", help="only liars with this in their name")
     parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--first", type=int, default=0, help="the first of them")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--arms", nargs="+", default=ARMS, choices=ARMS)
     parser.add_argument("--out", type=Path, help="Markdown file for the tables, which must not be there yet")
@@ -106,13 +108,15 @@ def main() -> None:
     for arm in options.arms:
         policy = options.policy or POLICIES.get(options.task, "")
         config, begin_s = config_of(options.task, arm, policy), time.monotonic()
-        chosen = cases(config, options.seeds, Choice(group="liars", phase=options.phase, fault=options.fault))
+        choice = Choice(group="liars", phase=options.phase, fault=options.fault)
+        chosen = [replace(case, seed=case.seed + options.first) for case in cases(config, options.seeds, choice)]
         parts = run_cases(config, chosen, policy=policy, rig_file="", supervised=True, jobs=options.jobs)
         runs = [run for part in parts for run in part]
         minutes = (time.monotonic() - begin_s) / 60.0
         found = verdict(runs)
         good = good and "\n- " not in found
-        text += f"{options.task}, {arm}, {options.seeds} seeds, {minutes:.1f} min\n\n{table(runs)}\n\n{found}\n"
+        seeds = f"{options.seeds} seeds from {options.first} on"
+        text += f"{options.task}, {arm}, {seeds}, {minutes:.1f} min\n\n{table(runs)}\n\n{found}\n"
     sys.stdout.write(text)
     if options.out is not None:
         write_whole(options.out, text, remedy="name another file with --out")
