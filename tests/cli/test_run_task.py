@@ -78,6 +78,11 @@ def test_a_task_of_another_package_is_run_and_replayed(
             ("--task=insertion-6dof", "--policy", "give-way", "--task.options", "level_beside_mm", "36"),
             "task.area_half_width_mm = 11.0 is refused: at least 39",
         ),
+        (
+            "run",
+            ("--task=insertion-6dof", "--policy", "give-way", "--task.options", "tool_kg", "0"),
+            "task.options.unanswered_N = 28.0 is refused: 0 with tool_kg = 0",
+        ),
         ("run", ("--policy", "corner-first"), "one of --task insertion-6dof"),
         (
             "run",

@@ -9,6 +9,7 @@ from typing import Final
 from palpate.core.motion import limited
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
 from palpate.core.tasks.contact.heave_answer import HeaveAnswer
+from palpate.core.tasks.contact.restless import RestlessForce
 from palpate.core.tasks.contact.trial_state import TrialState
 from palpate.core.tasks.contact.uneven_heave import UnevenHeave
 from palpate.core.trial import ControlConfig, Measurement, Purpose, Trip, TripReason, generator
@@ -23,14 +24,20 @@ _STAND_TICKS: Final = 14
 """An answer comes in these, mostly. After them the tool goes back to where it had one: there it may have one again, and
 a recording that fits by chance lets it push no further than before."""
 _BACK_M_S: Final = 8e-3
-_LONGEST_TICKS: Final = 2 * CONTROL_RATE_HZ
+_MET_N: Final = 2.5
+"""It goes back no further against such a force: a corner that sank into the hole meanwhile meets another wall."""
+_SHOWN_SHARE: Final = 0.024
+"""Of the square of the accelerations that are commanded: an arm on a slow bus makes less of a heave, and its force has
+nothing to answer. Simulated servos show 0.03 at least, emulated ones with such a bus 0.02 at most."""
+_LONGEST_TICKS: Final = 4 * CONTROL_RATE_HZ
 
 
 class AnsweredForce:
     """Stops a tool that pushes where the force does not answer its heave, and lets it go back and heave until it does.
 
     Scatter is no answer, as it is to :class:`~palpate.core.tasks.contact.restless.RestlessForce`: a recording
-    scatters, and so does noise.
+    scatters, and so does noise. Only where the arm does not heave as it is told, by its own encoders, that takes over
+    for the rest of the trial.
 
     Args:
         control: Its stiffnesses are those of the gripper.
@@ -52,11 +59,17 @@ class AnsweredForce:
         self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
         self._axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
         self._heave, self._answer = UnevenHeave(speed_m_s), HeaveAnswer(mass_kg, self._axial_N_per_m)
+        # A turn changes the speed by twice that in a tick, and every third tick has one.
+        self._least_shown_N2 = _SHOWN_SHARE * (2.0 * mass_kg * speed_m_s * CONTROL_RATE_HZ) ** 2 / 3.0
+        self._restless = RestlessForce(state, measurement, control, speed_m_s)
 
     def begin(self) -> None:
         """A trial begins."""
         setup = self._state.report.setup
         self._heave.begin_trial(generator(setup.seed, Purpose.HEAVE, setup.index))
+        self._answer.begin_trial()
+        self._restless.begin()
+        self._follows_heaves = True
         self._looks: deque[bool] = deque(maxlen=_LOOKS)
         self._sequence: int | None = None
         self._tick, self._along_m_s, self._waited_ticks = -1, 0.0, 0
@@ -68,20 +81,28 @@ class AnsweredForce:
     @property
     def waits(self) -> bool:
         """Whether the tool goes no further until its heave is answered."""
-        return self._stopped
+        return self._stopped if self._follows_heaves else self._restless.waits
 
     def watch(self) -> None:
         """A tick in which the tool may push."""
-        state, measured, sequence = self._state, self._measured, self._state.snapshot.wrench.sequence
-        if sequence == self._sequence:
+        state, measured, answer = self._state, self._measured, self._answer
+        if not self._follows_heaves:
+            self._restless.watch()
             return
-        self._sequence = sequence
-        force_N = measured.force_N[2]
-        # Depth by the encoders alone, at the time of the force.
-        self._answer.add(measured.tip_depth_m - force_N / self._axial_N_per_m, force_N)
-        if self._tick != state.tick - 1:
+        wrench, joints = state.snapshot.wrench, state.snapshot.joints
+        if wrench.sequence != self._sequence:
+            self._sequence = wrench.sequence
+            answer.felt(wrench.source_time_ns * 1e-9, measured.force_N[2])
+        # Only new ones are told: times go on.
+        answer.moved(joints.source_time_ns * 1e-9, measured.position_m[2])
+        if not answer.paired() or self._tick != state.tick - 1:
             return
-        follows = self._answer.follows(_FEWEST_STOPPED if self._stopped else _FEWEST, state.noise[2])
+        if self._stopped and (shown_N2 := answer.shown_N2) is not None and shown_N2 < self._least_shown_N2:
+            text = "the encoders show less of a heave than is commanded: scatter of the force counts instead"
+            state.event("heave", text)
+            self._follows_heaves = False
+            return
+        follows = answer.follows(_FEWEST_STOPPED if self._stopped else _FEWEST, state.noise[2])
         if follows is None:
             return
         self._looks.append(follows)
@@ -90,6 +111,8 @@ class AnsweredForce:
 
     def velocity_m_s(self, velocity_m_s: Vector3) -> Vector3:
         """The velocity, (3,), task frame, for this tick, of a tool that would go on with this one."""
+        if not self._follows_heaves:
+            return self._restless.velocity_m_s(velocity_m_s)
         tick = self._state.tick
         if tick != self._tick:
             # Only once, where an action is chosen in a tick that another one had.
@@ -113,7 +136,9 @@ class AnsweredForce:
         self._waited_ticks += 1
         if self._waited_ticks <= _STAND_TICKS:
             return 0.0, 0.0, 0.0
-        x, y, z = self._way_m
+        (x, y, z), (fx, fy, _) = self._way_m, self._measured.force_N
+        if x * fx + y * fy > _MET_N * hypot(x, y):
+            return 0.0, 0.0, 0.0
         return limited((-x / PERIOD_S, -y / PERIOD_S, -z / PERIOD_S), _BACK_M_S)
 
     def _begin_heave(self) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Final
 
-from palpate.core.ports import CONTROL_RATE_HZ
+from palpate.core.ports import PERIOD_S
 
 _MOST: Final = 96
 """Samples of a look at most; a noise of 0.3 N takes 30 to 50, by how the tare happened to show it."""
@@ -23,14 +23,24 @@ _FRICTION_N_S_PER_M: Final = 30.0
 """Steeper is the friction of no wall; it is a unit only."""
 _BACKWARDS: Final = -0.3
 """No part may act the wrong way round, but for what noise does."""
+_BEHIND_S: Final = PERIOD_S
+"""A force is so far behind the acceleration that it is due to: it is sampled over a tick, and the gripper yields."""
+_KEPT: Final = 32
+"""Places and forces that wait for each other; older ones are stale to a supervisor."""
+_FEWEST_SHOWN: Final = 28
+_LEAST_WEIGHT: Final = 0.5
+"""Of a force in the middle between three places: with less of it there is none at their time."""
 
 
 class HeaveAnswer:
     """Fits the newest forces by what a tool that moves like this would give.
 
-    Places are the encoders', at the time of the force, so no servo has to be known. In air the inertia has to explain
-    the force alone; where the tool is borne, the spring; where it slips, inertia, friction and spring together, each
-    the right way round. What follows another heave, as a recording does, is not explained, nor is mere noise.
+    Places are the encoders', so no servo has to be known. Either sensor may be late, and may be slower than the other:
+    three places tell the acceleration over the time that they span, and the force is weighed over that same time.
+
+    In air the inertia has to explain the force alone; where the tool is borne, the spring; where it slips, inertia,
+    friction and spring together, each the right way round. What follows another heave, as a recording does, is not
+    explained, nor is mere noise.
 
     Args:
         mass_kg: Of all that the force sensor carries.
@@ -38,29 +48,65 @@ class HeaveAnswer:
     """
 
     def __init__(self, mass_kg: float, stiffness_N_per_m: float) -> None:
-        self._mass, self._stiffness = mass_kg * CONTROL_RATE_HZ * CONTROL_RATE_HZ, stiffness_N_per_m
-        self._viscous = _FRICTION_N_S_PER_M * CONTROL_RATE_HZ
-        self._depths_m: deque[float] = deque(maxlen=3)
+        self._mass, self._stiffness = mass_kg, stiffness_N_per_m
+        self.begin_trial()
+
+    def begin_trial(self) -> None:
+        """A trial begins, with other samples."""
+        self._places: deque[tuple[float, float]] = deque(maxlen=_KEPT)
+        self._forces: deque[tuple[float, float]] = deque(maxlen=_KEPT)
         self.begin()
 
     def begin(self) -> None:
         """A heave begins: what was felt before is no answer to it."""
         self._from_m: float | None = None
         # Sums from the beginning on: those of any number of samples are a difference.
-        self._sums: deque[tuple[float, ...]] = deque(((0.0,) * 14,), maxlen=_MOST + 1)
+        self._sums: deque[tuple[float, ...]] = deque(((0.0,) * 15,), maxlen=_MOST + 1)
 
-    def add(self, depth_m: float, force_N: float) -> None:
-        """A new sample: force along the tool axis, and where the encoders had the tip then."""
-        self._depths_m.append(depth_m)
-        if len(self._depths_m) < 3:
-            return
+    def felt(self, time_s: float, force_N: float) -> None:
+        """A new sample of the force along the tool axis."""
+        self._forces.append((time_s, force_N))
+
+    def moved(self, time_s: float, depth_m: float) -> None:
+        """A new place of the tip by the encoders, along the tool axis."""
+        if not self._places or time_s > self._places[-1][0]:
+            self._places.append((time_s, depth_m))
+
+    def paired(self) -> bool:
+        """Whether there are samples that have become a pair by what is new: at most one a call."""
+        if len(self._places) < 3 or not self._forces:
+            return False
+        (t0, x0), (t1, x1), (t2, x2) = self._places[0], self._places[1], self._places[2]
+        rise_s, fall_s, middle_s = t1 - t0, t2 - t1, t1 + _BEHIND_S
+        # The next force would count nothing any more.
+        if self._forces[-1][0] < middle_s + fall_s - 1.02 * PERIOD_S:
+            return False
+        self._places.popleft()
+        force_N = weights = squares = 0.0
+        for time_s, each_N in reversed(self._forces):
+            away_s = time_s - middle_s
+            weight = 1.0 - away_s / fall_s if away_s > 0.0 else 1.0 + away_s / rise_s
+            if weight > 0.0:
+                force_N, weights, squares = force_N + weight * each_N, weights + weight, squares + weight * weight
+            elif away_s < 0.0:
+                break
+        if weights < _LEAST_WEIGHT:
+            return False
+        f, now_m = force_N / weights, x1 + (x2 - x1) * _BEHIND_S / fall_s
         if self._from_m is None:
-            self._from_m = depth_m
-        before_m, last_m, _ = self._depths_m
-        a, v = -self._mass * (depth_m - 2.0 * last_m + before_m), self._viscous * (last_m - depth_m)
-        s, f = self._stiffness * (self._from_m - depth_m), force_N
-        new = a, v, s, f, a * a, a * v, a * s, a * f, v * v, v * s, v * f, s * s, s * f, f * f
+            self._from_m = now_m
+        up_m_s = (x1 - x2) / fall_s
+        a = 2.0 * self._mass * (up_m_s - (x0 - x1) / rise_s) / (rise_s + fall_s)
+        v, s = _FRICTION_N_S_PER_M * up_m_s, self._stiffness * (self._from_m - now_m)
+        new = a, v, s, f, a * a, a * v, a * s, a * f, v * v, v * s, v * f, s * s, s * f, f * f, squares / weights**2
         self._sums.append(tuple(map(float.__add__, self._sums[-1], new)))
+        return True
+
+    @property
+    def shown_N2(self) -> float | None:
+        """Mean square of what the tool's mass gives by the encoders since the heave began; None for few samples."""
+        first, newest, count = self._sums[0], self._sums[-1], len(self._sums) - 1
+        return (newest[4] - first[4]) / count if count >= _FEWEST_SHOWN else None
 
     def follows(self, fewest: int, noise_N: float) -> bool | None:
         """Whether the force follows the heave over the newest samples; None where these are too few to tell.
@@ -74,13 +120,14 @@ class HeaveAnswer:
             count += 1
         if count >= len(sums):
             return None
-        a, v, s, f, aa, av, as_, af, vv, vs, vf, ss, sf, ff = map(float.__sub__, newest, sums[-1 - count])
+        a, v, s, f, aa, av, as_, af, vv, vs, vf, ss, sf, ff, squares = map(float.__sub__, newest, sums[-1 - count])
         aa, av, as_, af = aa - a * a / count, av - a * v / count, as_ - a * s / count, af - a * f / count
         vv, vs, vf = vv - v * v / count, vs - v * s / count, vf - v * f / count
         ss, sf, ff = ss - s * s / count, sf - s * f / count, ff - f * f / count
         if aa <= 0.0 or ss <= 0.0:
             return False
-        noise, gain = _NOISE_SHARE * noise_N * noise_N, af / aa
+        # A weighed mean is less noisy than a force.
+        noise, gain = _NOISE_SHARE * noise_N * noise_N * squares / count, af / aa
         for share, explained in ((gain, gain * af), (sf / ss, sf * sf / ss)):
             left = ff - explained
             known = _LEAST_GAIN < share < _MOST_GAIN and explained > least

@@ -37,8 +37,7 @@ class SpatialTask(InsertionTask):
         if checks is not None:
             own, task, state, measurement = self._options, equipment.task, equipment.state, equipment.measurement
             parts = state, measurement, self._control, task.travel_speed_mm_s * 1e-3
-            # Without a mass that is known, what it gives in air is not either.
-            if own.unanswered_N and own.tool_kg:
+            if own.unanswered_N:
                 felt = AnsweredForce(*parts, own.unanswered_N, own.tool_kg)
             else:
                 felt = RestlessForce(*parts)

@@ -15,6 +15,7 @@ SPEED_M_S = 9e-3
 MOST_N = 26.0
 MASS_KG = 0.35
 TICKS = 600
+TICK_NS = 10**9 // CONTROL_RATE_HZ
 LIES = 160
 
 Force = Callable[[list[float], list[float]], float]
@@ -35,16 +36,35 @@ def slipping(heights_m: list[float], felt_N: list[float]) -> float:
     return 0.5 * inertia(heights_m, felt_N) - (0.6 if now > last else -0.6)
 
 
+def still(*_: object) -> float:
+    return 0.0
+
+
 def pushed(
-    force_N: Force, lie: Force | None = None, *, trial: int = 0, noise: float = 0.0, speed_m_s: float = SPEED_M_S
+    force_N: Force,
+    lie: Force | None = None,
+    *,
+    trial: int = 0,
+    noise: float = 0.0,
+    speed_m_s: float = SPEED_M_S,
+    late_ticks: tuple[int, int] = (0, 0),
+    each_ticks: tuple[int, int] = (1, 1),
+    heaves: bool = True,
 ) -> tuple[float, list[str]]:
-    """Furthest way, in N of bend, since the lie began, or from the start without one; and what was doubted."""
+    """Furthest way, in N of bend, since the lie began, or from the start without one; and what happened.
+
+    Args:
+        late_ticks: By so much forces and places come late.
+        each_ticks: In every so many-th tick there is a new force, and a new place.
+        heaves: Whether the arm does as it is told along the tool.
+    """
     state, measured, chance = TrialState(), SimpleNamespace(), random.Random(trial)
     state.begin(TrialSetup(trial, 7, (0.0, 0.0)))
     state.noise = NOISE
     answered = AnsweredForce(state, measured, ControlConfig(), 0.02, MOST_N, MASS_KG)  # type: ignore[arg-type]
     answered.begin()
     heights_m, felt_N, way_m, furthest_m = [0.0] * 4, list[float](), 0.0, 0.0
+    places_m, (force_late, late), (force_each, each) = list[float](), late_ticks, each_ticks
     for state.tick in range(TICKS):
         lies = lie is not None and state.tick >= LIES
         if state.tick == LIES and lie is not None:
@@ -54,15 +74,18 @@ def pushed(
         deviation = (noise if lies else 0.0) or NOISE[2]
         axial_N = (lie if lies and lie is not None else force_N)(shown_m, felt_N) + chance.gauss(0.0, deviation)
         felt_N.append(axial_N)
-        measured.force_N = 0.0, 0.0, axial_N
-        measured.tip_depth_m = shown_m[-1] + axial_N / 5e3
-        wrench = WrenchSample(measured.force_N, (0.0, 0.0, 0.0), 0, 0, state.tick)
-        state.snapshot = Snapshot(state.tick, 0, wrench, JointSample((0.0,), 0, 0, state.tick))
+        places_m.append(shown_m[-1])
+        felt = max(state.tick - force_late, 0) // force_each * force_each
+        shown = max(state.tick - late, 0) // each * each
+        measured.force_N = 0.0, 0.0, felt_N[felt]
+        measured.position_m = 0.0, 0.0, places_m[shown]
+        wrench = WrenchSample(measured.force_N, (0.0, 0.0, 0.0), felt * TICK_NS, 0, felt)
+        state.snapshot = Snapshot(state.tick, 0, wrench, JointSample((0.0,), shown * TICK_NS, 0, shown))
         answered.watch()
         vx, _, vz = answered.velocity_m_s((speed_m_s, 0.0, 0.0))
         way_m += vx * PERIOD_S
         furthest_m = max(furthest_m, way_m)
-        heights_m.append(heights_m[-1] + vz * PERIOD_S)
+        heights_m.append(heights_m[-1] + vz * PERIOD_S * heaves)
     return furthest_m * 40e3, [event.detail for event in state.report.events]
 
 
@@ -74,6 +97,33 @@ def test_a_live_sensor_lets_the_tool_go_on(force_N: Force, trial: int) -> None:
     assert not doubts
 
 
+@pytest.mark.parametrize(
+    ("late_ticks", "each_ticks"),
+    [
+        pytest.param((0, 1), (1, 1), id="places late by a tick"),
+        pytest.param((0, 4), (1, 1), id="places late by four"),
+        pytest.param((3, 0), (1, 1), id="forces late by three"),
+        pytest.param((0, 2), (1, 2), id="places late, and each second tick"),
+        pytest.param((0, 0), (2, 1), id="forces each second tick"),
+    ],
+)
+@pytest.mark.parametrize("force_N", [inertia, spring])
+def test_a_live_sensor_is_believed_where_either_is_late_or_slower(
+    force_N: Force, late_ticks: tuple[int, int], each_ticks: tuple[int, int]
+) -> None:
+    way_N, told = pushed(force_N, late_ticks=late_ticks, each_ticks=each_ticks)
+    assert way_N > 0.3 * TICKS * SPEED_M_S * PERIOD_S * 40e3
+    assert not told
+
+
+def test_an_arm_that_does_not_heave_as_it_is_told_is_asked_for_scatter_instead() -> None:
+    _, told = pushed(lambda _, felt_N: 1.0 if len(felt_N) % 6 < 3 else -1.0, heaves=False)
+    assert told == ["the encoders show less of a heave than is commanded: scatter of the force counts instead"]
+    way_N, told = pushed(inertia, still, heaves=False)
+    assert way_N < 60.0
+    assert "the force sensor is dead" in told[-1]
+
+
 @pytest.mark.parametrize("trial", range(3))
 @pytest.mark.parametrize(
     ("lie", "noise"),
@@ -82,7 +132,7 @@ def test_a_live_sensor_lets_the_tool_go_on(force_N: Force, trial: int) -> None:
         pytest.param(lambda _, felt_N: 0.3 * felt_N[-140], 0.1, id="0.3 of it"),
         pytest.param(lambda _, felt_N: -felt_N[-140], 0.1, id="turned"),
         pytest.param(lambda _, felt_N: felt_N[-14], 0.1, id="the last 0.1 s again"),
-        pytest.param(lambda *_: 0.0, 0.3, id="three times its noise"),
+        pytest.param(still, 0.3, id="three times its noise"),
         pytest.param(lambda heights_m, felt_N: 0.1 * inertia(heights_m, felt_N), 0.1, id="a tenth"),
     ],
 )
@@ -94,7 +144,7 @@ def test_a_lie_with_noise_of_its_own_stops_it_and_is_doubted(lie: Force, noise: 
 
 
 def test_a_tool_that_stands_is_asked_for_nothing() -> None:
-    assert pushed(lambda *_: 0.0, speed_m_s=0.0) == (0.0, [])
+    assert pushed(still, speed_m_s=0.0) == (0.0, [])
 
 
 def test_each_trial_heaves_in_its_own_way_and_in_the_same_again() -> None:
