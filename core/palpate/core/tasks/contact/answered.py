@@ -29,7 +29,7 @@ _MET_N: Final = 2.5
 _SHOWN_SHARE: Final = 0.024
 """Of the square of the accelerations that are commanded: an arm on a slow bus makes less of a heave, and its force has
 nothing to answer. Simulated servos show 0.03 at least, emulated ones with such a bus 0.02 at most."""
-_LONGEST_TICKS: Final = 4 * CONTROL_RATE_HZ
+_LONGEST_TICKS: Final = 2 * CONTROL_RATE_HZ
 
 
 class AnsweredForce:

@@ -74,7 +74,7 @@ class SpatialExplore(Explore):
     @override
     def begin(self, start_m: tuple[float, float]) -> None:
         super().begin(start_m)
-        self._along_ticks = 0
+        self._along_ticks, self._met_behind = 0, False
         if self._felt is not None:
             self._felt.begin()
 
@@ -97,7 +97,9 @@ class SpatialExplore(Explore):
     def _low(self) -> bool:
         """Whether the lowest corner is where it can meet something."""
         reach_m = hypot(*self._spatial.pivot_m) * sin(hypot(*self._motion.turn_rad[:2]))
-        return self._depth_m + reach_m > -_CLEAR_M
+        # By the encoders alone it is no higher than it is, whatever the force that corrects them says.
+        flange_m = self._measurement.position_m[2] - self._state.surface_m
+        return max(self._depth_m, flange_m) + reach_m > -_CLEAR_M
 
     @property
     def _pushes_low(self) -> bool:
@@ -215,7 +217,9 @@ class SpatialExplore(Explore):
     def _hold_against(self, push_N: tuple[float, float]) -> None:
         (px, py), (fx, fy, _), tick = push_N, self._measurement.force_N, self._state.tick
         along_N = (fx * px + fy * py) / max(hypot(px, py), 1e-6)
-        self._along_ticks = self._along_ticks + 1 if along_N > _ALONG_N else 0
+        # A tool that waits goes back, and may meet another wall there: that one is left first.
+        self._met_behind = along_N > _ALONG_N and (self._met_behind or self._waits)
+        self._along_ticks = self._along_ticks + 1 if along_N > _ALONG_N and not self._met_behind else 0
         if self._checks is not None and self._along_ticks == _ALONG_TICKS:
             text = f"the force sensor shows {along_N:.2f} N along a push that can only be answered against it"
             self._state.doubt(Trip(TripReason.PULLED, tick, text))

@@ -21,6 +21,8 @@ _SEATING_TICKS: Final = CONTROL_RATE_HZ
 """A peg that leans stands on an edge of the floor; so long, at most, it gives way until it stands flat."""
 _CIRCLE_TICKS: Final = CONTROL_RATE_HZ // 2
 """Time of one turn of a wobble, and after which it begins where nothing is gained. Half of it gave the same."""
+_RISEN_M: Final = 1e-3
+"""A peg that seats comes up by less, for the gripper's bend alone."""
 _SUNK_M: Final = 1e-4
 """A peg that sinks by more while it wobbles hung on the walls."""
 
@@ -56,7 +58,7 @@ class SpatialInsert(Insert):
             velocity = super().step()
             stalled = self._state.tick - self._last_progress
             if self.deep:
-                self.over, self._seating = False, 1
+                self.over, self._seating, self._seated_at_m = False, 1, self._motion.reference_m[2]
             elif self._state.report.outcome is None and (
                 stalled > _STUCK_TICKS or hypot(*self._motion.turn_rad[:2]) > _TILTED_RAD
             ):
@@ -84,8 +86,10 @@ class SpatialInsert(Insert):
             self._best_depth_m, self._seating = depth_m, 1
         # Past the floor there is none, or a sensor that does not show it: what follows proves which.
         past = depth_m - self._state.slack_m > self._full_depth_m + self._tolerance_m
+        # A force that leads it back out, or leans it further, is not the floor's.
+        risen = self._seated_at_m - reference_m[2] > _RISEN_M or hypot(*self._motion.turn_rad[:2]) > _TILTED_RAD
         wobbled = self._seating - self._circle_ticks
-        self.over = past or (wobbled > 0 and seated) or wobbled > _SEATING_TICKS
+        self.over = past or risen or (wobbled > 0 and seated) or wobbled > _SEATING_TICKS
         velocity = self._law.velocity_m_s(reference_m, reference_m, measured.force_N)
         return velocity if self._checks is None else self._checks.bounded(velocity)
 

@@ -3,6 +3,8 @@
 import pytest
 
 from benchmarks.insertion_6dof import config_of, trials
+from palpate.adapters.config import overlay
+from palpate.adapters.fault_injection.campaign.campaign import Case, all_variants, run_cases
 
 
 @pytest.mark.parametrize(
@@ -17,3 +19,28 @@ def test_a_square_that_something_holds_is_freed(conditions: str, seed: int, tria
     [(_, _, success, _, peak_force_N, *_)] = trials(config, "corner-first", seed, range(trial, trial + 1))
     assert success
     assert peak_force_N < 20.0
+
+
+def test_a_tool_that_goes_back_to_where_it_was_answered_may_meet_a_wall_there() -> None:
+    config = overlay(config_of("hexagon", "asked", "zebra-zero", {}), {"cell": {"sensor": {"force_noise_N": 0.3}}})
+    [(_, _, success, *_)] = trials(config, "corner-first", 41001, range(1))
+    assert success
+
+
+@pytest.mark.parametrize(
+    ("arm", "phase", "seed", "fault"),
+    [
+        pytest.param(
+            "zebra-zero", "explore", 97300, "of 1 s, sign flipped", id="the depth it shows hides that it is low"
+        ),
+        pytest.param("ur5", "insert", 97301, "of 1 s, sign flipped", id="it leads the peg back out from the floor"),
+    ],
+)
+def test_a_repeated_force_that_is_turned_bends_the_gripper_no_further(
+    arm: str, phase: str, seed: int, fault: str
+) -> None:
+    config = config_of("square", "asked", arm, {})
+    [liar] = [each for each in all_variants(config.supervision) if each.name.endswith(f"{fault}, fresh noise")]
+    [[run]] = run_cases(config, [Case(liar, phase, seed)], policy="corner-first", rig_file="", supervised=True, jobs=1)
+    assert run.latched
+    assert run.peak_force_N < 60.0
