@@ -95,7 +95,7 @@ class AnsweredForce:
             answer.felt(wrench.source_time_ns * 1e-9, measured.force_N[2])
         # Only new ones are told: times go on.
         answer.moved(joints.source_time_ns * 1e-9, measured.position_m[2])
-        if not answer.paired() or self._tick != state.tick - 1:
+        if not answer.paired(self._tick == state.tick - 1):
             return
         if self._stopped and (shown_N2 := answer.shown_N2) is not None and shown_N2 < self._least_shown_N2:
             text = "the encoders show less of a heave than is commanded: scatter of the force counts instead"

@@ -72,8 +72,12 @@ class HeaveAnswer:
         if not self._places or time_s > self._places[-1][0]:
             self._places.append((time_s, depth_m))
 
-    def paired(self) -> bool:
-        """Whether there are samples that have become a pair by what is new: at most one a call."""
+    def paired(self, heaves: bool) -> bool:
+        """Whether there are samples that have become a pair by what is new: at most one a call.
+
+        Args:
+            heaves: Whether it counts; else it is only passed over.
+        """
         if len(self._places) < 3 or not self._forces:
             return False
         (t0, x0), (t1, x1), (t2, x2) = self._places[0], self._places[1], self._places[2]
@@ -82,6 +86,8 @@ class HeaveAnswer:
         if self._forces[-1][0] < middle_s + fall_s - 1.02 * PERIOD_S:
             return False
         self._places.popleft()
+        if not heaves:
+            return False
         force_N = weights = squares = 0.0
         for time_s, each_N in reversed(self._forces):
             away_s = time_s - middle_s
