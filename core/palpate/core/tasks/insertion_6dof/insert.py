@@ -22,7 +22,9 @@ _SEATING_TICKS: Final = CONTROL_RATE_HZ
 _CIRCLE_TICKS: Final = CONTROL_RATE_HZ // 2
 """Time of one turn of a wobble, and after which it begins where nothing is gained. Half of it gave the same."""
 _RISEN_M: Final = 1e-3
-"""A peg that seats comes up by less, for the gripper's bend alone."""
+"""A peg that seats comes up by less, for the gripper's bend alone,"""
+_LEANT_RAD: Final = 0.03
+"""and leans no further: drawn back while it does, it bends the gripper."""
 _SUNK_M: Final = 1e-4
 """A peg that sinks by more while it wobbles hung on the walls."""
 
@@ -87,7 +89,7 @@ class SpatialInsert(Insert):
         # Past the floor there is none, or a sensor that does not show it: what follows proves which.
         past = depth_m - self._state.slack_m > self._full_depth_m + self._tolerance_m
         # A force that leads it back out, or leans it further, is not the floor's.
-        risen = self._seated_at_m - reference_m[2] > _RISEN_M or hypot(*self._motion.turn_rad[:2]) > _TILTED_RAD
+        risen = self._seated_at_m - reference_m[2] > _RISEN_M or hypot(*self._motion.turn_rad[:2]) > _LEANT_RAD
         wobbled = self._seating - self._circle_ticks
         self.over = past or risen or (wobbled > 0 and seated) or wobbled > _SEATING_TICKS
         velocity = self._law.velocity_m_s(reference_m, reference_m, measured.force_N)
