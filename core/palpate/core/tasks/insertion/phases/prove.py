@@ -81,10 +81,10 @@ class Prove(RunningPhase):
             self._lift.begin()
         along = self._lift.velocity_m_s()
         if along is None and proof.axial.passed:
-            floor_m, least_m = proof.axial.tip_depth_m - state.surface_m, self._shallowest_m - _PAST_FLOOR_M
-            if floor_m < least_m:
-                # Led back out by a force that was not there, it may have passed by chance.
-                state.doubt(proof.no_depth(state.tick, floor_m, least_m))
+            floor_m = proof.axial.tip_depth_m - state.surface_m
+            if floor_m < 0.0:
+                # Led back out by a force that was not there, it passed by chance. Less deep than asked for it may be.
+                state.doubt(proof.no_depth(state.tick, floor_m, self._shallowest_m))
                 return 0.0, 0.0, 0.0
             state.event("proof", f"floor: {proof.axial.share:.2f} of the gripper's stiffness")
             state.end_inserted(floor_m)
