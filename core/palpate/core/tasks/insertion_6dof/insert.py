@@ -9,7 +9,7 @@ from palpate.core.motion import GivingWay
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
 from palpate.core.tasks.insertion.phases import Equipment, Insert, SinkingChecks
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
-from palpate.core.trial import N_PER_KGF
+from palpate.core.trial import N_PER_KGF, Trip, TripReason
 
 _FASTEST_RAD_S: Final = radians(6.0)
 _SEATED_NM: Final = 0.008
@@ -88,10 +88,13 @@ class SpatialInsert(Insert):
             self._best_depth_m, self._seating = depth_m, 1
         # Past the floor there is none, or a sensor that does not show it: what follows proves which.
         past = depth_m - self._state.slack_m > self._full_depth_m + self._tolerance_m
-        # A force that leads it back out, or leans it further, is not the floor's.
-        risen = self._seated_at_m - reference_m[2] > _RISEN_M or hypot(*self._motion.turn_rad[:2]) > _LEANT_RAD
+        if self._checks is not None and self._seated_at_m - reference_m[2] > _RISEN_M:
+            text = "the force leads the peg back out of the hole from where it stood: it is not the floor's"
+            self._state.doubt(Trip(TripReason.FORCE_WITHOUT_SPRING, self._state.tick, text))
+        # What leans it further is not the floor's either.
+        leant = hypot(*self._motion.turn_rad[:2]) > _LEANT_RAD
         wobbled = self._seating - self._circle_ticks
-        self.over = past or risen or (wobbled > 0 and seated) or wobbled > _SEATING_TICKS
+        self.over = past or leant or (wobbled > 0 and seated) or wobbled > _SEATING_TICKS
         velocity = self._law.velocity_m_s(reference_m, reference_m, measured.force_N)
         return velocity if self._checks is None else self._checks.bounded(velocity)
 
