@@ -5,7 +5,8 @@
 
 Arms are zebra-nmc, cia402 and ur5-rtde, sensors jr3-can, jr3-uart and ati-netft.
 
-Over wires the latency is held against that of a second set of trials, of the same cell without a latency of its own.
+Over wires the latency is held against that of a second set of trials, of the same cell without a latency of its own,
+with friction and stiffnesses as they were found of the first (as palpate gap --reference).
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ MadeRig = Callable[[RunConfig, ReadyPose, HiddenValues], Rig]
 
 def record(
     folder: Path, seed: int, trials: int, made: MadeRig = SimulatedRig, latency_ms: float = 20.0,
-    arm: str = "zebra-zero",
+    arm: str = "zebra-zero", same: Gap | None = None,
 ) -> Gap:  # fmt: skip
     """Trials on that cell, in virtual time, and the fit of them; on a rig they end with the first that trips."""
     known = {"control": {"axial_stiffness_N_per_mm": 3.5}} if made is not SimulatedRig else {}
@@ -51,7 +52,7 @@ def record(
             run_policy(config, ready, rig, chosen.perception, chosen.on(rig), trials, lambda _: None, recorded)
         except DeviceError as error:
             print(f"{seed} {error}", flush=True)
-    return gap_of(find_logs([folder]), lambda: None)
+    return gap_of(find_logs([folder]), lambda: None, same)
 
 
 def found(gap: Gap) -> dict[str, tuple[float, float]]:
@@ -78,7 +79,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             if options.wires:
                 gap = record(Path(folder) / "late", seed, options.trials, made, arm=arm)
-                bare = record(Path(folder) / "bare", seed, options.trials, made, 0.0, arm)
+                bare = record(Path(folder) / "bare", seed, options.trials, made, 0.0, arm, gap)
                 late, wires = gap.wrench_late_ms, bare.wrench_late_ms
                 print(f"{seed} {gap.logs} logs, sum of the delays: {late:.1f} ms, of the wires alone: {wires:.1f} ms")
                 values = found(gap)

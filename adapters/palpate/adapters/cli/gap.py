@@ -24,14 +24,17 @@ def gap(options: GapOptions) -> int:
         raise UsageError("palpate gap needs logs, folders with logs, or patterns in quotes")
     if options.out:
         require_no_file(Path(options.out))
-    sets = [options.logs, *([(options.reference,)] if options.reference else [])]
-    with progress(_ROUNDS * len(sets), "round", passing=True) as bar:
-        found, *others = (gap_of(find_logs(logs)[: options.most], lambda: bar.update()) for logs in sets)
+    with progress(_ROUNDS * (2 if options.reference else 1), "round", passing=True) as bar:
+        found, other = gap_of(find_logs(options.logs)[: options.most], bar.update), None
+        if options.reference:
+            other = gap_of(find_logs([options.reference])[: options.most], bar.update, found)
     say("\n".join(_report(found)))
-    for other in others:
+    if other:
         sd = hypot(found.wrench_late_sd_ms, other.wrench_late_sd_ms)
         later = f"{found.cycle_late_ms - other.cycle_late_ms:.1f} ± {2.0 * sd:.2g} ms later"
         say(f"wrenches come {later} than in {options.reference}, where it is {other.wrench_late_ms:.1f} ms")
+        left = f"{other.after.wrench[2]:.2g} N along the tool are left there, {found.after.wrench[2]:.2g} N here"
+        say(f"friction and stiffnesses are taken to be those of the first logs: {left}")
     if options.out:
         with new_file(Path(options.out)) as passing:
             passing.write_text("".join(_toml(found)), encoding="utf-8")

@@ -227,7 +227,8 @@ class GapOptions(Settings):
     most: Annotated[int, Range(1, 1000)] = 6
     """Logs that are used, the first ones; time grows with them."""
     reference: str = ""
-    """Logs of a rig whose latency is known, over the same wires; how much later the wrenches are than there is told."""
+    """Logs of the same arm, tool and plate before a sensor, filter or wire changed: how much later wrenches come than
+    there is told. Friction and stiffnesses are taken to be those found of the first logs."""
     out: str = ""
     """TOML file for the cell that fits best, for palpate train --config; it must not be there yet."""
 

@@ -10,7 +10,18 @@ from typing import Any, Final
 
 import numpy as np
 
-from palpate.adapters.replay.gap_cell import LATE, PLATE, SETTLED, Array, Driven, cell_with, driven_from, late
+from palpate.adapters.config import RunConfig
+from palpate.adapters.replay.gap_cell import (
+    FRICTION_AND_STIFFNESSES,
+    LATE,
+    PLATE,
+    SETTLED,
+    Array,
+    Driven,
+    cell_with,
+    driven_from,
+    late,
+)
 from palpate.adapters.replay.gap_fit import CellFit
 from palpate.adapters.replay.gap_late import falls_behind
 from palpate.core.errors import ConfigurationError
@@ -40,6 +51,7 @@ class Gap:
     """What a fit came to.
 
     Attributes:
+        config: What the first log was recorded with.
         late: Logs of trials in which somebody came late, loop or devices. They are left out, where there are others.
         before: Errors of the cell as it is configured, with offsets in time taken out.
         cycle_late_ms: By how much wrenches are behind, and the age of the encoders' angles besides. A bus that tells
@@ -50,6 +62,7 @@ class Gap:
         settings: The cell that fits best, as nested tables for a run's TOML file.
     """
 
+    config: RunConfig
     logs: int
     late: Mapping[str, int]
     before: AxisErrors
@@ -77,8 +90,11 @@ class Gap:
         return float(self.values[LATE]) * 1e3 / CONTROL_RATE_HZ
 
 
-def gap_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Gap:
+def gap_of(paths: Sequence[Path], gone_through: Callable[[], object], same: Gap | None = None) -> Gap:
     """Drive the cell with the commands of these logs, and fit it to them.
+
+    Args:
+        same: What other logs of the same cell told: friction and stiffnesses are taken from there.
 
     Raises:
         LogError: A log cannot be read, or holds no contact.
@@ -89,12 +105,18 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Gap:
     for trial in trials[1:]:
         if trial.config.cell != config.cell or trial.config.arm != config.arm:
             raise ConfigurationError("logs", trial.path, f"logs recorded with the cell and arm of {trials[0].path}")
+    if same is not None:
+        _require_alike(trials[0], same.config)
     trials = _noted_behind(trials, gone_through)
     came_late = Counter(trial.late for trial in trials if trial.late)
     trials = [trial for trial in trials if not trial.late] or trials
     fit = CellFit(trials, gone_through)
     configured = fit.values.copy()
-    sds = fit.run()
+    if same is None:
+        sds = fit.run()
+    else:
+        sds = fit.run_as(same.values)
+        sds[FRICTION_AND_STIFFNESSES] = same.sds[FRICTION_AND_STIFFNESSES]
     values = fit.values
     # As it is configured, but where and when it is: a plate that is elsewhere would hide all else.
     configured[PLATE], configured[LATE] = values[PLATE], values[LATE]
@@ -117,6 +139,7 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Gap:
         }
     }  # fmt: skip
     return Gap(
+        config,
         len(trials),
         came_late,
         _errors(trials, fit.traces(configured), values[LATE], joints_late),
@@ -129,6 +152,14 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Gap:
         noise_Nm,
         settings,
     )
+
+
+def _require_alike(trial: Driven, other: RunConfig) -> None:
+    """The cell as it is configured is the unit of stiffness; a sensor may be another one."""
+    config = trial.config
+    if config.arm != other.arm or replace(config.cell, sensor=other.cell.sensor) != other.cell:
+        accepted = "a reference is recorded with the arm and, but for its sensor, the cell of the other logs"
+        raise ConfigurationError("reference", trial.path, accepted)
 
 
 def _noted_behind(trials: Sequence[Driven], gone_through: Callable[[], object]) -> list[Driven]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, sqrt
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
@@ -16,7 +16,7 @@ from palpate.adapters.config import RunConfig, overlay
 from palpate.adapters.log import TickRecord, TrialLog, config_of, read_log, tare_of
 from palpate.adapters.replay.gap_late import comes_late
 from palpate.adapters.replay.gap_wall import Walled, walled_from
-from palpate.core.errors import LogError
+from palpate.core.errors import LogError, UndeterminedError
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Validity
 from palpate.core.trial import Outcome, Phase, goal_in_base, wander_m
@@ -40,6 +40,8 @@ FREE_TICKS: Final = 60
 """In free air, before the touch."""
 SETTLED: Final = slice(15, 40)
 BEFORE_TICKS: Final = 10
+_STUCK_MM: Final = 0.3
+"""Led across by so much, a peg still sticks. When it slips and sticks again hangs on micrometres."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,7 @@ KNOBS: Final = (
     Knob("plate higher than believed, mm", 0.01, -4.0, 4.0, False),
     Knob("wrench late, ticks", 0.25, 0.0, 20.0, False),
 )
+FRICTION_AND_STIFFNESSES: Final = slice(3)
 LATE: Final = 5
 PLATE: Final = 4
 
@@ -206,6 +209,27 @@ def led_tip_mm(trial: Driven) -> Array:
             kinematics.update(q_rad)
             places_mm[tick:] = task.actInv(kinematics.tip_position_m) * 1e3
     return places_mm
+
+
+def stuck_until(trial: Driven) -> int:
+    """Ticks until the peg is led so far across that it may slip."""
+    tip_mm = led_tip_mm(trial)
+    far = np.hypot(*(tip_mm[FREE_TICKS:, :2] - tip_mm[FREE_TICKS, :2]).T) > _STUCK_MM
+    return FREE_TICKS + (int(np.argmax(far)) if far.any() else len(far))
+
+
+def free_noise(trials: Sequence[Driven]) -> Array:
+    """Standard deviation of each channel in free air, (6,), a slow change taken out."""
+    parts = []
+    for trial in trials:
+        free = trial.wrench[: FREE_TICKS - BEFORE_TICKS]
+        free = free[~np.isnan(free[:, 0])]
+        parts.append(np.diff(free, axis=0).ravel().reshape(-1, 6) / sqrt(2.0))
+    rows = np.concatenate(parts)
+    if len(rows) < CONTROL_RATE_HZ // 5:
+        raise UndeterminedError("noise", f"{len(rows)} samples in free air", "trials that begin above the plate")
+    noise: Array = np.maximum(np.sqrt(np.mean(rows**2, axis=0)), (1e-3,) * 3 + (1e-5,) * 3)
+    return noise
 
 
 def late(trace: Array, ticks: float) -> Array:

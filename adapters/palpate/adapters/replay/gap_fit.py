@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.adapters.replay.gap_cell import (
-    BEFORE_TICKS,
     FREE_TICKS,
+    FRICTION_AND_STIFFNESSES,
     KNOBS,
     LATE,
     PLATE,
@@ -20,8 +20,10 @@ from palpate.adapters.replay.gap_cell import (
     Array,
     Driven,
     drive,
+    free_noise,
     late,
     led_tip_mm,
+    stuck_until,
 )
 from palpate.adapters.replay.gap_numbers import cost, deviations, lowest, mean_over, middle_of, normal_equations
 from palpate.adapters.replay.gap_wall import across_N_per_mm, held_by
@@ -33,8 +35,6 @@ TOUCH_TICKS: Final = 20
 _PRESSING_N: Final = 0.5
 _ALONG: Final = (2,)
 _ACROSS: Final = (0, 1)
-_STUCK_MM: Final = 0.3
-"""Led across by so much, a peg still sticks. When it slips and sticks again hangs on micrometres."""
 _SMOOTH_TICKS: Final = 7
 _TWO_CYCLES: Final = 4
 """Control ticks of two cycles of a bus at half the control rate."""
@@ -71,8 +71,8 @@ class CellFit:
         self._trials, self._gone_through = trials, gone_through
         self._traces: dict[tuple[float | tuple[int, ...] | None, ...], list[tuple[Array, Array]]] = {}
         self._touches = (FREE_TICKS + TOUCH_TICKS,) * len(trials)
-        self._sticks = tuple(_stuck_until(trial) for trial in trials)
-        self.noise = self._noise()
+        self._sticks = tuple(stuck_until(trial) for trial in trials)
+        self.noise = free_noise(trials)
         self.with_age_ticks = 0.0
         self.values = np.array([trials[0].config.cell.peg.friction, 1.0, 1.0,
                                 trials[0].config.cell.compliance.damping_ratio, 0.0, 0.0])  # fmt: skip
@@ -111,11 +111,32 @@ class CellFit:
         self.fit_delay()
         for _ in range(_PASSES):
             across = self._ask_walls()
+            self.values[2] = self.values[2] if across is None else across[0]
             self.fit_delay()
             sds[[1, 3, PLATE]] = self._stage((1, 3, PLATE), _ALONG)[[1, 3, PLATE]]
             sds[0] = self.fit_friction()
-            sds[2] = self._stage((2,), _ACROSS)[2] if across is None else across
+            sds[2] = self._stage((2,), _ACROSS)[2] if across is None else across[1]
         sds[1], sds[LATE] = hypot(sds[1], _TOUCH_SHARE * self.values[1]), hypot(self.fit_delay(), _DELAY_TICKS)
+        return sds
+
+    def run_as(self, other: Array) -> Array:
+        """Find damping, plate and delay of a cell whose friction and stiffnesses these values tell, (knobs,).
+
+        A set that is misread is so as a whole: what a wrong spring does to a touch goes into the delay. Damping is
+        asked all the same, for a sensor's filter makes touches look damped.
+
+        Returns:
+            Standard deviations; those of friction and stiffnesses are infinite.
+        """
+        self._begin()
+        self.values[FRICTION_AND_STIFFNESSES] = other[FRICTION_AND_STIFFNESSES]
+        sds = self._stage((3, PLATE, LATE), _ALONG)
+        self.fit_delay()
+        for _ in range(_PASSES):
+            self._ask_walls()
+            self.fit_delay()
+            sds[[3, PLATE]] = self._stage((3, PLATE), _ALONG)[[3, PLATE]]
+        sds[LATE] = hypot(self.fit_delay(), _DELAY_TICKS)
         return sds
 
     def joints_late(self) -> float:
@@ -130,8 +151,8 @@ class CellFit:
         ]
         return lowest(_DELAYS, costs)
 
-    def _ask_walls(self) -> float | None:
-        """Stiffness across, and the places of the holes; returns its deviation, None where too few walls held a peg."""
+    def _ask_walls(self) -> tuple[float, float] | None:
+        """Put holes where walls held pegs; returns stiffness across and its deviation, None of too few walls."""
         behind = float(self.values[LATE]) - self.joints_late()
         held = [None if trial.walled is None else held_by(trial.walled, behind) for trial in self._trials]
         self._trials = [
@@ -143,10 +164,9 @@ class CellFit:
         shares /= across_N_per_mm(self._trials[0].config.cell)
         if len(shares) < _LEAST_WALLS:
             return None
-        share = float(np.median(shares))
-        self.values[2] = np.clip(share, KNOBS[2].low, KNOBS[2].high)
+        share = float(np.clip(np.median(shares), KNOBS[2].low, KNOBS[2].high))
         spread = _MEDIAN_SD * float(np.median(np.abs(shares - share))) / sqrt(len(shares))
-        return hypot(spread, _WALL_SHARE * share)
+        return share, hypot(spread, _WALL_SHARE * share)
 
     def _stage(self, fitted: Sequence[int], axes: Sequence[int]) -> Array:
         knobs = np.array(fitted)
@@ -262,18 +282,6 @@ class CellFit:
             )
         return [np.column_stack(each) for each in zip(*columns, strict=True)]
 
-    def _noise(self) -> Array:
-        """Standard deviation of each channel in free air, (6,), a slow change taken out."""
-        parts = []
-        for trial in self._trials:
-            free = trial.wrench[: FREE_TICKS - BEFORE_TICKS]
-            free = free[~np.isnan(free[:, 0])]
-            parts.append(np.diff(free, axis=0).ravel().reshape(-1, 6) / sqrt(2.0))
-        rows = np.concatenate(parts)
-        if len(rows) < CONTROL_RATE_HZ // 5:
-            raise UndeterminedError("noise", f"{len(rows)} samples in free air", "trials that begin above the plate")
-        return np.maximum(np.sqrt(np.mean(rows**2, axis=0)), (1e-3,) * 3 + (1e-5,) * 3)
-
 
 def sliding_share(wrench: Array) -> float:
     """Force across over force along the tool after the touch, of means over some ticks; NaN where there are too few.
@@ -288,10 +296,3 @@ def sliding_share(wrench: Array) -> float:
     smooth = mean_over(rows, _SMOOTH_TICKS)
     along = float(np.abs(smooth[:, 2]).sum())
     return float(np.hypot(smooth[:, 0], smooth[:, 1]).sum()) / along if along > 0.0 else nan
-
-
-def _stuck_until(trial: Driven) -> int:
-    """Ticks until the peg is led so far across that it may slip."""
-    tip_mm = led_tip_mm(trial)
-    far = np.hypot(*(tip_mm[FREE_TICKS:, :2] - tip_mm[FREE_TICKS, :2]).T) > _STUCK_MM
-    return FREE_TICKS + (int(np.argmax(far)) if far.any() else len(far))

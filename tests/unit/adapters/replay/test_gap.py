@@ -68,6 +68,9 @@ def test_stiffness_friction_and_latency_are_found(logs: list[Path]) -> None:
     assert found.noise_N == pytest.approx(0.1, rel=0.15)
     cell = overlay(CONFIG, found.settings).cell
     assert (cell.peg.friction, cell.compliance.axial_N_per_mm) == pytest.approx((friction, 5.0 * axial), rel=1e-3)
+    elsewhere = replace(found, config=overlay(CONFIG, {"cell": {"peg": {"clearance_mm": 0.1}}}))
+    with pytest.raises(ConfigurationError, match="but for its sensor, the cell of the other logs"):
+        gap_of(logs, lambda: None, elsewhere)
 
 
 @pytest.mark.usefixtures("hurried")
@@ -77,6 +80,26 @@ def test_a_reference_tells_how_much_later_wrenches_come(logs: list[Path], palpat
     found = re.search(r"wrenches come ([\d.]+) ± [\d.]+ ms later than in bare", told)
     assert found is not None, told
     assert float(found[1]) == pytest.approx(20.0, rel=0.1)
+    left = re.search(r"([\d.]+) N along the tool are left there, ([\d.]+) N here", told)
+    assert left is not None, told
+    assert float(left[1]) < 1.5 * float(left[2])
+
+
+@pytest.mark.usefixtures("hurried")
+def test_walls_that_mislead_do_not_change_the_delay_of_a_reference(logs: list[Path]) -> None:
+    """Its friction and stiffnesses are known: what it says of them is not asked."""
+    trials = [gap_cell.driven_from(path) for path in logs]
+    misleading = [
+        replace(trial, walled=replace(trial.walled, force_N=1.4 * trial.walled.force_N))
+        for trial in trials
+        if trial.walled
+    ]
+    assert len(misleading) == 2
+    fit = gap_fit.CellFit(misleading, lambda: None)
+    sds = fit.run_as(TRUE)
+    assert fit.values[:3].tolist() == TRUE[:3].tolist()
+    assert fit.values[gap_cell.LATE] == pytest.approx(TRUE[gap_cell.LATE], abs=0.15)
+    assert 0.0 < sds[gap_cell.LATE] < 0.5
 
 
 def test_with_which_moment_of_a_bus_cycle_ticks_fall_together_is_no_latency(logs: list[Path]) -> None:
