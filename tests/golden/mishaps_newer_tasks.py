@@ -39,9 +39,8 @@ def _survey(
     control: dict[str, float] | None = None,
     **task: Any,
 ) -> dict[str, Any]:
-    """A survey of one shallow hole where it is thought to be, with few touches and an even heave."""
-    few = {"plate_touches": 2.0, "floor_touches": 2.0, "wall_touches": 4.0, "pitch_mm": 0.7, "aside_mm": 4.5,
-           "unanswered_N": 0.0}  # fmt: skip
+    """A survey of one shallow hole where it is thought to be, with as few touches as can be."""
+    few = {"plate_touches": 2.0, "floor_touches": 2.0, "wall_touches": 4.0, "pitch_mm": 0.7, "aside_mm": 4.5}
     settings: dict[str, Any] = {
         "name": "hole-survey", "goal": {"x_mm": 410.0}, "more_goals_mm": [], "area_half_width_mm": 9.0,
         "max_force_N": 20.0, "ready_height_mm": 0.8, "tare_ticks": 4, "travel_speed_mm_s": 60.0,

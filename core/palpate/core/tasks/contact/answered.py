@@ -8,7 +8,6 @@ from typing import Final
 
 from palpate.core.motion import limited
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
-from palpate.core.tasks.contact.felt_way import FeltWay
 from palpate.core.tasks.contact.heave_answer import HeaveAnswer
 from palpate.core.tasks.contact.restless import RestlessForce
 from palpate.core.tasks.contact.trial_state import TrialState
@@ -38,14 +37,13 @@ class AnsweredForce:
 
     Scatter is no answer, as it is to :class:`~palpate.core.tasks.contact.restless.RestlessForce`: a recording
     scatters, and so does noise. Only where the arm does not heave as it is told, by its own encoders, that takes over
-    for the rest of the trial, or what is given for it.
+    for the rest of the trial.
 
     Args:
         control: Its stiffnesses are those of the gripper.
         speed_m_s: Of the heave.
         most_N: What the springs of the gripper may come to, at most, by the way from where it was answered last.
         mass_kg: Of all that the force sensor carries.
-        otherwise: What takes over, if not scatter: an even heave.
     """
 
     def __init__(
@@ -56,8 +54,6 @@ class AnsweredForce:
         speed_m_s: float,
         most_N: float,
         mass_kg: float,
-        *,
-        otherwise: FeltWay | None = None,
     ) -> None:
         self._state, self._measured, self._most_N = state, measurement, most_N
         self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
@@ -65,15 +61,14 @@ class AnsweredForce:
         self._heave, self._answer = UnevenHeave(speed_m_s), HeaveAnswer(mass_kg, self._axial_N_per_m)
         # A turn changes the speed by twice that in a tick, and every third tick has one.
         self._least_shown_N2 = _SHOWN_SHARE * (2.0 * mass_kg * speed_m_s * CONTROL_RATE_HZ) ** 2 / 3.0
-        self._even = otherwise
-        self._otherwise = otherwise or RestlessForce(state, measurement, control, speed_m_s)
+        self._restless = RestlessForce(state, measurement, control, speed_m_s)
 
     def begin(self) -> None:
         """A trial begins."""
         setup = self._state.report.setup
         self._heave.begin_trial(generator(setup.seed, Purpose.HEAVE, setup.index))
         self._answer.begin_trial()
-        self._otherwise.begin()
+        self._restless.begin()
         self._follows_heaves = True
         self._looks: deque[bool] = deque(maxlen=_LOOKS)
         self._sequence: int | None = None
@@ -86,13 +81,13 @@ class AnsweredForce:
     @property
     def waits(self) -> bool:
         """Whether the tool goes no further until its heave is answered."""
-        return self._stopped if self._follows_heaves else self._otherwise.waits
+        return self._stopped if self._follows_heaves else self._restless.waits
 
     def watch(self) -> None:
         """A tick in which the tool may push."""
         state, measured, answer = self._state, self._measured, self._answer
         if not self._follows_heaves:
-            self._otherwise.watch()
+            self._restless.watch()
             return
         wrench, joints = state.snapshot.wrench, state.snapshot.joints
         if wrench.sequence != self._sequence:
@@ -103,8 +98,8 @@ class AnsweredForce:
         if not answer.paired(self._tick == state.tick - 1):
             return
         if self._stopped and (shown_N2 := answer.shown_N2) is not None and shown_N2 < self._least_shown_N2:
-            counts = "scatter of the force" if self._even is None else "a force that follows an even heave"
-            state.event("heave", f"the encoders show less of a heave than is commanded: {counts} counts instead")
+            text = "the encoders show less of a heave than is commanded: scatter of the force counts instead"
+            state.event("heave", text)
             self._follows_heaves = False
             return
         follows = answer.follows(_FEWEST_STOPPED if self._stopped else _FEWEST, state.noise[2])
@@ -117,7 +112,7 @@ class AnsweredForce:
     def velocity_m_s(self, velocity_m_s: Vector3) -> Vector3:
         """The velocity, (3,), task frame, for this tick, of a tool that would go on with this one."""
         if not self._follows_heaves:
-            return self._otherwise.velocity_m_s(velocity_m_s)
+            return self._restless.velocity_m_s(velocity_m_s)
         tick = self._state.tick
         if tick != self._tick:
             # Only once, where an action is chosen in a tick that another one had.

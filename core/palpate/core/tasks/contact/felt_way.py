@@ -54,9 +54,6 @@ class FeltWay:
         """Whether the tool stays where it is until there is a sign of life."""
         return self._life.due
 
-    def watch(self) -> None:
-        """A tick, be it on the way or not; what is felt counts only as the tool goes on."""
-
     def velocity_m_s(self, velocity_m_s: Vector3) -> Vector3:
         """The velocity, (3,), task frame, for this tick, of a tool that goes on with this one, or waits with none."""
         x, y, z = velocity_m_s

@@ -39,11 +39,6 @@ class SurveyOptions(Settings):
     """Depth at which the wall is touched; at most half way down to the floor."""
     push_N: Annotated[float, Range(1.0, 50.0)] = 4.0
     """Force with which the wall is touched."""
-    tool_kg: Annotated[float, Range(0.0, 20.0)] = 0.35
-    """Mass of all that the force sensor carries."""
-    unanswered_N: Annotated[float, Range(0.0, 40.0)] = 25.0
-    """Where it is not known what is met the tool heaves by uneven strokes, and goes no further from where the force
-    answered that than bends the gripper by this; 0: the heave is even, and any force that follows it counts."""
     tolerance_mm: Annotated[float, Range(0.001, 10.0)] = 0.05
     """A survey with a larger uncertainty, or with a larger true error where that is known, is no success."""
 
@@ -52,9 +47,6 @@ class SurveyOptions(Settings):
         for name in _WHOLE:
             if not getattr(self, name).is_integer():
                 raise ConfigurationError(self.dotted(name), getattr(self, name), "a whole number")
-        if self.unanswered_N and not self.tool_kg:
-            accepted = "0 with tool_kg = 0: what a heave gives in air is told by the tool's mass"
-            raise ConfigurationError(self.dotted("unanswered_N"), self.unanswered_N, accepted)
         if self.widest_mm <= self.probe_mm:
             raise ConfigurationError(
                 self.dotted("widest_mm"), self.widest_mm, f"more than probe_mm = {self.probe_mm:g}"

@@ -1,6 +1,5 @@
 """What a probe does: go somewhere, touch what lies below, touch a wall; each a generator of a velocity a tick."""
 
-from collections import deque
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 from math import dist, hypot, sqrt
@@ -13,7 +12,6 @@ from palpate.core.ports import PERIOD_S, Vector3
 from palpate.core.tasks.contact import (
     HIGHEST_SHARE,
     LOWEST_SHARE,
-    AnsweredForce,
     ContactProof,
     FeltWay,
     FirstTouch,
@@ -26,7 +24,6 @@ from palpate.core.trial import N_PER_KGF, ControlConfig, Measurement, TaskConfig
 
 _DOWN_M_S: Final = 0.008
 _FAST_M_S: Final = 0.005
-_HEAVE_M_S: Final = 0.02
 _SLOW_M_S: Final = 8e-4
 """So slow that a wall of 40 N/mm gives enough samples for its stiffness before the push is there."""
 _OFF_WALL_M: Final = 1e-4
@@ -95,19 +92,14 @@ class Probe:
         self._measured, self._motion, self._state, self._proof = measurement, motion, state, proof
         axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
         self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
-        own, self._press_N = options_of(SurveyOptions, task), task.press_kgf * N_PER_KGF
-        self._push_N = own.push_N
+        self._press_N, self._push_N = task.press_kgf * N_PER_KGF, options_of(SurveyOptions, task).push_N
         speed_m_s, pressing = task.travel_speed_mm_s * 1e-3, (0.0, 0.0, -self._press_N)
         self._travel = PositionControl(control.position_gain_per_s, speed_m_s, PERIOD_S)
         self._careful = PositionControl(control.position_gain_per_s, _FAST_M_S, PERIOD_S)
         self._along = DampingControl(control.damping_N_s_per_m, pressing, _DOWN_M_S, axial_N_per_m, PERIOD_S)
         self._give_m_per_N_s = control.force_integral_m_per_N_s
         self._lift = LiftCheck(state, measurement, motion, proof)
-        even = FeltWay(state, measurement, proof, control, _SWING_SHARE * self._press_N, speed_m_s)
-        parts = state, measurement, control, min(speed_m_s, _HEAVE_M_S), own.unanswered_N, own.tool_kg
-        self._felt: AnsweredForce | FeltWay = AnsweredForce(*parts, otherwise=even) if own.unanswered_N else even
-        # Where an uneven heave turns, inertia bends the gripper for a tick, and the tip seems deeper than it is.
-        self._depths_m = deque[float](maxlen=2 if own.unanswered_N else 1)
+        self._felt = FeltWay(state, measurement, proof, control, _SWING_SHARE * self._press_N, speed_m_s)
         least_N = _FEWEST * _SLOW_M_S * PERIOD_S * self._lateral_N_per_m
         if self._push_N < least_N:
             accepted = f"at least {least_N:.3g} N, or too few samples show the gripper's stiffness"
@@ -118,17 +110,11 @@ class Probe:
     def begin(self) -> None:
         """A trial begins."""
         self._felt.begin()
-        self._depths_m.clear()
-
-    def watch(self) -> None:
-        """A tick of the survey, before what is done in it."""
-        self._depths_m.append(self._measured.tip_depth_m)
-        self._felt.watch()
 
     @property
     def depth_m(self) -> float:
-        """Depth of the true tip below the nominal plane, at least."""
-        return min(self._depths_m)
+        """Depth of the true tip below the nominal plane."""
+        return self._measured.tip_depth_m
 
     @property
     def reference_m(self) -> Vector3:

@@ -110,7 +110,6 @@ class Survey(RunningPhase):
         if self._state.report.exploration_time_s >= self._time_limit_s:
             self._state.end(Outcome.TIME_LIMIT, f"{self._time_limit_s:g} s")
             return 0.0, 0.0, 0.0
-        self._probe.watch()
         return next(self._way)
 
     def _all(self) -> Motion:
