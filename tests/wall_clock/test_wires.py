@@ -119,7 +119,6 @@ def test_cia402_on_a_serial_adapter(
 
 
 @pytest.mark.parametrize("line", [b"t181501234567zz\r", None], ids=repr)
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_an_adapter_that_ends_receiving_or_is_unplugged_is_noticed(
     context: RigContext, served: ExitStack, host: Host, drives: list[CanopenDrive], line: bytes | None
 ) -> None:

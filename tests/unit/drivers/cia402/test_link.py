@@ -62,7 +62,6 @@ def test_a_closed_bus_is_not_alive_and_takes_nothing() -> None:
         link.send(0x80, b"")
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_the_death_of_the_receive_thread_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     with CanopenLink.open(channel="link-death", **BUS) as link:  # type: ignore[arg-type]
 
@@ -70,8 +69,7 @@ def test_the_death_of_the_receive_thread_is_noticed(monkeypatch: pytest.MonkeyPa
             raise ValueError("malformed line")
 
         monkeypatch.setattr(link.network.bus, "recv", fail)
-        # Until the thread is gone: what it died of reaches pytest from within it, and belongs to this test.
-        wait_for(lambda: not any("link-death" in thread.name for thread in threading.enumerate()))
+        wait_for(lambda: link.network.notifier.exception is not None)
         with pytest.raises(SilentError, match="ValueError: malformed line"):
             link.require_alive()
         with pytest.raises(SilentError, match="malformed line"):
