@@ -24,8 +24,8 @@ class AgeWatch:
 
     Args:
         clock: Gives the age. While a virtual clock stands still nothing ages.
-        on_old: Is called with the age in ns, by the thread or by whoever calls ``check``, or by both at once; then the
-            watch rests until it is fed again.
+        on_old: Is called with the age in ns, by the thread or by whoever calls ``check``; then the watch rests until it
+            is fed again.
     """
 
     def __init__(self, name: str, clock: Clock, max_age_ns: int, on_old: Callable[[int], None]) -> None:
@@ -34,6 +34,8 @@ class AgeWatch:
         self._name, self._clock, self._max_age_ns, self._on_old = name, clock, max_age_ns, on_old
         self._slack_s = max(0.1 * max_age_ns / _NS, 1e-3)
         self._wake = threading.Event()
+        # One looks at a time: a second one that finished later would put an arm to rest that goes again by then.
+        self._looking = threading.RLock()
         self._thread: threading.Thread | None = None
         self._fed_ns = self._fed_by = 0
         self._watching = self._ended = False
@@ -50,14 +52,14 @@ class AgeWatch:
         self._watching = False
 
     def check(self) -> bool:
-        """Look now; True if it was too old."""
-        age_ns = self._clock.now_ns() - self._fed_ns
-        if not self._watching or age_ns <= self._max_age_ns:
-            return False
-        # In this order: nobody who looks now may find it well before what must be done is done.
-        self._on_old(age_ns)
-        self._watching = False
-        return True
+        """Look now; True if it was too old and nobody had found out before."""
+        with self._looking:
+            age_ns = self._clock.now_ns() - self._fed_ns
+            if not self._watching or age_ns <= self._max_age_ns:
+                return False
+            self._on_old(age_ns)
+            self._watching = False
+            return True
 
     def explanation(self) -> str:
         """What became of whoever fed last, and whose fault that is."""
@@ -157,7 +159,7 @@ class WatchedArm(DeviceDecorator, ArmCommand):
         stop_surely(self._arm)
 
     def check(self) -> bool:
-        """Look now whether the newest command is too old; True if the arm was stopped for it."""
+        """Look now whether the newest command is too old; True if the arm is stopped for it by this look."""
         return self._watch.check()
 
     def _too_old(self, age_ns: int) -> None:

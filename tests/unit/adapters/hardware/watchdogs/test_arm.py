@@ -17,7 +17,7 @@ from palpate.core.ports.contracts import TICK_NS, FakeClock
 from tests.unit.adapters.hardware.watchdogs.bench import HERE, active_arm, nothing_left_behind, wait_for
 
 LIMIT_NS = 3000 * TICK_NS
-"""Virtual time; the thread does not look before as much real time has gone by, so that it stays out of these tests."""
+"""Virtual time; the thread looks as it starts, perhaps late, and not again before as much real time has gone by."""
 SOON_NS = 3 * TICK_NS
 """Here it is the thread that is tested."""
 
@@ -109,7 +109,8 @@ def test_an_arm_activated_underneath_is_watched_again() -> None:
         assert watched.send(HERE).reason is CommandReason.AS_ASKED
         assert watched.tripped is None
         clock.advance(4000)
-        assert watched.check()
+        watched.check()
+        assert watched.tripped is not None
         arm.deactivate()
         arm.activate()
     watched.close()
@@ -122,7 +123,7 @@ def test_an_arm_that_is_gone_cannot_kill_the_watch() -> None:
     watched.send(HERE)
     arm.gone = True
     clock.advance(4000)
-    assert watched.check()
+    watched.check()
     assert "stop() failed: DeviceError" in told[0].text
     for _ in range(2):
         watched.stop()
@@ -184,6 +185,28 @@ def test_it_may_be_closed_by_whom_it_tells() -> None:
     clock.advance(10)
     wait_for(closed.is_set)
     watched.close()
+
+
+def test_whoever_looks_meanwhile_waits_until_the_arm_is_at_rest() -> None:
+    clock, asked, looked = FakeClock(), threading.Event(), list[bool]()
+    other = threading.Thread(target=lambda: (asked.set(), looked.append(watch.check())))
+
+    def on_old(age_ns: int) -> None:
+        ages.append(age_ns)
+        other.start()
+        asked.wait()
+        time.sleep(0.02)
+        assert looked == []
+
+    ages: list[int] = []
+    watch = AgeWatch("watch", clock, LIMIT_NS, on_old)
+    watch.feed()
+    clock.advance(4000)
+    watch.check()
+    other.join()
+    assert ages == [4000 * TICK_NS]
+    assert looked == [False]
+    watch.end()
 
 
 def test_an_ended_watch_cannot_be_fed() -> None:
