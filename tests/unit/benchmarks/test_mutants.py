@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import pytest
 
-from benchmarks.mutants import gate
+from benchmarks.mutants import core_mutants, gate, never_run
 from benchmarks.mutants.functions import functions_in
 from benchmarks.mutants.operators import places
 from benchmarks.mutants.swapping import swapped
@@ -110,21 +110,21 @@ def f(a, b):
         c += x
     return None
 """
-    found = {(one.mutant.operator, one.mutant.was) for one in gate._candidates("f.py", source, set(range(20)))}
+    found = {(one.mutant.operator, one.mutant.was) for one in core_mutants._candidates("f.py", source, set(range(20)))}
     assert found == {("statement", "c = number('task.b', b, 0.5)"), ("arithmetic", "c += x"), ("statement", "c += x")}
 
 
 def test_the_gate_leaves_out_constants_that_no_run_line_reads() -> None:
     source = "_A = 1\n_B = _A\n_C = 2\nD = 3\n\n\ndef f():\n    return _B\n\n\ndef g():\n    return _C\n"
-    found = {one.mutant.was for one in gate._candidates("f.py", source, {7, 8})}
+    found = {one.mutant.was for one in core_mutants._candidates("f.py", source, {7, 8})}
     assert found == {"1", "3", "return _B"}
 
 
 def test_a_condition_over_several_lines_is_run_where_it_begins(tmp_path: Path) -> None:
-    file = f"{gate.THOROUGH[0]}x.py"
+    file = f"{never_run.THOROUGH[0]}x.py"
     (tmp_path / file).parent.mkdir(parents=True)
     (tmp_path / file).write_text("def f(a):\n    if a:\n        b()\n    elif (\n        a > 9\n    ):\n        c()\n")
-    assert gate.unrun(tmp_path, {file: {1, 2, 3, 5}}) == {f"{file}:7 f: c()": ""}
+    assert never_run.unrun(tmp_path, {file: {1, 2, 3, 5}}) == {f"{file}:7 f: c()": ""}
 
 
 def test_survivors_of_the_gate_are_told_but_for_those_with_a_reason() -> None:
