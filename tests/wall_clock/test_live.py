@@ -6,6 +6,7 @@ import signal
 import socket
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from websockets.sync.client import connect
@@ -22,11 +23,15 @@ TOPICS = {
 STARTED_S = 60.0
 
 
-@pytest.fixture(scope="module")
-def served() -> Iterator[tuple[LiveView, int]]:
+def free_port() -> int:
     with socket.socket() as found:
         found.bind(("127.0.0.1", 0))
-        port = int(found.getsockname()[1])
+        return int(found.getsockname()[1])
+
+
+@pytest.fixture(scope="module")
+def served() -> Iterator[tuple[LiveView, int]]:
+    port = free_port()
     with LiveView.serving("foxglove", port) as view:
         yield view, port
 
@@ -73,6 +78,27 @@ def test_a_port_that_is_taken_is_refused_in_one_line(served: tuple[LiveView, int
     with pytest.raises(ConfigurationError, match=r"^live_port = \d+ .*Address already in use.*--live-port") as refused:
         LiveView.serving("rerun", served[1])
     assert "\n" not in str(refused.value)
+
+
+def listened_on(port: int) -> set[str]:
+    """The addresses on which anybody listens at this port, as the kernel writes them."""
+    lines = [line.split() for kind in ("tcp", "tcp6") for line in Path(f"/proc/net/{kind}").read_text().splitlines()]
+    return {line[1].partition(":")[0] for line in lines if line[1].endswith(f":{port:04X}") and line[3] == "0A"}
+
+
+@pytest.mark.parametrize("killed", [False, True])
+def test_rerun_serves_this_computer_alone_and_not_for_longer_than_the_view(killed: bool) -> None:
+    port = free_port()
+    with LiveView.serving("rerun", port) as view:
+        end_s = time.monotonic() + STARTED_S
+        while not listened_on(port) and time.monotonic() < end_s:
+            time.sleep(0.02)
+        assert listened_on(port) == {"0100007F"}
+        if killed:
+            os.kill(view._sink.process_id, signal.SIGKILL)
+    while listened_on(port) and time.monotonic() < end_s:
+        time.sleep(0.02)
+    assert not listened_on(port)
 
 
 def test_a_process_that_is_killed_ends_nothing(served: tuple[LiveView, int]) -> None:
