@@ -4,29 +4,25 @@
     python -m benchmarks.fuzz_cia402 --seconds 600 --corpus DIR
 
 The whole driver runs, set up and enabled, on a bus in virtual time with emulated drives; the input is what comes
-instead of, or beside, the drives' answers to each SYNC. Needs atheris, which is no dependency of the project. New
-inputs go to the folder given, otherwise to one that is thrown away; the small corpus in tests/fuzz is only read.
+instead of, or beside, the drives' answers to each SYNC.
 """
 
 from __future__ import annotations
 
 import argparse
-import sys
-import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
-CORPUS = Path(__file__).parents[1] / "tests" / "fuzz" / "cia402"
+from benchmarks.fuzzing import CORPORA, guided, parser_of, require
+
+CORPUS = CORPORA / "cia402"
 _IDENTIFIERS = (0x180, 0x700, 0x080, 0x580)
 """Process data, heartbeat, EMCY, SDO answer."""
 _LENGTHS = (6, 1, 8, 8)
 _FITTING = dict(zip(_IDENTIFIERS[:3], _LENGTHS, strict=False))
 _SYNC = 0x80
 _KEPT = 65
-
-
-def require(condition: bool, what: str) -> None:
-    if not condition:
-        raise AssertionError(what)
 
 
 def frames_in(data: bytes) -> list[tuple[bool, bool, int, bytes]]:
@@ -91,22 +87,12 @@ def once(data: bytes) -> str:
     return ended.value
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seconds", type=int, default=600)
-    parser.add_argument("--corpus", type=Path, help="where new inputs go")
-    arguments = parser.parse_args()
-    import atheris  # type: ignore[import-not-found, unused-ignore]
-
+def target(atheris: Any, arguments: argparse.Namespace) -> tuple[Callable[[bytes], object], Path]:
     with atheris.instrument_imports(include=["palpate.drivers"]):
         # The drivers are imported here, by the first run.
         once(b"")
-    with tempfile.TemporaryDirectory() as scratch:
-        folders = [str(arguments.corpus or Path(scratch)), str(CORPUS)]
-        limits = [f"-max_total_time={arguments.seconds}", "-max_len=256", "-print_final_stats=1"]
-        atheris.Setup([sys.argv[0], *folders, *limits], lambda data: once(data) and None)
-        atheris.Fuzz()
+    return once, CORPUS
 
 
 if __name__ == "__main__":
-    main()
+    guided(parser_of(__doc__), target, 256)

@@ -1,36 +1,26 @@
 """Coverage-guided fuzzing of the JR3 codecs: no input may raise, grow memory, or depend on how it was cut.
 
-    python -m benchmarks.fuzz_jr3 --seconds 600 --codec can
-    python -m benchmarks.fuzz_jr3 --seconds 600 --codec uart --corpus DIR
-
-Needs atheris, which is no dependency of the project (``pip install atheris`` into any environment). New inputs go to
-the folder given, otherwise to one that is thrown away; the small corpus in tests/fuzz is only read. A failure ends the
-run with a traceback and leaves the input in a file named crash-*.
+python -m benchmarks.fuzz_jr3 --seconds 600 --codec can
+python -m benchmarks.fuzz_jr3 --seconds 600 --codec uart --corpus DIR
 """
 
 from __future__ import annotations
 
 import argparse
-import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+from benchmarks.fuzzing import CORPORA, guided, parser_of, require
 from palpate.drivers.can import CanFrame, FrameKind
 from palpate.drivers.jr3.codec_can import CanDecoder, Reassembly
 from palpate.drivers.jr3.codec_uart import MAX_FRAME, UartParser
 from palpate.drivers.jr3.messages import Ack, Forces, FullScales, Message, Moments, Reading, Scaling
 from palpate.drivers.jr3.sampling import FrameCounter
 
-CORPUS = Path(__file__).parents[1] / "tests" / "fuzz"
 PERIOD_US = 10_000
 _KINDS = tuple(FrameKind)
 _SCALING = Scaling(FullScales((115, 111, 185), (56, 52, 61)))
-
-
-def require(condition: bool, what: str) -> None:
-    if not condition:
-        raise AssertionError(what)
 
 
 def check_messages(messages: list[Message]) -> None:
@@ -90,26 +80,15 @@ def uart_once(data: bytes) -> list[Message]:
 CODECS: dict[str, Callable[[bytes], list[Message]]] = {"can": can_once, "uart": uart_once}
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--codec", choices=sorted(CODECS), required=True)
-    parser.add_argument("--seconds", type=int, default=600)
-    parser.add_argument("--corpus", type=Path, help="where new inputs go")
-    arguments = parser.parse_args()
-    import atheris  # type: ignore[import-not-found, unused-ignore]
-
-    once = CODECS[arguments.codec]
+def target(atheris: Any, arguments: argparse.Namespace) -> tuple[Callable[[bytes], object], Path]:
     for function in (CanDecoder.decode, UartParser.feed, UartParser._frame_size, UartParser._ack_size, Reassembly.add):  # noqa: SLF001
         owner = {"decode": CanDecoder, "add": Reassembly}.get(function.__name__, UartParser)
         setattr(owner, function.__name__, atheris.instrument_func(function))
     FrameCounter.accept = atheris.instrument_func(FrameCounter.accept)  # type: ignore[method-assign]
-    with tempfile.TemporaryDirectory() as scratch:
-        new = arguments.corpus or Path(scratch)
-        folders = [str(new), str(CORPUS / f"jr3_{arguments.codec}")]
-        limits = [f"-max_total_time={arguments.seconds}", "-max_len=256", "-print_final_stats=1"]
-        atheris.Setup([sys.argv[0], *folders, *limits], lambda data: once(data) and None)
-        atheris.Fuzz()
+    return CODECS[arguments.codec], CORPORA / f"jr3_{arguments.codec}"
 
 
 if __name__ == "__main__":
-    main()
+    parser = parser_of(__doc__)
+    parser.add_argument("--codec", choices=sorted(CODECS), required=True)
+    guided(parser, target, 256)

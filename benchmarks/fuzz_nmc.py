@@ -2,30 +2,24 @@
 
     python -m benchmarks.fuzz_nmc --seconds 600 --corpus DIR
 
-Needs atheris, which is no dependency of the project (``pip install atheris`` into any environment). One input serves
-three targets: the reply decoder, the search for frames, and the whole arm on a line whose every read delivers a piece
-of the input. Nothing but a ``DriverError`` may come out, a stop must return, and an accepted reply must carry the right
-sum. New inputs go to the folder given, otherwise to one that is thrown away; the small corpus in tests/fuzz is only
-read, and starts with conversations that went well. A failure ends the run with a traceback and leaves the input in a
-file named crash-*.
+One input serves three targets: the reply decoder, the search for frames, and the whole arm on a line whose every read
+delivers a piece of the input. Nothing but a ``DriverError`` may come out, a stop must return, and an accepted reply
+must carry the right sum. The corpus starts with conversations that went well.
 """
 
 from __future__ import annotations
 
 import argparse
-import sys
-import tempfile
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
-CORPUS = Path(__file__).parents[1] / "tests" / "fuzz" / "nmc"
+from benchmarks.fuzzing import CORPORA, guided, parser_of, require
+
+CORPUS = CORPORA / "nmc"
 MAX_READS = 3000
 CYCLES = 8
-
-
-def require(condition: bool, what: str) -> None:
-    if not condition:
-        raise AssertionError(what)
 
 
 class NonsenseLine:
@@ -106,21 +100,11 @@ def once(data: bytes) -> None:
     arm.close()
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seconds", type=int, default=600)
-    parser.add_argument("--corpus", type=Path, help="where new inputs go")
-    arguments = parser.parse_args()
-    import atheris  # type: ignore[import-not-found, unused-ignore]
-
+def target(atheris: Any, arguments: argparse.Namespace) -> tuple[Callable[[bytes], object], Path]:
     with atheris.instrument_imports(include=["palpate.drivers"]):
         once(b"")
-    with tempfile.TemporaryDirectory() as scratch:
-        folders = [str(arguments.corpus or Path(scratch)), str(CORPUS)]
-        limits = [f"-max_total_time={arguments.seconds}", "-max_len=4096", "-timeout=20", "-print_final_stats=1"]
-        atheris.Setup([sys.argv[0], *folders, *limits], once)
-        atheris.Fuzz()
+    return once, CORPUS
 
 
 if __name__ == "__main__":
-    main()
+    guided(parser_of(__doc__), target, 4096, "-timeout=20")

@@ -11,14 +11,13 @@ memory stays bounded. The first finding ends the run with the seed that shows it
 
 from __future__ import annotations
 
-import argparse
 import random
 import struct
-import time
 from collections import Counter
 from itertools import pairwise
 from math import isfinite
 
+from benchmarks.fuzzing import drawn, require
 from palpate.drivers.ati import NetFt, NetFtBox, parse_box
 from palpate.drivers.ati.rdt import decode_records, faults_in
 from palpate.drivers.errors import DriverError, WiringError
@@ -27,11 +26,6 @@ from palpate.simulation.emulators.ati import EmulatedBox
 BOX = NetFtBox(1e6, 1e6, (330.0,) * 3, (30.0,) * 3, 1000.0)
 RECORD = struct.Struct(">IIIiiiiii")
 WORDS = (0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF)
-
-
-def require(condition: bool, what: str) -> None:
-    if not condition:
-        raise AssertionError(what)
 
 
 class Network:
@@ -143,23 +137,15 @@ def box(draw: random.Random) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seconds", type=float, default=600.0)
-    parser.add_argument("--seed", type=int, default=0, help="of the first case; the others follow")
-    arguments = parser.parse_args()
     seen: Counter[str] = Counter()
-    seed, end_s = arguments.seed, time.monotonic() + arguments.seconds
-    while time.monotonic() < end_s:
+
+    def one(seed: int) -> None:
         draw = random.Random(seed)
-        try:
-            stream(draw)
-            page(draw, seen)
-            box(draw)
-        except BaseException:
-            print(f"finding: --seed {seed}", flush=True)
-            raise
-        seed += 1
-    print(f"{seed - arguments.seed} cases in {arguments.seconds:g} s, no finding; {dict(seen)}")
+        stream(draw)
+        page(draw, seen)
+        box(draw)
+
+    drawn(__doc__, "cases", one, seen)
 
 
 if __name__ == "__main__":

@@ -11,13 +11,12 @@ client that has gone leaves no register behind. The first finding ends the run w
 
 from __future__ import annotations
 
-import argparse
 import random
 import struct
-import time
 from collections import Counter
 from collections.abc import Callable
 
+from benchmarks.fuzzing import drawn, require
 from palpate.simulation.emulators.ur import RtdeSession, UrController
 
 CYCLE_NS = 2_000_000
@@ -37,11 +36,6 @@ LINES = (
 SERVO = ",".join(["input_int_register_0", *(f"input_double_register_{i}" for i in range(11))])
 NUMBERS = (0.0, -0.0, 1.0, -1.0, 10.0, 1e308, -1e308, 5e-324, float("nan"), float("inf"), float("-inf"))
 COMMANDS = (0, 11, 16, 31, 35, 40, 99, 255, -1, 2**31 - 1, -(2**31))
-
-
-def require(condition: bool, what: str) -> None:
-    if not condition:
-        raise AssertionError(what)
 
 
 def package(kind: str, payload: bytes = b"") -> bytes:
@@ -156,20 +150,8 @@ class Conversation:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seconds", type=float, default=600.0)
-    parser.add_argument("--seed", type=int, default=0, help="of the first conversation; the others follow")
-    arguments = parser.parse_args()
     seen: Counter[str] = Counter()
-    seed, end_s = arguments.seed, time.monotonic() + arguments.seconds
-    while time.monotonic() < end_s:
-        try:
-            Conversation(seed, seen).run()
-        except BaseException:
-            print(f"finding: --seed {seed}", flush=True)
-            raise
-        seed += 1
-    print(f"{seed - arguments.seed} conversations in {arguments.seconds:g} s, no finding; answers: {dict(seen)}")
+    drawn(__doc__, "conversations", lambda seed: Conversation(seed, seen).run(), seen)
 
 
 if __name__ == "__main__":

@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.fuzz_jr3 import CODECS, CORPUS
+from benchmarks.fuzz_jr3 import CODECS
+from benchmarks.fuzzing import CORPORA
 
-INPUTS = [(codec, path) for codec in CODECS for path in sorted((CORPUS / f"jr3_{codec}").iterdir())]
+INPUTS = [(codec, path) for codec in CODECS for path in sorted((CORPORA / f"jr3_{codec}").iterdir())]
 SILENT = {"heartbeat", "orphans", "kinds", "other_node", "host", "short", "bad_state", "echo", "noise"}
 
 
