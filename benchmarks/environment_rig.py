@@ -15,8 +15,6 @@ from __future__ import annotations
 import argparse
 import random
 import runpy
-import subprocess
-import sys
 import tempfile
 import time
 from contextlib import closing
@@ -27,12 +25,12 @@ import gymnasium
 import numpy as np
 from stable_baselines3 import DQN
 
+from benchmarks.emulated_rig import EmulatedRig, words_of
 from palpate.adapters.gymnasium_envs import PEG_INSERTION
 from palpate.adapters.gymnasium_envs.handover import LateAgentError
 from palpate.core.errors import DeviceError, FaultLatchedError
 
 ROOT = Path(__file__).parents[1]
-PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]
 STILL_RAD = 1e-3
 WEAK = {
     "max_tracking_error_mrad": 100.0, "max_gap_ms": 1000.0, "max_force_age_ms": 1000.0, "max_joint_age_ms": 1000.0,
@@ -53,32 +51,15 @@ def trained(path: Path, trials: int) -> DQN:
     return DQN.load(path, device="cpu")
 
 
-class Cell:
-    """An emulated rig in a process of its own; where the peg went in is what it says."""
-
-    def __init__(self, folder: Path, words: list[str], *, patient: bool) -> None:
-        self.rig, self._told = folder / "rig.toml", folder / "emulate.txt"
-        with self._told.open("w") as told:
-            self._process = subprocess.Popen([*PALPATE, "emulate", "--rig-file", str(self.rig), *words], stdout=told)
-        while not self.rig.exists() or "[force_sensor]" not in self.rig.read_text():
-            time.sleep(0.05)
-        if patient:
-            text = self.rig.read_text()
-            patience = "" if "patience" in text else "patience = 4.0\n"
-            text = text.replace("[arm]\n", f"[arm]\nmax_age_ms = 1000.0\n{patience}")
-            text = text.replace("[force_sensor]\n", "[force_sensor]\nmax_age_ms = 1000.0\n")
-            self.rig.write_text(f"[watchdog]\ncommand_ms = 2000.0\nsensor_ms = 2000.0\n{text}")
-
-    @property
-    def inserted(self) -> int:
-        return self._told.read_text().count("# inserted")
-
-    def close(self) -> None:
-        self._process.terminate()
-        self._process.wait()
+def relax(rig: Path) -> None:
+    text = rig.read_text()
+    patience = "" if "patience" in text else "patience = 4.0\n"
+    text = text.replace("[arm]\n", f"[arm]\nmax_age_ms = 1000.0\n{patience}")
+    text = text.replace("[force_sensor]\n", "[force_sensor]\nmax_age_ms = 1000.0\n")
+    rig.write_text(f"[watchdog]\ncommand_ms = 2000.0\nsensor_ms = 2000.0\n{text}")
 
 
-def drive(env: Any, model: DQN, trials: int, asleep_s: float, cell: Cell, name: str) -> None:
+def drive(env: Any, model: DQN, trials: int, asleep_s: float, cell: EmulatedRig, name: str) -> None:
     """Trials to their end."""
     before, core, late, times, decisions = cell.inserted, 0, 0, [], 0
     # A network's first answer takes longest.
@@ -152,20 +133,18 @@ def main() -> None:
     random.seed(0)
     with tempfile.TemporaryDirectory() as name:
         model = trained(options.model or Path(name) / "agent.zip", 150)
-        words = ["--arm", options.arm, "--force", options.force, "--priority", "30"]
-        cell = Cell(Path(name), words, patient=options.patient)
-        try:
+        with EmulatedRig(Path(name), *words_of(options.arm, options.force, 30)) as cell:
+            if options.patient:
+                relax(cell.path)
             out = str(options.out or Path(name) / "run")
             config = PATIENT if options.patient else None
-            with closing(gymnasium.make(PEG_INSERTION, rig=str(cell.rig), out=out, config=config)) as env:
+            with closing(gymnasium.make(PEG_INSERTION, rig=str(cell.path), out=out, config=config)) as env:
                 if options.trials:
                     drive(env, model, options.trials, 0.0, cell, "as fast as it decides")
                 if options.slow:
                     drive(env, model, options.slow, 0.15, cell, "asleep for 150 ms, one decision in five")
                 if options.hangs:
                     hang(env, model, options.hangs)
-        finally:
-            cell.close()
 
 
 if __name__ == "__main__":

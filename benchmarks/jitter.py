@@ -16,20 +16,15 @@ from __future__ import annotations
 
 import argparse
 import os
-import subprocess
-import sys
-import tempfile
 import time
 from collections import Counter, deque
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from statistics import median
 
+from benchmarks.emulated_rig import emulated_rig
 from benchmarks.paced_clock import PacedClock
 from palpate.adapters.config.real_time import RealTimeConfig
-from palpate.adapters.config.rig import RigFile
 from palpate.adapters.config.run import RunConfig, scenario
 from palpate.adapters.experiments.build import build_perception, build_task, task_actions
 from palpate.adapters.experiments.trial import trial_setup
@@ -58,7 +53,6 @@ from palpate.core.trial import find_ready_pose
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 
 NS = 10**9
-PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]
 FLOORS = {"sleep": range(0), "sum": range(12_000)}
 """Nothing of ours to do; the sum takes about as long as the core with the fakes."""
 ENDS = 1000
@@ -217,24 +211,6 @@ def run_trials(
     print(f"{trial} trials: {dict(outcomes)}")
 
 
-@contextmanager
-def emulated_cell(arm: str, force: str, priority: int) -> Iterator[RigFile]:
-    """Devices behind wires, served by another process."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "rig.toml"
-        words = ["emulate", "--rig-file", str(path), "--arm", arm, "--force", force, "--priority", str(priority)]
-        cell = subprocess.Popen([*PALPATE, *words], stdout=subprocess.DEVNULL)
-        try:
-            while not path.exists() or "[force_sensor]" not in path.read_text():
-                if cell.poll() is not None:
-                    raise SystemExit("the emulated cell did not start")
-                time.sleep(0.05)
-            yield RigFile.load(path)
-        finally:
-            cell.terminate()
-            cell.wait()
-
-
 def stolen_ms() -> float:
     """What a hypervisor has taken of all processors since the machine started; 0 on a machine of its own."""
     return int(Path("/proc/stat").read_text().split()[8]) * 1e3 / os.sysconf("SC_CLK_TCK")
@@ -284,7 +260,7 @@ def measure(options: argparse.Namespace) -> None:
         else:
             ready = find_ready_pose(config.arm, config.task)
             with (
-                emulated_cell(options.arm, options.force, 30 if options.rt else 0) as file,
+                emulated_rig(options.arm, options.force, 30 if options.rt else 0) as file,
                 HardwareRig(file, config, find_approach(config, ready)) as hardware,
             ):
                 ports, phase = watch(hardware.ports)

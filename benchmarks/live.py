@@ -26,7 +26,7 @@ from statistics import median
 
 from scipy.stats import binom
 
-from benchmarks.jitter import emulated_cell
+from benchmarks.emulated_rig import emulated_rig
 from benchmarks.paced_clock import PacedClock
 from palpate.adapters.config.run import RecordingConfig, RunConfig, scenario
 from palpate.adapters.experiments.build import build_perception, build_task, task_actions
@@ -112,7 +112,7 @@ def opened_rig(name: str, config: RunConfig) -> Iterator[Rig]:
             yield simulated
         return
     with (
-        emulated_cell("zebra-nmc", "jr3-can", 0) as file,
+        emulated_rig("zebra-nmc", "jr3-can", 0) as file,
         HardwareRig(file, config, find_approach(config, ready)) as hardware,
     ):
         yield hardware

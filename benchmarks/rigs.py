@@ -13,14 +13,13 @@ import csv
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.emulated_rig import PALPATE, EmulatedRig
 from palpate.adapters.log.reader import read_log
 
-PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]
 RIGS = (("zebra-nmc", "jr3-can"), ("cia402", "jr3-uart"))
 
 
@@ -40,20 +39,12 @@ def run_on_rig(
     folder: Path, policy: str, trials: int, seed: int, words: tuple[str, ...], more: tuple[str, ...] = ()
 ) -> tuple[int, Path, str]:
     """Trials on an emulated rig; how often the peg really went in, the run's folder, and what went wrong."""
-    rig, out = folder / "rig.toml", folder / "run"
-    with (folder / "emulate.txt").open("w") as told:
-        cell = subprocess.Popen([*PALPATE, "emulate", "--rig-file", str(rig), *words], stdout=told)
-        try:
-            while not rig.exists() or "[force_sensor]" not in rig.read_text():
-                time.sleep(0.05)
-            call = [*PALPATE, "run", "--rig", str(rig), "--policy", policy, "--trials", str(trials)]
-            call += ["--seed", str(seed), "--out", str(out), *more]
-            done = subprocess.run(call, capture_output=True, text=True, check=False)
-        finally:
-            cell.terminate()
-            cell.wait()
-    inserted = (folder / "emulate.txt").read_text().count("# inserted")
-    return inserted, out, "" if done.returncode == 0 else done.stderr.strip().splitlines()[-1]
+    out = folder / "run"
+    with EmulatedRig(folder, *words) as rig:
+        call = [*PALPATE, "run", "--rig", str(rig.path), "--policy", policy, "--trials", str(trials)]
+        call += ["--seed", str(seed), "--out", str(out), *more]
+        done = subprocess.run(call, capture_output=True, text=True, check=False)
+    return rig.inserted, out, "" if done.returncode == 0 else done.stderr.strip().splitlines()[-1]
 
 
 def latencies(out: Path) -> str:

@@ -13,19 +13,17 @@ from __future__ import annotations
 import argparse
 import csv
 import os
-import subprocess
-import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from scipy import stats
 
+from benchmarks.emulated_rig import EmulatedRig, words_of
 from palpate.adapters.config.real_time import RealTimeConfig
 from palpate.adapters.config.rig import RigFile
 from palpate.adapters.config.run import RunConfig, scenario
@@ -48,7 +46,6 @@ from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.rig import SensorFacts
 from palpate.core.trial import Outcome, find_ready_pose
 
-PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]
 PAGE = os.sysconf("SC_PAGE_SIZE")
 FAULTY_SHARE = 0.7
 
@@ -79,22 +76,6 @@ def use_of(writer: int, devices: int) -> Use:
     )
 
 
-@contextmanager
-def emulated(folder: Path, arm: str, force: str, priority: int) -> Iterator[tuple[RigFile, int]]:
-    rig = folder / "rig.toml"
-    words = ["emulate", "--rig-file", str(rig), "--arm", arm, "--force", force, "--priority", str(priority)]
-    cell = subprocess.Popen([*PALPATE, *words], stdout=subprocess.DEVNULL)
-    try:
-        while not rig.exists() or "[force_sensor]" not in rig.read_text():
-            if cell.poll() is not None:
-                raise SystemExit("the emulated cell did not start")
-            time.sleep(0.05)
-        yield replace(RigFile.load(rig), approach_rad_s=0.8), cell.pid
-    finally:
-        cell.terminate()
-        cell.wait()
-
-
 def passing_fault(config: RunConfig, seed: int, trial: int) -> FaultPlan | None:
     """A fault that ends again by itself, or none; by seed and trial alone."""
     rng = np.random.default_rng([seed, trial])
@@ -115,8 +96,10 @@ def soak(options: argparse.Namespace, folder: Path, note: Callable[[list[object]
     uses: list[tuple[float, Use]] = []
     sink = ProcessSink(queue_bytes=config.recording.queue_kB * 1000, patient=False)
     with (
-        emulated(folder, options.arm, options.force, 0 if options.no_rt else 30) as (file, devices),
-        HardwareRig(file, config, find_approach(config, ready)) as rig,
+        EmulatedRig(folder, *words_of(options.arm, options.force, 0 if options.no_rt else 30)) as devices,
+        HardwareRig(
+            replace(RigFile.load(devices.path), approach_rad_s=0.8), config, find_approach(config, ready)
+        ) as rig,
         TrialRecorder(lambda: sink, folder / "logs", config.recording) as recorder,
         RealTimeSession(real_time) as session,
     ):
@@ -152,7 +135,7 @@ def soak(options: argparse.Namespace, folder: Path, note: Callable[[list[object]
             if rig.ports.force_sensor.life is Life.FAULTED:
                 rig.ports.force_sensor.acknowledge_fault()
                 rig.ports.force_sensor.activate()
-            now_s, use = time.monotonic() - begin_s, use_of(sink.process_id, devices)
+            now_s, use = time.monotonic() - begin_s, use_of(sink.process_id, devices.process_id)
             uses.append((now_s, use))
             fault = "" if plan is None else f"{plan.port} {plan.kind} at {plan.first_tick} for {plan.duration_ticks}"
             note([trial, f"{now_s:.1f}", fault, len(deliveries) > 0, outcome, problem,

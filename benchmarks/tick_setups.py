@@ -8,9 +8,7 @@ the newest one changed.
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib import import_module
@@ -19,6 +17,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from benchmarks.checkouts import import_path
+from benchmarks.emulated_rig import EmulatedRig, words_of
 
 Trial: TypeAlias = Callable[[], object]
 
@@ -182,18 +181,10 @@ def over_emulated_devices(checkout: Path, folder: Path, walk: Callable[[Trial], 
         if parts.main(words) != 0:
             raise SystemExit("the run on the emulated rig failed")
 
-    call = [sys.executable, "-m", parts.main.__module__, "emulate", "--rig-file", str(rig), "--priority", "30"]
-    cell = subprocess.Popen([*call, "--arm", arm, "--force", force], stdout=subprocess.DEVNULL)
-    try:
-        while not (rig.exists() and "[force_sensor]" in rig.read_text()):
-            if cell.poll() is not None:
-                raise SystemExit("the emulated devices ended before they were served")
-            time.sleep(0.05)
+    palpate = sys.executable, "-m", parts.main.__module__
+    with EmulatedRig(folder, *words_of(arm, force, 30), palpate=palpate):
         _relax(rig)
         walk(trial)
-    finally:
-        cell.terminate()
-        cell.wait()
 
 
 def _relax(rig: Path) -> None:

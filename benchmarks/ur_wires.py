@@ -20,7 +20,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from benchmarks.rigs import PALPATE
+from benchmarks.emulated_rig import PALPATE
 from palpate.adapters.config import EmulationConfig, scenario
 from palpate.adapters.hardware import EmulatedCell
 from palpate.adapters.hardware.real_time import take_real_time

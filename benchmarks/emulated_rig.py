@@ -1,0 +1,71 @@
+"""``palpate emulate`` in a process of its own: devices behind wires, for those that measure at them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+if TYPE_CHECKING:
+    from palpate.adapters.config.rig import RigFile
+
+PALPATE = (sys.executable, "-m", "palpate.adapters.cli.main")
+
+
+class EmulatedRig:
+    """Serves from when it is made until it is closed. A context manager.
+
+    Args:
+        folder: Takes the rig file and what is printed.
+        words: For the command.
+
+    Attributes:
+        path: Of the rig file.
+    """
+
+    def __init__(self, folder: Path, *words: str, palpate: Sequence[str] = PALPATE) -> None:
+        self.path, self._told = folder / "rig.toml", folder / "emulate.txt"
+        with self._told.open("w") as told:
+            self._process = subprocess.Popen([*palpate, "emulate", "--rig-file", str(self.path), *words], stdout=told)
+        while not self.path.exists() or "[force_sensor]" not in self.path.read_text():
+            if self._process.poll() is not None:
+                raise SystemExit("the emulated devices ended before they were served")
+            time.sleep(0.05)
+
+    @property
+    def process_id(self) -> int:
+        return self._process.pid
+
+    @property
+    def inserted(self) -> int:
+        """How often the peg really went in."""
+        return self._told.read_text().count("# inserted")
+
+    def close(self) -> None:
+        self._process.terminate()
+        self._process.wait()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def words_of(arm: str, force: str, priority: int) -> tuple[str, ...]:
+    return "--arm", arm, "--force", force, "--priority", str(priority)
+
+
+@contextmanager
+def emulated_rig(arm: str, force: str, priority: int) -> Iterator[RigFile]:
+    """One whose folder is thrown away."""
+    # Here, so that ticks of another checkout, which may lack it, can be measured over these devices too.
+    from palpate.adapters.config.rig import RigFile
+
+    with tempfile.TemporaryDirectory() as folder, EmulatedRig(Path(folder), *words_of(arm, force, priority)) as rig:
+        yield RigFile.load(rig.path)
