@@ -9,16 +9,16 @@ it is there; a second call goes on where the first was ended. Times are seconds 
 from __future__ import annotations
 
 import argparse
-import json
 import subprocess
 import sys
 from dataclasses import replace
-from multiprocessing import Pool
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from benchmarks.seeds import gone_on_with
 from palpate.adapters.config import scenario
 from palpate.adapters.experiments import build_task, loaded_policy, perception_of, run_scored_trial
 from palpate.adapters.experiments.evaluation import FIRST_EVALUATION_TRIAL
@@ -88,22 +88,15 @@ def main() -> None:
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     lines = options.out / "arms.jsonl"
-    done = [json.loads(text) for text in lines.read_text().splitlines()] if lines.exists() else []
-    known = {(block["scenario"], block["arm"], block["seed"], block["block"]) for block in done}
     policies = {name: train(options.out, name, options.train_seed) for name in options.scenarios}
     # Blocks first: an early end leaves some of each arm.
-    jobs = [
-        (policies[name], name, arm, options.seed, block)
+    jobs = {
+        (name, arm, options.seed, block): (policies[name], name, arm, options.seed, block)
         for block in range(-(-options.trials // BLOCK))
         for name in options.scenarios
         for arm in options.arms
-        if (name, arm, options.seed, block) not in known
-    ]
-    with Pool(options.jobs) as pool, lines.open("a") as file:
-        for result in pool.imap_unordered(run, jobs):
-            done.append(result)
-            file.write(json.dumps(result) + "\n")
-            file.flush()
+    }
+    done = gone_on_with(lines, options.jobs, run, jobs, itemgetter("scenario", "arm", "seed", "block"))
     print("| scenario | arm | joints | inserted | median s | mean s | p95 s | highest true force, N |")
     print("|---" * 8 + "|")
     for name in options.scenarios:

@@ -16,11 +16,10 @@ from __future__ import annotations
 
 import argparse
 import gc
-import json
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from multiprocessing import Pool
+from operator import itemgetter
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -28,6 +27,7 @@ from unittest.mock import patch
 
 import numpy as np
 
+from benchmarks.seeds import gone_on_with
 from palpate.adapters.config import BEFORE_SLIDING, overlay, scenario
 from palpate.adapters.experiments import build_perception, build_task, comparator, learning_policy, run_scored_trial
 from palpate.adapters.experiments.statistics import wilson_interval
@@ -195,20 +195,13 @@ def main() -> None:
     options = parser.parse_args()
     if options.first_trials:
         options.seeds, options.trials = options.first_trials, 1
-    done = [json.loads(text) for text in options.out.read_text().splitlines()] if options.out.exists() else []
-    known = {(seed["condition"], seed["policy"], seed["seed"]) for seed in done}
     # Seeds first: an early end leaves some of each condition.
-    jobs = [
-        (condition, options.policy, seed, options.trials)
+    jobs = {
+        (condition, options.policy, seed): (condition, options.policy, seed, options.trials)
         for seed in range(options.first_seed, options.first_seed + options.seeds)
         for condition in options.conditions
-        if (condition, options.policy, seed) not in known
-    ]
-    with Pool(options.jobs) as pool, options.out.open("a") as file:
-        for result in pool.imap_unordered(run, jobs):
-            done.append(result)
-            file.write(json.dumps(result) + "\n")
-            file.flush()
+    }
+    done = gone_on_with(options.out, options.jobs, run, jobs, itemgetter("condition", "policy", "seed"))
     head = (
         "| condition | policy | seeds | first trial | from trial 2 | mean 2-10, s | mean 11-, s (seeds) | median"
         " | p95 | converged | force p99 / most, N | decision 99 / 99.9 %, ms |"

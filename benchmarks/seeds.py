@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Mapping
 from multiprocessing import Pool
 from pathlib import Path
 from typing import Any
@@ -26,12 +26,26 @@ def run_seeds(description: str | None, run: Callable[[int], Any], first_seed: in
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--picture", type=Path)
     options = parser.parse_args()
-    done = [json.loads(text) for text in options.out.read_text().splitlines()] if options.out.exists() else []
-    known = {result["seed"] for result in done}
-    seeds = [seed for seed in range(options.first_seed, options.first_seed + options.seeds) if seed not in known]
-    with Pool(options.jobs) as pool, options.out.open("a") as file:
-        for result in pool.imap_unordered(run, seeds):
+    seeds = {seed: seed for seed in range(options.first_seed, options.first_seed + options.seeds)}
+    return gone_on_with(options.out, options.jobs, run, seeds, lambda result: result["seed"]), options.picture
+
+
+def gone_on_with(
+    path: Path, processes: int, run: Callable[[Any], Any], jobs: Mapping[Hashable, Any], key: Callable[[Any], Hashable]
+) -> list[Any]:
+    """Run the jobs whose results a file lacks, each one line of JSON there as soon as it is done.
+
+    Args:
+        jobs: What ``run`` takes, by what is told of it by the key of its result.
+
+    Returns:
+        All results in the file.
+    """
+    done = [json.loads(text) for text in path.read_text().splitlines()] if path.exists() else []
+    known = set(map(key, done))
+    with Pool(processes) as pool, path.open("a") as file:
+        for result in pool.imap_unordered(run, [job for name, job in jobs.items() if name not in known]):
             done.append(result)
             file.write(json.dumps(result) + "\n")
             file.flush()
-    return done, options.picture
+    return done
