@@ -15,6 +15,10 @@ FOLLOWED_N: Final = 1.6
 _MOVING_SAMPLES: Final = 4
 _REST_TICKS: Final = 4
 """Ticks of rest after a motion, for the lag of servos and sensor."""
+_ARRIVED_M: Final = 3e-5
+_LONGEST_WAIT_TICKS: Final = CONTROL_RATE_HZ // 4
+"""A rest begins when encoders show the tip as near as that to where it was led, or after so long: an arm that smoothes
+its set-points is under way for another tenth of a second."""
 _RESTING_SAMPLES: Final = 8
 """So many twice: first and second half of a rest are held against each other."""
 _STEADY_N: Final = 0.6
@@ -56,12 +60,13 @@ class BothWallsCheck:
         self._places_m: list[Vector3] = []
         self._enter(_WallStage.FIRST)
 
-    def velocity_m_s(self, force_N: Vector3, new: bool, reference_m: Vector3) -> tuple[float, float]:
+    def velocity_m_s(self, force_N: Vector3, new: bool, reference_m: Vector3, tip_m: Vector3) -> tuple[float, float]:
         """Velocity of the tip across the tool axis for this tick; not to be asked once it is known.
 
         Args:
             force_N: Tared force of the environment on the tool, (3,), task frame.
             reference_m: Where the tip is commanded to be, (3,), task frame.
+            tip_m: Where it is by the encoders, (3,), task frame.
         """
         if self._stage is _WallStage.FIRST:
             velocity = self.first.velocity_m_s(force_N, new, reference_m)
@@ -75,7 +80,9 @@ class BothWallsCheck:
             return self._go_back(reference_m)
         along_N = force_N[0] * ux + force_N[1] * uy
         if self._stage is _WallStage.REST:
-            if self._ticks > _REST_TICKS and self._mean.add(along_N, new) == _RESTING_SAMPLES:
+            self._arrived |= dist(tip_m[:2], reference_m[:2]) <= _ARRIVED_M or self._ticks > _LONGEST_WAIT_TICKS
+            resting = self._arrived and self._ticks > _REST_TICKS
+            if resting and self._mean.add(along_N, new) == _RESTING_SAMPLES:
                 self._rested_half(reference_m)
             return 0.0, 0.0
         if self._mean.add(along_N, new) == _MOVING_SAMPLES:
@@ -121,4 +128,4 @@ class BothWallsCheck:
         return True
 
     def _enter(self, stage: _WallStage) -> None:
-        self._stage, self._ticks, self._half_N, self._mean = stage, 0, None, Mean()
+        self._stage, self._ticks, self._half_N, self._mean, self._arrived = stage, 0, None, Mean(), False

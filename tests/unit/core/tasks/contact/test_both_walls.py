@@ -14,18 +14,21 @@ PLAY_M = 0.6e-3
 Sensor = Callable[[float, int, np.random.Generator], float]
 
 
-def push(shown_N: Sensor, *, gap_m: float = 0.1e-3, repeats: int = 1, seed: int = 5) -> tuple[BothWallsCheck, float]:
+def push(
+    shown_N: Sensor, *, gap_m: float = 0.1e-3, repeats: int = 1, seed: int = 5, lag_ticks: float = 0.0
+) -> tuple[BothWallsCheck, float]:
     """Pushes along x between walls at this distance from the middle; returns the check and the highest true force."""
     check, rng = BothWallsCheck(PLAY_M), np.random.default_rng(seed)
     check.begin((0.0, 0.0, 0.0))
-    x, y, seen, peak_N = 0.0, 0.0, 0.0, 0.0
+    x, y, tip_x, tip_y, seen, peak_N = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for tick in range(2000):
-        true_N = -LATERAL_N_PER_M * np.sign(x) * max(abs(x) - gap_m, 0.0)
+        tip_x, tip_y = tip_x + (x - tip_x) / (1.0 + lag_ticks), tip_y + (y - tip_y) / (1.0 + lag_ticks)
+        true_N = -LATERAL_N_PER_M * np.sign(tip_x) * max(abs(tip_x) - gap_m, 0.0)
         peak_N = max(peak_N, abs(true_N))
         new = tick % repeats == 0
         if new:
             seen = shown_N(true_N, tick, rng)
-        vx, vy = check.velocity_m_s((seen, 0.0, 0.0), new, (x, y, 0.0))
+        vx, vy = check.velocity_m_s((seen, 0.0, 0.0), new, (x, y, 0.0), (tip_x, tip_y, 0.0))
         if check.answered or check.failed:
             break
         x, y = x + vx * PERIOD_S, y + vy * PERIOD_S
@@ -45,6 +48,11 @@ def test_walls_are_felt_on_both_sides(gap_m: float, noise_N: float) -> None:
 
 def test_a_slow_sensor_is_no_reason_to_fail() -> None:
     assert push(lambda true_N, *_: true_N, repeats=3)[0].answered
+
+
+@pytest.mark.parametrize("lag_ticks", [3.0, 6.0, 12.0])
+def test_an_arm_that_is_still_under_way_is_waited_for(lag_ticks: float) -> None:
+    assert push(lambda true_N, _, rng: true_N + 0.1 * rng.standard_normal(), lag_ticks=lag_ticks)[0].answered
 
 
 def test_a_hole_wider_than_its_play_fails() -> None:

@@ -54,7 +54,8 @@ class Prove(RunningPhase):
 
     def _try_walls(self, depth_m: float) -> Vector3:
         equipment, proof, state, walls = self._equipment, self._proof, self._equipment.state, self._walls
-        across = walls.velocity_m_s(equipment.measurement.force_N, proof.new, equipment.motion.reference_m)
+        measured = equipment.measurement
+        across = walls.velocity_m_s(measured.force_N, proof.new, equipment.motion.reference_m, measured.position_m)
         self._depth.add(depth_m, proof.new)
         if walls.failed:
             state.doubt(proof.no_walls(state.tick, depth_m, walls.forces_N))
