@@ -30,6 +30,7 @@ def gap(options: GapOptions) -> int:
             other = gap_of(find_logs([options.reference])[: options.most], bar.update, found)
     say("\n".join(_report(found)))
     if other:
+        say("\n".join([*_came_late(other), f"{other.logs} trials of {options.reference}"]))
         sd = hypot(found.wrench_late_sd_ms, other.wrench_late_sd_ms)
         later = f"{found.cycle_late_ms - other.cycle_late_ms:.1f} ± {2.0 * sd:.2g} ms later"
         say(f"wrenches come {later} than in {options.reference}, where it is {other.wrench_late_ms:.1f} ms")
@@ -44,8 +45,7 @@ def gap(options: GapOptions) -> int:
 
 def _report(found: Gap) -> Iterator[str]:
     """Who came late; axis by axis; then what was fitted."""
-    for who, count in found.late.items():
-        yield f"{count} logs of {who} that came late, left out if there are others: such a cell reads softer than it is"
+    yield from _came_late(found)
     units = ("N",) * 3 + ("N m",) * 3
     rows = [["axis", "as configured", "fitted", "unit"]]
     for axis, unit, before, after in zip(WRENCH_AXES, units, found.before.wrench, found.after.wrench, strict=True):
@@ -58,10 +58,17 @@ def _report(found: Gap) -> Iterator[str]:
     late = f"wrenches by {found.wrench_late_ms:.1f} ± {2.0 * found.wrench_late_sd_ms:.2g} ms"
     yield f"behind the simulated cell: {late}, joints by {found.joints_late_ms:.1f} ms"
     yield "this is the sum over command, arm, sensor and wires: what a policy meets"
+    if found.lag_ms:
+        yield f"{found.lag_ms:.0f} ms of both are a lag: the arm smoothes its set-points, and is driven so"
     yield f"noise in free air: {found.noise_N:.3g} N, {found.noise_Nm:.3g} N m"
-    for number, (knob, value, sd) in enumerate(zip(KNOBS, found.values, found.sds, strict=True)):
+    for number, (knob, value, sd) in enumerate(zip(KNOBS[:-1], found.values, found.sds, strict=False)):
         doubt = "" if found.known(number) or not knob.of_cell else "; not determined: left as configured"
         yield f"{knob.name}: {value:.4g} ± {2.0 * sd:.2g}{doubt}"
+
+
+def _came_late(found: Gap) -> Iterator[str]:
+    for who, count in found.late.items():
+        yield f"{count} logs of {who} that came late, left out if there are others: such a cell reads softer than it is"
 
 
 def _toml(found: Gap) -> Iterator[str]:

@@ -23,6 +23,7 @@ from palpate.adapters.replay.gap_cell import (
     late,
 )
 from palpate.adapters.replay.gap_fit import CellFit
+from palpate.adapters.replay.gap_lag import lag_ticks, smoothed
 from palpate.adapters.replay.gap_late import falls_behind
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import arm_named
@@ -58,6 +59,8 @@ class Gap:
             set-points and reads angles once in a cycle makes a command wait the longer the younger its angles are, and
             with which of its moments the loop's ticks fall together is another in each run: the sum is free of that.
         joints_late_ms: By how much the encoders are behind the simulated ones.
+        lag_ms: Time constant with which the arm follows its set-points beside a delay, as one that smoothes them; part
+            of all that is late.
         noise_N: Standard deviation of a force channel in free air.
         settings: The cell that fits best, as nested tables for a run's TOML file.
     """
@@ -71,6 +74,7 @@ class Gap:
     sds: Array
     cycle_late_ms: float
     joints_late_ms: float
+    lag_ms: float
     noise_N: float
     noise_Nm: float
     settings: Mapping[str, Any]
@@ -87,7 +91,7 @@ class Gap:
     @property
     def wrench_late_ms(self) -> float:
         """By how much wrenches are behind the simulated ones."""
-        return float(self.values[LATE]) * 1e3 / CONTROL_RATE_HZ
+        return float(self.values[LATE]) * 1e3 / CONTROL_RATE_HZ + self.lag_ms
 
 
 def gap_of(paths: Sequence[Path], gone_through: Callable[[], object], same: Gap | None = None) -> Gap:
@@ -107,7 +111,8 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object], same: Gap 
             raise ConfigurationError("logs", trial.path, f"logs recorded with the cell and arm of {trials[0].path}")
     if same is not None:
         _require_alike(trials[0], same.config)
-    trials = _noted_behind(trials, gone_through)
+    trials, lag = _followed(trials, gone_through)
+    lag_ms = lag * 1e3 / CONTROL_RATE_HZ
     came_late = Counter(trial.late for trial in trials if trial.late)
     trials = [trial for trial in trials if not trial.late] or trials
     fit = CellFit(trials, gone_through)
@@ -146,8 +151,9 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object], same: Gap 
         _errors(trials, fit.traces(values), values[LATE], joints_late),
         values,
         sds,
-        fit.with_age_ticks * 1e3 / CONTROL_RATE_HZ,
-        joints_late * 1e3 / CONTROL_RATE_HZ,
+        fit.with_age_ticks * 1e3 / CONTROL_RATE_HZ + lag_ms,
+        joints_late * 1e3 / CONTROL_RATE_HZ + lag_ms,
+        lag_ms,
         noise_N,
         noise_Nm,
         settings,
@@ -162,17 +168,23 @@ def _require_alike(trial: Driven, other: RunConfig) -> None:
         raise ConfigurationError("reference", trial.path, accepted)
 
 
-def _noted_behind(trials: Sequence[Driven], gone_through: Callable[[], object]) -> list[Driven]:
-    """Trials; those whose joints fell behind the simulated ones are marked."""
-    fit = CellFit(trials, gone_through)
-    ticks, begun = fit.joints_late(), SETTLED.start
-    step_rad = min(arm_named(trials[0].config.arm).encoder_step_rad)
-    return [
+def _followed(trials: Sequence[Driven], gone_through: Callable[[], object]) -> tuple[list[Driven], float]:
+    """Trials with their commands as the arm follows them, and its lag in control ticks.
+
+    Trials whose joints fell behind the simulated ones are marked.
+    """
+    fit, begun = CellFit(trials, gone_through), SETTLED.start
+    lag = lag_ticks([trial.joints_rad for trial in trials], [q_rad for _, q_rad in fit.traces(fit.values)])
+    trials = [replace(trial, command_rad=smoothed(trial.command_rad, lag)) for trial in trials]
+    fit = CellFit(trials, gone_through) if lag else fit
+    ticks, step_rad = fit.joints_late(), min(arm_named(trials[0].config.arm).encoder_step_rad)
+    marked = [
         replace(trial, late=trial.late or "devices")
         if falls_behind(trial.joints_rad[begun:], late(q_rad, ticks)[begun:], step_rad)
         else trial
         for trial, (_, q_rad) in zip(trials, fit.traces(fit.values), strict=True)
     ]
+    return marked, lag
 
 
 def _errors(

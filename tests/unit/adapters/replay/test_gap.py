@@ -14,7 +14,7 @@ from palpate.adapters.config import overlay, scenario
 from palpate.adapters.experiments import ChosenPolicy, Recorded, RunFolder, run_policy
 from palpate.adapters.log import read_log
 from palpate.adapters.mujoco import SimulatedRig
-from palpate.adapters.replay import find_logs, gap_cell, gap_fit, gap_late, gap_numbers, gap_of, gap_wall
+from palpate.adapters.replay import find_logs, gap, gap_cell, gap_fit, gap_lag, gap_late, gap_numbers, gap_of, gap_wall
 from palpate.core.errors import ConfigurationError, LogError
 from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell import HiddenValues
@@ -113,6 +113,18 @@ def test_with_which_moment_of_a_bus_cycle_ticks_fall_together_is_no_latency(logs
     sooner, later = fits
     assert later.values[gap_cell.LATE] - sooner.values[gap_cell.LATE] == pytest.approx(1.0, abs=0.05)
     assert later.with_age_ticks == pytest.approx(sooner.with_age_ticks, abs=0.05)
+
+
+def test_an_arm_that_smoothes_its_set_points_is_driven_so(logs: list[Path]) -> None:
+    """As servoj's look-ahead does: a lag is no delay, and what is felt as the peg touches comes of it."""
+    trial = gap_cell.driven_from(logs[0])
+    smooth = replace(trial, command_rad=gap_lag.smoothed(trial.command_rad, 4.2))
+    wrench, q_rad = gap_cell.drive(smooth, TRUE)
+    seen = replace(trial, wrench=gap_cell.late(wrench, 2.8), joints_rad=gap_cell.late(q_rad, 0.7))
+    (followed, _), lag = gap._followed([seen, seen], lambda: None)
+    assert lag == pytest.approx(4.2, abs=0.2)
+    assert np.abs(followed.command_rad - smooth.command_rad).max() < 2e-4
+    assert gap._followed([trial], lambda: None)[1] == 0.0
 
 
 @given(st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=9), st.floats(-100.0, 100.0))
