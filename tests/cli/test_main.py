@@ -135,6 +135,13 @@ COMMANDS = (
             "learner = 'belief'",
             "q-learning or sarsa or skills, which learning.alpha",
         ),
+        (
+            "train --learner memory --perception.memory last-2",
+            "perception.memory = 'last-2'",
+            "none beside the learner memory",
+        ),
+        ("train --learner memory --learning.memory.lattice 0", "actions.displacement_m", "a lattice to round them to"),
+        ("train --learner memory --learning.memory.reach 200", "160800 hidden states", "at most 2896"),
         ("train --policy sarsa", "policy = 'sarsa'", "--learner sarsa chooses it"),
         ("train --arm puma", "arm = 'puma'", "one of zebra-zero, ur3, ur5"),
         ("run", "policy", "a policy file, or one of omniscient"),

@@ -127,9 +127,10 @@ class ShowOptions(Settings):
     file: Annotated[str, tyro.conf.Positional]
     """The policy file."""
     after: str = ""
-    """Of a memory file: show the belief after these symbols and actions, in turns, such as "A +x B"."""
+    """Of a memory: show the belief after these symbols and actions, in turns, such as "A +x B"; names with a blank in
+    them have _ there."""
     out: str = ""
-    """Of a memory file of offsets: draw it instead; a file, .svg or .png."""
+    """Of a memory of offsets: draw it instead; a file, .svg or .png."""
 
 
 @dataclass(frozen=True)

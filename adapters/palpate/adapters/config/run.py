@@ -142,6 +142,9 @@ class RunConfig(Settings):
 
     @override
     def check(self) -> None:
+        if self.learner == "memory" and self.perception.memory != "none":
+            accepted = "none beside the learner memory, which finds hidden states itself"
+            raise ConfigurationError("perception.memory", self.perception.memory, accepted)
         if self.cell.hole_height_error_mm > self.task.ready_height_mm - 0.5:
             raise ConfigurationError(
                 "cell.hole_height_error_mm",

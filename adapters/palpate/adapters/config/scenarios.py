@@ -58,6 +58,7 @@ LEARNERS: Final[Mapping[str, Table]] = {
     "q-learning": {},
     "sarsa": {},
     "belief": {"task": {"ticks_per_action": 4, "moving_share": 1.0}, "perception": {"cutoff_Hz": 10.0}},
+    "memory": {"learning": {"memory": {"reach": 20, "lattice": 3}}},
     "skills": {
         "perception": {"symbols": "skills", "memory": "last-action"},
         "learning": {

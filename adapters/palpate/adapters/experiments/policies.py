@@ -20,6 +20,7 @@ from palpate.core.policy import (
     BackOff,
     ExamplesPolicy,
     FixedPolicy,
+    MemoryLearner,
     MixedPolicy,
     OptionParameters,
     Policy,
@@ -214,10 +215,14 @@ def learning_policy(config: RunConfig, perception: Perception, code: str = "") -
         # In the configuration the setting has another name than in the core.
         field = error.field.replace("policy.", "learning.", 1)
         raise ConfigurationError(field, error.value, error.accepted) from error
-    if config.learner == "belief":
+    if config.learner in ("belief", "memory"):
         reach, none = task_reach(config), ProgrammedPolicy(perception.states, actions, {})
-        belief = BeliefLearner(learning.belief, reach.half_width_m, reach.action_s, frozen=False)
-        return MixedPolicy(perception.states, [*(parts or [none]), belief])
+        model: BeliefLearner | MemoryLearner
+        if config.learner == "belief":
+            model = BeliefLearner(learning.belief, reach.half_width_m, reach.action_s, frozen=False)
+        else:
+            model = MemoryLearner(perception.states, actions, learning.memory)
+        return MixedPolicy(perception.states, [*(parts or [none]), model])
     back_off = BackOff.of(learning.back_off_visits, perception.identifier.symbol_of)
     learner = new_learner(learning_parameters(config), perception.states, actions, back_off=back_off)
     if config.perception.symbols == SKILLS:
@@ -280,7 +285,8 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
         each["signal"] = {name: value for name, value in dict(each.get("signal", {})).items() if name != "tool"}
     if mine != theirs:
         where, mine, wanted = first_difference(mine, theirs)
-        remedy = "" if document.belief is None or config.learner == "belief" else "--learner belief, or "
+        other = "" if document.model is None or config.learner == document.model.TABLE else document.model.TABLE
+        remedy = f"--learner {other}, or " if other else ""
         raise ConfigurationError(
             f"policy.perception.{where}",
             mine,
@@ -301,11 +307,13 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
     if document.foreign is not None:
         document.check_matches(perception.states, task_actions(config))
         return foreign_policy(document.foreign, config, perception, frozen=frozen)
-    kind = document.learner.kind if document.learner is not None else "belief" if document.belief is not None else ""
+    kind = document.learner.kind if document.learner is not None else document.model.TABLE if document.model else ""
     if not frozen and kind and kind.partition(" of ")[0] != config.learner:
         raise ConfigurationError("learner", config.learner, f"{kind!r}, as in the policy file")
     if not frozen and document.belief is not None:
         document = replace(document, belief=replace(document.belief, parameters=config.learning.belief))
+    if not frozen and document.memory is not None:
+        document = replace(document, memory=replace(document.memory, parameters=config.learning.memory))
     if not frozen and document.learner is not None:
         document = replace(document, learner=replace(document.learner, parameters=learning_parameters(config)))
     return policy_from(document, perception.states, task_actions(config), frozen=frozen, reach=task_reach(config))

@@ -13,8 +13,8 @@ def render_table(document: PolicyDocument) -> str:
     """
     learner = document.learner
     learned = f"{learner.kind}, {learner.trials_learned} trials learned" if learner else "nothing learned"
-    if document.belief is not None:
-        learned = f"belief, {document.belief.trials_learned} trials learned"
+    if document.model is not None:
+        learned = f"{document.model.TABLE}, {document.model.trials_learned} trials learned"
     if (foreign := document.foreign) is not None:
         package = f" ({foreign.distribution} {foreign.version})" if foreign.distribution else ""
         learned = f"made by {foreign.code}{package}, {foreign.trials_learned} trials learned"

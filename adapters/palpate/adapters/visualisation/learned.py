@@ -66,8 +66,13 @@ _BLOCKED: Final = 0.5  # a side is drawn as a wall from this probability on
 _COLOURS: Final = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442", "#999999")
 
 
-def memory_picture(document: MemoryDocument, belief: Floats, after: str, kind: str) -> bytes:
+def memory_picture(
+    document: MemoryDocument, belief: Floats, after: str, kind: str, short: tuple[str, ...] = ()
+) -> bytes:
     """Draw the model of a memory file.
+
+    Args:
+        short: What stands for the symbols, each no longer than a cell is wide; without it, their names.
 
     Raises:
         ConfigurationError: It has no model of offsets.
@@ -75,19 +80,22 @@ def memory_picture(document: MemoryDocument, belief: Floats, after: str, kind: s
     models = document.world_models()
     if not models or not isinstance(models[0], OffsetModel):
         raise ConfigurationError("file", document.kind, "one with a model of offsets; no other is laid out in space")
-    model = models[0]
+    model, short = models[0], short or document.symbols
     with drawing(10.0, 5.2, 110, kind) as canvas:
         left, right = canvas.figure.subplots(1, 2)
         for place, (u, v) in enumerate(model.offsets):
             best = int(model.emissions[place].argmax())
             share = float(model.emissions[place, best])
-            _cell(left, (u, v), _COLOURS[best % len(_COLOURS)], 0.15 + 0.65 * share, document.symbols[best])
+            _cell(left, (u, v), _COLOURS[best % len(_COLOURS)], 0.15 + 0.65 * share, short[best])
             _cell(right, (u, v), "#0072b2", float(belief[place] / max(belief.max(), 1e-12)), _hundredths(belief[place]))
             for action, (du, dv) in enumerate(model.steps):
                 if abs(du) + abs(dv) == 1 and model.blocked[action, place] >= _BLOCKED:
                     across = 0.5 * abs(dv), 0.5 * abs(du)
                     x, y = u + 0.5 * du, v + 0.5 * dv
                     left.plot((x - across[0], x + across[0]), (y - across[1], y + across[1]), color="black")
+        if short != document.symbols:
+            told = "   ".join(f"{each} {name}" for each, name in zip(short, document.symbols, strict=True))
+            canvas.figure.suptitle(told, fontsize=6)
         left.set_title("most likely symbol; lines: moves that are blocked", fontsize=9)
         right.set_title(f"belief {f'after {after}' if after else 'before a trial'}, in hundredths", fontsize=9)
         for axes in (left, right):

@@ -16,6 +16,7 @@ from .base import Transition as Transition
 from .base import compass_actions as compass_actions
 from .base import drawing_from as drawing_from
 from .belief_entry import BeliefEntry as BeliefEntry
+from .belief_entry import MemoryEntry as MemoryEntry
 from .belief_entry import Reach as Reach
 from .conversion import document_of as document_of
 from .conversion import learner_of as learner_of

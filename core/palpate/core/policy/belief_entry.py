@@ -1,12 +1,14 @@
-"""What a policy file holds of a belief: its settings, and the trials that it learned from."""
+"""What a policy file holds of a learner by a model: its settings, and the trials that it learned from."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Annotated, Any, ClassVar, Self
 
 from typing_extensions import override
 
+from palpate.core.policy.base import Action
 from palpate.core.policy.belief import BeliefLearner, BeliefParameters, TouchedTrial, TouchModel
+from palpate.core.policy.memory import MemoryLearner, MemoryParameters
 from palpate.core.ports import Range, Settings
 
 
@@ -23,17 +25,36 @@ class Reach:
 
 
 @dataclass(frozen=True, slots=True)
-class BeliefEntry(Settings):
-    """A belief as the file has it. Model and prior follow from the trials, and are not in it."""
+class ModelEntry(Settings):
+    """Such a learner as the file has it. What it has fitted follows from the trials, and is not in it."""
 
-    TABLE: ClassVar[str] = "belief"
-
-    parameters: BeliefParameters
+    parameters: BeliefParameters | MemoryParameters
     """Its settings."""
     trials_learned: Annotated[int, Range(0)]
     """Number of trials that it learned from."""
     trials: tuple[Mapping[str, Any], ...]
-    """Those that it remembers, the oldest first; see :class:`~palpate.core.policy.belief.TouchedTrial`."""
+    """Those that it remembers, the oldest first."""
+
+    def content(self) -> dict[str, Any]:
+        """The entry as JSON has it."""
+        return {"parameters": asdict(self.parameters), **self.state()}
+
+    def state(self) -> dict[str, Any]:
+        """What was learned, as the state of a learner."""
+        return {"trials_learned": self.trials_learned, "trials": list(self.trials)}
+
+    def unlearned(self) -> Self:
+        """The same before it learned anything."""
+        return replace(self, trials_learned=0, trials=())
+
+
+@dataclass(frozen=True, slots=True)
+class BeliefEntry(ModelEntry):
+    """A belief over the hole's place; of its trials see :class:`~palpate.core.policy.belief.TouchedTrial`."""
+
+    TABLE: ClassVar[str] = "belief"
+
+    parameters: BeliefParameters
 
     @override
     def check(self) -> None:
@@ -49,18 +70,6 @@ class BeliefEntry(Settings):
         """The same without the trials that it has no room for."""
         return replace(self, trials=self.trials[-self.parameters.memory_trials :])
 
-    def content(self) -> dict[str, Any]:
-        """The belief as JSON has it."""
-        return {"parameters": asdict(self.parameters), **self.state()}
-
-    def state(self) -> dict[str, Any]:
-        """What was learned, as the state of a learner."""
-        return {"trials_learned": self.trials_learned, "trials": list(self.trials)}
-
-    def unlearned(self) -> Self:
-        """The same before it learned anything."""
-        return replace(self, trials_learned=0, trials=())
-
     def touch_model(self) -> TouchModel | None:
         """The touch model that follows from the trials; None where they are too few."""
         return self.learner(Reach(1e-3, 0.1), frozen=True).model
@@ -68,5 +77,29 @@ class BeliefEntry(Settings):
     def learner(self, reach: Reach, *, frozen: bool) -> BeliefLearner:
         """The learner that has learned this, at work in a task."""
         learner = BeliefLearner(self.parameters, reach.half_width_m, reach.action_s, frozen=frozen)
+        learner.set_state(self.state())
+        return learner
+
+
+@dataclass(frozen=True, slots=True)
+class MemoryEntry(ModelEntry):
+    """A model of hidden states; of its trials see :class:`~palpate.core.policy.memory.RecordedTrial`."""
+
+    TABLE: ClassVar[str] = "memory"
+
+    parameters: MemoryParameters
+
+    @classmethod
+    def of(cls, learner: MemoryLearner) -> Self:
+        """What a live one has learned."""
+        return cls(learner.parameters, **learner.get_state())
+
+    def learner(self, states: Sequence[str], actions: Sequence[Action], *, frozen: bool) -> MemoryLearner:
+        """The learner that has learned this, at work in a task with these states and actions.
+
+        Raises:
+            ConfigurationError: Trials with others, or displacements that do not fit the kind of model.
+        """
+        learner = MemoryLearner(states, actions, self.parameters, frozen=frozen)
         learner.set_state(self.state())
         return learner

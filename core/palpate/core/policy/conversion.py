@@ -7,12 +7,13 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.policy.back_off import BackingOff, BackOff
 from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action, Policy
 from palpate.core.policy.belief import BeliefLearner
-from palpate.core.policy.belief_entry import BeliefEntry, Reach
+from palpate.core.policy.belief_entry import BeliefEntry, MemoryEntry, Reach
 from palpate.core.policy.entries import ActionEntry, BackOffEntry, LearnerEntry, TableRow
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.file import PolicyDocument
 from palpate.core.policy.foreign import ForeignPolicy
 from palpate.core.policy.learner import Learner
+from palpate.core.policy.memory import MemoryLearner
 from palpate.core.policy.options import OptionLearning, OptionParameters
 from palpate.core.policy.programmed import AssignedPolicy, MixedPolicy, ProgrammedPolicy
 from palpate.core.policy.sarsa import Sarsa, SarsaParameters
@@ -28,8 +29,8 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
     """The content of a policy, ready to be saved.
 
     Args:
-        policy: Programmed, examples, Q-learning, Sarsa, a belief, or a mixture of these; a belief only behind a part,
-            be it empty, that has names for states and actions. Or a foreign policy.
+        policy: Programmed, examples, Q-learning, Sarsa, a belief or a model of hidden states, or a mixture of these;
+            the last two only behind a part, be it empty, that has names for states and actions. Or a foreign policy.
 
     Raises:
         ConfigurationError: It is of another kind, or has no action for some state.
@@ -45,19 +46,21 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
             foreign=policy.entry,
         )
     parts: list[AssignedPolicy | TabularLearner] = []
-    beliefs = [part for part in _parts_of(policy) if isinstance(part, BeliefLearner)]
+    models = [part for part in _parts_of(policy) if isinstance(part, BeliefLearner | MemoryLearner)]
     for part in _parts_of(policy):
-        if isinstance(part, BeliefLearner) and len(_parts_of(policy)) > 1:
+        if isinstance(part, BeliefLearner | MemoryLearner) and len(_parts_of(policy)) > 1:
             continue
         if not isinstance(part, AssignedPolicy | TabularLearner):
-            accepted = "programmed, examples, Q-learning, Sarsa and, mixed, a belief; nothing else fits a policy file"
+            accepted = (
+                "programmed, examples, Q-learning, Sarsa, mixed a belief or memory; nothing else fits a policy file"
+            )
             raise ConfigurationError("policy", type(part).__name__, accepted)
         parts.append(part)
     learner = next((part for part in parts if isinstance(part, TabularLearner)), None)
     states, actions = parts[0].states, parts[0].actions
     if any(part.states != states or part.actions != actions for part in parts):
         raise ConfigurationError("policy", "parts that differ", "the same states and actions in all its parts")
-    if sum(isinstance(part, Learner) for part in (*parts, *beliefs)) > 1:
+    if sum(isinstance(part, Learner) for part in (*parts, *models)) > 1:
         raise ConfigurationError("policy", "several learners", "at most one learner")
     return PolicyDocument(
         created_with=created_with,
@@ -67,12 +70,13 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
         table=tuple(
             _row_of(state, parts, learner)
             for state in range(len(states))
-            if not beliefs or any(part.serves(state) for part in parts)
+            if not models or any(part.serves(state) for part in parts)
         ),
         learner=None
         if learner is None
         else LearnerEntry(learner.parameters, learner.trials_learned, _backing(learner)),
-        belief=BeliefEntry.of(beliefs[0]) if beliefs else None,
+        belief=next((BeliefEntry.of(one) for one in models if isinstance(one, BeliefLearner)), None),
+        memory=next((MemoryEntry.of(one) for one in models if isinstance(one, MemoryLearner)), None),
     )
 
 
@@ -102,7 +106,7 @@ def policy_from(
         for source in (PROGRAMMED, EXAMPLES)
     }
     parts: list[Policy] = []
-    if pairs[PROGRAMMED] or document.belief is not None:
+    if pairs[PROGRAMMED] or document.model is not None:
         parts.append(ProgrammedPolicy(states, actions, dict(pairs[PROGRAMMED])))
     if pairs[EXAMPLES]:
         parts.append(ExamplesPolicy(states, actions, pairs[EXAMPLES]))
@@ -120,6 +124,8 @@ def policy_from(
         if reach is None:
             raise ConfigurationError("policy.belief", None, "the area and the time of an action of a task")
         parts.append(document.belief.learner(reach, frozen=frozen))
+    if document.memory is not None:
+        parts.append(document.memory.learner(states, actions, frozen=frozen))
     return parts[0] if len(parts) == 1 else MixedPolicy(states, parts)
 
 

@@ -63,6 +63,10 @@ class ActionEntry(Settings):
         rise_mm = 1e3 * spatial.rise_m
         return cls(action.name, displacement_mm, spatial.law.value, rise_mm, turn_deg, spatial.push_N, pivot_mm)
 
+    def step(self) -> Action:
+        """The step across, live; rounded to mm, which may cost the last bit."""
+        return Action(self.name, _scaled(self.displacement_mm, 1e-3))
+
     def content(self) -> dict[str, Any]:
         """The action as JSON has it: of a step across, no more than ever."""
         written = asdict(self)

@@ -17,7 +17,7 @@ from typing import Annotated, Any, ClassVar, Final
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import LEARNED, Action
-from palpate.core.policy.belief_entry import BeliefEntry
+from palpate.core.policy.belief_entry import BeliefEntry, MemoryEntry
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.policy.foreign import ForeignEntry
 from palpate.core.ports import OneOf, Settings, load_json, parse_json, require_names, write_whole
@@ -51,8 +51,10 @@ class PolicyDocument(Settings):
     """The learner of the table; None when nothing was learned there."""
     belief: BeliefEntry | None = None
     """The belief that acts in the states without a row; None without."""
+    memory: MemoryEntry | None = None
+    """The model of hidden states that does so; None without."""
     foreign: ForeignEntry | None = None
-    """The policy of others' code that acts in all states, instead of table, learner and belief; None without."""
+    """The policy of others' code that acts in all states, instead of all these; None without."""
 
     def __post_init__(self) -> None:
         Settings.__post_init__(self)
@@ -61,14 +63,20 @@ class PolicyDocument(Settings):
         for name in ("created_with", "perception"):
             object.__setattr__(self, name, _plain(name, getattr(self, name)))
 
+    @property
+    def model(self) -> BeliefEntry | MemoryEntry | None:
+        """What learns by a model, instead of values in the table; None without."""
+        return self.belief or self.memory
+
     def to_json_text(self) -> str:
         """The text of the file; floats are written so that they read back exactly."""
-        content = asdict(replace(self, belief=None)) | {
+        content = asdict(replace(self, belief=None, memory=None)) | {
             "actions": [action.content() for action in self.actions],
             "learner": None if self.learner is None else self.learner.content(),
             "belief": None if self.belief is None else self.belief.content(),
+            "memory": None if self.memory is None else self.memory.content(),
         }
-        for name in ("belief", "foreign"):
+        for name in ("belief", "memory", "foreign"):
             if content[name] is None:
                 del content[name]
         return json.dumps(content, indent=1, allow_nan=False) + "\n"
@@ -86,11 +94,15 @@ class PolicyDocument(Settings):
         require_names("actions", names)
         for number, row in enumerate(read.table):
             row.require_consistent(f"table[{number}]", names, read.learner is not None)
-        if read.belief is not None and read.learner is not None:
+        if read.model is not None and read.learner is not None:
             raise ConfigurationError("learner", read.learner.kind, "null beside a belief; one of them learns")
-        if read.foreign is not None and (read.table or read.learner or read.belief):
+        if read.belief is not None and read.memory is not None:
+            raise ConfigurationError("memory", read.memory.parameters.kind, "none beside a belief; one of them learns")
+        if read.foreign is not None and (read.table or read.learner or read.model):
             raise ConfigurationError("foreign", read.foreign.code, "nothing beside an empty table")
-        whole = read.belief is None and read.foreign is None
+        if read.memory is not None:
+            read.memory.learner(read.states, [action.step() for action in read.actions], frozen=True)
+        whole = read.model is None and read.foreign is None
         read = replace(read, table=_ordered(read.table, read.states, whole=whole))
         if read.learner is not None and read.learner.back_off is not None:
             learned = read.values()
@@ -116,8 +128,8 @@ class PolicyDocument(Settings):
 
     def values(self) -> dict[str, Any]:
         """All that was learned, by the names and in the shapes that the state of a learner has."""
-        if self.belief is not None:
-            return self.belief.state()
+        if self.model is not None:
+            return self.model.state()
         if self.foreign is not None:
             return self.foreign.content()
         back_off = None if self.learner is None else self.learner.back_off
@@ -129,6 +141,8 @@ class PolicyDocument(Settings):
         """The same policy before it learned anything: what was programmed and set up, with initial values."""
         if self.belief is not None:
             return replace(self, belief=self.belief.unlearned())
+        if self.memory is not None:
+            return replace(self, memory=self.memory.unlearned())
         if self.foreign is not None:
             return replace(self, foreign=self.foreign.unlearned())
         if self.learner is None:

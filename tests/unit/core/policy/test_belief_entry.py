@@ -1,17 +1,30 @@
-"""A belief in a policy file, and what does not go together there."""
+"""A belief, or a model of hidden states, in a policy file, and what does not go together there."""
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy import Hindsight, MixedPolicy, PolicyDocument, ProgrammedPolicy, document_of, policy_from
+from palpate.core.policy import (
+    Hindsight,
+    MemoryLearner,
+    MemoryParameters,
+    MixedPolicy,
+    PolicyDocument,
+    ProgrammedPolicy,
+    Transition,
+    document_of,
+    learner_of,
+    policy_from,
+)
 from palpate.core.policy.belief import BeliefLearner, BeliefParameters
 from palpate.core.policy.belief_entry import Reach
 from tests.unit.core.policy.bench import LEFT, TWO, observation
+from tests.unit.core.policy.test_file import FORMAT, disagreements
 
 STATES = ("a", "b")
 REACH = Reach(1e-3, 0.05)
@@ -48,6 +61,39 @@ def test_a_belief_goes_on_from_its_file_with_what_is_programmed_beside_it() -> N
     (_, resumed) = again.parts
     assert isinstance(resumed, BeliefLearner)
     assert resumed.parameters.patience == 7
+
+
+def test_a_model_of_hidden_states_goes_on_from_its_file(tmp_path: Path) -> None:
+    parameters = MemoryParameters(reach=3)
+    learner = MemoryLearner(STATES, TWO, parameters)
+    policy = MixedPolicy(STATES, [ProgrammedPolicy(STATES, TWO, {"a": LEFT}), learner])
+    for trial in range(31):
+        policy.begin_trial(trial, np.random.default_rng(trial))
+        for state, after in ((1, 0), (0, None)):
+            index = policy.choose(observation(state)).index
+            policy.learn(Transition(state, 0 if index is None else index, -1.0, after))
+        policy.end_trial(Hindsight(True, (0.0, 0.0, 0.01), 0.01))
+    made = document_of(policy, created_with={}, perception={})
+    made.save(tmp_path / "policy.json")
+    read = PolicyDocument.load(tmp_path / "policy.json")
+    assert read.to_json_text() == made.to_json_text()
+    assert list(disagreements(json.loads(made.to_json_text()), FORMAT)) == []
+    assert read.values() == learner.get_state()
+    assert read.unlearned().values() == {"trials_learned": 0, "trials": []}
+    again = policy_from(read, STATES, TWO, frozen=True)
+    again.begin_trial(31, np.random.default_rng(31))
+    model = learner_of(again)
+    assert isinstance(model, MemoryLearner)
+    assert model.parameters == parameters
+    learner.begin_trial(31, np.random.default_rng(31))
+    assert [one.to_dict() for one in model.trials] == [one.to_dict() for one in learner.trials]
+    assert model.models[0].log_loss(model.trials) == learner.models[0].log_loss(learner.trials)
+    damaged = json.loads(made.to_json_text())
+    with pytest.raises(ConfigurationError, match="none beside a belief"):
+        PolicyDocument.from_json_text(json.dumps(damaged | {"belief": json.loads(written().to_json_text())["belief"]}))
+    damaged["memory"]["trials"][4]["symbols"][0] = 2
+    with pytest.raises(ConfigurationError, match=r"trials\[4\].symbols = 2 is refused: numbers from 0 to 1"):
+        PolicyDocument.from_json_text(json.dumps(damaged))
 
 
 def test_a_belief_before_it_learned_has_no_trials_and_no_model() -> None:

@@ -57,6 +57,7 @@ def disagreements(value, schema, where="$"):
         "string": str,
         "number": (int, float),
         "integer": int,
+        "boolean": bool,
         "null": type(None),
     }
     accepted = schema.get("type", list(kinds))

@@ -1,9 +1,11 @@
 """A memory file as text: what was learned, and a map of which offsets from the goal tell which symbol."""
 
 from collections.abc import Sequence
+from string import ascii_uppercase
 
 from palpate.adapters.log import aligned
 from palpate.core.errors import ConfigurationError
+from palpate.core.policy import MemoryEntry, PolicyDocument
 from palpate.core.policy.belief import Floats
 from palpate.core.policy.memory import (
     AutomatonModel,
@@ -15,6 +17,12 @@ from palpate.core.policy.memory import (
 )
 
 _SURE = 0.9
+
+
+def policy_memory(policy: PolicyDocument, memory: MemoryEntry) -> MemoryDocument:
+    """What a policy file has learned of hidden states, as a memory file has it: the models are fitted for it."""
+    learner = memory.learner(policy.states, [action.step() for action in policy.actions], frozen=True)
+    return MemoryDocument.of(learner, created_with=policy.created_with, world={})
 
 
 def render_memory(document: MemoryDocument, after: str = "") -> str:
@@ -39,8 +47,11 @@ def render_memory(document: MemoryDocument, after: str = "") -> str:
         lines.append(f"model {number}: {sizes}\n")
     best, belief = learner.models[0], believed(document, after)
     if isinstance(best, OffsetModel):
+        short = labels(document.symbols)
         lines.append("\nwhich symbol is read where, from the goal (small: less than nine times in ten)\n")
-        lines.append(_laid_out(best, [_told(document.symbols, row) for row in best.emissions]))
+        if short != document.symbols:
+            lines.append(", ".join(f"{each} {name}" for each, name in zip(short, document.symbols, strict=True)) + "\n")
+        lines.append(_laid_out(best, [_told(short, row) for row in best.emissions]))
         lines.append(f"\nbelief {f'after {after}' if after else 'before a trial'}, in hundredths\n")
         lines.append(_laid_out(best, [f"{100 * share:.0f}" if share >= 0.005 else "-" for share in belief]))
     elif isinstance(best, CloneModel | AutomatonModel):
@@ -59,6 +70,7 @@ def believed(document: MemoryDocument, after: str = "") -> Floats:
         ConfigurationError: They are others than the file's, or do not take turns; or the file has no model.
     """
     models, words = document.world_models(), after.split()
+    symbols, actions = ([name.replace(" ", "_") for name in names] for names in (document.symbols, document.actions))
     if not models:
         raise ConfigurationError(
             "after", after, "given for a file with a model: pairs have none, short trainings not yet"
@@ -67,15 +79,21 @@ def believed(document: MemoryDocument, after: str = "") -> Floats:
     if not words:
         return model.start
     for place, word in enumerate(words):
-        names = document.actions if place % 2 else document.symbols
+        names = actions if place % 2 else symbols
         if word not in names:
             raise ConfigurationError("after", word, f"one of {' '.join(names)}, symbols and actions in turns")
     if len(words) % 2 == 0:
         raise ConfigurationError("after", after, "a symbol behind the last action")
-    belief = StateBelief(model, document.symbols.index(words[0]))
+    belief = StateBelief(model, symbols.index(words[0]))
     for action, symbol in zip(words[1::2], words[2::2], strict=True):
-        belief.update(document.actions.index(action), document.symbols.index(symbol))
+        belief.update(actions.index(action), symbols.index(symbol))
     return belief.probabilities
+
+
+def labels(symbols: tuple[str, ...]) -> tuple[str, ...]:
+    """Letters for symbols whose names are too long for a map."""
+    fit = max(map(len, symbols)) <= 2 or len(symbols) > len(ascii_uppercase)
+    return symbols if fit else tuple(ascii_uppercase[: len(symbols)])
 
 
 def _told(symbols: Sequence[str], emission: Floats) -> str:

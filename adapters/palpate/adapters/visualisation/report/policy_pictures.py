@@ -23,9 +23,9 @@ def arrows_pictures(name: str, document: PolicyDocument, title: str) -> tuple[Pi
     """The best action of each state as an arrow, on the colour of its value; y points down, as seen from above.
 
     Returns:
-        A picture for each map of states; one for states that have no place on a map. None of a belief.
+        A picture for each map of states; one for states that have no place on a map. None of a learner by a model.
     """
-    if document.belief is not None:
+    if document.model is not None:
         return ()
     from matplotlib.ticker import MaxNLocator
 

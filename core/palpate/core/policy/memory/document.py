@@ -152,7 +152,8 @@ class MemoryDocument(Settings):
             _array(f"{where}.{name}", raw[name], size)
             for name, size in zip(_TABLES[OFFSET][1:], (1, 2, 2), strict=True)
         )
-        return OffsetModel(lattice_steps(self._action_set()), offsets, *tables)
+        lattice = MemoryParameters.read(self.parameters, "parameters").lattice
+        return OffsetModel(lattice_steps(self._action_set(), lattice), offsets, *tables)
 
     def _clones(self, where: str, raw: Mapping[str, Any]) -> WorldModel:
         clones = fitted(f"{where}.clones", raw["clones"], tuple[int, ...])

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Final, Protocol, Self
 
 import numpy as np
@@ -66,17 +67,21 @@ class WorldModel(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MemoryParameters(Settings):
-    """Settings of the learner."""
+    """Settings of the learner that models hidden states."""
 
     TABLE: ClassVar[str] = "learning.memory"
+    UNTOLD: ClassVar[Mapping[str, Any]] = MappingProxyType({"lattice": 0})
 
     kind: Annotated[str, OneOf(*REFITS)] = OFFSET
     """offset: hidden states are offsets from the goal, and the displacement of each action is known; clones: each
     belongs to one symbol, and no more is known; automaton: they are states of automata, of recurrent networks."""
     reach: Annotated[int, Range(1, 200)] = 10
     """Of the kind offset: the largest offset along x or y that is thought of, in steps."""
+    lattice: Annotated[int, Range(0, 20)] = 0
+    """Of the kind offset: the longest displacement along x or y is taken for so many steps, and all others are rounded
+    to whole ones; 0: all have to be whole multiples of the shortest."""
     exploration: Annotated[float, Range(0.0, 1.0)] = 0.1
-    """Share of random actions in the trials after them."""
+    """Share of random actions once there is a model; before, all are."""
     memory_trials: Annotated[int, Range(10, 100_000)] = 500
     """So many trials a model is fitted to, the last ones."""
 
@@ -112,7 +117,7 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
         super().__init__(frozen=frozen)
         self.states, self.actions, self.parameters = tuple(symbols), tuple(actions), parameters
         if parameters.kind == OFFSET:
-            self._steps = lattice_steps(actions)
+            self._steps = lattice_steps(actions, parameters.lattice)
             require_room("reach", (2 * parameters.reach + 1) ** 2 - 1, len(actions))
         if parameters.kind == AUTOMATON:
             units_of_each(len(symbols))
@@ -136,15 +141,14 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
         """A learner that acts by the models as they are, and changes nothing."""
         self._refit()
         other = type(self)(self.states, self.actions, self.parameters, frozen=True)
-        other.use(self.models, self._trials)
+        other.use(self.models, self._trials, self._plans)
         return other
 
-    def use(self, models: Sequence[WorldModel], trials: Sequence[RecordedTrial]) -> None:
-        """Act by these models, which were fitted to these trials."""
+    def use(self, models: Sequence[WorldModel], trials: Sequence[RecordedTrial], plans: tuple[Plan, ...] = ()) -> None:
+        """Act by these models, which were fitted to these trials; plans are made when they are needed, if not here."""
         self._trials, self._fitted_to, self._trials_learned = list(trials), list(trials), len(trials)
         self._fitted = fitted_after(self.parameters.kind, len(trials))
-        self.models = tuple(models)
-        self._plans = tuple(model.plan() for model in self.models)
+        self.models, self._plans = tuple(models), plans
 
     @override
     def _fit(self) -> None:
@@ -164,6 +168,7 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
     @override
     def _begin(self, rng: np.random.Generator) -> None:
         self._rng = rng
+        self._plans = self._plans or tuple(model.plan() for model in self.models)
         self._forget()
 
     def _forget(self) -> None:
@@ -181,9 +186,7 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
         Raises:
             LifecycleError: No trial has begun, and the action is left to chance.
         """
-        symbol = observation.state
-        self._take_in(symbol)
-        self._symbols.append(symbol)
+        self._take_in(observation.state)
         index, recent = self._explored(), (*self._symbols[-2:], *self._actions[-1:])
         if index is None:
             weights = self._weights
@@ -194,7 +197,8 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
         return Decision(self.actions[index], index, LEARNED)
 
     def _take_in(self, symbol: int) -> None:
-        if not self._symbols:
+        self._symbols.append(symbol)
+        if not self._actions:
             self._beliefs = tuple(StateBelief(plan.model, symbol) for plan in self._plans)
         else:
             for belief in self._beliefs:
@@ -217,6 +221,8 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
 
     @override
     def learn(self, transition: Transition) -> None:
+        if len(self._symbols) == len(self._actions):  # another part of the policy chose
+            self._take_in(transition.state)
         self._actions.append(transition.action_index)
         self._next = transition.next_state
 
@@ -224,9 +230,9 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
     def end_trial(self, hindsight: Hindsight) -> None:
         if self.frozen or not self._actions:
             return
-        reached = self._next is None
-        symbols = self._symbols if self._next is None else [*self._symbols, self._next]
-        self._remember(RecordedTrial(tuple(symbols), tuple(self._actions), reached))
+        # What an action came to that was still running when the trial was cut off is not told.
+        symbols = self._symbols[: len(self._actions)] + ([] if self._next is None else [self._next])
+        self._remember(RecordedTrial(tuple(symbols), tuple(self._actions), self._next is None))
 
     @override
     def set_state(self, state: Mapping[str, Any]) -> None:
@@ -235,6 +241,7 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
         trials = [
             RecordedTrial.from_dict(f"learner.trials[{k}]", data, *sizes) for k, data in enumerate(state["trials"])
         ]
-        self._trials, self._trials_learned = trials, int(state["trials_learned"])
-        self._fitted, self._fitted_to = 0, None
-        self.models = self._plans = ()
+        kept = fitted_after(self.parameters.kind, len(trials)) == self._fitted
+        if not kept or trials[: self._fitted] != self._trials[: self._fitted]:
+            self._fitted, self.models, self._plans = 0, (), ()
+        self._trials, self._trials_learned, self._fitted_to = trials, int(state["trials_learned"]), None

@@ -7,7 +7,7 @@ known offset before its last action, so every success anchors all of its reading
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf, isclose
+from math import inf
 from typing import Final, Self
 
 import numpy as np
@@ -33,19 +33,26 @@ _GAIN: Final = 0.01  # nats that an iteration has to bring in
 _ANCHORED, _ITERATIONS = 15, 25  # iterations over the trials that reached the goal, and over all
 
 
-def lattice_steps(actions: Sequence[Action]) -> tuple[Offset, ...]:
-    """Displacements of the actions as whole numbers of steps, the shortest side of any being one.
+def lattice_steps(actions: Sequence[Action], longest: int = 0) -> tuple[Offset, ...]:
+    """Displacements of the actions as whole numbers of steps.
+
+    Args:
+        longest: Steps that the longest side of any of them is, and the others are rounded; 0: the shortest one is a
+            step, and nothing is rounded.
 
     Raises:
-        ConfigurationError: They are on no common lattice, or none of them moves.
+        ConfigurationError: They are on no common lattice, none of them moves, or one would be rounded to nothing.
     """
     lengths = [abs(part) for action in actions for part in action.displacement_m if part]
-    accepted = "displacements that are whole multiples of the shortest one along x or y"
+    accepted = "displacements that are whole multiples of the shortest one along x or y, or a lattice to round them to"
+    if longest:
+        accepted = f"displacements of at least half a step along x or y, the longest side being {longest} steps"
     if not lengths:
         raise ConfigurationError("actions.displacement_m", (0.0, 0.0), accepted)
-    unit = min(lengths)
+    unit, off = (max(lengths) / longest, 0.5) if longest else (min(lengths), 1e-6)
     for action in actions:
-        if any(not isclose(part / unit, round(part / unit), abs_tol=1e-6) for part in action.displacement_m):
+        parts = [part / unit for part in action.displacement_m]
+        if any(abs(part - round(part)) > off or (part and not round(part)) for part in parts):
             raise ConfigurationError("actions.displacement_m", action.displacement_m, accepted)
     return tuple((round(x / unit), round(y / unit)) for x, y in (action.displacement_m for action in actions))
 

@@ -7,7 +7,15 @@ from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.experiments.grid import Named, learn
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState
-from palpate.core.policy import MemoryLearner, MemoryParameters, Transition
+from palpate.core.policy import (
+    Hindsight,
+    MemoryLearner,
+    MemoryParameters,
+    MixedPolicy,
+    ProgrammedPolicy,
+    Transition,
+)
+from palpate.core.policy.memory import RecordedTrial, StateBelief
 from palpate.core.policy.memory.clone_model import CloneModel
 from palpate.core.policy.memory.learner import PATIENCE, fitted_after
 from palpate.simulation.grid import GridMap, belief_optimum, grid_actions, run_trial, walked_steps
@@ -39,6 +47,43 @@ def test_frozen_it_learns_nothing_and_trials_of_another_alphabet_are_refused() -
     other = MemoryLearner(("A", "B"), grid_actions(), learner.parameters)
     with pytest.raises(ConfigurationError, match=r"learner.trials\[\d+\].symbols = 2 is refused: numbers from 0 to 1"):
         other.set_state(before)
+
+
+def test_a_trial_that_was_cut_off_is_remembered_up_to_its_last_whole_action() -> None:
+    learner = MemoryLearner(AMBIGUOUS.symbols, grid_actions(), MemoryParameters())
+    learner.begin_trial(0, np.random.default_rng(0))
+    for symbol in (0, 1):
+        learner.choose(observation(symbol))
+        learner.learn(Transition(symbol, 3, -1.0, symbol + 1))
+    learner.choose(observation(2))
+    learner.end_trial(Hindsight(False, (0.0, 0.0, 0.0), 0.0))
+    assert learner.trials == (RecordedTrial((0, 1, 2), (3, 3), reached=False),)
+
+
+def test_what_is_read_where_another_part_of_the_policy_acts_counts_too() -> None:
+    learner, programmed = learn(AMBIGUOUS, Named(), OFFSET, seed=3, trials=31).learner, {"B": "+x"}
+    policy = MixedPolicy(
+        AMBIGUOUS.symbols, [ProgrammedPolicy(AMBIGUOUS.symbols, grid_actions(), programmed), learner.as_frozen()]
+    )
+    identity = IdentityState(AMBIGUOUS.symbols)
+    walk = run_trial(AMBIGUOUS, identity, policy, 3, 40)
+    model = policy.parts[1]
+    assert isinstance(model, MemoryLearner)
+    belief = StateBelief(model.models[0].pomdp(), walk.symbols[0])
+    for action, symbol in zip(walk.actions, walk.symbols[1:], strict=False):
+        belief.update(action, symbol)
+    assert "B" in [AMBIGUOUS.symbols[symbol] for symbol in walk.symbols]
+    assert model.beliefs[0].tolist() == belief.probabilities.tolist()
+
+
+def test_the_same_trials_are_not_fitted_again() -> None:
+    learner = learn(AMBIGUOUS, Named(), OFFSET, seed=3, trials=31).learner
+    before, state = learner.models, learner.get_state()
+    learner.set_state(state)
+    assert learner.models is before
+    state["trials"][0] = state["trials"][1]
+    learner.set_state(state)
+    assert learner.models == ()
 
 
 def test_models_are_fitted_anew_after_ever_more_trials() -> None:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy import compass_actions
+from palpate.core.policy import Action, compass_actions
 from palpate.core.policy.memory import OffsetModel
 from palpate.core.policy.memory.offset_model import fit_offsets, lattice_steps
 from palpate.core.policy.memory.recorded import Batch
@@ -61,5 +61,9 @@ def test_actions_on_no_lattice_are_refused_and_a_model_too_large_before_it_is_bu
     assert lattice_steps(grid_actions())[:3] == ((1, 0), (1, 1), (0, 1))
     with pytest.raises(ConfigurationError, match="whole multiples of the shortest"):
         lattice_steps(compass_actions(1e-3))
+    # Along a diagonal 2.12 of three steps each way.
+    assert lattice_steps(compass_actions(1e-3), 3)[:3] == ((3, 0), (2, 2), (0, 3))
+    with pytest.raises(ConfigurationError, match="at least half a step along x or y, the longest side being 1 steps"):
+        lattice_steps((*compass_actions(1e-3), Action("nudge", (4e-4, 0.0))), 1)
     with pytest.raises(ConfigurationError, match="'40400 hidden states' is refused: at most 2896"):
         OffsetModel.blank(STEPS, 100, 3, np.random.default_rng(0))
