@@ -131,12 +131,7 @@ class BackingOff(QLearning):
         Raises:
             ConfigurationError: It is the state of a learner of another size; nothing is changed then.
         """
-        shape = [len(self.actions)] * self.back_off.symbols
-        for key in ("symbol_q", "symbol_visits"):
-            sizes = [len(row) for row in state.get(key, ())]
-            if sizes != shape:
-                accepted = f"{len(shape)} rows of {len(self.actions)} numbers"
-                raise ConfigurationError(f"learner.{key}", f"rows of {sizes}", accepted)
+        q = self._rows(state, "symbol_q", float, self.back_off.symbols)
+        visits = self._rows(state, "symbol_visits", int, self.back_off.symbols)
         super().set_state(state)
-        self._symbol_q = [[float(value) for value in row] for row in state["symbol_q"]]
-        self._symbol_visits = [[int(count) for count in row] for row in state["symbol_visits"]]
+        self._symbol_q, self._symbol_visits = q, visits

@@ -1,9 +1,9 @@
 """What tabular learners share: a table of Q, Boltzmann exploration over it, and the settings of both."""
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
 import numpy as np
 from typing_extensions import override
@@ -21,6 +21,8 @@ from palpate.core.policy.base import (
 from palpate.core.policy.exploration import TemperatureSchedule, boltzmann
 from palpate.core.policy.learner import Learner
 from palpate.core.ports import Discount, HalvingVisits, LearningRate, Range, Settings, require_floor
+
+N = TypeVar("N", int, float)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -159,17 +161,19 @@ class TabularLearner(Learner):
 
     @override
     def set_state(self, state: Mapping[str, Any]) -> None:
-        shape = [len(self.actions)] * len(self.states)
-        for key in ("q", "visits"):
-            sizes = [len(row) for row in state[key]]
-            if sizes != shape:
-                accepted = f"{len(self.states)} rows of {len(self.actions)} numbers"
-                raise ConfigurationError(f"learner.{key}", f"rows of {sizes}", accepted)
-        self._q = [[float(value) for value in row] for row in state["q"]]
-        self._visits = [[int(count) for count in row] for row in state["visits"]]
+        q, visits = self._rows(state, "q", float, len(self.states)), self._rows(state, "visits", int, len(self.states))
+        self._q, self._visits = q, visits
         self._trials_learned = int(state["trials_learned"])
         self._trial_counted = bool(state["trial_counted"])
         self._temperature = float(state["temperature"])
+
+    def _rows(self, state: Mapping[str, Any], key: str, kind: Callable[[Any], N], count: int) -> list[list[N]]:
+        """So many rows of that state, each with one number an action."""
+        sizes = [len(row) for row in state.get(key, ())]
+        if sizes != [len(self.actions)] * count:
+            accepted = f"{count} rows of {len(self.actions)} numbers"
+            raise ConfigurationError(f"learner.{key}", f"rows of {sizes}", accepted)
+        return [list(map(kind, row)) for row in state[key]]
 
 
 class QLearning(TabularLearner):

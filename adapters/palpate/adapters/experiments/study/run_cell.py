@@ -27,7 +27,8 @@ from palpate.adapters.experiments.study.fields import configured, with_learner
 from palpate.adapters.experiments.training import Trainer, run_toml, write_training
 from palpate.adapters.log import LOG_FOLDER, TrialRecorder
 from palpate.core.errors import ConfigurationError, OutputError, PalpateError
-from palpate.core.ports import put_folder_in_place
+from palpate.core.ports import Rig, put_folder_in_place
+from palpate.core.trial import ReadyPose
 
 UNFINISHED: Final = ".unfinished"
 """Folders that end so are cells that were begun."""
@@ -152,23 +153,33 @@ def _run(job: CellJob, config: RunConfig, path: Path) -> CellOutcome:
     return CellOutcome.FINISHED
 
 
-def _train(job: CellJob, config: RunConfig, folder: RunFolder, code: str) -> bool:
+@contextmanager
+def _begun(
+    job: CellJob, config: RunConfig, folder: RunFolder, command: str
+) -> Iterator[tuple[ReadyPose, Rig, TrialRecorder | None]]:
+    """A run in the cell's folder: the pose that it starts from, its rig, and its recorder."""
     ready = ready_pose(config)
     with ExitStack() as opened:
         rig = opened.enter_context(open_rig(config, ready, ""))
         require_usable(config, ready)
+        folder.write("run.toml", run_toml(config, command, trials=job.trials, policy=job.cell.policy))
+        folder.keep_manifest(command)
+        recorder = folder.recorder(config.recording, opened)
+        yield ready, rig, recorder
+    if recorder is not None and recorder.troubles:
+        raise OutputError(LOG_FOLDER, recorder.troubles[0], "make room and begin the study again: it goes on")
+
+
+def _train(job: CellJob, config: RunConfig, folder: RunFolder, code: str) -> bool:
+    with _begun(job, config, folder, "train") as (ready, rig, recorder):
         perception = configured_perception(config)
         if perception is None:
             perception = fitted_perception(config, ready, rig)
         policy = learning_policy(config, perception, code)
-        folder.write("run.toml", run_toml(config, "train", trials=job.trials, policy=job.cell.policy))
-        folder.keep_manifest("train")
-        recorder = folder.recorder(config.recording, opened)
         trainer = Trainer(config, folder, ready, rig, perception, policy, recorder=recorder)
         trainer.checkpoint()
         trainer.train(job.trials, lambda scored: None)
         trainer.save_policy()
-    _require_recorded(recorder)
     rows, _ = write_training(config, folder, job.trials)
     return len(rows) == job.trials
 
@@ -176,19 +187,7 @@ def _train(job: CellJob, config: RunConfig, folder: RunFolder, code: str) -> boo
 def _evaluate(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
     name = job.cell.policy
     chosen = ChosenPolicy(job.path(name) if name in job.files else name, config)
-    ready = ready_pose(config)
-    with ExitStack() as opened:
-        rig = opened.enter_context(open_rig(config, ready, ""))
-        require_usable(config, ready)
-        folder.write("run.toml", run_toml(config, "run", trials=job.trials, policy=name))
-        folder.keep_manifest("run")
-        recorder = folder.recorder(config.recording, opened)
+    with _begun(job, config, folder, "run") as (ready, rig, recorder):
         rows = run_chosen(chosen, config, ready, rig, job.trials, folder=folder, recorder=recorder)
-    _require_recorded(recorder)
     write_evaluation(config, folder, name, chosen.document, rows, job.trials)
     return len(rows) == job.trials
-
-
-def _require_recorded(recorder: TrialRecorder | None) -> None:
-    if recorder is not None and recorder.troubles:
-        raise OutputError(LOG_FOLDER, recorder.troubles[0], "make room and begin the study again: it goes on")
