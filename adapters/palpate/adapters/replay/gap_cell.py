@@ -40,8 +40,6 @@ FREE_TICKS: Final = 60
 """In free air, before the touch."""
 SETTLED: Final = slice(15, 40)
 BEFORE_TICKS: Final = 10
-_STUCK_MM: Final = 0.3
-"""Led across by so much, a peg still sticks. When it slips and sticks again hangs on micrometres."""
 
 
 @dataclass(frozen=True)
@@ -209,13 +207,6 @@ def led_tip_mm(trial: Driven) -> Array:
             kinematics.update(q_rad)
             places_mm[tick:] = task.actInv(kinematics.tip_position_m) * 1e3
     return places_mm
-
-
-def stuck_until(trial: Driven) -> int:
-    """Ticks until the peg is led so far across that it may slip."""
-    tip_mm = led_tip_mm(trial)
-    far = np.hypot(*(tip_mm[FREE_TICKS:, :2] - tip_mm[FREE_TICKS, :2]).T) > _STUCK_MM
-    return FREE_TICKS + (int(np.argmax(far)) if far.any() else len(far))
 
 
 def free_noise(trials: Sequence[Driven]) -> Array:

@@ -102,6 +102,18 @@ def test_walls_that_mislead_do_not_change_the_delay_of_a_reference(logs: list[Pa
     assert 0.0 < sds[gap_cell.LATE] < 0.5
 
 
+def test_one_wall_tells_the_stiffness_across_and_none_leaves_it_open(logs: list[Path], hurried: None) -> None:
+    """Little is felt across until a peg slips: asked of that, 0.7 was read as 1.5 with a small deviation."""
+    first, second = (gap_cell.driven_from(path) for path in logs)
+    fit = gap_fit.CellFit([first, replace(second, walled=None)], lambda: None)
+    sds = fit.run()
+    assert fit.values[2] == pytest.approx(0.7, rel=0.2)
+    assert 0.05 < sds[2] / fit.values[2] < 0.12
+    fit = gap_fit.CellFit([replace(trial, walled=None) for trial in (first, second)], lambda: None)
+    sds = fit.run()
+    assert (fit.values[2], sds[2]) == (pytest.approx(fit.values[1], rel=0.05), np.inf)
+
+
 def test_with_which_moment_of_a_bus_cycle_ticks_fall_together_is_no_latency(logs: list[Path]) -> None:
     """A command that waits a tick longer for its bus comes with angles that are a tick younger."""
     trial = replace(gap_cell.driven_from(logs[0]), joints_age_ticks=1.4)
