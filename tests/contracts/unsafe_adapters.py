@@ -309,6 +309,8 @@ LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
     (FORCE, careless.Deadband, {}, LOAD),
     (FORCE, careless.MarkedOnce, {}, RANGE),
     (ENCODER, careless.SixteenBits, {"long_ticks": 70_000}, SOUND),
+    (ARM, careless.ForgetsBoundsOnceStopped, {}, BOUNDS),
+    (ARM, careless.ForgetsSpeedAtSecondFault, {}, SPEED),
     (ARM, careless.MasksAtStart, {}, LATCHED),
     (ARM, careless.StopsWhileLed, {}, STOPPED),
     (ARM, careless.SwallowsTenthOfMilliradian, {}, COUNTS),

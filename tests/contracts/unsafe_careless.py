@@ -68,6 +68,26 @@ class SixteenBits(FakeJointEncoder):
         return super()._measured(now_ns, (sequence + 1) % 2**16)
 
 
+class ForgetsBoundsOnceStopped(FakeArm):
+    """A stop ends its program, and with it the bounds that were in there."""
+
+    def stop(self) -> None:
+        super().stop()
+        self._lower_rad, self._upper_rad = (-9.0,) * 3, (9.0,) * 3
+
+
+class ForgetsSpeedAtSecondFault(FakeArm):
+    """What was set by hand is gone once its drives start anew, which is after the second fault."""
+
+    faults = 0
+
+    def fail(self, cause: str = "fault on demand") -> None:
+        super().fail(cause)
+        self.faults += 1
+        if self.faults == 2:
+            self._max_step_rad = 9.0
+
+
 class MasksAtStart(FakeArm):
     """What the drives report in the first ticks after activation is inrush."""
 

@@ -189,6 +189,15 @@ class ArmBench(DeviceContract[ArmCommandRig]):
         rig.advance(1)
         self._asked_rad = ()  # a ramp begins where the arm stands
 
+    def _live(self, rig: ArmCommandRig) -> None:
+        """Stops and faults, twice each: an arm comes out of them with all limits that it had."""
+        for _ in range(2):
+            rig.arm.stop()
+            self._activate_again(rig)
+            if rig.provoke_fault is not None:
+                rig.provoke_fault()
+                self._activate_again(rig)
+
     def _go(self, rig: ArmCommandRig, end_rad: JointVector, *, arrive: bool = True) -> AppliedCommand:
         """Lead the arm to a pose, step by step, a tick each but the last; what became of that.
 

@@ -97,15 +97,15 @@ class ArmCommandContract(ArmStopContract):
     ) -> None:
         with self._rig(Life.ACTIVE) as rig:
             if lived:
-                if rig.provoke_fault is not None:
-                    rig.provoke_fault()
-                self._activate_again(rig)
+                self._live(rig)
             clause, ends_rad = "position limit", {**(beside_rad or {}), joint: beyond_rad}
             end = tuple(ends_rad.get(i, q) for i, q in enumerate(rig.home_rad))
             # Never a jump: an arm that does not keep its limits would make it.
             way = ramp(rig.home_rad, end, rig.step_rad)
             for asked in chain(way, repeat(end, rig.limit_ticks)):
                 applied = self._send(rig, asked)
+                if lived and applied.reason is CommandReason.STOPPED:
+                    return  # has a clause of its own
                 _require_within(clause, rig, applied.position_rad, 0.0)
                 if abs(asked[joint] - rig.home_rad[joint]) > abs(limit_rad - rig.home_rad[joint]):
                     at_limit = abs(applied.position_rad[joint] - limit_rad) <= rig.tolerance_rad
@@ -136,8 +136,7 @@ class ArmCommandContract(ArmStopContract):
             with self._rig(Life.ACTIVE) as rig:
                 for stopped in (False, False, True):
                     if stopped:
-                        rig.arm.stop()
-                        self._activate_again(rig)
+                        self._live(rig)
                         # No haste is saved up in a pause.
                         rig.advance(rig.rest_ticks if end == ends[-1] else 1)
                     # Within a tick it goes no further, however often it is asked.
