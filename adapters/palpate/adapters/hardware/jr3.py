@@ -129,7 +129,7 @@ class _Jr3Table(Settings):
 class Jr3CanTable(_Jr3Table, CanBusTable):
     """A JR3 on CAN in a rig file."""
 
-    node: int = 1
+    node: Annotated[int, Range(1, 127)] = 1
     """The board's node."""
     canopen_nodes: tuple[int, ...] = ()
     """CANopen nodes on the same bus."""

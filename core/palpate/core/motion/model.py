@@ -10,7 +10,7 @@ the hole is +z, and pressing on the plate gives a negative Fz.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf
+from math import inf, isfinite
 from pathlib import Path
 from typing import Final, TypeAlias
 from xml.etree import ElementTree
@@ -66,12 +66,22 @@ def _chain(arm: ArmDescription, path: Path, root: ElementTree.Element) -> list[s
             if kind == "continuous":
                 accepted += ": write revolute, with the limits of its cable"
             raise AssetError("arm", str(path), accepted)
-        moving += [name] if kind == "revolute" else []
+        if kind == "revolute":
+            _require_limit(path, name, joint.find("limit"))
+            moving.append(name)
         link = None if parent is None else parent.get("link")
     if len(moving) not in (6, 7) or len(moving) != len(arm.posture_rad):
         wanted = "6 or 7 joints" if len(moving) not in (6, 7) else f"{len(arm.posture_rad)} joints, as in posture_rad,"
         raise AssetError("arm", str(path), f"a URDF in which {wanted} lead to {arm.flange!r}, not {len(moving)}")
     return moving
+
+
+def _require_limit(path: Path, name: str, limit: ElementTree.Element | None) -> None:
+    """The library would tell of one that is missing in several lines of its own, without the remedy."""
+    told = {} if limit is None else {"lower": "0", "upper": "0", **limit.attrib}
+    if not all(isfinite(float(told.get(key, "nan"))) for key in ("lower", "upper", "effort", "velocity")):
+        accepted = f"a URDF with limits of {name!r}: <limit lower= upper= effort= velocity= />, all of them numbers"
+        raise AssetError("arm", str(path), accepted)
 
 
 Array: TypeAlias = npt.NDArray[np.float64]

@@ -75,6 +75,18 @@ def test_an_arm_that_cannot_be_used_is_refused(
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("limit", ["", '<limit upper="1" effort="1"/>', '<limit upper="nan" effort="1" velocity="1"/>'])
+def test_a_joint_without_limits_is_refused_in_one_line(
+    tmp_path: Path, limit: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.urdf"
+    text = Path(urdf(path, 6)).read_text()
+    path.write_text(text.replace('<limit lower="-2.5" upper="2.5" velocity="1" effort="1"/>', limit, 1))
+    with pytest.raises(AssetError, match="limits of 'j0': <limit lower="):
+        Kinematics(ArmDescription(str(path), "tool", SIX), ToolGeometry())
+    assert capfd.readouterr() == ("", "")
+
+
 @pytest.mark.parametrize(
     ("field", "vector", "named", "accepted"),
     [
