@@ -19,6 +19,7 @@ RIG = '[rig]\nname = "bench"\n[arm]\nadapter = "zebra-nmc"\n[force_sensor]\nadap
             ("--rig", "rig.toml", "--steps", "touch", "dance"),
             "steps = 'dance' is refused: some of rest, weigh, touch, hole",
         ),
+        (("--rig", "rig.toml", "--arm", "ur9"), "arm = 'ur9' is refused"),
         (("--rig", "rig.toml", "--cell.peg.friction", "0.3"), "the rig says what is true of it"),
     ],
 )

@@ -29,6 +29,7 @@ FACTS = "[arm]\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'jr3-can'\nfact
         ("[arm]\nadapter = 'zebra-nmc'\nbaud = 1200\n[force_sensor]\nadapter = 'jr3-can'\n", "19200, 57600"),
         ("[arm]\nadapter = 'zebra-nmc'\ndivider = 1\n[force_sensor]\nadapter = 'jr3-can'\n", "46.67, 35, 28"),
         ("[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "arm.counts_per_rad"),
+        ("[arm]\nadapter = 'ur-rtde'\n[force_sensor]\nadapter = 'jr3-can'\n", "kinematics of this arm: --arm ur3, ur5"),
         ("[rig]\nname = 3\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "rig.name"),
         ("[rig]\nspeed = 3\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "rig.speed"),
         (FACTS.format("{ noise_N = 0 }"), "force_sensor.facts.noise_N = 0.0 is refused: a number above 0"),

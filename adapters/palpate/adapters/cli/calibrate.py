@@ -24,6 +24,7 @@ from palpate.adapters.experiments.calibration import (
 from palpate.adapters.hardware import HardwareRig, MonotonicClock, RigContext, find_approach, force_sensor_maker
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.core.errors import ConfigurationError, UsageError
+from palpate.core.motion import arm_named
 from palpate.core.ports import write_whole
 from palpate.core.trial import find_ready_pose
 
@@ -61,6 +62,7 @@ class _Bench:
     def __init__(self, options: CalibrateOptions) -> None:
         self._options, self._path = options, Path(options.rig)
         self._file = RigFile.load(self._path)
+        arm_named(options.run.arm)
         if options.yes and not self._file.emulated:
             raise UsageError(f"--yes is for emulated rigs only: at {self._file.name} a person confirms each step")
         self._out = Path(options.out) if options.out else self._path.with_name(f"{self._path.stem}-calibration")
