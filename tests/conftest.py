@@ -28,7 +28,11 @@ WALL_CLOCK = "tests/wall_clock/"
 """The folder of the tests that run against the wall clock."""
 WITH_PROCESSES = f"{WALL_CLOCK}test_rigs.py"
 """Those that get a worker of their own: an emulated rig and a run keep a processor busy for seconds."""
-TOGETHER = ("tests/unit/core/automata/test_letters.py", "tests/unit/adapters/log/test_trial_recorder.py")
+TOGETHER = (
+    "tests/contracts/test_suites_bite.py",
+    "tests/unit/core/automata/test_letters.py",
+    "tests/unit/adapters/log/test_trial_recorder.py",
+)
 """Files whose tests share what takes seconds to make: two workers would make it twice."""
 MIXED = pytest.StashKey[bool]()
 """Whether some of the tests run against the wall clock, and some do not."""
