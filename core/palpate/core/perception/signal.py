@@ -125,17 +125,13 @@ class SignalProcessor:
     def tare(self, bias: Sequence[float]) -> None:
         """Take ``bias``, a raw reading (6,), as the new zero; it never happens by itself.
 
-        The filter's memory moves along, so that the change of the zero makes no transient.
+        The filter's memory is still that of the old one: :meth:`reset` follows.
 
         Raises:
             ConfigurationError: Not six finite numbers.
         """
         self._tare = vector("perception.tare", bias, _SIX)
-        old, self._bias = self._bias, self._bias_with(self._tare)
-        if self._memory:
-            moves = ((o - n) * g for o, n, g in zip(old, self._bias, self._gain, strict=True))
-            levels = tuple(level + move for level, move in zip(self._memory[-_SIX:], moves, strict=True))
-            self._memory = self._memory[:-_SIX] + levels
+        self._bias = self._bias_with(self._tare)
 
     def reset(self, raw: Sequence[float]) -> None:
         """Start as if the raw reading, (6,), had been there for ever: no transient.

@@ -106,7 +106,7 @@ def policy_from(
         for source in (PROGRAMMED, EXAMPLES)
     }
     parts: list[Policy] = []
-    if pairs[PROGRAMMED] or document.model is not None:
+    if pairs[PROGRAMMED]:
         parts.append(ProgrammedPolicy(states, actions, dict(pairs[PROGRAMMED])))
     if pairs[EXAMPLES]:
         parts.append(ExamplesPolicy(states, actions, pairs[EXAMPLES]))

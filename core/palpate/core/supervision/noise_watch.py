@@ -58,7 +58,8 @@ class NoiseWatch:
         self._begun: _Six = (nan, nan, nan, nan, nan, nan)
         self._since = (0,) * 6
         self._seen: dict[float, int] = {}
-        self._count = self._lag = self._recurring = 0
+        self._count = self._lag = 0
+        self._recurring: int
         self._total = self._change = 0.0
 
     def trip(self, snapshot: Snapshot, expectation: Expectation) -> Trip | None:

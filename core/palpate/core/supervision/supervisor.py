@@ -115,8 +115,8 @@ class Supervisor:
         self._retracts = config.on_trip == "retract"
         self._state = Guard.READY
         self._trip: Trip | None = None
-        self._held: JointVector = ()
-        self._pulls = 0
+        self._held: JointVector
+        self._pulls: int
 
     @property
     def state(self) -> Guard:
@@ -214,7 +214,7 @@ class Supervisor:
         if trip is None:
             raise LifecycleError(_NAME, self._state.value, "check() or retreat()", "call begin() first")
         held, applied = self._held, snapshot.applied
-        if applied is not None and applied.reason is not _AS_ASKED:
+        if applied is not None:
             self._adopted(applied)
             if applied.reason is CommandReason.STOPPED and self.retracting:
                 self._move(GuardEvent.ARRIVE)

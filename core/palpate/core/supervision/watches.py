@@ -220,7 +220,9 @@ class SampleWatch:
         """A trial begins."""
         self._last_ns: int | None = None
         self._sequences: tuple[int | None, int | None] = (None, None)
-        self._wrench_repeats = self._joint_repeats = self._equal = 0
+        self._wrench_repeats: int
+        self._joint_repeats: int
+        self._equal: int
         self._values: tuple[Vector3, Vector3] | None = None
 
     def trip(self, snapshot: Snapshot) -> Trip | None:

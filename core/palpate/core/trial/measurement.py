@@ -38,6 +38,8 @@ class Measurement:
         filtered_force_z_N: Tared, scaled, filtered force along the tool axis.
     """
 
+    turned_rad = (0.0, 0.0)
+
     def __init__(
         self,
         kinematics: Kinematics,
@@ -67,15 +69,17 @@ class Measurement:
 
     def reset(self) -> None:
         """Forget the past, tare and filter state included; the next tare sets both."""
-        self._tip_in_base = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+        self._tip_in_base = self._kinematics.tip_rotation.tolist()
         self.tare((0.0,) * 6)
         self._filtered: Wrench = (0.0,) * 6
         self._depths: deque[tuple[int, float]] = deque(maxlen=_PLACES)
         self._axis: Vector3
         self.position_m: Vector3 = (0.0, 0.0, 0.0)
-        self.force_N: Vector3 = (0.0, 0.0, 0.0)
-        self.turned_rad = (0.0, 0.0)
-        self.force_norm_N = self.filtered_force_z_N = self.torque_across_at_tip_Nm = self.tip_depth_m = 0.0
+        self.force_N: Vector3
+        self.force_norm_N: float
+        self.filtered_force_z_N: float
+        self.torque_across_at_tip_Nm: float
+        self.tip_depth_m = 0.0
 
     def tare(self, bias: Wrench) -> None:
         """Take this wrench, six channels in the sensor frame, as zero from now on."""

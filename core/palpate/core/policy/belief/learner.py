@@ -70,11 +70,10 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self._places = Places(half_width_m, single=parameters.single_precision)
         self._planner = Planner(self._places, parameters.capture_mm * 1e-3, parameters.speed_mm_s * 1e-3 * action_s)
         self._actions = {way: Action(_name(*way), way) for way in self._planner.ways}
-        self._model: TouchModel | None = None
-        self._table: TouchTable | SymbolTable | None = None
-        self._lag = 0.0
+        self._model: TouchModel | None
+        self._table: TouchTable | SymbolTable | None
+        self._lag: float
         self._touches: list[Touch]
-        self._expect_place()
         self._belief: PlaceBelief | None
         self._foreseen: _Way | None
         self._search: SpiralSearch | None

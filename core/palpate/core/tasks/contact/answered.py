@@ -72,7 +72,10 @@ class AnsweredForce:
         self._follows_heaves = True
         self._looks: deque[bool] = deque(maxlen=_LOOKS)
         self._sequence: int | None = None
-        self._tick, self._along_m_s, self._waited_ticks = -1, 0.0, 0
+        # The first tick of a heave follows none, be it the trial's first.
+        self._tick = -2
+        self._along_m_s: float
+        self._waited_ticks: int
         self._answered()
 
     def _answered(self) -> None:

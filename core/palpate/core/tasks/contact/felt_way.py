@@ -41,13 +41,12 @@ class FeltWay:
         self._across = control.lateral_stiffness_N_per_mm / control.axial_stiffness_N_per_mm
         free_way_m = _UNFELT_N / axial_N_per_m
         self._life = SignOfLife(axial_N_per_m, swing_N, speed_m_s, free_way_m=free_way_m, in_air=True)
-        self.begin()
 
     def begin(self) -> None:
         """A trial begins."""
         self._life.begin()
         self._way_m = self._heaved_m = 0.0
-        self._waited_ticks = 0
+        self._waited_ticks: int
 
     @property
     def waits(self) -> bool:

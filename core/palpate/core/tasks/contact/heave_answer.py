@@ -49,7 +49,6 @@ class HeaveAnswer:
 
     def __init__(self, mass_kg: float, stiffness_N_per_m: float) -> None:
         self._mass, self._stiffness = mass_kg, stiffness_N_per_m
-        self.begin_trial()
 
     def begin_trial(self) -> None:
         """A trial begins, with other samples."""

@@ -96,7 +96,6 @@ class ContactProof(Proof):
         self.life = SignOfLife(stiffness_N_per_m, swing_N, speed_m_s)
         self.axial = AxialCheck(stiffness_N_per_m, press_N, speed_m_s, 1.0 / CONTROL_RATE_HZ)
         self.wall = WallCheck(task.play_mm * 1e-3)
-        self.begin()
 
     @override
     def begin(self) -> None:
@@ -105,7 +104,8 @@ class ContactProof(Proof):
         self.new: bool
         self._sequence: int | None = None
         self._pulls = self._misfits = 0
-        self._torque_Nm = self._torque_limit_Nm = 0.0
+        self._torque_Nm: float
+        self._torque_limit_Nm: float
 
     @override
     def watch_touch(self, snapshot: Snapshot, measured: Measurement) -> None:

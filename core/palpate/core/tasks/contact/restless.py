@@ -39,15 +39,16 @@ class RestlessForce:
         self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
         self._axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
         self._life = SignOfLife(self._axial_N_per_m, _HEAVE_M * self._axial_N_per_m, speed_m_s, in_air=True)
-        self.begin()
 
     def begin(self) -> None:
         """A trial begins."""
         self._samples: deque[tuple[float, ...]] = deque(maxlen=_SAMPLES)
         self._sequence: int | None = None
         self._life.begin()
-        self._new, self._unfelt_N, self._heaved_m = False, 0.0, 0.0
-        self._waited_ticks, self._tick, self._heave_tick = 0, -1, -1
+        self._unfelt_N, self._heaved_m = 0.0, 0.0
+        self._tick = self._heave_tick = -1
+        self._new: bool
+        self._waited_ticks: int
         self._life.demand_check()
 
     @property

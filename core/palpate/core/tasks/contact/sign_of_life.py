@@ -71,7 +71,6 @@ class SignOfLife:
         )
         heave_m = min(_HEAVE_M, swing_N / stiffness_N_per_m)
         self._speed_m_s = min(2.0 * heave_m * CONTROL_RATE_HZ / _HALF_PERIOD_TICKS, speed_m_s)
-        self.begin()
 
     def begin(self) -> None:
         """A trial begins."""

@@ -77,7 +77,7 @@ class TouchTask(Task):
         self._proof.begin()
         self._running = self._lift
         self.expectation = self._state.expectation
-        self.tip_m, self.turned_rad = self._measurement.position_m, (0.0, 0.0)
+        self.tip_m = self._measurement.position_m
         self._interrupt_noted = False
         self._clamped_tick = -2
 

@@ -24,7 +24,6 @@ class UnevenHeave:
     def begin_trial(self, rng: np.random.Generator) -> None:
         """A trial begins, whose strokes are drawn from this."""
         self._rng = rng
-        self.begin()
 
     def begin(self) -> None:
         """The heave begins here, upwards."""

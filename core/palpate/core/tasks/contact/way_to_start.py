@@ -71,7 +71,6 @@ class Settle(RunningPhase):
     def __init__(self, task: TaskConfig, measurement: Measurement, state: TrialState) -> None:
         self._state, self._measurement = state, measurement
         self._tare_ticks = task.tare_ticks
-        self.begin()
 
     def begin(self) -> None:
         """A trial begins."""

@@ -89,13 +89,14 @@ class SurveyTask(TouchTask):
 class Survey(RunningPhase):
     """All of the survey, written down as it goes."""
 
+    over = False
+
     def __init__(self, task: SurveyTask, settings: TaskConfig, probe: Probe, state: TrialState) -> None:
         self._task, self._probe, self._state = task, probe, state
         self._own, self._time_limit_s = options_of(SurveyOptions, settings), settings.time_limit_s
         self._places = [(0.0, 0.0), *settings.more_places_m]
         self._clear_m = -settings.ready_height_mm * 1e-3
         self._deepest_plate_m = settings.surface_uncertainty_mm * 1e-3 + PAST_PLATE_M
-        self.over = False
 
     def begin(self) -> None:
         """A trial begins."""

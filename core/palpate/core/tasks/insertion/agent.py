@@ -28,8 +28,8 @@ class Agent:
         # What the task adds to the nine channels.
         self._of_the_task: tuple[float, ...] = ()
         self.goes_on = False
-        self.percept: tuple[int, int] | None = None
-        self.decisions: list[DecisionRecord] = []
+        self.percept: tuple[int, int] | None
+        self.decisions: list[DecisionRecord]
 
     def begin(self, trial: int, rng: np.random.Generator) -> None:
         """Start a trial; ``rng`` is the policy's own."""

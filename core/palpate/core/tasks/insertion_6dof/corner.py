@@ -101,8 +101,8 @@ class Corner:
         left = self._left
         self._left, self.leaned = left - 1, self.leaned + 1
         turn = (s * self.lean_rad - lean_x) / left, (-c * self.lean_rad - lean_y) / left, -yaw / left
-        inside_m, aside_m = self._inside_m, self._aside_m
-        displacement_m = (-inside_m * c - aside_m * s - x) / left, (-inside_m * s + aside_m * c - y) / left
+        # Only a flat, which is at heading 0, is met aside as well.
+        displacement_m = (-self._inside_m * c - x) / left, (-self._inside_m * s + self._aside_m - y) / left
         return displacement_m, Spatial(Law.LIFT, rise_m, turn)
 
     def pushing(self, observation: Observation, upright: float) -> Spatial:

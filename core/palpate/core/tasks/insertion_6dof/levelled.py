@@ -61,7 +61,8 @@ class Levelled(FixedPolicy):
         super().begin_trial(trial, rng)
         self._search.begin_trial(trial, rng)
         self._stage, self._since, self._quiet = _LevelStage.RISE, 0, 0
-        self._gain, self._torque_Nm = _TURN_RAD_PER_NM, (0.0, 0.0)
+        self._gain = _TURN_RAD_PER_NM
+        self._torque_Nm: tuple[float, float]
 
     @override
     def choose(self, observation: Observation) -> Decision:
@@ -84,8 +85,8 @@ class Levelled(FixedPolicy):
             way_m = self._beside_m / self._steps
             displacement_m, spatial = (way_m if self._stage is _LevelStage.OUT else -way_m, 0.0), Spatial(Law.LIFT)
         elif self._stage is _LevelStage.LEVEL:
-            (x, y, _), (before_x, before_y) = observation.live_torque_Nm, self._torque_Nm
-            if x * before_x + y * before_y < 0.0:
+            x, y, _ = observation.live_torque_Nm
+            if self._since > 1 and x * self._torque_Nm[0] + y * self._torque_Nm[1] < 0.0:
                 self._gain = max(0.5 * self._gain, _LEAST_RAD_PER_NM)
             self._torque_Nm = x, y
             spatial = Spatial(Law.PUSH, turn_rad=(self._gain * x, self._gain * y, 0.0))

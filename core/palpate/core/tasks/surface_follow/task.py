@@ -127,6 +127,8 @@ class ContourApproach(RunningPhase):
 class Follow(RunningPhase):
     """To and fro along x, with a lift before each stroke that shows whether the force follows the gripper's spring."""
 
+    over = False
+
     def __init__(
         self,
         task: TaskConfig,
@@ -147,7 +149,6 @@ class Follow(RunningPhase):
         self._end_m, self._way_m = 0.5e-3 * own.stroke_mm, own.way_mm * 1e-3
         self._lead, self._relief_m, self._tolerance_N = own.lead_ahead, own.relief_mm * 1e-3, own.tolerance_N
         self._time_limit_s, self._proof = task.time_limit_s, proof
-        self.over = False
 
     def enter(self) -> None:
         """The surface was touched: press, lift to prove it, and go."""

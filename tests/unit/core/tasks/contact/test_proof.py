@@ -27,6 +27,7 @@ class Held:
         kinematics, goal = Kinematics(arm_named("zebra-zero"), TOOL), goal_in_base(GoalConfig())
         self.measurement = Measurement(kinematics, goal, signal, STIFFNESS_N_PER_M)
         self.proof = ContactProof(TaskConfig(), ControlConfig(), wall_friction)
+        self.proof.begin()
         self._tick = self._sequence = 0
 
     def sample(self, wrench: Array, *, repeated: bool = False, tared: bool = True) -> Trip | None:

@@ -22,6 +22,7 @@ def pushed(force_N: Callable[[int, float], float], ticks: int = 300, gain: float
     state.begin(TrialSetup(0, 0, (0.0, 0.0)))
     state.noise = NOISE
     restless = RestlessForce(state, measured, ControlConfig(), 0.02)  # type: ignore[arg-type]
+    restless.begin()
     way_m = height_m = 0.0
     for state.tick in range(ticks):
         x, y, z, a, b, c = (chance.gauss(0.0, deviation) for deviation in NOISE)

@@ -39,6 +39,7 @@ class Slide:
         checked: bool = False,
     ) -> None:
         life = SignOfLife(STIFFNESS_N_PER_M, SWING_N, SPEED_M_S)
+        life.begin()
         rng = np.random.default_rng(7)
         self.due_ticks: list[int] = []
         self.longest_m = shown = 0.0
@@ -119,6 +120,7 @@ def test_repeated_samples_are_seen_once() -> None:
 @pytest.mark.parametrize("speed_m_s", [1e-3, 2e-2])
 def test_a_heave_is_bounded_in_way_force_and_speed(stiffness_N_per_m: float, speed_m_s: float) -> None:
     life = SignOfLife(stiffness_N_per_m, SWING_N, speed_m_s)
+    life.begin()
     speeds = [life.heave_m_s() for _ in range(200)]
     ways = list(accumulate(speed / CONTROL_RATE_HZ for speed in speeds))
     assert max(map(abs, speeds)) <= speed_m_s
@@ -128,6 +130,7 @@ def test_a_heave_is_bounded_in_way_force_and_speed(stiffness_N_per_m: float, spe
 
 def test_a_demanded_check_is_due_until_it_is_proved() -> None:
     life = SignOfLife(STIFFNESS_N_PER_M, SWING_N, SPEED_M_S)
+    life.begin()
     life.demand_check()
     assert life.due
     life.proved()
