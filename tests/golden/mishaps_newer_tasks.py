@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 from tests.golden.mishap import Mishap
-from tests.golden.mishap_faults import dead, force, joints, shove, weak
+from tests.golden.mishap_faults import arm, dead, force, joints, shove, weak
 
 _FOLLOWED: Final = weak(max_tracking_error_mrad=500.0, max_joint_velocity_share=5.0)
 """Encoders may jump."""
@@ -51,6 +51,19 @@ def _survey(
     return {"task": settings | task, "cell": world, "control": {"damping_N_s_per_m": 100.0} | (control or {})}
 
 
+_PUSHED: Final = {
+    **_corner(
+        1.5,
+        area_half_width_mm=0.5,
+        ticks_per_action=5,
+        ready_height_mm=0.5,
+        options={"push_N": 2.0, "down_share": 0.5, "inside_mm": 0.5},
+    ),
+    **weak(max_repeats=40, max_force_age_ms=300.0),
+}
+"""On the edge of what may be explored; a force sensor may repeat itself."""
+
+
 NEWER_TASKS: Final[dict[str, Mishap]] = {
     "trip-turned": Mishap(
         (joints("spike", 20, magnitude=0.07, channels=(5,)),),
@@ -59,7 +72,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     ),
     "trip-leant": Mishap(
         (joints("spike", 20, magnitude=-0.09, channels=(4,)),),
-        _corner(options={"most_lean_deg": 3.0}),
+        _corner(options={"most_lean_deg": 3.0, "most_yaw_deg": 10.0}),
         policy="corner-first",
     ),
     # Held aside where it is to lean, and held down, there and where it pushes; at last it is upright and, by its
@@ -79,16 +92,14 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     # the next corner a force along the push, which only a wall can answer, and against it.
     "corner-pulled": Mishap(
         (force("repeat", 41, span_ticks=1, duration_ticks=21), *shove(107, -4.0, 4.0)),
-        {
-            **_corner(
-                1.5,
-                area_half_width_mm=0.5,
-                ticks_per_action=5,
-                ready_height_mm=0.5,
-                options={"push_N": 2.0, "down_share": 0.5, "inside_mm": 0.5},
-            ),
-            **weak(max_repeats=40, max_force_age_ms=300.0),
-        },
+        _PUSHED,
+        policy="corner-first",
+        trial=13,
+    ),
+    # The same against the next push, so that it is doubted as an action is chosen.
+    "corner-pulled-first": Mishap(
+        (force("repeat", 41, span_ticks=1, duration_ticks=21), *shove(107, -4.0, -4.0)),
+        _PUSHED,
         policy="corner-first",
         trial=13,
     ),
@@ -124,6 +135,19 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         _corner(time_limit_s=4.0, options={"unanswered_N": 4.0}),
         policy="corner-first",
     ),
+    # Where it waits a wall seems to be met on the way back; then the arm stands still, whatever heave is commanded, and
+    # as it is stopped the supervisor leads it on no faster than its joints may go.
+    "corner-unmoved": Mishap(
+        (
+            force("noise", 0, magnitude=0.1, channels=(0, 1, 2)),
+            *dead(90),
+            *shove(90, -5.0, -5.0, duration_ticks=3),
+            arm("stuck", 95),
+        ),
+        _corner(time_limit_s=4.0, options={"unanswered_N": 4.0}),
+        (122, "stop"),
+        policy="corner-first",
+    ),
     # Levelled on the plate beside the hole, before it searches.
     "levelled": Mishap(
         settings=_corner(time_limit_s=1.5, area_half_width_mm=12.0, options={"level_beside_mm": 8.0}),
@@ -147,8 +171,17 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         _give_way(start_uncertainty_mm=0.0, options={"wobble_deg_s": 0.0}),
         policy="give-way",
     ),
+    # A force along the axis that nothing gives leads the peg out again, as it seats and on what was the floor.
+    **{
+        f"led-out-{name}": Mishap(
+            (force("offset", tick, magnitude=magnitude, channels=(2,)),),
+            _give_way(start_uncertainty_mm=0.0, options={"wobble_deg_s": 0.0}),
+            policy="give-way",
+        )
+        for name, tick, magnitude in (("seating", 63, -14.0), ("of-the-floor", 75, -11.0))
+    },
     "survey-no-plate": Mishap(
-        settings=_survey(cell={"hole_height_error_mm": -2.0}, surface_uncertainty_mm=0.0), policy="none"
+        settings=_survey(cell={"hole_height_error_mm": -2.0}, surface_uncertainty_mm=0.2), policy="none"
     ),
     "survey-no-life": Mishap(dead(225), _survey(), policy="none"),
     "survey-no-hole": Mishap(settings=_survey({"search_mm": 0.4}, {"hole_uncertainty_mm": 4.0}), policy="none"),

@@ -39,7 +39,11 @@ SUPERVISED: Final[dict[str, Mishap]] = {
     "trip-clock-back": Mishap((clock("clock-jump", 20, time_s=-0.5),)),
     "trip-force-untared": Mishap((force("spike", 20, magnitude=45.0, channels=(2,)),)),
     "trip-force-tared": Mishap(settings={"supervision": {"max_force_N": 4.0, "unexpected_contact_N": 2.0}}),
-    "trip-torque": Mishap((force("spike", 20, magnitude=9.0, channels=(4,)),)),
+    # And something holds the tool from the first tick of its retraction on.
+    "trip-torque": Mishap(
+        (force("spike", 20, magnitude=9.0, channels=(4,)), force("offset", 21, magnitude=60.0, channels=(2,))),
+        weak(retract_mm=5.0),
+    ),
     "trip-torque-tared": Mishap((force("spike", 84, magnitude=9.0, channels=(3,)),), _EARLY),
     "trip-force-rate": Mishap((force("spike", 84, magnitude=26.0, channels=(0,)),), _EARLY),
     "trip-contact-untared": Mishap((force("spike", 20, magnitude=4.0, channels=(1,)),)),

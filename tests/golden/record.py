@@ -17,6 +17,7 @@ from tests.golden.mishaps import MISHAPS
 
 HERE = Path(__file__).parent
 SHORT = ("--task.time-limit-s", "1.5", "--task.ready-height-mm", "1", "--task.tare-ticks", "7")
+SHORTER = ("--task.time-limit-s", "0.9", *SHORT[2:])
 SHALLOW = (
     "--task.insertion-depth-mm", "2", "--cell.peg.hole-depth-mm", "2", "--task.ready-height-mm", "1",
     "--task.tare-ticks", "7",
@@ -80,6 +81,20 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     "train-grid": (
         "train", "--trials", "2", "--seed", "23", *SHORT, "--perception.symbols", "grid", "--task.area-centre", "start",
         "--task.start-shape", "ball", "--arm", "ur5",
+    ),
+    # A search in even steps, as it begins before anything is known.
+    "train-belief-even": (
+        "train", "--learner", "belief", "--scenario", "blind", "--trials", "1", "--seed", "46", *SHALLOW,
+        "--task.time-limit-s", "1.2",
+    ),
+    # Actions that go on while nothing new is felt, and states that quarter turns make equal.
+    "train-options": (
+        "train", "--trials", "2", "--seed", "47", *SHORTER, "--learning.keep-steps", "3", "--learning.share-turns",
+    ),
+    # States of an automaton that follows the symbols, and steps in six directions.
+    "train-automaton": (
+        "train", "--trials", "2", "--seed", "48", *SHORTER, "--perception.memory", "tests/golden/automaton.json",
+        "--task.directions", "6",
     ),
     # Neither greedy nor nearly even: what is drawn depends on every value.
     "train-cool": (
