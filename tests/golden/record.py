@@ -82,14 +82,15 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "train", "--trials", "2", "--seed", "23", *SHORT, "--perception.symbols", "grid", "--task.area-centre", "start",
         "--task.start-shape", "ball", "--arm", "ur5",
     ),
-    # A search in even steps, as it begins before anything is known.
+    # A search in even steps, as it begins before anything is known; and a second one between its turns.
     "train-belief-even": (
         "train", "--learner", "belief", "--scenario", "blind", "--trials", "1", "--seed", "46", *SHALLOW,
-        "--task.time-limit-s", "1.2",
+        "--task.time-limit-s", "1.2", "--task.area-half-width-mm", "1", "--task.start-uncertainty-mm", "0.5",
     ),
     # Actions that go on while nothing new is felt, and states that quarter turns make equal.
     "train-options": (
         "train", "--trials", "2", "--seed", "47", *SHORTER, "--learning.keep-steps", "3", "--learning.share-turns",
+        "--learning.gamma", "0.9", "--learning.reinforcement", "effort",
     ),
     # States of an automaton that follows the symbols, and steps in six directions.
     "train-automaton": (
