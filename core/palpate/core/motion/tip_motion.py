@@ -32,8 +32,12 @@ def leaning(turn_rad: Vector3) -> Rows:
 
 def orientation(turn_rad: Vector3) -> Rows:
     """Rotation from the upright tool to the turned one, (3, 3), row by row, task frame."""
-    lean, s, c = leaning(turn_rad), sin(turn_rad[2]), cos(turn_rad[2])
+    return _yawed(leaning(turn_rad), turn_rad[2])
+
+
+def _yawed(lean: Rows, yaw_rad: float) -> Rows:
     (a, b, e), (f, g, h), (i, j, k) = lean
+    s, c = sin(yaw_rad), cos(yaw_rad)
     return (a * c + b * s, b * c - a * s, e), (f * c + g * s, g * c - f * s, h), (i * c + j * s, j * c - i * s, k)
 
 
@@ -77,6 +81,7 @@ class TipMotion:
     Attributes:
         reference_m: Commanded tip, (3,), task frame.
         turn_rad: Commanded orientation against the upright tool, (3,): lean about x and y, yaw about z, task frame.
+        lean: Rotation by the lean of it alone, (3, 3), row by row, task frame.
     """
 
     def __init__(
@@ -117,21 +122,26 @@ class TipMotion:
             self._q_rad = applied.position_rad
         return True
 
-    def turn(self, rate_rad_s: Vector3) -> None:
+    def turn(self, rate_rad_s: Vector3) -> Vector3:
         """Let the next :meth:`move` turn the reference, too.
 
         Args:
-            rate_rad_s: Change of ``turn_rad``, (3,); shortened to :data:`FASTEST_TURN_RAD_S`.
+            rate_rad_s: Change of ``turn_rad``, (3,).
+
+        Returns:
+            The rate with which it turns: that one, shortened to :data:`FASTEST_TURN_RAD_S`.
         """
-        self._rate_rad_s: Vector3 | None = limited(rate_rad_s, FASTEST_TURN_RAD_S)
+        rate_rad_s = limited(rate_rad_s, FASTEST_TURN_RAD_S)
+        self._rate_rad_s: Vector3 | None = rate_rad_s
+        return rate_rad_s
 
     def _turn_to(self, turn_rad: Vector3) -> None:
-        self.turn_rad, self._rate_rad_s = turn_rad, None
+        self.turn_rad, self.lean, self._rate_rad_s = turn_rad, leaning(turn_rad), None
         if turn_rad == (0.0, 0.0, 0.0):
             self._target.rotation = self._upright
             return
         # pin.SE3 multiplies without BLAS.
-        (a, b, c), (d, e, f), (g, h, i) = orientation(turn_rad)
+        (a, b, c), (d, e, f), (g, h, i) = _yawed(self.lean, turn_rad[2])
         self._set_turn(a, d, g, b, e, h, c, f, i)
         self._target.rotation = (self._task_turn * self._turn * self._upright_turn).rotation
 

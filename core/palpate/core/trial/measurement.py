@@ -128,19 +128,15 @@ class Measurement:
         self.tip_depth_m = depth_m + self.force_N[2] / self.axial_N_per_m
 
     def _turned_rad(self) -> tuple[float, float]:
-        ax, ay, az = self._axis
-        heading_rad = self._heading_rad()
+        """Yaw is by the heading of the tool's x axis, towards the task's y; a lean of 10 degrees changes it by 0.4."""
+        (ax, ay, az), ((u, _, _), (v, _, _), (w, _, _)) = self._axis, self._tip_in_base
+        x, y, _ = self._task.vector((u, v, w))
+        heading_rad = atan2(y, x)
         if self._upright_heading_rad is None:
             # It was tared upright.
             self._upright_heading_rad = heading_rad
         yaw_rad = remainder(heading_rad - self._upright_heading_rad, 2.0 * pi)
         return hypot(ax, ay) if az > 0.0 else pi, yaw_rad
-
-    def _heading_rad(self) -> float:
-        """Heading of the tip's x axis, from the task's x towards its y; a lean of 10 degrees changes it by 0.4."""
-        (u, _, _), (v, _, _), (w, _, _) = self._tip_in_base
-        x, y, _ = self._task.vector((u, v, w))
-        return atan2(y, x)
 
     def _depth_at(self, time_ns: int, newest_ns: int) -> float:
         """Depth by the encoders at the time of a force that is behind them, as far as that is kept; else the newest."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from operator import add, sub
 from typing import Final
 
 from palpate.core.ports import PERIOD_S
@@ -104,7 +105,7 @@ class HeaveAnswer:
         a = 2.0 * self._mass * (up_m_s - (x0 - x1) / rise_s) / (rise_s + fall_s)
         v, s = _FRICTION_N_S_PER_M * up_m_s, self._stiffness * (self._from_m - now_m)
         new = a, v, s, f, a * a, a * v, a * s, a * f, v * v, v * s, v * f, s * s, s * f, f * f, squares / weights**2
-        self._sums.append(tuple(map(float.__add__, self._sums[-1], new)))
+        self._sums.append(tuple(map(add, self._sums[-1], new)))
         return True
 
     @property
@@ -125,7 +126,8 @@ class HeaveAnswer:
             count += 1
         if count >= len(sums):
             return None
-        a, v, s, f, aa, av, as_, af, vv, vs, vf, ss, sf, ff, squares = map(float.__sub__, newest, sums[-1 - count])
+        differences: map[float] = map(sub, newest, sums[-1 - count])
+        a, v, s, f, aa, av, as_, af, vv, vs, vf, ss, sf, ff, squares = differences
         aa, av, as_, af = aa - a * a / count, av - a * v / count, as_ - a * s / count, af - a * f / count
         vv, vs, vf = vv - v * v / count, vs - v * s / count, vf - v * f / count
         ss, sf, ff = ss - s * s / count, sf - s * f / count, ff - f * f / count

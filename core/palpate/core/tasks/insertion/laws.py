@@ -15,11 +15,14 @@ class Laws:
     """One law for each kind of motion.
 
     Attributes:
+        press: Across as if free, pressing along the tool axis.
+        along: The pressing alone.
         inserting: Down a hole, with the lateral force regulated to zero; it ignores its target.
     """
 
     free: ControlLaw
     press: ControlLaw
+    along: ControlLaw
     inserting: ControlLaw
 
     @classmethod
@@ -46,4 +49,4 @@ class Laws:
             ),
             along,
         )
-        return cls(free, HybridControl(free, along), inserting)
+        return cls(free, HybridControl(free, along), along, inserting)

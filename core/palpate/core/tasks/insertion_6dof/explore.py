@@ -7,7 +7,7 @@ from typing import Final
 
 from typing_extensions import override
 
-from palpate.core.motion import FASTEST_TURN_RAD_S, DampingControl, GivingWay, leaning, limited, rotated
+from palpate.core.motion import DampingControl, GivingWay, limited, rotated
 from palpate.core.policy import Action, Law, Spatial
 from palpate.core.ports import PERIOD_S, Vector3
 from palpate.core.tasks.contact import AnsweredForce, RestlessForce
@@ -31,6 +31,10 @@ _ALONG_N: Final = 2.0
 _ALONG_TICKS: Final = 4
 _STEP: Final = Spatial()
 _HOLD: Final = Spatial(Law.LIFT)
+# Members of an enumeration are looked up more slowly.
+_STEPS, _GIVES_WAY, _LIFTS, _PUSHES, _WITHDRAWS = Law.STEP, Law.GIVE_WAY, Law.LIFT, Law.PUSH, Law.WITHDRAW
+_ACROSS: Final = (_STEPS, _GIVES_WAY)
+_AGAINST: Final = (_PUSHES, _WITHDRAWS)
 _SUNK_M: Final = 1e-3
 """An upright tool that is so deep while it pushes is in the hole."""
 _DEEPEST_M: Final = 1.5e-3
@@ -59,7 +63,7 @@ class SpatialExplore(Explore):
     ) -> None:
         super().__init__(equipment, checks)
         self._felt = felt
-        self._free = equipment.laws.free
+        self._free, self._along = equipment.laws.free, equipment.laws.along
         self._deepest_m = min(_DEEPEST_M, 0.4 * equipment.task.insertion_depth_mm * 1e-3)
         self._push_m_per_N_s = options.push_m_per_N_s
         self._tilting = GivingWay(options.give_tilt_rad_per_Nms, 0.0, _FASTEST_YAW_RAD_S)
@@ -96,14 +100,16 @@ class SpatialExplore(Explore):
     @property
     def _low(self) -> bool:
         """Whether the lowest corner is where it can meet something."""
-        reach_m = hypot(*self._spatial.pivot_m) * sin(hypot(*self._motion.turn_rad[:2]))
         # By the encoders alone it is no higher than it is, whatever the force that corrects them says.
-        flange_m = self._measurement.position_m[2] - self._state.surface_m
-        return max(self._depth_m, flange_m) + reach_m > -_CLEAR_M
+        tip_m = max(self._measurement.tip_depth_m, self._measurement.position_m[2]) - self._state.surface_m
+        if tip_m > -_CLEAR_M:
+            return True
+        reach_m = hypot(*self._spatial.pivot_m) * sin(hypot(*self._motion.turn_rad[:2]))
+        return tip_m + reach_m > -_CLEAR_M
 
     @property
     def _pushes_low(self) -> bool:
-        return self._spatial.law in (Law.PUSH, Law.WITHDRAW) and self._low
+        return self._spatial.law in _AGAINST and self._low
 
     @property
     def _waits(self) -> bool:
@@ -114,12 +120,12 @@ class SpatialExplore(Explore):
         law = self._spatial.law
         if self._felt is not None:
             self._felt.watch()
-        if law in (Law.STEP, Law.GIVE_WAY) and self._upright:
+        if law in _ACROSS and self._upright:
             return super().step()
         if self._out_of_time():
             return 0.0, 0.0, 0.0
         self._agent.effort_N.append(self._measurement.force_norm_N)
-        if law is Law.PUSH and self._upright and self._depth_m > _SUNK_M:
+        if law is _PUSHES and self._upright and self._depth_m > _SUNK_M:
             self._state.event("sunk below the surface")
             self.over = True
             return 0.0, 0.0, 0.0
@@ -159,12 +165,12 @@ class SpatialExplore(Explore):
     @override
     def _way_on(self) -> Vector3:
         spatial, measured, reference_m = self._spatial, self._measurement, self._motion.reference_m
-        if spatial.law is Law.STEP:
+        if spatial.law is _STEPS:
             velocity, rate = super()._way_on(), self._rate_rad_s
-        elif spatial.law is Law.GIVE_WAY:
+        elif spatial.law is _GIVES_WAY:
             velocity = super()._way_on()
             rate = (0.0, 0.0, 0.0) if self._lost_ticks else self._tilting.rate_rad_s(measured.live_torque_at_tip_Nm())
-        elif spatial.law is Law.LIFT:
+        elif spatial.law is _LIFTS:
             ticks = self._task.ticks_per_action
             share = (ticks - self.countdown + 1) / ticks
             (x, y, z), (dx, dy) = self._step_from_m, self._step_m
@@ -172,13 +178,13 @@ class SpatialExplore(Explore):
             velocity, rate = self._free.velocity_m_s(reference_m, target_m, (0.0, 0.0, 0.0)), self._rate_rad_s
             if measured.force_N[2] > _PULL_N or hypot(*measured.force_N[:2]) > _HELD_N:
                 velocity, rate = self._freed(velocity[2]), (0.0, 0.0, 0.0)
-        elif spatial.law is Law.PUSH:
+        elif spatial.law is _PUSHES:
             self._hold_against(spatial.push_N)
             velocity = self._pushed(spatial.push_N)
             # A yaw that is asked for is a torque about the axis, against which the tool gives way.
             (lean_x, lean_y, yaw), torque_Nm = self._rate_rad_s, measured.live_torque_at_tip_Nm()
             rate = lean_x, lean_y, yaw + self._yawing.rate_rad_s(torque_Nm)[2]
-        elif spatial.law is Law.WITHDRAW:
+        elif spatial.law is _WITHDRAWS:
             vx, vy, _ = self._pushed(spatial.push_N)
             torque_Nm = measured.live_torque_at_tip_Nm()
             (u, v, w), (a, b, c) = self._freeing.rate_rad_s(torque_Nm), self._rate_rad_s
@@ -192,8 +198,7 @@ class SpatialExplore(Explore):
         if self._waits:
             rate = (0.0, 0.0, 0.0)
         if rate != (0.0, 0.0, 0.0):
-            self._motion.turn(rate)
-            velocity = self._about_pivot(velocity, rate)
+            velocity = self._about_pivot(velocity, self._motion.turn(rate))
         return velocity if felt is None else felt.velocity_m_s(velocity)
 
     def _freed(self, lift_m_s: float) -> Vector3:
@@ -230,7 +235,7 @@ class SpatialExplore(Explore):
         # The step leads ahead of the force, and less so the more there is to push against.
         free = min(max(1.0 + (fx * px + fy * py) / max(px * px + py * py, 1e-6), 0.0), 1.0) / action_s
         vx, vy, _ = limited((k * (fx + px) + free * dx, k * (fy + py) + free * dy, 0.0), _FASTEST_PUSH_M_S)
-        vz = self._law.velocity_m_s(reference_m, reference_m, (0.0, 0.0, fz))[2]
+        vz = self._along.velocity_m_s(reference_m, reference_m, (0.0, 0.0, fz))[2]
         if rise_m := self._spatial.rise_m:
             vz = min(vz, -_HEIGHT_GAIN_PER_S * (rise_m + self._depth_m))
             if fz > _PULL_N:
@@ -245,6 +250,6 @@ class SpatialExplore(Explore):
         """The velocity, with what keeps the pivot in its place while the tool turns about the tip."""
         if self._spatial.pivot_m == (0.0, 0.0):
             return velocity_m_s
-        (x, y, z), (wx, wy, wz) = velocity_m_s, limited(rate_rad_s, FASTEST_TURN_RAD_S)
-        px, py, pz = rotated(leaning(self._motion.turn_rad), (*self._spatial.pivot_m, 0.0))
+        (x, y, z), (wx, wy, wz) = velocity_m_s, rate_rad_s
+        px, py, pz = rotated(self._motion.lean, (*self._spatial.pivot_m, 0.0))
         return x - (wy * pz - wz * py), y - (wz * px - wx * pz), z - (wx * py - wy * px)
