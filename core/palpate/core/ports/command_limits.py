@@ -37,14 +37,16 @@ class StepLimiter:
         """
         inside = all(map(le, self._lower, asked_rad)) and all(map(le, asked_rad, self._upper))
         # Nearly every command passes as if all joints were as slow as the slowest, which is the cheapest to see.
-        needs_s = max(map(abs, map(sub, asked_rad, from_rad))) * self._slowness_s
+        steps = tuple(map(sub, asked_rad, from_rad))
+        up, down = max(steps), -min(steps)
+        needs_s = (up if up > down else down) * self._slowness_s
         if inside and needs_s <= may_s:
             return AppliedCommand(asked_rad), needs_s
         within = asked_rad
         if not inside:
             limits = zip(asked_rad, self._lower, self._upper, strict=True)
             within = tuple(min(max(value, low), high) for value, low, high in limits)
-        steps = tuple(map(sub, within, from_rad))
+            steps = tuple(map(sub, within, from_rad))
         needs_s = max(abs(step) / speed for step, speed in zip(steps, self._speed, strict=True))
         reason = CommandReason.AS_ASKED if inside else CommandReason.POSITION_LIMIT
         if needs_s > may_s:
@@ -73,6 +75,7 @@ class CommandLimiter:
         self.joints = len(lower_rad)
         self._steps = StepLimiter(lower_rad, upper_rad, velocity_limit_rad_s)
         self._period_s = 1.0 / rate_Hz
+        self._most_credit_s = _CREDIT_PERIODS * self._period_s
         self._held: JointVector = ()
         self._base: JointVector
         self._now_ns: int | None = None
@@ -92,9 +95,12 @@ class CommandLimiter:
         if self._now_ns != now_ns:
             # An arm that has just started has waited for ever.
             passed_s = inf if self._now_ns is None else (now_ns - self._now_ns) * 1e-9
-            self._credit_s = min(self._left_s + max(passed_s, 0.0), _CREDIT_PERIODS * self._period_s)
+            credit_s = self._left_s + passed_s if passed_s > 0.0 else self._left_s
+            self._credit_s = credit_s if credit_s < self._most_credit_s else self._most_credit_s
             self._now_ns, self._base = now_ns, self._held
-        may_s = min(self._credit_s + _ROUNDING_S, self._period_s)
+        may_s = self._credit_s + _ROUNDING_S
+        if may_s > self._period_s:
+            may_s = self._period_s
         applied, needs_s = self._steps.limited(asked_rad, self._base, may_s)
         self._left_s, self._held = self._credit_s - needs_s, applied.position_rad
         return applied

@@ -6,6 +6,7 @@ from functools import partial
 from itertools import chain, combinations
 from math import copysign, dist, remainder
 from operator import sub
+from struct import Struct
 from typing import Final, TypeAlias
 
 import mujoco
@@ -29,6 +30,7 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 _NS: Final = 1_000_000_000
 _NOISE_BLOCK: Final = 512
+_SIX: Final = Struct("6d")
 _PEAK_BLOCK: Final = 256
 _RELIEF_TICKS: Final = 28
 """After so long without load, 0.2 s, the sensor's zero is back: before any tare, and not in a bounce."""
@@ -252,13 +254,16 @@ class WorkCell:
             self._peak_square = max(self._peak_square, float(np.einsum("ij,ij->i", forces, forces).max()))
             self._forces.clear()
 
-    def _noise_blocks(self, rng: np.random.Generator) -> Iterator[list[list[float]]]:
-        """Bias and white noise, drawn in blocks because single draws cost more than the samples' use."""
+    def _noise_blocks(self, rng: np.random.Generator) -> Iterator[Iterator[tuple[float, ...]]]:
+        """Bias and white noise, drawn in blocks because single draws cost more than the samples' use.
+
+        A sample is made of a block when it is asked for: hundreds of lists at once set off the garbage collector.
+        """
         sensor = self.config.sensor
         bias = rng.standard_normal(6) * ([sensor.force_bias_N] * 3 + [sensor.torque_bias_Nm] * 3)
         spread = np.array([sensor.force_noise_N] * 3 + [sensor.torque_noise_Nm] * 3)
         while True:
-            yield (rng.standard_normal((_NOISE_BLOCK, 6)) * spread + bias).tolist()
+            yield _SIX.iter_unpack(rng.standard_normal((_NOISE_BLOCK, 6)) * spread + bias)
 
 
 def _require_apart(config: CellConfig, reach_m: float) -> None:
