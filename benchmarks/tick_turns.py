@@ -3,11 +3,16 @@
     python -m benchmarks.tick_turns --before ../before --trials 20
 
 Each checkout has a process of its own, which runs one trial of learning when it is told to; they take turns, so that
-the machine's mood meets both. All times are processor time of the thread. The trial is run three times, each time on a
-cell of its own, the same to the bit: whole, from making the world ready to the score, with no clock read in it, for a
-look at the thread's clock takes a microsecond; once more with such looks, for ``without physics``, what a tick takes
-between two calls of ``WorkCell.advance``, its median and mean; and as ``floor``, the trial's physics alone, the same
-``mj_step`` calls on the same models under the same commands, which must end in the same state.
+the machine's mood meets both. All times are processor time of the thread. A trial is run again and again, each time on
+a cell of its own, the same to the bit: with a look at the thread's clock before and after each call of
+``WorkCell.advance``, for ``without physics``, what a tick takes between two of these, its median and mean; and then in
+turns whole, from making the world ready to the score, with no clock read in it, for a look at it takes a microsecond,
+and as ``floor``, the trial's physics alone, which must end in the same state. Of the latter two the least of three
+runs counts: what else a machine does can only add to it.
+
+The floor makes the same ``mj_step`` calls on the same models under the same commands. Not in it, and so a part of what
+the run takes over it, are making ready and scoring, and ticks that end where their list of contact pairs is incomplete
+and are done over: the floor has these once.
 """
 
 from __future__ import annotations
@@ -27,6 +32,7 @@ from benchmarks.tick_setups import Parts
 
 HERE = Path(__file__).parents[1]
 SEED = 700
+TIMES = 3
 
 
 class Worker:
@@ -54,14 +60,11 @@ class Worker:
             rig.__enter__()
             return rig, parts.build_task(config, ready, perception, learning_policy(config, perception))
 
-        self._whole, self._timed = learner(), learner()
+        self._timed, self._wholes = learner(), [learner() for _ in range(TIMES)]
         self._bare = parts.SimulatedRig(config, ready).cell
 
     def trial(self, index: int) -> dict[str, float]:
         """One trial: its ticks, and nanoseconds of its parts."""
-        began = thread_time_ns()
-        self._run(self._config, *self._whole, index)
-        whole_ns = thread_time_ns() - began
         rig, task = self._timed
         cell = rig.cell
         plain = cell.advance
@@ -81,19 +84,24 @@ class Worker:
         self._run(self._config, rig, task, index)
         cell.advance = plain
         between = np.array(begins[1:]) - np.array(ends[:-1])
-        floor_ns = self._floor(index, commands)
-        for other in (self._whole[0].cell, self._bare):
-            if not np.array_equal(other.data.qpos, cell.data.qpos):
-                raise SystemExit(f"trial {index} went otherwise when it was run again")
+        whole_ns, floor_ns = [], []
+        for learner in self._wholes:
+            began = thread_time_ns()
+            self._run(self._config, *learner, index)
+            whole_ns.append(thread_time_ns() - began)
+            floor_ns.append(self._floor(index, commands))
+            for other in (learner[0].cell, self._bare):
+                if not np.array_equal(other.data.qpos, cell.data.qpos):
+                    raise SystemExit(f"trial {index} went otherwise when it was run again")
         return {
             "ticks": len(commands),
             "median_ns": float(np.median(between)),
             "mean_ns": float(np.mean(between)),
-            "whole_ns": float(whole_ns),
-            "floor_ns": floor_ns,
+            "whole_ns": float(min(whole_ns)),
+            "floor_ns": float(min(floor_ns)),
         }
 
-    def _floor(self, index: int, commands: list[tuple[Any, int]]) -> float:
+    def _floor(self, index: int, commands: list[tuple[Any, int]]) -> int:
         mujoco, cell = self._mujoco, self._bare
         cell.reset(SEED, index)
         models = [cell.model] if getattr(cell, "contacts", None) is None else cell.contacts.models
@@ -102,7 +110,7 @@ class Worker:
         for command, level in commands:
             data.ctrl[:] = command
             mujoco.mj_step(models[level], data, nstep=substeps)
-        return float(thread_time_ns() - began)
+        return thread_time_ns() - began
 
 
 def serve(checkout: Path) -> None:
