@@ -159,6 +159,19 @@ def test_no_liar_passes_for_an_insertion_that_was_none(name: str, phase: Phase) 
     assert trial.peak_N < limit_N
 
 
+def test_what_seems_a_hole_and_is_none_is_explored_although_the_plate_was_never_felt() -> None:
+    """A force that comes 0.2 s late: the peg goes on from the approach to sink, does not, and explores."""
+    felt: list[np.ndarray] = []
+
+    def late(held: np.ndarray, true: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        felt.append(true)
+        return felt[max(0, len(felt) - 31)] + NOISE * rng.standard_normal(6)
+
+    trial = Trial(FakeWorld(HOLE), late, Phase.SETTLE)
+    assert trial.details("false drop")
+    assert trial.report.outcome is not Outcome.INSERTED
+
+
 def test_without_proof_the_task_is_what_it_was() -> None:
     """What older logs and run folders mean: nothing is pushed, lifted or doubted."""
     task = build_task(FollowTorque())

@@ -47,6 +47,8 @@ class Explore(RunningPhase):
         """A trial begins that starts here, (x, y), task frame."""
         self.area = ExplorationArea.of(self._task, start_m)
         self._surface_found = False
+        # Where nothing was felt on the way down it is resumed without having been entered: with a choice.
+        self.countdown = 0
         if self._checks is not None:
             self._checks.begin()
 
