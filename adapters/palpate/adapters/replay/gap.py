@@ -18,6 +18,7 @@ from palpate.adapters.replay.gap_cell import (
     SETTLED,
     Array,
     Driven,
+    UntouchedError,
     cell_with,
     driven_from,
     late,
@@ -101,10 +102,16 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object], same: Gap 
         same: What other logs of the same cell told: friction and stiffnesses are taken from there.
 
     Raises:
-        LogError: A log cannot be read, or holds no contact.
+        LogError: A log cannot be read, or none holds a contact.
         ConfigurationError: They are not of one cell.
     """
-    trials = [driven_from(path) for path in paths]
+    trials: list[Driven] = []
+    for path in paths:
+        try:
+            trials.append(driven_from(path))
+        except UntouchedError:
+            if not trials and path is paths[-1]:
+                raise
     config = trials[0].config
     for trial in trials[1:]:
         if trial.config.cell != config.cell or trial.config.arm != config.arm:

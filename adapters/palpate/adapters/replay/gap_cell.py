@@ -93,11 +93,16 @@ class Driven:
     late: str = ""
 
 
+class UntouchedError(LogError):
+    """Nothing was touched in a trial, as where the peg dropped straight into the hole."""
+
+
 def driven_from(path: Path) -> Driven:
     """A log's trial, up to where the peg begins to sink.
 
     Raises:
-        LogError: The log cannot be read, or holds no contact.
+        UntouchedError: It holds no contact.
+        LogError: The log cannot be read.
     """
     log = read_log(path)
     config = config_of(log)
@@ -105,7 +110,7 @@ def driven_from(path: Path) -> Driven:
     first = {each.name if each.name != "phase" else each.detail: each.tick for each in reversed(log.events)}
     contact = first.get("contact")
     if not records or contact is None:
-        raise LogError(str(path), "", "holds no contact", "name logs of trials that touched the plate")
+        raise UntouchedError(str(path), "", "holds no contact", "name logs of trials that touched the plate")
     end = min(first.get(Phase.INSERT.value, inf) - BEFORE_TICKS, contact + _MOST_TICKS)
     start_ns = records[0].time_ns or 0
     slots = [round(((each.time_ns or 0) - start_ns) * CONTROL_RATE_HZ / 1e9) for each in records]

@@ -211,8 +211,10 @@ def test_an_arm_whose_cell_is_held_up_falls_behind_the_simulated_one() -> None:
 
 def test_logs_of_another_cell_and_of_no_contact_are_refused(logs: list[Path], palpate: CommandLine) -> None:
     palpate.succeed("run", "--policy", "torque", "--trials", 1, "--cell.peg.clearance-mm", "0.1", "--out", "other")
-    with pytest.raises(ConfigurationError, match="logs recorded with the cell and arm of"):
-        gap_of([logs[0], Path("other/logs/trial-00000.mcap")], lambda: None)
+    untouched = Path(__file__).parents[3] / "golden" / "no-contact.mcap"
+    # Where others touched it is left out, as is a peg that drops straight into the hole.
+    with pytest.raises(ConfigurationError, match=f"logs recorded with the cell and arm of {re.escape(str(logs[0]))}"):
+        gap_of([untouched, logs[0], Path("other/logs/trial-00000.mcap")], lambda: None)
     with pytest.raises(LogError, match="holds no contact"):
-        gap_cell.driven_from(Path(__file__).parents[3] / "golden" / "no-contact.mcap")
+        gap_of([untouched], lambda: None)
     assert "palpate gap needs logs" in palpate.refusal("gap")
