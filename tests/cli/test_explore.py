@@ -9,11 +9,12 @@ from typing import Any
 import pytest
 
 from palpate.adapters.cli import explore
+from palpate.adapters.experiments.grid import Named
 from palpate.adapters.experiments.grid.learning import LearningRun
 from palpate.core.automata import Kind, Machine, read_strings
 from palpate.core.automata.document import save
 from palpate.core.policy import PolicyDocument, policy_from
-from palpate.simulation.grid.maps import grid_actions
+from palpate.simulation.grid.maps import GridMap, grid_actions
 from tests.command_line import CommandLine
 
 QUICK = ("--trials", 30, "--seeds", 2)
@@ -67,9 +68,14 @@ def test_a_map_from_a_file(palpate: CommandLine, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("name", "head"), [("figure.svg", b"<?xml"), ("figure.png", b"\x89PNG")])
-def test_the_figure_of_the_paper(palpate: CommandLine, tmp_path: Path, name: str, head: bytes) -> None:
-    files = ("--automaton1", last_symbol(tmp_path), "--automaton2", last_symbol(tmp_path, ("A", "B", "C", "D")))
-    printed = palpate.succeed("explore", "--figure", tmp_path / name, *files, *QUICK)
+def test_the_figure_of_the_paper(
+    palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, head: bytes
+) -> None:
+    def at_once(grid: GridMap, *_: int) -> Named:
+        return Named(str(last_symbol(tmp_path, grid.symbols)))
+
+    monkeypatch.setattr(explore, "inferred", at_once)
+    printed = palpate.succeed("explore", "--figure", tmp_path / name, *QUICK)
     assert (tmp_path / name).read_bytes().startswith(head)
     for title in ("scenario 1, symbols only (6 states)", "scenario 2, automaton (5 states)"):
         assert title in printed

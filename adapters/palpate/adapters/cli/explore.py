@@ -114,21 +114,14 @@ def _figure(options: ExploreOptions, path: Path) -> int:
     if kind not in _PICTURES:
         raise ConfigurationError("figure", options.figure, f"a file name that ends in .{' or .'.join(_PICTURES)}")
     require_no_file(path)
-    grids = [grid_named(name, options.size) for name in ("1", "2")]
-    makers: list[StateMaker | None] = [
-        Named(file) if file else None for file in (options.automaton1, options.automaton2)
-    ]
-    for grid, make in zip(grids, makers, strict=True):
-        if make is not None:
-            make(grid)
     panels: list[list[Panel]] = []
-    for number, (grid, make) in enumerate(zip(grids, makers, strict=True), 1):
-        if make is None:
-            sys.stderr.write(f"scenario {number}: inferring an automaton from {options.walks} random walks\n")
-            make = inferred(grid, options.seed, options.walks, options.longest)
+    for number in ("1", "2"):
+        grid = grid_named(number, options.size)
+        sys.stderr.write(f"scenario {number}: inferring an automaton from {options.walks} random walks\n")
+        automaton = inferred(grid, options.seed, options.walks, options.longest)
         row = []
-        for name, maker in (("symbols only", Named()), ("automaton", make)):
-            panel = _panel(options, grid, maker, f"scenario {number}, {name}")
+        for name, make in (("symbols only", Named()), ("automaton", automaton)):
+            panel = _panel(options, grid, make, f"scenario {number}, {name}")
             if panel is None:
                 return 130
             row.append(panel)

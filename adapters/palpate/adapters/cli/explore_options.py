@@ -37,11 +37,8 @@ class ExploreOptions(Settings):
     out: str = ""
     """Folder for every trial, the policies, summary and learning curve; it must not be there yet, or be empty."""
     figure: str = ""
-    """Instead: draw the paper's figure 3, both scenarios with symbols and with an automaton; a file, .svg or .png."""
-    automaton1: str = ""
-    """Automaton file for scenario 1 of the figure; without one it is inferred from random walks."""
-    automaton2: str = ""
-    """The same for scenario 2."""
+    """Instead: draw the paper's figure 3, both scenarios with symbols and with an automaton from random walks; a file,
+    .svg or .png."""
     strings: str = ""
     """Instead: write the symbols of random walks to this file, one walk a line."""
     walks: int = 1000
