@@ -46,7 +46,18 @@ def load_model(arm: ArmDescription) -> tuple[pin.Model, pin.Frame]:
     others = [index for index in range(1, model.njoints) if model.names[index] not in chain]
     if others:
         model = pin.buildReducedModel(model, others, pin.neutral(model))
-    return model, model.frames[model.getFrameId(arm.flange)]
+    return _without_frames(model), model.frames[model.getFrameId(arm.flange)]
+
+
+def _without_frames(model: pin.Model) -> pin.Model:
+    """The same joints and bodies, without the frames of joints and links: these would be placed in every tick, too."""
+    bare = pin.Model()
+    for joint in range(1, model.njoints):
+        bare.addJoint(model.parents[joint], model.joints[joint], model.jointPlacements[joint], model.names[joint])
+        bare.inertias[joint] = model.inertias[joint]
+    bare.lowerPositionLimit, bare.upperPositionLimit = model.lowerPositionLimit, model.upperPositionLimit
+    bare.velocityLimit = model.velocityLimit
+    return bare
 
 
 def _chain(arm: ArmDescription, path: Path, root: ElementTree.Element) -> list[str]:
