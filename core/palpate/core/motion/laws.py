@@ -106,11 +106,8 @@ class DampingControl(ControlLaw):
     @override
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
         """As of every law; positions are ignored."""
-        m, nominal = self._mobility, self._nominal
-        return limited(
-            (m * (force_N[0] - nominal[0]), m * (force_N[1] - nominal[1]), m * (force_N[2] - nominal[2])),
-            self._speed,
-        )
+        m, (fx, fy, fz), (x, y, z) = self._mobility, force_N, self._nominal
+        return limited((m * (fx - x), m * (fy - y), m * (fz - z)), self._speed)
 
 
 class PositionControl(ControlLaw):
@@ -132,15 +129,8 @@ class PositionControl(ControlLaw):
     @override
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
         """As of every law; forces are ignored."""
-        k = self._gain
-        return limited(
-            (
-                k * (target_m[0] - reference_m[0]),
-                k * (target_m[1] - reference_m[1]),
-                k * (target_m[2] - reference_m[2]),
-            ),
-            self._speed,
-        )
+        k, (tx, ty, tz), (x, y, z) = self._gain, target_m, reference_m
+        return limited((k * (tx - x), k * (ty - y), k * (tz - z)), self._speed)
 
 
 class ForceControl(ControlLaw):
@@ -187,19 +177,12 @@ class ForceControl(ControlLaw):
     @override
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
         """As of every law; positions are ignored."""
-        target = self._target
-        error = (force_N[0] - target[0], force_N[1] - target[1], force_N[2] - target[2])
-        last = error if self._last is None else self._last
+        (fx, fy, fz), (tx, ty, tz) = force_N, self._target
+        x, y, z = error = fx - tx, fy - ty, fz - tz
+        u, v, w = error if self._last is None else self._last
         self._last = error
         i, p = self._integral, self._proportional
-        return limited(
-            (
-                i * error[0] + p * (error[0] - last[0]),
-                i * error[1] + p * (error[1] - last[1]),
-                i * error[2] + p * (error[2] - last[2]),
-            ),
-            self._speed,
-        )
+        return limited((i * x + p * (x - u), i * y + p * (y - v), i * z + p * (z - w)), self._speed)
 
     @override
     def reset(self) -> None:
