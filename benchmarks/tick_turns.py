@@ -109,7 +109,7 @@ class Worker:
         began = thread_time_ns()
         for command, level in commands:
             data.ctrl[:] = command
-            mujoco.mj_step(models[level], data, nstep=substeps)
+            mujoco.mj_step(models[level], data, substeps)
         return thread_time_ns() - began
 
 

@@ -123,7 +123,7 @@ class WorkCell:
         if self.contacts is not None:
             self.contacts.step(self.config.substeps)
         else:
-            mujoco.mj_step(self.model, self.data, nstep=self.config.substeps)
+            mujoco.mj_step(self.model, self.data, self.config.substeps)
         self.ticks += 1
         self.time_ns = self.ticks * _NS // self._rate_Hz
         # Bytes, because numpy takes three times as long to copy a row into another array.
