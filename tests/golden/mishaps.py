@@ -91,8 +91,10 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "lies-dead-in-the-hole": Mishap(dead(232), {"task": {"time_limit_s": 4.0}}),
     **{
         f"lies-flat-{name}": Mishap((force("freeze", 20, channels=(channel,)),))
-        for name, channel in (("fx", 0), ("fy", 1), ("tx", 3), ("ty", 4), ("tz", 5))
+        for name, channel in (("fx", 0), ("fy", 1), ("tx", 3), ("ty", 4))
     },
+    # With noise on its torques alone.
+    "lies-flat-tz": Mishap((force("freeze", 20, channels=(5,)),), {"cell": {"sensor": {"force_noise_N": 0.0}}}),
     "false-drop": Mishap(
         (force("offset", 156, magnitude=1.4, channels=(2,), duration_ticks=8),),
         {"task": {"time_limit_s": 0.9, "contact_kgf": 0.4}},

@@ -51,17 +51,11 @@ def _survey(
     return {"task": settings | task, "cell": world, "control": {"damping_N_s_per_m": 100.0} | (control or {})}
 
 
-_PUSHED: Final = {
-    **_corner(
-        1.5,
-        area_half_width_mm=0.5,
-        ticks_per_action=5,
-        ready_height_mm=0.5,
-        options={"push_N": 2.0, "down_share": 0.5, "inside_mm": 0.5},
-    ),
-    **weak(max_repeats=40, max_force_age_ms=300.0),
-}
-"""On the edge of what may be explored; a force sensor may repeat itself."""
+def _pushed(**options: float) -> dict[str, Any]:
+    """On the edge of what may be explored; a force sensor may repeat itself."""
+    own = {"push_N": 2.0, "down_share": 0.5, "inside_mm": 0.5} | options
+    corner = _corner(1.5, area_half_width_mm=0.5, ticks_per_action=5, ready_height_mm=0.5, options=own)
+    return {**corner, **weak(max_repeats=40, max_force_age_ms=300.0)}
 
 
 NEWER_TASKS: Final[dict[str, Mishap]] = {
@@ -92,14 +86,22 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     # the next corner a force along the push, which only a wall can answer, and against it.
     "corner-pulled": Mishap(
         (force("repeat", 41, span_ticks=1, duration_ticks=21), *shove(107, -4.0, 4.0)),
-        _PUSHED,
+        _pushed(),
         policy="corner-first",
         trial=13,
     ),
     # The same against the next push, so that it is doubted as an action is chosen.
     "corner-pulled-first": Mishap(
         (force("repeat", 41, span_ticks=1, duration_ticks=21), *shove(107, -4.0, -4.0)),
-        _PUSHED,
+        _pushed(),
+        policy="corner-first",
+        trial=13,
+    ),
+    # The springs may come to so little that what a heave begins with, answered or not, decides whether it waits.
+    "corner-answered": Mishap(
+        (force("repeat", 41, span_ticks=1, duration_ticks=21), *shove(107, -4.0, -4.0)),
+        _pushed(unanswered_N=2.0),
+        (428, "stop"),
         policy="corner-first",
         trial=13,
     ),

@@ -89,7 +89,7 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     ),
     # Actions that go on while nothing new is felt, and states that quarter turns make equal.
     "train-options": (
-        "train", "--trials", "2", "--seed", "47", *SHORTER, "--learning.keep-steps", "3", "--learning.share-turns",
+        "train", "--trials", "2", "--seed", "52", *SHORTER, "--learning.keep-steps", "3", "--learning.share-turns",
         "--learning.gamma", "0.9", "--learning.reinforcement", "effort",
     ),
     # States of an automaton that follows the symbols, and steps in six directions.

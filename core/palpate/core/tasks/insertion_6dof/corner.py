@@ -39,7 +39,7 @@ class Corner:
     """
 
     def __init__(self, options: SpatialOptions) -> None:
-        self._flat = options.flat_deg > 0.0
+        self._flat = bool(options.flat_deg)
         self.half_rad = radians(options.flat_deg) if self._flat else pi / int(options.corners or 4)
         self._inside_m, self.radius_m = options.inside_mm * 1e-3, options.corner_mm * 1e-3
         self.lean_rad, self.push_N = radians(options.lean_deg), options.push_N
