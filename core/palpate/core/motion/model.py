@@ -10,7 +10,8 @@ the hole is +z, and pressing on the plate gives a negative Fz.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import hypot, inf, isfinite, sqrt
+from operator import mul
 from pathlib import Path
 from typing import Final, TypeAlias
 from xml.etree import ElementTree
@@ -197,6 +198,11 @@ class Kinematics:
         # This places the tip, too.
         jacobian: Array = pin.getFrameJacobian(self.model, self._data, self._tip_id, _LOCAL)
         return jacobian
+
+    def depth_step_m(self) -> float:
+        """Standard deviation of the tip's place along the tool axis by the encoders' steps, in the arm's posture."""
+        along: list[float] = self.tip_jacobian(self.arm.posture_rad)[2].tolist()
+        return hypot(*map(mul, along, self.arm.encoder_step_rad)) / sqrt(12.0)
 
     def tip_error(self, target_in_base: pin.SE3) -> Array:
         """Twist that takes the tip to a placement in unit time, (6,), linear first, in the tip frame."""

@@ -27,6 +27,7 @@ class Measurement:
             False, as in trials without proofs of contact, takes the newest of both.
 
     Attributes:
+        depth_step_m: Standard deviation of the tip's place along the tool axis, by the encoders' steps.
         position_m: Tip according to the encoders, (3,); they cannot see the gripper's springs.
         tip_depth_m: Depth of the true tip below the nominal plane: the encoders', corrected for the spring.
         turned_rad: How the tool leans, and its yaw, (2,); zeros unless its weight is taken off, as it is where a tool
@@ -50,7 +51,7 @@ class Measurement:
         aligned: bool = True,
     ) -> None:
         self._kinematics, self._signal, self._aligned = kinematics, signal, aligned
-        self.axial_N_per_m = axial_N_per_m
+        self.axial_N_per_m, self.depth_step_m = axial_N_per_m, kinematics.depth_step_m()
         self._task, self.joints = FixedFrame(task_in_base), kinematics.joints
         self._lever_m = kinematics.tool.tip_from_sensor_m
         self._tip_in_sensor: Vector3 = (0.0, 0.0, self._lever_m)

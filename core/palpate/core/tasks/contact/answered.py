@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from math import hypot
+from math import ceil, hypot
 from typing import Final
 
 from palpate.core.motion import limited
@@ -29,6 +29,10 @@ _MET_N: Final = 2.5
 _SHOWN_SHARE: Final = 0.024
 """Of the square of the accelerations that are commanded: an arm on a slow bus makes less of a heave, and its force has
 nothing to answer. Simulated servos show 0.03 at least, emulated ones with such a bus 0.02 at most."""
+_HIDDEN: Final = 0.25
+"""Encoders' steps may give this share, at most, of what has to show at least; or places are taken further apart."""
+_MOST_APART_TICKS: Final = 3
+"""Over a stroke and more nothing of the heave would be left."""
 _LONGEST_TICKS: Final = 2 * CONTROL_RATE_HZ
 
 
@@ -44,6 +48,7 @@ class AnsweredForce:
         speed_m_s: Of the heave.
         most_N: What the springs of the gripper may come to, at most, by the way from where it was answered last.
         mass_kg: Of all that the force sensor carries.
+        step_m: Standard deviation of the depth by the encoders' steps.
     """
 
     def __init__(
@@ -54,13 +59,17 @@ class AnsweredForce:
         speed_m_s: float,
         most_N: float,
         mass_kg: float,
+        step_m: float = 0.0,
     ) -> None:
         self._state, self._measured, self._most_N = state, measurement, most_N
         self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
         self._axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
-        self._heave, self._answer = UnevenHeave(speed_m_s), HeaveAnswer(mass_kg, self._axial_N_per_m)
         # A turn changes the speed by twice that in a tick, and every third tick has one.
         self._least_shown_N2 = _SHOWN_SHARE * (2.0 * mass_kg * speed_m_s * CONTROL_RATE_HZ) ** 2 / 3.0
+        # Three places tell it with six times the square of a single one.
+        hidden = 6.0 * (mass_kg * step_m * CONTROL_RATE_HZ**2) ** 2 / (_HIDDEN * self._least_shown_N2)
+        self._apart_ticks = apart_ticks = min(max(ceil(hidden**0.25), 1), _MOST_APART_TICKS)
+        self._heave, self._answer = UnevenHeave(speed_m_s), HeaveAnswer(mass_kg, self._axial_N_per_m, apart_ticks)
         self._restless = RestlessForce(state, measurement, control, speed_m_s)
 
     def begin(self) -> None:
@@ -70,7 +79,7 @@ class AnsweredForce:
         self._answer.begin_trial()
         self._restless.begin()
         self._follows_heaves = True
-        self._looks: deque[bool] = deque(maxlen=_LOOKS)
+        self._looks: deque[bool] = deque(maxlen=_LOOKS * self._apart_ticks)
         self._sequence: int | None = None
         # The first tick of a heave follows none, be it the trial's first.
         self._tick = -2
@@ -109,7 +118,7 @@ class AnsweredForce:
         if follows is None:
             return
         self._looks.append(follows)
-        if follows and sum(self._looks) >= _ANSWERED:
+        if follows and sum(self._looks) >= _ANSWERED * self._apart_ticks:
             self._answered()
 
     def velocity_m_s(self, velocity_m_s: Vector3) -> Vector3:
@@ -149,4 +158,4 @@ class AnsweredForce:
         self._answer.begin()
         self._looks.clear()
         # What went before was proved; a sensor that has lied since is found by the next looks.
-        self._looks.extend((not self._stopped,) * _ANSWERED)
+        self._looks.extend((not self._stopped,) * (_ANSWERED * self._apart_ticks))

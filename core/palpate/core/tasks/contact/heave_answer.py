@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from math import inf
 from operator import add, sub
 from typing import Final
 
@@ -37,7 +38,8 @@ class HeaveAnswer:
     """Fits the newest forces by what a tool that moves like this would give.
 
     Places are the encoders', so no servo has to be known. Either sensor may be late, and may be slower than the other:
-    three places tell the acceleration over the time that they span, and the force is weighed over that same time.
+    three places tell the acceleration over the time that they span, and the force is weighed over that same time. The
+    three are taken further apart where the encoders' steps would hide the acceleration.
 
     In air the inertia has to explain the force alone; where the tool is borne, the spring; where it slips, inertia,
     friction and spring together, each the right way round. What follows another heave, as a recording does, is not
@@ -46,10 +48,12 @@ class HeaveAnswer:
     Args:
         mass_kg: Of all that the force sensor carries.
         stiffness_N_per_m: Of the gripper, along the tool axis.
+        apart_ticks: The three places are at least so far apart.
     """
 
-    def __init__(self, mass_kg: float, stiffness_N_per_m: float) -> None:
-        self._mass, self._stiffness = mass_kg, stiffness_N_per_m
+    def __init__(self, mass_kg: float, stiffness_N_per_m: float, apart_ticks: int = 1) -> None:
+        self._mass, self._stiffness, self._apart_ticks = mass_kg, stiffness_N_per_m, apart_ticks
+        self._apart_s = (apart_ticks - 0.5) * PERIOD_S if apart_ticks > 1 else 0.0
 
     def begin_trial(self) -> None:
         """A trial begins, with other samples."""
@@ -61,7 +65,7 @@ class HeaveAnswer:
         """A heave begins: what was felt before is no answer to it."""
         self._from_m: float | None = None
         # Sums from the beginning on: those of any number of samples are a difference.
-        self._sums: deque[tuple[float, ...]] = deque(((0.0,) * 15,), maxlen=_MOST + 1)
+        self._sums: deque[tuple[float, ...]] = deque(((0.0,) * 16,), maxlen=_MOST + 1)
 
     def felt(self, time_s: float, force_N: float) -> None:
         """A new sample of the force along the tool axis."""
@@ -78,41 +82,52 @@ class HeaveAnswer:
         Args:
             heaves: Whether it counts; else it is only passed over.
         """
-        if len(self._places) < 3 or not self._forces:
+        places, apart_s = self._places, self._apart_s
+        if len(places) < 3 or not self._forces:
             return False
-        (t0, x0), (t1, x1), (t2, x2) = self._places[0], self._places[1], self._places[2]
+        (t0, x0), (t1, x1), (t2, x2) = places[0], places[1], places[2]
+        quick_N: float | None = None
+        if apart_s:
+            quick_N = self._inertia_N(places[0], places[1], places[2])
+            ahead = iter(places)
+            t1, x1 = next((each for each in ahead if each[0] - t0 >= apart_s), (inf, 0.0))
+            t2, x2 = next((each for each in ahead if each[0] - t1 >= apart_s), (inf, 0.0))
+            if t2 == inf:
+                return False
         rise_s, fall_s, middle_s = t1 - t0, t2 - t1, t1 + _BEHIND_S
         # The next force would count nothing any more.
         if self._forces[-1][0] < middle_s + fall_s - 1.02 * PERIOD_S:
             return False
-        self._places.popleft()
         if not heaves:
+            places.popleft()
             return False
-        force_N = weights = squares = 0.0
-        for time_s, each_N in reversed(self._forces):
-            away_s = time_s - middle_s
-            weight = 1.0 - away_s / fall_s if away_s > 0.0 else 1.0 + away_s / rise_s
-            if weight > 0.0:
-                force_N, weights, squares = force_N + weight * each_N, weights + weight, squares + weight * weight
-            elif away_s < 0.0:
-                break
+        f, weights, squares = _weighed(self._forces, middle_s, rise_s, fall_s)
+        # What the spring gives is weighed, too.
+        now_m = _weighed(places, middle_s, rise_s, fall_s)[0] if apart_s else x1 + (x2 - x1) * _BEHIND_S / fall_s
+        places.popleft()
         if weights < _LEAST_WEIGHT:
             return False
-        f, now_m = force_N / weights, x1 + (x2 - x1) * _BEHIND_S / fall_s
         if self._from_m is None:
             self._from_m = now_m
-        up_m_s = (x1 - x2) / fall_s
-        a = 2.0 * self._mass * (up_m_s - (x0 - x1) / rise_s) / (rise_s + fall_s)
-        v, s = _FRICTION_N_S_PER_M * up_m_s, self._stiffness * (self._from_m - now_m)
-        new = a, v, s, f, a * a, a * v, a * s, a * f, v * v, v * s, v * f, s * s, s * f, f * f, squares / weights**2
+        a = self._inertia_N((t0, x0), (t1, x1), (t2, x2))
+        v, s = _FRICTION_N_S_PER_M * (x1 - x2) / fall_s, self._stiffness * (self._from_m - now_m)
+        shown = a * a if quick_N is None else quick_N * quick_N
+        own = squares / weights**2
+        new = a, v, s, f, a * a, a * v, a * s, a * f, v * v, v * s, v * f, s * s, s * f, f * f, own, shown
         self._sums.append(tuple(map(add, self._sums[-1], new)))
         return True
+
+    def _inertia_N(self, first: tuple[float, float], middle: tuple[float, float], last: tuple[float, float]) -> float:
+        """What the tool's mass gives by three places and their times."""
+        (t0, x0), (t1, x1), (t2, x2) = first, middle, last
+        rise_s, fall_s = t1 - t0, t2 - t1
+        return 2.0 * self._mass * ((x1 - x2) / fall_s - (x0 - x1) / rise_s) / (rise_s + fall_s)
 
     @property
     def shown_N2(self) -> float | None:
         """Mean square of what the tool's mass gives by the encoders since the heave began; None for few samples."""
         first, newest, count = self._sums[0], self._sums[-1], len(self._sums) - 1
-        return (newest[4] - first[4]) / count if count >= _FEWEST_SHOWN else None
+        return (newest[15] - first[15]) / count if count >= _FEWEST_SHOWN else None
 
     def follows(self, fewest: int, noise_N: float) -> bool | None:
         """Whether the force follows the heave over the newest samples; None where these are too few to tell.
@@ -121,13 +136,14 @@ class HeaveAnswer:
             fewest: So many samples, or more where the sensor is noisy.
         """
         sums, least = self._sums, _SQUARE * noise_N * noise_N
-        newest, count = sums[-1], fewest
+        # Those that overlap tell less each.
+        newest, count = sums[-1], fewest * self._apart_ticks
         while count < len(sums) and newest[4] - sums[-1 - count][4] < _ROOM * least:
             count += 1
         if count >= len(sums):
             return None
         differences: map[float] = map(sub, newest, sums[-1 - count])
-        a, v, s, f, aa, av, as_, af, vv, vs, vf, ss, sf, ff, squares = differences
+        a, v, s, f, aa, av, as_, af, vv, vs, vf, ss, sf, ff, squares, _ = differences
         aa, av, as_, af = aa - a * a / count, av - a * v / count, as_ - a * s / count, af - a * f / count
         vv, vs, vf = vv - v * v / count, vs - v * s / count, vf - v * f / count
         ss, sf, ff = ss - s * s / count, sf - s * f / count, ff - f * f / count
@@ -160,3 +176,18 @@ class HeaveAnswer:
             and explained > max(least, _LEAST_GAIN * _LEAST_GAIN * aa)
             and ff - explained < noise * (count - 4) + _LEFT * explained
         )
+
+
+def _weighed(
+    samples: deque[tuple[float, float]], middle_s: float, rise_s: float, fall_s: float
+) -> tuple[float, float, float]:
+    """Mean of samples about a time, each less the further away it is; sums of their weights and of the squares."""
+    total = weights = squares = 0.0
+    for time_s, value in reversed(samples):
+        away_s = time_s - middle_s
+        weight = 1.0 - away_s / fall_s if away_s > 0.0 else 1.0 + away_s / rise_s
+        if weight > 0.0:
+            total, weights, squares = total + weight * value, weights + weight, squares + weight * weight
+        elif away_s < 0.0:
+            break
+    return total / max(weights, _LEAST_WEIGHT), weights, squares

@@ -38,7 +38,7 @@ class SpatialTask(InsertionTask):
             own, task, state, measurement = self._options, equipment.task, equipment.state, equipment.measurement
             parts = state, measurement, self._control, task.travel_speed_mm_s * 1e-3
             if own.unanswered_N:
-                felt = AnsweredForce(*parts, own.unanswered_N, own.tool_kg)
+                felt = AnsweredForce(*parts, own.unanswered_N, own.tool_kg, measurement.depth_step_m)
             else:
                 felt = RestlessForce(*parts)
         return SpatialExplore(equipment, checks, felt, self._options)

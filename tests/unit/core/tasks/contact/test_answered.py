@@ -49,19 +49,21 @@ def pushed(
     speed_m_s: float = SPEED_M_S,
     late_ticks: tuple[int, int] = (0, 0),
     each_ticks: tuple[int, int] = (1, 1),
-    heaves: bool = True,
+    heaves: float = 1.0,
+    step_m: float = 0.0,
 ) -> tuple[float, list[str]]:
     """Furthest way, in N of bend, since the lie began, or from the start without one; and what happened.
 
     Args:
         late_ticks: By so much forces and places come late.
         each_ticks: In every so many-th tick there is a new force, and a new place.
-        heaves: Whether the arm does as it is told along the tool.
+        heaves: The share that the arm makes of what it is told along the tool.
+        step_m: Of an encoder, along the tool.
     """
     state, measured, chance = TrialState(), SimpleNamespace(), random.Random(trial)
     state.begin(TrialSetup(trial, 7, (0.0, 0.0)))
     state.noise = NOISE
-    answered = AnsweredForce(state, measured, ControlConfig(), 0.02, MOST_N, MASS_KG)  # type: ignore[arg-type]
+    answered = AnsweredForce(state, measured, ControlConfig(), 0.02, MOST_N, MASS_KG, step_m / 12**0.5)  # type: ignore[arg-type]
     answered.begin()
     heights_m, felt_N, way_m, furthest_m = [0.0] * 4, list[float](), 0.0, 0.0
     places_m, (force_late, late), (force_each, each) = list[float](), late_ticks, each_ticks
@@ -74,7 +76,7 @@ def pushed(
         deviation = (noise if lies else 0.0) or NOISE[2]
         axial_N = (lie if lies and lie is not None else force_N)(shown_m, felt_N) + chance.gauss(0.0, deviation)
         felt_N.append(axial_N)
-        places_m.append(shown_m[-1])
+        places_m.append(round(shown_m[-1] / step_m) * step_m if step_m else shown_m[-1])
         felt = max(state.tick - force_late, 0) // force_each * force_each
         shown = max(state.tick - late, 0) // each * each
         measured.force_N = 0.0, 0.0, felt_N[felt]
@@ -116,10 +118,17 @@ def test_a_live_sensor_is_believed_where_either_is_late_or_slower(
     assert not told
 
 
+@pytest.mark.parametrize("trial", range(3))
+def test_a_live_sensor_is_believed_where_the_encoders_count_in_coarse_steps(trial: int) -> None:
+    way_N, told = pushed(inertia, trial=trial, heaves=0.2, step_m=40e-6)
+    assert way_N > 0.5 * TICKS * SPEED_M_S * PERIOD_S * 40e3
+    assert not told
+
+
 def test_an_arm_that_does_not_heave_as_it_is_told_is_asked_for_scatter_instead() -> None:
-    _, told = pushed(lambda _, felt_N: 1.0 if len(felt_N) % 6 < 3 else -1.0, heaves=False)
+    _, told = pushed(lambda _, felt_N: 1.0 if len(felt_N) % 6 < 3 else -1.0, heaves=0.0)
     assert told == ["the encoders show less of a heave than is commanded: scatter of the force counts instead"]
-    way_N, told = pushed(inertia, still, heaves=False)
+    way_N, told = pushed(inertia, still, heaves=0.0)
     assert way_N < 60.0
     assert "the force sensor is dead" in told[-1]
 
