@@ -19,3 +19,4 @@ from .tip_motion import GivingWay as GivingWay
 from .tip_motion import TipMotion as TipMotion
 from .tip_motion import leaning as leaning
 from .tip_motion import orientation as orientation
+from .tip_motion import turn_of as turn_of

@@ -4,7 +4,7 @@ Against the upright tool: how it leans about x and y, and its yaw about z, axes 
 its yaw first and leans then, so that the lean is that of the tool's axis whatever the yaw.
 """
 
-from math import cos, hypot, isfinite, radians, sin
+from math import atan2, cos, hypot, isfinite, radians, sin
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -41,6 +41,15 @@ def _yawed(lean: Rows, yaw_rad: float) -> Rows:
     return (a * c + b * s, b * c - a * s, e), (f * c + g * s, g * c - f * s, h), (i * c + j * s, j * c - i * s, k)
 
 
+def turn_of(rotation: Rows) -> Vector3:
+    """Lean and yaw of a rotation, (3, 3), row by row, from the upright tool to the turned one, task frame."""
+    (a, _, e), (f, _, h), (i, _, k) = rotation
+    share = atan2(hypot(e, h), k) / max(hypot(e, h), 1e-300)
+    x, y = -h * share, e * share
+    (p, q, _), (u, v, _), (r, w, _) = leaning((x, y, 0.0))
+    return x, y, atan2(q * a + v * f + w * i, p * a + u * f + r * i)
+
+
 class GivingWay:
     """Turns with the torque: turn rate = mobility x torque, as generalised damping is for forces.
 
@@ -67,6 +76,9 @@ FASTEST_TURN_RAD_S: Final = radians(20.0)
 
 
 _NOWHERE: Final = np.zeros(3)
+_UPRIGHT: Final = (0.0, 0.0, 0.0)
+_UPRIGHT_RAD: Final = 5e-3
+"""A tool at rest that is off by less, as by the sag of a servo, was put upright."""
 
 
 class TipMotion:
@@ -104,11 +116,23 @@ class TipMotion:
         self.reference_m: Vector3
 
     def start(self, position_rad: JointVector) -> None:
-        """Take over from where the arm is."""
+        """Take over from where the arm is, with the tool as it is: in a hole it may be turned, and caught."""
         self._q_rad = position_rad
         self._kinematics.update(position_rad)
         self.reference_m = self._task.place_m(self._kinematics.tip_position_m.tolist())
-        self._turn_to((0.0, 0.0, 0.0))
+        turned = self._task_turn.actInv(pin.SE3(self._kinematics.tip_rotation, _NOWHERE) * self._upright_turn.inverse())
+        turn_rad = turn_of(turned.rotation.tolist())
+        self._turn_to(turn_rad if hypot(*turn_rad) > _UPRIGHT_RAD else _UPRIGHT)
+
+    def right(self, rate_rad_s: float) -> None:
+        """Let the next :meth:`move` turn the reference towards upright, no faster than that."""
+        angle_rad = hypot(*self.turn_rad)
+        if angle_rad <= rate_rad_s * self._period_s:
+            self._turn_to(_UPRIGHT)
+            return
+        x, y, z = self.turn_rad
+        share = -rate_rad_s / angle_rad
+        self.turn((share * x, share * y, share * z))
 
     def adopt(self, applied: AppliedCommand) -> bool:
         """Go on from what the arm really did, so that a limited command does not wind up.
@@ -137,7 +161,7 @@ class TipMotion:
 
     def _turn_to(self, turn_rad: Vector3) -> None:
         self.turn_rad, self.lean, self._rate_rad_s = turn_rad, leaning(turn_rad), None
-        if turn_rad == (0.0, 0.0, 0.0):
+        if turn_rad == _UPRIGHT:
             self._target.rotation = self._upright
             return
         # pin.SE3 multiplies without BLAS.

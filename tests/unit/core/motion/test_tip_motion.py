@@ -50,6 +50,22 @@ def test_a_command_that_was_changed_is_taken_up(bench: Bench) -> None:
     np.testing.assert_allclose(again.position_rad, asked.position_rad, atol=1e-7)
 
 
+def test_a_tool_that_was_left_turned_stays_so_until_it_is_righted(bench: Bench) -> None:
+    turned = bench.home
+    for _ in range(21):
+        bench.motion.turn((0.1, -0.05, 0.35))
+        turned = bench.motion.move(STILL).position_rad
+    bench.motion.start(turned)
+    np.testing.assert_allclose(bench.motion.move(STILL).position_rad, turned, atol=1e-9)
+    righted = turned
+    for _ in range(200):
+        bench.motion.right(0.1)
+        righted = bench.motion.move(STILL).position_rad
+    assert bench.motion.turn_rad == STILL
+    bench.look.update(righted)
+    np.testing.assert_allclose(bench.look.tip_rotation, bench.rotation, atol=1e-9)
+
+
 def test_a_stopped_arm_does_not_wind_the_joints_up(bench: Bench) -> None:
     reach = bench.look.velocity_limit_rad_s * PERIOD_S * (1 + 1e-9)
     for _ in range(500):

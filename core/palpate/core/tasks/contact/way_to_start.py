@@ -1,7 +1,7 @@
 """The phases in free space: up from wherever the arm is, above the start, at rest while the sensor is tared."""
 
 from abc import abstractmethod
-from math import sqrt
+from math import radians, sqrt
 from operator import sub
 from typing import Final, Protocol
 
@@ -14,6 +14,9 @@ from palpate.core.trial import Measurement, TaskConfig
 
 _NO_FORCE: Final = (0.0, 0.0, 0.0)
 """In free space nothing is regulated."""
+_UPRIGHT: Final = (0.0, 0.0, 0.0)
+_RIGHTING_RAD_S: Final = radians(6.0)
+"""A wrist near its singularity turns several times as fast."""
 Bias = tuple[float, float, float, float, float, float]
 
 
@@ -47,7 +50,7 @@ class Lift(RunningPhase):
 
 
 class Transfer(RunningPhase):
-    """At the ready height to where the trial starts."""
+    """At the ready height to where the trial starts; a tool that was left turned is turned upright on the way."""
 
     def __init__(self, task: TaskConfig, motion: TipMotion, law: ControlLaw, state: TrialState) -> None:
         self._motion, self._law, self._state = motion, law, state
@@ -57,7 +60,10 @@ class Transfer(RunningPhase):
     def step(self) -> Vector3:
         reference = self._motion.reference_m
         target = (*self._state.report.setup.start_m, self._ready_z_m)
-        self.over = max(map(abs, map(sub, reference, target))) < 1e-6
+        upright = self._motion.turn_rad == _UPRIGHT
+        if not upright:
+            self._motion.right(_RIGHTING_RAD_S)
+        self.over = upright and max(map(abs, map(sub, reference, target))) < 1e-6
         return self._law.velocity_m_s(reference, target, _NO_FORCE)
 
 
