@@ -111,6 +111,8 @@ def _exceeded(
 
 _WINDOW_NS: Final = 25_000_000
 """Velocities are differences over at least so long: a step of the encoder then weighs little."""
+_OLDEST_NS: Final = 4_000_000_000 // CONTROL_RATE_HZ
+"""An older sample, or one that is repeated, is held against commands that are newer than it: four ticks, no more."""
 
 
 class JointWatch:
@@ -135,13 +137,15 @@ class JointWatch:
         self._velocity = tuple(v * config.max_joint_velocity_share for v in velocity_limit_rad_s)
         self._least_velocity_rad_ns = min(self._velocity) * 1e-9
         self._tracking_rad = config.max_tracking_error_mrad * 1e-3
-        self._commands: deque[JointVector] = deque(maxlen=config.tracking_lag_ticks + 1)
+        self._lag_ns = round((config.tracking_lag_ticks + 1.5) * 1e9 / CONTROL_RATE_HZ)
+        self._commands: deque[tuple[int, JointVector]] = deque()
         self._samples: deque[tuple[int, JointVector]] = deque()
 
     def begin(self) -> None:
         """A trial begins."""
         self._commands.clear()
         self._samples.clear()
+        self._before_ns: int | None = None
 
     def trip(self, snapshot: Snapshot, held_rad: JointVector) -> Trip | None:
         """What is wrong with this tick's joint angles, which are valid; None if nothing is.
@@ -166,8 +170,13 @@ class JointWatch:
                 if trip is not None:
                     return trip
         commands = self._commands
-        commands.append(held_rad)
-        if max(map(abs, map(sub, q, commands[0]))) <= self._tracking_rad:
+        commands.append((snapshot.time_ns if self._before_ns is None else self._before_ns, held_rad))
+        self._before_ns = snapshot.time_ns
+        # A sample is held against the commands of its own time: on a slow bus it is ticks old.
+        first_ns = max(now_ns, snapshot.time_ns - _OLDEST_NS) - self._lag_ns
+        while len(commands) > 1 and commands[0][0] < first_ns:
+            commands.popleft()
+        if max(map(abs, map(sub, q, commands[0][1]))) <= self._tracking_rad:
             return None
         return self._astray(snapshot.tick, q)
 
@@ -188,8 +197,8 @@ class JointWatch:
 
     def _astray(self, tick: int, q: JointVector) -> Trip | None:
         """An arm that lags is between the commands of the last ticks; beyond them all it does not follow."""
-        limit = self._tracking_rad
-        for number, (value, commands) in enumerate(zip(q, zip(*self._commands, strict=True), strict=True), start=1):
+        limit, held = self._tracking_rad, [each for _, each in self._commands]
+        for number, (value, commands) in enumerate(zip(q, zip(*held, strict=True), strict=True), start=1):
             error = max(min(commands) - value, value - max(commands))
             if error > limit:
                 text = f"joint {number} is {error * 1e3:.2f} mrad from its command, limit {limit * 1e3:g} mrad"

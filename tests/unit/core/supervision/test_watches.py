@@ -11,6 +11,7 @@ from palpate.core.trial.expectation import Expectation, TripReason
 from tests.unit.core.supervision.bench import UNTARED, Bench
 
 MS = 1_000_000
+TICK_NS = 1_000_000_000 // 140
 
 
 # Rates.
@@ -150,14 +151,15 @@ def test_steps_of_the_encoder_and_repeated_samples_are_no_velocity() -> None:
 def test_an_arm_may_lag_by_so_many_ticks() -> None:
     """At 1 rad/s three ticks are 21 mrad: more than the tolerance, and no fault; four ticks and 10 mrad are one."""
 
-    def lagging(lag: int, extra_rad: float) -> Bench:
+    def lagging(lag: int, extra_rad: float, *, old: int = 0) -> Bench:
         bench = Bench()
-        bench.clean(6)
-        sent = [bench.home_rad] * 6
+        bench.clean(10)
+        sent = [bench.home_rad] * 10
         for _ in range(30):
-            measured = sent[-1 - lag]
+            measured = sent[-1 - lag - old]
             asked = (sent[-1][0] + 0.999 / 140, *sent[-1][1:])
-            bench.tick(measured_rad=(measured[0] - extra_rad, *measured[1:]), asked_rad=asked)
+            told = {"source_time_ns": bench.snapshots[-1].time_ns - (old - 1) * TICK_NS}
+            bench.tick(measured_rad=(measured[0] - extra_rad, *measured[1:]), asked_rad=asked, joints=told)
             sent.append(bench.results[-1].command.position_rad)
         return bench
 
@@ -166,6 +168,10 @@ def test_an_arm_may_lag_by_so_many_ticks() -> None:
     assert bad is not None
     assert bad.reason is TripReason.TRACKING_ERROR
     assert lagging(5, 0.0).supervisor.trip is not None
+    # By the commands of the time at which it was measured, and so far back only.
+    assert lagging(3, 9.9e-3, old=2).supervisor.trip is None
+    assert lagging(3, 10.2e-3, old=2).supervisor.trip is not None
+    assert lagging(3, 9.9e-3, old=6).supervisor.trip is not None
 
 
 # Commands.
