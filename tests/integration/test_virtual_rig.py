@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.config import overlay, scenario
-from palpate.adapters.experiments import ChosenPolicy, Recorded, RunFolder, run_policy
+from palpate.adapters.config import overlay, scenario, task_kind
+from palpate.adapters.experiments import ChosenPolicy, Recorded, RunFolder, ready_pose, run_policy
 from palpate.adapters.log import read_log
 from palpate.adapters.replay import find_logs, gap_cell
 from palpate.core.trial import Outcome, find_ready_pose
@@ -41,3 +41,26 @@ def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are
     trial = gap_cell.driven_from(path)
     assert trial.late == ""
     assert age_ticks[0] < trial.joints_age_ticks < age_ticks[1]
+
+
+def test_squares_go_in_one_after_the_other_on_an_arm_that_lags(tmp_path: Path) -> None:
+    """The second begins in the hole, with a turned tool; each pushes at walls with an arm 20 to 35 ms behind."""
+    config = overlay(
+        overlay(scenario("paper"), task_kind("insertion-6dof").preset),
+        {
+            "seed": 51001,
+            "task": {"name": "insertion-6dof", "options": {"corners": 4.0, "corner_mm": 20.5}},
+            "cell": {
+                "tilt_mrad": 4.0, "hole_uncertainty_mm": 3.0, "peg": {"cross_section": "square"},
+                "conditions": {
+                    "tilt_heading": "drawn", "grip_trials": 1, "yaw_deg": 5.0, "plate_lean_mrad": 17.5
+                },
+            },
+        },
+    )  # fmt: skip
+    ready, chosen = ready_pose(config), ChosenPolicy("corner-first", config)
+    with ExitStack() as opened, VirtualRig(config, ready, "zebra-nmc", "jr3-uart", HiddenValues(), phase=0.4) as rig:
+        recorded = Recorded(RunFolder(tmp_path).recorder(config.recording, opened), "run", "corner-first")
+        run_policy(config, ready, rig, chosen.perception, chosen.on(rig), 2, lambda _: None, recorded)
+    ends = [read_log(path).end for path in find_logs([str(tmp_path)])]
+    assert [end and end.outcome for end in ends] == [Outcome.INSERTED.value] * 2

@@ -40,6 +40,8 @@ _SUNK_M: Final = 1e-3
 _DEEPEST_M: Final = 1.5e-3
 """A tool that pushes sinks no deeper; the rest of the way is the insertion's, with its proofs."""
 _HEIGHT_GAIN_PER_S: Final = 5.0
+_SWIFT_S: Final = 10e-3
+"""Ways of giving way are set for an arm that lags by less; with a slower one they would swing against a wall."""
 _UPRIGHT_RAD: Final = radians(1.0)
 """A tool that leans by more is on an edge or a corner: loss of contact there is no hole."""
 
@@ -79,6 +81,8 @@ class SpatialExplore(Explore):
     def begin(self, start_m: tuple[float, float]) -> None:
         super().begin(start_m)
         self._along_ticks, self._met_behind = 0, False
+        self._led_m_s: Vector3 | None = None
+        self._behind_m2_s, self._led_m2_s2, self._give = 0.0, 0.0, 1.0
         if self._felt is not None:
             self._felt.begin()
 
@@ -107,6 +111,14 @@ class SpatialExplore(Explore):
         reach_m = hypot(*self._spatial.pivot_m) * sin(hypot(*self._motion.turn_rad[:2]))
         return tip_m + reach_m > -_CLEAR_M
 
+    def _look_for_lag(self, led_m_s: Vector3) -> None:
+        """How far the encoders are behind a tool that is led through the air, over all the trial."""
+        (x, y, z), (at_x, at_y, at_z), (vx, vy, vz) = self._motion.reference_m, self._measurement.position_m, led_m_s
+        self._behind_m2_s += (x - at_x) * vx + (y - at_y) * vy + (z - at_z) * vz
+        self._led_m2_s2 += vx * vx + vy * vy + vz * vz
+        if self._behind_m2_s > 0.0:
+            self._give = min(_SWIFT_S * self._led_m2_s2 / self._behind_m2_s, 1.0)
+
     @property
     def _pushes_low(self) -> bool:
         return self._spatial.law in _AGAINST and self._low
@@ -120,6 +132,8 @@ class SpatialExplore(Explore):
         law = self._spatial.law
         if self._felt is not None:
             self._felt.watch()
+        if self._led_m_s is not None:
+            self._look_for_lag(self._led_m_s)
         if law in _ACROSS and self._upright:
             return super().step()
         if self._out_of_time():
@@ -165,25 +179,30 @@ class SpatialExplore(Explore):
     @override
     def _way_on(self) -> Vector3:
         spatial, measured, reference_m = self._spatial, self._measurement, self._motion.reference_m
+        give, self._led_m_s = self._give, None
         if spatial.law is _STEPS:
             velocity, rate = super()._way_on(), self._rate_rad_s
         elif spatial.law is _GIVES_WAY:
             velocity = super()._way_on()
-            rate = (0.0, 0.0, 0.0) if self._lost_ticks else self._tilting.rate_rad_s(measured.live_torque_at_tip_Nm())
+            rate = 0.0, 0.0, 0.0
+            if not self._lost_ticks:
+                u, v, w = self._tilting.rate_rad_s(measured.live_torque_at_tip_Nm())
+                rate = give * u, give * v, give * w
         elif spatial.law is _LIFTS:
             ticks = self._task.ticks_per_action
             share = (ticks - self.countdown + 1) / ticks
             (x, y, z), (dx, dy) = self._step_from_m, self._step_m
             target_m = x + share * dx, y + share * dy, z - share * spatial.rise_m
             velocity, rate = self._free.velocity_m_s(reference_m, target_m, (0.0, 0.0, 0.0)), self._rate_rad_s
+            self._led_m_s = velocity
             if measured.force_N[2] > _PULL_N or hypot(*measured.force_N[:2]) > _HELD_N:
-                velocity, rate = self._freed(velocity[2]), (0.0, 0.0, 0.0)
+                velocity, rate, self._led_m_s = self._freed(velocity[2]), (0.0, 0.0, 0.0), None
         elif spatial.law is _PUSHES:
             self._hold_against(spatial.push_N)
             velocity = self._pushed(spatial.push_N)
             # A yaw that is asked for is a torque about the axis, against which the tool gives way.
             (lean_x, lean_y, yaw), torque_Nm = self._rate_rad_s, measured.live_torque_at_tip_Nm()
-            rate = lean_x, lean_y, yaw + self._yawing.rate_rad_s(torque_Nm)[2]
+            rate = lean_x, lean_y, yaw + give * self._yawing.rate_rad_s(torque_Nm)[2]
         elif spatial.law is _WITHDRAWS:
             vx, vy, _ = self._pushed(spatial.push_N)
             torque_Nm = measured.live_torque_at_tip_Nm()
@@ -191,7 +210,7 @@ class SpatialExplore(Explore):
             if hypot(*torque_Nm[:2]) > _WEDGED_NM:
                 # Turning on would load the wedge; the tool gives way to it first.
                 a = b = 0.0
-            velocity, rate = (vx, vy, self._pulled_m_s()), (u + a, v + b, w + c)
+            velocity, rate = (vx, vy, self._pulled_m_s()), (give * u + a, give * v + b, give * w + c)
         else:
             velocity = rate = (0.0, 0.0, 0.0)
         felt = self._felt if self._pushes_low else None
@@ -203,7 +222,11 @@ class SpatialExplore(Explore):
 
     def _freed(self, lift_m_s: float) -> Vector3:
         """Velocity of a tool that is caught while it is lifted: it gives way, and goes up unless something holds it."""
-        (x, y, z), (fx, fy, fz), k = self._motion.reference_m, self._measurement.force_N, self._push_m_per_N_s
+        (x, y, z), (fx, fy, fz), k = (
+            self._motion.reference_m,
+            self._measurement.force_N,
+            self._give * self._push_m_per_N_s,
+        )
         if self._caught_m is None:
             self._caught_m = x, y, z
         caught_x, caught_y, caught_z = self._caught_m
@@ -230,7 +253,11 @@ class SpatialExplore(Explore):
             self._state.doubt(Trip(TripReason.PULLED, tick, text))
 
     def _pushed(self, push_N: tuple[float, float]) -> Vector3:
-        reference_m, (fx, fy, fz), k = self._motion.reference_m, self._measurement.force_N, self._push_m_per_N_s
+        reference_m, (fx, fy, fz), k = (
+            self._motion.reference_m,
+            self._measurement.force_N,
+            self._give * self._push_m_per_N_s,
+        )
         (px, py), (dx, dy), action_s = push_N, self._step_m, self._task.ticks_per_action * PERIOD_S
         # The step leads ahead of the force, and less so the more there is to push against.
         free = min(max(1.0 + (fx * px + fy * py) / max(px * px + py * py, 1e-6), 0.0), 1.0) / action_s
