@@ -77,7 +77,7 @@ FASTEST_TURN_RAD_S: Final = radians(20.0)
 
 _NOWHERE: Final = np.zeros(3)
 _UPRIGHT: Final = (0.0, 0.0, 0.0)
-_UPRIGHT_RAD: Final = 5e-3
+_UPRIGHT_RAD: Final = 8e-3
 """A tool at rest that is off by less, as by the sag of a servo, was put upright."""
 
 

@@ -40,7 +40,7 @@ _SUNK_M: Final = 1e-3
 _DEEPEST_M: Final = 1.5e-3
 """A tool that pushes sinks no deeper; the rest of the way is the insertion's, with its proofs."""
 _HEIGHT_GAIN_PER_S: Final = 5.0
-_SWIFT_S: Final = 10e-3
+_SWIFT_S: Final = 16e-3
 """Ways of giving way are set for an arm that lags by less; with a slower one they would swing against a wall."""
 _UPRIGHT_RAD: Final = radians(1.0)
 """A tool that leans by more is on an edge or a corner: loss of contact there is no hole."""
@@ -116,8 +116,7 @@ class SpatialExplore(Explore):
         (x, y, z), (at_x, at_y, at_z), (vx, vy, vz) = self._motion.reference_m, self._measurement.position_m, led_m_s
         self._behind_m2_s += (x - at_x) * vx + (y - at_y) * vy + (z - at_z) * vz
         self._led_m2_s2 += vx * vx + vy * vy + vz * vz
-        if self._behind_m2_s > 0.0:
-            self._give = min(_SWIFT_S * self._led_m2_s2 / self._behind_m2_s, 1.0)
+        self._give = min(_SWIFT_S * self._led_m2_s2 / max(self._behind_m2_s, 1e-12), 1.0)
 
     @property
     def _pushes_low(self) -> bool:

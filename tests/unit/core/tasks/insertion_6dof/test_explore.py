@@ -33,8 +33,13 @@ def test_a_tool_that_goes_back_to_where_it_was_answered_may_meet_a_wall_there() 
         pytest.param(
             "zebra-zero", "explore", 97300, "of 1 s, sign flipped", id="the depth it shows hides that it is low"
         ),
-        pytest.param("ur5", "insert", 97301, "of 1 s, sign flipped", id="it leads the peg back out from the floor"),
-        pytest.param("ur5", "insert", 97320, "of 1 s, sign flipped", id="and passes for a floor where it led it"),
+        pytest.param(
+            "ur5",
+            "insert",
+            97301,
+            "of 1 s, sign flipped",
+            id="it leads the peg back out from the floor, to where it would pass for another",
+        ),
     ],
 )
 def test_a_repeated_force_that_is_turned_bends_the_gripper_no_further(
