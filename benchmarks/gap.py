@@ -6,7 +6,7 @@
 Arms are zebra-nmc, cia402 and ur5-rtde, sensors jr3-can, jr3-uart and ati-netft.
 
 Over wires the latency is held against that of a second set of trials, of the same cell without a latency of its own,
-with friction and stiffnesses as they were found of the first (as palpate gap --reference).
+with friction and stiffnesses of both together (as palpate gap --reference).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import numpy as np
 from palpate.adapters.config import RunConfig, overlay, scenario
 from palpate.adapters.experiments import ChosenPolicy, Recorded, RunFolder, run_policy
 from palpate.adapters.mujoco import SimulatedRig
-from palpate.adapters.replay import Gap, find_logs, gap_of
+from palpate.adapters.replay import Gap, find_logs, gap_of, gaps_of
 from palpate.core.errors import DeviceError
 from palpate.core.ports import CONTROL_RATE_HZ, Rig
 from palpate.core.trial import ReadyPose, find_ready_pose
@@ -38,9 +38,9 @@ MadeRig = Callable[[RunConfig, ReadyPose, HiddenValues], Rig]
 
 def record(
     folder: Path, seed: int, trials: int, made: MadeRig = SimulatedRig, latency_ms: float = 20.0,
-    arm: str = "zebra-zero", same: Gap | None = None,
-) -> Gap:  # fmt: skip
-    """Trials on that cell, in virtual time, and the fit of them; on a rig they end with the first that trips."""
+    arm: str = "zebra-zero",
+) -> list[Path]:  # fmt: skip
+    """Logs of trials on that cell, in virtual time; on a rig they end with the first that trips."""
     known = {"control": {"axial_stiffness_N_per_mm": 3.5}} if made is not SimulatedRig else {}
     config = overlay(replace(scenario("paper"), seed=seed, arm=arm), known)
     ready, chosen = find_ready_pose(config.arm, config.task), ChosenPolicy(POLICY, config)
@@ -52,7 +52,7 @@ def record(
             run_policy(config, ready, rig, chosen.perception, chosen.on(rig), trials, lambda _: None, recorded)
         except DeviceError as error:
             print(f"{seed} {error}", flush=True)
-    return gap_of(find_logs([folder]), lambda: None, same)
+    return find_logs([folder])
 
 
 def found(gap: Gap) -> dict[str, tuple[float, float]]:
@@ -78,15 +78,16 @@ def main() -> None:
 
         with tempfile.TemporaryDirectory() as folder:
             if options.wires:
-                gap = record(Path(folder) / "late", seed, options.trials, made, arm=arm)
-                bare = record(Path(folder) / "bare", seed, options.trials, made, 0.0, arm, gap)
+                delayed = record(Path(folder) / "late", seed, options.trials, made, arm=arm)
+                bare_logs = record(Path(folder) / "bare", seed, options.trials, made, 0.0, arm)
+                gap, bare = gaps_of(delayed, bare_logs, lambda: None)
                 late, wires = gap.wrench_late_ms, bare.wrench_late_ms
                 print(f"{seed} {gap.logs} logs, sum of the delays: {late:.1f} ms, of the wires alone: {wires:.1f} ms")
                 values = found(gap)
                 apart = hypot(gap.wrench_late_sd_ms, bare.wrench_late_sd_ms)
                 values["latency_ms"] = gap.cycle_late_ms - bare.cycle_late_ms, apart
             else:
-                gap = record(Path(folder), seed, options.trials)
+                gap = gap_of(record(Path(folder), seed, options.trials), lambda: None)
                 values = found(gap)
         for name, (value, sd) in values.items():
             away = 100.0 * (value / TRUE[name] - 1.0)

@@ -10,7 +10,7 @@ from palpate.adapters.cli.options import GapOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import literal
 from palpate.adapters.log import aligned
-from palpate.adapters.replay import KNOBS, WRENCH_AXES, Gap, find_logs, gap_of
+from palpate.adapters.replay import KNOBS, WRENCH_AXES, Gap, find_logs, gap_of, gaps_of
 from palpate.core.errors import UsageError
 from palpate.core.ports import new_file, require_no_file
 
@@ -24,10 +24,12 @@ def gap(options: GapOptions) -> int:
         raise UsageError("palpate gap needs logs, folders with logs, or patterns in quotes")
     if options.out:
         require_no_file(Path(options.out))
-    with progress(_ROUNDS * (2 if options.reference else 1), "round", passing=True) as bar:
-        found, other = gap_of(find_logs(options.logs)[: options.most], bar.update), None
+    with progress(_ROUNDS * (4 if options.reference else 1), "round", passing=True) as bar:
+        paths, other = find_logs(options.logs)[: options.most], None
         if options.reference:
-            other = gap_of(find_logs([options.reference])[: options.most], bar.update, found)
+            found, other = gaps_of(paths, find_logs([options.reference])[: options.most], bar.update)
+        else:
+            found = gap_of(paths, bar.update)
     say("\n".join(_report(found)))
     if other:
         say("\n".join([*_came_late(other), f"{other.logs} trials of {options.reference}"]))
@@ -35,7 +37,7 @@ def gap(options: GapOptions) -> int:
         later = f"{found.cycle_late_ms - other.cycle_late_ms:.1f} ± {2.0 * sd:.2g} ms later"
         say(f"wrenches come {later} than in {options.reference}, where it is {other.wrench_late_ms:.1f} ms")
         left = f"{other.after.wrench[2]:.2g} N along the tool are left there, {found.after.wrench[2]:.2g} N here"
-        say(f"friction and stiffnesses are taken to be those of the first logs: {left}")
+        say(f"friction and stiffnesses are those of both sets of logs together: {left}")
     if options.out:
         with new_file(Path(options.out)) as passing:
             passing.write_text("".join(_toml(found)), encoding="utf-8")

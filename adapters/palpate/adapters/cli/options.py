@@ -229,7 +229,7 @@ class GapOptions(Settings):
     """Logs that are used, the first ones; time grows with them."""
     reference: str = ""
     """Logs of the same arm, tool and plate before a sensor, filter or wire changed: how much later wrenches come than
-    there is told. Friction and stiffnesses are taken to be those found of the first logs."""
+    there is told. Friction and stiffnesses are found of both together."""
     out: str = ""
     """TOML file for the cell that fits best, for palpate train --config; it must not be there yet."""
 

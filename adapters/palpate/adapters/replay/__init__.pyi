@@ -13,6 +13,7 @@ from .folders import judge_folders as judge_folders
 from .gap import WRENCH_AXES as WRENCH_AXES
 from .gap import Gap as Gap
 from .gap import gap_of as gap_of
+from .gap import gaps_of as gaps_of
 from .gap_cell import KNOBS as KNOBS
 from .rebuild import Changes as Changes
 from .rebuild import parse_setting as parse_setting

@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from palpate.adapters.config import RunConfig
+from palpate.adapters.log import config_of, read_log
 from palpate.adapters.replay.gap_cell import (
     FRICTION_AND_STIFFNESSES,
     LATE,
@@ -33,6 +34,9 @@ from palpate.core.ports import CONTROL_RATE_HZ
 WRENCH_AXES: Final = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 _UNKNOWN: Final = 0.2
 """A parameter whose standard deviation is above this share of it is left as it was configured."""
+
+_HARDLY: Final = 1e-12
+"""Weight of what neither of two sets determines."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +103,7 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object], same: Gap 
     """Drive the cell with the commands of these logs, and fit it to them.
 
     Args:
-        same: What other logs of the same cell told: friction and stiffnesses are taken from there.
+        same: What is told of the same cell: friction and stiffnesses are taken from there.
 
     Raises:
         LogError: A log cannot be read, or none holds a contact.
@@ -116,8 +120,6 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object], same: Gap 
     for trial in trials[1:]:
         if trial.config.cell != config.cell or trial.config.arm != config.arm:
             raise ConfigurationError("logs", trial.path, f"logs recorded with the cell and arm of {trials[0].path}")
-    if same is not None:
-        _require_alike(trials[0], same.config)
     trials, lag = _followed(trials, gone_through)
     lag_ms = lag * 1e3 / CONTROL_RATE_HZ
     came_late = Counter(trial.late for trial in trials if trial.late)
@@ -167,12 +169,33 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object], same: Gap 
     )
 
 
-def _require_alike(trial: Driven, other: RunConfig) -> None:
+def gaps_of(paths: Sequence[Path], before: Sequence[Path], gone_through: Callable[[], object]) -> tuple[Gap, Gap]:
+    """Fit the cell to logs and to those of a reference, which are of one cell: friction and stiffnesses are shared.
+
+    Each set tells them by itself at first, and as much as its deviations say counts: a set that is misread, be it
+    the first or the reference, has a wrong delay too, and would shift the difference.
+
+    Raises:
+        LogError: A log cannot be read, or holds no contact.
+        ConfigurationError: They are not of one cell.
+    """
+    _require_alike(before[0], config_of(read_log(before[0])), config_of(read_log(paths[0])))
+    first, other = (gap_of(each, gone_through) for each in (paths, before))
+    part = FRICTION_AND_STIFFNESSES
+    weights = np.array([1.0 / gap.sds[part] ** 2 for gap in (first, other)])
+    weights[0, ~weights.any(axis=0)] = _HARDLY
+    values, sds, total = first.values.copy(), first.sds.copy(), weights.sum(axis=0)
+    values[part] = (weights[0] * first.values[part] + weights[1] * other.values[part]) / total
+    sds[part] = 1.0 / np.sqrt(total)
+    shared = replace(first, values=values, sds=sds)
+    return gap_of(paths, gone_through, shared), gap_of(before, gone_through, shared)
+
+
+def _require_alike(path: Path, config: RunConfig, other: RunConfig) -> None:
     """The cell as it is configured is the unit of stiffness; a sensor may be another one."""
-    config = trial.config
     if config.arm != other.arm or replace(config.cell, sensor=other.cell.sensor) != other.cell:
         accepted = "a reference is recorded with the arm and, but for its sensor, the cell of the other logs"
-        raise ConfigurationError("reference", trial.path, accepted)
+        raise ConfigurationError("reference", str(path), accepted)
 
 
 def _followed(trials: Sequence[Driven], gone_through: Callable[[], object]) -> tuple[list[Driven], float]:

@@ -4,6 +4,7 @@ import re
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,18 @@ from palpate.adapters.config import overlay, scenario
 from palpate.adapters.experiments import ChosenPolicy, Recorded, RunFolder, run_policy
 from palpate.adapters.log import read_log
 from palpate.adapters.mujoco import SimulatedRig
-from palpate.adapters.replay import find_logs, gap, gap_cell, gap_fit, gap_lag, gap_late, gap_numbers, gap_of, gap_wall
+from palpate.adapters.replay import (
+    find_logs,
+    gap,
+    gap_cell,
+    gap_fit,
+    gap_lag,
+    gap_late,
+    gap_numbers,
+    gap_of,
+    gap_wall,
+    gaps_of,
+)
 from palpate.core.errors import ConfigurationError, LogError
 from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell import HiddenValues
@@ -24,6 +36,8 @@ CONFIG = replace(scenario("paper"), seed=11)
 READY = find_ready_pose(CONFIG.arm, CONFIG.task)
 OTHER = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
 TRUE = np.array([0.35, 0.7, 0.7, 0.7, 0.0, 2.8])
+NOTHING = gap.AxisErrors(np.zeros(6), np.zeros(6))
+ANY_GAP = gap.Gap(CONFIG, 1, {}, NOTHING, NOTHING, TRUE, TRUE, 20.0, 0.0, 0.0, 0.1, 0.004, {})
 
 
 @pytest.fixture(scope="module")
@@ -68,9 +82,6 @@ def test_stiffness_friction_and_latency_are_found(logs: list[Path]) -> None:
     assert found.noise_N == pytest.approx(0.1, rel=0.15)
     cell = overlay(CONFIG, found.settings).cell
     assert (cell.peg.friction, cell.compliance.axial_N_per_mm) == pytest.approx((friction, 5.0 * axial), rel=1e-3)
-    elsewhere = replace(found, config=overlay(CONFIG, {"cell": {"peg": {"clearance_mm": 0.1}}}))
-    with pytest.raises(ConfigurationError, match="but for its sensor, the cell of the other logs"):
-        gap_of(logs, lambda: None, elsewhere)
 
 
 @pytest.mark.usefixtures("hurried")
@@ -112,6 +123,31 @@ def test_one_wall_tells_the_stiffness_across_and_none_leaves_it_open(logs: list[
     fit = gap_fit.CellFit([replace(trial, walled=None) for trial in (first, second)], lambda: None)
     sds = fit.run()
     assert (fit.values[2], sds[2]) == (pytest.approx(fit.values[1], rel=0.05), np.inf)
+
+
+def test_of_two_sets_each_counts_as_much_as_its_deviations_say(
+    logs: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One of them may be misread as a whole, and need not be the reference."""
+    told = {"new": ([0.3, 0.6, 0.9], [0.01, 0.03, 0.4]), "old": ([0.4, 0.7, 0.7], [0.01, 0.01, np.inf])}
+    shared = []
+
+    def gap_of_set(paths: list[str], gone_through: object, same: Any = None) -> Any:
+        values, sds = (np.array([*each, 1.0, 0.0, 3.0]) for each in told[paths[0]])
+        shared.append(same)
+        return replace(ANY_GAP, values=values, sds=sds)
+
+    monkeypatch.setattr(gap, "gap_of", gap_of_set)
+    monkeypatch.setattr(gap, "read_log", lambda _: None)
+    monkeypatch.setattr(gap, "config_of", lambda _: CONFIG)
+    gaps_of(["new"], ["old"], lambda: None)  # type: ignore[list-item]
+    assert shared[:2] == [None, None]
+    assert shared[2] is shared[3]
+    assert shared[2].values[:3] == pytest.approx([0.35, 0.69, 0.9])
+    assert shared[2].sds[:3] == pytest.approx([0.01 / np.sqrt(2.0), 0.01 * np.sqrt(0.9), 0.4])
+    told["new"][1][2] = np.inf
+    gaps_of(["new"], ["old"], lambda: None)  # type: ignore[list-item]
+    assert (shared[6].values[2], shared[6].known(2)) == (pytest.approx(0.9), False)
 
 
 def test_with_which_moment_of_a_bus_cycle_ticks_fall_together_is_no_latency(logs: list[Path]) -> None:
@@ -215,6 +251,8 @@ def test_logs_of_another_cell_and_of_no_contact_are_refused(logs: list[Path], pa
     # Where others touched it is left out, as is a peg that drops straight into the hole.
     with pytest.raises(ConfigurationError, match=f"logs recorded with the cell and arm of {re.escape(str(logs[0]))}"):
         gap_of([untouched, logs[0], Path("other/logs/trial-00000.mcap")], lambda: None)
+    with pytest.raises(ConfigurationError, match="but for its sensor, the cell of the other logs"):
+        gaps_of(logs, [Path("other/logs/trial-00000.mcap")], lambda: None)
     with pytest.raises(LogError, match="holds no contact"):
         gap_of([untouched], lambda: None)
     assert "palpate gap needs logs" in palpate.refusal("gap")
