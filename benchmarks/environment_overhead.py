@@ -76,7 +76,7 @@ class Floor:
                 for name, value in command.items():
                     getattr(data, name)[:] = value
                 start = time.process_time()
-                mujoco.mj_step(stepped, data, nstep=self.substeps)
+                mujoco.mj_step(stepped, data, self.substeps)
                 total += time.process_time() - start
         return total
 
