@@ -58,6 +58,7 @@ UNTOLD: Final[Mapping[str, Any]] = {
     "supervision.flat_line_samples": 1_000_000,
     "supervision.max_noise_ratio": 1e6,
     "task.prove_contact": False,
+    "task.uneven_heave": False,
     "task.name": "insertion",
     "task.options": {},
     "task.moving_share": 0.8,

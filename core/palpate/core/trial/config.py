@@ -69,6 +69,9 @@ class TaskConfig(Settings):
     """How far the plate's height may differ from what is believed; it matters where the peg never touches the plate."""
     prove_contact: bool = True
     """Hold force against position from the first touch on; "inserted" needs the answers of a wall and of the floor."""
+    uneven_heave: bool = True
+    """While it slides and proves contact the tool heaves by strokes of drawn lengths, which no recording follows; a
+    probe that is borne shows it by the spring alone."""
     play_mm: Annotated[float, Range(0.01, 12.0)] = 0.6
     """How far the peg may move sideways in the hole, and 0.2 mm for the gripper; further out no wall is looked for."""
     max_force_N: Annotated[float, Range(1.0, 500.0)] = 30.0

@@ -154,6 +154,7 @@ class Purpose(enum.IntEnum):
     HIDDEN = 10
     PLATE = 11
     HEAVE = 12
+    SLIDE = 13
 
 
 TRIALS_OF_A_SERIES: Final = 500_000

@@ -46,6 +46,7 @@ def test_purposes_are_never_renumbered() -> None:
         "HIDDEN": 10,
         "PLATE": 11,
         "HEAVE": 12,
+        "SLIDE": 13,
     }
 
 

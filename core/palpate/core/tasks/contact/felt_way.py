@@ -24,6 +24,7 @@ class FeltWay:
 
     Args:
         swing_N: Force that comes and goes with the heave of a tool that is borne.
+        borne_N: One that shows more has to follow by the spring.
         speed_m_s: The heave is no faster.
     """
 
@@ -35,12 +36,13 @@ class FeltWay:
         control: ControlConfig,
         swing_N: float,
         speed_m_s: float,
+        borne_N: float,
     ) -> None:
         self._state, self._measured, self._proof = state, measurement, proof
         axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
         self._across = control.lateral_stiffness_N_per_mm / control.axial_stiffness_N_per_mm
         free_way_m = _UNFELT_N / axial_N_per_m
-        self._life = SignOfLife(axial_N_per_m, swing_N, speed_m_s, free_way_m=free_way_m, in_air=True)
+        self._life = SignOfLife(axial_N_per_m, swing_N, speed_m_s, free_way_m=free_way_m, in_air=True, borne_N=borne_N)
 
     def begin(self) -> None:
         """A trial begins."""

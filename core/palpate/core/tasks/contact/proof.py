@@ -13,7 +13,17 @@ from palpate.core.tasks.contact.both_walls import FOLLOWED_N
 from palpate.core.tasks.contact.first_touch import FirstTouch
 from palpate.core.tasks.contact.sign_of_life import SignOfLife
 from palpate.core.tasks.contact.wall_check import ANSWER_N, WallCheck
-from palpate.core.trial import N_PER_KGF, ControlConfig, Measurement, TaskConfig, Trip, TripReason
+from palpate.core.trial import (
+    N_PER_KGF,
+    ControlConfig,
+    Measurement,
+    Purpose,
+    TaskConfig,
+    TrialSetup,
+    Trip,
+    TripReason,
+    generator,
+)
 
 PAST_PLATE_M: Final = 1e-3
 """A tip so far below where the plate must be is in the hole, or its sensor is dead."""
@@ -39,7 +49,7 @@ class Proof(Protocol):
     deepest_plate_m: float
 
     @abstractmethod
-    def begin(self) -> None:
+    def begin(self, setup: TrialSetup) -> None:
         """A trial begins."""
 
     @abstractmethod
@@ -61,7 +71,7 @@ class NoProof(Proof):
     deepest_plate_m = inf
 
     @override
-    def begin(self) -> None:
+    def begin(self, setup: TrialSetup) -> None:
         return
 
     @override
@@ -93,14 +103,14 @@ class ContactProof(Proof):
         # Neither does a heave lose contact, nor comes it near the force limit.
         room_N = min(press_N - task.contact_kgf * N_PER_KGF, task.max_force_N - press_N)
         swing_N = min(_SWING_SHARE * press_N, 0.5 * room_N)
-        self.life = SignOfLife(stiffness_N_per_m, swing_N, speed_m_s)
+        self.life = SignOfLife(stiffness_N_per_m, swing_N, speed_m_s, uneven=task.uneven_heave)
         self.axial = AxialCheck(stiffness_N_per_m, press_N, speed_m_s, 1.0 / CONTROL_RATE_HZ)
         self.wall = WallCheck(task.play_mm * 1e-3)
 
     @override
-    def begin(self) -> None:
+    def begin(self, setup: TrialSetup) -> None:
         self.touch.begin()
-        self.life.begin()
+        self.life.begin(generator(setup.seed, Purpose.SLIDE, setup.index))
         self.new: bool
         self._sequence: int | None = None
         self._pulls = self._misfits = 0

@@ -5,8 +5,11 @@ from collections import deque
 from math import hypot, inf, sqrt
 from typing import Final
 
+import numpy as np
+
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
 from palpate.core.tasks.contact.axial_check import HIGHEST_SHARE, LOWEST_SHARE
+from palpate.core.tasks.contact.uneven_heave import UnevenHeave
 
 FREE_WAY_M: Final = 1.5e-3
 """Travel without a sign of life after which the tool stops for a check, if nothing speaks against the sensor before. A
@@ -14,6 +17,12 @@ peg that caught on something meanwhile has bent the gripper by no more than that
 _HEAVE_M: Final = 2.5e-4
 """The tool heaves by so much up and down from where the pressing law leads it, at most."""
 _HALF_PERIOD_TICKS: Final = 5
+_STROKES: Final = (3, 4, 5, 6, 7)
+"""Shorter ones show less of the spring, longer ones have more in common with what was recorded in others."""
+_FARTHER: Final = 1.4
+"""An uneven heave goes so many times as far as an even one, or only short strokes would fit."""
+_LOOKS: Final = 2
+"""So many that were answered tell how late the force is."""
 _LATEST_TICKS: Final = 6
 """The force may be so many ticks behind the command; later samples are stale to a supervisor, as it comes."""
 _FEWEST: Final = 8
@@ -53,6 +62,9 @@ class SignOfLife:
         free_way_m: Travel without a sign of life after which a check is due.
         in_air: The tool may be in free air. By its inertia it follows the flange there too: with no share that is
             known beforehand, but it does.
+        borne_N: In air, a force that shows more on average is no inertia's: it has to follow by the spring's share.
+        uneven: It heaves by strokes of a length that is drawn for each, so that what was recorded in one heave does not
+            follow the next, and the force may not be much earlier or later than when it followed first.
     """
 
     def __init__(
@@ -63,17 +75,24 @@ class SignOfLife:
         *,
         free_way_m: float = FREE_WAY_M,
         in_air: bool = False,
+        borne_N: float = inf,
+        uneven: bool = False,
     ) -> None:
         self._stiffness, self._free_way_m, self._in_air = stiffness_N_per_m, free_way_m, in_air
+        self._borne_N = borne_N
         # Inertia pushes where the flange turns upwards, a spring where it comes down; late enough, each does both.
         self._fewest, self._deviations, self._sign = (
             (_FEWEST_IN_AIR, _DEVIATIONS_IN_AIR, -1.0) if in_air else (_FEWEST, _DEVIATIONS, 1.0)
         )
         heave_m = min(_HEAVE_M, swing_N / stiffness_N_per_m)
         self._speed_m_s = min(2.0 * heave_m * CONTROL_RATE_HZ / _HALF_PERIOD_TICKS, speed_m_s)
+        self._uneven = UnevenHeave(self._speed_m_s, _STROKES, _FARTHER * heave_m) if uneven else None
 
-    def begin(self) -> None:
-        """A trial begins."""
+    def begin(self, rng: np.random.Generator | None = None) -> None:
+        """A trial begins, whose uneven strokes are drawn from this."""
+        if self._uneven is not None and rng is not None:
+            self._uneven.begin_trial(rng)
+        self._forget_lag()
         self._place: tuple[float, float] | None = None
         self.travel_m = 0.0
         self._accused = self._late = False
@@ -86,10 +105,14 @@ class SignOfLife:
 
     def _begin_heave(self) -> None:
         self._ticks = 0
+        if self._uneven is not None:
+            self._uneven.begin()
         self._restart()
 
     def heave_m_s(self) -> float:
         """Velocity along the tool axis to be added to that of the pressing law in this tick."""
+        if self._uneven is not None:
+            return self._uneven.velocity_m_s()
         self._ticks += 1
         # The first stroke is half as long, so that it heaves about where it began.
         up = (self._ticks + _HALF_PERIOD_TICKS // 2) // _HALF_PERIOD_TICKS % 2
@@ -134,6 +157,7 @@ class SignOfLife:
         """The sensor has answered to a check: travel counts from now on, and what it showed before does not."""
         self.travel_m = 0.0
         self._late = self._late or self._accused
+        self._forget_lag()
         self._begin_heave()
 
     def demand_check(self) -> None:
@@ -163,27 +187,44 @@ class SignOfLife:
     def _answer(self) -> _Answer:
         """What the force does with the motion, by the lag at which it follows best."""
         count, force, sign = self._count, self._force, self._sign
-        follows = -inf
-        for depth, square, product in self._sums:
+        borne = force < -self._borne_N * count
+        if borne:
+            sign = 1.0
+        follows, everywhere = -inf, [0.0] * len(self._sums)
+        for lag, (depth, square, product) in enumerate(self._sums):
             square -= depth * depth / count
             if square > 0.0:
                 product = sign * (product - depth * force / count)
-                follows_here = -product / sqrt(square)
-                if follows_here > follows:
+                everywhere[lag] = follows_here = -product / sqrt(square)
+                if follows_here > follows and lag in self._lags:
                     follows, share, spread = follows_here, -product / square, square
         if follows == -inf:
             return _NONE
         left = max(self._force_square - force * force / count - follows * follows, 0.0)
         error = self._deviations * sqrt(left / (spread * (count - 2)))
         if self._in_air:
-            return _ALIVE if share > error else _NONE
+            known = LOWEST_SHARE <= share <= HIGHEST_SHARE or not borne
+            return _ALIVE if known and share > error else _NONE
         if share > error and LOWEST_SHARE <= share <= HIGHEST_SHARE:
+            if self._uneven is not None:
+                self._learn_lag(everywhere)
             return _ALIVE
         if LOWEST_SHARE <= share + error and share - error <= HIGHEST_SHARE:
             return _NONE
         # A force that comes late has not had the time to answer before the heave is seen at the longest lag, too.
         spreads = [square - depth * depth / count for depth, square, _ in self._sums]
         return _WRONG if min(spreads) > 0.5 * max(spreads) else _NONE
+
+    def _forget_lag(self) -> None:
+        self._lags, self._looks, self._followed = range(_LATEST_TICKS + 1), 0, [0.0] * (_LATEST_TICKS + 1)
+
+    def _learn_lag(self, follows: list[float]) -> None:
+        """Servos and sensor are as late as ever: after two looks they are not asked at other lags."""
+        self._looks += 1
+        self._followed = list(map(float.__add__, self._followed, follows))
+        if self._looks >= _LOOKS:
+            lag = self._followed.index(max(self._followed))
+            self._lags = range(lag - 1, lag + 2)
 
     def _restart(self) -> None:
         self._count, self._force, self._force_square = 0, 0.0, 0.0

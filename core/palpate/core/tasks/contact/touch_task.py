@@ -74,7 +74,7 @@ class TouchTask(Task):
         self._measurement.reset()
         self._state.begin(setup)
         self._settle.begin()
-        self._proof.begin()
+        self._proof.begin(setup)
         self._running = self._lift
         self.expectation = self._state.expectation
         self.tip_m = self._measurement.position_m

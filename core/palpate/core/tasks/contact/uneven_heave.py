@@ -8,7 +8,6 @@ from palpate.core.ports import PERIOD_S
 
 _STROKES: Final = (2, 3, 4)
 _HEAVE_M: Final = 3e-4
-"""No further from where it began."""
 
 
 class UnevenHeave:
@@ -16,10 +15,12 @@ class UnevenHeave:
 
     Args:
         speed_m_s: Of each.
+        strokes: Their lengths in ticks, of which one is drawn for each.
+        heave_m: No further from where it began.
     """
 
-    def __init__(self, speed_m_s: float) -> None:
-        self._speed_m_s = speed_m_s
+    def __init__(self, speed_m_s: float, strokes: tuple[int, ...] = _STROKES, heave_m: float = _HEAVE_M) -> None:
+        self._speed_m_s, self._strokes, self._heave_m = speed_m_s, strokes, heave_m
 
     def begin_trial(self, rng: np.random.Generator) -> None:
         """A trial begins, whose strokes are drawn from this."""
@@ -34,7 +35,8 @@ class UnevenHeave:
         if not self._left:
             self._velocity_m_s = -self._velocity_m_s
             tick_m = self._velocity_m_s * PERIOD_S
-            fits = [ticks for ticks in _STROKES if abs(self._heaved_m + ticks * tick_m) <= _HEAVE_M] or _STROKES[:1]
+            fits = [ticks for ticks in self._strokes if abs(self._heaved_m + ticks * tick_m) <= self._heave_m]
+            fits = fits or [self._strokes[0]]
             self._left = fits[int(self._rng.integers(len(fits)))]
         self._left -= 1
         self._heaved_m += self._velocity_m_s * PERIOD_S

@@ -2,7 +2,7 @@
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
-from math import dist, hypot, sqrt
+from math import dist, hypot, inf, sqrt
 from statistics import fmean, stdev
 from typing import Final, Never
 
@@ -42,6 +42,7 @@ _EDGE_SHARE: Final = 0.6
 """Of the pressing force, across the tool: friction gives less."""
 _GONE_SHARE: Final = 0.3
 """Of the push at most so much is left away from the wall."""
+_BORNE_SHARE: Final = 0.25
 _SWING_SHARE: Final = 0.5
 """Of the pressing force, at most so much comes and goes with a heave."""
 Motion = Generator[Vector3, None, None]
@@ -99,7 +100,8 @@ class Probe:
         self._along = DampingControl(control.damping_N_s_per_m, pressing, _DOWN_M_S, axial_N_per_m, PERIOD_S)
         self._give_m_per_N_s = control.force_integral_m_per_N_s
         self._lift = LiftCheck(state, measurement, motion, proof)
-        self._felt = FeltWay(state, measurement, proof, control, _SWING_SHARE * self._press_N, speed_m_s)
+        borne_N = _BORNE_SHARE * self._press_N if task.uneven_heave else inf
+        self._felt = FeltWay(state, measurement, proof, control, _SWING_SHARE * self._press_N, speed_m_s, borne_N)
         least_N = _FEWEST * _SLOW_M_S * PERIOD_S * self._lateral_N_per_m
         if self._push_N < least_N:
             accepted = f"at least {least_N:.3g} N, or too few samples show the gripper's stiffness"

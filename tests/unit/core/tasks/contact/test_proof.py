@@ -11,7 +11,7 @@ from palpate.core.motion import Array, Kinematics, arm_named
 from palpate.core.perception import SignalProcessor
 from palpate.core.ports.values import CONTROL_RATE_HZ, JointSample, Snapshot, WrenchSample
 from palpate.core.tasks.contact.proof import ContactProof
-from palpate.core.trial import ControlConfig, Measurement, TaskConfig, Trip, TripReason, goal_in_base
+from palpate.core.trial import ControlConfig, Measurement, TaskConfig, TrialSetup, Trip, TripReason, goal_in_base
 from palpate.core.trial.config import GoalConfig
 from tests.unit.core.fake_world import STIFFNESS_N_PER_M, TOOL, ready_pose
 
@@ -27,7 +27,7 @@ class Held:
         kinematics, goal = Kinematics(arm_named("zebra-zero"), TOOL), goal_in_base(GoalConfig())
         self.measurement = Measurement(kinematics, goal, signal, STIFFNESS_N_PER_M)
         self.proof = ContactProof(TaskConfig(), ControlConfig(), wall_friction)
-        self.proof.begin()
+        self.proof.begin(TrialSetup(0, 0, (0.0, 0.0)))
         self._tick = self._sequence = 0
 
     def sample(self, wrench: Array, *, repeated: bool = False, tared: bool = True) -> Trip | None:

@@ -37,10 +37,14 @@ class Slide:
         dies: int = 0,
         step_m: float = STEP_M,
         checked: bool = False,
+        repeated_ticks: int = 0,
+        uneven: bool = False,
+        seed: int = 7,
     ) -> None:
-        life = SignOfLife(STIFFNESS_N_PER_M, SWING_N, SPEED_M_S)
-        life.begin()
-        rng = np.random.default_rng(7)
+        life = SignOfLife(STIFFNESS_N_PER_M, SWING_N, SPEED_M_S, uneven=uneven)
+        life.begin(np.random.default_rng(seed))
+        rng = np.random.default_rng(seed)
+        recorded: list[float] = []
         self.due_ticks: list[int] = []
         self.longest_m = shown = 0.0
         commanded = [PRESS_N / STIFFNESS_N_PER_M]
@@ -53,7 +57,8 @@ class Slide:
             forces.append(-STIFFNESS_N_PER_M * follows)
             if tick % repeats == 0:
                 true = forces[-1 - late_ticks]
-                shown = (sensor(true) if tick >= dies else true) + noise_N * rng.standard_normal()
+                recorded.append(recorded[-repeated_ticks] if repeated_ticks and tick >= dies else true)
+                shown = (sensor(recorded[-1]) if tick >= dies else true) + noise_N * rng.standard_normal()
             life.watch(shown, tick % repeats == 0, (step_m * tick, 0.0, commanded[-1]))
             self.longest_m = max(self.longest_m, life.travel_m)
             if life.due:
@@ -69,6 +74,25 @@ def test_a_force_that_follows_is_a_sign_of_life(setup: dict[str, float], noise_N
     slide = Slide(noise_N=noise_N, **setup)  # type: ignore[arg-type]
     assert slide.due_ticks == []
     assert slide.longest_m < 0.8 * FREE_WAY_M
+
+
+@pytest.mark.parametrize("noise_N", [0.0, 0.1, 0.3])
+@pytest.mark.parametrize("setup", [{"late_ticks": 0}, {"late_ticks": 3}, {"late_ticks": 6}, {"servo": 0.3}])
+def test_a_force_that_follows_uneven_strokes_is_one_too(setup: dict[str, float], noise_N: float) -> None:
+    slides = [Slide(noise_N=noise_N, uneven=True, seed=seed, **setup) for seed in range(8)]  # type: ignore[arg-type]
+    assert sum(len(slide.due_ticks) for slide in slides) <= 1
+
+
+@pytest.mark.parametrize("repeated_ticks", [14, 140])
+def test_what_was_recorded_in_an_uneven_heave_does_not_follow_the_next(repeated_ticks: int) -> None:
+    """Of an even heave of ten ticks a second holds fourteen: its recording follows for ever, in all of these."""
+    after: list[int] = []
+    for seed in range(20):
+        dies = 150 + seed % 10
+        slide = Slide(noise_N=0.1, dies=dies, repeated_ticks=repeated_ticks, uneven=True, seed=seed)
+        after.append(next(tick - dies for tick in slide.due_ticks if tick > dies))
+    assert np.median(after) < 40
+    assert max(after) < 150
 
 
 def test_a_check_of_a_sound_sensor_is_not_followed_by_another() -> None:
@@ -126,6 +150,26 @@ def test_a_heave_is_bounded_in_way_force_and_speed(stiffness_N_per_m: float, spe
     assert max(map(abs, speeds)) <= speed_m_s
     assert 0.0 < max(map(abs, ways)) <= 1.3 * min(2.5e-4, SWING_N / stiffness_N_per_m)
     assert ways[-1] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("share", "mean_N", "follows"),
+    [
+        pytest.param(0.3, 0.0, True, id="in air the inertia has any share"),
+        pytest.param(0.3, -2.6, False, id="a third of the spring's bears nothing"),
+        pytest.param(1.0, -2.6, True, id="the spring does"),
+    ],
+)
+def test_a_probe_that_is_borne_shows_it_by_the_spring_alone(share: float, mean_N: float, follows: bool) -> None:
+    life = SignOfLife(STIFFNESS_N_PER_M, SWING_N, SPEED_M_S, in_air=True, borne_N=1.2)
+    life.begin()
+    rng, depth_m, due = np.random.default_rng(3), 0.0, 0
+    for tick in range(400):
+        force_N = mean_N - share * STIFFNESS_N_PER_M * depth_m + 0.05 * rng.standard_normal()
+        life.watch(force_N, True, (STEP_M * tick, 0.0, depth_m))
+        due += life.due
+        depth_m += life.heave_m_s() / CONTROL_RATE_HZ
+    assert (due == 0) is follows
 
 
 def test_a_demanded_check_is_due_until_it_is_proved() -> None:
