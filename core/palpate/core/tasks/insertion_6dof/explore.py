@@ -120,7 +120,10 @@ class SpatialExplore(Explore):
 
     @property
     def _pushes_low(self) -> bool:
-        return self._spatial.law in _AGAINST and self._low
+        if self._spatial.law not in _AGAINST:
+            return False
+        # Once it waits it does so for an answer: a tool that seems clear may be held, and the gripper drawn out.
+        return self._low or (isinstance(self._felt, AnsweredForce) and self._felt.waits)
 
     @property
     def _waits(self) -> bool:

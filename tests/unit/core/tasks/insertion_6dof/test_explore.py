@@ -50,3 +50,13 @@ def test_a_repeated_force_that_is_turned_bends_the_gripper_no_further(
     [[run]] = run_cases(config, [Case(liar, phase, seed)], policy="corner-first", rig_file="", supervised=True, jobs=1)
     assert run.latched
     assert run.peak_force_N < 60.0
+
+
+def test_a_tool_that_waits_does_so_though_it_seems_to_be_out_of_the_hole() -> None:
+    """The gripper was drawn out by 1.3 mm, no lie was looked for any more, and it was bent across by 107 N."""
+    config = overlay(config_of("square", "asked", "zebra-zero", {}), {"task": {"uneven_heave": False}})
+    [liar] = [v for v in all_variants(config.supervision) if v.name.endswith("of 1 s, sign flipped, fresh noise")]
+    case = Case(liar, "explore", 97321)
+    [[run]] = run_cases(config, [case], policy="corner-first", rig_file="", supervised=True, jobs=1)
+    assert run.latched
+    assert run.peak_force_N < 65.0
