@@ -34,6 +34,9 @@ _HIDDEN: Final = 0.25
 _MOST_APART_TICKS: Final = 3
 """Over a stroke and more nothing of the heave would be left."""
 _LONGEST_TICKS: Final = 2 * CONTROL_RATE_HZ
+_REGAINED: Final = 5
+"""So many ticks of waiting are forgiven with each in which it goes on: a recording that fits by chance now and then is
+waited for no longer than one that never does."""
 
 
 class AnsweredForce:
@@ -84,7 +87,8 @@ class AnsweredForce:
         # The first tick of a heave follows none, be it the trial's first.
         self._tick = -2
         self._along_m_s: float
-        self._waited_ticks: int
+        self._stood_ticks: int
+        self._waited_ticks = 0
         self._answered()
 
     def _answered(self) -> None:
@@ -131,22 +135,25 @@ class AnsweredForce:
             if tick != self._tick + 1:
                 self._begin_heave()
             self._along_m_s, self._tick = self._heave.velocity_m_s(), tick
+            if not self._stopped:
+                self._waited_ticks = max(self._waited_ticks - _REGAINED, 0)
         x, y, z = self._back_m_s() if self._stopped else velocity_m_s
         way_x, way_y, way_z = self._way_m
         self._way_m = way_x, way_y, way_z = way_x + x * PERIOD_S, way_y + y * PERIOD_S, way_z + z * PERIOD_S
         bend_N = hypot(way_x, way_y) * self._lateral_N_per_m + abs(way_z) * self._axial_N_per_m
         if bend_N > self._most_N and not self._stopped:
-            self._stopped, self._waited_ticks = True, 0
+            self._stopped, self._stood_ticks = True, 0
             self._looks.clear()
         return x, y, z + self._along_m_s
 
     def _back_m_s(self) -> Vector3:
         """Velocity of a tool that waits: it stands, and then goes back."""
-        if self._waited_ticks == _LONGEST_TICKS:
+        if self._waited_ticks >= _LONGEST_TICKS:
             text = "the force does not answer the heave of a tool that pushed: the force sensor does not show what is"
             self._state.doubt(Trip(TripReason.FORCE_WITHOUT_SPRING, self._state.tick, text))
         self._waited_ticks += 1
-        if self._waited_ticks <= _STAND_TICKS:
+        self._stood_ticks += 1
+        if self._stood_ticks <= _STAND_TICKS:
             return 0.0, 0.0, 0.0
         (x, y, z), (fx, fy, _) = self._way_m, self._measured.force_N
         if x * fx + y * fy > _MET_N * hypot(x, y):
