@@ -30,6 +30,8 @@ _BEHIND_S: Final = PERIOD_S
 _KEPT: Final = 32
 """Places and forces that wait for each other; older ones are stale to a supervisor."""
 _FEWEST_SHOWN: Final = 28
+_SURELY_SHOWN: Final = 56
+"""Of fewer samples the mean square is taken for more: long strokes, as they may be drawn, turn seldom."""
 _LEAST_WEIGHT: Final = 0.5
 """Of a force in the middle between three places: with less of it there is none at their time."""
 
@@ -127,7 +129,9 @@ class HeaveAnswer:
     def shown_N2(self) -> float | None:
         """Mean square of what the tool's mass gives by the encoders since the heave began; None for few samples."""
         first, newest, count = self._sums[0], self._sums[-1], len(self._sums) - 1
-        return (newest[15] - first[15]) / count if count >= _FEWEST_SHOWN else None
+        if count < _FEWEST_SHOWN:
+            return None
+        return (newest[15] - first[15]) / count * max(_SURELY_SHOWN / count, 1.0)
 
     def follows(self, fewest: int, noise_N: float) -> bool | None:
         """Whether the force follows the heave over the newest samples; None where these are too few to tell.
