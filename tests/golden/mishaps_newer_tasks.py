@@ -147,7 +147,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
             arm("stuck", 95),
         ),
         _corner(time_limit_s=4.0, options={"unanswered_N": 4.0}),
-        (122, "stop"),
+        (131, "stop"),
         policy="corner-first",
     ),
     # Levelled on the plate beside the hole, before it searches.
