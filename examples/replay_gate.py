@@ -21,7 +21,7 @@ from palpate import core
 from palpate.adapters.cli.main import main as palpate
 
 CHANGED_FILE = Path("motion", "laws.py")
-BEFORE, AFTER = "m * (force_N[2] - nominal[2])", "m * force_N[2] - m * nominal[2]"
+BEFORE, AFTER = "m * (fz - z)", "m * fz - m * z"
 
 
 def replay_with(folder: Path, logs: Path) -> int:

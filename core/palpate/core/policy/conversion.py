@@ -106,7 +106,8 @@ def policy_from(
         for source in (PROGRAMMED, EXAMPLES)
     }
     parts: list[Policy] = []
-    if pairs[PROGRAMMED]:
+    # Beside a model it may be empty: it names states and actions, without which the policy cannot be written again.
+    if pairs[PROGRAMMED] or document.model is not None:
         parts.append(ProgrammedPolicy(states, actions, dict(pairs[PROGRAMMED])))
     if pairs[EXAMPLES]:
         parts.append(ExamplesPolicy(states, actions, pairs[EXAMPLES]))
