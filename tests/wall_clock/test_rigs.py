@@ -33,7 +33,7 @@ def relax(rig: Path) -> None:
     """Allow for a machine that is busy with other tests: what is tested here is not how fast it is."""
     text = rig.read_text()
     arm, sensor = text.split("[force_sensor]\n")
-    patience = "" if "patience" in arm else "patience = 25.0\n"
+    patience = "" if "patience" in arm else "patience = 8.0\n"
     arm = arm.replace("[arm]\n", f"[arm]\nmax_age_ms = 1000.0\n{patience}")
     arm = arm.replace("[rig]\n", "[rig]\napproach_rad_s = 0.8\n")
     watchdog = "[watchdog]\ncommand_ms = 2000.0\nsensor_ms = 2000.0\n"

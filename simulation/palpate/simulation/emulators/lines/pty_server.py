@@ -143,8 +143,8 @@ class PtyServer(Generic[Emulator]):
             line, self._line = self._line, None
             self._serial.disconnect()
             if line is not None:
+                self._unlink()  # first: whoever is hung up on finds the name gone
                 line.close()
-                self._unlink()
                 self._wake()  # a select in progress keeps the terminal alive
 
     def replug(self) -> str:
