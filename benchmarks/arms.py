@@ -1,6 +1,6 @@
 """One touch model on many arms: what the belief learner made of ten trials on the Zebra Zero, frozen, on the others.
 
-    python benchmarks/arms.py --trials 100 --jobs 2 --out arms
+    python -m benchmarks.arms --trials 100 --jobs 2 --out arms
 
 ``--out`` is a folder: the policy of ``palpate train`` goes there, and one line for each block of ten trials as soon as
 it is there; a second call goes on where the first was ended. Times are seconds of exploration; a failure counts 20.

@@ -1,6 +1,6 @@
 """Learners in ambiguous grid worlds on all kinds of states, most of them made of walk strings, over many seeds.
 
-    python benchmarks/automata_learners.py --seeds 30 --jobs 2 --out runs/automata.csv
+    python -m benchmarks.automata_learners --seeds 30 --jobs 2 --out runs/automata.csv
 
 For each seed 1000 walks of at most 30 symbols, and 64 two-unit Elman networks on them. The states, all learned on with
 equal settings in four runs each: the symbols; the last two; the last three; the inferred automaton; that of the same

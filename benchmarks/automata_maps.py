@@ -1,6 +1,6 @@
 """Automata from walks in grid maps: what training and extraction take, and what the automata are worth.
 
-    python benchmarks/automata_maps.py --maps 1 2 twin --seeds 3 --jobs 2 --learn 5
+    python -m benchmarks.automata_maps --maps 1 2 twin --seeds 3 --jobs 2 --learn 5
 
 64 two-unit Elman networks that predict, on 1000 walks of at most 30 symbols. As a measure the automaton's cross-entropy
 on held-out walks stands beside that of its network, of the last one, two and three symbols, and of the automaton that

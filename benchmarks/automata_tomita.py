@@ -1,6 +1,6 @@
 """Tomita's seven languages from random strings: Elman networks and partitioning beside RPNI and EDSM (AALpy).
 
-    python benchmarks/automata_tomita.py --draws 20 --jobs 2 --out runs/tomita.csv
+    python -m benchmarks.automata_tomita --draws 20 --jobs 2 --out runs/tomita.csv
 
 A draw is n strings of length 0 to 15, half of them accepted: the length uniform over those that the language (or what
 it rejects) has, then the string uniform over those of that length; short ones repeat. Everybody gets the same strings

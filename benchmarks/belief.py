@@ -1,6 +1,6 @@
 """The belief learner under each condition of issue 19: success, times from trial 11 on, trials to converge, forces.
 
-    python benchmarks/belief.py --seeds 10 --trials 50 --jobs 2 --out belief.jsonl
+    python -m benchmarks.belief --seeds 10 --trials 50 --jobs 2 --out belief.jsonl
 
 One line a seed goes to ``--out`` as soon as it is there, and a second call goes on where the first was ended. Times are
 seconds of exploration; a failure counts 20. "Converged" is the first trial from which the mean of the next ten is

@@ -1,7 +1,7 @@
 """What the framework costs: a run against bare ``mj_step``, the tick without physics, and start-up times.
 
-    python benchmarks/cost.py            350 trials of the paper scenario (a few minutes)
-    python benchmarks/cost.py --quick    40 trials
+    python -m benchmarks.cost            350 trials of the paper scenario (a few minutes)
+    python -m benchmarks.cost --quick    40 trials
 
 The floor: the same number of ``mj_step`` calls on the same scene in the same process, under the very servo commands
 that the run sent (recorded as it went), so that floor and run do the same physics, contact by contact. Both are CPU

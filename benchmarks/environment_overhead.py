@@ -1,7 +1,7 @@
 """What a step of an environment costs beyond its physics, beside other MuJoCo environments of manipulation.
 
-    python benchmarks/environment_overhead.py --cache ~/.cache/palpate-peers
-    python benchmarks/environment_overhead.py --cache ~/.cache/palpate-peers --peers none
+    python -m benchmarks.environment_overhead --cache ~/.cache/palpate-peers
+    python -m benchmarks.environment_overhead --cache ~/.cache/palpate-peers --peers none
 
 Each peer runs from its published package in a virtual environment of its own below the cache folder, made on the first
 call (some hundred megabytes), with the MuJoCo that it needs: none of them runs on 4.0, so times of physics differ, and

@@ -1,6 +1,6 @@
 """Learning in ambiguous grid worlds, over many seeds, held against what is possible at all.
 
-    python benchmarks/grid.py --seeds 30 --jobs 2 --out runs/grid
+    python -m benchmarks.grid --seeds 30 --jobs 2 --out runs/grid
 
 A line for each kind of state and learner on each map: mean and median over seeds of the mean number of steps in the
 last 100 of 1500 trials, with bootstrap intervals (95 %), and the exact cost of the greedy policy that was learned.

@@ -1,6 +1,6 @@
 """How often intervals that say 95 % hold: ours beside the bootstrap, by simulation.
 
-``python benchmarks/intervals.py``: for each number of trials, 10 000 samples (2000 of them with a bootstrap) of times
+``python -m benchmarks.intervals``: for each number of trials, 10 000 samples (2000 of them with a bootstrap) of times
 that are exponential, log-normal, or cut off by a time limit as those of failed trials are, and of successes.
 """
 

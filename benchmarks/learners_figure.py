@@ -1,6 +1,6 @@
 """Exploration times of the two kinds of learners in ``paper``, in one picture: docs/images/learners.png.
 
-    python benchmarks/learners_figure.py TABLE/learning.csv belief.jsonl docs/images/learners.png
+    python -m benchmarks.learners_figure TABLE/learning.csv belief.jsonl docs/images/learners.png
 
 The first file is of ``benchmarks/learning.py --out TABLE``, the second of ``benchmarks/belief.py --out belief.jsonl``.
 """

@@ -1,6 +1,6 @@
 """The paper's learning curve over many seeds: 350 trials each, plain 17-state Q-learning, and its end beside a rule.
 
-    python benchmarks/learning.py --seeds 10 --jobs 2
+    python -m benchmarks.learning --seeds 10 --jobs 2
 
 Prints one line per seed and the figures of docs/results.md, with bootstrap intervals over seeds; ``--out`` keeps every
 exploration time as CSV and draws the pooled curve. The last 50 trials are run twice more: with the learned policy as

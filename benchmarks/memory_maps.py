@@ -1,8 +1,8 @@
 """Learners with a memory on random grid maps, beside each other, against the exact optimum of the belief.
 
-    python benchmarks/memory_maps.py run --out memory.jsonl --maps 3000-3029 --seeds 0 1 2 --jobs 1
-    python benchmarks/memory_maps.py run --out noise.jsonl --maps 3000-3029 --seeds 0 --learners offset-500 --slips 0.1
-    python benchmarks/memory_maps.py table memory.jsonl
+    python -m benchmarks.memory_maps run --out memory.jsonl --maps 3000-3029 --seeds 0 1 2 --jobs 1
+    python -m benchmarks.memory_maps run --out noise.jsonl --maps 3000-3029 --seeds 0 --learners offset-500 --slips 0.1
+    python -m benchmarks.memory_maps table memory.jsonl
 
 Maps of 5 x 5 to 11 x 11 cells, 3 to 8 symbols drawn for each cell alone, in two of five maps 12 % of walls; 1, 2 and
 twin are those of the paper. Each run is one line of JSON, and a file that has it already is gone on with. A policy is

@@ -1,7 +1,7 @@
 """A study on every engine: whether its bytes are equal, what a killed worker costs, and what two processes gain.
 
-    python benchmarks/study_scaling.py                          # 40 cells; a quarter of an hour on a quiet machine
-    python benchmarks/study_scaling.py --seeds 2 --trials 2 --rounds 1
+    python -m benchmarks.study_scaling                          # 40 cells; a quarter of an hour on a quiet machine
+    python -m benchmarks.study_scaling --seeds 2 --trials 2 --rounds 1
 
 The gain of two processes over one is held against what two processes gain that do nothing but ``mj_step`` on the same
 model: two cores share caches, memory and heat, so that is less than two. At least 0.9 of it is asked. All are measured

@@ -1,6 +1,6 @@
 """Tabular learning in the grid worlds with ambiguous sensors: palpate's learners beside those of MushroomRL.
 
-    python benchmarks/tabular_peers.py --cache ~/.cache/palpate-peers --seeds 10
+    python -m benchmarks.tabular_peers --cache ~/.cache/palpate-peers --seeds 10
 
 MushroomRL 1.10.2 is the published package whose Q-learning, Sarsa(lambda) and Boltzmann policy are the same algorithms.
 It learns through ``palpate/SensorMap-v0``, with the same settings (constant learning rates, as it has them) and from

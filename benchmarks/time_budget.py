@@ -1,6 +1,6 @@
 """Where the time of an insertion goes, by the events of recorded trials.
 
-    python benchmarks/time_budget.py runs/belief [--from-trial 10]
+    python -m benchmarks.time_budget runs/belief [--from-trial 10]
 
 Mean and 95th percentile over the trials that ended in the hole, in ms. "Actions" is exploration without first touch and
 lifts; its floor is the way from the first touch to the hole at the speed of a longest step.

@@ -1,6 +1,6 @@
 """A touch model learned in ``blind`` on the Zebra Zero as the beginning elsewhere, beside a beginning from nothing.
 
-    python benchmarks/transfer.py --seeds 10 --jobs 2 --out transfer.jsonl --picture docs/images/transfer.png
+    python -m benchmarks.transfer --seeds 10 --jobs 2 --out transfer.jsonl --picture docs/images/transfer.png
 
 One line a seed goes to ``--out`` as soon as it is there, and a second call goes on where the first was ended. Times are
 seconds of exploration; a failure counts 20.
