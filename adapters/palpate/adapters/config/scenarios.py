@@ -57,7 +57,11 @@ SCENARIOS: Final[Mapping[str, Table]] = {
 LEARNERS: Final[Mapping[str, Table]] = {
     "q-learning": {},
     "sarsa": {},
-    "belief": {"task": {"ticks_per_action": 4, "moving_share": 1.0}, "perception": {"cutoff_Hz": 10.0}},
+    # A heave of drawn strokes is as loud as a touch: in blind the 95th percentile of times grew by a fifth.
+    "belief": {
+        "task": {"ticks_per_action": 4, "moving_share": 1.0, "uneven_heave": False},
+        "perception": {"cutoff_Hz": 10.0},
+    },
     "memory": {"learning": {"memory": {"reach": 20, "lattice": 3}}},
     "skills": {
         "perception": {"symbols": "skills", "memory": "last-action"},
