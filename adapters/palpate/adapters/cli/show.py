@@ -16,7 +16,7 @@ _PICTURES = ("svg", "png")
 
 
 def show(options: ShowOptions) -> int:
-    """Print the table of a policy file, or what a memory file knows, or draw that; returns the exit code."""
+    """Print the table of a policy file, or what a memory file holds, or draw that; returns the exit code."""
     path = Path(options.file)
     if is_memory_file(path):
         document = MemoryDocument.load(path)

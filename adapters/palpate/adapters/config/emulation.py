@@ -13,7 +13,7 @@ EMULATED_ARMS: Final = ("zebra-nmc", "cia402", "ur5-rtde")
 
 @dataclass(frozen=True)
 class EmulationConfig(Settings):
-    """Which devices an emulated rig has, and what a rig file does not know of them."""
+    """Which devices an emulated rig has, and what a rig file does not say of them."""
 
     arm: Annotated[str, OneOf(*EMULATED_ARMS)] = "zebra-nmc"
     """Arm: zebra-nmc (the Zebra Zero's own serial bus), cia402 (a refit with CAN drives) or ur5-rtde (a UR5 behind a

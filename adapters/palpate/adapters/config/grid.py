@@ -68,7 +68,7 @@ class GridLearning(Settings):
     step_limit: Annotated[int, Range(1, 1_000_000)] = STEP_LIMIT
     """Steps after which a trial ends without the goal."""
     reach: Annotated[int, Range(1, 200)] = 10
-    """Largest offset from the goal along x or y that the learner offset thinks of, in cells."""
+    """Largest offset from the goal along x or y that the learner offset considers, in cells."""
     look_back: Annotated[int, Range(1, 8)] = LONGEST
     """Most symbols that the learner pairs looks back on."""
 

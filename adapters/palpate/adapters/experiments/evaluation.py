@@ -117,7 +117,7 @@ class ChosenPolicy:
     """A policy by name or file, checked before anything is built.
 
     Args:
-        name: A comparator's name, the path of a policy file, or what :func:`foreign_code` knows.
+        name: A comparator's name, the path of a policy file, or what :func:`foreign_code` finds.
 
     Attributes:
         document: The policy file; None for a comparator.

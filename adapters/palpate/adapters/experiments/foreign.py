@@ -54,7 +54,7 @@ def foreign_policy(entry: ForeignEntry, config: RunConfig, perception: Perceptio
     maker = _maker(entry.code)
     context = PolicyContext(tuple(perception.states), task_actions(config), task_reach(config))
     try:
-        # A class that needs to know nothing of the task need not take it.
+        # A class that needs nothing of the task need not take it.
         with from_here():
             made = maker(context) if inspect.signature(maker).parameters else maker()
     except (Exception, SystemExit) as error:

@@ -171,7 +171,7 @@ class HardwareRig(Rig):
         arm.activate()
 
     def world(self) -> World:
-        """What a log must know: there is no way to set this world up again, only the name of the rig."""
+        """What a log records: there is no way to set this world up again, only the name of the rig."""
         facts: dict[str, Any] = {"arm": self._file.arm.adapter, "force_sensor": self._file.force_sensor.adapter}
         return World(self._file.name, facts)
 

@@ -75,7 +75,7 @@ def _applied(made: Any) -> AppliedCommand | None:
 
 
 def _require_fields(made: Any, *names: str) -> None:
-    """Refuse a message without these fields. An enumeration's number that we do not know counts as not there."""
+    """Refuse a message without these fields. An unknown number of an enumeration counts as not there."""
     for name in names:
         if not made.HasField(name):
             raise ValueError(f"{name} is missing, or is none that is known")

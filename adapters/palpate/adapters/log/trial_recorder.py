@@ -164,7 +164,7 @@ class TrialRecorder:
         """Close the log of a trial that ran to its end.
 
         Args:
-            facts: Fields of the end record that the core does not know: the world's truth, and the rig's affairs.
+            facts: Fields of the end record that the core does not have: the world's truth, and the rig's affairs.
         """
         self.flight.end(end_of(report, **self._policy_fields(report), **facts))
 

@@ -27,7 +27,7 @@ _STATE: Final = ("get_state", "set_state")
 
 @dataclass(frozen=True, slots=True)
 class PolicyContext:
-    """What a policy may need to know of the task as it is made.
+    """Facts of the task that a policy may need as it is made.
 
     Attributes:
         actions: The action set, by its indices; ``Decision.index`` is a place in it.

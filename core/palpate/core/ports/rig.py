@@ -96,7 +96,7 @@ SIMULATOR: Final = "simulator"
 
 @dataclass(frozen=True)
 class World:
-    """What the ports lead to, as far as a log must know it.
+    """What the ports lead to, as far as a log records it.
 
     Attributes:
         kind: ``simulator``, or the name of a rig.
@@ -135,7 +135,7 @@ class Rig(Protocol):
 
     @abstractmethod
     def world(self) -> World:
-        """What a log must know of the trial that was just prepared."""
+        """What a log records of the trial that was just prepared."""
 
     @abstractmethod
     def truth(self) -> Truth | None:

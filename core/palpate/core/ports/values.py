@@ -138,7 +138,7 @@ class AppliedCommand(NamedTuple):
 
 
 class Snapshot(NamedTuple):
-    """All that the core may know about one control tick.
+    """All that reaches the core in one control tick.
 
     Attributes:
         tick: Counts the ticks of a trial from 0.

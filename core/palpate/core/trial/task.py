@@ -1,4 +1,4 @@
-"""The seam between a task and whatever runs it: the loop, the supervisor, the recorder and a replay know no more."""
+"""The seam between a task and whatever runs it: the loop, the supervisor, the recorder and a replay use no more."""
 
 from abc import abstractmethod
 from typing import Protocol
@@ -13,7 +13,7 @@ class Task(Protocol):
     """What an arm does in a trial: one snapshot in, one joint command out, tick by tick. Without I/O and clock.
 
     A task is a function of its configuration, of the trial's setup and of the snapshots, or it cannot be replayed.
-    It is used trial after trial; :meth:`begin` forgets the one before.
+    It is used trial after trial; :meth:`begin` clears what the one before left.
 
     Attributes:
         expectation: What it expects of the world at present, for the supervisor.

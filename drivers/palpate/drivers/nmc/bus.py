@@ -97,7 +97,7 @@ class NmcBus:
         self._is_dirty = True
 
     def forget(self) -> None:
-        """Forgets masks and failures: the modules have been reset, or are met for the first time."""
+        """Clears masks and failures: the modules have been reset, or are met for the first time."""
         self._masks.clear()
         self.forgive()
 

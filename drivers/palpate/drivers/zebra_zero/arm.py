@@ -290,7 +290,7 @@ class ZebraZero(ArmDriver):
         self.state = acknowledged
 
     def close(self) -> None:
-        """Stops and forgets the arm; its servos go on holding it. Any time, twice too; never raises."""
+        """Stops and releases the arm; its servos go on holding it. Any time, twice too; never raises."""
         # Once more: what was kept as the motors stopped was read while the arm still swung.
         self.stop()
         self._servos.on.clear()

@@ -54,7 +54,7 @@ class Tracking:
         return all(abs(a - b) <= self._stored_tolerance_counts for a, b in pairs)
 
     def begin_at(self, counts: SixCounts) -> None:
-        """Forgets what was and begins at these counts, of which the time is unknown."""
+        """Clears what was and begins at these counts, of which the time is unknown."""
         self._counts = list(counts)
         self._time_ns = [None] * JOINTS
         self._doubts = [0] * JOINTS

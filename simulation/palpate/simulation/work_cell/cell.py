@@ -44,7 +44,7 @@ class WorkCell:
         kinematics: The arm with its tool; its configuration is read at construction only.
         ready_rad: Joint angles that every trial starts from, (n,), tool pointing down.
         wander_m: How far from the nominal goal the peg may be led; the plate is made large enough for it.
-        hidden: What else is true of it; None for nothing. The configuration has what physics know of that already.
+        hidden: What else is true of it; None for nothing. The configuration has the physics' part of that already.
 
     Attributes:
         model: MuJoCo's model, made anew for a trial whose grip or clearance is another.

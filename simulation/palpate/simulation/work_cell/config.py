@@ -127,7 +127,7 @@ class ComplianceConfig(Settings):
     damping_ratio: Annotated[float, Range(0.05, 5.0)] = 0.7
     """Damping of each spring, as a share of critical damping."""
     moving_mass_kg: Annotated[float, Range(0.05, 2.0)] = 0.3
-    """Mass of gripper and peg, which the sensor feels as weight."""
+    """Mass of gripper and peg, which the sensor measures as weight."""
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class SensorConfig(Settings):
 
 @dataclass(frozen=True)
 class CellConfig(Settings):
-    """The simulated work cell: what the core does not know and has to find out by touch."""
+    """The simulated work cell: what is hidden from the core, which has to find it out by touch."""
 
     TABLE: ClassVar[str] = "cell"
 

@@ -65,7 +65,7 @@ class HiddenValues:
         )
 
     def cell(self, config: CellConfig) -> CellConfig:
-        """The configured cell with what of this its physics know."""
+        """The configured cell with what of this is part of its physics."""
         names = ("lateral_N_per_mm", "axial_N_per_mm", "tilt_Nm_per_rad", "torsion_Nm_per_rad")
         springs = {name: getattr(config.compliance, name) * self.springs_share for name in names}
         springs["axial_N_per_mm"] *= self.axial_share

@@ -1,4 +1,4 @@
-"""A person pushes the tool: do the signs of the wrench come out as the core wants them?"""
+"""A person pushes the tool: do the signs of the wrench come out as the core expects them?"""
 
 from collections.abc import Callable
 from dataclasses import dataclass

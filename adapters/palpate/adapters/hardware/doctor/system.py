@@ -86,7 +86,7 @@ class System:
         return True
 
     def _latency(self, path: str, notes: Notebook) -> None:
-        # A link of /dev/serial/by-id leads to the name that the driver knows.
+        # A link of /dev/serial/by-id leads to the name that the driver uses.
         name = os.path.basename(os.path.realpath(path))
         setting = self.root / "sys/bus/usb-serial/devices" / name / "latency_timer"
         latency_ms = _number(setting)

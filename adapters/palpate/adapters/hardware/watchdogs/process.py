@@ -20,7 +20,7 @@ from palpate.core.ports import ArmCommand, Clock
 
 
 class WatchedClock(Clock):
-    """Feeds at the end of each sleep, which is where a tick begins; so a loop over the ports need not know of it."""
+    """Feeds at the end of each sleep, which is where a tick begins; so a loop over the ports need not call it."""
 
     def __init__(self, clock: Clock, watchdog: ProcessWatchdog) -> None:
         self._clock, self._watchdog = clock, watchdog

@@ -33,7 +33,7 @@ class Clause:
 
     Attributes:
         name: Name of the method that tries it.
-        statement: What it wants, in one sentence.
+        statement: What it demands, in one sentence.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""What the rest of palpate has to know of a survey of holes as a kind of task."""
+"""A survey of holes as a kind of task, as the rest of palpate uses it."""
 
 from collections.abc import Mapping
 from math import nan

@@ -1,4 +1,4 @@
-"""What the rest of palpate has to know of insertions as a kind of task."""
+"""Insertions as a kind of task, as the rest of palpate uses them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

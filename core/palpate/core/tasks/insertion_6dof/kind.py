@@ -1,4 +1,4 @@
-"""What the rest of palpate has to know of insertions in six degrees of freedom as a kind of task."""
+"""Insertions in six degrees of freedom as a kind of task, as the rest of palpate uses them."""
 
 from collections.abc import Mapping
 from typing import Any, Final

@@ -1,4 +1,4 @@
-"""What the rest of palpate has to know of following a surface as a kind of task."""
+"""Following a surface as a kind of task, as the rest of palpate uses it."""
 
 from collections.abc import Mapping
 from typing import Any, Final

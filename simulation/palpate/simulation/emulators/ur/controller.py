@@ -1,4 +1,4 @@
-"""The controller: modes, registers, the control program, the joints' motion. Knows neither sockets nor a clock."""
+"""The controller: modes, registers, the control program, the joints' motion. Uses neither sockets nor a clock."""
 
 import enum
 from collections.abc import Callable

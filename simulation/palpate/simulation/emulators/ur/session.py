@@ -1,4 +1,4 @@
-"""One client's conversation over RTDE: packages, recipes, data. Knows no sockets."""
+"""One client's conversation over RTDE: packages, recipes, data. Uses no sockets."""
 
 import struct
 from typing import Final
