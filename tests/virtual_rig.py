@@ -92,7 +92,7 @@ class VirtualRig(Rig):
         self.cell = VirtualCell(self.desk, config, ready, emulation, clock.now_ns() + round(phase * _TICK_NS), late_ns)
         context = RigContext.of(config.arm, clock)
         if arm == "ur5-rtde":
-            stated = self.cell.entries("arm")
+            stated = self.cell.entries("arm") | {"host": "virtual"}
             del stated["adapter"]
             adapter = ur_arm(overlay(UrTable(), stated), context, lambda: self.cell.link)
         else:

@@ -13,6 +13,9 @@ RIG_FILE = Path(__file__).parents[2] / "rigs" / "zebra-nmc-jr3.toml"
 
 FACTS = "[arm]\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'jr3-can'\nfacts = {}\n"
 
+STRANGE = "[arm]\nadapter = '{}'\n[force_sensor]\nadapter = 'jr3-can'\n"
+UR = '[arm]\nadapter = "ur-rtde"\nhost = "{}"\n[force_sensor]\nadapter = "jr3-can"\n'
+
 
 @pytest.mark.parametrize(
     ("content", "reason"),
@@ -39,6 +42,11 @@ FACTS = "[arm]\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'jr3-can'\nfact
         ("[watchdog]\ncommand_ms = 0\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "command_ms"),
         ("[watchdog]\nloop = 1\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "watchdog.loop"),
         ("[arm\n", "a TOML file"),
+        (STRANGE.format("os:getcwd"), "'os:getcwd' is refused: a function that makes an adapter; it raised TypeError("),
+        (STRANGE.format("os:name"), "function that makes an adapter; it raised TypeError(\"'str' object is not"),
+        (STRANGE.format("operator:is_"), "function that makes an adapter: ArmAdapter, not False"),
+        (UR.format(""), "arm.host = '' is refused: an address"),
+        (UR.format("a\\u0000b"), "arm.host = 'a\\x00b' is refused: an address"),
     ],
 )
 def test_rig_files_that_cannot_work_are_refused_in_one_line(palpate: CommandLine, content: str, reason: str) -> None:

@@ -57,6 +57,12 @@ def test_the_public_client_reads_the_same() -> None:
         client.sock.close()
 
 
+@pytest.mark.parametrize("host", ["a..b", "a" * 70 + ".net"])
+def test_a_name_that_no_host_can_have_is_one_error(host: str) -> None:
+    with pytest.raises(DriverError, match="cannot be fetched"):
+        fetch_page(host, 80, "/netftapi2.xml", 0.3)
+
+
 def test_a_page_that_drips_in_is_given_up_in_time() -> None:
     with socket.create_server(("127.0.0.1", 0)) as web:
         ended = threading.Event()

@@ -25,7 +25,7 @@ def read_toml(path: Path, named: str = "config") -> dict[str, Any]:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ConfigurationError(named, str(path), f"a readable file ({error.strerror})") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ConfigurationError(named, str(path), f"a TOML file ({error})") from error
     arm = table.get("arm")
     if isinstance(arm, dict) and isinstance(urdf := arm.get("urdf"), str) and urdf and "://" not in urdf:

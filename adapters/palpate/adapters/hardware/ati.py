@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Final
 from typing_extensions import override
 
 from palpate.adapters.config import SensorFactsTable, overlay
-from palpate.adapters.hardware.plugins import DeviceSettings, RigContext
+from palpate.adapters.hardware.plugins import DeviceSettings, Host, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.ports import Clock, Range, Settings
 from palpate.drivers.ati import PAGE, RDT_PORT, NetFt, NetFtBox, UdpWire, fetch_page, parse_box
@@ -71,7 +71,7 @@ class NetFtTable(Settings):
 
     TABLE: ClassVar[str] = "force_sensor"
 
-    host: str = "192.168.1.1"
+    host: Host = "192.168.1.1"
     """Address of the box."""
     port: Annotated[int, Range(1, 65535)] = RDT_PORT
     """Its UDP port."""

@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 from typing_extensions import override
 
-from palpate.core.ports import Settings, fitted
+from palpate.core.ports import Range, Settings, fitted
+
+_BitRate: TypeAlias = Annotated[int, Range(1, 1_000_000)]
 
 
 @dataclass(frozen=True)
@@ -17,14 +19,14 @@ class CanBusTable(Settings):
     """Kind of CAN interface, as python-can calls it."""
     channel: str = "can0"
     """Its name."""
-    bitrate: int = 1_000_000
+    bitrate: _BitRate = 1_000_000
     """Bits a second."""
     can: Mapping[str, Any] = field(default_factory=dict)
     """Whatever else python-can takes for this kind of interface, as it is; wins over the three above."""
 
     @override
     def check(self) -> None:
-        for name, kind in (("interface", str), ("bitrate", int)):
+        for name, kind in (("interface", str), ("bitrate", _BitRate)):
             fitted(f"{self.TABLE}.can.{name}", self.bus[name], kind)
 
     @property

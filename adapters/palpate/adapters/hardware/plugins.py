@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final, TypeAlias
+from typing import Annotated, Any, Final, TypeAlias, TypeVar
 
 from palpate.adapters.config import entries, from_here, imported
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, PalpateError
 from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry, arm_named
-from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder, JointVector
+from palpate.core.ports import ArmCommand, Clock, ForceSensor, Holds, JointEncoder, JointVector
 
 GROUP: Final = "palpate.adapters"
+T = TypeVar("T")
 
 
 def _as_it_is() -> None:
@@ -64,14 +65,15 @@ class ArmAdapter:
 
 DeviceSettings: TypeAlias = Mapping[str, Any]
 """What a rig file says of a device, besides its adapter."""
+Host: TypeAlias = Annotated[str, Holds(lambda host: bool(host.strip()) and host.isprintable(), "an address")]
 ArmMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ArmAdapter]
 ForceSensorMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ForceSensor]
 
 
 def arm_maker(name: str) -> ArmMaker:
     """The function that makes the arm adapter of that name."""
-    maker: ArmMaker = _load("arm", name)
-    return maker
+    maker = _load("arm", name)
+    return lambda settings, context: _made("arm.adapter", name, ArmAdapter, maker, settings, context)
 
 
 def force_sensor_maker(name: str) -> ForceSensorMaker:
@@ -80,8 +82,23 @@ def force_sensor_maker(name: str) -> ForceSensorMaker:
     Raises:
         ConfigurationError: There is none, or it cannot be loaded.
     """
-    maker: ForceSensorMaker = _load("force", name)
-    return maker
+    maker = _load("force", name)
+    # mypy takes a class for one only if it is no protocol.
+    kind: Any = ForceSensor
+    return lambda settings, context: _made("force_sensor.adapter", name, kind, maker, settings, context)
+
+
+def _made(field: str, name: str, kind: type[T], maker: Any, settings: DeviceSettings, context: RigContext) -> T:
+    """What a stranger's function makes, which may fail in any way."""
+    try:
+        made = maker(settings, context)
+    except PalpateError:
+        raise
+    except Exception as error:
+        raise ConfigurationError(field, name, f"a function that makes an adapter; it raised {error!r}") from error
+    if not isinstance(made, kind):
+        raise ConfigurationError(field, name, f"a function that makes an adapter: {kind.__name__}, not {made!r}")
+    return made
 
 
 def _load(kind: str, name: str) -> Any:

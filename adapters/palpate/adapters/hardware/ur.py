@@ -12,7 +12,7 @@ from palpate.adapters.config import SensorFactsTable, overlay
 from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
-from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, RigContext
+from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, Host, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, Clock, Holds, OneOf, Range, Settings
@@ -33,7 +33,7 @@ class UrTable(Settings):
 
     TABLE: ClassVar[str] = "arm"
 
-    host: str = "192.168.1.100"
+    host: Host = "192.168.1.100"
     """Address of the controller."""
     rate_Hz: Annotated[float, OneOf(125.0, 250.0, 500.0)] = 500.0
     """Rate of its data."""
@@ -64,7 +64,7 @@ class UrToolTable(Settings):
 
     TABLE: ClassVar[str] = "force_sensor"
 
-    host: str = "192.168.1.100"
+    host: Host = "192.168.1.100"
     """Address of the controller."""
     rate_Hz: Annotated[float, OneOf(125.0, 250.0, 500.0)] = 500.0
     """Rate of its data."""

@@ -8,11 +8,14 @@ centre of the hole's mouth, where it is assumed to be), z into the hole, x along
 the hole is +z, and pressing on the plate gives a negative Fz.
 """
 
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from math import hypot, inf, isfinite, sqrt
 from operator import mul
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Final, TypeAlias
 from xml.etree import ElementTree
 
@@ -34,20 +37,37 @@ def load_model(arm: ArmDescription) -> tuple[pin.Model, pin.Frame]:
     Raises:
         AssetError: The file is missing or no URDF, or what leads to its flange are not six or seven revolute joints.
     """
-    path = arm.find_urdf()
+    path, said = arm.find_urdf(), list[str]()
     try:
         chain = _chain(arm, path, ElementTree.fromstring(path.read_bytes()))
-        model = pin.buildModelFromUrdf(str(path))
+        with _heard(said):
+            model = pin.buildModelFromUrdf(str(path))
     except OSError as error:
         raise AssetError("arm", str(path), f"a readable URDF ({error.strerror})") from error
     except (ElementTree.ParseError, ValueError, RuntimeError) as error:
         if isinstance(error, AssetError):
             raise
-        raise AssetError("arm", str(path), f"a readable URDF ({' '.join(str(error).split())})") from error
+        cause = said[0] if said else " ".join(str(error).split())
+        raise AssetError("arm", str(path), f"a readable URDF ({cause})") from error
     others = [index for index in range(1, model.njoints) if model.names[index] not in chain]
     if others:
         model = pin.buildReducedModel(model, others, pin.neutral(model))
     return _without_frames(model), model.frames[model.getFrameId(arm.flange)]
+
+
+@contextmanager
+def _heard(said: list[str]) -> Iterator[None]:
+    """Inside, what is written to standard error is kept: urdfdom tells there what is wrong, and nowhere else."""
+    with TemporaryFile("w+", errors="replace") as file:
+        kept = os.dup(2)
+        os.dup2(file.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(kept, 2)
+            os.close(kept)
+            file.seek(0)
+            said += [line.removeprefix("Error:").strip() for line in file if line.startswith("Error:")]
 
 
 def _without_frames(model: pin.Model) -> pin.Model:

@@ -6,7 +6,7 @@ from math import isfinite
 from typing import Final
 
 from palpate.drivers.device import Vector3
-from palpate.drivers.errors import GarbledError, SettingError
+from palpate.drivers.errors import SettingError
 
 _NAME: Final = "ATI Net F/T"
 PAGE: Final = "/netftapi2.xml"
@@ -36,7 +36,7 @@ def parse_box(page: bytes) -> NetFtBox:
 
     Raises:
         SettingError: The box is set to units other than N and N m, or does not stream; says what to change on it.
-        GarbledError: The page lacks a field, or holds no number there.
+            Or the page lacks a field, or holds no number there: it is no Net F/T's, or of one that is not set up.
     """
     for tag, (what, accepted) in _UNITS.items():
         if (unit := _field(page, tag)) not in accepted:
@@ -55,7 +55,7 @@ def _field(page: bytes, tag: str, default: str | None = None) -> str:
     if found is not None:
         return found[1].decode("utf-8", "replace").strip()
     if default is None:
-        raise GarbledError(_NAME, f"its page {PAGE} has no {tag}", "check that this address is a Net F/T's")
+        raise SettingError(_NAME, f"its page {PAGE} has no {tag}", "check that this address is a Net F/T's")
     return default
 
 
@@ -66,7 +66,7 @@ def _numbers(page: bytes, tag: str, count: int) -> list[float]:
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(isfinite(x) and x > 0.0 for x in numbers):
-        raise GarbledError(
+        raise SettingError(
             _NAME, f"its page {PAGE} says {tag} = {text!r}", "look at the page Configurations of the box"
         )
     return numbers

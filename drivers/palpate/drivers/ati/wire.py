@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-from palpate.drivers.errors import GarbledError, SilentError, WiringError
+from palpate.drivers.errors import SettingError, SilentError, WiringError
 
 _NAME: Final = "ATI Net F/T"
 _CHECK: Final = "check the address in [force_sensor], the cable, and that this computer is in the same network"
@@ -29,7 +29,7 @@ class UdpWire:
             self._socket = socket.socket(family, kind, protocol)
             self._socket.setblocking(False)
             self._socket.connect(address)
-        except OSError as error:
+        except (OSError, UnicodeError) as error:
             raise WiringError(_NAME, f"{self._told} cannot be reached ({error})", _CHECK) from error
 
     def send(self, datagram: bytes) -> None:
@@ -75,7 +75,7 @@ def fetch_page(
     Raises:
         WiringError: Nobody is there.
         SilentError: It did not come in time.
-        GarbledError: It is no such page.
+        SettingError: It is no such page.
     """
     told, deadline_ns = f"http://{host}:{port}{page}", clock_ns() + round(timeout_s * 1e9)
     answer = b""
@@ -93,11 +93,11 @@ def fetch_page(
                 answer += part
     except TimeoutError as error:
         raise SilentError(_NAME, f"{told} did not come within {timeout_s:g} s", _CHECK) from error
-    except OSError as error:
+    except (OSError, UnicodeError) as error:
         raise WiringError(_NAME, f"{told} cannot be fetched ({error})", _CHECK) from error
     head, _, body = answer.partition(b"\r\n\r\n")
     status = head.split(b"\r\n")[0].split()
     if len(status) < 2 or status[1] != b"200" or len(answer) > _MOST_PAGE:
         problem = f"{told} is no page of it: {head[:40].decode('latin-1')!r}"
-        raise GarbledError(_NAME, problem, "check that this address is a Net F/T's")
+        raise SettingError(_NAME, problem, "check that this address is a Net F/T's")
     return body

@@ -85,7 +85,7 @@ class UrArm(LatchingArm):
         ):
             if not low <= angle <= high:
                 problem = f"joint {i + 1} stands at {angle:.4f} rad, outside {low:.4f} to {high:.4f}"
-                raise StateError("arm", problem, "move it back from the pendant")
+                raise SettingError(NAME, problem, "move it back from the pendant")
         self._link.call("control", _PROGRAM_S, 1.0 / self.settings.watchdog_s)
         seen = self._fresh()
         self._reference_rad, self._force_N = seen.q_rad, seen.wrench[:3]

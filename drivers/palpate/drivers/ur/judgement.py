@@ -110,17 +110,17 @@ def require_led(seen: UrState, force_N: Sequence[float] | None, guard_N: float, 
 
 
 def require_same_tool(seen: UrState, settings: UrSettings) -> None:
-    """Refuse a payload that is not the rig file's."""
-    if abs(seen.payload_kg - settings.payload_kg) > _KG:
+    """Refuse a payload that is not the rig file's, or no number."""
+    if not abs(seen.payload_kg - settings.payload_kg) <= _KG:
         raise _other("payload_kg", settings.payload_kg, round(seen.payload_kg, 4))
-    if dist(seen.payload_cog_m, settings.payload_cog_m) > _COG_M:
+    if not dist(seen.payload_cog_m, settings.payload_cog_m) <= _COG_M:
         raise _other("payload_cog_m", settings.payload_cog_m, tuple(round(x, 5) for x in seen.payload_cog_m))
 
 
 def require_same_tcp(told: Sequence[float], settings: UrSettings) -> None:
     """Refuse a tool centre point that is not the rig file's."""
     wanted = settings.tcp_offset
-    if dist(told[:3], wanted[:3]) > _TCP_M or dist(told[3:], wanted[3:]) > _TCP_RAD:
+    if not (dist(told[:3], wanted[:3]) <= _TCP_M and dist(told[3:], wanted[3:]) <= _TCP_RAD):
         raise _other("tcp_offset", wanted, tuple(round(x, 5) for x in told))
 
 

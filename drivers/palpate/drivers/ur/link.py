@@ -118,7 +118,7 @@ class UrLink:
             self._take()
         answer = self._answers.pop(number)
         if "error" in answer:
-            raise WiringError(NAME, f"{self.host}: {answer['error']}", CHECK)
+            raise WiringError(NAME, f"{self.host} ({request}): {answer['error']}", CHECK)
         return answer["value"]
 
     def servo(self, q_rad: tuple[float, ...], step_s: float, lookahead_s: float, gain: float) -> None:

@@ -6,14 +6,15 @@ cylinder on a flat plate gives torque directions that are wrong by tens of degre
 sides is one convex body.
 """
 
-from math import cos, hypot, sin, sqrt
+from math import cos, hypot, isfinite, sin, sqrt
 from typing import Any, Final
 
 import mujoco
 import numpy as np
 import pinocchio as pin
 
-from palpate.core.motion import Kinematics
+from palpate.core.errors import AssetError
+from palpate.core.motion import ArmDescription, Kinematics
 from palpate.simulation.work_cell.config import PLATE_REACH_M, CellConfig
 from palpate.simulation.work_cell.contact_pairs import Leeway, listed_pairs
 from palpate.simulation.work_cell.contact_shapes import (
@@ -102,6 +103,7 @@ def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
             model.jointPlacements[index],
             model.inertias[index],
         )
+        _require_inertia(arm, model.names[index], inertia)
         body = parent.add_body(
             name=f"link_{index}",
             pos=placement.translation,
@@ -349,6 +351,13 @@ def quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
     """A rotation matrix, (3, 3), as MuJoCo has it: w, x, y, z."""
     x, y, z, w = pin.Quaternion(rotation).coeffs().tolist()
     return w, x, y, z
+
+
+def _require_inertia(arm: ArmDescription, joint: str, inertia: pin.Inertia) -> None:
+    told = np.isfinite(inertia.inertia).all() and isfinite(inertia.mass) and inertia.mass > 0.0
+    if not (told and np.linalg.eigvalsh(inertia.inertia)[0] > 0.0):
+        accepted = f"for the simulated cell, a URDF with a mass and an inertia above 0 of what {joint!r} moves"
+        raise AssetError("arm", arm.urdf, f"{accepted}: <inertial>")
 
 
 def _full_inertia(inertia: np.ndarray) -> tuple[float, ...]:

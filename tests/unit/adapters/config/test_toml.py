@@ -59,7 +59,7 @@ def test_a_value_where_a_table_belongs_is_named(table: dict[str, Any]) -> None:
         overlay(RunConfig(), table)
 
 
-@pytest.mark.parametrize("content", [None, b"a = [", b"a = '\xff'"])
+@pytest.mark.parametrize("content", [None, b"a = [", b"a = '\xff'", b"a = " + b"[" * 2000 + b"]" * 2000])
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path, content: bytes | None) -> None:
     path = tmp_path / "run.toml"
     if content is not None:

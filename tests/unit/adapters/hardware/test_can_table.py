@@ -34,9 +34,11 @@ def test_a_node_that_no_frame_can_name_is_refused() -> None:
         overlay(Jr3CanTable(), {"node": 300})
 
 
-def test_a_bit_rate_must_be_one() -> None:
-    with pytest.raises(ConfigurationError, match=r"arm\.can\.bitrate = 'fast'"):
-        overlay(Cia402Table(), {"can": {"bitrate": "fast"}})
+@pytest.mark.parametrize("rate", ["fast", 0, -500_000])
+def test_a_bit_rate_must_be_one(rate: object) -> None:
+    for given in ({"bitrate": rate}, {"can": {"bitrate": rate}}):
+        with pytest.raises(ConfigurationError, match=rf"bitrate = '?{rate}'? is refused: a whole number"):
+            overlay(Cia402Table(), given)
 
 
 @pytest.mark.parametrize(

@@ -88,6 +88,25 @@ def test_a_joint_without_limits_is_refused_in_one_line(
 
 
 @pytest.mark.parametrize(
+    ("old", "new", "accepted"),
+    [
+        ("</robot>", '<link name="second"/></robot>', "Two root links found: [l0] and [second]"),
+        ('name="j3"', 'name="j2"', "joint 'j2' is not unique"),
+        ('xyz="0 0 0.15"', 'xyz="0 0 ${height}"', "Unable to parse component [${height}] to a double"),
+    ],
+)
+def test_what_the_library_says_of_a_urdf_is_in_the_one_line(
+    tmp_path: Path, old: str, new: str, accepted: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = Path(urdf(tmp_path / "a.urdf", 6))
+    path.write_text(path.read_text().replace(old, new, 1))
+    with pytest.raises(AssetError) as caught:
+        Kinematics(ArmDescription(str(path), "tool", SIX), ToolGeometry())
+    assert accepted in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
     ("field", "vector", "named", "accepted"),
     [
         ("posture_rad", (0.0, 2.6, 0.0, 0.0, 0.0, 0.0), "arm.posture_rad[1]", "from -2.5 to 2.5, the limits of"),

@@ -8,7 +8,7 @@ import pytest
 
 from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.drivers.device import AppliedReason, ArmState
-from palpate.drivers.errors import DriverError, RefusedError, SettingError, SilentError, StateError, WiringError
+from palpate.drivers.errors import DriverError, RefusedError, SettingError, SilentError, WiringError
 from palpate.drivers.ur.arm import UrArm
 from palpate.drivers.ur.judgement import UrSettings
 from palpate.simulation.emulators.ur.controller import RobotMode, SafetyMode
@@ -135,6 +135,7 @@ def test_a_connection_that_breaks_at_rest_is_made_again_and_one_in_motion_waits_
     ("controller", "told"),
     [
         ({"payload_kg": 1.2}, r"payload_kg is 0.0 in the rig file, and 1.2 in the controller"),
+        ({"payload_kg": float("nan")}, r"payload_kg is 0.0 in the rig file, and nan in"),
         ({"payload_cog_m": (0.0, 0.0, 0.05)}, r"payload_cog_m is .* and \(0.0, 0.0, 0.05\) in"),
         ({"tcp_offset": (0.0, 0.0, 0.1, 0.0, 0.0, 0.0)}, r"tcp_offset is"),
         ({"version": (5, 8, 0, 1)}, "5.8.0.1.*untried"),
@@ -157,7 +158,7 @@ def test_a_controller_in_local_control_without_power_or_beyond_its_limits_is_ref
     ur.controller.robot_mode = RobotMode.RUNNING
     arm = made(ur, upper_rad=(0.0,) * 6)
     arm.open()
-    with pytest.raises(StateError, match=r"joint 1 stands at 0\.1000 rad"):
+    with pytest.raises(SettingError, match=r"joint 1 stands at 0\.1000 rad"):
         arm.enable()
 
 

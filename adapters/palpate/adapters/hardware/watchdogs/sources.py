@@ -104,6 +104,8 @@ class KeySource(StopSource):
 class FileSource(StopSource):
     """A file that appears. As long as it is there it counts, so remove it before acknowledging.
 
+    Its folder must be there, or nobody could make it.
+
     A place where nobody can look counts too: a file in there would never be found.
     """
 
@@ -114,6 +116,8 @@ class FileSource(StopSource):
 
     @override
     def open(self) -> bool:
+        if not self._path.parent.is_dir():
+            raise ConfigurationError("operator.file", str(self._path), "a path in a folder that is there")
         return True
 
     @override
@@ -152,7 +156,7 @@ class SocketSource(StopSource):
         except OSError as error:
             server.close()
             accepted = f"a path at which a socket can be made ({error.strerror or error})"
-            raise ConfigurationError("operator_stop.socket", str(self._path), accepted) from error
+            raise ConfigurationError("operator.socket", str(self._path), accepted) from error
         server.setblocking(False)
         self._server, self.fd = server, server.fileno()
         return True

@@ -198,6 +198,11 @@ def test_a_file_trips_until_it_is_gone(tmp_path: Path) -> None:
         assert bench.stop.tripped is None
 
 
+def test_a_file_in_no_folder_is_refused(tmp_path: Path) -> None:
+    with nothing_left_behind(), pytest.raises(ConfigurationError, match=r"operator\.file = .*/none/stop' is refused"):
+        Bench(OperatorSources(keys=False, signal_number=None, file=tmp_path / "none/stop")).stop.open()
+
+
 def test_a_file_that_nobody_could_find_counts(tmp_path: Path) -> None:
     bench = Bench(OperatorSources(keys=False, signal_number=None, file=tmp_path / ("x" * 300)))
     with bench.stop:
@@ -239,14 +244,14 @@ def test_an_orphaned_socket_is_replaced_and_a_served_one_is_not(tmp_path: Path) 
     orphan.bind(str(path))
     orphan.close()
     sources = OperatorSources(keys=False, signal_number=None, socket=path)
-    with nothing_left_behind(), Bench(sources).stop, pytest.raises(ConfigurationError, match=r"operator_stop\.socket"):
+    with nothing_left_behind(), Bench(sources).stop, pytest.raises(ConfigurationError, match=r"operator\.socket"):
         Bench(sources).stop.open()
 
 
 def test_a_file_in_the_sockets_place_is_left_alone(tmp_path: Path) -> None:
     path = tmp_path / "letter"
     path.write_text("dear sir")
-    with nothing_left_behind(), pytest.raises(ConfigurationError, match=r"operator_stop\.socket"):
+    with nothing_left_behind(), pytest.raises(ConfigurationError, match=r"operator\.socket"):
         Bench(OperatorSources(keys=False, signal_number=None, socket=path)).stop.open()
     assert path.read_text() == "dear sir"
 
