@@ -1,7 +1,6 @@
 """The loop over the ports: exact times, honest snapshots, and an arm that is stopped on every way out."""
 
 from fractions import Fraction
-from itertools import pairwise
 
 import pytest
 from hypothesis import given
@@ -31,15 +30,6 @@ from tests.unit.core.watched_task import HOLE, SETUP, Watch, assert_stopped, run
 def test_a_tick_is_never_a_nanosecond_off(start: int, tick: int) -> None:
     exact = start + Fraction(tick * 10**9, CONTROL_RATE_HZ)
     assert 0 <= exact - tick_time_ns(start, tick) < 1
-
-
-def test_a_million_ticks_do_not_drift() -> None:
-    times = [tick_time_ns(123, tick) for tick in range(1_000_001)]
-    assert {later - earlier for earlier, later in pairwise(times)} == {7142857, 7142858}
-    assert times[140] == 123 + 10**9
-    assert times[1_000_000] == 123 + 10**15 // 140
-    # A sum of rounded periods would be 0.14 ms late by now.
-    assert times[1_000_000] - 123 - 1_000_000 * 7142857 == 142857
 
 
 def test_ticks_come_at_their_times_and_with_their_samples() -> None:

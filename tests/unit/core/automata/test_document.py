@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.automata import Kind, Machine, document, load, to_json_text
-from palpate.core.automata.document import from_json_text, save
+from palpate.core.automata.document import from_json_text
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.machines import dfa, machines
 from tests.unit.core.json_changes import put, remove, repeat, require_refused
@@ -49,12 +49,6 @@ def test_a_machine_reads_back_and_gives_the_same_bytes(machine, named, data):
     assert text.isascii()
     assert from_json_text(text) == machine
     assert to_json_text(from_json_text(text)) == text
-
-
-def test_a_saved_machine_is_loaded(tmp_path):
-    save(PARITY, tmp_path / "machine.json")
-    assert (tmp_path / "machine.json").read_bytes() == TEXT.encode()
-    assert load(tmp_path / "machine.json") == PARITY
 
 
 BAD_ACCEPTORS = [

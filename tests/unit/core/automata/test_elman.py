@@ -1,7 +1,9 @@
+import json
+
 import numpy as np
 import pytest
 
-from palpate.core.automata.elman import END, Architecture, Network, Readout
+from palpate.core.automata.elman import END, Architecture, Network, Readout, network_to_dict, save_network
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.automata.strings import Strings
 from palpate.core.errors import ConfigurationError
@@ -59,3 +61,18 @@ def test_another_alphabet_is_refused_also_in_another_order() -> None:
         one.require_alphabet(("b", "a", "c"))
     with pytest.raises(ConfigurationError, match=r"network\.alphabet"):
         one.hidden_states(PrefixTree.of(Strings.of(["ab"])))
+
+
+@pytest.mark.parametrize("reading", list(Readout))
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_file_has_the_shape_and_every_weight_to_the_last_bit(tmp_path, reading, order) -> None:
+    one = network(4, alphabet=("x- y0", "b"), reading=reading, hidden=3, activation="tanh", order=order)
+    save_network(one, tmp_path / "network.json")
+    data = json.loads((tmp_path / "network.json").read_text())
+    assert data == network_to_dict(one)
+    shape = {"schema": "palpate.elman/1", "alphabet": ["x- y0", "b"], "reading": reading.value, "hidden": 3}
+    shape |= {"activation": "tanh", "order": order}
+    assert {key: data.pop(key) for key in shape} == shape
+    for name, values in data.items():
+        assert np.array(values).tobytes() == getattr(one, name).tobytes()
+    assert set(data) == set(one.architecture.shapes)

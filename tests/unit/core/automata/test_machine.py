@@ -47,12 +47,6 @@ def test_a_sink_takes_all_that_is_not_known():
     assert HOLES.completed(False).labels == ()
 
 
-def test_the_sink_of_a_mealy_machine_speaks_on_the_way_in():
-    full = MEALY.completed("none")
-    assert full.transitions == ((0, 1), (1, 1))
-    assert full.edge_outputs == (("x", "none"), ("none", "none"))
-
-
 @given(machines(), st.booleans())
 def test_completing_changes_nothing_that_was_known(machine, accept):
     output = accept if machine.kind is Kind.DFA else "new"

@@ -93,21 +93,6 @@ def test_it_learns_places_that_the_last_letters_do_not_tell(found) -> None:
     assert found.chosen.loss < 0.6 * min(found.beside.values())
 
 
-def test_shuffled_walks_are_not_learned() -> None:
-    strings, rng = walks(120), np.random.default_rng(0)
-    letters = iter(rng.permutation([letter for word in strings.words for letter in word[1:]]).tolist())
-    words = tuple((word[0], *(next(letters) for _ in word[1:])) for word in strings.words)
-    training = TrainingSettings(restarts=2, batch=2, steps=40, learning_rate=0.6, clip=100.0)
-    shuffled = infer(
-        Strings(strings.alphabet, words, actions=strings.actions, ends=strings.ends),
-        InferenceSettings(
-            activation=NORMALISED, hidden=12, finalists=1, training=training,
-            extraction=ExtractionSettings(most_intervals=3),
-        ),
-    )  # fmt: skip
-    assert shuffled.chosen.loss > min(shuffled.beside.values())
-
-
 def test_possible_letters_are_followed_beyond_the_strings(found) -> None:
     network = found.network.network
     few = PrefixTree.of(walks(3))

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.automata import Kind, Machine, Strings
+from palpate.core.automata import Machine, Strings
 from palpate.core.automata.elman import RANGES, Architecture, Network, Readout
 from palpate.core.automata.partition import bounded_partition
 from palpate.core.automata.prefix_tree import PrefixTree
@@ -63,16 +63,6 @@ def test_a_level_at_once_is_one_after_the_other(shape, seed, intervals, centres)
     vectors, rows = one_by_one(network, intervals, centres)
     assert found.transitions.tolist() == rows
     assert found.vectors == pytest.approx(np.array(vectors), abs=1e-12)
-
-
-@given(shapes, st.integers(0, 10**6), st.integers(1, 7))
-def test_every_cell_is_reached_and_every_transition_known(shape, seed, intervals) -> None:
-    found = bounded_partition(drawn(shape, seed), intervals)
-    machine = found.machine()
-    assert machine.complete
-    assert machine.reachable() == tuple(range(len(machine.transitions)))
-    assert len(machine.transitions) <= intervals**shape.hidden
-    assert machine.kind is (Kind.DFA if shape.reading is Readout.ACCEPTANCE else Kind.MOORE)
 
 
 def entered_by(machine: Machine) -> list[set[int]]:

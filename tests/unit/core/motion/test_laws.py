@@ -188,6 +188,3 @@ def test_a_new_contact_does_not_begin_with_a_kick() -> None:
     assert abs(kicked[0]) > 100 * abs(fresh[0])
     law.reset()
     assert law.velocity_m_s(ORIGIN, ORIGIN, (10.0, 0.0, 0.0)) == fresh
-
-
-# Hybrid control: one law across, one along, and neither disturbs the other.

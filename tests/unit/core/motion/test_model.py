@@ -157,11 +157,9 @@ def test_a_urdf_that_cannot_be_read_is_an_asset_error(tmp_path: Path, content: s
     assert "\n" not in str(caught.value)
 
 
-def test_a_fixed_frame_agrees_with_pinocchio() -> None:
+def test_a_fixed_frame_turns_vectors_as_pinocchio_does() -> None:
     placement, other, place = pin.SE3.Random(), pin.SE3.Random().rotation, np.random.default_rng(3).normal(size=3)
     frame, xyz = FixedFrame(placement), tuple(place.tolist())
-    assert frame.place_m(xyz) == pytest.approx(placement.actInv(place))
-    assert frame.place_in_base_m(xyz) == pytest.approx(placement.act(place))
     assert frame.vector(xyz) == pytest.approx(placement.rotation.T @ place)
     assert frame.vector_of(other.tolist(), xyz) == pytest.approx(placement.rotation.T @ other @ place)
     assert rotated(placement.rotation.tolist(), xyz) == pytest.approx(placement.rotation @ place)

@@ -3,8 +3,10 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from palpate.core.motion import Kinematics, TipMotion, ToolGeometry, arm_named
+from palpate.core.motion import GivingWay, Kinematics, TipMotion, ToolGeometry, arm_named, orientation, turn_of
 from palpate.core.ports import PERIOD_S
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointVector, Vector3
 from palpate.core.trial import goal_in_base
@@ -88,3 +90,23 @@ def test_the_tool_turns_about_the_tip_no_faster_than_it_may(bench: Bench) -> Non
     np.testing.assert_allclose(turned, pin.exp3(np.array([np.radians(5.0), 0.0, 0.0])), atol=1e-9)
     bench.motion.start(bench.home)
     assert bench.motion.turn_rad == (0.0, 0.0, 0.0)
+
+
+angles = st.tuples(*[st.floats(-0.5, 0.5)] * 3)
+
+
+@given(angles)
+def test_the_tool_is_turned_by_its_yaw_first_and_leans_then(turn: Vector3) -> None:
+    wanted = pin.exp3(np.array([turn[0], turn[1], 0.0])) @ pin.exp3(np.array([0.0, 0.0, turn[2]]))
+    np.testing.assert_allclose(orientation(turn), wanted, atol=1e-12)
+
+
+@given(angles)
+def test_lean_and_yaw_are_told_from_the_orientation(turn: Vector3) -> None:
+    np.testing.assert_allclose(turn_of(orientation(turn)), turn, atol=1e-9)
+
+
+def test_it_gives_way_with_the_torque_and_no_faster_than_it_may() -> None:
+    giving = GivingWay(0.4, 0.2, 0.1)
+    assert giving.rate_rad_s((0.1, -0.05, 0.1)) == pytest.approx((0.04, -0.02, 0.02))
+    assert np.linalg.norm(giving.rate_rad_s((9.0, 9.0, 9.0))) == pytest.approx(0.1)

@@ -8,6 +8,7 @@ from sklearn.preprocessing import StandardScaler
 
 from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.perception import Normalisation, PrincipalComponents, SelectedChannels, SelfOrganisingMap
+from palpate.core.perception.channels import samples
 
 SIGNAL = tuple(float(i) for i in range(9))
 UNIT = Normalisation((0.0,) * 9, (1.0,) * 9)
@@ -115,13 +116,6 @@ def test_unusable_map_settings_are_named(table: np.ndarray, change: dict[str, ob
         SelfOrganisingMap.fit(table, **{"rows": 2, "columns": 2, "seed": 0, **change})  # type: ignore[arg-type]
 
 
-def test_samples_must_have_all_channels() -> None:
-    with pytest.raises(ConfigurationError, match="rows of 9"):
-        PrincipalComponents.fit(np.ones((5, 4)), 1)
-    with pytest.raises(ConfigurationError, match="rows of 9"):
-        SelfOrganisingMap.fit(np.ones((5, 4)), 2, 2, 0)
-
-
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -134,3 +128,12 @@ def test_samples_must_have_all_channels() -> None:
 def test_shapes_that_do_not_fit_together_are_refused(make: object, message: str) -> None:
     with pytest.raises(ConfigurationError, match=message):
         make()  # type: ignore[operator]
+
+
+@pytest.mark.parametrize(
+    "value",
+    [[], [[1.0, 2.0]], [[1.0], [2.0]], [[1.0, 2.0], [3.0]], [["a", "b"]] * 2, [1.0, 2.0], np.ones((2, 2, 2))],
+)
+def test_samples_refuses_other_shapes(value: object) -> None:
+    with pytest.raises(ConfigurationError, match=r"perception\.samples = .* two or more rows of 2"):
+        samples(value, 2)  # type: ignore[arg-type]

@@ -1,34 +1,167 @@
+import dataclasses
+import json
 import math
-from collections.abc import Sequence
+from typing import Any
 
+import numpy as np
 import pytest
 
 from palpate.core.errors import CommandError, ConfigurationError
-from palpate.core.perception import IdentityState, Perception, SelectedChannels, Thresholds
+from palpate.core.perception import pipeline as stages
+from palpate.core.perception.features import PrincipalComponents, SelectedChannels, SelfOrganisingMap
+from palpate.core.perception.pipeline import Perception
+from palpate.core.perception.signal import Normalisation, SignalProcessor
+from palpate.core.perception.state import IdentityState, LastSymbols
+from palpate.core.perception.symbols import Clusters, GatedThresholds, RandomPartition, Thresholds
+from palpate.core.ports import STAGES, register_stage
+
+TABLE = np.random.default_rng(2).normal(size=(60, 9)) * np.geomspace(1e-3, 10.0, 9)
+GATED = GatedThresholds.of({"x": (-1e-3, 1e-3), "y": (-1e-3, 1e-3)}, {"tx": (-0.1, 0.1), "ty": (-0.1, 0.1)})
+EXTRACTORS = [
+    SelectedChannels(("x", "y", "tx", "ty")),
+    PrincipalComponents.fit(TABLE, 3),
+    PrincipalComponents.fit(TABLE, 2, ("fx", "fy", "fz")),
+    SelfOrganisingMap.fit(TABLE, 2, 3, 0, iterations=200),
+]
+SYMBOLISERS = [
+    GATED,
+    Thresholds.of({"a": (0.1,), "b": (-1 / 3, 1 / 3), "c": (0.0,), "d": (0.0,)}),
+    RandomPartition.draw(dict.fromkeys("abcd", (-1.0, 2.0)), 5, 0),
+    Clusters.fit(TABLE[:, :4], 4, 0, ("x", "y", "z", "fx")),
+]
+
+
+def through_json(stage: object) -> Any:
+    # Sorted keys, because a file that embeds a stage may sort them: no meaning may hang on the order.
+    return stages.stage_from_dict(json.loads(json.dumps(stages.stage_to_dict(stage), sort_keys=True)))
+
+
+def paper() -> Perception:
+    return Perception(EXTRACTORS[0], GATED, IdentityState(GATED.symbols))
+
+
+@pytest.mark.parametrize("stage", EXTRACTORS + SYMBOLISERS, ids=lambda s: type(s).__name__)
+def test_stages_come_back_with_identical_output(stage: Any) -> None:
+    back = through_json(stage)
+    assert back == stage
+    assert type(back) is type(stage)
+    for names in ("names", "features", "symbols"):
+        assert getattr(back, names, None) == getattr(stage, names, None)
+    use, width = ("extract", 9) if hasattr(stage, "extract") else ("symbol", 4)
+    for row in TABLE[:, :width].tolist():
+        assert getattr(back, use)(tuple(row)) == getattr(stage, use)(tuple(row))
+
+
+@pytest.mark.parametrize("normalisation", [None, Normalisation.fit(TABLE[:, 3:])])
+def test_a_signal_processor_comes_back_with_identical_output(normalisation: Normalisation | None) -> None:
+    stage = SignalProcessor(140.0, 4.1, 2, (9.80665,) * 6, normalisation)
+    back = through_json(stage)
+    for processor in (stage, back):
+        processor.reset((0.0,) * 6)
+    for row in TABLE[:, 3:].tolist():
+        assert back.update(tuple(row)) == stage.update(tuple(row))
+
+
+def test_dictionaries_are_plain_json() -> None:
+    assert stages.stage_to_dict(SelectedChannels(("x",))) == {"kind": "selected_channels", "channels": ["x"]}
+    assert stages.stage_to_dict(GATED)["outer"] == {
+        "kind": "thresholds",
+        "features": ["x", "y"],
+        "thresholds": [[-1e-3, 1e-3], [-1e-3, 1e-3]],
+    }
+
+
+def test_a_perception_comes_back_from_json() -> None:
+    data = json.loads(json.dumps(stages.perception_to_dict(paper())))
+    assert data["schema"] == "palpate.perception/1"
+    back = stages.perception_from_dict(data)
+    assert back == paper()
+    for row in TABLE.tolist():
+        assert back.observe(tuple(row)) == paper().observe(tuple(row))
+
+
+def edit(path: str, value: object) -> dict[str, Any]:
+    data: dict[str, Any] = json.loads(json.dumps(stages.perception_to_dict(paper())))
+    place = data
+    *way, last = path.split(".")
+    for key in way:
+        place = place[key]
+    if value is KeyError:
+        del place[last]
+    else:
+        place[last] = value
+    return data
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        ("schema", "palpate.perception/2", r"perception\.schema = 'palpate\.perception/2' .*perception/1"),
+        (
+            "identifier",
+            KeyError,
+            r"perception = .* the keys schema, extractor, .* \(missing identifier\)",
+        ),
+        ("comment", "hello", r"perception = .* \(unknown key 'comment'\)"),
+        ("extractor", [1], r"perception\.extractor = \[1\] .* a table with a 'kind'"),
+        ("extractor.kind", "magic", r"perception\.extractor\.kind = 'magic' .* one of .*clusters"),
+        ("extractor.kind", ["x"], r"perception\.extractor\.kind = \['x'\]"),
+        ("extractor.kind", KeyError, r"perception\.extractor\.kind = None"),
+        ("extractor.channels", KeyError, r"perception\.extractor = .* \(missing channels\)"),
+        ("extractor.channels", 7, r"perception\.extractor\.channels = 7"),
+        ("extractor.gain", 7, r"perception\.extractor = .* the keys kind, channels \(unknown key 'gain'\)"),
+        ("extractor", stages.stage_to_dict(GATED), r"perception\.extractor\.kind = .* a kind of extractor"),
+        ("symboliser.outer", 3, r"perception\.symboliser\.outer = 3"),
+        ("symboliser.outer.features", ["x"], r"perception\.symboliser\.outer\.thresholds = "),
+        ("symboliser.inner.thresholds", [[1, 2]], r"perception\.symboliser\.inner\.thresholds = "),
+        ("identifier.symbols", ["a"], r"perception\.identifier\.symbols = \('a',\)"),
+    ],
+)
+def test_one_line_names_the_wrong_field(path: str, value: object, message: str) -> None:
+    with pytest.raises(ConfigurationError, match="^" + message) as caught:
+        stages.perception_from_dict(edit(path, value))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("stage", [*EXTRACTORS[1:], *SYMBOLISERS[2:]], ids=lambda s: type(s).__name__)
+def test_a_normalisation_of_another_width_is_refused(stage: object) -> None:
+    data = stages.stage_to_dict(stage)
+    data["normalisation"]["offset"].append(0.0)
+    with pytest.raises(ConfigurationError, match=r"^here\.normalisation\.gain = .* numbers"):
+        stages.stage_from_dict(data, "here")
+    data["normalisation"]["gain"].append(1.0)
+    with pytest.raises(ConfigurationError, match=r"^here\.normalisation = .* a normalisation of"):
+        stages.stage_from_dict(data, "here")
+
+
+def test_a_perception_must_be_a_table() -> None:
+    with pytest.raises(ConfigurationError, match="a table with schema"):
+        stages.perception_from_dict([])
+
+
+@dataclasses.dataclass(frozen=True)
+class Doubled:
+    """A stranger's stage."""
+
+    by: float
+
+
+def test_a_strangers_stage_can_be_written_once_it_is_registered(monkeypatch: pytest.MonkeyPatch) -> None:
+    # What is added during the test goes with it.
+    monkeypatch.setitem(STAGES, "doubled", Doubled)
+    del STAGES["doubled"]
+    with pytest.raises(ConfigurationError, match=r"perception\.stage = .*Doubled"):
+        stages.stage_to_dict(Doubled(2.0))
+    register_stage("doubled", Doubled)
+    register_stage("doubled", Doubled)
+    assert through_json(Doubled(0.1)) == Doubled(0.1)
+    with pytest.raises(ConfigurationError, match="not taken"):
+        register_stage("clusters", Doubled)
+    with pytest.raises(ConfigurationError, match="a dataclass"):
+        register_stage("number", int)
+
 
 BANDS = Thresholds.of({"x": (-1e-3, 1e-3), "tx": (-0.01, 0.01)})
-
-
-class TwoInARow:
-    """A state identifier with a memory: was this symbol there just before?"""
-
-    def __init__(self, symbols: tuple[str, ...]) -> None:
-        self.symbols = symbols
-        self.states = ("new", "again")
-        self._last = -1.0
-
-    def reset(self) -> None:
-        self._last = -1.0
-
-    def update(self, symbol: int, action: str | None = None) -> int:
-        again, self._last = symbol == self._last, symbol
-        return int(again)
-
-    def get_state(self) -> list[float]:
-        return [self._last]
-
-    def set_state(self, state: Sequence[float]) -> None:
-        (self._last,) = state
 
 
 def signal(x: float, tx: float) -> tuple[float, ...]:
@@ -42,16 +175,17 @@ def test_a_measurement_becomes_a_symbol_and_a_state() -> None:
 
 
 def test_an_identifier_with_a_memory_fits_in() -> None:
-    perception = Perception(SelectedChannels(("x", "tx")), BANDS, TwoInARow(BANDS.symbols))
-    assert perception.states == ("new", "again")
-    here, there = signal(0.0, 0.0), signal(1.0, 0.0)
-    assert [perception.observe(s)[1] for s in (here, here, there, there)] == [0, 1, 0, 1]
+    perception = Perception(SelectedChannels(("x", "tx")), BANDS, LastSymbols(BANDS.symbols, 2))
+
+    def seen(x_m: float) -> str:
+        return perception.states[perception.observe(signal(x_m, 0.0))[1]]
+
+    assert [seen(x_m) for x_m in (0.0, 0.0, 1.0)] == ["x0 tx0", "x0 tx0 > x0 tx0", "x0 tx0 > x+ tx0"]
     memory = perception.get_state()
     perception.reset()
-    assert perception.observe(there)[1] == 0
-    perception.observe(here)
+    assert seen(0.0) == "x0 tx0"
     perception.set_state(memory)
-    assert perception.observe(there)[1] == 1
+    assert seen(0.0) == "x+ tx0 > x0 tx0"
 
 
 def test_features_in_another_order_than_the_thresholds_are_refused() -> None:
