@@ -257,6 +257,20 @@ def paper_perception() -> Perception:
     return Perception(SelectedChannels(("x", "y", "tx", "ty")), symboliser, IdentityState(symboliser.symbols))
 
 
+def measurement() -> Measurement:
+    """The zebra-zero's, above the goal that comes with palpate."""
+    signal = SignalProcessor(CONTROL_RATE_HZ, 4.0)
+    kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
+    return Measurement(kinematics, goal_in_base(GoalConfig()), signal, STIFFNESS_N_PER_M)
+
+
+def tip_motion() -> TipMotion:
+    """The same arm's, the tool upright."""
+    _, rotation = ready_pose()
+    kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
+    return TipMotion(kinematics, goal_in_base(GoalConfig()), np.array(rotation), PERIOD_S)
+
+
 def build_task(
     policy: Policy,
     task: TaskConfig | None = None,
@@ -270,12 +284,10 @@ def build_task(
     Without proofs of contact, unless they are asked for: a tip that heaves, is lifted or pushed does not stand where
     the laws of motion alone lead it.
     """
-    arm, goal = arm_named("zebra-zero"), goal_in_base(GoalConfig())
-    _, rotation = ready_pose()
     return InsertionTask(
         replace(task or TaskConfig(), prove_contact=proves),
         control or ControlConfig(),
-        Measurement(Kinematics(arm, TOOL), goal, SignalProcessor(CONTROL_RATE_HZ, 4.0), STIFFNESS_N_PER_M),
-        TipMotion(Kinematics(arm, TOOL), goal, np.array(rotation), PERIOD_S),
+        measurement(),
+        tip_motion(),
         Agent(paper_perception(), policy, reinforcement or ActionPenalty(), PERIOD_S),
     )

@@ -1,6 +1,6 @@
 """What tests with policies share: two action sets, observations of a state, and a corridor to learn in."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -48,15 +48,20 @@ def refuse(field: str, make: Callable[..., object], *args: Any, **settings: Any)
 
 @dataclass
 class Diary(Policy):
-    """Keeps everything that it is given, in order; takes given actions again and again, None a step of no set."""
+    """Keeps everything that it is given, in order; takes given actions again and again, None a step of no set.
+
+    Attributes:
+        served: The states that it serves; None for all.
+    """
 
     indices: Sequence[int | None] = (0,)
     actions: Sequence[Action] = EIGHT
     entries: list[object] = field(default_factory=list)
     temperature: float | None = None
+    served: Collection[int] | None = None
 
     def serves(self, state: int) -> bool:
-        return True
+        return self.served is None or state in self.served
 
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
         self.entries.append(("begin", trial, rng))

@@ -167,9 +167,6 @@ SEEN_BY_READER = [
     (remove("table", 1), "table"),
     (put("table", []), "table"),
     (put("table", 0, "action", "up"), "table[0].action"),
-    (put("table", 0, "q", [0.0] * 7), "table[0].q"),
-    (put("table", 0, "value", -1.0), "table[0].value"),
-    (put("table", 0, "visits", 3), "table[0].visits"),
     (put("learner", None), "table[0].source"),
     (put("learner", "temperature", "floor", 9.0), "learner.temperature.floor"),
 ]

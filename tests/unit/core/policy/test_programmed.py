@@ -3,12 +3,12 @@ import pytest
 from scipy.stats import chisquare
 
 from palpate.core.errors import ConfigurationError, LifecycleError
-from palpate.core.policy.base import Action, Decision, Hindsight, Policy, Transition
+from palpate.core.policy.base import Decision, Hindsight, Transition
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.programmed import AssignedPolicy, MixedPolicy, ProgrammedPolicy, RandomWalkPolicy, check_known
 from palpate.core.policy.tabular import QLearning, QParameters
-from tests.unit.core.policy.bench import EIGHT, LEFT, RIGHT, TWO, observation, refuse
+from tests.unit.core.policy.bench import EIGHT, LEFT, RIGHT, TWO, Diary, observation, refuse
 
 STATES = ("a", "b", "c")
 
@@ -44,9 +44,6 @@ def test_unknown_names_are_refused_with_all_that_is_accepted():
     check_known("here", "a", "+x", ("a", "b"), EIGHT)
 
 
-# Programs.
-
-
 # Random walks.
 
 
@@ -74,30 +71,6 @@ def learner(**settings) -> QLearning:
     return QLearning(STATES, TWO, QParameters(**plain | settings))
 
 
-class Spy(Policy):
-    """Takes a step outside the action set, in some states, and keeps what it is given."""
-
-    temperature = None
-
-    def __init__(self, states: set[int]) -> None:
-        self.states, self.begun, self.learned = states, [], []
-
-    def serves(self, state: int) -> bool:
-        return state in self.states
-
-    def begin_trial(self, trial, rng) -> None:
-        self.begun.append((trial, rng))
-
-    def choose(self, observation) -> Decision:
-        return Decision(Action("aside", (1.0, 1.0)), None, "spy")
-
-    def learn(self, transition) -> None:
-        self.learned.append(transition)
-
-    def end_trial(self, hindsight) -> None:
-        self.learned.append(hindsight)
-
-
 def test_in_each_state_the_first_part_that_serves_it_decides():
     programmed = ProgrammedPolicy(STATES, TWO, {"a": LEFT})
     examples = ExamplesPolicy(STATES, TWO, [("a", RIGHT), ("b", RIGHT)])
@@ -109,17 +82,16 @@ def test_in_each_state_the_first_part_that_serves_it_decides():
     assert policy.part_for(1) is examples
 
 
-def test_trials_and_transitions_reach_every_part():
-    spies = Spy({0}), Spy({1, 2})
-    policy = MixedPolicy(STATES, spies)
-    rng = np.random.default_rng(0)
+def test_trials_and_transitions_reach_every_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Diary, "end_trial", lambda self, hindsight: self.entries.append(hindsight))
+    diaries = Diary(served=(0,)), Diary(served=(1, 2))
+    policy = MixedPolicy(STATES, diaries)
+    rng, hindsight = np.random.default_rng(0), Hindsight(True, (1e-3, 0.0, 0.0), 0.01)
     policy.begin_trial(4, rng)
-    hindsight = Hindsight(True, (1e-3, 0.0, 0.0), 0.01)
     policy.learn(Transition(0, 1, -1.0, 2))
     policy.end_trial(hindsight)
-    for spy in spies:
-        assert spy.begun == [(4, rng)]
-        assert spy.learned == [Transition(0, 1, -1.0, 2), hindsight]
+    for diary in diaries:
+        assert diary.entries == [("begin", 4, rng), Transition(0, 1, -1.0, 2), hindsight]
 
 
 def test_a_learner_values_programmed_states_by_the_programmed_action_and_others_by_the_best():
@@ -135,9 +107,9 @@ def test_a_learner_values_programmed_states_by_the_programmed_action_and_others_
 
 def test_states_without_a_part_are_named():
     assert refuse("policy.mixed", MixedPolicy, STATES, [ProgrammedPolicy(STATES, TWO, {"b": LEFT})]).value == "a, c"
-    spy = Spy({0, 1, 2})
-    policy = MixedPolicy(STATES, [spy])
-    spy.states = {0}  # no longer served
+    diary = Diary()
+    policy = MixedPolicy(STATES, [diary])
+    diary.served = (0,)  # the others no longer
     assert [policy.serves(state) for state in range(3)] == [True, False, False]
     with pytest.raises(ConfigurationError, match="'b'"):
         policy.choose(observation(1))

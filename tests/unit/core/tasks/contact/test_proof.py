@@ -7,13 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.motion import Array, Kinematics, arm_named
-from palpate.core.perception import SignalProcessor
-from palpate.core.ports.values import CONTROL_RATE_HZ, JointSample, Snapshot, WrenchSample
+from palpate.core.motion import Array
+from palpate.core.ports.values import JointSample, Snapshot, WrenchSample
 from palpate.core.tasks.contact.proof import ContactProof
-from palpate.core.trial import ControlConfig, Measurement, TaskConfig, TrialSetup, Trip, TripReason, goal_in_base
-from palpate.core.trial.config import GoalConfig
-from tests.unit.core.fake_world import STIFFNESS_N_PER_M, TOOL, ready_pose
+from palpate.core.trial import ControlConfig, TaskConfig, TrialSetup, Trip, TripReason
+from tests.unit.core.fake_world import TOOL, measurement, ready_pose
 
 LEVER_M = TOOL.tip_from_sensor_m
 ANGLES, _ = ready_pose()
@@ -23,9 +21,7 @@ class Held:
     """Samples held against what a contact can give, one by one."""
 
     def __init__(self, wall_friction: float = 0.0) -> None:
-        signal = SignalProcessor(CONTROL_RATE_HZ, 4.0)
-        kinematics, goal = Kinematics(arm_named("zebra-zero"), TOOL), goal_in_base(GoalConfig())
-        self.measurement = Measurement(kinematics, goal, signal, STIFFNESS_N_PER_M)
+        self.measurement = measurement()
         self.proof = ContactProof(TaskConfig(), ControlConfig(), wall_friction)
         self.proof.begin(TrialSetup(0, 0, (0.0, 0.0)))
         self._tick = self._sequence = 0

@@ -5,25 +5,20 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import hypot
 
-import numpy as np
 import pytest
 
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import ConfigurationError
-from palpate.core.motion import Kinematics, TipMotion, arm_named
-from palpate.core.perception import SignalProcessor
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Truth, WrenchSample
+from palpate.core.ports import Truth, WrenchSample
 from palpate.core.tasks.hole_survey import HOLE_SURVEY, SurveyTask, surveyed
-from palpate.core.trial import ControlConfig, Fit, Measurement, Outcome, TaskConfig, TrialReport, goal_in_base
-from palpate.core.trial.config import GoalConfig
+from palpate.core.trial import ControlConfig, Fit, Outcome, TaskConfig, TrialReport
 from tests.unit.core.fake_world import (
-    STIFFNESS_N_PER_M,
-    TOOL,
     WEIGHT_AND_BIAS_N,
     WEIGHT_AND_BIAS_NM,
     FakeWorld,
     Pit,
-    ready_pose,
+    measurement,
+    tip_motion,
 )
 
 QUICK: dict[str, float] = {
@@ -49,14 +44,7 @@ FIT = Fit(6.0, 0.6, 0.0, 4.0)
 
 
 def survey(world: FakeWorld, task: TaskConfig = TASK) -> TrialReport:
-    goal, arm = goal_in_base(GoalConfig()), arm_named("zebra-zero")
-    _, rotation = ready_pose()
-    made = SurveyTask(
-        task,
-        ControlConfig(),
-        Measurement(Kinematics(arm, TOOL), goal, SignalProcessor(CONTROL_RATE_HZ, 4.0), STIFFNESS_N_PER_M),
-        TipMotion(Kinematics(arm, TOOL), goal, np.array(rotation), PERIOD_S),
-    )
+    made = SurveyTask(task, ControlConfig(), measurement(), tip_motion())
     with world:
         return run_trial(made, world.ports, HOLE_SURVEY.setup(task, 1, 0))
 

@@ -3,31 +3,20 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from palpate.core.control_loop import run_trial
-from palpate.core.motion import Kinematics, TipMotion, arm_named
-from palpate.core.perception import SignalProcessor
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, WrenchSample
+from palpate.core.ports import WrenchSample
 from palpate.core.tasks.surface_follow import SURFACE_FOLLOW, FollowTask
-from palpate.core.trial import ControlConfig, Measurement, Outcome, TaskConfig, TrialReport, goal_in_base
-from palpate.core.trial.config import GoalConfig
-from tests.unit.core.fake_world import STIFFNESS_N_PER_M, TOOL, FakeWorld, ready_pose
+from palpate.core.trial import ControlConfig, Outcome, TaskConfig, TrialReport
+from tests.unit.core.fake_world import FakeWorld, measurement, tip_motion
 
 WAY: dict[str, float] = {"stroke_mm": 6.0, "way_mm": 9.0}
 
 
 def followed(world: FakeWorld, **options: float) -> TrialReport:
-    goal, arm = goal_in_base(GoalConfig()), arm_named("zebra-zero")
     task = TaskConfig(name="surface-follow", options=WAY | options)
-    _, rotation = ready_pose()
-    follow = FollowTask(
-        task,
-        ControlConfig(damping_N_s_per_m=100.0),
-        Measurement(Kinematics(arm, TOOL), goal, SignalProcessor(CONTROL_RATE_HZ, 4.0), STIFFNESS_N_PER_M),
-        TipMotion(Kinematics(arm, TOOL), goal, np.array(rotation), PERIOD_S),
-    )
+    follow = FollowTask(task, ControlConfig(damping_N_s_per_m=100.0), measurement(), tip_motion())
     with world:
         return run_trial(follow, world.ports, SURFACE_FOLLOW.setup(task, 1, 0))
 
