@@ -83,6 +83,11 @@ class CommandLine:
         assert files_in(Path.cwd()) == before
         return lines[0]
 
+    def refuses(self, words: str, *told: str) -> None:
+        """Refuse these words, as :meth:`refusal` has it, in a line that holds all that is told."""
+        line = self.refusal(*words.split())
+        assert [part for part in told if part not in line] == [], line
+
 
 def _process_state() -> dict[str, Any]:
     """What a command might leave changed behind it."""

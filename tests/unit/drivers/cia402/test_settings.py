@@ -1,10 +1,13 @@
+from dataclasses import replace
 from math import nan
 from typing import Any
 
 import pytest
 
+from palpate.core.ports.values import CommandReason
 from palpate.drivers.can.identifiers import collisions
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive, bits_per_cycle, bus_budget
+from palpate.drivers.device import AppliedReason
 from palpate.drivers.errors import SettingError
 from tests.unit.drivers.cia402.bench import joints
 
@@ -65,15 +68,8 @@ def test_counts_and_angles() -> None:
     ],
 )
 def test_a_joint_that_cannot_work_is_refused(wrong: dict[str, Any]) -> None:
-    good: dict[str, Any] = {
-        "node": 1,
-        "counts_per_rad": 1e4,
-        "lower_rad": -1.0,
-        "upper_rad": 1.0,
-        "velocity_rad_per_s": 1.0,
-    }
     with pytest.raises(SettingError):
-        JointDrive(**(good | wrong))
+        replace(joints()[0], **wrong)
 
 
 @pytest.mark.parametrize(
@@ -100,3 +96,7 @@ def test_a_joint_that_cannot_work_is_refused(wrong: dict[str, Any]) -> None:
 def test_an_arm_that_cannot_work_is_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(SettingError):
         ArmSettings(**({"joints": joints(), "control_rate_Hz": 140} | wrong))
+
+
+def test_the_reasons_are_those_of_the_core() -> None:
+    assert [r.name for r in AppliedReason] == [r.name for r in CommandReason]

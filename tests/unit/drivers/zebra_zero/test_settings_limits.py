@@ -10,16 +10,13 @@ from palpate.drivers.device import AppliedReason
 from palpate.drivers.errors import RefusedError, SettingError
 from palpate.drivers.zebra_zero.counts import HOME_RAD
 from palpate.drivers.zebra_zero.settings import JointLimits
+from tests.unit.drivers.zebra_zero.test_arm import moved
 
 LIMITS = JointLimits()
 PERIOD_S = 1 / 46.0
 STILL = (0.0,) * 6
 INSIDE = st.tuples(*(st.floats(lo, hi) for lo, hi in zip(LIMITS.lower_rad, LIMITS.upper_rad, strict=True)))
 SPEEDS = st.tuples(*[st.floats(-1.0, 1.0)] * 6)
-
-
-def moved(step_rad, joint=0):
-    return tuple(q + step_rad * (j == joint) for j, q in enumerate(HOME_RAD))
 
 
 def test_position_limit():

@@ -7,11 +7,10 @@ import pinocchio as pin
 import pytest
 
 from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry, arm_named
-from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.simulation.work_cell import CellConfig, ConditionsConfig, WorkCell
+from palpate.simulation.work_cell import CellConfig, ConditionsConfig
 from palpate.simulation.work_cell.config import PegConfig
 from palpate.simulation.work_cell.cross_section import SIDES
-from tests.unit.simulation.work_cell.test_model import GOAL, ready_rad
+from tests.unit.simulation.work_cell.test_model import GOAL, cell_of, ready_rad
 
 ARM, DEPTH_M = "zebra-zero", 6e-3
 
@@ -22,13 +21,7 @@ def test_a_peg_turned_as_the_hole_is_fits_and_one_that_is_not_does_not(section: 
     kinematics = Kinematics(arm_named(ARM), ToolGeometry())
     conditions = ConditionsConfig(yaw_deg=5.0, plate_lean_mrad=30.0)
     config = CellConfig(peg=PegConfig(cross_section=section), contacts=contacts, hole_uncertainty_mm=3.0)
-    cell = WorkCell(
-        kinematics,
-        replace(config, conditions=conditions),
-        goal_in_base=GOAL,
-        ready_rad=ready_rad(ARM),
-        rate_Hz=CONTROL_RATE_HZ,
-    )
+    cell = cell_of(replace(config, conditions=conditions))
     kinematics.update(ready_rad(ARM))
     held = GOAL.rotation.T @ kinematics.tip_rotation
     for trial in range(2):

@@ -8,10 +8,9 @@ import pinocchio as pin
 import pytest
 
 from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry, arm_named
-from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.simulation.work_cell import CellConfig, WorkCell
+from palpate.simulation.work_cell import CellConfig
 from palpate.simulation.work_cell.config import PegConfig
-from tests.unit.simulation.work_cell.test_model import GOAL, ready_rad
+from tests.unit.simulation.work_cell.test_model import GOAL, cell_of, ready_rad
 
 ARM, WANDER_M = "zebra-zero", 5e-3
 NOTHING, NEAR, FAR, EVERYTHING = range(4)
@@ -29,21 +28,9 @@ def joints_rad(x_mm: float, z_mm: float, turn_rad: float = 0.0, lean_rad: float 
     return solved
 
 
-def cell_of(config: CellConfig, arm: str = ARM) -> WorkCell:
-    """A cell with this arm."""
-    return WorkCell(
-        Kinematics(arm_named(arm), ToolGeometry()),
-        config,
-        goal_in_base=GOAL,
-        ready_rad=ready_rad(arm),
-        rate_Hz=CONTROL_RATE_HZ,
-        wander_m=WANDER_M,
-    )
-
-
 def motion(config: CellConfig, start_rad: np.ndarray, end_rad: np.ndarray) -> tuple[list[bytes], list[int]]:
     """State and wrench after each tick of a way commanded at one stroke, and the levels of search on it."""
-    cell = cell_of(config)
+    cell = cell_of(config, wander_m=WANDER_M)
     cell.place(start_rad)
     cell.command(tuple(end_rad))
     states, levels = [], []
@@ -85,7 +72,7 @@ def test_listed_pairs_give_the_motion_of_a_search_to_the_bit(
 
 @pytest.mark.parametrize("arm", ["zebra-zero", "ur5"])
 def test_what_is_kept_before_a_tick_is_all_that_a_step_starts_from_and_changes(arm: str) -> None:
-    cell = cell_of(CellConfig(), arm)
+    cell = cell_of(CellConfig(), arm, wander_m=WANDER_M)
     every = int(mujoco.mjtState.mjSTATE_INTEGRATION)
     user = int(mujoco.mjtState.mjSTATE_USER)  # the command, and forces and places that only a caller sets
     before, after = (np.empty(mujoco.mj_stateSize(cell.model, every)) for _ in range(2))

@@ -39,9 +39,9 @@ def ready_rad(arm: str) -> np.ndarray:
     )
 
 
-def cell_of(config: CellConfig, arm: str = "zebra-zero") -> WorkCell:
+def cell_of(config: CellConfig, arm: str = "zebra-zero", **more: float) -> WorkCell:
     kinematics = Kinematics(arm_named(arm), ToolGeometry())
-    return WorkCell(kinematics, config, goal_in_base=GOAL, ready_rad=ready_rad(arm), rate_Hz=CONTROL_RATE_HZ)
+    return WorkCell(kinematics, config, goal_in_base=GOAL, ready_rad=ready_rad(arm), rate_Hz=CONTROL_RATE_HZ, **more)
 
 
 def advance(cell: WorkCell, ticks: int) -> None:

@@ -1,0 +1,35 @@
+"""The corpora of the fuzz harnesses, through codecs and whole drivers, and how each input must end."""
+
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from benchmarks import fuzz_cia402, fuzz_nmc
+from benchmarks.fuzz_jr3 import CODECS
+from benchmarks.fuzzing import CORPORA
+
+HARNESSES: dict[str, Callable[[bytes], object]] = {
+    "cia402": fuzz_cia402.once,
+    "nmc": fuzz_nmc.once,
+    "jr3_can": CODECS["can"],
+    "jr3_uart": CODECS["uart"],
+}
+INPUTS = [(name, path) for name in HARNESSES for path in sorted((CORPORA / name).iterdir())]
+FAULTED = {"astray", "boot", "emergency", "fault_state", "mute", "stopped"}
+SILENT = {"heartbeat", "orphans", "kinds", "other_node", "host", "short", "bad_state", "echo", "noise"}
+
+
+@pytest.mark.parametrize(("name", "path"), INPUTS, ids=lambda value: getattr(value, "name", value))
+def test_inputs_of_the_corpora(name: str, path: Path) -> None:
+    came_of_it = HARNESSES[name](path.read_bytes())
+    if name == "cia402":
+        assert came_of_it == ("faulted" if path.name in FAULTED else "enabled")
+    elif name != "nmc":
+        assert bool(came_of_it) is (path.name not in SILENT)
+
+
+def test_the_corpora_are_there() -> None:
+    assert all(10 <= count <= 40 for count in Counter(name for name, _ in INPUTS).values())
+    assert [HARNESSES[name](b"") for name in ("cia402", "jr3_can", "jr3_uart")] == ["enabled", [], []]
