@@ -15,9 +15,6 @@ from .base import Spatial as Spatial
 from .base import Transition as Transition
 from .base import compass_actions as compass_actions
 from .base import drawing_from as drawing_from
-from .belief_entry import BeliefEntry as BeliefEntry
-from .belief_entry import MemoryEntry as MemoryEntry
-from .belief_entry import Reach as Reach
 from .conversion import document_of as document_of
 from .conversion import learner_of as learner_of
 from .conversion import new_learner as new_learner
@@ -40,6 +37,9 @@ from .learner import Learner as Learner
 from .memory import MemoryLearner as MemoryLearner
 from .memory import MemoryParameters as MemoryParameters
 from .memory import PairsLearner as PairsLearner
+from .model_entry import BeliefEntry as BeliefEntry
+from .model_entry import MemoryEntry as MemoryEntry
+from .model_entry import Reach as Reach
 from .model_learner import ModelLearner as ModelLearner
 from .options import OptionLearning as OptionLearning
 from .options import OptionParameters as OptionParameters

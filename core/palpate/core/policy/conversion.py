@@ -7,13 +7,13 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.policy.back_off import BackingOff, BackOff
 from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action, Policy
 from palpate.core.policy.belief import BeliefLearner
-from palpate.core.policy.belief_entry import BeliefEntry, MemoryEntry, Reach
 from palpate.core.policy.entries import ActionEntry, BackOffEntry, LearnerEntry, TableRow
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.file import PolicyDocument
 from palpate.core.policy.foreign import ForeignPolicy
 from palpate.core.policy.learner import Learner
 from palpate.core.policy.memory import MemoryLearner
+from palpate.core.policy.model_entry import BeliefEntry, MemoryEntry, Reach
 from palpate.core.policy.options import OptionLearning, OptionParameters
 from palpate.core.policy.programmed import AssignedPolicy, MixedPolicy, ProgrammedPolicy
 from palpate.core.policy.sarsa import Sarsa, SarsaParameters

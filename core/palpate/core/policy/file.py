@@ -17,9 +17,9 @@ from typing import Annotated, Any, ClassVar, Final
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import LEARNED, Action
-from palpate.core.policy.belief_entry import BeliefEntry, MemoryEntry
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.policy.foreign import ForeignEntry
+from palpate.core.policy.model_entry import BeliefEntry, MemoryEntry
 from palpate.core.ports import OneOf, Settings, load_json, parse_json, require_names, write_whole
 
 SCHEMA: Final = "palpate.policy/1"

@@ -11,10 +11,10 @@ import pytest
 
 from palpate.core.errors import ConfigurationError, PolicyError
 from palpate.core.policy.base import Action, Decision, Hindsight, Observation, Transition, compass_actions
-from palpate.core.policy.belief_entry import Reach
 from palpate.core.policy.conversion import document_of
 from palpate.core.policy.file import PolicyDocument
 from palpate.core.policy.foreign import ForeignEntry, ForeignLearner, ForeignPolicy, PolicyContext, guarded
+from palpate.core.policy.model_entry import Reach
 
 ACTIONS = compass_actions(0.7e-3)
 CONTEXT = PolicyContext(("left", "right"), ACTIONS, Reach(4e-3, 0.1))

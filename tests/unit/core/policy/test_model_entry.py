@@ -22,7 +22,7 @@ from palpate.core.policy import (
     policy_from,
 )
 from palpate.core.policy.belief import BeliefLearner, BeliefParameters
-from palpate.core.policy.belief_entry import Reach
+from palpate.core.policy.model_entry import Reach
 from tests.unit.core.policy.bench import LEFT, TWO, observation
 from tests.unit.core.policy.test_file import FORMAT, disagreements
 
