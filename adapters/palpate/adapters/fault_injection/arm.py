@@ -1,10 +1,9 @@
 """An arm port with faults on the way of its commands."""
 
-from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Sequence
 from math import nan
-from typing import ClassVar, Final, TypeAlias
+from typing import TypeAlias
 
 from typing_extensions import override
 
@@ -26,110 +25,57 @@ from palpate.core.ports import (
 _OnWay: TypeAlias = JointCommand | None
 
 
-class CommandFault(ABC):
+class CommandFault:
     """One fault on the way of the commands. None stands for a command that does not arrive.
 
     Attributes:
-        LIES: Whether the answer is that the command was applied as asked, as that of a bus that only queues it.
+        lies: Whether the answer is that the command was applied as asked, as that of a bus that only queues it; an arm
+            that takes the numbers for those of another unit answers what it makes of them.
     """
 
-    LIES: ClassVar[bool] = True
-
     def __init__(self, plan: FaultPlan) -> None:
-        self.plan = plan
+        self._plan, self.lies = plan, plan.kind != "unit"
+        self._under_way: deque[tuple[int, JointCommand]] = deque()
 
-    @abstractmethod
     def strike(self, command: _OnWay, moment: FaultMoment, held_rad: JointVector | None) -> _OnWay:
         """What goes on instead of a command.
 
         Args:
             held_rad: What the arm applied last, (n,); None before its first command.
+
+        Raises:
+            DeviceError: The arm is gone.
+            CommandError: Something on the way makes NaN of the command; none such can be made, so it is refused.
         """
+        plan = self._plan
+        match plan.kind:
+            case "drop":
+                return None
+            case "delay":
+                return self._late(command, moment.tick)
+            case "stuck":
+                # The link lives and the arm stands: it is sent again what it holds already.
+                return None if held_rad is None else JointCommand(held_rad)
+            case "disconnect":
+                raise DeviceError(plan.port, "does not answer")
+        factor = nan if plan.kind == "nan" else plan.factor
+        return command and JointCommand(changed(command.position_rad, plan.channels, lambda i, value: factor * value))
 
     def clear(self) -> None:
         """The arm was stopped, or the fault is over: nothing old may arrive any more."""
-        # Most faults keep nothing.
-        return
+        self._under_way.clear()
 
-
-class DropCommand(CommandFault):
-    """The command is lost."""
-
-    @override
-    def strike(self, command: _OnWay, moment: FaultMoment, held_rad: JointVector | None) -> _OnWay:
-        return None
-
-
-class DelayCommand(CommandFault):
-    """Every command comes so many ticks late."""
-
-    def __init__(self, plan: FaultPlan) -> None:
-        super().__init__(plan)
-        self._under_way: deque[tuple[int, JointCommand]] = deque()
-
-    @override
-    def strike(self, command: _OnWay, moment: FaultMoment, held_rad: JointVector | None) -> _OnWay:
-        due, queue = moment.tick + self.plan.delay_ticks, self._under_way
+    def _late(self, command: _OnWay, tick: int) -> _OnWay:
+        due, queue = tick + self._plan.delay_ticks, self._under_way
         if command is not None:
             # The newest command of a tick wins, late or not.
             if queue and queue[-1][0] == due:
                 queue.pop()
             queue.append((due, command))
-        arrived: JointCommand | None = None
-        while queue and queue[0][0] <= moment.tick:
+        arrived: _OnWay = None
+        while queue and queue[0][0] <= tick:
             arrived = queue.popleft()[1]
         return arrived
-
-    @override
-    def clear(self) -> None:
-        self._under_way.clear()
-
-
-class Stuck(CommandFault):
-    """The link lives and the arm stands: it is sent again what it holds already."""
-
-    @override
-    def strike(self, command: _OnWay, moment: FaultMoment, held_rad: JointVector | None) -> _OnWay:
-        return None if held_rad is None else JointCommand(held_rad)
-
-
-class NotANumberCommand(CommandFault):
-    """Something on the way makes NaN of a command; none such can be made, so it is refused."""
-
-    @override
-    def strike(self, command: _OnWay, moment: FaultMoment, held_rad: JointVector | None) -> _OnWay:
-        return command and JointCommand(changed(command.position_rad, self.plan.channels, lambda i, value: nan))
-
-
-class WrongUnitCommand(CommandFault):
-    """The arm takes the numbers for those of another unit; the answer is what it makes of them."""
-
-    LIES = False
-
-    @override
-    def strike(self, command: _OnWay, moment: FaultMoment, held_rad: JointVector | None) -> _OnWay:
-        factor = self.plan.factor
-        return command and JointCommand(
-            changed(command.position_rad, self.plan.channels, lambda i, value: factor * value)
-        )
-
-
-class DisconnectArm(CommandFault):
-    """The arm is gone."""
-
-    @override
-    def strike(self, command: _OnWay, moment: FaultMoment, held_rad: JointVector | None) -> _OnWay:
-        raise DeviceError(self.plan.port, "does not answer")
-
-
-_FAULTS: Final[dict[str, type[CommandFault]]] = {
-    "drop": DropCommand,
-    "delay": DelayCommand,
-    "nan": NotANumberCommand,
-    "unit": WrongUnitCommand,
-    "disconnect": DisconnectArm,
-    "stuck": Stuck,
-}
 
 
 class FaultyArm(DeviceDecorator, ArmCommand):
@@ -147,7 +93,7 @@ class FaultyArm(DeviceDecorator, ArmCommand):
         self._arm, self._ticker = arm, Ticker(clock)
         self._account = FaultAccount(notify)
         self._stages: list[tuple[Schedule, CommandFault]] = [
-            (schedule, _FAULTS[schedule.plan.kind](schedule.plan)) for schedule in self._account.schedules("arm", plans)
+            (schedule, CommandFault(schedule.plan)) for schedule in self._account.schedules("arm", plans)
         ]
         self._held: JointVector | None = None
         self._stopped = False
@@ -201,7 +147,7 @@ class FaultyArm(DeviceDecorator, ArmCommand):
                 raise
             if on_way is not before:
                 schedule.delivered(moment)
-                lied = lied or fault.LIES
+                lied = lied or fault.lies
         return on_way, lied
 
     def _sent_plainly(self, command: JointCommand) -> AppliedCommand:

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import copysign, nan
-from typing import Any, Final, Generic
+from typing import Any, Final, Generic, NamedTuple, TypeAlias
 
 import numpy as np
 from typing_extensions import override
@@ -19,6 +19,8 @@ from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.ports import JointSample, JointVector, SampleT, Validity, WrenchSample
 
 _NS: Final = 1_000_000_000
+_Change: TypeAlias = Callable[[int, float], float]
+"""Of a channel's number and value."""
 
 
 def channels_of(sample: WrenchSample | JointSample) -> tuple[float, ...]:
@@ -34,7 +36,7 @@ def with_channels(sample: SampleT, values: Sequence[float], validity: Validity) 
     return replace(sample, position_rad=tuple(values), validity=validity)
 
 
-def changed(values: JointVector, channels: Sequence[int], change: Callable[[int, float], float]) -> JointVector:
+def changed(values: JointVector, channels: Sequence[int], change: _Change) -> JointVector:
     """The values with a change made to some of them."""
     if channels and max(channels) >= len(values):
         raise ConfigurationError("faults.channels", tuple(channels), f"numbers from 0 to {len(values) - 1}")
@@ -74,12 +76,6 @@ class SampleFault(ABC, Generic[SampleT]):
             return old
         new_times = (sample.source_time_ns, sample.receive_time_ns)
         return replace(old, source_time_ns=new_times[0], receive_time_ns=new_times[1], sequence=sample.sequence)
-
-    def _changed(
-        self, sample: SampleT, change: Callable[[int, float], float], validity: Validity | None = None
-    ) -> SampleT:
-        values = changed(channels_of(sample), self.plan.channels, change)
-        return with_channels(sample, values, sample.validity if validity is None else validity)
 
 
 class Drop(SampleFault[SampleT]):
@@ -176,108 +172,72 @@ class Disconnect(SampleFault[SampleT]):
         raise DeviceError(self.plan.port, "does not answer")
 
 
-class Freeze(SampleFault[SampleT]):
-    """The values stand still while number and time go on."""
+class Struck(NamedTuple):
+    """What a change of values may depend on, besides the value itself.
 
-    @override
-    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
-        if self._last is None:
-            self._last = sample
-        held = channels_of(self._last)
-        return self._changed(sample, lambda i, value: held[i])
+    Attributes:
+        held: The values of the last sample before the fault.
+        lasted_ns: Since the fault began.
+    """
+
+    plan: FaultPlan
+    rng: np.random.Generator
+    values: tuple[float, ...]
+    held: tuple[float, ...]
+    lasted_ns: int
 
 
-class BiasDrift(SampleFault[SampleT]):
-    """An error that grows with the time since the fault began."""
+def _spike(struck: Struck) -> _Change:
+    error = struck.plan.magnitude if struck.rng.random() < 0.5 else -struck.plan.magnitude
+    return lambda i, value: value + error
+
+
+def _swap(struck: Struck) -> _Change:
+    one, other = struck.plan.channels
+    return lambda i, value: struck.values[other if i == one else one]
+
+
+_CHANGES: Final[dict[str, Callable[[Struck], _Change]]] = {
+    # The values stand still while number and time go on.
+    "freeze": lambda struck: lambda i, value: struck.held[i],
+    "bias-drift": lambda struck: lambda i, value: value + struck.plan.magnitude * struck.lasted_ns / _NS,
+    # White; after "freeze", that of an amplifier whose gauges are dead.
+    "noise": lambda struck: lambda i, value: value + struck.plan.magnitude * float(struck.rng.standard_normal()),
+    "offset": lambda struck: lambda i, value: value + struck.plan.magnitude,
+    "swap": _swap,
+    "spike": _spike,
+    "nan": lambda struck: lambda i, value: nan,
+    # The amplifier stands at its limit, on the side of the true value.
+    "saturate": lambda struck: lambda i, value: copysign(struck.plan.magnitude, value),
+    "unit": lambda struck: lambda i, value: struck.plan.factor * value,
+}
+"""What becomes of a value, by kind."""
+
+
+class Changed(SampleFault[SampleT]):
+    """Other values, which a device marks where it can: no sample of NaN can be made without that mark."""
 
     _since_ns: int | None = None
 
     @override
     def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
-        if self._since_ns is None:
-            self._since_ns = moment.time_ns
-        bias = self.plan.magnitude * (moment.time_ns - self._since_ns) / _NS
-        return self._changed(sample, lambda i, value: value + bias)
-
-
-class Noise(SampleFault[SampleT]):
-    """White noise on top of the values; after ``freeze``, that of an amplifier whose gauges are dead."""
-
-    @override
-    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
-        return self._changed(sample, lambda i, value: value + self.plan.magnitude * float(self._rng.standard_normal()))
-
-
-class Offset(SampleFault[SampleT]):
-    """A constant error, such as a turn that an encoder has lost."""
-
-    @override
-    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
-        return self._changed(sample, lambda i, value: value + self.plan.magnitude)
-
-
-class Swap(SampleFault[SampleT]):
-    """Two wires exchanged."""
-
-    @override
-    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
-        values, (one, other) = channels_of(sample), self.plan.channels
-        return self._changed(sample, lambda i, value: values[other if i == one else one])
-
-
-class Spike(SampleFault[SampleT]):
-    """An error of a single tick, up or down by chance."""
-
-    @override
-    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
-        error = self.plan.magnitude if self._rng.random() < 0.5 else -self.plan.magnitude
-        return self._changed(sample, lambda i, value: value + error)
-
-
-class NotANumber(SampleFault[SampleT]):
-    """Not a number, and marked ``INVALID``: no sample of NaN can be made without that mark."""
-
-    @override
-    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
-        return self._changed(sample, lambda i, value: nan, Validity.INVALID)
-
-
-class Saturate(SampleFault[SampleT]):
-    """The amplifier stands at its limit, on the side of the true value."""
-
-    @override
-    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
-        limit = self.plan.magnitude
-        marked = self.plan.honest and sample.validity is Validity.VALID
-        return self._changed(
-            sample, lambda i, value: copysign(limit, value), Validity.SATURATED if marked else sample.validity
-        )
-
-
-class WrongUnit(SampleFault[SampleT]):
-    """The numbers are those of another unit."""
-
-    @override
-    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
-        factor = self.plan.factor
-        return self._changed(sample, lambda i, value: factor * value)
+        self._since_ns = moment.time_ns if self._since_ns is None else self._since_ns
+        self._last = sample if self._last is None else self._last
+        plan, values, lasted_ns = self.plan, channels_of(sample), moment.time_ns - self._since_ns
+        change = _CHANGES[plan.kind](Struck(plan, self._rng, values, channels_of(self._last), lasted_ns))
+        validity = Validity.INVALID if plan.kind == "nan" else sample.validity
+        if plan.kind == "saturate" and plan.honest and validity is Validity.VALID:
+            validity = Validity.SATURATED
+        return with_channels(sample, changed(values, plan.channels, change), validity)
 
 
 SAMPLE_FAULTS: Final[dict[str, type[SampleFault[Any]]]] = {
     "drop": Drop,
     "delay": Delay,
     "duplicate": Duplicate,
-    "freeze": Freeze,
     "repeat": Repeat,
-    "bias-drift": BiasDrift,
-    "noise": Noise,
-    "offset": Offset,
-    "swap": Swap,
     "lag": Lag,
-    "spike": Spike,
-    "nan": NotANumber,
-    "saturate": Saturate,
-    "unit": WrongUnit,
     "disconnect": Disconnect,
+    **dict.fromkeys(_CHANGES, Changed),
 }
 """By kind."""
