@@ -28,10 +28,9 @@ from pathlib import Path
 from palpate.adapters.log.file import dump_json
 from palpate.adapters.log.reader import read_log
 from palpate.adapters.log.recorder import FlightRecorder
-from palpate.adapters.log.records import StartRecord
+from palpate.adapters.log.records import StartRecord, TickRecord
 from palpate.adapters.log.recover import recover
 from palpate.adapters.log.schema import SCHEMA
-from palpate.adapters.log.tick_layout import TickRecord
 from palpate.adapters.log.writer_client import Opening, ProcessSink
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import LogError

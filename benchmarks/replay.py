@@ -26,7 +26,7 @@ from pathlib import Path
 
 import palpate.core
 from palpate.adapters.log.reader import RawMessage, read_log
-from palpate.adapters.log.tick_layout import TickRecord
+from palpate.adapters.log.records import TickRecord
 from palpate.adapters.replay.batch import replay_file
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Rebuilder

@@ -39,6 +39,7 @@ from .records import EventEntry as EventEntry
 from .records import LossEntry as LossEntry
 from .records import ReinforcementEntry as ReinforcementEntry
 from .records import StartRecord as StartRecord
+from .records import TickRecord as TickRecord
 from .records import policy_digest as policy_digest
 from .recover import RECOVERED as RECOVERED
 from .recover import recover as recover
@@ -58,7 +59,6 @@ from .series import tare_of as tare_of
 from .symbol_strings import strings_from as strings_from
 from .tables import aligned as aligned
 from .tables import csv_text as csv_text
-from .tick_layout import TickRecord as TickRecord
 from .tick_layout import decode_tick as decode_tick
 from .tick_layout import layout_of as layout_of
 from .trial_recorder import LOG_FOLDER as LOG_FOLDER

@@ -6,22 +6,21 @@ Floats are written by ``repr``, so that they read back exactly; what was not the
 import csv
 import dataclasses
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.log.file import finite, json_in
 from palpate.adapters.log.reader import TrialLog, read_log
-from palpate.adapters.log.records import CallEntry, EventEntry, LossEntry
-from palpate.adapters.log.tick_layout import TickRecord
-from palpate.core.ports import AppliedCommand, JointSample, JointVector, WrenchSample, new_folder
+from palpate.adapters.log.records import CallEntry, EventEntry, LossEntry, TickRecord
+from palpate.core.ports import JointSample, WrenchSample, new_folder
 
+_TIMES: Final = ("source_time_ns", "receive_time_ns", "sequence")
 _WRENCH: Final = (
     "force_x_N", "force_y_N", "force_z_N", "torque_x_Nm", "torque_y_Nm", "torque_z_Nm",
-    "wrench_source_time_ns", "wrench_receive_time_ns", "wrench_sequence", "wrench_validity", "wrench_kind",
-    "wrench_frame",
+    *(f"wrench_{name}" for name in (*_TIMES, "validity", "kind", "frame")),
 )  # fmt: skip
-_JOINTS_MORE: Final = ("joints_source_time_ns", "joints_receive_time_ns", "joints_sequence", "joints_validity")
+_JOINTS: Final = tuple(f"joints_{name}" for name in (*_TIMES, "validity"))
 
 
 def export_csv(paths: Sequence[Path], out: Path) -> list[Path]:
@@ -58,83 +57,55 @@ def names_for(paths: Sequence[Path]) -> list[str]:
 def _write_log(log: TrialLog, folder: Path) -> None:
     records = list(log.records())
     joints = _most_joints([*records, *log.calls])
-    _write(
-        folder / "ticks.csv",
-        ("tick", "time_ns", "deadline_ns", *_sample_columns(joints), "counterfactual"),
-        (
-            (r.tick, r.time_ns, r.deadline_ns, *_samples(r, joints), r.counterfactual)
-            for r in records
-        ),
+    each = {name: tuple(f"{name}_{i}_rad" for i in range(1, joints + 1)) for name in ("joint", "asked", "applied")}
+    samples = (*_WRENCH, *each["joint"], *_JOINTS, *each["asked"], *each["applied"], "reason")
+    ticks = ("tick", "time_ns", "deadline_ns", *samples, "counterfactual")
+    _write(folder / "ticks.csv", ticks, (_row(record, ticks, each) for record in records))
+    calls = ("tick", "port", "call", "time_ns", *samples, "error", "text")
+    _write(folder / "calls.csv", calls, (_row(call, calls, each) for call in log.calls))
+    earned = {
+        entry.number: {"reinforcement": entry.reinforcement, "reinforcement_tick": entry.tick}
+        for entry in log.reinforcements
+    }
+    decisions = (
+        "number", "tick", "symbol", "state", "action", "source", "temperature", "reinforcement", "reinforcement_tick",
+        "counterfactual",
     )  # fmt: skip
-    _write(
-        folder / "calls.csv",
-        ("tick", "port", "call", "time_ns", *_sample_columns(joints), "error", "text"),
-        ((c.tick, c.port, c.call, c.time_ns, *_samples(c, joints), c.error, c.text) for c in log.calls),
-    )
-    earned = {entry.number: entry for entry in log.reinforcements}
     _write(
         folder / "decisions.csv",
-        ("number", "tick", "symbol", "state", "action", "source", "temperature", "reinforcement",
-         "reinforcement_tick", "counterfactual"),
-        (
-            (d.number, d.tick, d.symbol, d.state, d.action, d.source, d.temperature,
-             *((earned[d.number].reinforcement, earned[d.number].tick) if d.number in earned else (None, None)),
-             d.counterfactual)
-            for d in log.decisions
-        ),
-    )  # fmt: skip
+        decisions,
+        (_plain(decision, decisions) | earned.get(decision.number, {}) for decision in log.decisions),
+    )
     for name, kind, entries in (("events", EventEntry, log.events), ("recorder", LossEntry, log.losses)):
         columns = [field.name for field in dataclasses.fields(kind)]
-        _write(folder / f"{name}.csv", columns, map(dataclasses.astuple, entries))
+        _write(folder / f"{name}.csv", columns, map(dataclasses.asdict, entries))
     (folder / "config.toml").write_text(log.start.config_toml, encoding="utf-8")
     _write_json(folder / "start.json", {"log": log.path, **_unfolded(log, "start", log.start)})
     if log.end is not None:
         _write_json(folder / "end.json", _unfolded(log, "end", log.end))
 
 
-def _sample_columns(joints: int) -> tuple[str, ...]:
-    def each(name: str) -> tuple[str, ...]:
-        return tuple(f"{name}_{i}_rad" for i in range(1, joints + 1))
-
-    return (*_WRENCH, *each("joint"), *_JOINTS_MORE, *each("asked"), *each("applied"), "reason")
+def _plain(entry: Any, columns: Sequence[str]) -> dict[str, Any]:
+    return {name: getattr(entry, name) for name in columns if hasattr(entry, name)}
 
 
-def _samples(entry: TickRecord | CallEntry, joints: int) -> tuple[Any, ...]:
-    return (
-        *_wrench_cells(entry.wrench),
-        *_joint_cells(entry.joints, joints),
-        *_filled(entry.asked_rad, joints),
-        *_applied_cells(entry.applied, joints),
-    )
+def _row(entry: TickRecord | CallEntry, columns: Sequence[str], each: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    """The columns that the entry has something for."""
+    row = _plain(entry, columns)
+    if (wrench := entry.wrench) is not None:
+        marks = (wrench.validity.value, wrench.kind.value, wrench.frame)
+        row |= zip(_WRENCH, (*wrench.force_N, *wrench.torque_Nm, *_times(wrench), *marks), strict=True)
+    if (joints := entry.joints) is not None:
+        row |= zip(each["joint"], joints.position_rad, strict=False)
+        row |= zip(_JOINTS, (*_times(joints), joints.validity.value), strict=True)
+    row |= zip(each["asked"], entry.asked_rad or (), strict=False)
+    if (applied := entry.applied) is not None:
+        row |= {"reason": applied.reason.value, **dict(zip(each["applied"], applied.position_rad, strict=False))}
+    return row
 
 
-def _wrench_cells(sample: WrenchSample | None) -> tuple[Any, ...]:
-    if sample is None:
-        return (None,) * len(_WRENCH)
-    return (
-        *sample.force_N, *sample.torque_Nm, sample.source_time_ns, sample.receive_time_ns, sample.sequence,
-        sample.validity.value, sample.kind.value, sample.frame,
-    )  # fmt: skip
-
-
-def _joint_cells(sample: JointSample | None, joints: int) -> tuple[Any, ...]:
-    if sample is None:
-        return (None,) * (joints + len(_JOINTS_MORE))
-    return (
-        *_filled(sample.position_rad, joints), sample.source_time_ns, sample.receive_time_ns, sample.sequence,
-        sample.validity.value,
-    )  # fmt: skip
-
-
-def _applied_cells(applied: AppliedCommand | None, joints: int) -> tuple[Any, ...]:
-    if applied is None:
-        return (None,) * (joints + 1)
-    return (*_filled(applied.position_rad, joints), applied.reason.value)
-
-
-def _filled(values: JointVector | None, joints: int) -> tuple[float | None, ...]:
-    have = values or ()
-    return (*have, *((None,) * (joints - len(have))))
+def _times(sample: WrenchSample | JointSample) -> tuple[int, ...]:
+    return sample.source_time_ns, sample.receive_time_ns, sample.sequence
 
 
 def _most_joints(entries: Iterable[TickRecord | CallEntry]) -> int:
@@ -150,10 +121,10 @@ def _most_joints(entries: Iterable[TickRecord | CallEntry]) -> int:
     return max((len(vector) for vector in vectors if vector), default=0)
 
 
-def _write(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+def _write(path: Path, columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> None:
     with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
+        writer = csv.DictWriter(file, columns, lineterminator="\n")
+        writer.writeheader()
         # The csv module writes floats by repr.
         writer.writerows(rows)
 

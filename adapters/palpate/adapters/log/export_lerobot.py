@@ -19,8 +19,8 @@ from palpate.adapters.log.info import LogInfo, info_of
 from palpate.adapters.log.lerobot_decisions import decision_columns
 from palpate.adapters.log.lerobot_files import Episode, Feature, Table, require_pyarrow, write_dataset
 from palpate.adapters.log.reader import TrialLog, read_log
+from palpate.adapters.log.records import TickRecord
 from palpate.adapters.log.series import config_of, tare_of
-from palpate.adapters.log.tick_layout import TickRecord
 from palpate.core.errors import LogError
 from palpate.core.ports import AppliedCommand, JointSample, JointVector, Validity, WrenchSample, new_folder
 from palpate.core.trial import Outcome

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+from collections.abc import Mapping
 from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -89,6 +90,12 @@ def describe_channels() -> list[dict[str, Any]]:
         }
         for kind in CHANNELS
     ]
+
+
+def metadata_of(start: Mapping[str, Any]) -> dict[str, str]:
+    """What a file tells of its trial without being decoded, of what the trial started with."""
+    names = ("schema", "command", "arm", "policy", "seed", "trial")
+    return {**{name: str(start[name]) for name in names}, "versions": start["versions_json"]}
 
 
 class NewFile:

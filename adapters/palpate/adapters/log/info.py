@@ -12,7 +12,8 @@ from typing import Any, Final
 
 from palpate.adapters.log.file import json_in
 from palpate.adapters.log.reader import TrialLog
-from palpate.adapters.log.tick_layout import TickRecord
+from palpate.adapters.log.records import TickRecord
+from palpate.adapters.log.schema import CHANNELS
 from palpate.core.errors import LogError
 from palpate.core.ports import CommandReason, JointSample, Validity, WrenchSample
 from palpate.core.trial import MEASURED
@@ -132,7 +133,7 @@ def info_of(log: TrialLog) -> LogInfo:
         size_bytes=log.size_bytes,
         raw_bytes=log.raw_bytes,
         bytes_per_minute=log.size_bytes / ticks.duration_s * 60.0 if ticks.duration_s > 0.0 else None,
-        messages=_messages(log),
+        messages={kind.topic: log.counts[kind.id] for kind in CHANNELS},
         ticks=ticks,
         force_sensor=_port(
             [(r.time_ns, r.wrench) for r in records if r.wrench is not None],
@@ -184,19 +185,6 @@ def _acknowledged(log: TrialLog) -> tuple[str, ...]:
     except (TypeError, KeyError) as error:
         problem = "says in no known way who acknowledged what"
         raise LogError(log.path, "start.world_json", problem, "it was altered") from error
-
-
-def _messages(log: TrialLog) -> dict[str, int]:
-    return {
-        "/start": 1,
-        "/tick": len(log.ticks),
-        "/call": len(log.calls),
-        "/decision": len(log.decisions),
-        "/reinforcement": len(log.reinforcements),
-        "/event": len(log.events),
-        "/recorder": len(log.losses),
-        "/end": int(log.end is not None),
-    }
 
 
 def _ticks(log: TrialLog, records: Sequence[TickRecord]) -> TickInfo:

@@ -1,14 +1,21 @@
 """Records to and from protobuf bytes, by protobuf itself; :mod:`.tick_layout` is faster with most ticks."""
 
 import dataclasses
-from typing import Any, Final, TypeVar
+from typing import Any, TypeVar
 
-from palpate.adapters.log.schema import ENUMS, MESSAGES, VECTOR, encode, enum_member, enum_number, message_class
+from palpate.adapters.log.schema import (
+    ENUMS,
+    MESSAGES,
+    SAMPLES,
+    VECTOR,
+    encode,
+    enum_member,
+    enum_number,
+    message_class,
+)
 from palpate.core.ports import AppliedCommand, JointSample, WrenchSample
 
 R = TypeVar("R")
-
-_SAMPLES: Final[dict[str, Any]] = {"Wrench": WrenchSample, "Joints": JointSample}
 
 
 def encode_record(message: str, record: Any) -> bytes:
@@ -44,7 +51,7 @@ def decode_record(message: str, kind: type[R], payload: bytes) -> R:
                 fields[name] = values
         elif made.HasField(name):
             value = getattr(made, name)
-            fields[name] = _sample(field_kind, value) if field_kind in _SAMPLES else value
+            fields[name] = _sample(field_kind, value) if field_kind in SAMPLES else value
         elif field.default is dataclasses.MISSING:
             _require_fields(made, name)
     return kind(**fields)
@@ -63,7 +70,7 @@ def _sample(message: str, made: Any) -> Any:
     for name, kind, _ in MESSAGES[message]:
         value = getattr(made, name)
         values.append(tuple(value) if kind == VECTOR else enum_member(kind, value) if kind in ENUMS else value)
-    return _SAMPLES[message](*values)
+    return SAMPLES[message](*values)
 
 
 def _applied(made: Any) -> AppliedCommand | None:

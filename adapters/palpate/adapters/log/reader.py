@@ -3,7 +3,8 @@
 import json
 import struct
 import zlib
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -25,6 +26,7 @@ from palpate.adapters.log.records import (
     LossEntry,
     ReinforcementEntry,
     StartRecord,
+    TickRecord,
 )
 from palpate.adapters.log.schema import (
     BY_ID,
@@ -38,7 +40,7 @@ from palpate.adapters.log.schema import (
     START,
     TICK,
 )
-from palpate.adapters.log.tick_layout import FullLayout, TickRecord, decode_tick, layout_of
+from palpate.adapters.log.tick_layout import FullLayout, decode_tick, layout_of
 from palpate.core.errors import LogError
 
 _HEAD: Final = struct.Struct("<BQ")
@@ -64,6 +66,7 @@ class TrialLog:
 
     Attributes:
         end: What it came to; None when the log ends before the trial did.
+        counts: Messages by channel.
     """
 
     path: str
@@ -77,6 +80,7 @@ class TrialLog:
     losses: list[LossEntry] = field(default_factory=list)
     end: EndRecord | None = None
     raw_bytes: int = 0
+    counts: Counter[int] = field(default_factory=Counter)
 
     @property
     def phases(self) -> list[tuple[int, str]]:
@@ -188,21 +192,21 @@ class ChannelMap:
                 at += _HEAD.size
                 if at + length > len(data) or (inner == _MESSAGE_OPCODE and length < _MESSAGE.size):
                     raise _damaged(self._path, offset, "a chunk ends within a record")
-                if inner == _MESSAGE_OPCODE:
-                    channel, _, time_ns, _ = _MESSAGE.unpack_from(data, at)
-                    if channel in self._ours:
-                        yield RawMessage(self._ours[channel], time_ns, data[at + _MESSAGE.size : at + length])
-                elif inner == _CHANNEL_OPCODE:
-                    self._learn(offset, data[at : at + length])
+                yield from self._in_record(inner, offset, data[at : at + length])
                 at += length
-        elif opcode == _CHANNEL_OPCODE:
+        else:
+            yield from self._in_record(opcode, offset, body)
+
+    def _in_record(self, opcode: int, offset: int, body: bytes) -> Iterable[RawMessage]:
+        if opcode == _CHANNEL_OPCODE:
             self._learn(offset, body)
         elif opcode == _MESSAGE_OPCODE:
             if len(body) < _MESSAGE.size:
                 raise _damaged(self._path, offset, "a message is shorter than its head")
             channel, _, time_ns, _ = _MESSAGE.unpack_from(body)
             if channel in self._ours:
-                yield RawMessage(self._ours[channel], time_ns, body[_MESSAGE.size :])
+                return (RawMessage(self._ours[channel], time_ns, body[_MESSAGE.size :]),)
+        return ()
 
     def _learn(self, offset: int, body: bytes) -> None:
         channel = _decoded(self._path, offset, Channel, body)
@@ -251,6 +255,7 @@ def assemble(path: str, data: bytes, messages: list[RawMessage]) -> TrialLog:
     start = _start_of(path, messages)
     log = TrialLog(path, len(data), start, raw_bytes=sum(len(m.payload) for m in messages))
     log.ticks = [m.payload for m in messages if m.channel == TICK.id]
+    log.counts = Counter(m.channel for m in messages)
     for number, message in enumerate(messages):
         if message.channel == TICK.id:
             continue

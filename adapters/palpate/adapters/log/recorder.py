@@ -16,9 +16,10 @@ from palpate.adapters.log.records import (
     LossEntry,
     ReinforcementEntry,
     StartRecord,
+    TickRecord,
 )
 from palpate.adapters.log.schema import CALL, DECISION, END, EVENT, RECORDER, REINFORCEMENT, START, TICK, ChannelKind
-from palpate.adapters.log.tick_layout import TickRecord, full_layout
+from palpate.adapters.log.tick_layout import full_layout
 from palpate.adapters.log.writer_client import Opening, Sink
 from palpate.adapters.log.writer_process import message_frame
 from palpate.core.control_loop import ARM, LoopObserver, UnfinishedTick

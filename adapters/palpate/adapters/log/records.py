@@ -1,4 +1,4 @@
-"""The sparse messages of a log as plain values; the tick, which is not sparse, is in :mod:`.tick_layout`.
+"""The messages of a log as plain values.
 
 The schema is made of them: a field's place in its class is its number on the wire. A new field comes last, and none is
 ever taken away.
@@ -184,6 +184,28 @@ def policy_digest(decisions: Sequence[DecisionEntry], before: str, after: str) -
     # Steps across count as they did before there was anything else.
     rows = [dataclasses.astuple(each) if each.law else dataclasses.astuple(each)[:-2] for each in decisions]
     return hashlib.sha256(repr((rows, before, after)).encode()).hexdigest()
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class TickRecord:
+    """What the ports gave and took in one control tick.
+
+    Attributes:
+        tick: Counts the ticks of the trial from 0.
+        time_ns: What the clock read; None when it was not asked.
+        wrench: The force sample read; None when none was.
+        asked_rad: The command as asked, (n,); None when none was sent.
+        counterfactual: The command before, or this one, is not what was recorded: a what-if, not an observation.
+    """
+
+    tick: int
+    time_ns: int | None = None
+    deadline_ns: int | None = None
+    wrench: WrenchSample | None = None
+    joints: JointSample | None = None
+    asked_rad: JointVector | None = None
+    applied: AppliedCommand | None = None
+    counterfactual: bool = False
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

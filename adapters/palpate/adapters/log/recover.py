@@ -1,13 +1,13 @@
 """Makes a sound log of what is left of a torn or damaged one."""
 
 import struct
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final
 
 from mcap.opcode import Opcode
 
-from palpate.adapters.log.file import LogFile, NewFile, describe_channels
+from palpate.adapters.log.file import LogFile, NewFile, describe_channels, metadata_of
 from palpate.adapters.log.messages import encode_record
 from palpate.adapters.log.reader import (
     ChannelMap,
@@ -20,7 +20,7 @@ from palpate.adapters.log.reader import (
     sound_messages,
 )
 from palpate.adapters.log.records import LossEntry
-from palpate.adapters.log.schema import RECORDER, SCHEMA
+from palpate.adapters.log.schema import RECORDER
 from palpate.core.errors import LogError
 from palpate.core.ports import new_file
 
@@ -114,17 +114,7 @@ def _is_index(opcode: int, body: bytes) -> bool:
 
 
 def _write(path: Path, out: Path, log: TrialLog, kept: list[RawMessage], reason: str) -> None:
-    start, last = log.start, kept[-1]
-    metadata = {
-        "schema": SCHEMA,
-        "command": start.command,
-        "arm": start.arm,
-        "policy": start.policy,
-        "seed": str(start.seed),
-        "trial": str(start.trial),
-        "versions": start.versions_json,
-        "recovered_from": path.name,
-    }
+    metadata = {**metadata_of(asdict(log.start)), "recovered_from": path.name}
     ticks = [record.tick for record in log.records()]
     mark = LossEntry(
         tick=ticks[-1] if ticks else -1,
@@ -137,7 +127,7 @@ def _write(path: Path, out: Path, log: TrialLog, kept: list[RawMessage], reason:
             made = LogFile(file, describe_channels(), metadata)
             for message in kept:
                 made.add(message.channel, message.time_ns, message.payload)
-            made.add(RECORDER.id, last.time_ns, encode_record("Recorder", mark))
+            made.add(RECORDER.id, kept[-1].time_ns, encode_record("Recorder", mark))
             made.finish()
         finally:
             file.close()

@@ -15,14 +15,16 @@ from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from google.protobuf.message import Message
 
 from palpate.adapters.log.records import (
+    CallEntry,
     DecisionEntry,
     EndRecord,
     EventEntry,
     LossEntry,
     ReinforcementEntry,
     StartRecord,
+    TickRecord,
 )
-from palpate.core.ports import CommandReason, Validity, WrenchKind
+from palpate.core.ports import AppliedCommand, CommandReason, JointSample, Validity, WrenchKind, WrenchSample
 
 SCHEMA: Final = "palpate.log/1"
 PACKAGE: Final = "palpate.log"
@@ -48,68 +50,25 @@ VECTOR: Final = "double[]"
 _SCALARS: Final = {"double": 1, "sfixed64": 16, "bool": 8, "string": 9}  # protobuf's own numbers of its types
 _MESSAGE, _ENUM = 11, 14
 _OPTIONAL, _REPEATED = 1, 3
-_OF_TYPES: Final = {float: "double", int: "sfixed64", bool: "bool", str: "string"}
+SAMPLES: Final[Mapping[str, Any]] = {"Wrench": WrenchSample, "Joints": JointSample}
+"""Messages in other messages."""
+_OF_TYPES: Final[Mapping[type, str]] = {
+    float: "double", int: "sfixed64", bool: "bool", str: "string", Validity: "Validity", WrenchKind: "Kind",
+    **{sample: name for name, sample in SAMPLES.items()},
+}  # fmt: skip
 
 
 def _fields_of(record: type) -> tuple[tuple[str, str, int], ...]:
     """The fields of a record are numbered as they stand in it, and so is what its message holds."""
-    found = []
-    for number, (name, hint) in enumerate(get_type_hints(record).items(), start=1):
-        vector = get_origin(hint) is tuple
-        found.append((name, VECTOR if vector else _OF_TYPES[next(iter(get_args(hint)), hint)], number))
-    return tuple(found)
-
-
-MESSAGES: Final[Mapping[str, tuple[tuple[str, str, int], ...]]] = {
-    "Wrench": (
-        ("force_N", VECTOR, 1),
-        ("torque_Nm", VECTOR, 2),
-        ("source_time_ns", "sfixed64", 3),
-        ("receive_time_ns", "sfixed64", 4),
-        ("sequence", "sfixed64", 5),
-        ("validity", "Validity", 6),
-        ("kind", "Kind", 7),
-        ("frame", "string", 8),
-    ),
-    "Joints": (
-        ("position_rad", VECTOR, 1),
-        ("source_time_ns", "sfixed64", 2),
-        ("receive_time_ns", "sfixed64", 3),
-        ("sequence", "sfixed64", 4),
-        ("validity", "Validity", 5),
-    ),
-    "Tick": (
-        ("tick", "sfixed64", 1),
-        ("time_ns", "sfixed64", 2),
-        ("deadline_ns", "sfixed64", 3),
-        ("wrench", "Wrench", 4),
-        ("joints", "Joints", 5),
-        ("asked_rad", VECTOR, 6),
-        ("applied_rad", VECTOR, 7),
-        ("reason", "Reason", 8),
-        ("counterfactual", "bool", 9),
-    ),
-    "Call": (
-        ("tick", "sfixed64", 1),
-        ("port", "string", 2),
-        ("call", "string", 3),
-        ("time_ns", "sfixed64", 4),
-        ("wrench", "Wrench", 5),
-        ("joints", "Joints", 6),
-        ("asked_rad", VECTOR, 7),
-        ("applied_rad", VECTOR, 8),
-        ("reason", "Reason", 9),
-        ("error", "string", 10),
-        ("text", "string", 11),
-    ),
-    "Start": _fields_of(StartRecord),
-    "Decision": _fields_of(DecisionEntry),
-    "Reinforcement": _fields_of(ReinforcementEntry),
-    "Event": _fields_of(EventEntry),
-    "Recorder": _fields_of(LossEntry),
-    "End": _fields_of(EndRecord),
-}
-"""Field name, kind and number of each message."""
+    found: list[tuple[str, str]] = []
+    for name, hint in get_type_hints(record).items():
+        # Without the None beside it.
+        kind = hint if get_origin(hint) is tuple else next(iter(get_args(hint)), hint)
+        if kind is AppliedCommand:
+            found += [("applied_rad", VECTOR), ("reason", "Reason")]
+        else:
+            found.append((name, VECTOR if get_origin(kind) is tuple else _OF_TYPES[kind]))
+    return tuple((*field, number) for number, field in enumerate(found, start=1))
 
 
 @dataclass(frozen=True)
@@ -123,27 +82,40 @@ class ChannelKind:
     id: int
     topic: str
     message: str
+    record: type
     about: str
 
 
-START = ChannelKind(1, "/start", "Start", "all that the trial starts with; lengths in m in the task frame")
+START = ChannelKind(1, "/start", "Start", StartRecord, "all that the trial starts with; lengths in m in the task frame")
 TICK = ChannelKind(
     2,
     "/tick",
     "Tick",
+    TickRecord,
     "one message per control tick: samples, command asked and applied. Wrench: of the world on the tool, in the"
     " frame it names, N and N m; joints in rad; times in ns of the run's clock",
 )
-CALL = ChannelKind(3, "/call", "Call", "port calls beyond the one of each per tick: further reads, stop, errors")
-DECISION = ChannelKind(4, "/decision", "Decision", "symbol, state and action chosen, its displacement in m")
-REINFORCEMENT = ChannelKind(5, "/reinforcement", "Reinforcement", "what the decision of that number then earned")
-EVENT = ChannelKind(6, "/event", "Event", "contact, tare, phases, hole, faults, the end")
-RECORDER = ChannelKind(7, "/recorder", "Recorder", "what the recorder lost, and why")
-END = ChannelKind(8, "/end", "End", "what the trial came to, and the learner after it; depths in m")
+CALL = ChannelKind(
+    3, "/call", "Call", CallEntry, "port calls beyond the one of each per tick: further reads, stop, errors"
+)
+DECISION = ChannelKind(
+    4, "/decision", "Decision", DecisionEntry, "symbol, state and action chosen, its displacement in m"
+)
+REINFORCEMENT = ChannelKind(
+    5, "/reinforcement", "Reinforcement", ReinforcementEntry, "what the decision of that number then earned"
+)
+EVENT = ChannelKind(6, "/event", "Event", EventEntry, "contact, tare, phases, hole, faults, the end")
+RECORDER = ChannelKind(7, "/recorder", "Recorder", LossEntry, "what the recorder lost, and why")
+END = ChannelKind(8, "/end", "End", EndRecord, "what the trial came to, and the learner after it; depths in m")
 
 CHANNELS: Final = (START, TICK, CALL, DECISION, REINFORCEMENT, EVENT, RECORDER, END)
 BY_ID: Final = {kind.id: kind for kind in CHANNELS}
 BY_TOPIC: Final = {kind.topic: kind for kind in CHANNELS}
+
+MESSAGES: Final[Mapping[str, tuple[tuple[str, str, int], ...]]] = {
+    name: _fields_of(record) for name, record in (*SAMPLES.items(), *((kind.message, kind.record) for kind in CHANNELS))
+}
+"""Field name, kind and number of each message."""
 
 
 def enum_number(kind: str, member: Any) -> int:

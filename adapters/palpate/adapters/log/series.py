@@ -12,7 +12,7 @@ import numpy.typing as npt
 from palpate.adapters.config import RunConfig, recorded_config
 from palpate.adapters.log.info import NS
 from palpate.adapters.log.reader import TrialLog
-from palpate.adapters.log.tick_layout import TickRecord
+from palpate.adapters.log.records import TickRecord
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
 from palpate.core.ports import Validity, WrenchSample
 from palpate.core.trial import Phase

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
 
 from palpate.adapters.log.messages import decode_record
+from palpate.adapters.log.records import TickRecord
 from palpate.adapters.log.schema import ENUMS, MESSAGES, VECTOR, enum_number
 from palpate.core.errors import CommandError
 from palpate.core.ports import (
@@ -21,7 +21,6 @@ from palpate.core.ports import (
     CommandReason,
     JointCommand,
     JointSample,
-    JointVector,
     Snapshot,
     Validity,
     WrenchKind,
@@ -31,28 +30,6 @@ from palpate.core.ports import (
 _VARINT, _FIXED64, _BYTES = 0, 1, 2
 # Members of an enumeration are looked up more slowly.
 _VALID, _RAW, _AS_ASKED = Validity.VALID, WrenchKind.RAW, CommandReason.AS_ASKED
-
-
-@dataclass(frozen=True, slots=True)
-class TickRecord:
-    """What the ports gave and took in one control tick.
-
-    Attributes:
-        tick: Counts the ticks of the trial from 0.
-        time_ns: What the clock read; None when it was not asked.
-        wrench: The force sample read; None when none was.
-        asked_rad: The command as asked, (n,); None when none was sent.
-        counterfactual: The command before, or this one, is not what was recorded: a what-if, not an observation.
-    """
-
-    tick: int
-    time_ns: int | None = None
-    deadline_ns: int | None = None
-    wrench: WrenchSample | None = None
-    joints: JointSample | None = None
-    asked_rad: JointVector | None = None
-    applied: AppliedCommand | None = None
-    counterfactual: bool = False
 
 
 def decode_tick(payload: bytes, layout: FullLayout | None = None) -> TickRecord:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 from palpate.adapters.config import RecordingConfig, RunConfig, to_toml, with_options
-from palpate.adapters.log.file import dump_json
+from palpate.adapters.log.file import dump_json, metadata_of
 from palpate.adapters.log.provenance import arm_sha256, core_sha256, made_with, processor
 from palpate.adapters.log.raised import raised_by
 from palpate.adapters.log.recorder import FlightRecorder
@@ -141,15 +141,7 @@ class TrialRecorder:
         if subject is None:
             raise OutputError(str(self._folder), "it is not known what is to be recorded", "call of() first")
         path = subject.folder / f"{name}.mcap"
-        metadata = {
-            "schema": SCHEMA,
-            "command": subject.constant["command"],
-            "arm": subject.constant["arm"],
-            "policy": subject.constant["policy"],
-            "seed": str(setup.seed),
-            "trial": str(setup.index),
-            "versions": subject.constant["versions_json"],
-        }
+        metadata = metadata_of({**subject.constant, "seed": setup.seed, "trial": setup.index})
         self._setup = setup
 
         def start() -> StartRecord:

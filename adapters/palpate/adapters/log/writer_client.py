@@ -54,13 +54,13 @@ class Sink(Protocol):
     def close(self, frames: bytes) -> None:
         """Take the last frames and end the log."""
 
-    @abstractmethod
     def trouble(self) -> str | None:
-        """The oldest of what went wrong and was not told yet; None when everything was."""
+        """The oldest of what went wrong and was not told yet; None when everything was, or nothing can go wrong."""
+        return None
 
-    @abstractmethod
     def shut(self) -> str | None:
         """Finish everything; returns as ``trouble`` does, which says the rest."""
+        return None
 
     @property
     def gone(self) -> bool:
@@ -98,14 +98,6 @@ class MemorySink(Sink):
             self._open[0].finish()
             self.logs.append(self._open[1].getvalue())
             self._open = None
-
-    def trouble(self) -> str | None:
-        """Nothing can go wrong."""
-        return None
-
-    def shut(self) -> str | None:
-        """Nothing to do."""
-        return None
 
 
 class ProcessSink(Sink):

@@ -54,13 +54,12 @@ class Writer:
     """Writes one log after the other. Trouble with one log does not end it: others may follow.
 
     Args:
-        report: Takes path and problem of a log that could not be written as it should.
+        report: Takes path and problem of a log that could not be written as it should; and of one that is closed,
+            without a problem, its ``size`` and its ``sha256``.
     """
 
-    def __init__(
-        self, report: Callable[[str, str], None], closed: Callable[[str, int, str], None] = lambda *_: None
-    ) -> None:
-        self._report, self._closed = report, closed
+    def __init__(self, report: Callable[..., None]) -> None:
+        self._report = report
         self._channels: list[dict[str, Any]] | None = None
         self._file: NewFile | None = None
         self._log: LogFile | None = None
@@ -94,7 +93,7 @@ class Writer:
             self._tell(f"cannot be finished ({_reason(error)})")
         finally:
             file.close()
-            self._closed(self._path, file.tell(), file.sha256)
+            self._report(self._path, "", size=file.tell(), sha256=file.sha256)
 
     def _open(self, told: dict[str, Any]) -> None:
         self.finish()
@@ -138,11 +137,9 @@ class Writer:
         self._report(self._path, problem)
 
 
-def serve(
-    source: BinaryIO, report: Callable[[str, str], None], closed: Callable[[str, int, str], None] = lambda *_: None
-) -> None:
-    """Write what the source says, to its end; arguments as of :class:`Writer`."""
-    writer = Writer(report, closed)
+def serve(source: BinaryIO, report: Callable[..., None]) -> None:
+    """Write what the source says, to its end; ``report`` is as of :class:`Writer`."""
+    writer = Writer(report)
     try:
         while head := _exactly(source, FRAME.size):
             kind, channel, time_ns, length = FRAME.unpack(head)
@@ -170,23 +167,17 @@ def main() -> None:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
 
-    def tell(**told: Any) -> None:
+    def report(path: str, problem: str, **more: Any) -> None:
         try:
-            sys.stdout.write(json.dumps(told) + "\n")
+            sys.stdout.write(json.dumps({"path": path, "problem": problem, **more}) + "\n")
             sys.stdout.flush()
         except OSError:
             # Nobody listens any more.
             return
 
-    def report(path: str, problem: str) -> None:
-        tell(path=path, problem=problem)
-
-    def closed(path: str, size: int, digest: str) -> None:
-        tell(path=path, problem="", size=size, sha256=digest)
-
     # Nothing to report, but this shows the run that we are there.
     report("", "")
-    serve(sys.stdin.buffer, report, closed)
+    serve(sys.stdin.buffer, report)
 
 
 if __name__ == "__main__":

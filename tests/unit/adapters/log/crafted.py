@@ -11,9 +11,8 @@ from mcap.writer import CompressionType, Writer
 from palpate.adapters.log.file import LogFile, describe_channels
 from palpate.adapters.log.messages import encode_record
 from palpate.adapters.log.reader import RawMessage
-from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry, StartRecord
+from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry, StartRecord, TickRecord
 from palpate.adapters.log.schema import BY_ID, DECISION, END, EVENT, PACKAGE, SCHEMA, START, TICK, descriptor_set
-from palpate.adapters.log.tick_layout import TickRecord
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, JointVector, WrenchSample
 
 STARTING = StartRecord(

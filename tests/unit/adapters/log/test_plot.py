@@ -14,9 +14,8 @@ from matplotlib.figure import Figure
 from palpate.adapters.config.run import scenario
 from palpate.adapters.log.plot import timeline
 from palpate.adapters.log.reader import TrialLog, read_log
-from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry
+from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry, TickRecord
 from palpate.adapters.log.series import series_of, tare_of
-from palpate.adapters.log.tick_layout import TickRecord
 from palpate.core.errors import LogError
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample

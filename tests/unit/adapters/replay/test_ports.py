@@ -6,8 +6,7 @@ import pytest
 
 from palpate.adapters.log.messages import encode_record
 from palpate.adapters.log.reader import TrialLog
-from palpate.adapters.log.records import CallEntry, LossEntry, StartRecord
-from palpate.adapters.log.tick_layout import TickRecord
+from palpate.adapters.log.records import CallEntry, LossEntry, StartRecord, TickRecord
 from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplayForceSensor, ReplayJointEncoder
 from palpate.adapters.replay.tape import Tape, TapeEndError
 from palpate.core.errors import CommandError, DeviceError, LifecycleError, LogError

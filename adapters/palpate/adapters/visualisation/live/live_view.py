@@ -37,7 +37,7 @@ def require_viewer(viewer: str) -> None:
 
 
 class LiveView(Sink):
-    """A viewer's server in a process of its own. A context manager.
+    """A viewer's server in a process of its own, which outlives a recorder. A context manager.
 
     Nothing here waits while trials run: what the viewer's process does not take in time is dropped and counted. Whether
     that process lives makes no difference to the run.
@@ -127,15 +127,6 @@ class LiveView(Sink):
         """What became of it, for the end of a run."""
         gone = f"; its process {self._told.partition('live view ')[2]}" if self._told else ""
         return f"live view: {self.dropped_messages} messages dropped{gone}"
-
-    @override
-    def trouble(self) -> str | None:
-        return None
-
-    @override
-    def shut(self) -> str | None:
-        """A recorder is done with it; others may not be."""
-        return None
 
     def _sent(self, frames: bytes, *, vital: bool) -> bool:
         if self._sink.gone or (vital and self._sink.queued_bytes > _MOST_BYTES):
