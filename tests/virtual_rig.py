@@ -104,7 +104,9 @@ class VirtualRig(Rig):
         )
         self.ports = Ports(clock, self.sensor, adapter.encoder, adapter.arm)
         self._at_ready = False
-        self._stated = replace(SensorFactsTable(), **self.cell._facts())
+        # Records of a Net F/T are not filtered.
+        facts = self.cell._facts(1.0) if force == "ati-netft" else self.cell._facts()
+        self._stated = replace(SensorFactsTable(), **facts)
 
     @property
     def sensor_facts(self) -> SensorFacts:
@@ -117,6 +119,9 @@ class VirtualRig(Rig):
             walk(self._approach, self.ports, _WAY_RAD_S, self._config.task.max_force_N)
             self._at_ready = True
         self.ports.force_sensor.read()
+
+    def device_behind(self, sample: str) -> str:
+        return str(getattr(self.ports.joint_encoder if sample == "joint" else self.sensor, "name", ""))
 
     def world(self) -> World:
         return World("virtual rig", {})

@@ -10,6 +10,7 @@ from palpate.adapters.config import overlay, scenario, task_kind
 from palpate.adapters.experiments import ChosenPolicy, Recorded, RunFolder, ready_pose, run_policy
 from palpate.adapters.log import read_log
 from palpate.adapters.replay import find_logs, gap_cell
+from palpate.core.errors import DeviceError
 from palpate.core.trial import Outcome, find_ready_pose
 from palpate.simulation.work_cell import HiddenValues
 from tests.virtual_rig import VirtualRig
@@ -41,6 +42,16 @@ def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are
     trial = gap_cell.driven_from(path)
     assert trial.late == ""
     assert age_ticks[0] < trial.joints_age_ticks < age_ticks[1]
+
+
+def test_a_sensor_without_news_ends_the_trial_by_its_name() -> None:
+    config = replace(scenario("paper"), seed=3, arm="ur5")
+    ready, chosen = find_ready_pose(config.arm, config.task), ChosenPolicy("torque", config)
+    with VirtualRig(config, ready, "ur5-rtde", "ati-netft", HiddenValues()) as rig:
+        clock = rig.desk.clock
+        rig.cell.box.box.network = lambda datagrams: [] if 25 <= clock.now_ns() // 10**8 < 27 else datagrams
+        with pytest.raises(DeviceError, match=r"^rig: trial 0: SAMPLE_.*force sample.* \(ATI Net F/T\)$"):
+            run_policy(config, ready, rig, chosen.perception, chosen.on(rig), 1, lambda _: None)
 
 
 def test_squares_go_in_one_after_the_other_on_an_arm_that_lags(tmp_path: Path) -> None:

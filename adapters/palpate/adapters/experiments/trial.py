@@ -15,7 +15,7 @@ from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Rig, Truth
 from palpate.core.supervision import Supervisor
-from palpate.core.trial import Fit, Outcome, Task, TrialReport, TrialSetup
+from palpate.core.trial import Fit, Outcome, Task, TrialReport, TrialSetup, TripReason
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,7 @@ class ScoredTrial:
         success: What the task takes for it, by its account and the truth; without a truth, by its account alone.
         marked: Why its timing does not count; empty for an admitted trial.
         stopped_by: What stopped the arm besides core and supervisor; empty for nothing.
+        blamed: Whose samples the trial ended for, or whose lateness; empty for nobody's.
     """
 
     report: TrialReport
@@ -35,6 +36,7 @@ class ScoredTrial:
     success: bool
     marked: str = ""
     stopped_by: str = ""
+    blamed: str = ""
 
 
 def trial_setup(config: RunConfig, trial: int) -> TrialSetup:
@@ -76,10 +78,19 @@ def run_scored_trial(
         if recorder is not None:
             recorder.fail(task.report, error, _rig_fields(rig, session))
         raise
-    scored = replace(score(config, report, rig.truth()), stopped_by=rig.stopped_by())
+    scored = replace(score(config, report, rig.truth()), stopped_by=rig.stopped_by(), blamed=_blamed(report, rig))
     if recorder is not None:
         recorder.end(report, truth_fields(scored) | _rig_fields(rig, session))
     return scored
+
+
+def _blamed(report: TrialReport, rig: Rig) -> str:
+    """Supervisor and task know samples, and not what they come from."""
+    said = report.events[-1].detail if report.events else ""
+    if said.startswith(TripReason.LATE_CYCLE.name):
+        return "the fault of this computer, which was late, or of an adapter that waits"
+    said = said.replace("force sample valid", "")
+    return next((rig.device_behind(sample) for sample in ("force", "joint") if f"{sample} sample" in said), "")
 
 
 def _rig_fields(rig: Rig, session: RealTimeSession | None) -> dict[str, Any]:
@@ -140,7 +151,7 @@ def require_sound(scored: ScoredTrial, first: int = 0) -> None:
     # A trip may fall on the tick in which the task itself ended.
     tripped = any(event.name == "trip" for event in scored.report.events)
     if tripped or scored.report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED):
-        cause = f" ({scored.stopped_by})" if scored.stopped_by else ""
+        cause = f" ({told})" if (told := scored.stopped_by or scored.blamed) else ""
         raise DeviceError("rig", f"trial {scored.report.setup.index - first}: {scored.report.events[-1].detail}{cause}")
 
 

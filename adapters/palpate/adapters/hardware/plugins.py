@@ -115,4 +115,4 @@ def _load(kind: str, name: str) -> Any:
         with from_here():
             return imported(field, name, "package.module:function")
     known = sorted(known.removeprefix(f"{kind}.") for known in found if known.startswith(f"{kind}."))
-    raise ConfigurationError(field, name, f"one of {', '.join(known) or 'none that is installed'}")
+    raise ConfigurationError(field, name, f"one of {', '.join(known)}, or package.module:function")

@@ -164,6 +164,11 @@ class HardwareRig(Rig):
         fault = self.ports.arm.fault
         return found or (f"fault of the arm: {fault}" if fault else "")
 
+    @override
+    def device_behind(self, sample: str) -> str:
+        sensor, encoder, _ = self._devices
+        return str(getattr(encoder if sample == "joint" else sensor, "name", ""))
+
     def _free(self) -> None:
         arm = self.ports.arm
         if arm.life is Life.ACTIVE:

@@ -145,6 +145,10 @@ class Rig(Protocol):
         """What stopped the arm besides core and supervisor since the last :meth:`prepare`; empty for nothing."""
         return ""
 
+    def device_behind(self, sample: str) -> str:
+        """Name of the device that ``force`` or ``joint`` samples come from; empty where there is none."""
+        return ""
+
     @property
     @abstractmethod
     def clock_ticks(self) -> int:

@@ -2,6 +2,7 @@
 
 import signal
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -146,5 +147,7 @@ def test_a_trial_with_untrustworthy_data_ends_the_run() -> None:
     require_sound(scored)
     scored.report.outcome = Outcome.SENSOR_FAULT
     scored.report.events.append(Event(7, "end", "sensor fault: force sample stale"))
-    with pytest.raises(DeviceError, match="trial 1: sensor fault: force sample stale"):
+    with pytest.raises(DeviceError, match=r"trial 1: sensor fault: force sample stale$"):
         require_sound(scored, first=3)
+    with pytest.raises(DeviceError, match=r"force sample stale \(JR3\)$"):
+        require_sound(replace(scored, blamed="JR3"), first=3)
