@@ -1,6 +1,6 @@
 """The conversation with a Net F/T, advanced by polling: it asks for the stream, and puts what comes in order."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from typing_extensions import override
@@ -44,6 +44,7 @@ class NetFt(PolledSensor):
         super().__init__()
         self.box = box
         self.statistics = RdtStatistics()
+        self._then = RdtStatistics()
         self._wire = wire
         self._newest: int | None = None
         self._missing: set[int] = set()
@@ -70,8 +71,24 @@ class NetFt(PolledSensor):
         if self.failure is not None:
             raise self.failure
         if self._newest is not None and self._polled_ns - self._heard_ns > _STALL_NS:
-            problem = f"has sent nothing for {(self._polled_ns - self._heard_ns) * 1e-6:.0f} ms"
-            raise SilentError(_NAME, problem, "check its power and cable, and that no other program has its stream")
+            raise self._silence()
+
+    def _silence(self) -> SilentError:
+        """What came instead of news."""
+        now, then, ms = self.statistics, self._then, (self._polled_ns - self._heard_ns) * 1e-6
+        if number := now.repeated + now.late - then.repeated - then.late:
+            told, remedy = f"{number} records were no newer than one before", "where it has restarted, acknowledge that"
+        elif number := now.unchanged - then.unchanged:
+            told, remedy = f"{number} records had the sample of before", "power the box again; its sampling has stopped"
+        elif number := now.malformed - then.malformed:
+            told, remedy = (
+                f"{number} datagrams were no records",
+                "see what else sends to this computer, and its network",
+            )
+        else:
+            remedy = "check its power and cable, and that no other program has its stream"
+            return SilentError(_NAME, f"has sent nothing for {ms:.0f} ms", remedy)
+        return SilentError(_NAME, f"has sent nothing new for {ms:.0f} ms: {told}", remedy)
 
     @override
     def poll(self, now_ns: int) -> list[ForceSample]:
@@ -90,6 +107,7 @@ class NetFt(PolledSensor):
         if samples:
             self.latest, self._heard_ns = samples[-1], now_ns
             self.statistics.samples += len(samples)
+            self._then = replace(self.statistics)
         return samples
 
     def _ask(self, command: RdtCommand) -> None:

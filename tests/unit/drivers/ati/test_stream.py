@@ -153,3 +153,21 @@ def test_a_stream_that_ceases_is_silence_until_it_goes_on() -> None:
     wire.waiting = [record(2)]
     device.poll(210_000_000)
     device.check()
+
+
+@pytest.mark.parametrize(
+    ("datagram", "told"),
+    [
+        (record(1), "nothing new for 199 ms: 1 records were no newer than one before; where it has restarted"),
+        (record(501, ft=3500), "1 records had the sample of before; power the box again"),
+        (bytes(35), "1 datagrams were no records; see what else sends"),
+    ],
+)
+def test_what_comes_instead_of_news_is_told_apart_from_silence(datagram: bytes, told: str) -> None:
+    device, wire = streaming()
+    wire.waiting = [record(500)]
+    device.poll(1_000_000)
+    wire.waiting = [datagram]
+    device.poll(200_000_000)
+    with pytest.raises(SilentError, match=told):
+        device.check()
