@@ -11,6 +11,13 @@ from tests.command_line import CommandLine
 EXAMPLE = Path(__file__).parents[2] / "examples" / "third_party_rig"
 
 
+@pytest.fixture
+def example(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> CommandLine:
+    """Called in the example's folder."""
+    monkeypatch.chdir(EXAMPLE)
+    return palpate
+
+
 @pytest.fixture(autouse=True)
 def _forget_modules() -> Iterator[None]:
     """A process of its own imports each adapter anew; here that has to be seen to."""
@@ -33,16 +40,12 @@ MOVES = ("--moves", "--rate-rad-s", "0.2", "--reach-rad", "0.15")
         ("ArmChecks", (), "11 passed, 0 failed, 16 not applicable"),
     ],
 )
-def test_the_example_keeps_its_contract(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, name: str, flags: tuple[str, ...], counts: str
-) -> None:
-    monkeypatch.chdir(EXAMPLE)
-    assert counts in palpate.succeed("check-adapter", f"third_party_rig.checks:{name}", *flags)
+def test_the_example_keeps_its_contract(example: CommandLine, name: str, flags: tuple[str, ...], counts: str) -> None:
+    assert counts in example.succeed("check-adapter", f"third_party_rig.checks:{name}", *flags)
 
 
-def test_what_will_move_is_said_before_anything_does(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(EXAMPLE)
-    printed = palpate.succeed("check-adapter", "third_party_rig.checks:ArmChecks", *MOVES)
+def test_what_will_move_is_said_before_anything_does(example: CommandLine) -> None:
+    printed = example.succeed("check-adapter", "third_party_rig.checks:ArmChecks", *MOVES)
     plan, clauses = printed.split("third_party_rig.checks:ArmChecks: the contract of ArmCommand")
     assert "joint 3 by 0.1007 rad, to its limit at 0.4 rad" in plan
     assert "at most 0.2 rad/s a joint" in plan
@@ -58,11 +61,8 @@ def test_what_will_move_is_said_before_anything_does(palpate: CommandLine, monke
         (("--moves", "--rate-rad-s", "0.0001", "--reach-rad", "1"), "more than 0.00056 rad/s"),
     ],
 )
-def test_moves_are_refused_without_rates(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, flags: tuple[str, ...], reason: str
-) -> None:
-    monkeypatch.chdir(EXAMPLE)
-    assert reason in palpate.refusal("check-adapter", "third_party_rig.checks:ArmChecks", *flags)
+def test_moves_are_refused_without_rates(example: CommandLine, flags: tuple[str, ...], reason: str) -> None:
+    assert reason in example.refusal("check-adapter", "third_party_rig.checks:ArmChecks", *flags)
 
 
 BROKEN = """

@@ -18,14 +18,10 @@ TABLES = "[arm]\nadapter = 'zebra-nmc'\n{}\n[force_sensor]\nadapter = 'jr3-uart'
 @pytest.mark.parametrize(
     ("content", "words", "named"),
     [
-        ("[arm]\n", "--rig rig.toml", "arm.adapter"),
-        ("a = [", "--rig rig.toml", "TOML"),
         (TABLES.format("").replace("zebra-nmc", "puma"), "--rig rig.toml", "arm.adapter = 'puma'"),
         (TABLES.format("prot = '/dev/ttyUSB0'"), "--rig rig.toml", "did you mean arm.port?"),
-        (TABLES.format("divider = 99"), "--rig rig.toml", "arm.divider = 99"),
         (TABLES.format(""), "--rig rig.toml --seconds 0", "seconds = 0.0"),
         (TABLES.format(""), "", "rig"),
-        (TABLES.format(""), "--rig missing.toml", "missing.toml"),
     ],
 )
 def test_refused_in_one_line(palpate: CommandLine, tmp_path: Path, content: str, words: str, named: str) -> None:

@@ -95,17 +95,13 @@ def desk(tmp_path: Path) -> Path:
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "thing").write_text("")
     (tmp_path / "there.svg").write_text("")
-    (tmp_path / "bad.json").write_text("{}")
     (tmp_path / "bad.txt").write_text("AB\nA.B\n")
-    last_symbol(tmp_path, ("A", "B", "Z"))
     return tmp_path
 
 
 @pytest.mark.parametrize(
     ("words", "named", "accepted"),
     [
-        ("--map 3", "map = '3'", "one of 1, 2, twin"),
-        ("--state last-3.json", "state = 'last-3.json'", "all symbols of the machine"),
         ("--out full", "full", "a new or an empty folder"),
         ("--figure there.svg", "there.svg", "is never overwritten"),
         ("--figure out.pdf", "figure = 'out.pdf'", ".svg or .png"),

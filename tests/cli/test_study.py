@@ -235,11 +235,9 @@ def desk(tmp_path: Path) -> Path:
     """A folder with studies that do not do."""
     texts = {
         "small": SMALL,
-        "together": "[grid]\n'task.start_uncertainty_mm' = [3.0, 5.0]",
         "reach": "[grid]\n'task.goal.x_mm' = [400.0, 1900.0]",
         "memory": "[base]\nperception.memory = 'nowhere.json'",
         "programmed": "[base.learning.programmed]\nnowhere = '+x'",
-        "broken": "[study",
         "million": "[study]\ntrials = 10\nseeds = { first = 0, count = 1000000 }",
         "billion": "[study]\nseeds = { count = 1000000 }\n[grid]\n'task.tare_ticks' = [1,2,3,4,5,6,7,8,9,10,11]",
     }
@@ -253,8 +251,6 @@ def desk(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("words", "named", "accepted"),
     [
-        ("broken.toml", "broken.toml", "a TOML file"),
-        ("together.toml", "task.start_uncertainty_mm = 5.0", "at most task.area_half_width_mm"),
         ("reach.toml", "task.goal", "zebra-zero reaches"),
         ("memory.toml", "perception.memory = 'nowhere.json'", "a readable file"),
         ("programmed.toml", "learning.programmed = 'nowhere'", "a state of this task"),
@@ -267,13 +263,6 @@ def desk(tmp_path: Path) -> Path:
 )
 def test_refused_in_one_line(palpate: CommandLine, desk: Path, words: str, named: str, accepted: str) -> None:
     palpate.refuses(f"study {words}", named, accepted)
-
-
-def test_the_folder_of_another_study_is_refused_and_left(palpate: CommandLine, studied: Path, tmp_path: Path) -> None:
-    (tmp_path / "other.toml").write_text(SMALL.replace("trials = 2", "trials = 3"))
-    before = files_in(studied)
-    assert "study.trials = 3" in palpate.refusal("study", "other.toml", "--out", studied)
-    assert files_in(studied) == before
 
 
 @pytest.mark.parametrize(("answer", "code"), [("y\n", 0), ("\n", 2), ("", 2)])
