@@ -1,5 +1,6 @@
 """Who watches the loop is called in order, on every way out, and changes nothing."""
 
+from functools import partialmethod
 from itertools import pairwise
 
 import pytest
@@ -12,14 +13,11 @@ from palpate.core.control_loop import (
     trial_ticks,
 )
 from palpate.core.errors import DeviceError
-from palpate.core.policy import Observation
 from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import (
     AppliedCommand,
     JointCommand,
-    JointSample,
     Snapshot,
-    WrenchSample,
 )
 from palpate.core.trial import Outcome, Supervised, TrialReport
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, build_task
@@ -46,23 +44,15 @@ class Diary(LoopObserver):
         self.events.append("waited")
         self.ticks.append((tick, deadline_ns))
 
-    def clock_read(self, deadline_ns: int, time_ns: int) -> None:
-        self.events.append("clock_read")
+    def _note(self, event: str, *_: object) -> None:
+        self.events.append(event)
 
-    def force_read(self, sample: WrenchSample) -> None:
-        self.events.append("force_read")
-
-    def joints_read(self, sample: JointSample) -> None:
-        self.events.append("joints_read")
-
-    def sensed(self, observation: Observation | None) -> None:
-        self.events.append("sensed")
-
-    def chosen(self) -> None:
-        self.events.append("chosen")
-
-    def acted(self, command: JointCommand) -> None:
-        self.events.append("acted")
+    clock_read = partialmethod(_note, "clock_read")
+    force_read = partialmethod(_note, "force_read")
+    joints_read = partialmethod(_note, "joints_read")
+    sensed = partialmethod(_note, "sensed")
+    chosen = partialmethod(_note, "chosen")
+    acted = partialmethod(_note, "acted")
 
     def supervised(self, supervised: Supervised) -> None:
         self.events.append("supervised")

@@ -60,15 +60,6 @@ def test_what_was_learned_comes_back_to_the_bit(tmp_path):
     assert back.actions == ACTIONS
 
 
-@pytest.mark.parametrize("mixed", [False, True])
-def test_learning_resumes_as_if_it_had_never_stopped(tmp_path, mixed):
-    policy = mixture(learner()) if mixed else learner()
-    resumed = policy_from(through_file(policy, tmp_path), STATES, ACTIONS, frozen=False)
-    assert wander(policy, range(30, 50), seed=2) == wander(resumed, range(30, 50), seed=2)
-    assert learner_of(policy).q == learner_of(resumed).q
-    assert learner_of(resumed).trials_learned == 50
-
-
 def sarsa(trials: int = 30) -> Sarsa:
     """One that has wandered about."""
     schedule = TemperatureSchedule(5.0, 0.9, 0.5)
@@ -77,15 +68,15 @@ def sarsa(trials: int = 30) -> Sarsa:
     return learned
 
 
-def test_sarsa_has_a_file_too(tmp_path):
-    policy = sarsa()
-    document = through_file(policy, tmp_path)
-    assert (document.learner.kind, document.learner.trials_learned) == ("sarsa", 30)
-    resumed = policy_from(document, STATES, ACTIONS, frozen=False)
-    assert isinstance(resumed, Sarsa)
-    assert (resumed.q, resumed.visits, resumed.parameters) == (policy.q, policy.visits, policy.parameters)
+@pytest.mark.parametrize("made", [learner, sarsa, lambda: mixture(learner())], ids=["q-learning", "sarsa", "mixed"])
+def test_learning_resumes_as_if_it_had_never_stopped(tmp_path, made):
+    policy = made()
+    resumed = policy_from(through_file(policy, tmp_path), STATES, ACTIONS, frozen=False)
+    one, other = learner_of(policy), learner_of(resumed)
+    assert (type(other), other.visits, other.parameters) == (type(one), one.visits, one.parameters)
     assert wander(policy, range(30, 50), seed=2) == wander(resumed, range(30, 50), seed=2)
-    assert (resumed.q, resumed.trials_learned) == (policy.q, 50)
+    assert one.q == other.q
+    assert other.trials_learned == 50
 
 
 def test_rows_say_which_knowledge_decides_and_what_was_learned_there(tmp_path):

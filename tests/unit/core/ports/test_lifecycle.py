@@ -1,5 +1,7 @@
 """The life cycle: every pair of state and request, and what hooks may do to it."""
 
+from functools import partialmethod
+
 import pytest
 
 from palpate.core.errors import DeviceError, FaultLatchedError, LifecycleError
@@ -19,20 +21,11 @@ class Device(ManagedDevice):
         if hook in self.failing:
             raise DeviceError("probe", f"{hook} failed")
 
-    def _on_configure(self) -> None:
-        self._note("configure")
-
-    def _on_activate(self) -> None:
-        self._note("activate")
-
-    def _on_deactivate(self) -> None:
-        self._note("deactivate")
-
-    def _on_acknowledge(self) -> None:
-        self._note("acknowledge")
-
-    def _on_close(self) -> None:
-        self._note("close")
+    _on_configure = partialmethod(_note, "configure")
+    _on_activate = partialmethod(_note, "activate")
+    _on_deactivate = partialmethod(_note, "deactivate")
+    _on_acknowledge = partialmethod(_note, "acknowledge")
+    _on_close = partialmethod(_note, "close")
 
 
 def device_in(life: Life) -> Device:

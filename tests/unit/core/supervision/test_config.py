@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.motion import Kinematics, arm_named
+from palpate.core.motion import ArmDescription, Kinematics, arm_named
+from palpate.core.ports import JointVector
 from palpate.core.ports.rig import SensorFacts
 from palpate.core.supervision import SupervisionConfig, require_fitting, weakened_lines, weaker_settings
 from palpate.core.supervision.config import DEFAULTS
@@ -84,9 +85,14 @@ def test_contact_that_could_never_trip_is_refused() -> None:
 # Where arm, task and sensor are known.
 
 
-def fit(config: SupervisionConfig, sensor: SensorFacts | None = None, arm: str = "zebra-zero") -> None:
-    home, _ = ready_pose(arm)
-    kinematics = Kinematics(arm_named(arm), TOOL)
+ARM = arm_named("zebra-zero")
+HOME, _ = ready_pose()
+
+
+def fit(
+    config: SupervisionConfig, sensor: SensorFacts | None = None, arm: ArmDescription = ARM, home: JointVector = HOME
+) -> None:
+    kinematics = Kinematics(arm, TOOL)
     require_fitting(config, TaskConfig(), kinematics, np.array(home), sensor or SensorFacts(0.0, 0.0))
 
 
@@ -126,13 +132,9 @@ def test_a_sensor_in_another_frame_is_refused() -> None:
 
 def test_a_tolerance_below_the_encoder_is_refused() -> None:
     fit(SupervisionConfig(max_tracking_error_mrad=0.2))
-    arm = replace(arm_named("zebra-zero"), encoder_step_rad=(1e-3,) * 6)
-    home, _ = ready_pose()
+    arm = replace(ARM, encoder_step_rad=(1e-3,) * 6)
     with pytest.raises(ConfigurationError, match=r"max_tracking_error_mrad = 0.5 .* above 2, two encoder steps"):
-        require_fitting(
-            SupervisionConfig(max_tracking_error_mrad=0.5), TaskConfig(), Kinematics(arm, TOOL), np.array(home),
-            SensorFacts(0.0, 0.0),
-        )  # fmt: skip
+        fit(SupervisionConfig(max_tracking_error_mrad=0.5), arm=arm)
 
 
 def test_a_retraction_faster_than_the_joints_is_refused_with_the_speed_that_is_possible() -> None:
@@ -145,10 +147,6 @@ def test_a_retraction_faster_than_the_joints_is_refused_with_the_speed_that_is_p
 
 def test_a_retraction_longer_than_the_arm_is_refused() -> None:
     home = (0.0, 0.6, -0.9, 0.0, 0.3, 0.0)
-    kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
-    kinematics.lower_rad[1] = 0.59
-    kinematics.lower_rad[2] = -0.91
+    arm = replace(ARM, posture_rad=home, lower_rad=(-3.14, 0.59, -0.91, -3.14, -3.14, -3.14))
     with pytest.raises(ConfigurationError, match=r"retract_mm = 200.* the way that zebra-zero has"):
-        require_fitting(
-            SupervisionConfig(retract_mm=200.0), TaskConfig(), kinematics, np.array(home), SensorFacts(0.0, 0.0)
-        )
+        fit(SupervisionConfig(retract_mm=200.0), arm=arm, home=home)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import LifecycleError
-from palpate.core.perception import Perception, SelectedChannels, Thresholds
+from palpate.core.perception import LastSymbols, Perception, SelectedChannels, Thresholds
 from palpate.core.policy import ActionOutcome, Decision, Reinforcement, Transition, compass_actions
 from palpate.core.ports.values import Vector3
 from palpate.core.tasks.insertion.agent import Agent
@@ -16,28 +16,8 @@ from tests.unit.core.policy.bench import Diary
 TICK_S = 0.01
 NONE: Vector3 = (0.0, 0.0, 0.0)
 ACTIONS = compass_actions(1e-3)
-
-
-@dataclass
-class Counter:
-    """An identifier with a memory: the state is how many symbols there were since the reset."""
-
-    symbols: tuple[str, ...] = ("x-", "x0", "x+")
-    states: tuple[str, ...] = ("none", "one", "two", "three", "four", "five")
-    seen: list[int] = field(default_factory=list)
-
-    def reset(self) -> None:
-        self.seen.clear()
-
-    def update(self, symbol: int, action: str | None = None) -> int:
-        self.seen.append(symbol)
-        return len(self.seen)
-
-    def get_state(self) -> list[float]:
-        return [float(symbol) for symbol in self.seen]
-
-    def set_state(self, state: Sequence[float]) -> None:
-        self.seen = [int(symbol) for symbol in state]
+PAST = LastSymbols(("x-", "x0", "x+"), 3)
+"""The state is what was felt since the trial began."""
 
 
 @dataclass
@@ -57,8 +37,8 @@ def diary(indices: Sequence[int | None] = (0, 1, 2, 3, 4)) -> Diary:
 
 class Bench:
     def __init__(self, policy: Diary | None = None, reinforcement: Reinforcement | None = None) -> None:
-        self.policy, self.counter, self.meter = policy or diary(), Counter(), Meter()
-        perception = Perception(SelectedChannels(("x",)), Thresholds(("x",), ((-1e-3, 1e-3),)), self.counter)
+        self.policy, self.meter = policy or diary(), Meter()
+        perception = Perception(SelectedChannels(("x",)), Thresholds(("x",), ((-1e-3, 1e-3),)), PAST)
         self.agent = Agent(perception, self.policy, reinforcement or self.meter, TICK_S)
         self.begin()
 
@@ -86,11 +66,11 @@ def test_transitions_follow_the_states_and_come_before_the_next_choice() -> None
     bench.agent.reached_goal()
     kinds = [type(entry).__name__ for entry in bench.entries]
     assert kinds == ["tuple", "Observation", *["Transition", "Observation"] * 2, "Transition"]
-    transitions = bench.policy.learned
-    assert transitions == [
-        Transition(1, 0, -1.0, 2),
-        Transition(2, 1, -2.0, 3),
-        Transition(3, 2, -3.0, None),
+    one, two, three = (PAST.states.index(name) for name in ("x-", "x- > x0", "x- > x0 > x+"))
+    assert bench.policy.learned == [
+        Transition(one, 0, -1.0, two),
+        Transition(two, 1, -2.0, three),
+        Transition(three, 2, -3.0, None),
     ]
 
 
@@ -112,10 +92,8 @@ def test_nothing_is_learned_from_an_action_that_is_not_of_the_set() -> None:
         bench.decide()
         bench.record_effort(1.0)
     bench.agent.reached_goal()
-    assert bench.policy.learned == [
-        Transition(1, 0, -1.0, 2),
-        Transition(3, 2, -3.0, None),
-    ]
+    one, two, three = (PAST.states.index(name) for name in ("x0", "x0 > x0", "x0 > x0 > x0"))
+    assert bench.policy.learned == [Transition(one, 0, -1.0, two), Transition(three, 2, -3.0, None)]
     # It still cost something.
     assert [d.reinforcement for d in bench.agent.decisions] == [-1.0, -2.0, -3.0]
 
@@ -123,7 +101,7 @@ def test_nothing_is_learned_from_an_action_that_is_not_of_the_set() -> None:
 def test_giving_up_before_the_first_choice_is_no_lesson() -> None:
     bench = Bench()
     bench.agent.gave_up(NONE, NONE, NONE)
-    assert bench.counter.seen == []
+    assert PAST.get_state() == []
     assert bench.entries[1:] == []
 
 

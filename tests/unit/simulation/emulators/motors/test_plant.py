@@ -5,15 +5,11 @@ from math import pi
 import numpy as np
 import pytest
 
-from palpate.simulation.emulators.motors.plant import HOME_RAD, ArmGears, JointPlant, Plant
+from palpate.simulation.emulators.motors.plant import HOME_RAD, ArmGears, JointPlant
 from tests.ideal_motors import IdealPlant
 from tests.unit.simulation.emulators.nmc_host import Bench, trajectory
 
 W = 11_034.53
-
-
-def as_plant(plant: Plant) -> Plant:
-    return plant
 
 
 def test_round_trip_is_within_one_count() -> None:
@@ -48,7 +44,7 @@ def test_home_is_zero_and_a_turn_of_joint_1_is_192000_counts() -> None:
 
 def test_an_ideal_motor_is_where_its_servo_wants_it() -> None:
     plant = IdealPlant()
-    as_plant(plant).set_motor_counts(2, 1234.0)
+    plant.set_motor_counts(2, 1234.0)
     assert plant.motor_counts(2) == 1234
     assert plant.joints_rad()[2] == pytest.approx(-pi / 2 + 1234 / 30_557.75)
 
@@ -85,7 +81,7 @@ def test_a_joint_plant_gives_targets_and_takes_measurements() -> None:
     assert plant.targets_rad() == pytest.approx(HOME_RAD)
     goal = (0.3, 1.0, -1.2, 0.4, -1.0, 0.7)
     for axis, counts in enumerate(gears.counts(goal)):
-        as_plant(plant).set_motor_counts(axis, counts)
+        plant.set_motor_counts(axis, counts)
     assert plant.targets_rad() == pytest.approx(goal)
     assert plant.motor_counts(0) == 0  # nothing was measured yet
     plant.measured_rad(goal)
