@@ -22,6 +22,12 @@ def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return shared_folder(tmp_path_factory, "trained", make)
 
 
+@pytest.fixture
+def run(trained: Path, tmp_path: Path) -> Path:
+    """A copy of it that may be changed: ``run`` in the working directory."""
+    return shutil.copytree(trained, tmp_path / "run")
+
+
 @pytest.fixture(scope="session")
 def compared(tmp_path_factory: pytest.TempPathFactory, trained: Path) -> Path:
     """A comparison of two trained policies, whose folders have one name, with the hand-written strategies."""

@@ -129,9 +129,8 @@ TAMPERINGS: dict[str, Tampering] = {
 
 
 @pytest.mark.parametrize("kind", TAMPERINGS)
-def test_a_folder_that_was_tampered_with(palpate: CommandLine, trained: Path, tmp_path: Path, kind: str) -> None:
-    shutil.copytree(trained, tmp_path / "run")
-    TAMPERINGS[kind](tmp_path / "run")
+def test_a_folder_that_was_tampered_with(palpate: CommandLine, run: Path, kind: str) -> None:
+    TAMPERINGS[kind](run)
     done = palpate("replay", "run", "--jobs", 1)
     assert done.code in (1, 2), done
 
@@ -142,9 +141,8 @@ def test_a_whole_folder_is_called_whole(palpate: CommandLine, trained: Path) -> 
     assert "no manifest" not in palpate.succeed("replay", trained / "logs", "--jobs", 1)
 
 
-def test_a_manifest_of_another_run_is_refused_in_one_line(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
-    shutil.copytree(trained, tmp_path / "run")
-    _in_json("run/manifest.json", _other_digests)(tmp_path)
+def test_a_manifest_of_another_run_is_refused_in_one_line(palpate: CommandLine, run: Path) -> None:
+    _in_json("manifest.json", _other_digests)(run)
     line = palpate.refusal("replay", "run", "--jobs", 1)
     assert "run/manifest.json: is that of another run" in line
     line = palpate.refusal("train", "--resume", "--out", "run", "--trials", 9, "--task.time-limit-s", 2)
@@ -156,20 +154,17 @@ def _other_digests(manifest: Any) -> None:
         told["sha256"] = "0" * 64
 
 
-def test_in_a_run_that_was_cut_short_logs_before_the_newest_trial_s_are_missed(
-    palpate: CommandLine, trained: Path, tmp_path: Path
-) -> None:
-    shutil.copytree(trained, tmp_path / "run")
+def test_in_a_run_that_was_cut_short_logs_before_the_newest_trial_s_are_missed(palpate: CommandLine, run: Path) -> None:
     files = ("run.toml", "trials.csv", "decisions.csv")
 
     def cut_short(manifest: Any) -> None:
         manifest.update(finished=False, files={name: manifest["files"][name] for name in files})
 
-    _in_json("run/manifest.json", cut_short)(tmp_path)
-    gone("run/logs/trial-00002.mcap")(tmp_path)
-    gone("run/policy.json")(tmp_path)
+    _in_json("manifest.json", cut_short)(run)
+    gone("logs/trial-00002.mcap")(run)
+    gone("policy.json")(run)
     assert "cut short after 3 trials" in palpate.succeed("replay", "run", "--jobs", 1)
-    gone("run/logs/trial-00001.mcap")(tmp_path)
+    gone("logs/trial-00001.mcap")(run)
     assert "trial-00001.mcap: is missing" in palpate("replay", "run", "--jobs", 1).stdout
 
 
@@ -192,11 +187,10 @@ def test_what_a_single_log_cannot_be_checked_for_is_named(palpate: CommandLine, 
     assert "not checked, for only the world and the recorder know it: the true peak force;" in printed
 
 
-def test_differences_as_a_table_for_a_review(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
-    shutil.copytree(trained, tmp_path / "run")
-    log_with("/tick", 40, one_ulp("asked_rad", 1))(tmp_path / "run")
+def test_differences_as_a_table_for_a_review(palpate: CommandLine, run: Path) -> None:
+    log_with("/tick", 40, one_ulp("asked_rad", 1))(run)
     assert palpate("replay", "run", "--jobs", 1, "--markdown", "table.md").code == 1
-    lines = (tmp_path / "table.md").read_text().splitlines()
+    lines = Path("table.md").read_text().splitlines()
     assert lines[0] == "| log | outcome before | outcome after | first tick | field | result |"
     assert lines[2].startswith("| run/logs/trial-00001.mcap | time limit | ")
     assert lines[2].endswith("| 40 | /tick asked_rad[1] | DIVERGED |")
@@ -235,21 +229,19 @@ DETERMINED = (
 
 @pytest.mark.parametrize("tamperings", DETERMINED)
 def test_what_the_logs_determine_is_found_though_the_manifest_was_made_good(
-    palpate: CommandLine, trained: Path, tmp_path: Path, tamperings: dict[str, Tampering]
+    palpate: CommandLine, run: Path, tamperings: dict[str, Tampering]
 ) -> None:
-    shutil.copytree(trained, tmp_path / "run")
     for tamper in tamperings.values():
-        tamper(tmp_path / "run")
-    _made_good(tmp_path / "run")
+        tamper(run)
+    _made_good(run)
     done = palpate("replay", "run", "--jobs", 1)
     assert done.code == 1
     told = {line.partition(": ")[2].partition(": ")[0] for line in done.stdout.splitlines() if "folder: " in line}
     assert told == {f"run/{name}" for name in tamperings}, done
 
 
-def test_a_manifest_that_was_taken_away_is_missed(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
-    shutil.copytree(trained, tmp_path / "run")
-    gone("manifest.json")(tmp_path / "run")
+def test_a_manifest_that_was_taken_away_is_missed(palpate: CommandLine, run: Path) -> None:
+    gone("manifest.json")(run)
     done = palpate("replay", "run", "--jobs", 1)
     assert done.code == 1
     assert "folder: run/manifest.json: is missing" in done.stdout

@@ -64,13 +64,6 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def desk(palpate: CommandLine, tmp_path: Path, trained: Path) -> Path:
-    """The working directory, with a copy of a run that may be changed."""
-    shutil.copytree(trained, tmp_path / "run")
-    return tmp_path
-
-
-@pytest.fixture
 def study(tmp_path: Path, swept: Path) -> Path:
     """A copy of the study, which may be changed."""
     return shutil.copytree(swept, tmp_path / "study")
@@ -92,24 +85,24 @@ def require_complete(page: Page) -> None:
     assert {attrs["href"][1:] for tag, attrs in page.tags if tag == "a"} <= anchors
 
 
-def test_a_training_run_has_equal_bytes_in_any_process_and_its_results_stay(desk: Path, trained: Path) -> None:
-    page = reported(desk / "run")
+def test_a_training_run_has_equal_bytes_in_any_process_and_its_results_stay(run: Path, trained: Path) -> None:
+    page = reported(run)
     require_complete(page)
     assert page.headings == [
         "In figures", "Learning curve", "Policy", "Q values", "Forces of single trials", "Cycle timing", "Settings",
     ]  # fmt: skip
-    (line,) = lines_of(desk / "run" / "report" / "summary.csv")
+    (line,) = lines_of(run / "report" / "summary.csv")
     assert (line["policy"], line["trials"], line["counted"]) == ("q-learning", "3", "1")
-    last = lines_of(desk / "run" / "trials.csv")[-1]
+    last = lines_of(run / "trials.csv")[-1]
     assert float(line["mean_s"]) == pytest.approx(float(last["exploration_time_s"]), abs=1e-4)
     # Every trial of this short run is the first, the last or the one with the highest force.
-    assert {"force-01.png", "force-02.png"} <= {path.name for path in (desk / "run" / "report").iterdir()}
-    first, results = files_in(desk / "run"), files_in(trained)
+    assert {"force-01.png", "force-02.png"} <= {path.name for path in (run / "report").iterdir()}
+    first, results = files_in(run), files_in(trained)
     assert {name: first[name] for name in results} == results
-    shutil.copytree(desk / "run", desk / "elsewhere" / "run")
+    elsewhere = shutil.copytree(run, run.parent / "elsewhere" / "run")
     # In a process of its own: nothing that was drawn before has an influence.
-    subprocess.run(command("report", desk / "elsewhere" / "run"), check=True, capture_output=True, timeout=120)
-    assert files_in(desk / "elsewhere" / "run") == first
+    subprocess.run(command("report", elsewhere), check=True, capture_output=True, timeout=120)
+    assert files_in(elsewhere) == first
 
 
 def test_a_study(study: Path) -> None:
@@ -166,7 +159,7 @@ def test_a_comparison(palpate: CommandLine, compared: Path, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("name", ["trials.csv", "summary.json", "policy.json", "run.toml"])
-def test_damaged_files_of_a_run(palpate: CommandLine, desk: Path, name: str) -> None:
-    path = desk / "run" / name
+def test_damaged_files_of_a_run(palpate: CommandLine, run: Path, name: str) -> None:
+    path = run / name
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     assert f"run/{name}" in palpate.refusal("report", "run")

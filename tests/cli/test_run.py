@@ -95,10 +95,10 @@ def test_a_file_that_is_no_policy_is_refused(palpate: CommandLine, trained: Path
 
 
 @pytest.mark.parametrize("words", ["train", "run --policy torque", "compare"])
-def test_results_are_never_written_over(palpate: CommandLine, trained: Path, tmp_path: Path, words: str) -> None:
-    shutil.copytree(trained, tmp_path / "there")
-    line = palpate.refusal(*words.split(), *QUICK, "--trials", 1, "--out", "there")
-    assert "there: already holds a run" in line
+@pytest.mark.usefixtures("run")
+def test_results_are_never_written_over(palpate: CommandLine, words: str) -> None:
+    line = palpate.refusal(*words.split(), *QUICK, "--trials", 1, "--out", "run")
+    assert "run: already holds a run" in line
 
 
 @pytest.mark.parametrize("name", ["run", "train", "compare"])
@@ -109,13 +109,13 @@ def test_a_policy_of_another_state_space_is_refused(palpate: CommandLine, traine
     assert "as in this task" in line
 
 
-def test_show_needs_nothing_but_the_file(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
-    shutil.copy(trained / "policy.json", tmp_path)
+def test_show_needs_nothing_but_the_file(palpate: CommandLine, trained: Path) -> None:
+    shutil.copy(trained / "policy.json", ".")
     lines = palpate.succeed("show", "policy.json").splitlines()
     assert lines[0] == "17 states, 8 actions; q-learning, 3 trials learned"
     assert lines[2].split() == ["state", "source", "best", "action", "value", "visits"]
     assert len(lines) == 3 + 17
-    (tmp_path / "policy.json").write_text("{}")
+    Path("policy.json").write_text("{}")
     assert "schema" in palpate.refusal("show", "policy.json")
 
 

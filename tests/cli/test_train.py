@@ -175,17 +175,15 @@ def test_a_memory_is_trained_resumed_used_replayed_and_shown(palpate: CommandLin
     )
 
 
-def test_a_run_that_reached_its_trials_is_left_alone(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
-    out = shutil.copytree(trained, tmp_path / "run")
+def test_a_run_that_reached_its_trials_is_left_alone(palpate: CommandLine, trained: Path, run: Path) -> None:
     # Naming the settings again is allowed as long as they are the same.
-    palpate.succeed("train", "--config", out / "run.toml", "--resume", "--trials", 3, "--out", out)
-    assert files_in(out) == files_in(trained)
+    palpate.succeed("train", "--config", run / "run.toml", "--resume", "--trials", 3, "--out", run)
+    assert files_in(run) == files_in(trained)
 
 
 @pytest.fixture
-def desk(trained: Path, tmp_path: Path) -> Path:
+def desk(run: Path, trained: Path, tmp_path: Path) -> Path:
     """A finished run, another whose checkpoint is torn, and an empty folder."""
-    shutil.copytree(trained, tmp_path / "run")
     torn = shutil.copytree(trained, tmp_path / "torn") / "checkpoint.json"
     torn.write_bytes(torn.read_bytes()[: torn.stat().st_size // 2])
     (tmp_path / "empty").mkdir()

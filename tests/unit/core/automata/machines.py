@@ -2,7 +2,6 @@
 
 import random
 from collections.abc import Hashable, Iterator, Sequence
-from dataclasses import replace
 from itertools import product
 
 from hypothesis import strategies as st
@@ -52,38 +51,6 @@ def machines(draw: st.DrawFn, kind: Kind | None = None, symbols: int | None = No
     symbols = draw(st.integers(1, 3)) if symbols is None else symbols
     missing = 0.0 if complete else draw(st.sampled_from([0.0, 0.3]))
     return random_machine(random.Random(draw(st.integers(0, 2**32))), kind, states, symbols, missing)
-
-
-def renumbered(machine: Machine, order: Sequence[int], labels: tuple[str, ...] = ()) -> Machine:
-    """The same machine; its state i is state order[i] of the other."""
-    place = {state: number for number, state in enumerate(order)}
-    return Machine(
-        machine.kind,
-        machine.alphabet,
-        tuple(
-            tuple(None if target is None else place[target] for target in machine.transitions[state]) for state in order
-        ),
-        tuple(machine.state_outputs[state] for state in order) if machine.state_outputs else (),
-        tuple(machine.edge_outputs[state] for state in order) if machine.edge_outputs else (),
-        place[machine.start],
-        labels,
-    )
-
-
-def doubled(machine: Machine, rng: random.Random) -> Machine:
-    """The same with every state twice, in any order; transitions lead to either."""
-    count = len(machine.transitions)
-    twice = replace(
-        machine,
-        transitions=tuple(
-            tuple(None if target is None else target + rng.choice((0, count)) for target in row)
-            for row in machine.transitions * 2
-        ),
-        state_outputs=machine.state_outputs * 2,
-        edge_outputs=machine.edge_outputs * 2,
-        labels=(),
-    )
-    return renumbered(twice, rng.sample(range(2 * count), 2 * count))
 
 
 def words(symbols: int, longest: int) -> Iterator[tuple[int, ...]]:

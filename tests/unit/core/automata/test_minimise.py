@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import difference, equivalent_states, minimised
 from palpate.core.errors import ConfigurationError
-from tests.unit.core.automata.machines import KINDS, canonical, classes_by_table, dfa, doubled, machines, words
+from tests.unit.core.automata.machines import KINDS, canonical, classes_by_table, dfa, machines, words
 
 # Ends in "ab", with three copies of the state after "a" and one that no word leads to.
 ENDS_IN_AB = dfa([[1, 0], [2, 3], [4, 3], [1, 0], [1, 3], [5, 5]], [3], labels=("none", "a1", "a2", "ab", "a3", "x"))
@@ -36,11 +36,6 @@ def test_a_minimal_machine_cannot_be_made_smaller(machine):
     assert small.reachable() == tuple(range(len(small.transitions)))
     assert len(classes_by_table(small)) == len(small.transitions)
     assert small.complete or not machine.complete
-
-
-@given(machines(), st.randoms(use_true_random=False))
-def test_how_states_are_numbered_and_copied_makes_no_difference(machine, rng):
-    assert minimised(doubled(machine, rng)) == minimised(machine)
 
 
 def test_numbers_go_breadth_first_in_the_order_of_the_symbols():

@@ -54,11 +54,6 @@ class Turned:
                 return bytes(message.data)
         raise AssertionError(f"0x{arbitration_id:03X} did not come")
 
-    def listen(self, frames: int) -> None:
-        """Hear so many frames."""
-        for _ in range(frames):
-            self.receive()
-
     def start_stream(self, period_us: int = 1_000) -> None:
         self.expect(0x701)
         self.send(0x201, struct.pack("<HI", 0, period_us))
