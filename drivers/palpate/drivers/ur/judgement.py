@@ -71,15 +71,21 @@ def require_sense(seen: UrState, before: UrState | None, host: str) -> None:
     # A controller that has started anew counts its time from zero.
     elapsed_s = 0.0 if before is None else abs(seen.timestamp_s - before.timestamp_s)
     way_rad = 0.0 if before is None else max(abs(a - b) for a, b in zip(seen.q_rad, before.q_rad, strict=True))
-    if (
-        not all(map(isfinite, (*seen.q_rad, *seen.wrench, seen.timestamp_s)))
-        or max(map(abs, seen.q_rad)) > _FULL_RAD
-        or way_rad > _SLACK_RAD + _FASTEST_RAD_S * elapsed_s
-        or seen.robot_mode not in range(-1, 9)
-        or seen.safety_mode not in range(1, 32)
-        or seen.runtime not in range(6)
-    ):
-        raise GarbledError(NAME, f"what its controller at {host} sends makes no sense", CHECK)
+    farthest_rad = max(map(abs, seen.q_rad))
+    findings = (
+        (not all(map(isfinite, (*seen.q_rad, *seen.wrench, seen.timestamp_s))), "what should be numbers is none"),
+        (farthest_rad > _FULL_RAD, f"a joint at {farthest_rad:.3g} rad"),
+        (
+            way_rad > _SLACK_RAD + _FASTEST_RAD_S * elapsed_s,
+            f"a joint that goes {way_rad:.3g} rad in {elapsed_s * 1e3:.0f} ms",
+        ),
+        (seen.robot_mode not in range(-1, 9), f"robot mode {seen.robot_mode}"),
+        (seen.safety_mode not in range(1, 32), f"safety mode {seen.safety_mode}"),
+        (seen.runtime not in range(6), f"runtime state {seen.runtime}"),
+    )
+    if told := [text for is_wrong, text in findings if is_wrong]:
+        problem = f"what its controller at {host} sends makes no sense: {', '.join(told)}"
+        raise GarbledError(NAME, problem, CHECK)
 
 
 def require_ready(seen: UrState, host: str) -> None:

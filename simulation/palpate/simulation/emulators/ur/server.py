@@ -156,11 +156,12 @@ class UrServer:
                 self._talk(left_s)
             now_ns = time.monotonic_ns()
             if now_ns >= due_ns:
-                due_ns = max(due_ns + CYCLE_NS, now_ns - 10 * CYCLE_NS)
+                # Cycles that are made up for have their own times, or the joints would seem to jump.
+                cycle_ns, due_ns = due_ns, max(due_ns + CYCLE_NS, now_ns - 10 * CYCLE_NS)
                 with self._lock:
-                    self._controller.step(now_ns)
+                    self._controller.step(cycle_ns)
                     if not self.network.is_stalled:
-                        self._tell(now_ns)
+                        self._tell(cycle_ns)
 
     def _talk(self, wait_s: float) -> None:
         with self._lock:
