@@ -71,6 +71,12 @@ def test_refused_in_one_line(palpate: CommandLine, words: str, reason: str) -> N
     assert reason in palpate.refusal(*words.split())
 
 
+@pytest.mark.parametrize("arm", ["ur5", "panda"])
+def test_a_zebra_is_not_led_by_the_kinematics_of_another_arm(palpate: CommandLine, arm: str) -> None:
+    told = palpate.refusal("run", "--rig", str(RIG_FILE), "--arm", arm, "--policy", "torque", "--trials", "1")
+    assert f"arm = '{arm}' is refused: zebra-zero, or the URDF of this arm, with 6 joints" in told
+
+
 def test_the_cell_of_a_file_is_ignored_beside_a_rig_and_that_is_said(palpate: CommandLine) -> None:
     Path("settings.toml").write_text("[cell.sensor]\nforce_noise_N = 0.0\n")
     done = palpate("run", "--rig", "missing.toml", "--policy", "torque", "--config", "settings.toml")

@@ -16,7 +16,7 @@ from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, RigContext
-from palpate.core.errors import OutputError
+from palpate.core.errors import ConfigurationError, OutputError
 from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range, Settings, write_whole
 from palpate.drivers.errors import WiringError
 from palpate.drivers.nmc import POWER_UP_BAUD, BusSettings
@@ -33,6 +33,8 @@ from palpate.drivers.zebra_zero import (
 
 _NAME: Final = "Zebra Zero"
 _JOINTS: Final = 6
+_OTHERS: Final = ("ur3", "ur5", "ur10", "z1")
+"""Arms of six joints, of other makers, that come with palpate."""
 
 
 @dataclass(frozen=True)
@@ -100,6 +102,8 @@ class ZebraTable(Settings):
 
 def make_zebra_nmc(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
     """The Zebra Zero on its own serial bus."""
+    if len(context.lower_rad) != _JOINTS or context.arm.name in _OTHERS:
+        raise ConfigurationError("arm", context.arm.name, f"zebra-zero, or the URDF of this arm, with {_JOINTS} joints")
     table = overlay(ZebraTable(), settings)
     with translating("arm"):
         arm_settings = ZebraZeroSettings(
