@@ -20,6 +20,7 @@ RIG = '[rig]\nname = "bench"\n[arm]\nadapter = "zebra-nmc"\n[force_sensor]\nadap
             "steps = 'dance' is refused: some of rest, weigh, touch, hole",
         ),
         (("--rig", "rig.toml", "--arm", "ur9"), "arm = 'ur9' is refused"),
+        (("--rig", "rig.toml", "--out", "rig.toml"), "rig.toml: is no folder; name one with --out"),
         (("--rig", "rig.toml", "--cell.peg.friction", "0.3"), "the rig says what is true of it"),
     ],
 )
@@ -31,11 +32,11 @@ def test_refusals(palpate: CommandLine, words: tuple[str, ...], problem: str) ->
 
 def test_who_confirms_no_step_opens_no_device(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("rig.toml").write_text(RIG)
-    # Left out three times, then ended: an adapter with no port would be refused as soon as it were made.
-    monkeypatch.setattr("sys.stdin", io.StringIO("s\ns\ns\nq\n"))
+    # Left out three times, then neither confirmed nor ended, then ended.
+    monkeypatch.setattr("sys.stdin", io.StringIO("s\ns\ns\nno\nn\nq\n"))
     done = palpate("calibrate", "--rig", "rig.toml")
     assert done.code == 130
-    assert done.stderr.count("Enter does it, s leaves it out, q ends") == 4
+    assert done.stderr.count("Enter does it, s leaves it out, q ends") == 6
     assert Path("rig.toml").read_text() == RIG
 
 

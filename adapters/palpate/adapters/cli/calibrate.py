@@ -23,7 +23,7 @@ from palpate.adapters.experiments.calibration import (
 )
 from palpate.adapters.hardware import HardwareRig, MonotonicClock, RigContext, find_approach, force_sensor_maker
 from palpate.adapters.hardware.real_time import RealTimeSession
-from palpate.core.errors import ConfigurationError, UsageError
+from palpate.core.errors import ConfigurationError, OutputError, UsageError
 from palpate.core.motion import arm_named
 from palpate.core.ports import write_whole
 from palpate.core.trial import find_ready_pose
@@ -66,6 +66,8 @@ class _Bench:
         if options.yes and not self._file.emulated:
             raise UsageError(f"--yes is for emulated rigs only: at {self._file.name} a person confirms each step")
         self._out = Path(options.out) if options.out else self._path.with_name(f"{self._path.stem}-calibration")
+        if self._out.exists() and not self._out.is_dir():
+            raise OutputError(str(self._out), "is no folder", "name one with --out")
 
     def go(self) -> None:
         """All steps that are asked for, each when it is confirmed."""
@@ -162,12 +164,15 @@ class _Bench:
         sys.stderr.write(f"{step}: {STEPS[step]}\n")
         if self._options.yes:
             return True
-        sys.stderr.write("Enter does it, s leaves it out, q ends: ")
-        sys.stderr.flush()
-        answer = sys.stdin.readline()
-        if not answer or answer.strip() == "q":
-            raise _LeaveError
-        return answer.strip() != "s"
+        while True:
+            sys.stderr.write("Enter does it, s leaves it out, q ends: ")
+            sys.stderr.flush()
+            answer = sys.stdin.readline()
+            if not answer or answer.strip() == "q":
+                raise _LeaveError
+            # Whoever types "no" has not confirmed: anything else is asked again.
+            if answer.strip() in ("", "s"):
+                return not answer.strip()
 
 
 def _values(estimates: tuple[Estimate, ...], scale: float = 1.0) -> tuple[float, ...]:
