@@ -160,6 +160,11 @@ class ContactProof(Proof):
         text = f"the force sensor shows contact {rise_m * 1e3:.2f} mm above the plate that was touched"
         return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, text)
 
+    def led_back(self, tick: int) -> Trip:
+        """The peg was in the hole, and the force leads it out again."""
+        text = "the force leads the peg back out of the hole from where it stood: it is not the hole's"
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, text)
+
     def no_wall(self, tick: int, depth_m: float) -> Trip:
         """The peg should be in the hole, and no wall answered."""
         text = (

@@ -11,7 +11,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, Vector3
 from palpate.core.tasks.contact.axial_check import HIGHEST_SHARE, LOWEST_SHARE
 from palpate.core.tasks.contact.uneven_heave import UnevenHeave
 
-FREE_WAY_M: Final = 1.5e-3
+FREE_WAY_M: Final = 1.3e-3
 """Travel without a sign of life after which the tool stops for a check, if nothing speaks against the sensor before. A
 peg that caught on something meanwhile has bent the gripper by no more than that."""
 _HEAVE_M: Final = 2.5e-4

@@ -7,6 +7,8 @@ from math import sqrt
 import numpy as np
 import pytest
 
+from benchmarks.liars import config_of
+from palpate.adapters.fault_injection.campaign.campaign import Case, all_variants, run_cases
 from palpate.core.control_loop import run_trial
 from palpate.core.ports.values import WrenchSample
 from palpate.core.tasks.insertion import InsertionTask
@@ -159,17 +161,38 @@ def test_no_liar_passes_for_an_insertion_that_was_none(name: str, phase: Phase) 
     assert trial.peak_N < limit_N
 
 
+@pytest.mark.parametrize(
+    ("phase", "seed", "fault", "limit_N"),
+    [
+        pytest.param(
+            "settle", 98708, "later by 0.2 s a second, new times", 15.0, id="the tip seems to leave the plate"
+        ),
+        pytest.param("insert", 98709, "of 1 s, sign flipped, fresh noise", 30.0, id="it leads the peg back out"),
+    ],
+)
+def test_a_lie_that_bent_the_gripper_in_the_campaign_is_latched(
+    phase: str, seed: int, fault: str, limit_N: float
+) -> None:
+    config = config_of("insertion", "zebra-zero", "torque")
+    [liar] = [
+        each for each in all_variants(config.supervision) if each.name.endswith(fault) and "encoder" not in each.name
+    ]
+    [[run]] = run_cases(config, [Case(liar, phase, seed)], policy="torque", rig_file="", supervised=True, jobs=1)
+    assert run.latched
+    assert run.peak_force_N < limit_N
+
+
 def test_what_seems_a_hole_and_is_none_is_explored_although_the_plate_was_never_felt() -> None:
-    """A force that comes 0.2 s late: the peg goes on from the approach to sink, does not, and explores."""
-    felt: list[np.ndarray] = []
+    """A sensor that is dead until the plate bears 5 N: the peg goes on from the approach to sink, and explores."""
+    woken: list[bool] = []
 
-    def late(held: np.ndarray, true: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        felt.append(true)
-        return felt[max(0, len(felt) - 31)] + NOISE * rng.standard_normal(6)
+    def dead_at_first(held: np.ndarray, true: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        woken.extend([True] if true[2] < -5.0 else [])
+        return (true if woken else held) + NOISE * rng.standard_normal(6)
 
-    trial = Trial(FakeWorld(HOLE), late, Phase.SETTLE)
+    trial = Trial(FakeWorld(HOLE), dead_at_first, Phase.APPROACH, TaskConfig(press_kgf=1.0))
     assert trial.details("false drop")
-    assert trial.report.outcome is not Outcome.INSERTED
+    assert trial.report.outcome is Outcome.INSERTED
 
 
 def test_without_proof_the_task_is_what_it_was() -> None:

@@ -45,13 +45,14 @@ class ExploringChecks:
         behind_ns = snapshot.wrench.source_time_ns - snapshot.joints.source_time_ns
         if behind_ns > self._behind_ns:
             self._behind_ns = behind_ns
+        # From the first touch on, and while it is lifted too: a force that comes late swings with the spring.
+        rise_m = state.surface_m - measured.tip_depth_m
+        self._risen_ticks = self._risen_ticks + 1 if rise_m > _RISE_M else 0
+        if self._risen_ticks > _RISEN_TICKS:
+            state.doubt(proof.above_plate(state.tick, rise_m))
         if not self._lift.running:
             longer = not self._touch_judged and self._judge_touch(countdown)
             proof.life.watch(measured.force_N[2], proof.new, reference_m)
-            rise_m = state.surface_m - measured.tip_depth_m
-            self._risen_ticks = self._risen_ticks + 1 if rise_m > _RISE_M else 0
-            if self._touch_judged and self._risen_ticks > _RISEN_TICKS:
-                state.doubt(proof.above_plate(state.tick, rise_m))
             if not proof.life.due and not longer:
                 return None
             if longer or measured.filtered_force_z_N > -_PRESSED_SHARE * self._press_N:

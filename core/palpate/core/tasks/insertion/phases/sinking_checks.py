@@ -1,5 +1,6 @@
 """Proofs of contact while the peg sinks: a wall has to answer, and a peg that rests on something is lifted."""
 
+from math import inf
 from typing import Final
 
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
@@ -27,6 +28,8 @@ _RESTING_SHARE: Final = 0.45
 _RESTING_TICKS: Final = CONTROL_RATE_HZ // 10
 _BETWEEN_TICKS: Final = CONTROL_RATE_HZ // 2
 """Ticks after a lift before the next one's rest begins to count."""
+_LED_BACK_M: Final = 1e-3
+"""A peg that meets something on its way down comes up by less: by the gripper's spring, under an impact."""
 
 
 class SinkingChecks:
@@ -40,6 +43,7 @@ class SinkingChecks:
     def enter(self) -> None:
         """The insertion begins here."""
         self._lift.running, self._rest_ticks = False, 0
+        self._deepest_m = -inf
         self._freed, self._free_samples, self._unsteady = False, 0, 0
         self._entered_tick = self._equipment.state.tick
         self._stand_still()
@@ -51,6 +55,7 @@ class SinkingChecks:
             time_s = _LONGEST_TICKS / CONTROL_RATE_HZ
             self._equipment.state.end(Outcome.JAMMED, f"at {depth_m * 1e3:.2f} mm, after {time_s:g} s")
             return 0.0, 0.0, 0.0
+        self.watch_way()
         if self._proof.new and not self._freed and self._rest_ticks >= 0 and not self._lift.running:
             free = self._equipment.measurement.force_N[2] > -self._contact_N
             self._free_samples = self._free_samples + 1 if free else 0
@@ -61,6 +66,13 @@ class SinkingChecks:
         if check is None and not self._freed and self._at_bound(depth_m):
             return self._hold(depth_m)
         return check
+
+    def watch_way(self) -> None:
+        """A peg that is in the hole does not come out of it by itself."""
+        depth_m, state = self._equipment.motion.reference_m[2], self._equipment.state
+        self._deepest_m = max(self._deepest_m, depth_m)
+        if self._deepest_m - depth_m > _LED_BACK_M:
+            state.doubt(self._proof.led_back(state.tick))
 
     def bounded(self, velocity_m_s: Vector3) -> Vector3:
         """The velocity, without its part across the tool axis once the tip is as far out as a wall can be."""
