@@ -57,7 +57,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
     ),
     # The heave shows no force that follows, so a lift is made, and by then the sensor is sound again.
     "held-a-while": Mishap(
-        (force("freeze", 96, channels=(2,), duration_ticks=14),),
+        (force("freeze", 100, channels=(2,), duration_ticks=14),),
         {"task": {"tare_ticks": 8, "ticks_per_action": 4, "time_limit_s": 0.55}},
     ),
     "irregular": Mishap(
