@@ -11,6 +11,7 @@ from palpate.adapters.config import EmulationConfig, RunConfig, SensorFactsTable
 from palpate.adapters.hardware.approach import find_approach, walk
 from palpate.adapters.hardware.ati import NetFtForceSensor
 from palpate.adapters.hardware.emulated_cell import EmulatedCell
+from palpate.adapters.hardware.errors import told_of
 from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.hardware.sensor_facts import gathered, reported_by
 from palpate.adapters.hardware.ur import UrTable, ur_arm
@@ -121,7 +122,7 @@ class VirtualRig(Rig):
         self.ports.force_sensor.read()
 
     def device_behind(self, sample: str) -> str:
-        return str(getattr(self.ports.joint_encoder if sample == "joint" else self.sensor, "name", ""))
+        return told_of(self.ports.joint_encoder if sample == "joint" else self.sensor)
 
     def world(self) -> World:
         return World("virtual rig", {})

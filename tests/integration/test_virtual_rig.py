@@ -50,7 +50,9 @@ def test_a_sensor_without_news_ends_the_trial_by_its_name() -> None:
     with VirtualRig(config, ready, "ur5-rtde", "ati-netft", HiddenValues()) as rig:
         clock = rig.desk.clock
         rig.cell.box.box.network = lambda datagrams: [] if 25 <= clock.now_ns() // 10**8 < 27 else datagrams
-        with pytest.raises(DeviceError, match=r"^rig: trial 0: SAMPLE_.*force sample.* \(ATI Net F/T\)$"):
+        with pytest.raises(
+            DeviceError, match=r"^rig: trial 0: SAMPLE_.* \(ATI Net F/T: has sent nothing for 2.. ms; check"
+        ):
             run_policy(config, ready, rig, chosen.perception, chosen.on(rig), 1, lambda _: None)
 
 

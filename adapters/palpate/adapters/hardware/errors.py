@@ -21,6 +21,12 @@ def told(error: DriverError, device: str = "") -> str:
     return f"{part}{error.problem}; {error.remedy} ({_WHOSE[error.blame]})"
 
 
+def told_of(device: object) -> str:
+    """A device's name, and what it says of its own silence."""
+    name, silence = str(getattr(device, "name", "")), getattr(device, "silence", "")
+    return f"{name}: {silence}" if silence else name
+
+
 def translated(error: DriverError, device: str) -> PalpateError:
     """The core's error for a driver's."""
     if isinstance(error, SettingError):

@@ -13,6 +13,7 @@ from palpate.adapters.config import RealTimeConfig, RigFile, RunConfig
 from palpate.adapters.hardware.approach import WayToReadyPose, walk
 from palpate.adapters.hardware.bus_process import OperatorsHand, host_arm
 from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.adapters.hardware.errors import told_of
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.hardware.real_time import RealTime, join_loop
 from palpate.adapters.hardware.sensor_facts import gathered, reported_by
@@ -167,7 +168,7 @@ class HardwareRig(Rig):
     @override
     def device_behind(self, sample: str) -> str:
         sensor, encoder, _ = self._devices
-        return str(getattr(encoder if sample == "joint" else sensor, "name", ""))
+        return told_of(encoder if sample == "joint" else sensor)
 
     def _free(self) -> None:
         arm = self.ports.arm

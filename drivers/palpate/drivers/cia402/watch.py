@@ -100,6 +100,8 @@ def _silent(view: AxisView, joint: JointDrive, settings: ArmSettings, now_ns: in
         yield LateError(f"drive {joint.node}", problem, KEEP_TIME)
     elif view.missed_in_a_row >= settings.missed_cycles:
         problem = f"left {view.missed_in_a_row} SYNCs in a row unanswered"
+        if view.box.malformed:
+            problem += f", and {view.box.malformed} of its frames had another length"
         yield SilentError(
             f"drive {joint.node}", problem, "check its power, its cable and the bus load, then acknowledge"
         )

@@ -34,6 +34,10 @@ def no_answers(bench: Bench) -> None:
     bench.drives[1].faults.drop_tpdos = 3
 
 
+def cut_short(bench: Bench) -> None:
+    bench.drives[1].faults.malformed_tpdos = 3
+
+
 def silence(bench: Bench) -> None:
     bench.drives[1].faults.silent = True
 
@@ -101,6 +105,7 @@ CASES: list[tuple[Callable[[Bench], None], type[DriverError], str]] = [
     (following_error, DeviceFaultError, "drive 2: reports EMCY 0x8611"),
     (heartbeat_lost, SilentError, "drive 2: no heartbeat"),
     (no_answers, SilentError, "drive 2: left 3 SYNCs in a row"),
+    (cut_short, SilentError, "drive 2: left 3 SYNCs in a row unanswered, and 3 of its frames had another length"),
     (silence, SilentError, "drive 2: left 3 SYNCs in a row"),
     (restart, DeviceFaultError, "drive 2: has restarted"),
     (nmt_stopped, DeviceFaultError, "drive 2: is no longer operational"),
