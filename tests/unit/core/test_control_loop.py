@@ -1,6 +1,7 @@
 """The loop over the ports: exact times, honest snapshots, and an arm that is stopped on every way out."""
 
 from fractions import Fraction
+from unittest.mock import Mock
 
 import pytest
 from hypothesis import given
@@ -20,7 +21,7 @@ from palpate.core.ports.values import (
     CONTROL_RATE_HZ,
     JointCommand,
 )
-from palpate.core.trial import Outcome, TrialSetup
+from palpate.core.trial import Outcome
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 from tests.unit.core.supervision.bench import supervisor
 from tests.unit.core.watched_task import HOLE, SETUP, Watch, assert_stopped, run
@@ -109,20 +110,11 @@ def test_the_arm_is_stopped_when_the_task_fails(error: type[BaseException], tick
 
 
 def test_the_arm_is_stopped_when_a_trial_cannot_begin() -> None:
-    stopped = []
-
-    class Arm:
-        def stop(self) -> None:
-            stopped.append(True)
-
-    class Task:
-        def begin(self, setup: TrialSetup) -> None:
-            raise UnwellError
-
-    ports = Ports(FakeClock(), None, None, Arm())  # type: ignore[arg-type]
+    arm, task = Mock(), Mock()
+    task.begin.side_effect = UnwellError
     with pytest.raises(UnwellError):
-        run_trial(Task(), ports, SETUP)  # type: ignore[arg-type]
-    assert stopped == [True]
+        run_trial(task, Ports(FakeClock(), Mock(), Mock(), arm), SETUP)
+    arm.stop.assert_called_once_with()
 
 
 def test_ports_that_are_not_active_are_refused() -> None:

@@ -202,6 +202,13 @@ def test_a_command_for_another_arm_is_refused() -> None:
         bench.supervisor.check(bench.snapshot(), JointCommand((0.0,) * 5), TOUCHING, None)
 
 
+def test_an_arm_that_stands_outside_is_held_at_its_limit() -> None:
+    bench = Bench(HOLD)
+    outside = (0.0, 1.702, -1.42, 0.0, 0.55, 0.0)
+    done = bench.tick(measured_rad=outside, asked_rad=outside, tip_m=None, wrench={"validity": Validity.INVALID})
+    assert done.command.position_rad == (0.0, 1.7, -1.42, 0.0, 0.55, 0.0)
+
+
 # Commands beyond a joint limit are clamped, and both commands are kept.
 
 

@@ -1,9 +1,19 @@
 """The conversation: from the first ping to the first reading, on both wires, and its end."""
 
+from typing import Any
+
 import pytest
 
 from palpate.drivers.can.link import CanFrame
-from palpate.drivers.errors import DeviceFaultError, GarbledError, SettingError, SilentError, StateError, WiringError
+from palpate.drivers.errors import (
+    DeviceFaultError,
+    DriverError,
+    GarbledError,
+    SettingError,
+    SilentError,
+    StateError,
+    WiringError,
+)
 from palpate.drivers.jr3 import CanTransport, Jr3, Jr3Settings, UartTransport, shut_down, start_up
 from palpate.drivers.jr3.messages import FullScales
 from palpate.drivers.jr3.phases import Jr3Phase
@@ -61,10 +71,30 @@ def test_nobody_there() -> None:
     assert bench.device.phase is Jr3Phase.FAULTED
 
 
-def test_nothing_but_garbage() -> None:
+@pytest.mark.parametrize(
+    ("board", "error", "told"),
+    [
+        (
+            {"answer": lambda _: [CanFrame(0x101, b"\x07")]},
+            GarbledError,
+            "nothing but 16 frames or bytes without sense",
+        ),
+        ({"state": 1}, DeviceFaultError, "not initialised"),
+        (
+            {"answer": lambda name: [CanFrame(0x101, bytes(7))] if name == "force scales" else None},
+            DeviceFaultError,
+            "full scales",
+        ),
+        ({}, SilentError, "no new reading"),
+    ],
+    ids=["garbage", "no sensor", "full scales of zero", "no stream"],
+)
+def test_a_board_with_which_nothing_can_begin_is_told(
+    board: dict[str, Any], error: type[DriverError], told: str
+) -> None:
     bench = Bench()
-    bench.link.answer = lambda _: [CanFrame(0x101, b"\x07")]
-    with pytest.raises(GarbledError):
+    vars(bench.link).update(board)
+    with pytest.raises(error, match=told):
         start_up(bench.device, bench.clock_ns, bench.sleep)
 
 
@@ -97,26 +127,6 @@ def test_a_board_that_boots_meanwhile_is_waited_for() -> None:
     bench.polls(260)
     assert bench.device.phase is Jr3Phase.AWAITING
     assert bench.device.statistics().timeouts == 0
-
-
-def test_a_board_without_a_sensor() -> None:
-    bench = Bench()
-    bench.link.state = 1
-    with pytest.raises(DeviceFaultError, match="not initialised"):
-        start_up(bench.device, bench.clock_ns, bench.sleep)
-
-
-def test_a_full_scale_of_zero() -> None:
-    bench = Bench()
-    bench.link.answer = lambda name: [CanFrame(0x101, bytes(7))] if name == "force scales" else None
-    with pytest.raises(DeviceFaultError, match="full scales"):
-        start_up(bench.device, bench.clock_ns, bench.sleep)
-
-
-def test_a_stream_that_never_begins() -> None:
-    bench = Bench()
-    with pytest.raises(SilentError, match="no new reading"):
-        start_up(bench.device, bench.clock_ns, bench.sleep)
 
 
 def test_blocking_helpers() -> None:

@@ -1,6 +1,7 @@
 """Pushes to and fro between two walls, and what only seems to answer them."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -46,22 +47,16 @@ def test_walls_are_felt_on_both_sides(gap_m: float, noise_N: float) -> None:
     assert peak_N < 9.0
 
 
-def test_a_slow_sensor_is_no_reason_to_fail() -> None:
-    assert push(lambda true_N, *_: true_N, repeats=3)[0].answered
+@pytest.mark.parametrize("late", [{"repeats": 3}, {"lag_ticks": 3.0}, {"lag_ticks": 6.0}, {"lag_ticks": 12.0}])
+def test_a_slow_sensor_and_an_arm_that_is_still_under_way_are_waited_for(late: dict[str, Any]) -> None:
+    assert push(lambda true_N, _, rng: true_N + 0.1 * rng.standard_normal(), **late)[0].answered
 
 
-@pytest.mark.parametrize("lag_ticks", [3.0, 6.0, 12.0])
-def test_an_arm_that_is_still_under_way_is_waited_for(lag_ticks: float) -> None:
-    assert push(lambda true_N, _, rng: true_N + 0.1 * rng.standard_normal(), lag_ticks=lag_ticks)[0].answered
-
-
-def test_a_hole_wider_than_its_play_fails() -> None:
-    assert push(lambda true_N, *_: true_N, gap_m=1e-3)[0].failed
-
-
-@pytest.mark.parametrize("share", [0.0, 0.01, -1.0])
-def test_what_shows_too_little_or_the_wrong_way_fails(share: float) -> None:
-    assert push(lambda true_N, _, rng: share * true_N + 0.1 * rng.standard_normal())[0].failed
+@pytest.mark.parametrize(("share", "gap_m"), [(0.0, 1e-4), (0.01, 1e-4), (-1.0, 1e-4), (1.0, 1e-3)])
+def test_what_shows_too_little_or_the_wrong_way_fails_and_so_does_a_hole_wider_than_its_play(
+    share: float, gap_m: float
+) -> None:
+    assert push(lambda true_N, _, rng: share * true_N + 0.1 * rng.standard_normal(), gap_m=gap_m)[0].failed
 
 
 @pytest.mark.parametrize("seed", range(40))
