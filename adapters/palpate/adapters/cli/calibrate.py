@@ -1,5 +1,6 @@
 """``palpate calibrate``."""
 
+import os
 import signal
 import sys
 from collections.abc import Mapping
@@ -66,8 +67,11 @@ class _Bench:
         if options.yes and not self._file.emulated:
             raise UsageError(f"--yes is for emulated rigs only: at {self._file.name} a person confirms each step")
         self._out = Path(options.out) if options.out else self._path.with_name(f"{self._path.stem}-calibration")
-        if self._out.exists() and not self._out.is_dir():
-            raise OutputError(str(self._out), "is no folder", "name one with --out")
+        # Steps take minutes: what they find must have a place before the first of them.
+        _require_writable(self._path.parent, "rig")
+        _require_writable(self._out, "out")
+        if "hole" in options.steps and "weigh" not in options.steps:
+            _require_turn(self._file)
 
     def go(self) -> None:
         """All steps that are asked for, each when it is confirmed."""
@@ -101,6 +105,8 @@ class _Bench:
     def _moved(self, step: str) -> None:
         """A step that moves the arm. The rig is open for it alone: between steps, keys are a person's answers."""
         before = RigFile.load(self._path)
+        if step == "hole":
+            _require_turn(before)
         config = overlay(self._options.run, before.calibration.run_settings())
         # As the sensor is mounted: how it is turned is what is measured.
         file = replace(before, calibration=CalibrationTable())
@@ -118,7 +124,7 @@ class _Bench:
             elif step == "touch":
                 self._touch(commissioning)
             else:
-                self._hole(commissioning, before.calibration.mounting_deg)
+                self._hole(commissioning, before.calibration.mounting_deg or 0.0)
 
     def _weigh(self, commissioning: Commissioning) -> None:
         load, down, means, joint_rate_Hz = commissioning.weigh()
@@ -145,9 +151,7 @@ class _Bench:
         text = f"plate at {height.text('mm', 1e3)}; stiffness {stiffness.text('N/mm', 1e-3)}"
         self._keep("touch", {_TABLE: values}, touch_picture(touched), text)
 
-    def _hole(self, commissioning: Commissioning, turn_deg: float | None) -> None:
-        if turn_deg is None:
-            raise ConfigurationError(f"{_TABLE}.mounting_deg", None, "a number, by the step weigh")
+    def _hole(self, commissioning: Commissioning, turn_deg: float) -> None:
         x, y, places = commissioning.insert(turn_deg)
         values = {"hole_mm": _values((x, y), 1e3), "hole_sd_mm": _spreads((x, y), 1e3)}
         text = f"hole at x {x.text('mm', 1e3)}, y {y.text('mm', 1e3)}"
@@ -173,6 +177,20 @@ class _Bench:
             # Whoever types "no" has not confirmed: anything else is asked again.
             if answer.strip() in ("", "s"):
                 return not answer.strip()
+
+
+def _require_turn(file: RigFile) -> None:
+    """The hole is led to by torques, which a turned sensor shows turned."""
+    if file.calibration.mounting_deg is None:
+        raise ConfigurationError(f"{_TABLE}.mounting_deg", None, "a number, by the step weigh")
+
+
+def _require_writable(folder: Path, flag: str) -> None:
+    """A folder that is there, or one that can be made."""
+    there = next(each for each in (folder.absolute(), *folder.absolute().parents) if each.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
+        problem = f"cannot be written there ({there} is no writable folder)"
+        raise OutputError(str(folder), problem, f"name another folder with --{flag}")
 
 
 def _values(estimates: tuple[Estimate, ...], scale: float = 1.0) -> tuple[float, ...]:

@@ -11,8 +11,8 @@ from typing import Any, Final
 import numpy as np
 
 from palpate.adapters.config import RunConfig
-from palpate.adapters.log import config_of, read_log
 from palpate.adapters.replay.gap_cell import (
+    ACROSS,
     FRICTION_AND_STIFFNESSES,
     LATE,
     PLATE,
@@ -27,6 +27,7 @@ from palpate.adapters.replay.gap_cell import (
 from palpate.adapters.replay.gap_fit import CellFit
 from palpate.adapters.replay.gap_lag import lag_ticks, smoothed
 from palpate.adapters.replay.gap_late import falls_behind
+from palpate.adapters.replay.gap_wall import told_by
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import arm_named
 from palpate.core.ports import CONTROL_RATE_HZ
@@ -68,6 +69,7 @@ class Gap:
             of all that is late.
         noise_N: Standard deviation of a force channel in free air.
         settings: The cell that fits best, as nested tables for a run's TOML file.
+        walls: What each wall that held a peg says of the stiffness across, a share of the configured one.
     """
 
     config: RunConfig
@@ -83,6 +85,7 @@ class Gap:
     noise_N: float
     noise_Nm: float
     settings: Mapping[str, Any]
+    walls: Array
 
     @property
     def wrench_late_sd_ms(self) -> float:
@@ -99,16 +102,49 @@ class Gap:
         return float(self.values[LATE]) * 1e3 / CONTROL_RATE_HZ + self.lag_ms
 
 
-def gap_of(paths: Sequence[Path], gone_through: Callable[[], object], same: Gap | None = None) -> Gap:
+def gap_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Gap:
     """Drive the cell with the commands of these logs, and fit it to them.
-
-    Args:
-        same: What is told of the same cell: friction and stiffnesses are taken from there.
 
     Raises:
         LogError: A log cannot be read, or none holds a contact.
         ConfigurationError: They are not of one cell.
+        UndeterminedError: They do not tell what is asked of them.
     """
+    return _fitted(*_followed(_driven(paths), gone_through), gone_through)
+
+
+def gaps_of(paths: Sequence[Path], before: Sequence[Path], gone_through: Callable[[], object]) -> tuple[Gap, Gap]:
+    """Fit the cell to logs and to those of a reference, which are of one cell: friction and stiffnesses are shared.
+
+    Each set tells friction and stiffness along by itself at first, and as much as its deviations say counts: a set that
+    is misread, be it the first or the reference, has a wrong delay too, and would shift the difference. Stiffness
+    across is told by the walls of both, each as much as any other.
+
+    Raises:
+        LogError: A log cannot be read, or a set holds no contact.
+        ConfigurationError: They are not of one cell, or a log is in both sets.
+        UndeterminedError: They do not tell what is asked of them.
+    """
+    # All that may be refused comes before the first fit, which takes long.
+    _require_others(paths, before)
+    sets = [_driven(each) for each in (paths, before)]
+    _require_alike(sets[1][0], sets[0][0])
+    followed = [_followed(each, gone_through) for each in sets]
+    first, other = (_fitted(*each, gone_through) for each in followed)
+    part = FRICTION_AND_STIFFNESSES
+    weights = np.array([1.0 / gap.sds[part] ** 2 for gap in (first, other)])
+    weights[0, ~weights.any(axis=0)] = _HARDLY
+    values, sds, total = first.values.copy(), first.sds.copy(), weights.sum(axis=0)
+    values[part] = (weights[0] * first.values[part] + weights[1] * other.values[part]) / total
+    sds[part] = 1.0 / np.sqrt(total)
+    values[ACROSS], sds[ACROSS] = told_by(np.concatenate([first.walls, other.walls])) or (values[ACROSS], sds[ACROSS])
+    shared = replace(first, values=values, sds=sds)
+    one, two = (_fitted(*each, gone_through, shared) for each in followed)
+    return one, two
+
+
+def _driven(paths: Sequence[Path]) -> list[Driven]:
+    """The trials that touched something; all are of one cell."""
     trials: list[Driven] = []
     for path in paths:
         try:
@@ -120,8 +156,17 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object], same: Gap 
     for trial in trials[1:]:
         if trial.config.cell != config.cell or trial.config.arm != config.arm:
             raise ConfigurationError("logs", trial.path, f"logs recorded with the cell and arm of {trials[0].path}")
-    trials, lag = _followed(trials, gone_through)
-    lag_ms = lag * 1e3 / CONTROL_RATE_HZ
+    return trials
+
+
+def _fitted(trials: Sequence[Driven], lag: float, gone_through: Callable[[], object], same: Gap | None = None) -> Gap:
+    """Fit the cell to trials.
+
+    Args:
+        lag: With which the arm follows its set-points, control ticks.
+        same: What is told of the same cell: friction and stiffnesses are taken from there.
+    """
+    config, lag_ms = trials[0].config, lag * 1e3 / CONTROL_RATE_HZ
     came_late = Counter(trial.late for trial in trials if trial.late)
     trials = [trial for trial in trials if not trial.late] or trials
     fit = CellFit(trials, gone_through)
@@ -166,36 +211,23 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object], same: Gap 
         noise_N,
         noise_Nm,
         settings,
+        fit.walls,
     )
 
 
-def gaps_of(paths: Sequence[Path], before: Sequence[Path], gone_through: Callable[[], object]) -> tuple[Gap, Gap]:
-    """Fit the cell to logs and to those of a reference, which are of one cell: friction and stiffnesses are shared.
-
-    Each set tells them by itself at first, and as much as its deviations say counts: a set that is misread, be it
-    the first or the reference, has a wrong delay too, and would shift the difference.
-
-    Raises:
-        LogError: A log cannot be read, or holds no contact.
-        ConfigurationError: They are not of one cell.
-    """
-    _require_alike(before[0], config_of(read_log(before[0])), config_of(read_log(paths[0])))
-    first, other = (gap_of(each, gone_through) for each in (paths, before))
-    part = FRICTION_AND_STIFFNESSES
-    weights = np.array([1.0 / gap.sds[part] ** 2 for gap in (first, other)])
-    weights[0, ~weights.any(axis=0)] = _HARDLY
-    values, sds, total = first.values.copy(), first.sds.copy(), weights.sum(axis=0)
-    values[part] = (weights[0] * first.values[part] + weights[1] * other.values[part]) / total
-    sds[part] = 1.0 / np.sqrt(total)
-    shared = replace(first, values=values, sds=sds)
-    return gap_of(paths, gone_through, shared), gap_of(before, gone_through, shared)
+def _require_others(paths: Sequence[Path], before: Sequence[Path]) -> None:
+    known = {path.resolve() for path in paths}
+    for path in before:
+        if path.resolve() in known:
+            raise ConfigurationError("reference", str(path), "other logs than those that are held against it")
 
 
-def _require_alike(path: Path, config: RunConfig, other: RunConfig) -> None:
+def _require_alike(trial: Driven, other: Driven) -> None:
     """The cell as it is configured is the unit of stiffness; a sensor may be another one."""
-    if config.arm != other.arm or replace(config.cell, sensor=other.cell.sensor) != other.cell:
+    cell, known = trial.config.cell, other.config.cell
+    if trial.config.arm != other.config.arm or replace(cell, sensor=known.sensor) != known:
         accepted = "a reference is recorded with the arm and, but for its sensor, the cell of the other logs"
-        raise ConfigurationError("reference", str(path), accepted)
+        raise ConfigurationError("reference", trial.path, accepted)
 
 
 def _followed(trials: Sequence[Driven], gone_through: Callable[[], object]) -> tuple[list[Driven], float]:

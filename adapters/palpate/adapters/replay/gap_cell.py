@@ -62,6 +62,7 @@ KNOBS: Final = (
     Knob("wrench late, ticks", 0.25, 0.0, 20.0, False),
 )
 FRICTION_AND_STIFFNESSES: Final = slice(3)
+ACROSS: Final = 2
 LATE: Final = 5
 PLATE: Final = 4
 

@@ -25,7 +25,7 @@ from palpate.adapters.replay.gap_cell import (
     led_tip_mm,
 )
 from palpate.adapters.replay.gap_numbers import cost, deviations, lowest, mean_over, middle_of, normal_equations
-from palpate.adapters.replay.gap_wall import across_N_per_mm, held_by
+from palpate.adapters.replay.gap_wall import across_N_per_mm, held_by, told_by
 from palpate.core.errors import UndeterminedError
 from palpate.core.ports import CONTROL_RATE_HZ
 
@@ -41,10 +41,6 @@ _FRICTION_SPREAD: Final = 0.2
 _FRICTIONS: Final = 7
 _DELAYS: Final = np.arange(0.0, 20.0, 0.25)
 """In control ticks."""
-_ONE_WALL_SHARE: Final = 0.08
-"""Deviation of what one wall says: of 259, over emulated wires, a fifth were more than a tenth off."""
-_WALL_SHARE: Final = 0.035
-"""A wall is no spring alone: rubbing on it shifts what is found by so much, whatever the number of trials."""
 _TOUCH_SHARE: Final = 0.025
 _DELAY_TICKS: Final = 0.15
 """What buses that interpolate between set-points do to a touch and to its time is the same in each trial: over emulated
@@ -64,6 +60,7 @@ class CellFit:
 
     Attributes:
         with_age_ticks: The delay, and the age of the encoders' angles besides.
+        walls: What each wall that held a peg says of the stiffness across, a share of the configured one.
     """
 
     def __init__(self, trials: Sequence[Driven], gone_through: Callable[[], object]) -> None:
@@ -71,7 +68,7 @@ class CellFit:
         self._traces: dict[tuple[float | tuple[int, ...] | None, ...], list[tuple[Array, Array]]] = {}
         self._touches = (FREE_TICKS + TOUCH_TICKS,) * len(trials)
         self.noise = free_noise(trials)
-        self.with_age_ticks = 0.0
+        self.with_age_ticks, self.walls = 0.0, np.empty(0)
         self.values = np.array([trials[0].config.cell.peg.friction, 1.0, 1.0,
                                 trials[0].config.cell.compliance.damping_ratio, 0.0, 0.0])  # fmt: skip
 
@@ -108,7 +105,8 @@ class CellFit:
         self._stage((1, 3, PLATE, LATE))
         self.fit_delay()
         for _ in range(_PASSES):
-            self.values[2], sds[2] = self._ask_walls() or (self.values[1], inf)
+            self._ask_walls()
+            self.values[2], sds[2] = told_by(self.walls) or (self.values[1], inf)
             self.fit_delay()
             sds[[1, 3, PLATE]] = self._stage((1, 3, PLATE))[[1, 3, PLATE]]
             sds[0] = self.fit_friction()
@@ -147,8 +145,8 @@ class CellFit:
         ]
         return lowest(_DELAYS, costs)
 
-    def _ask_walls(self) -> tuple[float, float] | None:
-        """Put holes where walls held pegs; returns stiffness across and its deviation, None of no wall."""
+    def _ask_walls(self) -> None:
+        """Ask walls that held pegs how stiff it is across, and put holes where they say."""
         behind = float(self.values[LATE]) - self.joints_late()
         held = [None if trial.walled is None else held_by(trial.walled, behind) for trial in self._trials]
         self._trials = [
@@ -157,12 +155,7 @@ class CellFit:
         ]
         self._traces.clear()
         shares = np.array([wall[0] for wall in held if wall is not None])
-        shares /= across_N_per_mm(self._trials[0].config.cell)
-        if not len(shares):
-            return None
-        share = float(np.clip(np.median(shares), KNOBS[2].low, KNOBS[2].high))
-        spread = _MEDIAN_SD * float(np.median(np.abs(shares - share))) / sqrt(len(shares))
-        return share, hypot(_ONE_WALL_SHARE * share if len(shares) == 1 else spread, _WALL_SHARE * share)
+        self.walls = np.clip(shares / across_N_per_mm(self._trials[0].config.cell), KNOBS[2].low, KNOBS[2].high)
 
     def _stage(self, fitted: Sequence[int]) -> Array:
         knobs = np.array(fitted)

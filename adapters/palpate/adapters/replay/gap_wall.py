@@ -1,6 +1,7 @@
 """How stiff the gripper is across, and where the hole is: of the force by which its wall holds a peg."""
 
 from dataclasses import dataclass
+from math import hypot, pi, sqrt
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -26,6 +27,14 @@ _AFTER_TICKS: Final = 15
 """Where the wall has let go says where it is."""
 _NOISE_N: Final = 0.1
 _ROBUST: Final = 4.0
+_SLIP_N: Final = 0.2
+_ABOVE_N: Final = 0.5
+"""A peg that sticks and slips down its wall lets go of it for some ticks, which a spring never pushes harder for: what
+is missing counts less from the one on, what is too much from the other."""
+_WALL_SPREAD: Final = 0.05
+"""Deviation of what a wall says, by more walls than one log holds: three that agree by chance would tell too little."""
+_WALLS_SHARE: Final = 0.035
+"""A wall is no spring alone: rubbing on it shifts what is found by so much, whatever the number of walls."""
 
 
 @dataclass(frozen=True)
@@ -100,8 +109,33 @@ def held_by(walled: Walled, late_ticks: float) -> tuple[float, Array] | None:
         rests: Array = ((push[:, None] * aside - force) / _NOISE_N).ravel()
         return rests
 
-    fit = least_squares(rest, (25.0, *led[-1]), loss="soft_l1", f_scale=_ROBUST, x_scale=(5.0, 0.05, 0.05))
+    def rest_of_slips(found: Array) -> Array:
+        aside = led - found[1:]
+        away = np.hypot(*aside.T) + 1e-9
+        x, y = (aside / away[:, None]).T
+        above = -force[:, 0] * x - force[:, 1] * y - found[0] * np.maximum(away - walled.play_mm, 0.0)
+        scale = np.where(above < 0.0, _SLIP_N, _ABOVE_N)
+        along = np.sign(above) * scale * np.sqrt(np.log1p((above / scale) ** 2))
+        rests: Array = np.concatenate([along, force[:, 0] * y - force[:, 1] * x]) / _NOISE_N
+        return rests
+
+    units = (5.0, 0.05, 0.05)
+    begin = least_squares(rest, (25.0, *led[-1]), loss="soft_l1", f_scale=_ROBUST, x_scale=units)
+    fit = least_squares(rest_of_slips, begin.x, x_scale=units)
     return float(fit.x[0]), fit.x[1:] * 1e-3
+
+
+def told_by(shares: Array) -> tuple[float, float] | None:
+    """What walls tell together, of what each says: the median, and its deviation; None of no walls.
+
+    Args:
+        shares: (walls,).
+    """
+    if not len(shares):
+        return None
+    share = float(np.median(shares))
+    spread = max(1.4826 * float(np.median(np.abs(shares - share))), _WALL_SPREAD * share)
+    return share, hypot(sqrt(pi / 2.0) * spread / sqrt(len(shares)), _WALLS_SHARE * share)
 
 
 def across_N_per_mm(cell: CellConfig) -> float:

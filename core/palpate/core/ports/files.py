@@ -24,11 +24,21 @@ def read_text(path: Path, field: str, accepted: str = "a readable text file") ->
 
 
 def require_no_file(path: Path, flag: str = "--out") -> None:
-    """Make sure that a file can be made there without losing anything.
+    """Make sure that a file can be made there, without losing anything: before work that takes long.
 
     Raises:
-        OutputError: Something of that name is there already.
+        OutputError: Something of that name is there already, or nothing can be written there.
     """
+    _require_free(path, flag)
+    passing = _passing_name(path)
+    try:
+        passing.write_bytes(b"")
+        passing.unlink()
+    except OSError as error:
+        raise _unwritable(path, error, f"file with {flag}") from error
+
+
+def _require_free(path: Path, flag: str) -> None:
     # lexists, because a link that leads nowhere is in the way as well.
     if os.path.lexists(path):
         raise OutputError(str(path), "is there already and is never overwritten", f"name another file with {flag}")
@@ -102,12 +112,12 @@ def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
     Raises:
         OutputError: Something is there already, or it cannot be written there.
     """
-    require_no_file(path, flag)
+    _require_free(path, flag)
     passing = _passing_name(path)
     try:
         yield passing
         # Once more, because writing takes a while.
-        require_no_file(path, flag)
+        _require_free(path, flag)
         _sync(passing)
         os.replace(passing, path)
         _sync(passing.parent)

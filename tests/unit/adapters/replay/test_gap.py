@@ -37,7 +37,7 @@ READY = find_ready_pose(CONFIG.arm, CONFIG.task)
 OTHER = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
 TRUE = np.array([0.35, 0.7, 0.7, 0.7, 0.0, 2.8])
 NOTHING = gap.AxisErrors(np.zeros(6), np.zeros(6))
-ANY_GAP = gap.Gap(CONFIG, 1, {}, NOTHING, NOTHING, TRUE, TRUE, 20.0, 0.0, 0.0, 0.1, 0.004, {})
+ANY_GAP = gap.Gap(CONFIG, 1, {}, NOTHING, NOTHING, TRUE, TRUE, 20.0, 0.0, 0.0, 0.1, 0.004, {}, np.empty(0))
 
 
 @pytest.fixture(scope="module")
@@ -125,29 +125,34 @@ def test_one_wall_tells_the_stiffness_across_and_none_leaves_it_open(logs: list[
     assert (fit.values[2], sds[2]) == (pytest.approx(fit.values[1], rel=0.05), np.inf)
 
 
-def test_of_two_sets_each_counts_as_much_as_its_deviations_say(
-    logs: list[Path], monkeypatch: pytest.MonkeyPatch
+def test_of_two_sets_each_counts_as_much_as_its_deviations_say_and_each_wall_as_any_other(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """One of them may be misread as a whole, and need not be the reference."""
-    told = {"new": ([0.3, 0.6, 0.9], [0.01, 0.03, 0.4]), "old": ([0.4, 0.7, 0.7], [0.01, 0.01, np.inf])}
+    """One of them may be misread as a whole, and need not be the reference; three walls may agree by chance."""
+    told = {"new": ([0.3, 0.6, 0.69], [0.01, 0.03, 0.04], [0.66, 0.69, 0.7, 1.2]),
+            "old": ([0.4, 0.7, 0.6], [0.01, 0.01, 0.01], [0.6, 0.6, 0.61])}  # fmt: skip
     shared = []
 
-    def gap_of_set(paths: list[str], gone_through: object, same: Any = None) -> Any:
-        values, sds = (np.array([*each, 1.0, 0.0, 3.0]) for each in told[paths[0]])
+    def fitted(trials: list[str], lag: float, gone_through: object, same: Any = None) -> Any:
+        values, sds = (np.array([*each, 1.0, 0.0, 3.0]) for each in told[trials[0]][:2])
         shared.append(same)
-        return replace(ANY_GAP, values=values, sds=sds)
+        return replace(ANY_GAP, values=values, sds=sds, walls=np.array(told[trials[0]][2]))
 
-    monkeypatch.setattr(gap, "gap_of", gap_of_set)
-    monkeypatch.setattr(gap, "read_log", lambda _: None)
-    monkeypatch.setattr(gap, "config_of", lambda _: CONFIG)
-    gaps_of(["new"], ["old"], lambda: None)  # type: ignore[list-item]
+    monkeypatch.setattr(gap, "_fitted", fitted)
+    monkeypatch.setattr(gap, "_driven", lambda paths: [str(path) for path in paths])
+    monkeypatch.setattr(gap, "_followed", lambda trials, _: (trials, 0.0))
+    monkeypatch.setattr(gap, "_require_alike", lambda *_: None)
+    gaps_of([Path("new")], [Path("old")], lambda: None)
     assert shared[:2] == [None, None]
     assert shared[2] is shared[3]
-    assert shared[2].values[:3] == pytest.approx([0.35, 0.69, 0.9])
-    assert shared[2].sds[:3] == pytest.approx([0.01 / np.sqrt(2.0), 0.01 * np.sqrt(0.9), 0.4])
-    told["new"][1][2] = np.inf
-    gaps_of(["new"], ["old"], lambda: None)  # type: ignore[list-item]
-    assert (shared[6].values[2], shared[6].known(2)) == (pytest.approx(0.9), False)
+    assert shared[2].values[:3] == pytest.approx([0.35, 0.69, 0.66])
+    assert shared[2].sds[:2] == pytest.approx([0.01 / np.sqrt(2.0), 0.01 * np.sqrt(0.9)])
+    assert 0.03 < shared[2].sds[2] < 0.05
+    told["new"][2].clear()
+    told["old"][2].clear()
+    told["new"][1][2] = told["old"][1][2] = np.inf
+    gaps_of([Path("new")], [Path("old")], lambda: None)
+    assert (shared[6].values[2], shared[6].known(2)) == (pytest.approx(0.69), False)
 
 
 def test_with_which_moment_of_a_bus_cycle_ticks_fall_together_is_no_latency(logs: list[Path]) -> None:
@@ -224,6 +229,17 @@ def test_a_wall_tells_stiffness_and_hole_from_angles_that_come_earlier() -> None
     assert gap_wall.held_by(gap_wall.Walled(led_mm, 0.1 * late, 0.075), 3.0) is None
 
 
+def test_a_peg_that_slips_down_its_wall_reads_no_softer() -> None:
+    led_mm = np.array([0.5, 0.2]) * np.clip(np.linspace(1.2, -0.1, 60), 0.0, 1.0)[:, None]
+    away = np.hypot(*led_mm.T)[:, None] + 1e-9
+    force = -28.0 * np.maximum(away - 0.075, 0.0) * led_mm / away
+    force[8:48] *= np.tile([0.4, 0.6, 0.8, 0.9, 1.0], 8)[:, None]
+    force += np.random.default_rng(4).normal(0.0, 0.1, force.shape)
+    found = gap_wall.held_by(gap_wall.Walled(led_mm, force, 0.075), 0.0)
+    assert found is not None
+    assert found[0] == pytest.approx(28.0, rel=0.03)
+
+
 def test_a_loop_and_devices_that_come_late_are_told_apart(logs: list[Path]) -> None:
     ticks = dict(enumerate(record for record in read_log(logs[0]).records() if record.wrench is not None))
     ticks = {slot: ticks[slot] for slot in range(150, 260)}
@@ -245,7 +261,9 @@ def test_an_arm_whose_cell_is_held_up_falls_behind_the_simulated_one() -> None:
     assert gap_late.falls_behind(held_up, simulated, 3e-5)
 
 
-def test_logs_of_another_cell_and_of_no_contact_are_refused(logs: list[Path], palpate: CommandLine) -> None:
+def test_logs_of_another_cell_and_of_no_contact_are_refused(
+    logs: list[Path], palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
     palpate.succeed("run", "--policy", "torque", "--trials", 1, "--cell.peg.clearance-mm", "0.1", "--out", "other")
     untouched = Path(__file__).parents[3] / "golden" / "no-contact.mcap"
     # Where others touched it is left out, as is a peg that drops straight into the hole.
@@ -253,6 +271,22 @@ def test_logs_of_another_cell_and_of_no_contact_are_refused(logs: list[Path], pa
         gap_of([untouched, logs[0], Path("other/logs/trial-00000.mcap")], lambda: None)
     with pytest.raises(ConfigurationError, match="but for its sensor, the cell of the other logs"):
         gaps_of(logs, [Path("other/logs/trial-00000.mcap")], lambda: None)
+    with monkeypatch.context() as fits:
+        fits.setattr(gap, "_fitted", None)
+        for logs_and_reference in ((logs, [untouched]), (logs[:1], [logs[1], Path("other/logs/trial-00000.mcap")])):
+            with pytest.raises((LogError, ConfigurationError), match=r"holds no contact|logs recorded with the cell"):
+                gaps_of(*logs_and_reference, lambda: None)
     with pytest.raises(LogError, match="holds no contact"):
         gap_of([untouched], lambda: None)
     assert "palpate gap needs logs" in palpate.refusal("gap")
+
+
+def test_what_cannot_come_out_is_refused_before_a_log_is_read(palpate: CommandLine) -> None:
+    """A fit takes minutes."""
+    untouched = Path(__file__).parents[3] / "golden" / "no-contact.mcap"
+    assert "cannot be written (No such file" in palpate.refusal("gap", untouched, "--out", "nowhere/cell.toml")
+    Path("cell.toml").touch()
+    assert "never overwritten" in palpate.refusal("gap", untouched, "--out", "cell.toml")
+    Path("same.mcap").symlink_to(untouched)
+    told = palpate.refusal("gap", untouched, "--reference", "same.mcap")
+    assert "other logs than those that are held against it" in told
