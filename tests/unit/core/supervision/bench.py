@@ -109,6 +109,11 @@ class Bench:
     def trip(self, *args: Any, **changes: Any) -> Trip:
         """The trip of one tick with what :meth:`tick` takes."""
         self.tick(*args, **changes)
+        return self.tripped
+
+    @property
+    def tripped(self) -> Trip:
+        """What it has tripped by."""
         trip = self.supervisor.trip
         assert trip is not None
         return trip

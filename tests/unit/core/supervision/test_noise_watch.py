@@ -57,9 +57,7 @@ def test_a_sensor_that_died_with_some_noise_trips_within_a_seventh_of_a_second(e
     last = clean(bench, readings, 100, expectation=expectation)
     dead = (last + noise for noise in live(1, share))
     assert ticks_to_trip(bench, dead, expectation=expectation) <= 21
-    trip = bench.supervisor.trip
-    assert trip is not None
-    assert trip.reason is (TripReason.CHANNEL_FLAT if share else TripReason.SAMPLE_FROZEN)
+    assert bench.tripped.reason is (TripReason.CHANNEL_FLAT if share else TripReason.SAMPLE_FROZEN)
 
 
 @pytest.mark.parametrize("channel", range(6))
@@ -73,8 +71,7 @@ def test_one_frozen_channel_trips(channel: int) -> None:
             yield shown
 
     assert ticks_to_trip(bench, frozen()) <= 20
-    trip = bench.supervisor.trip
-    assert trip is not None
+    trip = bench.tripped
     assert trip.text.startswith(("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")[channel])
 
 
@@ -84,8 +81,7 @@ def test_a_recording_trips_whatever_its_length_and_gain(gain: float) -> None:
     clean(bench, readings, 300)
     stretch = [clean(bench, readings, 1) for _ in range(100)]
     assert ticks_to_trip(bench, (gain * shown for shown in stretch)) <= 9
-    trip = bench.supervisor.trip
-    assert trip is not None
+    trip = bench.tripped
     assert trip.reason is TripReason.SAMPLES_RECUR
     assert trip.text == "6 new force samples in a row came before in the same order, 100 samples ago; limit 5"
 

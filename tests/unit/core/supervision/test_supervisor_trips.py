@@ -140,8 +140,7 @@ def test_it_trips_at_the_first_bad_tick_and_not_before(name: str) -> None:
     bench.clean(1, **case.before)
     bench.clean(4, **case.good)
     done = bench.tick(**case.bad)
-    trip = bench.supervisor.trip
-    assert trip is not None
+    trip = bench.tripped
     assert done.intervention is not None
     assert done.intervention.trip is trip
     assert done.intervention.reason is trip.reason is case.reason

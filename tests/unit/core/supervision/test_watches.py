@@ -129,8 +129,7 @@ def test_a_joint_that_runs_away_trips() -> None:
         bench.tick(measured_rad=(home[0] + n * 1.3 / 140, *home[1:]), asked_rad=home)
         if bench.supervisor.trip is not None:
             break
-    trip = bench.supervisor.trip
-    assert trip is not None
+    trip = bench.tripped
     assert (trip.reason, n) == (TripReason.JOINT_VELOCITY, 4)
     assert trip.text == "joint 1 moves at 1.300 rad/s, limit 1.200 rad/s"
 
@@ -164,9 +163,7 @@ def test_an_arm_may_lag_by_so_many_ticks() -> None:
         return bench
 
     assert lagging(3, 9.9e-3).supervisor.trip is None
-    bad = lagging(3, 10.2e-3).supervisor.trip
-    assert bad is not None
-    assert bad.reason is TripReason.TRACKING_ERROR
+    assert lagging(3, 10.2e-3).tripped.reason is TripReason.TRACKING_ERROR
     assert lagging(5, 0.0).supervisor.trip is not None
     # By the commands of the time at which it was measured, and so far back only.
     assert lagging(3, 9.9e-3, old=2).supervisor.trip is None
@@ -182,8 +179,7 @@ def test_a_jump_trips_and_is_not_sent() -> None:
     bench.clean(3)
     home = bench.home_rad
     done = bench.tick(asked_rad=(home[0] + 0.0501, *home[1:]))
-    trip = bench.supervisor.trip
-    assert trip is not None
+    trip = bench.tripped
     assert (trip.reason, trip.tick) == (TripReason.COMMAND_JUMP, 3)
     assert trip.text == "a joint's command jumps by 50.1 mrad, limit 50 mrad"
     assert abs(done.command.position_rad[0] - home[0]) < 1e-3
@@ -199,8 +195,7 @@ def test_an_arm_that_says_nonsense_trips(answer: tuple[float, ...], said: str) -
     bench.clean(3)
     bench.applied = AppliedCommand(answer, CommandReason.VELOCITY_LIMIT)
     done = bench.tick(measured_rad=bench.home_rad, asked_rad=bench.home_rad)
-    trip = bench.supervisor.trip
-    assert trip is not None
+    trip = bench.tripped
     assert trip.reason is TripReason.COMMAND_NOT_FINITE
     assert f"what the arm says that it applied has {said}" in trip.text
     assert done.command.position_rad == pytest.approx(bench.home_rad, abs=1e-3)

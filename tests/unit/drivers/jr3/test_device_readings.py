@@ -55,41 +55,25 @@ def test_every_half_is_accounted_for(halves: list[Forces | Moments]) -> None:
     assert 2 * len(whole) + orphans + duplicates == len(halves)
 
 
-def test_the_counter_wraps_and_the_sequence_does_not() -> None:
+@pytest.mark.parametrize(
+    ("raws", "sequence", "counted"),
+    [
+        ((0, 78, 78 * 4), [1, 79, 313], {"gaps": 1, "missed": 2}),
+        # A flipped bit costs one reading, and little damage is corrected; neither looks like a restart.
+        ((0, 78, 156 | 0x8000, 234, 312), [1, 79, None, 235, 313], {"doubted": 1, "restarts": 0}),
+        ((1000, 1078 | 0x200, 1156, 1234, 1312), [1, 591, None, 592, 670], {"doubted": 1, "restarts": 0}),
+        # A restart that nobody announced, and a long gap, are believed at their second reading.
+        ((20_000, 20_078, 5, 83, 161), [1, 79, None, 80, 158], {"restarts": 1}),
+        ((0, 20_000, 20_078), [1, None, 20_079], {"gaps": 1, "missed": 257, "restarts": 0}),
+        # The counter wraps and the sequence does not.
+        ([raw % 0x10000 for raw in range(65_300, 220_000, 78)], list(range(1, 154_701, 78)), {"gaps": 0, "doubted": 0}),
+    ],
+    ids=["gap", "bit", "damage", "restart", "long gap", "wrap"],
+)
+def test_the_counter_becomes_a_sequence(raws: list[int], sequence: list[int | None], counted: dict[str, int]) -> None:
     counter = FrameCounter(10_000)
-    sequence = [counter.accept(raw % 0x10000) for raw in range(65_300, 65_300 + 78 * 2000, 78)]
-    assert sequence == list(range(1, 1 + 78 * 2000, 78))
-    assert (counter.gaps, counter.doubted, counter.restarts) == (0, 0, 0)
-
-
-def test_a_gap_is_counted_in_readings() -> None:
-    counter = FrameCounter(10_000)
-    assert [counter.accept(raw) for raw in (0, 78, 78 * 4)] == [1, 79, 313]
-    assert (counter.gaps, counter.missed) == (1, 2)
-
-
-def test_a_flipped_bit_costs_one_reading_and_looks_like_no_restart() -> None:
-    counter = FrameCounter(10_000)
-    assert [counter.accept(raw) for raw in (0, 78, 156 | 0x8000, 234, 312)] == [1, 79, None, 235, 313]
-    assert (counter.doubted, counter.restarts) == (1, 0)
-
-
-def test_a_counter_damaged_by_little_is_corrected_without_a_restart() -> None:
-    counter = FrameCounter(10_000)
-    assert [counter.accept(raw) for raw in (1000, 1078 | 0x200, 1156, 1234, 1312)] == [1, 591, None, 592, 670]
-    assert (counter.doubted, counter.restarts) == (1, 0)
-
-
-def test_a_restart_that_nobody_announced_is_believed_at_its_second_reading() -> None:
-    counter = FrameCounter(10_000)
-    assert [counter.accept(raw) for raw in (20_000, 20_078, 5, 83, 161)] == [1, 79, None, 80, 158]
-    assert counter.restarts == 1
-
-
-def test_a_long_gap_is_believed_at_its_second_reading() -> None:
-    counter = FrameCounter(10_000)
-    assert [counter.accept(raw) for raw in (0, 20_000, 20_078)] == [1, None, 20_079]
-    assert (counter.gaps, counter.missed, counter.restarts) == (1, 257, 0)
+    assert [counter.accept(raw) for raw in raws] == sequence
+    assert {name: getattr(counter, name) for name in counted} == counted
 
 
 def test_after_silence_any_new_counter_will_do_but_not_the_old_one() -> None:
