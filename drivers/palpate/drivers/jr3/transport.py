@@ -1,8 +1,9 @@
 """Ways to the board: a CAN bus or a serial port, each with its codec. Neither starts a thread."""
 
+import termios
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Final, Protocol
 
 from palpate.drivers.can import CanLink
 from palpate.drivers.errors import SilentError
@@ -12,6 +13,8 @@ from palpate.drivers.jr3.messages import SCALES_IN_REPLY, Forces, Message, Momen
 from palpate.drivers.jr3.settings import check_node
 from palpate.drivers.serial_port import WRITE_TIMEOUT_S, ByteStream
 
+_GONE: Final = (OSError, TypeError, termios.error)
+"""What pyserial lets through when an adapter is unplugged."""
 MAX_BYTES = 4096
 """Bytes taken per call, 0.36 s of a line at 115200 baud (CALC)."""
 
@@ -43,7 +46,7 @@ class UartLink:
             # Network ports may give one byte per call; only an empty answer means that nothing waits.
             while len(data) < MAX_BYTES and (chunk := self._port.read(MAX_BYTES - len(data))):
                 data += chunk
-        except (OSError, TypeError) as error:
+        except _GONE as error:
             raise self._gone(error) from error
         return data
 
@@ -55,7 +58,7 @@ class UartLink:
         """
         try:
             self._port.write(frame)
-        except (OSError, TypeError) as error:
+        except _GONE as error:
             self.send_failures += 1
             raise self._gone(error) from error
         return True

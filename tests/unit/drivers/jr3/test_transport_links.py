@@ -1,6 +1,7 @@
 """The links: python-can and pyserial objects that behave, misbehave and vanish."""
 
 import errno
+import termios
 from collections.abc import Callable
 from typing import Any
 
@@ -146,7 +147,9 @@ def test_a_port_is_made_non_blocking_and_read_until_nothing_waits() -> None:
     assert port.written == b"<06>"
 
 
-@pytest.mark.parametrize("error", [serial.SerialException("unplugged"), OSError(5, "gone"), TypeError("closed")])
+@pytest.mark.parametrize(
+    "error", [serial.SerialException("unplugged"), OSError(5, "gone"), TypeError("closed"), termios.error(5, "gone")]
+)
 @pytest.mark.parametrize("use", [UartLink.receive, lambda link: link.send(b"<06>")])
 def test_a_port_that_is_gone(error: Exception, use: Callable[[UartLink], object]) -> None:
     with pytest.raises(SilentError, match="port fails"):
