@@ -243,13 +243,17 @@ class PairsLearner(Learner):
     def set_state(self, state: Mapping[str, Any]) -> None:
         require_keys("learner", state, ("tables", "trials", "temperature"))
         actions = len(self.actions)
-        # Tables without running means are of those who acted by the values.
-        tables = [(past, values, visits, *(means or [values])) for past, values, visits, *means in state["tables"]]
-        for number, (past, *rows) in enumerate(tables):
-            strange = any(len(row) != actions for row in rows) or len(past) > 2 * self.longest - 1
-            if strange or max(past[::2]) >= len(self.states) or max(past[1::2], default=0) >= actions:
-                accepted = f"a past of {len(self.states)} symbols and a value for each of {actions} actions"
+        tables = []
+        for number, raw in enumerate(state["tables"]):
+            past, *rows = raw if isinstance(raw, list) else (raw,)
+            whole = isinstance(past, list) and all(isinstance(row, list) and len(row) == actions for row in rows)
+            if not whole or len(rows) not in {2, 3} or not self._met(past) or min(rows[1]) < 0:
+                accepted = (
+                    f"a past of {len(self.states)} symbols, and a value and a count for each of {actions} actions"
+                )
                 raise ConfigurationError(f"learner.tables[{number}]", past, accepted)
+            # Tables without running means are of those who acted by the values.
+            tables.append((past, *rows, rows[0]) if len(rows) == 2 else (past, *rows))
         sizes = len(self.states), actions
         trials = [
             RecordedTrial.from_dict(f"learner.trials[{k}]", data, *sizes) for k, data in enumerate(state["trials"])
@@ -259,3 +263,9 @@ class PairsLearner(Learner):
             for past, values, visits, means in tables
         }
         self._trials, self._temperature = trials, float(state["temperature"])
+
+    def _met(self, past: Sequence[int]) -> bool:
+        """Whether it is a past of these symbols and actions."""
+        sizes = [len(self.actions) if place % 2 else len(self.states) for place in range(len(past))]
+        fits = all(0 <= number < size for number, size in zip(past, sizes, strict=True))
+        return fits and len(past) % 2 == 1 and len(past) < 2 * self.longest

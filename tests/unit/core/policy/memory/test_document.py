@@ -125,6 +125,14 @@ def test_settings_of_pairs_that_cannot_be_are_refused_in_a_line(name: str, value
     require_refused_in_a_line("pairs", ("parameters", name), value, says)
 
 
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [((), [[0]]), ((), 3), ((0,), []), ((0,), [-1]), ((0,), [0, 1]), ((2, 0), -3), ((1,), [0.0])],
+)
+def test_a_table_of_pasts_that_cannot_be_is_refused_in_a_line(path, value) -> None:
+    require_refused_in_a_line("pairs", ("state", "tables", 0, *path), value, "a value and a count")
+
+
 def test_text_and_picture_show_what_is_read_where_and_the_belief() -> None:
     document = document_of("offset")
     text = render_memory(document, "A +x B")
