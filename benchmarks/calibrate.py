@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from palpate.adapters.config import RunConfig, overlay, scenario
-from palpate.adapters.experiments import ChosenPolicy, run_policy
+from palpate.adapters.experiments import ChosenPolicy, run_chosen
 from palpate.adapters.experiments.calibration import Commissioning
 from palpate.adapters.hardware import TurnedForceSensor
 from palpate.adapters.mujoco import SimulatedRig
@@ -63,7 +63,7 @@ def inserted(config: RunConfig, rig: SimulatedRig, mounting_deg: float) -> bool:
     """Whether a trial with what was found ends in the hole."""
     ready, chosen = find_ready_pose(config.arm, config.task), ChosenPolicy(POLICY, config)
     rig.ports = replace(rig.ports, force_sensor=TurnedForceSensor(rig.ports.force_sensor, mounting_deg))
-    rows = run_policy(config, ready, rig, chosen.perception, chosen.on(rig), 1, lambda _: None)
+    rows = run_chosen(chosen, config, ready, rig, 1)
     return rows[0].success
 
 

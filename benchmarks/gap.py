@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from palpate.adapters.config import RunConfig, overlay, scenario
-from palpate.adapters.experiments import ChosenPolicy, Recorded, RunFolder, run_policy
+from palpate.adapters.experiments import ChosenPolicy, RunFolder, run_chosen
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.adapters.replay import Gap, find_logs, gap_of, gaps_of
 from palpate.core.errors import DeviceError
@@ -47,9 +47,8 @@ def record(
     other = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=latency_ms)
     with ExitStack() as opened, made(config, ready, other) as rig:
         recorder = RunFolder(folder).recorder(config.recording, opened)
-        recorded = Recorded(recorder, "run", POLICY)
         try:
-            run_policy(config, ready, rig, chosen.perception, chosen.on(rig), trials, lambda _: None, recorded)
+            run_chosen(chosen, config, ready, rig, trials, recorder=recorder)
         except DeviceError as error:
             print(f"{seed} {error}", flush=True)
     return find_logs([folder])

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.config import overlay, scenario, task_kind
-from palpate.adapters.experiments import ChosenPolicy, Recorded, RunFolder, ready_pose, run_policy
+from palpate.adapters.experiments import ChosenPolicy, RunFolder, ready_pose, run_chosen
 from palpate.adapters.log import read_log
 from palpate.adapters.replay import find_logs, gap_cell
 from palpate.core.errors import DeviceError
@@ -33,8 +33,7 @@ def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are
     config = overlay(replace(scenario("paper"), seed=3, arm=kind), springs)
     ready, chosen = find_ready_pose(config.arm, config.task), ChosenPolicy("torque", config)
     with ExitStack() as opened, VirtualRig(config, ready, arm, force, LATE, phase=0.4) as rig:
-        recorded = Recorded(RunFolder(tmp_path).recorder(config.recording, opened), "run", "torque")
-        run_policy(config, ready, rig, chosen.perception, chosen.on(rig), 1, lambda _: None, recorded)
+        run_chosen(chosen, config, ready, rig, 1, recorder=RunFolder(tmp_path).recorder(config.recording, opened))
     (path,) = find_logs([str(tmp_path)])
     end = read_log(path).end
     assert end is not None
@@ -73,7 +72,6 @@ def test_squares_go_in_one_after_the_other_on_an_arm_that_lags(tmp_path: Path) -
     )  # fmt: skip
     ready, chosen = ready_pose(config), ChosenPolicy("corner-first", config)
     with ExitStack() as opened, VirtualRig(config, ready, "zebra-nmc", "jr3-uart", HiddenValues(), phase=0.4) as rig:
-        recorded = Recorded(RunFolder(tmp_path).recorder(config.recording, opened), "run", "corner-first")
-        run_policy(config, ready, rig, chosen.perception, chosen.on(rig), 2, lambda _: None, recorded)
+        run_chosen(chosen, config, ready, rig, 2, recorder=RunFolder(tmp_path).recorder(config.recording, opened))
     ends = [read_log(path).end for path in find_logs([str(tmp_path)])]
     assert [end and end.outcome for end in ends] == [Outcome.INSERTED.value] * 2

@@ -23,7 +23,7 @@ from palpate.drivers.nmc.frames import (
 )
 from palpate.drivers.nmc.replies import Discarded, Reply, decode_reply, reply_size_bytes
 from palpate.drivers.nmc.settings import POWER_UP_BAUD, BusSettings, SerialTiming
-from palpate.drivers.nmc.statistics import BusStatistics, Counters
+from palpate.drivers.nmc.statistics import BusStatistics
 from palpate.drivers.serial_port import ByteStream, write_unless_stuck
 
 DEVICE: Final = "NMC bus"
@@ -61,7 +61,7 @@ class NmcBus:
     ) -> None:
         self.settings = settings
         self._stream, self._clock_ns, self._sleep_s = stream, clock_ns, sleep_s
-        self._counters = Counters()
+        self._counters = BusStatistics()
         self._masks: dict[int, StatusItem] = {}
         self._failures: defaultdict[int, int] = defaultdict(int)
         self._run = self._stray_run = 0
@@ -171,11 +171,11 @@ class NmcBus:
         result = decode_reply(raw, mask)
         if result in (Discarded.SHORT, Discarded.CHECKSUM) and frame.startswith(raw):
             result = Discarded.ECHO
-        self._counters.wire_ns += self.line.wire_s(len(frame) + size) * 1e9
-        self._counters.waiting_ns += read_ns - written_ns
+        self._counters.wire_s += self.line.wire_s(len(frame) + size)
+        self._counters.waiting_s += (read_ns - written_ns) * 1e-9
         if isinstance(result, Reply):
             self._counters.round_trips_ns.append(read_ns - written_ns)
-        self._counters.total_ns += self._clock_ns() - sent_ns
+        self._counters.total_s += (self._clock_ns() - sent_ns) * 1e-9
         return result
 
     def _is_in_step(self, address: int) -> bool:

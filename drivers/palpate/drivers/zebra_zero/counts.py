@@ -31,7 +31,8 @@ ALTERNATIVE_WRIST_FACTOR: Final = 24.0 / 17.33
 """Factor on the counts of motors 4 to 6 with the other gearhead. FACT: client."""
 
 Six: TypeAlias = tuple[float, float, float, float, float, float]
-SixCounts: TypeAlias = tuple[int, int, int, int, int, int]
+SixCounts: TypeAlias = tuple[int, ...]
+"""Of the six motors."""
 
 
 def six(values: Sequence[float]) -> Six:

@@ -170,7 +170,7 @@ class Servos:
             reply = self._look(axis)
             counts.append(_position(reply))
             self._mark(axis, is_on=bool(reply.aux and reply.aux & Aux.SERVO_ON))
-        return _six(counts)
+        return tuple(counts)
 
     def zero(self) -> None:
         """Switches every motor off and sets its counter to zero; only for an arm that rests in its home pose."""
@@ -194,7 +194,7 @@ class Servos:
             fault = fault or fault_in(axis, reply, self._settings, should_be_on=axis in self.on)
             if self._settings.require_power and not reply.status & NmcStatus.POWER_ON:
                 fault = fault or Fault(FaultKind.POWER_LOST, axis)
-        return _six(counts), fault
+        return tuple(counts), fault
 
     def enable(self, axis: int) -> Fault | None:
         """Lets one servo hold its motor where it stands; gives what went wrong, if anything.
@@ -262,8 +262,3 @@ class Servos:
 def _position(reply: Reply) -> int:
     # The mask had POSITION, so an accepted reply has it as well.
     return reply.position_counts or 0
-
-
-def _six(counts: list[int]) -> SixCounts:
-    a, b, c, d, e, f = counts
-    return a, b, c, d, e, f

@@ -38,8 +38,7 @@ class Tracking:
     @property
     def counts(self) -> SixCounts:
         """Newest counter values."""
-        a, b, c, d, e, f = self._counts
-        return a, b, c, d, e, f
+        return tuple(self._counts)
 
     @property
     def position_rad(self) -> Six:

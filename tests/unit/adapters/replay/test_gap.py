@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.adapters.config import overlay, scenario
-from palpate.adapters.experiments import ChosenPolicy, Recorded, RunFolder, run_policy
+from palpate.adapters.experiments import ChosenPolicy, RunFolder, run_chosen
 from palpate.adapters.log import read_log
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.adapters.replay import (
@@ -49,8 +49,7 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 def recorded_in(folder: Path, other: HiddenValues) -> list[Path]:
     chosen = ChosenPolicy("torque", CONFIG)
     with ExitStack() as opened, SimulatedRig(CONFIG, READY, other) as rig:
-        recorded = Recorded(RunFolder(folder).recorder(CONFIG.recording, opened), "run", "torque")
-        run_policy(CONFIG, READY, rig, chosen.perception, chosen.on(rig), 2, lambda _: None, recorded)
+        run_chosen(chosen, CONFIG, READY, rig, 2, recorder=RunFolder(folder).recorder(CONFIG.recording, opened))
     return find_logs([str(folder)])
 
 

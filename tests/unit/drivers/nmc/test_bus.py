@@ -230,4 +230,4 @@ def test_statistics(line, bus):
     assert after.waiting_s - before.waiting_s == pytest.approx(0.05)
     assert after.own_s == pytest.approx(0.0, abs=1e-3)
     assert after.errors == before.errors
-    assert NmcBus(line, line.clock, line.clock.sleep, BusSettings()).statistics.round_trips_ns == ()
+    assert not NmcBus(line, line.clock, line.clock.sleep, BusSettings()).statistics.round_trips_ns
