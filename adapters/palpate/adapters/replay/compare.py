@@ -23,7 +23,7 @@ from palpate.adapters.log import (
     recorded_drawn,
     recorded_turn,
 )
-from palpate.adapters.replay.differences import Difference, Differences, close_enough, same_bits
+from palpate.adapters.replay.differences import Differences
 from palpate.adapters.replay.rebuild import Rebuilt
 from palpate.core.control_loop import LoopObserver, UnfinishedTick
 from palpate.core.errors import UnreachableError
@@ -70,9 +70,9 @@ def compare_start(differences: Differences, log: TrialLog, rebuilt: Rebuilt, beg
     start, setup = log.start, rebuilt.setup
     state = dump_json(generator(setup.seed, Purpose.POLICY, setup.index).bit_generator.state)
     if state != start.generator_json:
-        differences.add(Difference(0, "/start", "generator", start.generator_json, state), gross=True)
+        differences.add(0, "/start", "generator", start.generator_json, state)
     if start.arm != str(rebuilt.config.arm):
-        differences.add(Difference(0, "/start", "arm", start.arm, str(rebuilt.config.arm)), gross=True)
+        differences.add(0, "/start", "arm", start.arm, str(rebuilt.config.arm))
     told = {
         "temperature": start.temperature,
         "filter_state": start.filter_state,
@@ -80,9 +80,9 @@ def compare_start(differences: Differences, log: TrialLog, rebuilt: Rebuilt, beg
         "learner": learner_of_json(start.learner_json),
     }
     for name, now in beginning.held.items():
-        _compare_trees(differences, "/start", 0, name, told[name], now)
+        differences.compare(0, "/start", name, told[name], now)
     recorded = [*start.ready_rad, *start.tip_rotation]
-    _compare_trees(differences, "/start", 0, "ready pose", recorded, _ready_pose(rebuilt.config))
+    differences.compare(0, "/start", "ready pose", recorded, _ready_pose(rebuilt.config))
 
 
 def _ready_pose(config: RunConfig) -> list[float] | None:
@@ -127,7 +127,7 @@ def compare_reports(
             # Details hold rounded numbers, which another processor may round otherwise.
             gross = (told.tick, told.name) != (made.tick, made.name)
             shown = (f"{e.tick}: {e.name} {e.detail}".strip() for e in (told, made))
-            differences.add(Difference(min(told.tick, made.tick), "/event", "event", *shown), gross=gross)
+            differences.add(min(told.tick, made.tick), "/event", "event", *shown, gross=gross)
     _compare_counts(differences, "/event", "events", log.events, events, surely)
 
 
@@ -143,7 +143,7 @@ def _compare_counts(
     more = [entry.tick for entry in (*recorded[few:], *replayed[few:])]
     if not more or (surely is not None and len(recorded) == few and more[0] >= surely):
         return
-    differences.add(Difference(more[0], channel, f"number of {what}", len(recorded), len(replayed)), gross=True)
+    differences.add(more[0], channel, f"number of {what}", len(recorded), len(replayed))
 
 
 def compare_recorder(differences: Differences, log: TrialLog) -> None:
@@ -153,7 +153,7 @@ def compare_recorder(differences: Differences, log: TrialLog) -> None:
     for loss in log.losses:
         if loss.dropped_messages:
             told, now = f"{loss.dropped_messages} ({loss.text})", "0, the log is whole"
-            differences.add(Difference(loss.tick, "/recorder", "missing messages", told, now), gross=True)
+            differences.add(loss.tick, "/recorder", "missing messages", told, now)
 
 
 def _compare_reinforcements(differences: Differences, log: TrialLog, report: TrialReport, surely: int | None) -> None:
@@ -177,18 +177,18 @@ def compare_ends(differences: Differences, log: TrialLog, report: TrialReport, c
     for name in (
         "outcome", "exploration_time_s", "actions", "peak_force_N", "depth_m", "ticks", "clamped_ticks", "tick",
     ):  # fmt: skip
-        _compare_values(differences, "/end", end.tick, name, getattr(end, name), getattr(replayed, name))
+        differences.compare(end.tick, "/end", name, getattr(end, name), getattr(replayed, name))
     for name in ("worst_late_ns", "late_ticks", "skipped_slots", "repeated_samples"):
         if ours or getattr(end, name) is not None:
-            _compare_values(differences, "/end", end.tick, name, getattr(end, name), getattr(replayed, name))
+            differences.compare(end.tick, "/end", name, getattr(end, name), getattr(replayed, name))
     # The score of a leaning peg was another once.
     scored_before = config.cell.tilt_mrad > 0.0 and not ours
     scored = end.success is not None or end.true_depth_m is not None
     if differences.count == 0 and scored and not scored_before:
         now = scored_again(log, end, report, config)
-        _compare_values(differences, "/end", end.tick, "success", end.success, now.success if now.truth else None)
+        differences.compare(end.tick, "/end", "success", end.success, now.success if now.truth else None)
     if not log.start.derived_from and _claims_what_if(log):
-        differences.add(Difference(end.tick, "/end", "counterfactual", True, False), gross=True)
+        differences.add(end.tick, "/end", "counterfactual", True, False)
 
 
 def scored_again(log: TrialLog, end: EndRecord, report: TrialReport, config: RunConfig) -> ScoredTrial:
@@ -211,7 +211,7 @@ def compare_policy(differences: Differences, log: TrialLog, decisions: Sequence[
     end = log.end
     if end is not None and end.policy_sha256:
         now = policy_digest(decisions, log.start.learner_json, end.learner_json)
-        _compare_values(differences, "/end", end.tick, "policy_sha256", end.policy_sha256, now)
+        differences.compare(end.tick, "/end", "policy_sha256", end.policy_sha256, now)
 
 
 def compare_learners(differences: Differences, end: EndRecord, rebuilt: Rebuilt) -> None:
@@ -221,18 +221,7 @@ def compare_learners(differences: Differences, end: EndRecord, rebuilt: Rebuilt)
     if now is not None and dump_json(now) == end.learner_json:
         return
     told: Any = json.loads(end.learner_json) if end.learner_json else None
-    _compare_trees(differences, "/end", end.tick, "learner", told, now)
-
-
-def _compare_trees(differences: Differences, channel: str, tick: int, where: str, told: Any, now: Any) -> None:
-    if isinstance(told, dict) and isinstance(now, dict) and told.keys() == now.keys():
-        for key in told:
-            _compare_trees(differences, channel, tick, f"{where}.{key}", told[key], now[key])
-    elif isinstance(told, (list, tuple)) and isinstance(now, (list, tuple)) and len(told) == len(now):
-        for index, (a, b) in enumerate(zip(told, now, strict=True)):
-            _compare_trees(differences, channel, tick, f"{where}[{index}]", a, b)
-    else:
-        _compare_values(differences, channel, tick, where, told, now)
+    differences.compare(end.tick, "/end", "learner", told, now)
 
 
 def _compare_fields(differences: Differences, channel: str, tick: int, recorded: Any, replayed: Any) -> None:
@@ -241,13 +230,4 @@ def _compare_fields(differences: Differences, channel: str, tick: int, recorded:
             # How the log came about, not what the core said: held against the log itself.
             continue
         told, now = getattr(recorded, field.name), getattr(replayed, field.name)
-        _compare_trees(differences, channel, tick, field.name, told, now)
-
-
-def _compare_values(differences: Differences, channel: str, tick: int, field: str, told: Any, now: Any) -> None:
-    if isinstance(told, float) and isinstance(now, float):
-        if not same_bits((told,), (now,)):
-            difference = Difference(tick, channel, field, told, now)
-            differences.add(difference, gross=not close_enough(told, now))
-    elif told != now:
-        differences.add(Difference(tick, channel, field, told, now), gross=True)
+        differences.compare(tick, channel, field.name, told, now)

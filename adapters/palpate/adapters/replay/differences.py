@@ -3,7 +3,7 @@
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +33,25 @@ class Differences:
         self.first_gross: Difference | None = None
         self.count = 0
 
-    def add(self, difference: Difference, *, gross: bool) -> None:
+    def compare(self, tick: int, channel: str, field: str, told: Any, now: Any) -> None:
+        """Hold what the core says now against what was told, number by number."""
+        if isinstance(told, dict) and isinstance(now, dict) and told.keys() == now.keys():
+            for key in told:
+                self.compare(tick, channel, f"{field}.{key}", told[key], now[key])
+        elif isinstance(told, (list, tuple)) and isinstance(now, (list, tuple)) and len(told) == len(now):
+            for index, (a, b) in enumerate(zip(told, now, strict=True)):
+                self.compare(tick, channel, f"{field}[{index}]", a, b)
+        elif isinstance(told, float) and isinstance(now, float):
+            if not same_bits((told,), (now,)):
+                self.add(tick, channel, field, told, now, gross=not close_enough(told, now))
+        elif told != now:
+            self.add(tick, channel, field, told, now)
+
+    def add(
+        self, tick: int, channel: str, field: str, recorded: object, replayed: object, *, gross: bool = True
+    ) -> None:
         """Take note of one."""
+        difference = Difference(tick, channel, field, recorded, replayed)
         self.count += 1
         if self.first is None or difference.tick < self.first.tick:
             self.first = difference

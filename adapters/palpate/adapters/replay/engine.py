@@ -39,7 +39,7 @@ from palpate.adapters.replay.compare import (
 )
 from palpate.adapters.replay.differences import Difference, Differences
 from palpate.adapters.replay.handover import WhatIfRecording, continue_in_mujoco
-from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplayForceSensor, ReplayJointEncoder
+from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplaySensor
 from palpate.adapters.replay.rebuild import Rebuilder, Rebuilt
 from palpate.adapters.replay.run_files import Determined, determined_by, learner_kept
 from palpate.adapters.replay.tape import Tape, TapeEndError
@@ -194,7 +194,8 @@ def _only_told(log: TrialLog) -> tuple[str, ...]:
 
 def run_over(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording, beginning: Beginning) -> BaseException | None:
     """Run the core over the tape; returns what ended it, if it did not end by itself."""
-    sensor, encoder, arm = ReplayForceSensor(tape), ReplayJointEncoder(tape), ReplayArm(tape)
+    sensor = ReplaySensor("recorded force sensor", tape.wrenches)
+    encoder, arm = ReplaySensor("recorded encoders", tape.joints), ReplayArm(tape)
     with ExitStack() as opened:
         for device in (sensor, encoder, arm):
             opened.enter_context(device)
@@ -203,7 +204,7 @@ def run_over(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording, beginning
             with recording.of(tape, rebuilt, World("recording", {})) as observers:
                 report = run_trial(rebuilt.task, ports, rebuilt.setup, rebuilt.supervisor, (beginning, *observers))
             if report is not rebuilt.task.report:
-                tape.differences.add(Difference(tape.tick, "/end", "report", "the task's", "another"), gross=True)
+                tape.differences.add(tape.tick, "/end", "report", "the task's", "another")
         except LogError:
             raise
         except Exception as error:
@@ -232,34 +233,32 @@ def _ending(tape: Tape, rebuilt: Rebuilt, error: BaseException | None, failed_po
         if end is None:
             return f"the log ends at tick {len(tape.log.ticks) - 1}, before the trial did"
         if end.error and end.raised_by == BY_CORE:
-            told = f"{end.error}: {end.text}"
-            differences.add(Difference(tick, "/end", "error", told, _STILL_RUNNING), gross=True)
+            differences.add(tick, "/end", "error", f"{end.error}: {end.text}", _STILL_RUNNING)
             return ""
         if end.raised_by == BY_PORT:
             # The call that failed would have failed again.
-            differences.add(Difference(tick, "/end", "raised_by", end.raised_by, None), gross=True)
+            differences.add(tick, "/end", "raised_by", end.raised_by, None)
             return ""
         if end.error and not end.outcome:
             return f"the recording was ended by {end.error} at tick {len(tape.log.ticks) - 1}"
-        differences.add(Difference(tick, "/end", "outcome", end.outcome, _STILL_RUNNING), gross=True)
+        differences.add(tick, "/end", "outcome", end.outcome, _STILL_RUNNING)
     elif error is not None:
-        told = "" if end is None else f"{end.error}: {end.text}"
-        if told != f"{type(error).__name__}: {error}":
-            now = f"{type(error).__name__}: {error}"
-            differences.add(Difference(tick, "/end", "error", told or None, now), gross=True)
+        told, now = "" if end is None else f"{end.error}: {end.text}", f"{type(error).__name__}: {error}"
+        if told != now:
+            differences.add(tick, "/end", "error", told or None, now)
         elif end is not None and (end.raised_by or of_this_code(tape.log)):
             now = raised_by(error, failed_port)
             if now != end.raised_by:
-                differences.add(Difference(tick, "/end", "raised_by", end.raised_by or None, now), gross=True)
+                differences.add(tick, "/end", "raised_by", end.raised_by or None, now)
     elif tape.sends.left:
         outcome = rebuilt.task.report.outcome
         now = "" if outcome is None else outcome.value
         recorded = _STILL_RUNNING if end is None else f"{end.ticks} ticks"
-        differences.add(Difference(tick, "/end", "ticks", recorded, f"{tick + 1} ticks, {now}"), gross=True)
+        differences.add(tick, "/end", "ticks", recorded, f"{tick + 1} ticks, {now}")
     elif end is not None and end.raised_by == BY_POLICY and rebuilt.recorded_decisions:
         return f"the policy ended the recording with {end.error}: {end.text}"
     elif end is not None and (end.error or end.text or end.raised_by):
-        differences.add(Difference(tick, "/end", "error", f"{end.error}: {end.text}", None), gross=True)
+        differences.add(tick, "/end", "error", f"{end.error}: {end.text}", None)
     return ""
 
 
@@ -276,9 +275,9 @@ def _compare_calls(tape: Tape, report: TrialReport, *, refused: bool) -> None:
     parted = tape.order.first_difference(whole=tape.log.end is not None and not differences.count)
     if parted is not None:
         tick, told, made = parted
-        differences.add(Difference(max(tick, 0), "/call", "port call", told or None, made or None), gross=True)
+        differences.add(max(tick, 0), "/call", "port call", told or None, made or None)
     if tape.claimed_tick is not None and not tape.log.start.derived_from:
-        differences.add(Difference(tape.claimed_tick, "/tick", "counterfactual", True, False), gross=True)
+        differences.add(tape.claimed_tick, "/tick", "counterfactual", True, False)
     odd = tape.odd_tick
     # A trial that ends with its first tick, by an error, has refused it.
     if (
@@ -287,7 +286,7 @@ def _compare_calls(tape: Tape, report: TrialReport, *, refused: bool) -> None:
         and not any(event.name in ("trip", "end") and event.tick <= odd + 1 for event in report.events)
     ):
         now = f"{WrenchKind.RAW.value}, frame {SENSOR_FRAME!r}, as the core takes it"
-        differences.add(Difference(odd, "/tick", "wrench", "of another kind or frame", now), gross=True)
+        differences.add(odd, "/tick", "wrench", "of another kind or frame", now)
 
 
 def _compare_latch(tape: Tape, cause: str, error: BaseException | None) -> None:
@@ -296,18 +295,18 @@ def _compare_latch(tape: Tape, cause: str, error: BaseException | None) -> None:
     told = next(trips, str(error) if isinstance(error, DeviceError) else "")
     if told != cause:
         # A trip's text holds rounded numbers, which another processor may round otherwise.
-        difference = Difference(tape.tick, "/end", "latch", told or None, cause or None)
-        tape.differences.add(difference, gross=bool(told) is not bool(cause))
+        gross = bool(told) is not bool(cause)
+        tape.differences.add(tape.tick, "/end", "latch", told or None, cause or None, gross=gross)
 
 
 def _compare_observed(tape: Tape, beginning: Beginning, error: BaseException | None) -> None:
     """Hold what observers of the loop are told against the log: that a trial begins, and which port's call failed."""
     if tape.tick >= 0 and not beginning.held:
-        tape.differences.add(Difference(0, "/start", "begun", True, False), gross=True)
+        tape.differences.add(0, "/start", "begun", True, False)
     failed = (call.port for call in tape.log.calls if call.error and call.call in ("read", "send"))
     told = next(failed, "")
     if isinstance(error, DeviceError) and told != beginning.calling:
-        tape.differences.add(Difference(tape.tick, "/call", "failed port", told, beginning.calling), gross=True)
+        tape.differences.add(tape.tick, "/call", "failed port", told, beginning.calling)
 
 
 def known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:

@@ -25,11 +25,10 @@ from palpate.core.ports import (
     ArmCommand,
     Clock,
     DeviceDecorator,
-    ForceSensor,
     JointCommand,
-    JointEncoder,
     JointSample,
     Ports,
+    SensorDecorator,
     World,
     WrenchSample,
 )
@@ -91,8 +90,8 @@ def continue_in_mujoco(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording)
         inner = rig.ports
         ports = Ports(
             _Clock(inner.clock, path),
-            _ForceSensor(inner.force_sensor, path),
-            _JointEncoder(inner.joint_encoder, path),
+            SensorDecorator(inner.force_sensor, path.wrench),
+            SensorDecorator(inner.joint_encoder, path.joints),
             _Arm(inner.arm, path),
         )
         with recording.of(tape, rebuilt, rig.world()) as observers:
@@ -124,6 +123,20 @@ class _Path:
         """Whether a command was not the recorded one."""
         return self.tape.differences.first_command_tick is not None
 
+    def wrench(self, sample: WrenchSample) -> WrenchSample:
+        """A sample of the simulator's sensor."""
+        if not self.left:
+            recorded = self.tape.wrenches.next()
+            same = same_bits((*sample.force_N, *sample.torque_Nm), (*recorded.force_N, *recorded.torque_Nm))
+            self.require(same and sample.sequence == recorded.sequence, "wrench")
+        return sample
+
+    def joints(self, sample: JointSample) -> JointSample:
+        """A sample of the simulator's encoders."""
+        if not self.left:
+            self.require(same_bits(sample.position_rad, self.tape.joints.next().position_rad), "joint angle")
+        return sample
+
     def require(self, same: bool, what: str) -> None:
         """Make sure that the simulator gave what was recorded."""
         if not same:
@@ -151,33 +164,6 @@ class _Clock(Clock):
         if path.tape.at_tick is not None:
             path.tape.at_tick(path.tape.tick)
         self._clock.sleep_until(deadline_ns)
-
-
-class _ForceSensor(DeviceDecorator, ForceSensor):
-    def __init__(self, sensor: ForceSensor, path: _Path) -> None:
-        super().__init__(sensor)
-        self._sensor, self._path = sensor, path
-
-    def read(self) -> WrenchSample:
-        sample = self._sensor.read()
-        if not self._path.left:
-            recorded = self._path.tape.wrenches.next()
-            same = same_bits((*sample.force_N, *sample.torque_Nm), (*recorded.force_N, *recorded.torque_Nm))
-            self._path.require(same and sample.sequence == recorded.sequence, "wrench")
-        return sample
-
-
-class _JointEncoder(DeviceDecorator, JointEncoder):
-    def __init__(self, encoder: JointEncoder, path: _Path) -> None:
-        super().__init__(encoder)
-        self._encoder, self._path = encoder, path
-
-    def read(self) -> JointSample:
-        sample = self._encoder.read()
-        if not self._path.left:
-            recorded = self._path.tape.joints.next()
-            self._path.require(same_bits(sample.position_rad, recorded.position_rad), "joint angle")
-        return sample
 
 
 class _Arm(DeviceDecorator, ArmCommand):

@@ -1,22 +1,20 @@
 """The four ports over a recorded trial: inputs come from the log, outputs are held against it."""
 
+from typing import Generic
+
 from typing_extensions import override
 
-from palpate.adapters.replay.tape import SEND, STOP, Tape
+from palpate.adapters.replay.tape import SEND, STOP, T, Tape, Track
 from palpate.core.errors import CommandError
 from palpate.core.ports import (
     AppliedCommand,
     ArmCommand,
     Clock,
     CommandReason,
-    ForceSensor,
     JointCommand,
-    JointEncoder,
-    JointSample,
     JointVector,
     Life,
     ManagedDevice,
-    WrenchSample,
 )
 
 
@@ -39,30 +37,15 @@ class ReplayClock(Clock):
             tape.at_tick(tape.tick)
 
 
-class ReplayForceSensor(ManagedDevice, ForceSensor):
-    """The recorded force samples, call by call."""
+class ReplaySensor(ManagedDevice, Generic[T]):
+    """Recorded samples, call by call."""
 
-    def __init__(self, tape: Tape) -> None:
-        super().__init__("recorded force sensor")
-        self._track, self._next = tape.wrenches, tape.wrenches.next
+    def __init__(self, name: str, track: Track[T]) -> None:
+        super().__init__(name)
+        self._track, self._next = track, track.next
 
-    @override
-    def read(self) -> WrenchSample:
-        if self._life is not Life.ACTIVE:
-            self._track.refused()
-            self._require_active("read()")
-        return self._next()
-
-
-class ReplayJointEncoder(ManagedDevice, JointEncoder):
-    """The recorded joint samples, call by call."""
-
-    def __init__(self, tape: Tape) -> None:
-        super().__init__("recorded encoders")
-        self._track, self._next = tape.joints, tape.joints.next
-
-    @override
-    def read(self) -> JointSample:
+    def read(self) -> T:
+        """The sample of this call."""
         if self._life is not Life.ACTIVE:
             self._track.refused()
             self._require_active("read()")

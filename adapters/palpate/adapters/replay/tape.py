@@ -7,7 +7,7 @@ from itertools import zip_longest
 from typing import Final, Generic, NamedTuple, TypeVar
 
 from palpate.adapters.log import CallEntry, TickRecord, TrialLog
-from palpate.adapters.replay.differences import Difference, Differences, close_enough, same_bits
+from palpate.adapters.replay.differences import Differences, same_bits
 from palpate.core import errors
 from palpate.core.errors import LogError, PalpateError
 from palpate.core.ports import (
@@ -260,20 +260,13 @@ class Tape:
     def _command_differs(self, tick: int, field: str, recorded: JointVector, replayed: JointVector) -> None:
         if self.differences.first_command_tick is None:
             self.differences.first_command_tick = tick
-        if len(recorded) != len(replayed):
-            self.differences.add(Difference(tick, "/tick", field, recorded, replayed), gross=True)
-            return
-        for joint, (a, b) in enumerate(zip(recorded, replayed, strict=True)):
-            if not same_bits((a,), (b,)):
-                difference = Difference(tick, "/tick", f"{field}[{joint}]", a, b)
-                self.differences.add(difference, gross=not close_enough(a, b))
+        self.differences.compare(tick, "/tick", field, recorded, replayed)
 
     def check_deadline(self, deadline_ns: int) -> None:
         """Hold the end of a sleep against the recorded one."""
         recorded = self.deadlines.next()
         if recorded != deadline_ns:
-            difference = Difference(self.tick, "/tick", "deadline_ns", recorded, deadline_ns)
-            self.differences.add(difference, gross=True)
+            self.differences.add(self.tick, "/tick", "deadline_ns", recorded, deadline_ns)
 
 
 def _as_measured(wrench: WrenchSample) -> bool:

@@ -7,7 +7,7 @@ import pytest
 from palpate.adapters.log.messages import encode_record
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.records import CallEntry, LossEntry, StartRecord, TickRecord
-from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplayForceSensor, ReplayJointEncoder
+from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplaySensor
 from palpate.adapters.replay.tape import Tape, TapeEndError
 from palpate.core.errors import CommandError, DeviceError, LifecycleError, LogError
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointSample, WrenchSample
@@ -48,7 +48,10 @@ def arm_over(tape: Tape) -> ReplayArm:
 def test_samples_come_in_their_order_and_further_reads_of_a_tick_after_its_first() -> None:
     again = CallEntry(tick=0, port="force_sensor", call="read", wrench=replace(tick(0).wrench or None, sequence=77))  # type: ignore[type-var]
     tape = Tape(log_of(tick(0), tick(1), calls=(again,)))
-    with ReplayForceSensor(tape) as sensor, ReplayJointEncoder(tape) as encoder:
+    with (
+        ReplaySensor("force", tape.wrenches) as sensor,
+        ReplaySensor("joints", tape.joints) as encoder,
+    ):
         assert [sensor.read().sequence for _ in range(3)] == [0, 77, 1]
         assert [encoder.read().position_rad for _ in range(2)] == [(0.0, 1.0), (1.0, 1.0)]
         with pytest.raises(TapeEndError, match="force_sensor"):
@@ -69,7 +72,7 @@ def test_a_port_that_failed_fails_again_with_the_same_words() -> None:
     broken = replace(tick(1), wrench=None, joints=None, asked_rad=None, applied=None)
     call = CallEntry(tick=1, port="force_sensor", call="read", error="DeviceError", text="JR3: cable pulled")
     tape = Tape(log_of(tick(0), broken, calls=(call,)))
-    with ReplayForceSensor(tape) as sensor:
+    with ReplaySensor("force", tape.wrenches) as sensor:
         sensor.read()
         with pytest.raises(DeviceError, match=r"^JR3: cable pulled$"):
             sensor.read()
@@ -130,7 +133,10 @@ def test_after_stop_the_arm_holds() -> None:
 
 def test_ports_that_are_not_active_refuse() -> None:
     tape = Tape(log_of(tick(0)))
-    for use in (ReplayForceSensor(tape).read, ReplayJointEncoder(tape).read):
+    for use in (
+        ReplaySensor("force", tape.wrenches).read,
+        ReplaySensor("joints", tape.joints).read,
+    ):
         with pytest.raises(LifecycleError):
             use()
     with pytest.raises(LifecycleError):
