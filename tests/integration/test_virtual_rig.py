@@ -52,7 +52,7 @@ def test_a_sensor_without_news_ends_the_trial_by_its_name() -> None:
         with pytest.raises(
             DeviceError, match=r"^rig: trial 0: SAMPLE_.* \(ATI Net F/T: has sent nothing for 2.. ms; check"
         ):
-            run_policy(config, ready, rig, chosen.perception, chosen.on(rig), 1, lambda _: None)
+            run_chosen(chosen, config, ready, rig, 1)
 
 
 def test_squares_go_in_one_after_the_other_on_an_arm_that_lags(tmp_path: Path) -> None:

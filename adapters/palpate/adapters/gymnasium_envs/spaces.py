@@ -1,8 +1,7 @@
 """Actions and observations of an agent in the insertion task: the spaces of its actions and observations."""
 
-from abc import abstractmethod
 from math import hypot, isfinite, radians
-from typing import Any, Final, Protocol
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from gymnasium import spaces
@@ -31,17 +30,7 @@ def spatial_of(config: RunConfig) -> SpatialOptions | None:
     return options_of(SpatialOptions, config.task) if own else None
 
 
-class Observations(Protocol):
-    """An observation space, and what is seen after a tick of the task."""
-
-    space: spaces.Space[Any]
-
-    @abstractmethod
-    def of(self, task: InsertionTask) -> Any:
-        """What is seen now; new data every time."""
-
-
-class StateIndex(Observations):
+class StateIndex:
     """The number of the state that the core has perceived, as its learners have it.
 
     In the hole nothing is perceived any more: the state is the last one before.
@@ -51,11 +40,11 @@ class StateIndex(Observations):
         self.space = spaces.Discrete(states)
 
     def of(self, task: InsertionTask) -> np.int64:
-        """The state."""
+        """What is seen now, after a tick of the task; new data every time."""
         return np.int64(0 if task.percept is None else task.percept[1])
 
 
-class TipWrench(Observations):
+class TipWrench:
     """Tip and wrench, (9,), task frame: x y z in m from the nominal goal, force in N, torque about the tip in N m.
 
     Of a tool that turns, (12,): its commanded orientation, too: lean about x and y, yaw about z, in rad.
@@ -89,7 +78,7 @@ class TipWrench(Observations):
 WRENCH_NAMES: Final = ("force_x_N", "force_y_N", "force_z_N", "torque_x_Nm", "torque_y_Nm", "torque_z_Nm")
 
 
-class PortReadings(Observations):
+class PortReadings:
     """What the ports gave in the newest tick, unfiltered, float64, in the order of ``names``; for recording.
 
     Joint angles and wrench as measured (wrench untared, sensor frame), run-clock times of the tick and of both
@@ -118,21 +107,9 @@ class PortReadings(Observations):
         )
 
 
+Observations: TypeAlias = StateIndex | TipWrench | PortReadings
+"""An observation space, and what is seen."""
 ACTION_KINDS: Final = ("discrete", "continuous")
-
-
-class Actions(Protocol):
-    """An action space, and what its actions mean to the core."""
-
-    space: spaces.Space[Any]
-
-    @abstractmethod
-    def decision(self, action: Any) -> Decision:
-        """The core's decision.
-
-        Raises:
-            ActionRefusedError: There is no such action.
-        """
 
 
 def index_of(action: Any, count: int) -> int:
@@ -148,7 +125,7 @@ def index_of(action: Any, count: int) -> int:
     return int(number)
 
 
-class NumberedActions(Actions):
+class NumberedActions:
     """The actions that palpate's own learners choose from, in their order."""
 
     def __init__(self, actions: tuple[Action, ...]) -> None:
@@ -161,7 +138,7 @@ class NumberedActions(Actions):
         return Decision(self._actions[index], index, SOURCE)
 
 
-class FreeSteps(Actions):
+class FreeSteps:
     """Steps in any direction, (2,) from -1 to 1: x and y as shares of the longest step.
 
     The tip moves at steady speed for the first 80 % of an action's time, so a step is a velocity too. No step is longer
@@ -179,7 +156,7 @@ class FreeSteps(Actions):
         return Decision(Action(f"({x:+.4f}, {y:+.4f})", (scale * x, scale * y)), None, SOURCE)
 
 
-class Twists(Actions):
+class Twists:
     """Motions of a tool that turns, (6,) from -1 to 1: x, y, z, lean about x and y, yaw, task frame.
 
     x, y and z are shares of the longest step, the others of what the tool turns by in an action at 11 degrees/s. With z
@@ -199,6 +176,10 @@ class Twists(Actions):
         spatial = Spatial(Law.LIFT if z < 0.0 else Law.STEP, max(-z, 0.0) * self._longest_m, (lean_x, lean_y, yaw))
         name = ", ".join(f"{share:+.4f}" for share in shares)
         return Decision(Action(f"({name})", (scale * x, scale * y), spatial), None, SOURCE)
+
+
+Actions: TypeAlias = NumberedActions | FreeSteps | Twists
+"""An action space, and the core's decision that an action of it is; there is none for one that is refused."""
 
 
 def _shares(action: Any, count: int) -> tuple[float, ...]:
