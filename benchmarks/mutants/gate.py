@@ -6,23 +6,30 @@ and nothing that only makes texts. Mutants are drawn by a fixed seed, some of ev
 golden log does not replay equal in every bit; one that survives may be equivalent, and then the reason is in
 ``equivalent.json``, by the mutant's id: that follows from what the function says, so a reason lapses when the function
 changes.
+
+It can be ended and begun again at any time: verdicts are appended to ``--out`` as they are reached, with a digest of
+what they hold for, and the lines that the logs run stand beside it. A verdict is reached anew if the core has changed
+since, or the log that killed the mutant, or any log if it survived. So the same command ends with 0 soon after the
+last survivor has its reason.
 """
 
 from __future__ import annotations
 
 import json
-import time
+import os
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import Any, Final
 
 from benchmarks.mutants.core_mutants import Candidate, candidates, draw
-from benchmarks.mutants.golden import golden_logs, in_child, lines_run, replayed
+from benchmarks.mutants.golden import digest, golden_logs, in_child, lines_run, replayed, sources
 from benchmarks.mutants.never_run import THOROUGH, unrun
 from benchmarks.mutants.swapping import forget, swapped
+from benchmarks.mutants.verdicts import read
 
 SEED: Final = 17
 COUNT: Final = 400
@@ -60,40 +67,67 @@ def _judged(checkout: Path, one: Candidate, logs: Sequence[Path]) -> tuple[str, 
     return "killed", f"{kind} {value}"
 
 
-def run(checkout: Path, out: Path, count: int, seed: int, only: str = "") -> int:
-    """Judge all mutants that ``out`` does not know yet, and print the report; 1 if the aim is missed."""
+def run(checkout: Path, out: Path, count: int, seed: int, only: str = "", jobs: int = 1) -> int:
+    """Judge all mutants of which no verdict in ``out`` still holds, and print the report; 1 if the aim is missed."""
     checkout = checkout.resolve()
-    lines = lines_run(checkout)
+    lines = lines_run(checkout, out.with_suffix(".lines.json"))
     replayed(checkout)  # what there is to import is there before every fork
     chosen = [one for one in draw(candidates(checkout, lines), count, seed) if only in one.mutant.file]
     chosen.sort(key=lambda one: not one.mutant.file.startswith(THOROUGH))  # those that must not survive come first
-    # Short ones first: most mutants do not get far.
-    done, logs = read(out), sorted(golden_logs(checkout), key=lambda path: path.stat().st_size)
-    begin = time.monotonic()
-    for number, one in enumerate(chosen):
-        if one.mutant.id in done:
-            continue
-        runs = {log for line in one.lines for log in lines[one.mutant.file][line]}
-        verdict, by = _judged(checkout, one, [path for path in logs if not one.lines or path.stem in runs])
-        # The log that killed one mutant often kills its neighbours.
-        logs.sort(key=lambda path: path.stem != by.partition(":")[0])
-        told = {**asdict(one.mutant), "verdict": verdict, "killed_by": by}
-        done[one.mutant.id] = told
-        with out.open("a", encoding="utf-8") as stream:
-            stream.write(json.dumps(told) + "\n")
-        if verdict == "survived" or number % 50 == 0:
-            print(f"{number + 1}/{len(chosen)} {time.monotonic() - begin:.0f} s {verdict} {one.mutant.file}"
-                  f":{one.mutant.line} {one.mutant.was} -> {one.mutant.becomes}", flush=True)  # fmt: skip
-    judged = [done[one.mutant.id] for one in chosen]
+    logs, core = golden_logs(checkout), digest(sources(checkout))
+    holds_for = {path.stem: f"{core} {digest([path])}" for path in logs} | {"": f"{core} {digest(logs)}"}
+
+    def done() -> dict[str, dict[str, Any]]:
+        return {id_: one for id_, one in read(out).items() if one.get("of") == holds_for.get(one.get("log", ""))}
+
+    known = done()
+    waiting = [one for one in chosen if one.mutant.id not in known]
+    print(f"{len(waiting)} of {len(chosen)} mutants are to be judged", flush=True)
+    shares = [waiting[first::jobs] for first in range(jobs)]
+    children = [_in_part(partial(_judge, checkout, share, lines, logs, holds_for, out)) for share in shares]
+    for child in children:
+        os.waitpid(child, 0)
+    known = done()
+    judged = [known[one.mutant.id] for one in chosen if one.mutant.id in known]
     text, missed = report(judged, json.loads(EQUIVALENT.read_text(encoding="utf-8")), unrun(checkout, lines))
     print(text)
-    return int(missed)
+    return int(missed or len(judged) < len(chosen))
 
 
-def read(path: Path) -> dict[str, dict[str, Any]]:
-    """Verdicts by the mutants' ids."""
-    text = path.read_text(encoding="utf-8") if path.exists() else ""
-    return {one["id"]: one for one in map(json.loads, text.splitlines())}
+def _in_part(work: Callable[[], None]) -> int:
+    """Do it in a fork of this process."""
+    child = os.fork()
+    if child == 0:
+        try:
+            work()
+        finally:
+            os._exit(0)
+    return child
+
+
+def _judge(
+    checkout: Path,
+    ones: Sequence[Candidate],
+    lines: Mapping[str, Mapping[int, set[str]]],
+    logs: Sequence[Path],
+    holds_for: Mapping[str, str],
+    out: Path,
+) -> None:
+    # Short ones first: most mutants do not get far.
+    logs = sorted(logs, key=lambda path: path.stat().st_size)
+    for number, one in enumerate(ones, 1):
+        runs = {log for line in one.lines for log in lines[one.mutant.file][line]}
+        verdict, by = _judged(checkout, one, [path for path in logs if not one.lines or path.stem in runs])
+        log = by.partition(":")[0]
+        # The log that killed one mutant often kills its neighbours.
+        logs.sort(key=lambda path: path.stem != log)
+        log = log if log in holds_for else ""
+        told = {**asdict(one.mutant), "verdict": verdict, "killed_by": by, "log": log, "of": holds_for[log]}
+        with out.open("a", encoding="utf-8") as stream:
+            stream.write(json.dumps(told) + "\n")
+        if verdict == "survived" or number % 25 == 0:
+            print(f"{number}/{len(ones)} {verdict} {one.mutant.file}:{one.mutant.line}"
+                  f" {one.mutant.was} -> {one.mutant.becomes}", flush=True)  # fmt: skip
 
 
 def report(judged: Sequence[dict[str, Any]], reasons: dict[str, str], lines: Mapping[str, str]) -> tuple[str, bool]:
