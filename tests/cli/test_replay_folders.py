@@ -91,6 +91,42 @@ def _no_manifest_and_no_settings(folder: Path) -> None:
         gone(name)(folder)
 
 
+def _first_log_and_its_line_gone(folder: Path) -> None:
+    gone("logs/trial-00000.mcap")(folder)
+    for name in ("trials.csv", "decisions.csv"):
+        _write(folder / name, lambda data: b"".join(x for x in data.splitlines(True) if not x.startswith(b"0,")))
+
+
+def _last_trial_gone(folder: Path) -> None:
+    for name in ("logs/trial-00002.mcap", "policy.json", "checkpoint.json", "summary.json"):
+        gone(name)(folder)
+    for name in ("trials.csv", "decisions.csv"):
+        _write(folder / name, lambda data: b"".join(x for x in data.splitlines(True) if not x.startswith(b"2,")))
+
+
+def _lines_change_places(folder: Path) -> None:
+    def change(data: bytes) -> bytes:
+        head, first, second, third = data.splitlines(True)
+        return head + second + first + third
+
+    _write(folder / "trials.csv", change)
+
+
+MADE_GOOD: dict[str, Tampering] = {
+    **{f"{name} gone": gone(name) for name in ("policy.json", "checkpoint.json", "run.toml", "summary.json")},
+    "decisions gone": gone("decisions.csv"),
+    "first log and its line gone": _first_log_and_its_line_gone,
+    "last trial and what is left of it gone": _last_trial_gone,
+    "lines in another order": _lines_change_places,
+    "summary's success": _in_json("summary.json", lambda s: s.update(success=1.0)),
+    "summary's outcomes": _in_json("summary.json", lambda s: s.update(outcomes={"inserted": 3})),
+    "summary's peak force": _in_json("summary.json", lambda s: s.update(peak_force_N=1.0)),
+    "summary's arm": _in_json("summary.json", lambda s: s.update(arm="ur5")),
+    "summary's seed": _in_json("summary.json", lambda s: s.update(seed=7)),
+    "no summary": lambda folder: _write(folder / "summary.json", lambda _: b"[]"),
+}
+"""Here the manifest is made good as well."""
+
 TAMPERINGS: dict[str, Tampering] = {
     "first log gone": gone("logs/trial-00000.mcap"),
     "log cut": cut("logs/trial-00001.mcap"),
@@ -128,9 +164,11 @@ TAMPERINGS: dict[str, Tampering] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", TAMPERINGS)
+@pytest.mark.parametrize("kind", [*TAMPERINGS, *MADE_GOOD])
 def test_a_folder_that_was_tampered_with(palpate: CommandLine, run: Path, kind: str) -> None:
-    TAMPERINGS[kind](run)
+    (TAMPERINGS | MADE_GOOD)[kind](run)
+    if kind in MADE_GOOD:
+        _made_good(run)
     done = palpate("replay", "run", "--jobs", 1)
     assert done.code in (1, 2), done
 
@@ -237,7 +275,8 @@ def test_what_the_logs_determine_is_found_though_the_manifest_was_made_good(
     done = palpate("replay", "run", "--jobs", 1)
     assert done.code == 1
     told = {line.partition(": ")[2].partition(": ")[0] for line in done.stdout.splitlines() if "folder: " in line}
-    assert told == {f"run/{name}" for name in tamperings}, done
+    # The summary is no more that of these trials.
+    assert told == {"run/summary.json", *(f"run/{name}" for name in tamperings)}, done
 
 
 def test_a_manifest_that_was_taken_away_is_missed(palpate: CommandLine, run: Path) -> None:

@@ -67,6 +67,7 @@ class TrialLog:
     Attributes:
         end: What it came to; None when the log ends before the trial did.
         counts: Messages by channel.
+        disorder: The first message that is not where a recorder puts it: its tick, its channel and what is wrong.
     """
 
     path: str
@@ -81,6 +82,7 @@ class TrialLog:
     end: EndRecord | None = None
     raw_bytes: int = 0
     counts: Counter[int] = field(default_factory=Counter)
+    disorder: tuple[int, str, str] | None = None
 
     @property
     def phases(self) -> list[tuple[int, str]]:
@@ -269,7 +271,37 @@ def assemble(path: str, data: bytes, messages: list[RawMessage]) -> TrialLog:
             raise LogError(path, where, f"is no {kind.message} ({error})", "it was not written by palpate") from error
         if kind is START and number:
             raise LogError(path, f"message {number}", "a second trial begins here", "one log holds one trial")
+    log.disorder = _disorder(log, messages)
     return log
+
+
+def _disorder(log: TrialLog, messages: list[RawMessage]) -> tuple[int, str, str] | None:
+    """What comes of a tick stands after it and bears its time; time never goes back, and nothing follows the end."""
+    told: dict[int, Iterator[DecisionEntry | ReinforcementEntry | EventEntry]] = {
+        DECISION.id: iter(log.decisions),
+        REINFORCEMENT.id: iter(log.reinforcements),
+        EVENT.id: iter(log.events),
+    }
+    tick, time_ns, ended = -1, messages[0].time_ns, False
+    for message in messages:
+        kind = BY_ID[message.channel]
+        if message.channel == TICK.id:
+            tick += 1
+            problem = "goes back in time" if message.time_ns < time_ns else ""
+            time_ns = message.time_ns
+        elif message.channel in told:
+            place = next(told[message.channel]).tick
+            problem = (
+                f"is of tick {place}" if place != tick else "bears another time" if message.time_ns != time_ns else ""
+            )
+        else:
+            problem = ""
+        if ended and kind is not RECORDER:
+            problem = "follows the end"
+        if problem:
+            return max(tick, 0), kind.topic, problem
+        ended = ended or kind is END
+    return None
 
 
 def file_in(log: TrialLog, message: RawMessage) -> None:

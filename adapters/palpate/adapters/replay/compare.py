@@ -27,7 +27,7 @@ from palpate.adapters.replay.differences import Differences
 from palpate.adapters.replay.rebuild import Rebuilt
 from palpate.core.control_loop import LoopObserver, UnfinishedTick
 from palpate.core.errors import UnreachableError
-from palpate.core.policy import learner_of
+from palpate.core.policy import document_of, learner_of
 from palpate.core.ports import Truth
 from palpate.core.trial import Purpose, TrialReport, generator
 
@@ -66,8 +66,16 @@ class Beginning(LoopObserver):
 
 
 def compare_start(differences: Differences, log: TrialLog, rebuilt: Rebuilt, beginning: Beginning) -> None:
-    """What the core derives by itself as a trial begins."""
+    """What the core derives by itself as a trial begins, and what its start says twice."""
     start, setup = log.start, rebuilt.setup
+    if start.seed != rebuilt.config.seed:
+        differences.add(0, "/start", "seed", start.seed, rebuilt.config.seed)
+    if start.policy_json and not rebuilt.recorded_decisions:
+        document = document_of(rebuilt.policy, created_with={}, perception={}).unlearned()
+        written, now = json.loads(start.policy_json), json.loads(document.to_json_text())
+        # Documents of older code have fewer fields.
+        now = now if of_this_code(log) else _as_told(written, now)
+        differences.compare(0, "/start", "policy", written, now)
     state = dump_json(generator(setup.seed, Purpose.POLICY, setup.index).bit_generator.state)
     if state != start.generator_json:
         differences.add(0, "/start", "generator", start.generator_json, state)
@@ -83,6 +91,13 @@ def compare_start(differences: Differences, log: TrialLog, rebuilt: Rebuilt, beg
         differences.compare(0, "/start", name, told[name], now)
     recorded = [*start.ready_rad, *start.tip_rotation]
     differences.compare(0, "/start", "ready pose", recorded, _ready_pose(rebuilt.config))
+
+
+def _as_told(told: Any, now: Any) -> Any:
+    """What there is now of the fields that were recorded."""
+    if not isinstance(told, dict) or not isinstance(now, dict):
+        return now
+    return {name: _as_told(told[name], value) for name, value in now.items() if name in told}
 
 
 def _ready_pose(config: RunConfig) -> list[float] | None:
@@ -148,6 +163,9 @@ def _compare_counts(
 
 def compare_recorder(differences: Differences, log: TrialLog) -> None:
     """What the recorder says of its own work, where all that it could have lost was there to be compared."""
+    if log.disorder is not None:
+        tick, channel, problem = log.disorder
+        differences.add(tick, channel, "place", problem, None)
     if differences.count or log.end is None:
         return
     for loss in log.losses:

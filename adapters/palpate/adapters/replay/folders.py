@@ -52,7 +52,8 @@ def judge_folders(names: Sequence[str]) -> FolderFindings:
                 if len(rows) != manifest.trials:
                     told = f"tells of {manifest.trials} trials, trials.csv of {len(rows)}"
                     found.problems.append(f"{folder / MANIFEST}: {told}")
-                gone = _missing_logs(folder, (row.trial for row in rows))
+                # Trials are counted from 0; one that left no line has left its log.
+                gone = _missing_logs(folder, range(max((row.trial for row in rows), default=-1) + 1))
                 found.problems += [line for line in gone if line not in found.problems]
         if not manifest.finished:
             # The log of the newest trial need not have been begun when the run was cut short.

@@ -12,7 +12,15 @@ from pathlib import Path
 from typing import Any
 
 from palpate.adapters.config import RunConfig, read_toml
-from palpate.adapters.experiments import RUN_FILES, ScoredTrial, read_manifest, rows_of, score
+from palpate.adapters.experiments import (
+    RUN_FILES,
+    RunFolder,
+    ScoredTrial,
+    read_manifest,
+    rows_of,
+    score,
+    summary_of,
+)
 from palpate.adapters.log import LOG_FOLDER, TrialLog, csv_text
 from palpate.adapters.replay.rebuild import Rebuilt
 from palpate.core.errors import OutputError, PalpateError
@@ -95,10 +103,19 @@ def run_file_problems(logs: Mapping[Path, Determined]) -> Iterator[str]:
         for name in RUN_FILES:
             path = folder / name
             try:
-                if path.is_file():
+                if not path.is_file():
+                    if whole and last is not None and name in _left_by(last):
+                        yield f"{path}: is missing, and the run left one"
+                else:
                     yield from (f"{path}: {fault}" for fault in _faults(path, trials, last, whole=whole))
             except (OSError, ValueError, KeyError, TypeError, PalpateError) as error:
                 yield f"{path}: cannot be read ({' '.join(str(error).split())})"
+
+
+def _left_by(last: Determined) -> set[str]:
+    """Files that a finished run has left for sure, by its last log."""
+    learned = {"checkpoint.json", "policy.json"} if last.checkpoint else set[str]()
+    return {"run.toml", "summary.json", *last.tables, *learned}
 
 
 def _faults(path: Path, trials: Mapping[int, Determined], last: Determined | None, *, whole: bool) -> Iterator[str]:
@@ -110,6 +127,8 @@ def _faults(path: Path, trials: Mapping[int, Determined], last: Determined | Non
     elif path.suffix == ".csv" and any(path.name in one.tables for one in trials.values()):
         with path.open(encoding="utf-8", newline="") as stream:
             told = _by_trial(stream)
+        if list(told) != sorted(told):
+            yield "has its trials in another order"
         for trial, one in sorted(trials.items()):
             now = _by_trial(one.tables.get(path.name, "").splitlines()).get(trial, [])
             # A run that was cut short may have come no further than to the end of its newest log.
@@ -122,6 +141,16 @@ def _faults(path: Path, trials: Mapping[int, Determined], last: Determined | Non
         left = last if whole and last.checkpoint else trials.get(content["next_trial"] - 1)
         if left is not None and _digest(content) != left.checkpoint != "":
             yield f"is not what trial {left.trial} left"
+    elif path.name == "summary.json" and whole:
+        figures = {**json.loads(path.read_text(encoding="utf-8"))}
+        settings = read_toml(path.with_name("run.toml"))
+        run = summary_of(RunFolder(path.parent).read_trials())
+        # Times and forces of a run that does not learn are taken before its table rounds them.
+        names = run if "learning" in figures else ("trials", "success", "outcomes", "marked")
+        run = {name: run[name] for name in names} | {name: settings[name] for name in ("scenario", "arm", "seed")}
+        wrong = [name for name, value in json.loads(json.dumps(run)).items() if figures.get(name, value) != value]
+        if wrong and "policies" not in figures:
+            yield f"says another {wrong[0]} than the run's trials and settings"
     elif path.name == "policy.json" and last is not None and last.policy and whole:
         document = PolicyDocument.load(path)
         if _of_policy(replace(document, created_with={}, perception={})) != last.policy:

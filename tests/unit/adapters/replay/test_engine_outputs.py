@@ -61,6 +61,19 @@ def in_wrench(**fields: Any) -> Change:
     return lambda made: said(**fields)(made.wrench)
 
 
+def in_config(old: str, new: str) -> Change:
+    return lambda made: setattr(made, "config_toml", made.config_toml.replace(old, new, 1))
+
+
+def in_policy(**settings: Any) -> Change:
+    def change(made: Any) -> None:
+        document = json.loads(made.policy_json)
+        document["learner"].update(settings)
+        made.policy_json = json.dumps(document)
+
+    return change
+
+
 def teach(place: str) -> Change:
     """One visit more in the learner's state."""
 
@@ -117,6 +130,8 @@ def one_value(made: Any) -> None:
         ("/tick", 150, in_wrench(frame="base"), "asked_rad[0]"),
         ("/tick", 150, in_wrench(kind=1), "asked_rad[0]"),
         ("/start", 0, in_start(arm="ur5"), "arm"),
+        ("/start", 0, in_config("seed = 11", "seed = 12"), "seed"),
+        ("/start", 0, in_policy(initial_value=-4.0), "policy.learner.initial_value"),
         ("/start", 0, one_ulp("temperature"), "temperature"),
         ("/start", 0, one_ulp("tip_rotation", 4), "ready pose[10]"),
         ("/start", 0, one_ulp("filter_state", 2), "filter_state[2]"),
@@ -149,6 +164,34 @@ def test_what_only_older_logs_lack_is_missed_in_one_of_this_code(
     lacking = changed(log, indices(log, topic)[0], lambda made: made.ClearField(field))
     assert replayed(lacking).verdict is Verdict.EQUAL
     assert diverged(replayed(changed(lacking, 0, in_start(core_sha256=core_sha256())))).field == field
+
+
+def later(messages: list[RawMessage], topic: str, by: int) -> list[RawMessage]:
+    """A message of a channel stands so many places further on."""
+    index = indices(messages, topic)[1]
+    rest = messages[:index] + messages[index + 1 :]
+    return [*rest[: index + by], messages[index], *rest[index + by :]]
+
+
+def at_another_time(messages: list[RawMessage], topic: str) -> list[RawMessage]:
+    index = indices(messages, topic)[1]
+    moved = messages[index]._replace(time_ns=messages[index].time_ns - 1)
+    return [*messages[:index], moved, *messages[index + 1 :]]
+
+
+@pytest.mark.parametrize(
+    ("topic", "altered"),
+    [
+        *((topic, lambda log, t=topic: later(log, t, 4)) for topic in ("/decision", "/event", "/reinforcement")),
+        *((topic, lambda log, t=topic: at_another_time(log, t)) for topic in ("/decision", "/event")),
+        ("/reinforcement", lambda log: [*log[:-2], log[-1], log[-2]]),
+    ],
+)
+def test_messages_that_are_not_where_a_recorder_puts_them(
+    messages: list[RawMessage], replayed: Replayed, topic: str, altered: Callable[[list[RawMessage]], list[RawMessage]]
+) -> None:
+    first = diverged(replayed(altered(messages)))
+    assert (first.channel, first.field) == (topic, "place")
 
 
 def test_a_second_end_is_no_part_of_a_log(messages: list[RawMessage], replayed: Replayed) -> None:
