@@ -126,7 +126,9 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         _corner(time_limit_s=2.0),
         policy="corner-first",
     ),
-    # It heaves on its way in uneven strokes: nothing answers for a while, then the force does, then no more.
+    # It heaves on its way in uneven strokes: nothing answers for a while, then the force does, then no more. At this
+    # speed the encoders' steps just ask for places further apart, in the next log just not; the springs come just to
+    # more than they may, and there, at first, just not.
     "corner-unanswered": Mishap(
         (
             force("repeat", 100, span_ticks=1, duration_ticks=1),
@@ -134,7 +136,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
             *({**fault, "duration_ticks": 40} for fault in dead(110)),
             *dead(190),
         ),
-        _corner(time_limit_s=4.0, options={"unanswered_N": 4.0}),
+        _corner(time_limit_s=4.0, travel_speed_mm_s=14.5, options={"unanswered_N": 5.139}),
         policy="corner-first",
     ),
     # Where it waits a wall seems to be met on the way back; then the arm stands still, whatever heave is commanded, and
@@ -146,7 +148,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
             *shove(90, -5.0, -5.0, duration_ticks=3),
             arm("stuck", 95),
         ),
-        _corner(time_limit_s=4.0, options={"unanswered_N": 4.0}),
+        _corner(time_limit_s=4.0, travel_speed_mm_s=15.6, options={"unanswered_N": 2.809}),
         (131, "stop"),
         policy="corner-first",
     ),

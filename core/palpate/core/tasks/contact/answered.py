@@ -62,11 +62,11 @@ class AnsweredForce:
         speed_m_s: float,
         most_N: float,
         mass_kg: float,
-        step_m: float = 0.0,
+        step_m: float,
     ) -> None:
         self._state, self._measured, self._most_N = state, measurement, most_N
         self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
-        self._axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
+        self._axial_N_per_m = measurement.axial_N_per_m
         # A turn changes the speed by twice that in a tick, and every third tick has one.
         self._least_shown_N2 = _SHOWN_SHARE * (2.0 * mass_kg * speed_m_s * CONTROL_RATE_HZ) ** 2 / 3.0
         # Three places tell it with six times the square of a single one.
@@ -82,7 +82,7 @@ class AnsweredForce:
         self._answer.begin_trial()
         self._restless.begin()
         self._follows_heaves = True
-        self._looks: deque[bool] = deque(maxlen=_LOOKS * self._apart_ticks)
+        self._looks: deque[bool]
         self._sequence: int | None = None
         # The first tick of a heave follows none, be it the trial's first.
         self._tick = -2
@@ -163,6 +163,6 @@ class AnsweredForce:
     def _begin_heave(self) -> None:
         self._heave.begin()
         self._answer.begin()
-        self._looks.clear()
         # What went before was proved; a sensor that has lied since is found by the next looks.
-        self._looks.extend((not self._stopped,) * (_ANSWERED * self._apart_ticks))
+        apart = self._apart_ticks
+        self._looks = deque((not self._stopped,) * (_ANSWERED * apart), maxlen=_LOOKS * apart)

@@ -61,7 +61,6 @@ class HeaveAnswer:
         """A trial begins, with other samples."""
         self._places: deque[tuple[float, float]] = deque(maxlen=_KEPT)
         self._forces: deque[tuple[float, float]] = deque(maxlen=_KEPT)
-        self.begin()
 
     def begin(self) -> None:
         """A heave begins: what was felt before is no answer to it."""

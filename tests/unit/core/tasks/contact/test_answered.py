@@ -60,10 +60,11 @@ def pushed(
         heaves: The share that the arm makes of what it is told along the tool.
         step_m: Of an encoder, along the tool.
     """
-    state, measured, chance = TrialState(), SimpleNamespace(), random.Random(trial)
+    state, chance, control = TrialState(), random.Random(trial), ControlConfig()
+    measured = SimpleNamespace(axial_N_per_m=control.axial_stiffness_N_per_mm * 1e3)
     state.begin(TrialSetup(trial, 7, (0.0, 0.0)))
     state.noise = NOISE
-    answered = AnsweredForce(state, measured, ControlConfig(), 0.02, MOST_N, MASS_KG, step_m / 12**0.5)  # type: ignore[arg-type]
+    answered = AnsweredForce(state, measured, control, 0.02, MOST_N, MASS_KG, step_m / 12**0.5)  # type: ignore[arg-type]
     answered.begin()
     heights_m, felt_N, way_m, furthest_m = [0.0] * 4, list[float](), 0.0, 0.0
     places_m, (force_late, late), (force_each, each) = list[float](), late_ticks, each_ticks
