@@ -187,6 +187,7 @@ ARMS: list[tuple[Any, dict[str, Any], set[str]]] = [
         {
             *LIVED,
             SPEED,
+            "test_activation_does_not_move_the_arm",
             "test_lost_device_raises",
             "test_each_command_counts",
             "test_newest_command_wins",
@@ -208,7 +209,7 @@ ARMS: list[tuple[Any, dict[str, Any], set[str]]] = [
     (Queues, {}, {"test_newest_command_wins", "test_stop_in_the_middle_of_send_is_not_overtaken", SPEED}),
     (FirstCommandWins, {}, {"test_newest_command_wins"}),
     (StopsOnlyAlive, {}, {"test_stop_works_in_every_state"}),
-    (StopsOnlyOnce, {}, {*STOP, "test_after_stop_send_applies_nothing"}),
+    (StopsOnlyOnce, {}, {*STOP, *LIVED, "test_after_stop_send_applies_nothing"}),
     (StopsOnlyHealthy, {}, {"test_fault_latches", "test_command_under_way_is_dropped"}),
     (HidesStop, {}, {"test_after_stop_send_applies_nothing", "test_stop_works_from_another_thread", *LIVED}),
     (CreepsOn, {}, {"test_after_stop_the_arm_holds_still", "test_stop_holds_the_pose_of_now", *LIVED}),
@@ -267,6 +268,6 @@ CLOCKS: list[tuple[Any, dict[str, Any], set[str]]] = [
     (WakesEarly, {}, {NO_DRIFT}),
     (WakesLate, {}, {NO_DRIFT}),
     (TurnsBack, {}, {"test_past_deadline_returns_at_once"}),
-    (AlwaysSleeps, {}, {"test_past_deadline_returns_at_once"}),
+    (AlwaysSleeps, {}, {"test_past_deadline_returns_at_once", NO_DRIFT}),
     (Drifts, {"tolerance_ns": 5}, {NO_DRIFT}),
 ]

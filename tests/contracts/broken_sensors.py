@@ -222,10 +222,14 @@ SAMPLES: list[tuple[Any, dict[str, Any], set[str]]] = [
     (
         altered(FakeForceSensor, source_time_ns=lambda s: s.source_time_ns - 9 * TICK_NS),
         {},
-        {"test_every_sample_is_sound", "test_lost_device_raises", *LIVED},
+        {"test_every_sample_is_sound", "test_lost_device_raises", "test_what_is_beyond_the_range_is_marked", *LIVED},
     ),
     (altered(FakeForceSensor, sequence=lambda s: s.sequence % 256), {}, {"test_every_sample_is_sound"}),
-    (altered(FakeForceSensor, sequence=lambda s: s.sequence // 2), {}, {"test_every_sample_is_sound", *LIVED}),
+    (
+        altered(FakeForceSensor, sequence=lambda s: s.sequence // 2),
+        {},
+        {"test_every_sample_is_sound", "test_lost_device_raises", "test_what_is_beyond_the_range_is_marked", *LIVED},
+    ),
     (CountsReadings, {}, {"test_reading_twice_gives_the_same_sample", "test_silence_is_not_passed_off_as_news"}),
     (never_stale, {}, {"test_silence_is_not_passed_off_as_news"}),
     (altered(FakeForceSensor, force_N=lambda s: list(s.force_N)), {}, {"test_every_sample_is_sound"}),

@@ -47,7 +47,8 @@ class TestNetFt(ForceSensorContract):
             push_N=bench.push(0), pushed_at_m=(0.0, 0.0, 0.0), twist_Nm=bench.push(3),
             tolerance_N=1e-5, tolerance_Nm=1e-5, go_silent=lambda: setattr(bench.box, "silent", True),
             is_open=lambda: bench.is_open, provoke_fault=bench.fail,
-            disconnect=lambda: setattr(bench, "is_plugged", False), runs_by_itself=True,
+            disconnect=lambda: setattr(bench, "is_plugged", False),
+            reconnect=lambda: setattr(bench, "is_plugged", True), runs_by_itself=True,
         )  # fmt: skip
 
 

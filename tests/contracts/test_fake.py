@@ -46,7 +46,7 @@ class TestFakeClock(OfKind, ClockContract):
     kind = FakeClock
 
     def make(self) -> ClockRig:
-        return ClockRig(**{"clock": self.kind(start_ns=7), "step_ns": 5_000_000, **self.knobs})
+        return ClockRig(**{"clock": self.kind(start_ns=7), "step_ns": 5_000_000, "far_ns": 3600 * 10**9, **self.knobs})
 
 
 class TestFakeForceSensor(OfKind, ForceSensorContract):
@@ -64,7 +64,9 @@ class TestFakeForceSensor(OfKind, ForceSensorContract):
             "twist_Nm": lambda tx, ty, tz: setattr(sensor, "load_Nm", (tx, ty, tz)),
             "go_silent": lambda: setattr(sensor, "silent", True),
             "disconnect": lambda: setattr(sensor, "disconnected", True),
+            "reconnect": lambda: setattr(sensor, "disconnected", False),
             "provoke_fault": sensor.fail,
+            "fail_at_rest": sensor.fail,
             "is_open": lambda: sensor.is_open,
         }
         return ForceSensorRig(device=sensor, clock=clock, max_age_ns=MAX_AGE_NS, **(knobs | self.knobs))
@@ -85,7 +87,9 @@ class TestFakeJointEncoder(OfKind, JointEncoderContract):
             "turn_rad": 7.0,
             "go_silent": lambda: setattr(encoder, "silent", True),
             "disconnect": lambda: setattr(encoder, "disconnected", True),
+            "reconnect": lambda: setattr(encoder, "disconnected", False),
             "provoke_fault": encoder.fail,
+            "fail_at_rest": encoder.fail,
             "is_open": lambda: encoder.is_open,
         }
         rig = {"device": encoder, "clock": clock, "advance": clock.advance, "max_age_ns": MAX_AGE_NS}
@@ -103,7 +107,9 @@ class TestFakeArm(OfKind, ArmCommandContract):
             "rest_ticks": 9000,
             "turn_by_hand": arm.turn_by_hand,
             "disconnect": lambda: setattr(arm, "disconnected", True),
+            "reconnect": lambda: setattr(arm, "disconnected", False),
             "provoke_fault": arm.fail,
+            "fail_at_rest": arm.fail,
             "is_open": lambda: arm.is_open,
         }
         limits = {"home_rad": HOME_RAD, "lower_rad": LOWER_RAD, "upper_rad": UPPER_RAD, "fast_step_rad": 0.1}

@@ -35,8 +35,8 @@ class Bench:
             self.servos.fail()
             self.advance(1)
 
-        def cut() -> None:
-            self.servos.disconnected = self.encoder.disconnected = True
+        def set_cut(is_cut: bool) -> None:
+            self.servos.disconnected = self.encoder.disconnected = is_cut
             self.advance(1)
 
         return {
@@ -44,7 +44,8 @@ class Bench:
             "clock": self.clock,
             "advance": self.advance,
             "provoke_fault": fail,
-            "disconnect": cut,
+            "disconnect": lambda: set_cut(True),
+            "reconnect": lambda: set_cut(False),
             "is_open": lambda: self.servos.is_open and self.encoder.is_open,
             "runs_by_itself": True,
             "long_ticks": 600,

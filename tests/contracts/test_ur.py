@@ -55,6 +55,9 @@ class Bench(VirtualUr):
     def unplug(self) -> None:
         self.is_plugged = False
 
+    def plug(self) -> None:
+        self.is_plugged = True
+
     def fall_silent(self) -> None:
         self.is_silent = True
 
@@ -66,6 +69,7 @@ class TestUrEncoder(JointEncoderContract):
         return JointEncoderRig(
             device=arm, clock=bench.clock, advance=bench.ticks, max_age_ns=MAX_AGE_NS + 20_000_000, joints=6,
             expected_rad=HOME, tolerance_rad=2e-4, arm=arm, provoke_fault=bench.fail, disconnect=bench.unplug,
+            reconnect=bench.plug,
             go_silent=bench.fall_silent, runs_by_itself=True, long_ticks=1000, is_open=lambda: bench.is_open,
         )  # fmt: skip
 
@@ -77,6 +81,7 @@ class TestUrArm(ArmCommandContract):
             device=bench.arm(), clock=bench.clock, advance=bench.ticks, home_rad=HOME, lower_rad=LOWER,
             upper_rad=UPPER, step_rad=4e-3, fast_step_rad=0.03, position_rad=bench.controller.targets_rad,
             tolerance_rad=2e-4, settle_ticks=60, limit_ticks=100, provoke_fault=bench.fail, disconnect=bench.unplug,
+            reconnect=bench.plug,
             is_open=lambda: bench.is_open, runs_by_itself=True, rest_ticks=200,
         )  # fmt: skip
 
@@ -94,6 +99,7 @@ class TestUrToolForce(ForceSensorContract):
         return ForceSensorRig(
             device=bench.sensor(), clock=bench.clock, advance=bench.ticks, max_age_ns=MAX_AGE_NS + 10_000_000,
             push_N=push, twist_Nm=twist, go_silent=bench.fall_silent, disconnect=bench.unplug,
+            reconnect=bench.plug,
             is_open=lambda: bench.is_open, provoke_fault=bench.cut, runs_by_itself=True,
         )  # fmt: skip
 

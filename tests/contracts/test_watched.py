@@ -74,6 +74,7 @@ class TestWatchedForceSensorThatLies(ForceSensorContract):
             push_N=lambda fx, fy, fz: setattr(sensor, "load_N", (fx, fy, fz)),
             go_silent=lambda: setattr(sensor, "silent", True),
             disconnect=lambda: setattr(sensor, "disconnected", True),
+            reconnect=lambda: setattr(sensor, "disconnected", False),
             provoke_fault=sensor.fail,
             is_open=lambda: sensor.is_open,
         )

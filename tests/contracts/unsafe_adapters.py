@@ -11,6 +11,7 @@ from tests.contracts import unsafe_arms as arms
 from tests.contracts import unsafe_careless as careless
 from tests.contracts import unsafe_lives as lives
 from tests.contracts import unsafe_long_runs as runs
+from tests.contracts import unsafe_plugs as plugs
 from tests.contracts import unsafe_readings as readings
 from tests.contracts import unsafe_sensors as sensors
 from tests.contracts import unsafe_stops as stops
@@ -47,6 +48,11 @@ HAND, THREAD, EVERY = "angles_follow_a_hand", "stop_works_from_another_thread", 
 PLACED, MIDDLE = "turned_by_hand_it_stays_where_it_is_activated", "stop_in_the_middle_of_send_is_not_overtaken"
 RANGE, LATCHED = "what_is_beyond_the_range_is_marked", "fault_latches"
 CUT, SILENT, SOUND = "lost_device_raises", "silence_is_not_passed_off_as_news", "every_sample_is_sound"
+PLUGGED, PAST, ALONE = (
+    "plugged_in_again_all_is_as_before",
+    "past_deadline_returns_at_once",
+    "activation_does_not_move_the_arm",
+)
 BOUNDS, SPEED = "position_limit_is_applied_and_told", "velocity_limit_is_applied_and_told"
 
 LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
@@ -74,7 +80,12 @@ LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
     (ENCODER, readings.SWAPPED, UNKNOWN, FOLLOW),
     (ENCODER, readings.SMALL, UNKNOWN, FOLLOW),
     (ENCODER, unsafe(FakeJointEncoder, "Frozen", _measured=frozen), {}, FOLLOW),
-    (ARM, unsafe(PLAIN, "StopAsksTheArm", stop=first(ask, "stop")), {}, "stop_works_once_the_cable_is_cut"),
+    (
+        ARM,
+        unsafe(PLAIN, "StopAsksTheArm", stop=first(ask, "stop")),
+        {"reconnect": None},
+        "stop_works_once_the_cable_is_cut",
+    ),
     (ARM, unsafe(PLAIN, "StopSendsNothing", stop=only_said), {}, DROPPED),
     (ARM, unsafe(PLAIN, "StopNeverReturns", stop=first(sleepy, "stop")), {}, EVERY),
     (ARM, unsafe(PLAIN, "DeactivateLeavesItMoving", _on_deactivate=left_moving), {}, DROPPED),
@@ -237,6 +248,40 @@ LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
     (CLOCK, careless.Rough, {}, DEADLINES),
     (CLOCK, careless.SleepsInPieces, {}, DEADLINES),
     (CLOCK, careless.JumpsOnce, {}, "time_never_goes_back"),
-    (CLOCK, careless.SleepsOnTheDeadlineGone, {}, "past_deadline_returns_at_once"),
+    (CLOCK, careless.SleepsOnTheDeadlineGone, {}, PAST),
+    # What a cut cable leaves, and what goes wrong beside something else.
+    (ARM, plugs.ResumesPlugged, {}, PLUGGED),
+    (ARM, plugs.SendsLater, {}, PLUGGED),
+    (ARM, plugs.ForgetsStopWithoutCable, {}, PLUGGED),
+    (ARM, plugs.FreedPlugged, {}, PLUGGED),
+    (ARM, plugs.ClearedPlugged, {}, PLUGGED),
+    (ARM, plugs.AcknowledgesStrangely, {}, PLUGGED),
+    (ARM, plugs.UnlimitedPlugged, {}, SPEED),
+    (FORCE, plugs.OldStampsPlugged, {}, PLUGGED),
+    (FORCE, plugs.NeverOldPlugged, {}, SILENT),
+    (FORCE, plugs.UnmarkedPlugged, {}, RANGE),
+    (ENCODER, plugs.ForgetsTurnsUnplugged, {}, HAND),
+    (ARM, plugs.StopsUnlessClamped, {}, STOPPED),
+    (ARM, plugs.CoastsAtSpeed, {}, STOPPED),
+    (ARM, plugs.SaysAsAskedWhereItIsHeld, {}, STOPPED),
+    (ARM, plugs.FinishesLongAfter, {}, REST),
+    (ARM, plugs.EitherLimit, {}, BOUNDS),
+    (ARM, plugs.TurnsTwiceAsFast, {}, SPEED),
+    (ARM, plugs.LosesFirstCommand, {}, LIFE),
+    (ARM, plugs.KeepsAliveWithTheFirst, {}, ALONE),
+    (ARM, plugs.KeepsTheFirstOfTwoLikeOnes, {}, "newest_command_wins"),
+    (ARM, plugs.NewestCause, {}, LATCHED),
+    (ARM, plugs.FailsOnlyActive, {}, LATCHED),
+    (ARM, plugs.StopEndsFault, {}, LATCHED),
+    (ENCODER, plugs.TimesOut, {}, SILENT),
+    (ENCODER, plugs.SleepsWhileStopped, {}, HAND),
+    (FORCE, plugs.MirrorsInTension, {}, TORQUE),
+    (FORCE, plugs.TaresLittle, {}, TARE),
+    (FORCE, plugs.ClipsTogether, {}, "torque_beyond_the_range_is_marked"),
+    (FORCE, plugs.RestartsOverloaded, {}, RANGE),
+    (FORCE, plugs.QueuesWhilePaused, {}, LIFE),
+    (CLOCK, plugs.WrapsAt32Bits, {}, DEADLINES),
+    (CLOCK, plugs.SleepsAMillisecondAtLeast, {}, DEADLINES),
+    (CLOCK, plugs.FollowsWhatIsLongGone, {}, PAST),
 ]
 UNSAFE = [(suite, kind, knobs, f"test_{clause}") for suite, kind, knobs, clause in LISTED]

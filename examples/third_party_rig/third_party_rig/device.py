@@ -85,8 +85,9 @@ class BenchDevice(ManagedDevice):
 
     def _on_activate(self) -> None:
         try:
-            # What waits in the line is from before the pause.
-            self._opened().lines()
+            # What waits in the line is from before the pause; a fault still holds.
+            for line in self._opened().lines():
+                reading(line, self._channels)
             self._opened().write("B")
             self._keep(self._opened().line())
         except OSError as error:

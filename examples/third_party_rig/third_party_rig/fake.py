@@ -41,11 +41,16 @@ class FakeDevice:
         self._kind, self._clock, self._values, self._command = kind, clock, values, command
         self._lock, self._number, self.silent = threading.RLock(), 0, False
         self._clients: dict[socket.socket, bool] = {}
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self.address: tuple[str, int] = self._listener.getsockname()
+        self.address: tuple[str, int] = ("127.0.0.1", 0)
+        self.plug_in()
+
+    def plug_in(self) -> None:
+        """Be there; once it was, at the same address."""
+        self._listener = socket.create_server(self.address)
+        self.address = self._listener.getsockname()
         self._watched, self._ended = selectors.DefaultSelector(), False
         self._watched.register(self._listener, selectors.EVENT_READ)
-        self._thread = threading.Thread(target=self._serve, name=f"fake {kind}", daemon=True)
+        self._thread = threading.Thread(target=self._serve, name=f"fake {self._kind}", daemon=True)
         self._thread.start()
 
     def tick(self) -> None:
@@ -111,7 +116,6 @@ class FakeDevice:
             if word == "B":
                 self._send(client, self._sample())
         if not said:
-            self._command("S", ())
             self._drop(client)
 
     def _sample(self) -> str:
@@ -126,6 +130,7 @@ class FakeDevice:
             return
 
     def _drop(self, client: socket.socket) -> None:
+        self._command("S", ())
         # No longer watched before it is closed: the next client may be given its number.
         self._watched.unregister(client)
         del self._clients[client]

@@ -96,9 +96,12 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         return device
 
     def _look_for_news(self, device: DriverT) -> None:
-        """After a long pause: what waited in the line may be as old as the pause, so wait for one reading more."""
-        waiting = None if device.latest is None else device.latest.sequence
+        """After a long pause: what waits in the line may be as old as the pause, so empty it and wait for one more."""
         deadline_ns = self._clock.now_ns() + 3 * self.period_ns + _LINE_NS
+        # A poll takes so much at a time.
+        while device.poll(self._clock.now_ns()) and self._clock.now_ns() < deadline_ns:
+            device.check()
+        waiting = None if device.latest is None else device.latest.sequence
         while self._clock.now_ns() < deadline_ns:
             self._sleep(0.001)
             device.poll(self._clock.now_ns())

@@ -8,10 +8,18 @@ from typing import ClassVar, Final
 
 from typing_extensions import override
 
-from palpate.core.ports.contracts.device import DeviceContract, pass_time
+from palpate.core.errors import DeviceError
+from palpate.core.ports.contracts.device import DeviceContract
+from palpate.core.ports.contracts.lives import pass_time, replug, revive
 from palpate.core.ports.contracts.motion import ramp
 from palpate.core.ports.contracts.rigs import ArmCommandRig
-from palpate.core.ports.contracts.violations import ClauseNotApplicable, knob, require, require_quiet
+from palpate.core.ports.contracts.violations import (
+    ClauseNotApplicable,
+    ContractViolation,
+    knob,
+    require,
+    require_quiet,
+)
 from palpate.core.ports.devices import ArmCommand
 from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import CONTROL_RATE_HZ, AppliedCommand, CommandReason, JointCommand, JointVector
@@ -56,6 +64,13 @@ class ArmBench(DeviceContract[ArmCommandRig]):
     @override
     def works(self, rig: ArmCommandRig) -> None:
         """Small moves, of one joint or some, lead to where they say; of a stopped arm they move nothing."""
+        try:
+            self._work(rig)
+        except DeviceError:
+            self._rest_rad = ()  # nobody knows how far it came
+            raise
+
+    def _work(self, rig: ArmCommandRig) -> None:
         for _ in range(_MOVES):
             asked_rad = self._somewhere(rig)
             if self._stopped:
@@ -82,7 +97,8 @@ class ArmBench(DeviceContract[ArmCommandRig]):
     @override
     def upset(self, rig: ArmCommandRig) -> None:
         """A stop, which is for an active arm to remember."""
-        require_quiet_stop(rig, f"stop() to work while {rig.arm.life.value}")
+        for _ in range(self._random.randrange(1, 4)):
+            require_quiet_stop(rig, f"stop() to work while {rig.arm.life.value}")
         self._stopped = rig.arm.life is Life.ACTIVE
 
     @override
@@ -180,23 +196,19 @@ class ArmBench(DeviceContract[ArmCommandRig]):
         return applied
 
     def _activate_again(self, rig: ArmCommandRig) -> None:
-        if rig.arm.life is Life.FAULTED:
-            rig.arm.acknowledge_fault()
-            rig.advance(1)
-        if rig.arm.life is Life.ACTIVE:
-            rig.arm.deactivate()
-        rig.arm.activate()
-        rig.advance(1)
+        revive(rig)
         self._asked_rad = ()  # a ramp begins where the arm stands
 
     def _live(self, rig: ArmCommandRig) -> None:
-        """Stops and faults, twice each: an arm comes out of them with all limits that it had."""
+        """Stops, faults and a cut cable, twice each: an arm comes out of them with all limits that it had."""
         for _ in range(2):
             rig.arm.stop()
             self._activate_again(rig)
             if rig.provoke_fault is not None:
                 rig.provoke_fault()
                 self._activate_again(rig)
+            replug(rig)
+            self._asked_rad = ()
 
     def _go(self, rig: ArmCommandRig, end_rad: JointVector, *, arrive: bool = True) -> AppliedCommand:
         """Lead the arm to a pose, step by step, a tick each but the last; what became of that.
@@ -227,6 +239,20 @@ def limits_in_reach(rig: ArmCommandRig) -> list[tuple[int, float, float]]:
         for k, (way_rad, joint, limit_rad, outward) in enumerate(rooms)
         if k == 0 or way_rad <= most_rad
     ]
+
+
+def fast_steps(rig: ArmCommandRig) -> list[JointVector]:
+    """Where the fast step leads, of each joint that has room for it, to either side, and of all these together."""
+    limits = zip(rig.home_rad, rig.lower_rad, rig.upper_rad, strict=True)
+    steps = {
+        joint: [step for step in (rig.fast_step_rad, -rig.fast_step_rad) if lower <= q + step <= upper]
+        for joint, (q, lower, upper) in enumerate(limits)
+    }
+    ends = [shifted(rig.home_rad, step, joint) for joint, each in steps.items() for step in each]
+    if not ends:
+        raise ContractViolation("rig", f"no room for {rig.fast_step_rad} rad", "a joint with room for fast_step_rad")
+    together = (q + (steps[joint][0] if steps[joint] else 0.0) for joint, q in enumerate(rig.home_rad))
+    return [*ends, tuple(together)]
 
 
 def standing(rig: ArmCommandRig) -> JointVector:

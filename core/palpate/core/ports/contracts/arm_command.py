@@ -7,7 +7,7 @@ from math import inf, nan
 from typing import Final
 
 from palpate.core.errors import CommandError
-from palpate.core.ports.contracts.arm_bench import far, limits_in_reach, require_at, shifted
+from palpate.core.ports.contracts.arm_bench import far, fast_steps, limits_in_reach, require_at, shifted
 from palpate.core.ports.contracts.arm_stops import ArmStopContract
 from palpate.core.ports.contracts.motion import ramp
 from palpate.core.ports.contracts.rigs import ArmCommandRig
@@ -28,6 +28,8 @@ _LEAST_TOLERANCES: Final = 4.0
 """So much of a move is told from none."""
 _FAR: Final = 100.0
 """In fast steps: beyond all limits."""
+_HASTE: Final = 1.5
+"""So much further than the tick before is too far."""
 
 
 class ArmCommandContract(ArmStopContract):
@@ -38,11 +40,15 @@ class ArmCommandContract(ArmStopContract):
         with self._rig(Life.ACTIVE) as rig:
             knob(rig.position_rad, "position_rad")
             for commanded in (False, True):
+                there_rad = self._beside(rig, 0) if commanded else rig.home_rad
                 if commanded:
-                    self.use(rig)
+                    self._go(rig, rig.home_rad)
+                    self._send(rig, rig.home_rad)
+                    rig.advance(1)
+                    self._go(rig, there_rad)
                 for ticks in (rig.settle_ticks, rig.rest_ticks):
                     rig.advance(ticks)
-                    require_at("not commanded", rig, rig.home_rad)
+                    require_at("not commanded", rig, there_rad)
 
     def test_each_command_counts(self) -> None:
         """Over a long run each of many commands, to any joints, leads where it says, and ``send`` says the same."""
@@ -117,8 +123,10 @@ class ArmCommandContract(ArmStopContract):
             else:
                 wanted = f"joint {joint} at {limit_rad} rad with POSITION_LIMIT within {rig.limit_ticks} ticks"
                 raise ContractViolation(clause, f"{applied}", wanted)
-            for _ in range(_ONCE_MORE):
-                _require_within(clause, rig, self._send(rig, end).position_rad, 0.0)
+            hasty = shifted(end, rig.fast_step_rad if beyond_rad > limit_rad else -rig.fast_step_rad, joint)
+            for again in range(_ONCE_MORE):
+                asked = hasty if again % 2 and rig.motion is None else end
+                _require_within(clause, rig, self._send(rig, asked).position_rad, 0.0)
                 rig.advance(1)
             if rig.position_rad is not None:
                 rig.advance(rig.settle_ticks)
@@ -131,7 +139,7 @@ class ArmCommandContract(ArmStopContract):
     def test_velocity_limit_is_applied_and_told(self) -> None:
         """A step that is too fast, of one joint or all, is shortened, and ``send`` says VELOCITY_LIMIT, each time."""
         with self._rig(Life.CONSTRUCTED) as rig:
-            ends = _fast_steps(rig)
+            ends = fast_steps(rig)
         for end in ends:
             with self._rig(Life.ACTIVE) as rig:
                 for stopped in (False, False, True):
@@ -147,21 +155,32 @@ class ArmCommandContract(ArmStopContract):
                     if applied.reason is CommandReason.STOPPED:
                         break  # has a clause of its own
                     rig.advance(1)
-                    on = tuple(home + _FAR * (q - home) for home, q in zip(rig.home_rad, end, strict=True))
                     if not rig.runs_by_itself:
-                        found_rad = self._send(rig, on).position_rad
-                        way_rad = far(found_rad, applied.position_rad)
-                        wanted = f"less than {rig.fast_step_rad} rad in the next tick, too"
-                        require("velocity limit", way_rad < rig.fast_step_rad, f"{way_rad} rad", wanted)
-                        ways = zip(applied.position_rad, found_rad, on, strict=True)
-                        back = any((found - q) * (to - q) < 0.0 for q, found, to in ways)
-                        require("velocity limit", not back, f"{found_rad} rad", f"the way to {on} rad")
+                        self._go_on_and_back(rig, applied.position_rad, end)
                     rig.advance(rig.settle_ticks)
-                    if not rig.runs_by_itself and rig.position_rad is not None:
-                        require_at("velocity limit", rig, found_rad)
                     for _ in range(3):
-                        self._send(rig, rig.home_rad)
+                        applied = self._send(rig, rig.home_rad)
+                        told = applied.reason is not CommandReason.AS_ASKED or applied.position_rad == rig.home_rad
+                        require("velocity limit", told, f"{applied}", f"{rig.home_rad} rad as AS_ASKED, or why not")
                         rig.advance(rig.settle_ticks)
+
+    def _go_on_and_back(self, rig: ArmCommandRig, here_rad: JointVector, end_rad: JointVector) -> None:
+        """On the way to a pose far beyond all limits, and back in the tick after it, no tick goes too far."""
+        clause, most_rad = "velocity limit", rig.fast_step_rad
+        for far_away in (_FAR, -_FAR):
+            to_rad = tuple(home + far_away * (q - home) for home, q in zip(rig.home_rad, end_rad, strict=True))
+            found_rad = self._send(rig, to_rad).position_rad
+            way_rad = far(found_rad, here_rad)
+            require(clause, way_rad < most_rad, f"{way_rad} rad", f"less than {most_rad} rad in the next tick, too")
+            ways = zip(here_rad, found_rad, to_rad, strict=True)
+            away = any((found - q) * (to - q) < 0.0 for q, found, to in ways)
+            require(clause, not away, f"{found_rad} rad", f"the way to {to_rad} rad")
+            rig.advance(1)
+            # Once it has come to speed; both ways are told alike.
+            here_rad, most_rad = found_rad, min(most_rad, _HASTE * way_rad + rig.tolerance_rad)
+        if rig.position_rad is not None:
+            rig.advance(rig.settle_ticks)
+            require_at(clause, rig, found_rad)
 
     def test_turned_by_hand_it_stays_where_it_is_activated(self) -> None:
         """Turned by hand while it is not active, the arm stays there when activated, and limits count from there."""
@@ -170,7 +189,7 @@ class ArmCommandContract(ArmStopContract):
             self._send(rig, rig.home_rad)
             rig.advance(rig.settle_ticks)
             rig.arm.deactivate()
-            there_rad = _fast_steps(rig)[-1]
+            there_rad = fast_steps(rig)[-1]
             turn(there_rad)
             rig.advance(1)
             rig.arm.activate()
@@ -204,13 +223,14 @@ class ArmCommandContract(ArmStopContract):
         """Of many commands in one tick the last one counts; the others leave no backlog."""
         with self._rig(Life.ACTIVE) as rig:
             knob(rig.position_rad, "position_rad")
-            # More commands than ticks to settle: a queue could not hide by working itself off.
-            for _ in range(rig.settle_ticks + 5):
-                self._send(rig, shifted(rig.home_rad, rig.step_rad))
-            applied = self._send(rig, shifted(rig.home_rad, -rig.step_rad))
-            for _ in range(3):
-                rig.advance(rig.settle_ticks)
-                require_at("newest command", rig, applied.position_rad)
+            for first, last in ((1.0, -1.0), (-0.5, 0.0)):
+                # More commands than ticks to settle: a queue could not hide by working itself off.
+                for _ in range(rig.settle_ticks + 5):
+                    self._send(rig, shifted(rig.home_rad, first * rig.step_rad))
+                applied = self._send(rig, shifted(rig.home_rad, last * rig.step_rad))
+                for _ in range(3):
+                    rig.advance(rig.settle_ticks)
+                    require_at("newest command", rig, applied.position_rad)
 
 
 def _nearer(rig: ArmCommandRig, there_rad: JointVector) -> Iterator[JointVector]:
@@ -219,20 +239,6 @@ def _nearer(rig: ArmCommandRig, there_rad: JointVector) -> Iterator[JointVector]
     while left == 0.5 or left * rig.step_rad >= _LEAST_TOLERANCES * rig.tolerance_rad:
         yield tuple(there + left * (home - there) for home, there in zip(rig.home_rad, there_rad, strict=True))
         left *= 0.5
-
-
-def _fast_steps(rig: ArmCommandRig) -> list[JointVector]:
-    """Where the fast step leads, of each joint that has room for it, to either side, and of all these together."""
-    limits = zip(rig.home_rad, rig.lower_rad, rig.upper_rad, strict=True)
-    steps = {
-        joint: [step for step in (rig.fast_step_rad, -rig.fast_step_rad) if lower <= q + step <= upper]
-        for joint, (q, lower, upper) in enumerate(limits)
-    }
-    ends = [shifted(rig.home_rad, step, joint) for joint, each in steps.items() for step in each]
-    if not ends:
-        raise ContractViolation("rig", f"no room for {rig.fast_step_rad} rad", "a joint with room for fast_step_rad")
-    together = (q + (steps[joint][0] if steps[joint] else 0.0) for joint, q in enumerate(rig.home_rad))
-    return [*ends, tuple(together)]
 
 
 def _require_shortened(applied: AppliedCommand, home_rad: JointVector, end_rad: JointVector) -> None:

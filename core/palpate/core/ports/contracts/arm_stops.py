@@ -12,13 +12,15 @@ from typing import Any, Final
 from palpate.core.errors import CommandError
 from palpate.core.ports.contracts.arm_bench import (
     ArmBench,
+    fast_steps,
     require_at,
     require_near,
     require_quiet_stop,
     shifted,
     where,
 )
-from palpate.core.ports.contracts.device import LONG_TICKS, pass_time
+from palpate.core.ports.contracts.device import LONG_TICKS
+from palpate.core.ports.contracts.lives import pass_time
 from palpate.core.ports.contracts.rigs import ArmCommandRig
 from palpate.core.ports.contracts.violations import knob, require
 from palpate.core.ports.devices import Clock
@@ -69,17 +71,35 @@ class ArmStopContract(ArmBench):
     def test_after_stop_send_applies_nothing(self) -> None:
         """After ``stop``, and another much later, ``send`` says STOPPED each time and does not apply what was asked."""
         with self._rig(Life.ACTIVE) as rig:
-            asked = shifted(rig.home_rad, rig.step_rad)
             for pause_ticks in (0, 1, LONG_TICKS):
                 rig.advance(pause_ticks)
                 rig.arm.stop()
-                for _ in range(2):
-                    applied = self._send(rig, asked)
-                    stopped = applied.reason is CommandReason.STOPPED and applied.position_rad != asked
-                    require("stopped", stopped, f"{applied}", "STOPPED, with the angles at which the arm is held")
-                    rig.advance(1)
-                    with suppress(CommandError):
-                        rig.arm.send(JointCommand((*asked, 0.0)))
+                self._swallow(rig)
+            # Whatever the last command was: one to stay, a move, one that was cut short.
+            hasty = fast_steps(rig)[:1] if rig.motion is None else []
+            for last_rad in (rig.home_rad, shifted(rig.home_rad, rig.step_rad), *hasty):
+                self._activate_again(rig)
+                before_rad = () if rig.position_rad is None or rig.runs_by_itself else where(rig)
+                self._send(rig, last_rad)
+                rig.arm.stop()
+                if before_rad:
+                    rig.advance(rig.settle_ticks)
+                    require_near(rig, before_rad, f"stop() after the command {last_rad}")
+                self._swallow(rig)
+
+    def _swallow(self, rig: ArmCommandRig) -> None:
+        """A stopped arm applies neither a move nor a command to stay, and a refused one changes nothing of that."""
+        asked_rad = shifted(rig.home_rad, -rig.step_rad)
+        for _ in range(2):
+            applied = self._send(rig, asked_rad)
+            stopped = applied.reason is CommandReason.STOPPED and applied.position_rad != asked_rad
+            require("stopped", stopped, f"{applied}", "STOPPED, with the angles at which the arm is held")
+            rig.advance(1)
+            with suppress(CommandError):
+                rig.arm.send(JointCommand((*asked_rad, 0.0)))
+        if rig.motion is None:
+            applied = self._send(rig, applied.position_rad)
+            require("stopped", applied.reason is CommandReason.STOPPED, f"{applied}", "STOPPED for that, too")
 
     def test_after_stop_the_arm_holds_still(self) -> None:
         """After ``stop``, that of a long run too, the arm stays where it came to rest, whatever is sent, for long."""

@@ -5,15 +5,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
+from itertools import product
 from time import perf_counter_ns
 from typing import Any, ClassVar, Final, Generic, TypeVar
 
 from palpate.core.errors import DeviceError, FaultLatchedError, LifecycleError
-from palpate.core.ports.contracts.lives import Lives
+from palpate.core.ports.contracts.lives import Lives, pass_time
 from palpate.core.ports.contracts.motion import MotionLimits
 from palpate.core.ports.contracts.rigs import DeviceRig
 from palpate.core.ports.contracts.violations import (
-    ContractViolation,
     knob,
     require,
     require_quiet,
@@ -122,6 +122,7 @@ class DeviceContract(ABC, Generic[RigT]):
                     lives.work()
                     if trial < trials - 1:
                         lives.interrupt(LifeRequest.DEACTIVATE)
+                        rig.advance(1 if trial else rig.rest_ticks)
                 for _ in range(2):
                     lives.ask(LifeRequest.CLOSE)
 
@@ -130,6 +131,7 @@ class DeviceContract(ABC, Generic[RigT]):
         with self._rig(Life.CONSTRUCTED) as rig:
             knob(rig.provoke_fault, "provoke_fault")
             lives = Lives(self, rig, (Life.CONFIGURED, Life.FAULTED, Life.CLOSED))
+            lives.look()
             lives.ask(LifeRequest.CONFIGURE)
             for fault in range(_FAULTS):
                 lives.ask(LifeRequest.ACTIVATE, look=fault != _AT_ONCE)
@@ -139,13 +141,16 @@ class DeviceContract(ABC, Generic[RigT]):
                     lives.upset()
                     lives.work()
                 lives.fail()
+                lives.upset()
                 rig.advance(rig.rest_ticks if fault == 0 else 1)
                 lives.look()
-                lives.upset()
+                if fault == 0:
+                    lives.fail_again()
                 if fault < _FAULTS - 1:
                     lives.ask(LifeRequest.ACKNOWLEDGE)
                     if fault % 2:
                         lives.upset()
+                        lives.fail_at_rest()
             for _ in range(2):
                 lives.ask(LifeRequest.CLOSE)
 
@@ -177,6 +182,19 @@ class DeviceContract(ABC, Generic[RigT]):
                 pass_time(rig, rig.patience_ns)
                 self.use(rig)
                 require(clause, False, "no error once it was activated again", "DeviceError while the cable is cut")
+
+    def test_plugged_in_again_all_is_as_before(self) -> None:
+        """A cable cut at any time and plugged in again may leave a fault; nothing moves, is old or forgotten."""
+        with self._rig(Life.CONSTRUCTED) as rig:
+            knob(rig.disconnect, "disconnect"), knob(rig.reconnect, "reconnect")
+            lives = Lives(self, rig, (Life.CONFIGURED, Life.FAULTED, Life.CLOSED))
+            lives.look()
+            lives.ask(LifeRequest.CONFIGURE)
+            for how in lives.shuffled(product(("", "stop", "fault", "deactivate"), (False, True), (False, True))):
+                lives.recover()
+                lives.replug(*how)
+            lives.recover()
+            lives.ask(LifeRequest.CLOSE)
 
     def test_close_works_once_the_cable_is_cut(self) -> None:
         """When the connection is cut, ``close`` does not raise and releases everything all the same."""
@@ -269,19 +287,6 @@ def activate(device: Device) -> None:
         device.configure()
     if device.life is Life.CONFIGURED:
         device.activate()
-
-
-def pass_time(rig: DeviceRig[Any], duration_ns: int) -> None:
-    """Let more than ``duration_ns`` go by, one tick at a time.
-
-    Raises:
-        ContractViolation: The rig's clock stands still, so that nothing could be shown.
-    """
-    start_ns = rig.clock.now_ns()
-    while (before_ns := rig.clock.now_ns()) <= start_ns + duration_ns:
-        rig.advance(1)
-        if rig.clock.now_ns() <= before_ns:
-            raise ContractViolation("rig", "a clock that stands still", "advance() to let time go on")
 
 
 def _require_no_thread(clause: str, before: set[threading.Thread]) -> None:

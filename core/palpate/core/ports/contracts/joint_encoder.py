@@ -5,7 +5,8 @@ from typing import Any, ClassVar, Final
 
 from typing_extensions import override
 
-from palpate.core.ports.contracts.device import activate, pass_time
+from palpate.core.ports.contracts.device import activate
+from palpate.core.ports.contracts.lives import pass_time, revive
 from palpate.core.ports.contracts.motion import ramp
 from palpate.core.ports.contracts.rigs import JointEncoderRig
 from palpate.core.ports.contracts.samples import SampleContract, pause, standing_world
@@ -28,11 +29,6 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
     """Every joint encoder keeps these clauses; a subclass makes the rig."""
 
     PORT: ClassVar[type] = JointEncoder
-
-    @override
-    def _known(self, rig: JointEncoderRig) -> JointSample:
-        rig.advance(rig.settle_ticks)
-        return rig.encoder.read()
 
     @override
     def _change(self, rig: JointEncoderRig, world: int) -> object:
@@ -69,18 +65,27 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
                 _require_angles("angles", rig, expected)
 
     def test_angles_follow_a_hand(self) -> None:
-        """Joints that are turned by hand, the encoder active or not, are reported where they then stand."""
+        """Joints that are turned by hand, the encoder active, not, or cut off, are reported where they then stand."""
         with self._rig(Life.ACTIVE) as rig:
             turn = knob(rig.turn_by_hand, "turn_by_hand")
             here = home = rig.expected_rad or rig.encoder.read().position_rad
             little_rad = _MANY_TOLERANCES * rig.tolerance_rad
             for way_rad in (little_rad, rig.turn_rad, -rig.turn_rad):
                 rig.encoder.deactivate()
+                cut = rig.disconnect if way_rad < 0.0 and rig.reconnect is not None else None
+                if cut is not None:
+                    cut()
+                if way_rad < 0.0 and rig.arm is not None:
+                    rig.arm.stop()  # a stopped arm can be turned, too
                 for asked in ramp(here, tuple(q + way_rad for q in home), _HAND_RAD):
                     turn(asked)
                     rig.advance(1)
                 here = asked
-                rig.encoder.activate()
+                if cut is None:
+                    rig.encoder.activate()
+                else:
+                    knob(rig.reconnect, "reconnect")()
+                    revive(rig)
                 pass_time(rig, rig.max_age_ns)
                 _require_angles("turned while inactive", rig, here)
                 if len(set(map(id, rig.all_devices))) == 1:

@@ -3,11 +3,13 @@
 The order of what is tried is drawn from a seed, so that it is another at each step and the same at each run.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from random import Random
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, TypeVar
+from unittest import SkipTest
 
-from palpate.core.errors import FaultLatchedError, LifecycleError
+from palpate.core.errors import DeviceError, FaultLatchedError, LifecycleError
 from palpate.core.ports.contracts.rigs import DeviceRig
 from palpate.core.ports.contracts.violations import (
     ContractViolation,
@@ -19,11 +21,21 @@ from palpate.core.ports.contracts.violations import (
 )
 from palpate.core.ports.lifecycle import TRANSITIONS, Life, LifeRequest
 
+T = TypeVar("T")
+
 _SEED: Final = 22
 _OFTEN: Final = 0.4
 """Share of the times at which something comes that may come at any time."""
+_ATTEMPTS: Final = 6
 _SHOWN: Final = 6
 """So many of the last requests are in the message."""
+
+
+_ONWARDS: Final = {
+    Life.CONFIGURED: LifeRequest.ACTIVATE,
+    Life.ACTIVE: LifeRequest.DEACTIVATE,
+    Life.FAULTED: LifeRequest.ACKNOWLEDGE,
+}
 
 
 class Port(Protocol):
@@ -93,6 +105,12 @@ class Lives:
             self._port.works(self._rig)
         self.look()
 
+    def shuffled(self, choices: Iterable[T]) -> list[T]:
+        """All of them, in an order that is drawn."""
+        drawn = list(choices)
+        self._random.shuffle(drawn)
+        return drawn
+
     def upset(self) -> None:
         """Do what may come in any state."""
         self._done.append("upset")
@@ -116,6 +134,95 @@ class Lives:
         require(self._clause, says_something(self._cause), f"fault {self._cause!r}", "the cause of the fault in words")
         self._port.rests(self._rig)
         self.look()
+
+    def fail_again(self) -> None:
+        """What fails after the fault does not hide why it came."""
+        self._done.append("another fault")
+        with suppress(DeviceError, LifecycleError):
+            knob(self._rig.provoke_fault, "provoke_fault")()
+        self._rig.advance(1)
+        self.look()
+
+    def fail_at_rest(self) -> None:
+        """Make it fail while it is configured, which is found when it is activated, if not before."""
+        if self._rig.fail_at_rest is not None:
+            self._done.append("fault at rest")
+            self._rig.fail_at_rest()
+            if self._rig.device.life is not Life.FAULTED:
+                self._try_on()
+            self._take(Life.FAULTED)
+            self.look()
+            self.ask(LifeRequest.ACKNOWLEDGE)
+
+    def replug(self, before: str, upset: bool, onwards: bool) -> None:
+        """Cut the cable of an active device and plug it in again: a fault may come of that, and nothing else."""
+        rig = self._rig
+        if before == "stop" and self._port.may_use(rig):
+            self._port.busy(rig)
+            self.upset()
+        elif before == "fault" and rig.provoke_fault is not None:
+            self.fail()
+        elif before == "deactivate":
+            self.interrupt(LifeRequest.DEACTIVATE)
+        self._done.append("cut")
+        knob(rig.disconnect, "disconnect")()
+        pass_time(rig, rig.patience_ns)
+        self._take(self._life)
+        for _ in range(self._random.randrange(3) if self._port.may_use(rig) else 0):
+            with suppress(DeviceError, LifecycleError):  # that it raises each time has a clause of its own
+                self._port.use(rig)
+            self._take(self._life)
+        if upset:
+            self.upset()
+        if onwards:
+            self._try_on()
+        self._done.append("plugged in")
+        knob(rig.reconnect, "reconnect")()
+        pass_time(rig, rig.patience_ns)
+        self._take(self._life)
+        self.look()
+
+    def recover(self) -> None:
+        """Lead it to where it works, as a person would: a link that is dead may be found and made anew on the way."""
+        for _ in range(_ATTEMPTS):
+            if self._life is not Life.ACTIVE:
+                self._try_on()
+                continue
+            self._done.append("use")
+            try:
+                if self._port.may_use(self._rig):
+                    self._port.works(self._rig)
+                return self.look()
+            except DeviceError:
+                self._take(Life.FAULTED)
+        raise ContractViolation(self._clause, f"{self._life} still", "it to work again once it is plugged in")
+
+    def _try_on(self) -> None:
+        """Ask for what leads on; a dead link may make that fail."""
+        request = _ONWARDS[self._life]
+        self._done.append(f"{request.value}()")
+        here, self._cause = self._life, "" if self._life is Life.FAULTED else self._cause
+        try:
+            getattr(self._rig.device, request.value)()
+            self._take(TRANSITIONS[here, request])
+        except DeviceError:
+            self._take(here)
+        except (ContractViolation, SkipTest):
+            raise
+        except Exception as error:
+            raise ContractViolation(self._clause, repr(error), "DeviceError, or none") from error
+
+    def _take(self, life: Life) -> None:
+        """The state is this one, or a fault has been found; nothing has moved."""
+        found = self._rig.device.life
+        require(self._clause, found in (life, Life.FAULTED), f"{found}", f"{life}, or a fault")
+        if found is Life.ACTIVE and self._life is not found:
+            self._rig.advance(1)
+            self._port.begun(self._rig)
+        self._life = found
+        self._cause = (self._cause or str(self._rig.device.fault)) if found is Life.FAULTED else ""
+        self._require_state("")
+        self._port.rests(self._rig)
 
     def look(self) -> None:
         """The state is that of the table; what it does not allow is refused, by name, and changes nothing."""
@@ -161,3 +268,40 @@ class Lives:
         # What a closed device says of its last fault is its own affair.
         if self._life is not Life.CLOSED:
             require(self._clause, (fault or "") == self._cause, f"fault {fault!r}{after}", repr(self._cause or None))
+
+
+def pass_time(rig: DeviceRig[Any], duration_ns: int) -> None:
+    """Let more than ``duration_ns`` go by, one tick at a time.
+
+    Raises:
+        ContractViolation: The rig's clock stands still, so that nothing could be shown.
+    """
+    start_ns = rig.clock.now_ns()
+    while (before_ns := rig.clock.now_ns()) <= start_ns + duration_ns:
+        rig.advance(1)
+        if rig.clock.now_ns() <= before_ns:
+            raise ContractViolation("rig", "a clock that stands still", "advance() to let time go on")
+
+
+def replug(rig: DeviceRig[Any]) -> None:
+    """Cut the cable of an active device, plug it in again and make it active anew; nothing where the rig cannot."""
+    if rig.disconnect is not None and rig.reconnect is not None:
+        rig.disconnect()
+        pass_time(rig, rig.patience_ns)
+        rig.reconnect()
+        pass_time(rig, rig.patience_ns)
+        revive(rig)
+
+
+def revive(rig: DeviceRig[Any]) -> None:
+    """Make a device active anew, with an acknowledgement where that is due, and once more where a link was dead."""
+    for attempt in range(_ATTEMPTS):
+        with suppress(*(DeviceError,) if attempt < _ATTEMPTS - 1 else ()):
+            if rig.device.life is Life.FAULTED:
+                rig.device.acknowledge_fault()
+                rig.advance(1)
+            if rig.device.life is Life.ACTIVE:
+                rig.device.deactivate()
+            rig.device.activate()
+            rig.advance(1)
+            return

@@ -10,6 +10,8 @@ from palpate.core.ports.values import CONTROL_RATE_HZ, JointVector
 
 _TOLD_APART: Final = 2.0
 """A move must be so many tolerances long to be told from standing still, with a margin."""
+_ROUNDING: Final = 1e-6
+"""A way of one step is not two, whatever its floats say."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +63,7 @@ def ramp(begin_rad: JointVector, end_rad: JointVector, step_rad: float) -> Itera
     With no step at all it is the end alone, which then nobody may send.
     """
     far = max((abs(e - b) for b, e in zip(begin_rad, end_rad, strict=True)), default=0.0)
-    steps = ceil(far / step_rad) if step_rad else 1
+    steps = ceil(far / step_rad - _ROUNDING) if step_rad else 1
     for k in range(1, steps):
         yield tuple(b + k / steps * (e - b) for b, e in zip(begin_rad, end_rad, strict=True))
     if steps:

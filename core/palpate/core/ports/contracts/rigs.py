@@ -31,6 +31,9 @@ class DeviceRig(Generic[DeviceT]):
             brings a fresh sample. Must work in every state of the adapter.
         is_open: Whether the adapter holds a connection or another resource now.
         provoke_fault: Makes the active device fail, and returns when the adapter has latched it.
+        fail_at_rest: Makes the configured device fail so that it works no more until that is acknowledged.
+        disconnect: Cuts the cable, in whatever state the adapter is.
+        reconnect: Plugs in again what ``disconnect`` cut; None where only an adapter that is made anew finds it.
         dispose: Releases what the rig itself holds, after the adapter was closed.
         call_budget_ns: Longest that a reading or a command may keep the loop waiting.
         runs_by_itself: The world goes on between two calls, as real hardware does.
@@ -44,7 +47,9 @@ class DeviceRig(Generic[DeviceT]):
     advance: Callable[[int], None]
     is_open: Callable[[], bool] | None = None
     provoke_fault: Callable[[], None] | None = None
+    fail_at_rest: Callable[[], None] | None = None
     disconnect: Callable[[], None] | None = None
+    reconnect: Callable[[], None] | None = None
     dispose: Callable[[], None] = _nothing
     call_budget_ns: int = 10**9 // CONTROL_RATE_HZ
     runs_by_itself: bool = False
@@ -218,9 +223,11 @@ class ClockRig:
         tolerance_ns: How late ``sleep_until`` may return; 0 for virtual time.
         step_ns: A sleep that is long compared with the tolerance.
         deadlines: How many are tried, a step after the other.
+        far_ns: A sleep that is longer than the pieces in which a careless clock sleeps, or than its counter.
     """
 
     clock: Clock
     tolerance_ns: int = 0
     step_ns: int = 5_000_000
     deadlines: int = 250
+    far_ns: int = 1_300_000_000
