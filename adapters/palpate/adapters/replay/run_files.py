@@ -144,6 +144,8 @@ def _faults(path: Path, trials: Mapping[int, Determined], last: Determined | Non
     elif path.name == "summary.json" and whole:
         figures = {**json.loads(path.read_text(encoding="utf-8"))}
         settings = read_toml(path.with_name("run.toml"))
+        if isinstance(settings["arm"], dict):
+            settings["arm"] = settings["arm"]["name"]
         run = summary_of(RunFolder(path.parent).read_trials())
         # Times and forces of a run that does not learn are taken before its table rounds them.
         names = run if "learning" in figures else ("trials", "success", "outcomes", "marked")
