@@ -58,8 +58,13 @@ def load_model(arm: ArmDescription) -> tuple[pin.Model, pin.Frame]:
 @contextmanager
 def _heard(said: list[str]) -> Iterator[None]:
     """Inside, what is written to standard error is kept: urdfdom tells there what is wrong, and nowhere else."""
-    with TemporaryFile("w+", errors="replace") as file:
+    try:
         kept = os.dup(2)
+    except OSError:
+        # A process without a standard error: what the parser writes there goes nowhere.
+        yield
+        return
+    with TemporaryFile("w+", errors="replace") as file:
         os.dup2(file.fileno(), 2)
         try:
             yield

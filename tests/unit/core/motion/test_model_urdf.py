@@ -1,5 +1,6 @@
 """What an arm's URDF must be, and one line that says what it is not."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -134,3 +135,12 @@ def test_limits_of_the_description_are_those_of_the_arm(tmp_path: Path) -> None:
     assert kinematics.lower_rad.tolist() == [-1.0] * 6
     assert kinematics.upper_rad.tolist() == [2.5] * 6
     assert kinematics.velocity_limit_rad_s.tolist() == [0.5] * 6
+
+
+def test_a_process_without_a_standard_error_has_its_arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def closed(descriptor: int) -> int:
+        raise OSError(9, "Bad file descriptor")
+
+    arm = ArmDescription(urdf(tmp_path / "arm.urdf", 6), "tool", SIX)
+    monkeypatch.setattr(os, "dup", closed)
+    assert Kinematics(arm, ToolGeometry()).joints == 6
