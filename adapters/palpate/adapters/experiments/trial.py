@@ -85,7 +85,7 @@ def run_scored_trial(
 
 
 def _blamed(report: TrialReport, rig: Rig) -> str:
-    """Supervisor and task know samples, and not what they come from."""
+    """The device whose samples ended a trial, by the event's text: it names a sample only."""
     said = report.events[-1].detail if report.events else ""
     if said.startswith(TripReason.LATE_CYCLE.name):
         return "the fault of this computer, which was late, or of an adapter that waits"
