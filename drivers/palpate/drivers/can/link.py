@@ -55,6 +55,8 @@ logging.getLogger("can").addHandler(logging.NullHandler())
 _LIBRARIES: Final = {"kvaser": "CANlib, libcanlib.so or canlib32.dll"}
 FRAME_TIMEOUT_S: Final = 0.05
 """Longest wait for an adapter that does not take one frame; at 115200 baud a frame lasts 2.4 ms (CALC)."""
+OPEN_TIMEOUT_S: Final = 1.0
+"""The same while the bus is opened: nothing moves yet, and a computer that is held up loses 50 ms (MEASURED)."""
 _STALLED_S: Final = 0.001
 """The same once it has not taken one: a stop consists of many frames. Not 0, with which pyserial loops (FACT)."""
 
@@ -78,7 +80,7 @@ class BoundedSlcanBus(slcanBus):
         port = self.serialPortOrig
         with error_check("the serial CAN adapter takes no bytes"):
             if port.write_timeout is None:
-                port.write_timeout = self._wait_s
+                port.write_timeout = OPEN_TIMEOUT_S
             try:
                 port.write(string.encode() + self.LINE_TERMINATOR)
             except serial.SerialTimeoutException:

@@ -2,6 +2,7 @@
 
 import os
 import pty
+import select
 import threading
 import time
 import tty
@@ -94,6 +95,19 @@ def test_an_adapter_that_takes_bytes_again_is_used_again(cable: Cable) -> None:
             while True:
                 os.read(cable.far, 65536)
     bus.shutdown()
+
+
+def test_an_adapter_that_is_held_up_while_it_is_opened_is_waited_for(cable: Cable) -> None:
+    os.set_blocking(cable.near, False)
+    # A kernel that passes on what it holds makes room again for a moment.
+    while select.select([], [cable.near], [], 0.05)[1]:
+        with suppress(BlockingIOError):
+            while True:
+                os.write(cable.near, bytes(4096))
+    drain = threading.Timer(0.2, lambda: os.read(cable.far, 65536))
+    drain.start()
+    open_bus("slcan", cable.channel, 1_000_000, sleep_after_open=0.0).shutdown()
+    drain.join()
 
 
 def test_a_canopen_bus_that_takes_nothing_is_silent_in_time_and_an_emulated_one_is_this_computer_s_fault(
