@@ -301,6 +301,7 @@ def _stop(
 
 def _report(task: Task, intervention: Intervention) -> None:
     if intervention.trip is not None:
+        task.report.trip = intervention.trip
         task.tripped(intervention.trip)
     else:
         task.clamped(intervention)

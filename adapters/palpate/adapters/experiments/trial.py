@@ -85,12 +85,12 @@ def run_scored_trial(
 
 
 def _blamed(report: TrialReport, rig: Rig) -> str:
-    """The device whose samples ended a trial, by the event's text: it names a sample only."""
-    said = report.events[-1].detail if report.events else ""
-    if said.startswith(TripReason.LATE_CYCLE.name):
+    """What a trip came of: the supervisor knows samples, and not the devices that they come from."""
+    if report.trip is None:
+        return ""
+    if report.trip.reason is TripReason.LATE_CYCLE:
         return "the fault of this computer, which was late, or of an adapter that waits"
-    said = said.replace("force sample valid", "")
-    return next((rig.device_behind(sample) for sample in ("force", "joint") if f"{sample} sample" in said), "")
+    return rig.device_behind(report.trip.sample) if report.trip.sample else ""
 
 
 def _rig_fields(rig: Rig, session: RealTimeSession | None) -> dict[str, Any]:
@@ -149,8 +149,7 @@ def require_sound(scored: ScoredTrial, first: int = 0) -> None:
         DeviceError: With the trial's number, as tables have it.
     """
     # A trip may fall on the tick in which the task itself ended.
-    tripped = any(event.name == "trip" for event in scored.report.events)
-    if tripped or scored.report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED):
+    if scored.report.trip is not None or scored.report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED):
         cause = f" ({told})" if (told := scored.stopped_by or scored.blamed) else ""
         raise DeviceError("rig", f"trial {scored.report.setup.index - first}: {scored.report.events[-1].detail}{cause}")
 

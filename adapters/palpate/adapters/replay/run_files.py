@@ -70,7 +70,7 @@ def determined_by(log: TrialLog, scored: ScoredTrial, rebuilt: Rebuilt, kept: st
     trial, checkpoint, policy = int(number), "", ""
     rows = {} if report.outcome is Outcome.INTERRUPTED else rows_of(scored, start.trial - trial)
     # Where nothing is kept, or a trip ends the training, it stands where the trial before left it.
-    left = kept == end.learner_json and not any(event.name == "trip" for event in report.events)
+    left = kept == end.learner_json and report.trip is None
     if left and kept and not start.frozen:
         ticks = json.loads(start.world_json or "{}").get("ticks")
         checkpoint = _digest(

@@ -44,11 +44,13 @@ class Trip:
 
     Attributes:
         text: What was found and what it was held against, in plain words, with units.
+        sample: Whose samples are not to be trusted, ``force`` or ``joint``; empty for another cause.
     """
 
     reason: TripReason
     tick: int
     text: str
+    sample: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,8 @@ from typing import Final
 
 import numpy as np
 
+from palpate.core.trial.expectation import Trip
+
 
 class Phase(enum.Enum):
     """Stages of an insertion trial, in their order; other tasks share the first three and the last."""
@@ -114,6 +116,7 @@ class TrialReport:
         peak_force_N: Largest norm of the measured force, tared, over the control ticks after taring.
         depth_m: Estimated depth of the tip below the plate's surface at the end.
         temperature: Exploration temperature during the trial; None for policies without one.
+        trip: What the supervisor took over for; None while it did not.
     """
 
     setup: TrialSetup
@@ -128,6 +131,7 @@ class TrialReport:
     decisions: list[DecisionRecord] = field(default_factory=list)
     temperature: float | None = None
     timing: TrialTiming = field(default_factory=lambda: TrialTiming())
+    trip: Trip | None = None
 
 
 INTERRUPT: Final = "interrupt"

@@ -146,6 +146,7 @@ def test_it_trips_at_the_first_bad_tick_and_not_before(name: str) -> None:
     assert done.intervention.reason is trip.reason is case.reason
     assert trip.tick == 5
     assert trip.text == case.words
+    assert trip.sample == {"wrench": "force", "joints": "joint"}.get(next(iter(case.bad)), "")
 
 
 def test_the_force_is_scaled_as_the_task_scales_it() -> None:

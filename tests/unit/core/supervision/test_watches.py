@@ -87,8 +87,8 @@ def test_a_sensor_may_repeat_itself_fourteen_times(which: str) -> None:
     bench.clean(1)
     bench.clean(14, **{which: {"sequence": 15}})
     trip = bench.trip(**{which: {"sequence": 15}})
-    assert (trip.reason, trip.tick) == (TripReason.SAMPLE_REPEATED, 30)
     name = "force" if which == "wrench" else "joint"
+    assert (trip.reason, trip.tick, trip.sample) == (TripReason.SAMPLE_REPEATED, 30, name)
     assert trip.text == f"no new {name} sample for 15 ticks, limit 14 ticks"
 
 
@@ -99,7 +99,7 @@ def test_a_sensor_that_counts_on_and_never_changes_is_frozen() -> None:
     number = bench.snapshots[-1].wrench.sequence
     bench.clean(3, torque_Nm=(0, 0, 1e-15), wrench={"sequence": number})  # no news, counted elsewhere
     trip = bench.trip(torque_Nm=(0, 0, 1e-15))
-    assert (trip.reason, trip.tick) == (TripReason.SAMPLE_FROZEN, 15)
+    assert (trip.reason, trip.tick, trip.sample) == (TripReason.SAMPLE_FROZEN, 15, "force")
     assert trip.text == "6 new force samples in a row are equal to the one before in every bit, limit 5"
 
 
