@@ -1,12 +1,16 @@
 """What goes into one trial and what comes out of it, as plain values."""
 
+from __future__ import annotations
+
 import enum
 from dataclasses import dataclass, field
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from palpate.core.trial.expectation import Trip
+if TYPE_CHECKING:
+    # It says what the tool may do, and kinematics are loaded for that; an observer needs none.
+    from palpate.core.trial.expectation import Trip
 
 
 class Phase(enum.Enum):
