@@ -25,7 +25,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import palpate.core
-from palpate.adapters.log.reader import RawMessage, read_log
+from palpate.adapters.log.container import RawMessage
+from palpate.adapters.log.reader import read_log
 from palpate.adapters.log.records import TickRecord
 from palpate.adapters.replay.batch import replay_file
 from palpate.adapters.replay.engine import Replay, Verdict

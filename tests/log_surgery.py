@@ -6,8 +6,8 @@ from math import inf, nextafter
 from pathlib import Path
 from typing import Any
 
+from palpate.adapters.log.container import RawMessage, sound_messages
 from palpate.adapters.log.file import LogFile, NewFile, describe_channels
-from palpate.adapters.log.reader import RawMessage, sound_messages
 from palpate.adapters.log.schema import BY_ID, BY_TOPIC, message_class
 
 Change = Callable[[Any], None]

@@ -1,3 +1,5 @@
+from .container import RawMessage as RawMessage
+from .container import sound_messages as sound_messages
 from .export_csv import export_csv as export_csv
 from .export_csv import names_for as names_for
 from .export_lerobot import export_lerobot as export_lerobot
@@ -25,13 +27,11 @@ from .raised import BY_CORE as BY_CORE
 from .raised import BY_POLICY as BY_POLICY
 from .raised import BY_PORT as BY_PORT
 from .raised import raised_by as raised_by
-from .reader import RawMessage as RawMessage
 from .reader import TrialLog as TrialLog
 from .reader import assemble as assemble
 from .reader import file_in as file_in
 from .reader import learner_of_json as learner_of_json
 from .reader import read_log as read_log
-from .reader import sound_messages as sound_messages
 from .records import CallEntry as CallEntry
 from .records import DecisionEntry as DecisionEntry
 from .records import EndRecord as EndRecord

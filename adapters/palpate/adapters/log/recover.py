@@ -7,18 +7,10 @@ from typing import Final
 
 from mcap.opcode import Opcode
 
+from palpate.adapters.log.container import ChannelMap, RawMessage, bytes_of, outer_records, require_mcap, sound_messages
 from palpate.adapters.log.file import LogFile, NewFile, describe_channels, metadata_of
 from palpate.adapters.log.messages import encode_record
-from palpate.adapters.log.reader import (
-    ChannelMap,
-    RawMessage,
-    TrialLog,
-    assemble,
-    bytes_of,
-    outer_records,
-    require_mcap,
-    sound_messages,
-)
+from palpate.adapters.log.reader import TrialLog, assemble
 from palpate.adapters.log.records import LossEntry
 from palpate.adapters.log.schema import RECORDER
 from palpate.core.errors import LogError

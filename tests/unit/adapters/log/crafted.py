@@ -6,13 +6,16 @@ from io import BytesIO
 from math import sin
 from typing import Any
 
+import pytest
 from mcap.writer import CompressionType, Writer
 
+from palpate.adapters.log.container import RawMessage, sound_messages
 from palpate.adapters.log.file import LogFile, describe_channels
 from palpate.adapters.log.messages import encode_record
-from palpate.adapters.log.reader import RawMessage
+from palpate.adapters.log.reader import TrialLog, assemble
 from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry, StartRecord, TickRecord
 from palpate.adapters.log.schema import BY_ID, DECISION, END, EVENT, PACKAGE, SCHEMA, START, TICK, descriptor_set
+from palpate.core.errors import LogError
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, JointVector, WrenchSample
 
 STARTING = StartRecord(
@@ -101,3 +104,24 @@ def rewritten(content: Sequence[RawMessage] | None = None, *, foreign: bool = Fa
 
 def start_with(**changes: Any) -> StartRecord:
     return replace(STARTING, **changes)
+
+
+SMALL = messages(range(6))
+
+
+def read(data: bytes) -> TrialLog:
+    """As :func:`read_log` reads a file, its ticks too."""
+    log = assemble("x.mcap", data, list(sound_messages("x.mcap", data)))
+    list(log.records())
+    return log
+
+
+def complaint(data: bytes) -> str:
+    """What reading it is refused with."""
+    with pytest.raises(LogError) as caught:
+        read(data)
+    text = str(caught.value)
+    assert text.startswith("x.mcap: ")
+    assert "\n" not in text
+    assert "; " in text  # what to do comes last
+    return text

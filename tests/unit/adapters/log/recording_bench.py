@@ -4,7 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Self
 
-from palpate.adapters.log.reader import TrialLog, assemble, sound_messages
+from palpate.adapters.log.container import sound_messages
+from palpate.adapters.log.reader import TrialLog, assemble
 from palpate.adapters.log.recorder import FlightRecorder
 from palpate.adapters.log.records import EndRecord, StartRecord
 from palpate.adapters.log.writer_client import MemorySink, Opening, Sink

@@ -11,8 +11,8 @@ import pytest
 
 import palpate.core.control_loop as control_loop
 from palpate.adapters.log import core_sha256
+from palpate.adapters.log.container import RawMessage
 from palpate.adapters.log.messages import encode_record
-from palpate.adapters.log.reader import RawMessage
 from palpate.adapters.log.records import CallEntry, LossEntry
 from palpate.adapters.log.schema import CALL, RECORDER
 from palpate.adapters.replay.batch import replay_file
