@@ -152,6 +152,23 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         (131, "stop"),
         policy="corner-first",
     ),
+    # It stands still as soon as it pushes: what it shows of a heave is judged by as few samples as tell it.
+    "corner-unmoved-soon": Mishap(
+        (force("noise", 0, magnitude=0.1, channels=(0, 1, 2)), *dead(74), arm("stuck", 74)),
+        _corner(travel_speed_mm_s=15.6, options={"unanswered_N": 2.809}),
+        (90, "stop"),
+        policy="corner-first",
+    ),
+    # Encoders so late that it gives way more slowly; pulled up, and along its first push from the beginning.
+    "corner-late-joints": Mishap(
+        (
+            joints("delay", 20, delay_ticks=2),
+            *shove(75, -3.0, -3.0),
+            force("offset", 75, magnitude=6.0, channels=(2,), duration_ticks=2),
+        ),
+        _corner(time_limit_s=3.0, options={"down_share": 0.5}),
+        policy="corner-first",
+    ),
     # Levelled on the plate beside the hole, before it searches.
     "levelled": Mishap(
         settings=_corner(time_limit_s=1.5, area_half_width_mm=12.0, options={"level_beside_mm": 8.0}),
@@ -166,6 +183,23 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         ),
         {**_give_way(start_uncertainty_mm=1.0), **_FOLLOWED},
         (76, "stop"),
+        policy="hypotheses",
+        trial=2,
+    ),
+    # A torque that nothing gives turns it further than it may lean, and the next step back; it heaves by less, or it
+    # would come near the force limit.
+    "given-way-far": Mishap(
+        (
+            force("offset", 55, magnitude=0.2, channels=(3,), duration_ticks=30),
+            force("offset", 55, magnitude=0.3, channels=(4,), duration_ticks=30),
+        ),
+        _give_way(
+            max_force_N=6.6,
+            ticks_per_action=16,
+            start_uncertainty_mm=1.0,
+            options={"most_lean_deg": 1.0, "lean_deg": 1.0, "give_tilt_rad_per_Nms": 1.0},
+        ),
+        (84, "stop"),
         policy="hypotheses",
         trial=2,
     ),

@@ -24,8 +24,9 @@ def test_there_are_no_others_and_they_are_small() -> None:
     assert sorted(log.stem for log in logs) == sorted(NAMES)
     # One of them alone, of the ten seconds after which a peg counts as jammed, has 230 kB. What a policy learns from
     # several trials, how it searches when it is wrong, and a whole survey take longer logs than a fault does; an
-    # automaton, an option and a search in even steps need one each, of 50 kB. Lifts after 1.3 mm made one 9 kB longer.
-    assert sum(log.stat().st_size for log in logs) < 7_840_000
+    # automaton, an option and a search in even steps need one each, of 50 kB. A tool that lags, one that leans too far
+    # and one that stands still from its first push came to 27 kB each.
+    assert sum(log.stat().st_size for log in logs) < 7_920_000
 
 
 @pytest.mark.parametrize("name", ["first-joint-turned", "first-kind", "trip-invalid"])

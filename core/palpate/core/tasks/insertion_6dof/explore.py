@@ -163,7 +163,7 @@ class SpatialExplore(Explore):
         super()._begin(action)
         self._spatial = spatial = action.spatial or _STEP
         (x, y, yaw), (u, v, w), (most_lean, most_yaw) = self._motion.turn_rad, spatial.turn_rad, self._most_rad
-        shrink = min(1.0, most_lean / max(hypot(x + u, y + v), most_lean))
+        shrink = most_lean / max(hypot(x + u, y + v), most_lean)
         turned = (x + u) * shrink, (y + v) * shrink, min(max(yaw + w, -most_yaw), most_yaw)
         action_s = self._task.ticks_per_action * PERIOD_S
         self._rate_rad_s = (turned[0] - x) / action_s, (turned[1] - y) / action_s, (turned[2] - yaw) / action_s
@@ -195,7 +195,7 @@ class SpatialExplore(Explore):
             share = (ticks - self.countdown + 1) / ticks
             (x, y, z), (dx, dy) = self._step_from_m, self._step_m
             target_m = x + share * dx, y + share * dy, z - share * spatial.rise_m
-            velocity, rate = self._free.velocity_m_s(reference_m, target_m, (0.0, 0.0, 0.0)), self._rate_rad_s
+            velocity, rate = self._free.velocity_m_s(reference_m, target_m, measured.force_N), self._rate_rad_s
             self._led_m_s = velocity
             if measured.force_N[2] > _PULL_N or hypot(*measured.force_N[:2]) > _HELD_N:
                 velocity, rate, self._led_m_s = self._freed(velocity[2]), (0.0, 0.0, 0.0), None

@@ -127,7 +127,7 @@ class Hypotheses(FixedPolicy):
             drawn = np.minimum(np.searchsorted(np.cumsum(self._weights), evenly), _COUNT - 1)
             moved = np.array(_MOVED)[:, None]
             self._at = np.clip(self._at[:, drawn] + rng.uniform(-moved, moved, (4, _COUNT)), *self._bounds)
-            self._at[:, ::_FRESH] = self._anywhere(rng, len(range(0, _COUNT, _FRESH)))
+            self._at[:, ::_FRESH] = self._anywhere(rng, _COUNT // _FRESH)
             self._weights = np.full(_COUNT, 1.0 / _COUNT)
         one = min(int(np.searchsorted(np.cumsum(self._weights), rng.uniform())), _COUNT - 1)
         apart = self._at - self._at[:, one : one + 1]

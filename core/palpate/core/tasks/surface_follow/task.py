@@ -181,7 +181,7 @@ class Follow(RunningPhase):
         self._square_sum, self._ticks = self._square_sum + error_N * error_N, self._ticks + 1
         self._worst_N = max(self._worst_N, abs(error_N))
         target_m = self._heading * self._end_m, 0.0, reference_m[2]
-        vx, vy, _ = self._across.velocity_m_s(reference_m, target_m, (0.0, 0.0, 0.0))
+        vx, vy, _ = self._across.velocity_m_s(reference_m, target_m, self._measurement.force_N)
         yielding = self._along.velocity_m_s(reference_m, reference_m, (0.0, 0.0, -pressed_N))[2]
         vz = yielding + self._lead * self._slope * vx
         self._gone_m += abs(vx) * PERIOD_S
