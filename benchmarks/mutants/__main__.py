@@ -53,7 +53,12 @@ def main() -> int:
     comparing = commands.add_parser("compare", help="list what was killed before and is not after")
     comparing.add_argument("before", type=Path)
     comparing.add_argument("after", type=Path)
-    gating = commands.add_parser("gate", help="replay the golden logs over mutants of the core")
+    gating = commands.add_parser(
+        "gate",
+        help="replay the golden logs over mutants of the core",
+        description=gate.__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     gating.add_argument("--checkout", type=Path, default=HERE)
     gating.add_argument("--count", type=int, default=gate.COUNT)
     gating.add_argument("--seed", type=int, default=gate.SEED)

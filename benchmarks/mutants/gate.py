@@ -29,7 +29,7 @@ from benchmarks.mutants.core_mutants import Candidate, candidates, draw
 from benchmarks.mutants.golden import digest, golden_logs, in_child, lines_run, replayed, sources
 from benchmarks.mutants.never_run import THOROUGH, unrun
 from benchmarks.mutants.swapping import forget, swapped
-from benchmarks.mutants.verdicts import read
+from benchmarks.mutants.verdicts import end_line, read
 
 SEED: Final = 17
 COUNT: Final = 400
@@ -80,6 +80,7 @@ def run(checkout: Path, out: Path, count: int, seed: int, only: str = "", jobs: 
     def done() -> dict[str, dict[str, Any]]:
         return {id_: one for id_, one in read(out).items() if one.get("of") == holds_for.get(one.get("log", ""))}
 
+    end_line(out)
     known = done()
     waiting = [one for one in chosen if one.mutant.id not in known]
     print(f"{len(waiting)} of {len(chosen)} mutants are to be judged", flush=True)

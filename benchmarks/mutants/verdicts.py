@@ -98,6 +98,7 @@ def run(
         again: Those that were not killed in time, too.
     """
     functions, lock = unique(functions_of(checkout)), threading.Lock()
+    end_line(out)
     done = {id_ for id_, one in read(out).items() if not (again and one["verdict"] == IN_TIME)}
     waiting = [mutant for mutant in mutants if mutant.id not in done]
     print(f"{len(waiting)} of {len(mutants)} mutants are to be judged")
@@ -144,6 +145,13 @@ def read(path: Path) -> dict[str, Verdict]:
             continue
         found[verdict["id"]] = verdict
     return found
+
+
+def end_line(path: Path) -> None:
+    """End a line that was cut short, or the next one would be lost with it."""
+    if path.exists() and not path.read_bytes().endswith(b"\n"):
+        with path.open("a", encoding="utf-8") as stream:
+            stream.write("\n")
 
 
 def is_killed(verdict: Verdict) -> bool:
