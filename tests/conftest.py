@@ -29,7 +29,6 @@ WALL_CLOCK = "tests/wall_clock/"
 WITH_PROCESSES = f"{WALL_CLOCK}test_rigs.py"
 """Those that get a worker of their own: an emulated rig and a run keep a processor busy for seconds."""
 TOGETHER = (
-    "tests/contracts/test_suites_bite.py",
     "tests/unit/core/automata/test_letters.py",
     "tests/unit/adapters/log/test_trial_recorder.py",
 )

@@ -207,7 +207,7 @@ class _Batch:
             hidden = restarts.hidden_states(task.levels, noise=settings.noise, generator=generator)
             losses, _ = task.losses(restarts, hidden)
             # A sum, so that a network moves as if it were alone.
-            (losses + restarts.price(task.symbols)).sum().backward()  # type: ignore[no-untyped-call]
+            (losses + restarts.price(task.symbols)).sum().backward()
             restarts.clip(settings.clip)
             optimiser.step()
             if step % settings.look_every == 0 or step == settings.steps:
