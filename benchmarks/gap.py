@@ -6,7 +6,7 @@
 Arms are zebra-nmc, cia402 and ur5-rtde, sensors jr3-can, jr3-uart and ati-netft.
 
 Over wires the latency is held against that of a second set of trials, of the same cell without a latency of its own,
-with friction and stiffnesses of both together (as palpate gap --reference).
+with friction, stiffnesses and damping of both together (as palpate gap --reference).
 """
 
 from __future__ import annotations

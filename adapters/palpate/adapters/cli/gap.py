@@ -37,7 +37,7 @@ def gap(options: GapOptions) -> int:
         later = f"{found.cycle_late_ms - other.cycle_late_ms:.1f} ± {2.0 * sd:.2g} ms later"
         say(f"wrenches come {later} than in {options.reference}, where it is {other.wrench_late_ms:.1f} ms")
         left = f"{other.after.wrench[2]:.2g} N along the tool are left there, {found.after.wrench[2]:.2g} N here"
-        say(f"friction and stiffnesses are those of both sets of logs together: {left}")
+        say(f"friction, stiffnesses and damping are those of both sets of logs together: {left}")
     if options.out:
         with new_file(Path(options.out)) as passing:
             passing.write_text("".join(_toml(found)), encoding="utf-8")

@@ -13,10 +13,10 @@ import numpy as np
 from palpate.adapters.config import RunConfig
 from palpate.adapters.replay.gap_cell import (
     ACROSS,
-    FRICTION_AND_STIFFNESSES,
     LATE,
     PLATE,
     SETTLED,
+    SHARED,
     Array,
     Driven,
     UntouchedError,
@@ -114,11 +114,11 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Gap:
 
 
 def gaps_of(paths: Sequence[Path], before: Sequence[Path], gone_through: Callable[[], object]) -> tuple[Gap, Gap]:
-    """Fit the cell to logs and to those of a reference, which are of one cell: friction and stiffnesses are shared.
+    """Fit the cell to logs and to those of a reference, which are of one cell: friction, springs, damping are shared.
 
-    Each set tells friction and stiffness along by itself at first, and as much as its deviations say counts: a set that
-    is misread, be it the first or the reference, has a wrong delay too, and would shift the difference. Stiffness
-    across is told by the walls of both, each as much as any other.
+    Each set tells friction, stiffness along and damping by itself at first, and as much as its deviations say counts: a
+    set that is misread, be it the first or the reference, has a wrong delay too, and would shift the difference.
+    Stiffness across is told by the walls of both, each as much as any other.
 
     Raises:
         LogError: A log cannot be read, or a set holds no contact.
@@ -131,7 +131,7 @@ def gaps_of(paths: Sequence[Path], before: Sequence[Path], gone_through: Callabl
     _require_alike(sets[1][0], sets[0][0])
     followed = [_followed(each, gone_through) for each in sets]
     first, other = (_fitted(*each, gone_through) for each in followed)
-    part = FRICTION_AND_STIFFNESSES
+    part = SHARED
     weights = np.array([1.0 / gap.sds[part] ** 2 for gap in (first, other)])
     weights[0, ~weights.any(axis=0)] = _HARDLY
     values, sds, total = first.values.copy(), first.sds.copy(), weights.sum(axis=0)
@@ -164,7 +164,7 @@ def _fitted(trials: Sequence[Driven], lag: float, gone_through: Callable[[], obj
 
     Args:
         lag: With which the arm follows its set-points, control ticks.
-        same: What is told of the same cell: friction and stiffnesses are taken from there.
+        same: What is told of the same cell: friction, stiffnesses and damping are taken from there.
     """
     config, lag_ms = trials[0].config, lag * 1e3 / CONTROL_RATE_HZ
     came_late = Counter(trial.late for trial in trials if trial.late)
@@ -175,7 +175,7 @@ def _fitted(trials: Sequence[Driven], lag: float, gone_through: Callable[[], obj
         sds = fit.run()
     else:
         sds = fit.run_as(same.values)
-        sds[FRICTION_AND_STIFFNESSES] = same.sds[FRICTION_AND_STIFFNESSES]
+        sds[SHARED] = same.sds[SHARED]
     values = fit.values
     # As it is configured, but where and when it is: a plate that is elsewhere would hide all else.
     configured[PLATE], configured[LATE] = values[PLATE], values[LATE]

@@ -61,7 +61,8 @@ KNOBS: Final = (
     Knob("plate higher than believed, mm", 0.01, -4.0, 4.0, False),
     Knob("wrench late, ticks", 0.25, 0.0, 20.0, False),
 )
-FRICTION_AND_STIFFNESSES: Final = slice(3)
+SHARED: Final = slice(4)
+"""Knobs of one cell, whatever sensor it is felt with: friction, stiffnesses, damping."""
 ACROSS: Final = 2
 LATE: Final = 5
 PLATE: Final = 4

@@ -97,7 +97,7 @@ def test_a_reference_tells_how_much_later_wrenches_come(logs: list[Path], palpat
 
 @pytest.mark.usefixtures("hurried")
 def test_walls_that_mislead_do_not_change_the_delay_of_a_reference(logs: list[Path]) -> None:
-    """Its friction and stiffnesses are known: what it says of them is not asked."""
+    """Its friction, stiffnesses and damping are known: what it says of them is not asked."""
     trials = [gap_cell.driven_from(path) for path in logs]
     misleading = [
         replace(trial, walled=replace(trial.walled, force_N=1.4 * trial.walled.force_N))
@@ -107,7 +107,7 @@ def test_walls_that_mislead_do_not_change_the_delay_of_a_reference(logs: list[Pa
     assert len(misleading) == 2
     fit = gap_fit.CellFit(misleading, lambda: None)
     sds = fit.run_as(TRUE)
-    assert fit.values[:3].tolist() == TRUE[:3].tolist()
+    assert fit.values[:4].tolist() == TRUE[:4].tolist()
     assert fit.values[gap_cell.LATE] == pytest.approx(TRUE[gap_cell.LATE], abs=0.15)
     assert 0.0 < sds[gap_cell.LATE] < 0.5
 
@@ -128,12 +128,12 @@ def test_of_two_sets_each_counts_as_much_as_its_deviations_say_and_each_wall_as_
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """One of them may be misread as a whole, and need not be the reference; three walls may agree by chance."""
-    told = {"new": ([0.3, 0.6, 0.69], [0.01, 0.03, 0.04], [0.66, 0.69, 0.7, 1.2]),
-            "old": ([0.4, 0.7, 0.6], [0.01, 0.01, 0.01], [0.6, 0.6, 0.61])}  # fmt: skip
+    told = {"new": ([0.3, 0.6, 0.69, 0.5], [0.01, 0.03, 0.04, 0.1], [0.66, 0.69, 0.7, 1.2]),
+            "old": ([0.4, 0.7, 0.6, 0.9], [0.01, 0.01, 0.01, 0.1], [0.6, 0.6, 0.61])}  # fmt: skip
     shared = []
 
     def fitted(trials: list[str], lag: float, gone_through: object, same: Any = None) -> Any:
-        values, sds = (np.array([*each, 1.0, 0.0, 3.0]) for each in told[trials[0]][:2])
+        values, sds = (np.array([*each, 0.0, 3.0]) for each in told[trials[0]][:2])
         shared.append(same)
         return replace(ANY_GAP, values=values, sds=sds, walls=np.array(told[trials[0]][2]))
 
@@ -144,7 +144,7 @@ def test_of_two_sets_each_counts_as_much_as_its_deviations_say_and_each_wall_as_
     gaps_of([Path("new")], [Path("old")], lambda: None)
     assert shared[:2] == [None, None]
     assert shared[2] is shared[3]
-    assert shared[2].values[:3] == pytest.approx([0.35, 0.69, 0.66])
+    assert shared[2].values[:4] == pytest.approx([0.35, 0.69, 0.66, 0.7])
     assert shared[2].sds[:2] == pytest.approx([0.01 / np.sqrt(2.0), 0.01 * np.sqrt(0.9)])
     assert 0.03 < shared[2].sds[2] < 0.05
     told["new"][2].clear()
