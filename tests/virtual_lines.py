@@ -41,9 +41,20 @@ class VirtualPort(Generic[Emulator]):
         for data in self.line.step(now_ns):
             self._arrived += data
 
+    def put(self, data: bytes) -> None:
+        """Bytes that come from elsewhere."""
+        self._arrived += data
+
     def unplug(self) -> None:
+        """Pull the adapter out; what waits in it is gone."""
         self._plugged = False
+        self._arrived.clear()
         self.line.disconnect()
+
+    def plug(self) -> None:
+        """Plug it in again."""
+        self._plugged = True
+        self.line.connect(lambda: self.baudrate, self._clock.now_ns())
 
     @property
     def in_waiting(self) -> int:
@@ -196,6 +207,10 @@ class VirtualDesk:
         self._ports[name] = port
         self.clock.devices.append(port)
         return port
+
+    def port(self, name: str) -> VirtualPort[Any]:
+        """The serial port of that name."""
+        return self._ports[name]
 
     def can(self, channel: str, *nodes: CanNode, **options: Any) -> VirtualCan:
         """Put nodes on a CAN bus."""

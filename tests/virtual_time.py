@@ -100,6 +100,27 @@ class VirtualTime(Clock):
         return any(thread.name.endswith(self._guests) and thread not in self._known for thread in threading.enumerate())
 
 
+class Timer:
+    """Calls things later."""
+
+    def __init__(self, clock: VirtualTime) -> None:
+        self._clock, self._jobs = clock, list[tuple[int, Callable[[], object]]]()
+        clock.devices.append(self)
+
+    def after(self, wait_ns: int, call: Callable[[], object]) -> None:
+        """Call it so much later."""
+        self._jobs.append((self._clock.now_ns() + wait_ns, call))
+
+    def next_event_ns(self) -> int:
+        return min((due_ns for due_ns, _ in self._jobs), default=1 << 62)
+
+    def step(self, now_ns: int) -> None:
+        due = [job for job in self._jobs if job[0] <= now_ns]
+        self._jobs = [job for job in self._jobs if job[0] > now_ns]
+        for _, call in due:
+            call()
+
+
 class VirtualCondition:
     """A condition variable of code that lives by that clock; it needs no lock, because one thread runs at a time."""
 

@@ -1,5 +1,8 @@
 """Rigs in virtual time: real drivers and emulated devices, and a trial over their wires as `palpate gap` reads it."""
 
+import re
+import struct
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +17,7 @@ from palpate.core.errors import DeviceError
 from palpate.core.trial import Outcome, find_ready_pose
 from palpate.simulation.work_cell import HiddenValues
 from tests.virtual_rig import VirtualRig
+from tests.virtual_time import Timer
 
 LATE = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
 
@@ -43,16 +47,80 @@ def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are
     assert age_ticks[0] < trial.joints_age_ticks < age_ticks[1]
 
 
-def test_a_sensor_without_news_ends_the_trial_by_its_name() -> None:
-    config = replace(scenario("paper"), seed=3, arm="ur5")
+def struck(arm: str, force: str, strike: Callable[[VirtualRig], None], at_ns: int = 900_000_000) -> str:
+    """How a trial ends that is struck some time after its beginning."""
+    config = replace(scenario("paper"), seed=3, arm="ur5" if arm == "ur5-rtde" else "zebra-zero")
     ready, chosen = find_ready_pose(config.arm, config.task), ChosenPolicy("torque", config)
-    with VirtualRig(config, ready, "ur5-rtde", "ati-netft", HiddenValues()) as rig:
-        clock = rig.desk.clock
-        rig.cell.box.box.network = lambda datagrams: [] if 25 <= clock.now_ns() // 10**8 < 27 else datagrams
-        with pytest.raises(
-            DeviceError, match=r"^rig: trial 0: SAMPLE_.* \(ATI Net F/T: has sent nothing for 2.. ms; check"
-        ):
+    with VirtualRig(config, ready, arm, force, HiddenValues(), phase=0.4) as rig:
+        prepare, timer = rig.prepare, Timer(rig.desk.clock)
+
+        def then(trial: int) -> None:
+            prepare(trial)
+            timer.after(at_ns, lambda: strike(rig))
+
+        rig.prepare = then  # type: ignore[method-assign]
+        try:
             run_chosen(chosen, config, ready, rig, 1)
+        except DeviceError as error:
+            return str(error)
+    return "went on"
+
+
+def box_silent(rig: VirtualRig) -> None:
+    until_ns = rig.desk.clock.now_ns() + 200_000_000
+    rig.cell.box.box.network = lambda datagrams: [] if rig.desk.clock.now_ns() < until_ns else datagrams
+
+
+def strange(rig: VirtualRig, change: Callable[[bytes], bytes]) -> None:
+    """What the board on a serial line sends becomes something else."""
+    line = rig.desk.port("force_sensor").line
+    step = line.step
+    line.step = lambda now_ns: [change(data) if len(data) == 18 else data for data in step(now_ns)]  # type: ignore[method-assign]
+
+
+@pytest.mark.parametrize(
+    ("force", "change", "told"),
+    [
+        ("ati-netft", None, r"stale \(ATI Net F/T: has sent nothing for 5. ms; check its power"),
+        ("jr3-uart", lambda data: data[:9], r"stale \(JR3: .* for 5. ms: frames or bytes without sense .*; check shie"),
+        (
+            "jr3-uart", lambda data: data[:15] + struct.pack("<H", sum(data[3:9]) * 7919 % 65536) + data[17:],
+            r"stale \(JR3: .* for 5. ms: readings whose counter jumped \(\d+, the last by .\d+\) came instead",
+        ),
+        (
+            "jr3-uart", lambda data: data[:8] + bytes([data[8] ^ 0x40]) + data[9:],
+            r"JR3: in the last second: readings in which a channel leapt while others stood, .*, the last Fz by 16\d+",
+        ),
+    ],
+)  # fmt: skip
+def test_a_trial_that_ends_for_its_samples_says_which_device_and_what_its_wire_gave(
+    force: str, change: Callable[[bytes], bytes] | None, told: str
+) -> None:
+    if change is None:
+        said = struck("ur5-rtde", force, box_silent)
+    else:
+        said = struck("cia402", force, lambda rig: strange(rig, change))
+    assert re.search(f"^rig: trial 0: .*{told}", said), said
+
+
+def test_replies_of_a_motor_that_come_again_are_not_taken_for_another_s() -> None:
+    """They carry no address: a trial in four ended as if a joint had moved at 4 rad/s."""
+
+    def again(rig: VirtualRig) -> None:
+        port, timer = rig.desk.port("arm"), Timer(rig.desk.clock)
+        step = port.line.step
+
+        def twice(now_ns: int) -> list[bytes]:
+            came = step(now_ns)
+            for data in came:
+                timer.after(1_000_000, lambda data=data: port.put(data))
+            if came:
+                port.line.step = step  # type: ignore[method-assign]
+            return came
+
+        port.line.step = twice  # type: ignore[method-assign]
+
+    assert struck("zebra-nmc", "jr3-can", again, 540_000_000) == "went on"
 
 
 def test_squares_go_in_one_after_the_other_on_an_arm_that_lags(tmp_path: Path) -> None:

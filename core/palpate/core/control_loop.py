@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from palpate.core.errors import DeviceError
@@ -11,10 +11,12 @@ from palpate.core.ports import (
     CONTROL_RATE_HZ,
     AppliedCommand,
     ArmCommand,
+    ForceSensor,
     JointCommand,
     JointSample,
     Ports,
     Snapshot,
+    Validity,
     WrenchSample,
 )
 from palpate.core.trial import Intervention, Supervised, TrialReport, TrialSetup, TrialTiming
@@ -207,6 +209,7 @@ def trial_ticks(
         for call in _listeners(observers, "begun"):
             call(start_ns, report)
         while report.outcome is None or retreating:
+            last: WrenchSample | None = wrench
             time_ns = wrench = joints = command = None
             clock.sleep_until(deadline_ns)
             for call in on_waited:
@@ -215,7 +218,7 @@ def trial_ticks(
             for call in on_clock:
                 call(deadline_ns, time_ns)
             calling = FORCE_SENSOR
-            wrench = sensor.read()
+            wrench = _read_on(sensor, last) if retreating else sensor.read()
             calling = ""
             for call in on_force:
                 call(wrench)
@@ -266,6 +269,16 @@ def trial_ticks(
     else:
         _stop(arm, supervisor, observers)
         task.conclude()
+
+
+def _read_on(sensor: ForceSensor, last: WrenchSample | None) -> WrenchSample:
+    """While the tool is drawn back, which goes by position: a sensor that fails then does not leave it where it is."""
+    try:
+        return sensor.read()
+    except DeviceError:
+        if last is None:
+            raise
+        return replace(last, validity=Validity.INVALID)
 
 
 def _listeners(observers: Sequence[LoopObserver], event: str) -> tuple[Callable[..., None], ...]:

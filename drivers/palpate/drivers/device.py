@@ -7,7 +7,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol, TypeAlias
 
-from palpate.drivers.errors import Blame, DeviceFaultError, DriverError, SettingError, StateError
+from typing_extensions import override
+
+from palpate.drivers.account import Account, listed
+from palpate.drivers.errors import Blame, DeviceFaultError, DriverError, SettingError, SilentError, StateError
 
 _SLOWEST_FRACTION: Final = 140
 
@@ -90,7 +93,7 @@ class ArmState(enum.Enum):
 
 
 class ArmDriver(Protocol):
-    """A driver of an arm. Only ``preview`` may be called from another thread than the rest.
+    """A driver of an arm. Only ``preview`` and ``oddities`` may be called from another thread.
 
     What fails while it is enabled stops the arm and is latched: each cycle raises it again until it is acknowledged.
 
@@ -123,6 +126,10 @@ class ArmDriver(Protocol):
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
         """One cycle of the bus; None holds."""
 
+    def oddities(self, now_ns: int) -> str:
+        """What its bus gave in the last second besides good answers; empty for nothing. Any thread may ask."""
+        return ""
+
     @abstractmethod
     def stop(self) -> None:
         """Bring the arm to rest; at any time, twice too, never raising."""
@@ -149,8 +156,13 @@ class LatchingArm(ArmDriver):
 
     def __init__(self) -> None:
         self.fault: str | None = None
+        self._account = Account()
         self._blame = Blame.DEVICE
         self._state = ArmState.NEW
+
+    @override
+    def oddities(self, now_ns: int) -> str:
+        return listed(self._account.lately(now_ns))
 
     @property
     def state(self) -> ArmState:
@@ -265,6 +277,15 @@ class PolledSensor(ABC):
     def __init__(self) -> None:
         self.latest: ForceSample | None = None
         self.failure: DriverError | None = None
+        self._account = Account()
+
+    @abstractmethod
+    def silence(self, now_ns: int) -> SilentError:
+        """What came instead of news since the newest sample."""
+
+    def oddities(self, now_ns: int) -> str:
+        """What came in the last second besides good samples; empty for nothing."""
+        return listed(self._account.lately(now_ns))
 
     @abstractmethod
     def poll(self, now_ns: int) -> Sequence[ForceSample]:

@@ -1,5 +1,6 @@
 """The loop over the ports: exact times, honest snapshots, and an arm that is stopped on every way out."""
 
+from dataclasses import replace
 from fractions import Fraction
 from unittest.mock import Mock
 
@@ -14,12 +15,14 @@ from palpate.core.control_loop import (
     tick_time_ns,
     trial_ticks,
 )
-from palpate.core.errors import LifecycleError
+from palpate.core.errors import DeviceError, LifecycleError
 from palpate.core.ports.contracts import FakeClock
 from palpate.core.ports.devices import Ports
 from palpate.core.ports.values import (
     CONTROL_RATE_HZ,
     JointCommand,
+    Validity,
+    WrenchSample,
 )
 from palpate.core.trial import Outcome
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
@@ -144,6 +147,27 @@ def test_a_caller_who_steps_the_task_itself_has_the_same_trial() -> None:
         assert_stopped(halves)
     assert task.report == report
     assert choices == report.actions > 1
+
+
+def test_a_sensor_that_fails_while_the_tool_is_drawn_back_does_not_leave_it_there() -> None:
+    drawn_back_to = []
+    for fails in (False, True):
+        world = FakeWorld(HOLE)
+        read, last = world.ports.force_sensor.read, list[WrenchSample]()
+
+        def read_on(read=read, last=last, fails=fails) -> WrenchSample:  # type: ignore[no-untyped-def]
+            if fails and len(last) > 260:
+                raise DeviceError("sensor", "is gone")
+            last.append(read())
+            return replace(last[-1], validity=Validity.STALE) if len(last) > 200 else last[-1]
+
+        world.ports.force_sensor.read = read_on  # type: ignore[method-assign]
+        with world:
+            report = run_trial(build_task(FollowTorque()), world.ports, SETUP, supervisor())
+            assert_stopped(world)
+        assert report.events[-1].detail.startswith("SAMPLE_INVALID: the force sample is stale")
+        drawn_back_to.append(world.arm.position_rad())
+    assert drawn_back_to[0] == drawn_back_to[1]
 
 
 @pytest.mark.parametrize("tripped", [False, True])

@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from types import FrameType
-from typing import Any
+from typing import Any, Final
+
+from typing_extensions import override
 
 from palpate.adapters.config import AdmissionConfig, RunConfig, task_kind
 from palpate.adapters.hardware.real_time import RealTimeSession
@@ -15,7 +17,7 @@ from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Rig, Truth
 from palpate.core.supervision import Supervisor
-from palpate.core.trial import Fit, Outcome, Task, TrialReport, TrialSetup, TripReason
+from palpate.core.trial import Fit, Outcome, Supervised, Task, TrialReport, TrialSetup, Trip, TripReason
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,12 @@ class ScoredTrial:
     marked: str = ""
     stopped_by: str = ""
     blamed: str = ""
+
+
+_OF_THE_ARM: Final = (
+    TripReason.JOINT_POSITION, TripReason.JOINT_VELOCITY, TripReason.TRACKING_ERROR, TripReason.WORKSPACE,
+    TripReason.EXPLORATION_AREA, TripReason.PLATE_NOT_FELT,
+)  # fmt: skip
 
 
 def trial_setup(config: RunConfig, trial: int) -> TrialSetup:
@@ -66,9 +74,10 @@ def run_scored_trial(
     # Making ready moves an arm, too.
     rig.latch.require_free()
     rig.prepare(trial)
-    setup, observers = trial_setup(config, trial), watching
+    witness = _Witness(rig)
+    setup, observers = trial_setup(config, trial), (*watching, witness)
     if recorder is not None:
-        observers = (recorder.begin(setup, world_of(rig), trial_name(trial - first)), *watching)
+        observers = (recorder.begin(setup, world_of(rig), trial_name(trial - first)), *observers)
     if session is not None:
         observers = session.timed(observers)
     try:
@@ -78,19 +87,39 @@ def run_scored_trial(
         if recorder is not None:
             recorder.fail(task.report, error, _rig_fields(rig, session))
         raise
-    scored = replace(score(config, report, rig.truth()), stopped_by=rig.stopped_by(), blamed=_blamed(report, rig))
+    scored = score(config, report, rig.truth())
+    scored = replace(scored, stopped_by=rig.stopped_by(), blamed=witness.blamed)
     if recorder is not None:
         recorder.end(report, truth_fields(scored) | _rig_fields(rig, session))
     return scored
 
 
-def _blamed(report: TrialReport, rig: Rig) -> str:
-    """What a trip came of: the supervisor knows samples, and not the devices that they come from."""
-    if report.trip is None:
-        return ""
-    if report.trip.reason is TripReason.LATE_CYCLE:
-        return "the fault of this computer, which was late, or of an adapter that waits"
-    return rig.device_behind(report.trip.sample) if report.trip.sample else ""
+class _Witness(LoopObserver):
+    """Asks the device behind a trip in the very tick of it: its wire may give something else by the trial's end.
+
+    Attributes:
+        blamed: Whose samples were tripped for, and what its wire gave; or whose lateness. Empty for nobody's.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig, self.blamed = rig, ""
+        self._trip: Trip | None = None
+
+    @override
+    def supervised(self, supervised: Supervised) -> None:
+        change = supervised.intervention
+        if change is not None and change.trip is not None and self._trip is None:
+            self._trip = change.trip
+            self.blamed = self._told(change.trip)
+
+    def _told(self, trip: Trip) -> str:
+        if trip.reason is TripReason.LATE_CYCLE:
+            return "the fault of this computer, which was late, or of an adapter that waits"
+        if trip.sample:
+            return self._rig.device_behind(trip.sample)
+        # The world may well have done that; so may a wire that has something to tell.
+        told = self._rig.device_behind("joint" if trip.reason in _OF_THE_ARM else "force")
+        return told if ": " in told else ""
 
 
 def _rig_fields(rig: Rig, session: RealTimeSession | None) -> dict[str, Any]:

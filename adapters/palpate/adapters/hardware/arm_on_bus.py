@@ -93,6 +93,18 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
             raise DeviceError(self.name, "is not open")
         return self._opened.driver
 
+    def account(self) -> str:
+        """What the bus gave of late besides good answers, or instead of them; empty where nothing was wrong."""
+        opened, sample, now_ns = self._opened, self._sample, self._clock.now_ns()
+        if opened is None:
+            return ""
+        odd = opened.driver.oddities(now_ns)
+        lately = f"in the last second: {odd}" if odd else ""
+        if sample is None or now_ns - sample.source_time_ns <= self._max_age_ns:
+            return lately
+        silent_ms = (now_ns - sample.source_time_ns) * 1e-6
+        return f"no bus cycle has brought angles for {silent_ms:.0f} ms; {lately or 'one is waiting for an answer'}"
+
     @override
     def read(self) -> JointSample:
         if self._life is not Life.ACTIVE:

@@ -22,9 +22,9 @@ def told(error: DriverError, device: str = "") -> str:
 
 
 def told_of(device: object) -> str:
-    """A device's name, and what it says of its own silence."""
-    name, silence = str(getattr(device, "name", "")), getattr(device, "silence", "")
-    return f"{name}: {silence}" if silence else name
+    """A device's name, and what it says of its wire."""
+    name, account = str(getattr(device, "name", "")), getattr(device, "account", str)()
+    return f"{name}: {account}" if account else name
 
 
 def translated(error: DriverError, device: str) -> PalpateError:

@@ -24,7 +24,6 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
 
     Attributes:
         device: The driver; None before ``configure``. For ``palpate doctor``.
-        silence: Why nothing new came, when last that was so for long; empty for never.
     """
 
     REMEDY: ClassVar[str] = "look at it"
@@ -35,7 +34,6 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         self._clock, self._max_age_ns, self._start_timeout_s = clock, max_age_ns, start_timeout_s
         self._close_wire: Callable[[], None] | None = None
         self.device: DriverT | None = None
-        self.silence = ""
         self._polled_ns = 0
         self._undated: int | None = None
 
@@ -69,6 +67,18 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
             raise DeviceError(self.name, "has not delivered a sample yet")
         return self._made(sample)
 
+    def account(self) -> str:
+        """What came of late besides good samples, or instead of them; empty where nothing was wrong."""
+        device, now_ns = self.device, self._clock.now_ns()
+        if device is None:
+            return ""
+        odd, latest = device.oddities(now_ns), device.latest
+        lately = f"in the last second: {odd}" if odd else ""
+        if latest is not None and now_ns - latest.receive_time_ns <= 2 * self.period_ns + _LINE_NS:
+            return lately
+        silence = told(device.silence(now_ns), self.name)
+        return f"{silence}; {lately}" if lately and odd not in silence else silence
+
     def opened(self) -> DriverT:
         """The driver; DeviceError before ``configure``."""
         if self.device is None:
@@ -85,7 +95,6 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
                 self._look_for_news(device)
             self._polled_ns = self._clock.now_ns()
         except SilentError as error:
-            self.silence = told(error, self.name)
             # An old sample says so itself; a device that is gone for good is another matter.
             latest = device.latest
             if latest is None or self._clock.now_ns() - latest.receive_time_ns > 10 * self._max_age_ns:
@@ -139,7 +148,6 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
 
     def _on_activate(self) -> None:
         """Wait for a reading that can be used: after a start a filter must settle."""
-        self.silence = ""
         with translating(self.name):
             device, deadline_ns = self._polled(), self._clock.now_ns() + round(self._start_timeout_s * 1e9)
             since_ns = self._clock.now_ns()

@@ -146,7 +146,10 @@ class Rig(Protocol):
         return ""
 
     def device_behind(self, sample: str) -> str:
-        """Name of the device that ``force`` or ``joint`` samples come from; empty where there is none."""
+        """Name of the device that ``force`` or ``joint`` samples come from; empty where there is none.
+
+        After ": " follows what its wire gave of late besides good ones, where there is something to tell.
+        """
         return ""
 
     @property

@@ -1,10 +1,11 @@
 """The conversation with a Net F/T, advanced by polling: it asks for the stream, and puts what comes in order."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 from typing_extensions import override
 
+from palpate.drivers.account import listed
 from palpate.drivers.ati.box import NetFtBox
 from palpate.drivers.ati.rdt import SATURATED, RdtCommand, RdtRecord, decode_records, encode_request, faults_in
 from palpate.drivers.ati.wire import UdpWire
@@ -18,6 +19,18 @@ _STALL_NS: Final = 100_000_000
 _WINDOW: Final = 1024
 """So many records back a late one is told from one that was there already."""
 _WRAP: Final = 1 << 32
+_OLD, _LATE, _SAME, _SENSELESS, _LOST = (
+    "records no newer than one before", "records that came late", "records with the sample of before",
+    "datagrams that are no records", "records lost",
+)  # fmt: skip
+_RESTARTED: Final = "where it has restarted, acknowledge that"
+_REMEDIES: Final = {
+    _OLD: _RESTARTED,
+    _LATE: _RESTARTED,
+    _SAME: "power the box again; its sampling has stopped",
+    _SENSELESS: "see what else sends to this computer, and its network",
+    _LOST: "check cable and switch, and the load of the network",
+}
 
 
 @dataclass(slots=True)
@@ -44,7 +57,6 @@ class NetFt(PolledSensor):
         super().__init__()
         self.box = box
         self.statistics = RdtStatistics()
-        self._then = RdtStatistics()
         self._wire = wire
         self._newest: int | None = None
         self._missing: set[int] = set()
@@ -71,24 +83,16 @@ class NetFt(PolledSensor):
         if self.failure is not None:
             raise self.failure
         if self._newest is not None and self._polled_ns - self._heard_ns > _STALL_NS:
-            raise self._silence()
+            raise self.silence(self._polled_ns)
 
-    def _silence(self) -> SilentError:
-        """What came instead of news."""
-        now, then, ms = self.statistics, self._then, (self._polled_ns - self._heard_ns) * 1e-6
-        if number := now.repeated + now.late - then.repeated - then.late:
-            told, remedy = f"{number} records were no newer than one before", "where it has restarted, acknowledge that"
-        elif number := now.unchanged - then.unchanged:
-            told, remedy = f"{number} records had the sample of before", "power the box again; its sampling has stopped"
-        elif number := now.malformed - then.malformed:
-            told, remedy = (
-                f"{number} datagrams were no records",
-                "see what else sends to this computer, and its network",
-            )
-        else:
+    @override
+    def silence(self, now_ns: int) -> SilentError:
+        came, ms = self._account.since(self._heard_ns), (now_ns - self._heard_ns) * 1e-6
+        if not came:
             remedy = "check its power and cable, and that no other program has its stream"
             return SilentError(_NAME, f"has sent nothing for {ms:.0f} ms", remedy)
-        return SilentError(_NAME, f"has sent nothing new for {ms:.0f} ms: {told}", remedy)
+        remedy = next(remedy for name, remedy in _REMEDIES.items() if name in came)
+        return SilentError(_NAME, f"has sent nothing new for {ms:.0f} ms, but {listed(came)}", remedy)
 
     @override
     def poll(self, now_ns: int) -> list[ForceSample]:
@@ -107,8 +111,14 @@ class NetFt(PolledSensor):
         if samples:
             self.latest, self._heard_ns = samples[-1], now_ns
             self.statistics.samples += len(samples)
-            self._then = replace(self.statistics)
+        self._count(now_ns)
         return samples
+
+    def _count(self, now_ns: int) -> None:
+        seen = self.statistics
+        # Of those that come late none is lost any more.
+        counts = (seen.repeated, seen.late, seen.unchanged, seen.malformed, seen.lost + seen.late)
+        self._account.note(now_ns, dict(zip(_REMEDIES, counts, strict=True)))
 
     def _ask(self, command: RdtCommand) -> None:
         try:

@@ -152,6 +152,7 @@ class Cia402Arm(LatchingArm):
             targets = self._targets.hold(views)
         with self._latching():
             self._exchange.run([_CONTROLWORD[self._state]] * len(targets), targets)
+            self._account.note(now_ns, self._exchange.counted())
             self._judge(self._allowed())
         return self._measured(applied)
 

@@ -21,6 +21,7 @@ _NMT_OPERATIONAL: Final = b"\x05"
 _HEARTBEATS_PER_WATCHDOG: Final = 3
 _NS: Final = 1e-9
 _SPEED_INTERVALS: Final = 3
+_ODD: Final = ("SYNCs left unanswered", "answers too late", "answers twice", "frames of another length")
 _POWERED: Final = (DriveState.ENABLED, DriveState.QUICK_STOP)
 
 
@@ -111,6 +112,15 @@ class CyclicExchange:
     def statistics(self) -> ArmStatistics:
         """Figures so far."""
         return self._mailbox.statistics()
+
+    def counted(self) -> dict[str, int]:
+        """What came of the drives besides answers in time, by what it is."""
+        found: dict[str, int] = {}
+        for view in self.views:
+            box = view.box
+            counts = (box.missed, box.late, box.duplicates, box.malformed)
+            found |= {f"drive {box.node}: {what}": count for what, count in zip(_ODD, counts, strict=True) if count}
+        return found
 
     def _keep_alive(self, now_ns: int) -> None:
         every_ns = self._settings.host_watchdog_ms * 1_000_000 // _HEARTBEATS_PER_WATCHDOG

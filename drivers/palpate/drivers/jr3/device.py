@@ -2,8 +2,9 @@
 
 from typing_extensions import override
 
+from palpate.drivers.account import listed
 from palpate.drivers.device import PolledSensor
-from palpate.drivers.errors import DriverError, SettingError, StateError
+from palpate.drivers.errors import DriverError, SettingError, SilentError, StateError
 from palpate.drivers.jr3 import health
 from palpate.drivers.jr3.health import BoardIdentity, Jr3Statistics
 from palpate.drivers.jr3.messages import Ack, FullScales, Jr3Sample, Op, Reading, Request
@@ -40,11 +41,10 @@ class Jr3(PolledSensor):
         self._wire, self._exchange = wire, RequestInFlight()
         self._cutoff_cHz, self._period_us = wire.feasible(settings.cutoff_cHz, settings.period_us)
         self._settling_ns = settling_ns(self._cutoff_cHz)
-        self._sampler = Sampler(self._period_us, self._settling_ns, settings.signs)
+        self._sampler = Sampler(self._period_us, self._settling_ns, settings.signs, is_checked=wire.is_checked)
         self._heard = self._started = False
-        self._fences = self._boots = self._boots_in_row = 0
+        self._fences = self._boots = self._boots_in_row = self._polled_ns = 0
         self._raw_scales: tuple[int, ...] = ()
-        self._at_stall = wire.counts(), 0
 
     @property
     def after_boot(self) -> bool:
@@ -84,14 +84,26 @@ class Jr3(PolledSensor):
         if self.failure is not None:
             raise self.failure
         if self.phase is Jr3Phase.SILENT:
-            before, duplicates = self._at_stall
-            repeated = self._sampler.counter.duplicates - duplicates
-            raise health.no_reading(self._wire.name, self._settings.stall_ns, before, self._wire.counts(), repeated)
+            raise self.silence(self._polled_ns)
+
+    @override
+    def silence(self, now_ns: int) -> SilentError:
+        then_ns = self._sampler.last_new_ns
+        return health.no_reading(self._wire.name, now_ns - then_ns, self._account.since(then_ns), self._last())
+
+    @override
+    def oddities(self, now_ns: int) -> str:
+        return listed(self._account.lately(now_ns), self._last())
+
+    def _last(self) -> dict[str, str]:
+        sampler = self._sampler
+        return {health.JUMPED: f"by {sampler.counter.jump:+d}", health.LEAPT: sampler.leap}
 
     @override
     def poll(self, now_ns: int) -> list[Jr3Sample]:
         """Take what has arrived, and do what is due."""
         samples: list[Jr3Sample] = []
+        self._polled_ns = now_ns
         if self.phase in (Jr3Phase.CLOSED, Jr3Phase.FAULTED):
             return samples
         try:
@@ -107,7 +119,14 @@ class Jr3(PolledSensor):
             self._do_due(now_ns)
         except DriverError as error:
             self._fail(error, Jr3Event.LINK_LOST)
+        self._count(now_ns)
         return samples
+
+    def _count(self, now_ns: int) -> None:
+        wire, sampler, counter = self._wire.counts(), self._sampler, self._sampler.counter
+        again, strays = counter.duplicates + wire.duplicates, self._exchange.strays
+        counts = (again, wire.garbage, wire.orphans, counter.doubted, counter.restarts, sampler.leaps, strays)
+        self._account.note(now_ns, dict(zip(health.REMEDIES, counts, strict=True)))
 
     def statistics(self) -> Jr3Statistics:
         """Counters since the driver was made."""
@@ -204,7 +223,6 @@ class Jr3(PolledSensor):
             self._sampler.counter.resume()
             self._wire.forget()
             self._advance(Jr3Event.STALLED)
-            self._at_stall = self._wire.counts(), self._sampler.counter.duplicates
         if self._exchange.exhausted(now_ns):
             self._give_up()
         request = self._exchange.request

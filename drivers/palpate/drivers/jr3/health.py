@@ -1,7 +1,10 @@
 """What a health check reads, and which error it is when the board does not do as asked."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Final
 
+from palpate.drivers.account import listed
 from palpate.drivers.errors import DeviceFaultError, DriverError, GarbledError, SilentError, WiringError
 from palpate.drivers.jr3.messages import FullScales, TransportCounts
 
@@ -59,20 +62,31 @@ def no_answer(name: str, doing: str, counts: TransportCounts, *, refused: bool, 
     return WiringError(name, f"nobody answers ({_garbage(counts)})", remedy)
 
 
-def no_reading(
-    name: str, stall_ns: int, before: TransportCounts, counts: TransportCounts, repeated: int
-) -> SilentError:
-    """The stream has stopped."""
-    problem = f"no new reading for {stall_ns * 1e-6:.0f} ms"
-    senseless = counts.garbage + counts.orphans - before.garbage - before.orphans
-    if repeated:
-        what, remedy = f"the last one came {repeated} times again", "power the board again; its sampling has stopped"
-    elif senseless:
-        what = f"{senseless} frames or bytes without sense, or cut short, came instead"
-        remedy = "check shield, ground and bit rate; then open it again"
-    else:
-        what, remedy = "nothing comes", "check cable and power; then open it again"
-    return SilentError(name, f"{problem}: {what}", remedy)
+SENSELESS, HALVES, AGAIN, JUMPED, BACK, LEAPT, STRAYS = (
+    "frames or bytes without sense or cut short", "halves of readings without the other half",
+    "readings again that were there already", "readings whose counter jumped", "counters that began anew",
+    "readings in which a channel leapt while others stood, as damaged bytes make them: this line has no checksum",
+    "answers that nobody asked for",
+)  # fmt: skip
+_SHIELD: Final = "check shield, ground and bit rate; then open it again"
+_OTHERS: Final = "see what else talks to the board, and whether the line loses bytes; then open it again"
+REMEDIES: Final = {
+    AGAIN: "power the board again; its sampling has stopped",
+    SENSELESS: _SHIELD,
+    HALVES: _SHIELD,
+    JUMPED: _OTHERS,
+    BACK: _OTHERS,
+    LEAPT: _SHIELD,
+    STRAYS: _OTHERS,
+}
+"""What is counted besides good readings, the most telling first, and what to do about it."""
+
+
+def no_reading(name: str, silent_ns: int, came: Mapping[str, int], last: Mapping[str, str]) -> SilentError:
+    """The stream has stopped, or what comes is no news."""
+    what = f"{listed(came, last)} came instead" if came else "nothing comes"
+    remedy = next((REMEDIES[count] for count in REMEDIES if count in came), "check cable and power; then open it again")
+    return SilentError(name, f"no new reading for {silent_ns * 1e-6:.0f} ms: {what}", remedy)
 
 
 def too_many_boots(name: str, boots: int) -> DeviceFaultError:

@@ -18,6 +18,10 @@ ACQUISITION_S = 128.5e-6
 _WRAP, _HALF = 0x10000, 0x8000
 _PLAUSIBLE_STEPS = 8.0
 _MISSED_STEPS = 1.5
+_AXES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+_LEAP_COUNTS, _STANDS_COUNTS, _STANDING = 512, 64, 3
+"""So much from one reading to the next is a leap, so little is to stand, for so many channels. Assumed; CALC, with the
+scales of a wrist sensor: 3.6 to 5.8 N and 0.4 to 0.7 N."""
 
 
 class FrameCounter:
@@ -26,10 +30,11 @@ class FrameCounter:
     Attributes:
         missed: How many (CALC from the counter and the period).
         restarts: How often the counter went back without our asking. The zero is gone then too.
+        jump: By how much the last one differed that fitted nothing before.
     """
 
     def __init__(self, period_us: int) -> None:
-        self.duplicates = self.doubted = self.gaps = self.missed = self.restarts = 0
+        self.duplicates = self.doubted = self.gaps = self.missed = self.restarts = self.jump = 0
         self._step = max(1.0, period_us * 1e-6 / ACQUISITION_S)
         self._window = int(_PLAUSIBLE_STEPS * self._step) + 1
         self._sequence = 0
@@ -67,6 +72,7 @@ class FrameCounter:
         if self._doubtful is None or not 0 < (counter - self._doubtful) % _WRAP <= self._window:
             self._doubtful = counter
             self.doubted += 1
+            self.jump = ahead if ahead < _HALF else ahead - _WRAP
             return None
         if ahead < _HALF:
             self._note_gap(ahead)
@@ -91,13 +97,18 @@ class Sampler:
 
     Attributes:
         full_scales: As the board reports them; None before.
+        leaps: Readings in which some channels leapt and most stood: no load does so, a damaged byte does.
+        leap: The last of these, for a message.
     """
 
-    def __init__(self, period_us: int, settling_ns: int, signs: Signs) -> None:
+    def __init__(self, period_us: int, settling_ns: int, signs: Signs, *, is_checked: bool) -> None:
         self.counter = FrameCounter(period_us)
         self.full_scales: FullScales | None = None
         self.after_boot = False
-        self.samples = self.last_new_ns = 0
+        self.samples = self.last_new_ns = self.leaps = 0
+        self.leap = ""
+        self._is_checked = is_checked
+        self._values: tuple[int, ...] | None = None
         self._signs, self._settling_ns = signs, settling_ns
         self._scaling: Scaling | None = None
         self._settled_at_ns = 0
@@ -122,6 +133,8 @@ class Sampler:
         if self.counter.restarts > restarts:
             self._settled_at_ns = now_ns + self._settling_ns
         self.last_new_ns = now_ns
+        if not self._is_checked:
+            self._look_for_leaps((*reading.forces, *reading.moments))
         peak = peak_counts(reading)
         force_N, torque_Nm = self._scaling.wrench(reading)
         self.samples += 1
@@ -137,3 +150,12 @@ class Sampler:
             settling=now_ns < self._settled_at_ns,
             after_boot=self.after_boot,
         )
+
+    def _look_for_leaps(self, values: tuple[int, ...]) -> None:
+        before, self._values = self._values, values
+        if before is None:
+            return
+        steps = [abs(new - old) for new, old in zip(values, before, strict=True)]
+        most = max(steps)
+        if most >= _LEAP_COUNTS and sum(step < _STANDS_COUNTS for step in steps) >= _STANDING:
+            self.leaps, self.leap = self.leaps + 1, f"{_AXES[steps.index(most)]} by {most} counts"

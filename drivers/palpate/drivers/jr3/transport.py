@@ -96,6 +96,8 @@ class Transport(Protocol):
     name: str
     timing: TransportTiming
     scale_ops: tuple[Op, ...]
+    is_checked: bool
+    """Whether a damaged reading is noticed, by a checksum."""
 
     def receive(self) -> list[Message]:
         """Messages that have arrived."""
@@ -123,7 +125,7 @@ class CanTransport:
     def __init__(self, link: CanLink, node: int = 1, canopen_nodes: Iterable[int] = ()) -> None:
         check_node(node, canopen_nodes)
         self.name = f"JR3 on CAN, node {node}"
-        self.timing = CAN_TIMING
+        self.timing, self.is_checked = CAN_TIMING, True
         self.scale_ops: tuple[Op, ...] = (Op.GET_FORCE_SCALES, Op.GET_MOMENT_SCALES)
         self._link, self._node = link, node
         self._decoder, self._joiner = CanDecoder(node), Reassembly()
@@ -168,7 +170,7 @@ class UartTransport:
 
     def __init__(self, link: UartLink) -> None:
         self.name = "JR3 on a serial line"
-        self.timing = UART_TIMING
+        self.timing, self.is_checked = UART_TIMING, False
         self.scale_ops: tuple[Op, ...] = (Op.GET_SCALES,)
         self._link, self._parser = link, UartParser()
 

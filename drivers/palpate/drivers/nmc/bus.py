@@ -6,12 +6,12 @@ A busy computer hands over what is later still. So the first reply after that is
 another question in a length of its own: on a line everything comes in its order, so nothing older is on its way then.
 """
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable
 from typing import Final
 
 from palpate.drivers.errors import DriverError, GarbledError, LateError, SilentError, StateError, WiringError
-from palpate.drivers.nmc.commands import CLEAR_BITS, read_stat
+from palpate.drivers.nmc.commands import CLEAR_BITS, NOP, read_stat
 from palpate.drivers.nmc.frames import (
     EVERYBODY,
     FRAME_OVERHEAD_BYTES,
@@ -48,6 +48,9 @@ class NmcBus:
     Not thread-safe: one thread talks. Whatever exception a port raises means that it is gone: besides ``OSError``,
     pyserial lets ``termios.error`` and ``TypeError`` through when an adapter is unplugged.
 
+    Attributes:
+        oddities: What came besides good replies, by what it was and of which module.
+
     Raises:
         SilentError: By whatever talks: the port is gone.
     """
@@ -62,6 +65,7 @@ class NmcBus:
         self.settings = settings
         self._stream, self._clock_ns, self._sleep_s = stream, clock_ns, sleep_s
         self._counters = BusStatistics()
+        self.oddities: Counter[str] = Counter()
         self._masks: dict[int, StatusItem] = {}
         self._failures: defaultdict[int, int] = defaultdict(int)
         self._run = self._stray_run = 0
@@ -209,6 +213,11 @@ class NmcBus:
             raise self._stop(_error(address, result, allowed, sum(self._late.values())))
         return None
 
+    def disown(self, address: int) -> None:
+        """Say that the reply just accepted cannot be this module's: the line is out of step, and is brought back."""
+        self._is_dirty = True
+        self._note(address, NOP, Discarded.ANOTHER)
+
     def require(self, address: int, command: NmcCommand) -> Reply:
         """An exchange that must succeed; it is repeated as often as the settings allow errors.
 
@@ -254,6 +263,7 @@ class NmcBus:
         stray = self._stream.read(waiting)
         self._stream.reset_input_buffer()
         self._counters.stray_bytes += len(stray)
+        self.oddities["bytes that nobody asked for"] += len(stray)
         self._stray_run += 1
         self._heard = find_frame(stray)
 
@@ -278,6 +288,7 @@ class NmcBus:
                 self._masks[address] = StatusItem(command.data[0])
             return
         self._counters.discarded[result] += 1
+        self.oddities[f"module {address}: {result.value}"] += 1
         self._failures[address] += 1
         self._run += 1
         if result is Discarded.LATE:

@@ -36,6 +36,7 @@ class Discarded(enum.Enum):
     BLANK = "nothing but zeros, as from a stuck line"
     REJECTED = "the module received a damaged command"
     ECHO = "the command itself came back"
+    ANOTHER = "a position that it cannot have reached, as in another module's reply"
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,8 +27,12 @@ class UrToolForce(PolledSensor):
         if self.failure is not None:
             raise self.failure
         if self.latest is not None and self._polled_ns - self.latest.receive_time_ns > _STALL_NS:
-            age_ms = (self._polled_ns - self.latest.receive_time_ns) * 1e-6
-            raise SilentError(NAME, f"the tool force of {self._link.host} has not come for {age_ms:.0f} ms", CHECK)
+            raise self.silence(self._polled_ns)
+
+    @override
+    def silence(self, now_ns: int) -> SilentError:
+        since = "yet" if self.latest is None else f"for {(now_ns - self.latest.receive_time_ns) * 1e-6:.0f} ms"
+        return SilentError(NAME, f"the tool force of {self._link.host} has not come {since}", CHECK)
 
     @override
     def poll(self, now_ns: int) -> list[ForceSample]:

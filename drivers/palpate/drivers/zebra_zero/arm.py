@@ -4,6 +4,9 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Final, NoReturn, Protocol, Self
 
+from typing_extensions import override
+
+from palpate.drivers.account import Account, listed
 from palpate.drivers.device import Applied, AppliedReason, ArmDriver
 from palpate.drivers.errors import DeviceFaultError, DriverError, StateError, WiringError
 from palpate.drivers.nmc import NOP, BusStatistics, Module, NmcBus, NmcCommand, start
@@ -45,7 +48,8 @@ class CountsStore(Protocol):
 class ZebraZero(ArmDriver):
     """The arm on an open port. As a context manager it is closed, and so stopped, on every way out.
 
-    Not thread-safe: all belongs in one thread, only ``preview``, ``state`` and ``fault`` may be used from another.
+    Not thread-safe: all belongs in one thread, only ``preview``, ``oddities``, ``state`` and ``fault`` may be used from
+    another.
 
     Args:
         stream: The open port, 8N1; the caller closes it after the arm.
@@ -77,6 +81,7 @@ class ZebraZero(ArmDriver):
         self._servos = Servos(self._bus, self.settings)
         self._tracking, self._setpoints = Tracking(self.settings), Setpoints(self.settings)
         self._rounds = Rounds(self._bus, self._servos, self._tracking, self.settings, clock_ns)
+        self._account = Account()
         self.state = ZebraState.CLOSED
         self.fault: Fault | None = None
         self.modules: tuple[Module, ...] = ()
@@ -214,9 +219,14 @@ class ZebraZero(ArmDriver):
         begin_ns = self._clock_ns()
         applied, commands = self._plan(setpoint_rad, begin_ns)
         is_fresh, trouble = self._rounds.run(commands)
+        self._account.note(self._clock_ns(), dict(self._bus.oddities))
         if trouble is not None:
             self._fail(trouble)
         return self._tracking.measured(is_fresh, applied, begin_ns, self._clock_ns())
+
+    @override
+    def oddities(self, now_ns: int) -> str:
+        return listed(self._account.lately(now_ns))
 
     def smooth_stop(self) -> StopOutcome:
         """Brings every motor whose servo is on to rest and keeps it there. Any time, twice too; never raises.

@@ -20,7 +20,8 @@ class Tracking:
     """Takes replies and keeps what is believed of them.
 
     A reply of another axis, or a damaged one that has the right sum, shows as a jump that no motor can make: more than
-    twice what the highest velocity allows, plus the position error at which the firmware gives up.
+    twice what the highest velocity allows, plus the position error at which the firmware gives up; without that where
+    another axis stands just there.
     """
 
     def __init__(self, settings: ZebraZeroSettings) -> None:
@@ -69,8 +70,9 @@ class Tracking:
             return self._doubt(index)
         last_ns = self._time_ns[index]
         if is_driven and last_ns is not None:
-            allowed = self._slack_counts + self._jump_counts_per_s[index] * (now_ns - last_ns) * 1e-9
-            if abs(counts - self._counts[index]) > allowed:
+            reach = self._jump_counts_per_s[index] * (now_ns - last_ns) * 1e-9
+            jump = abs(counts - self._counts[index]) - reach
+            if jump > self._slack_counts or (jump > 0.0 and self._is_another_s(index, counts, reach)):
                 return self._doubt(index)
         self._counts[index], self._time_ns[index] = counts, now_ns
         self._status[index], self._aux[index] = reply.status, reply.aux
@@ -92,6 +94,10 @@ class Tracking:
             begin_ns=begin_ns,
             end_ns=end_ns,
         )
+
+    def _is_another_s(self, index: int, counts: int, reach: float) -> bool:
+        others = (place for other, place in enumerate(self._counts) if other != index)
+        return any(abs(counts - place) <= reach for place in others)
 
     def _doubt(self, index: int) -> int:
         self._doubts[index] += 1
@@ -200,6 +206,7 @@ class Rounds:
             remedy = "check the cable, and that nothing else talks on the bus"
             return False, lost(GarbledError(DEVICE, problem, remedy), axis)
         if doubts:
+            self._bus.disown(axis)
             return False, None
         fault = fault_in(axis, reply, self._settings, should_be_on=True) if is_on else None
         return True, None if fault is None else Trouble(fault, fault.error())

@@ -1,5 +1,7 @@
 """The conversation: samples, restarts, silence and pulled cables."""
 
+import re
+
 import pytest
 
 from palpate.drivers.can.link import CanFrame
@@ -117,7 +119,7 @@ def test_silence_and_the_end_of_it() -> None:
     bench.device.check()
     bench.polls(2)
     assert bench.device.phase is Jr3Phase.SILENT
-    with pytest.raises(SilentError, match="no new reading for 200 ms"):
+    with pytest.raises(SilentError, match="no new reading for 202 ms"):
         bench.device.check()
     assert len(bench.read()) == 1
     bench.device.check()
@@ -128,19 +130,40 @@ def test_silence_and_the_end_of_it() -> None:
     ("what", "told"),
     [
         ("silence", "nothing comes; check cable and power"),
-        ("the same again", r"the last one came \d+ times again; power the board again"),
-        ("halves", r"\d+ frames or bytes without sense, or cut short, came instead; check shield"),
+        ("the same again", r"readings again that were there already \(\d+\) came instead; power the board again"),
+        ("halves", r"halves of readings without the other half \(\d+\) came instead; check shield"),
+        ("other lengths", r"frames or bytes without sense or cut short \(\d+\) came instead; check shield"),
+        ("jumps", r"readings whose counter jumped \(\d+, the last by \+\d+\) came instead; see what else talks"),
     ],
 )
-def test_silence_repetition_and_halves_are_told_apart(what: str, told: str) -> None:
+def test_what_comes_instead_of_readings_is_told_from_the_first_moment(what: str, told: str) -> None:
     bench = Bench().streaming()
-    for _ in range(50):
-        bench.counter += what == "halves"
-        bench.link.inbox += [] if what == "silence" else [forces(bench.counter)]
-        bench.link.inbox += [moments(bench.counter)] if what == "the same again" else []
+    halves = {
+        "silence": lambda n: [],
+        "the same again": lambda n: [forces(bench.counter), moments(bench.counter)],
+        "halves": lambda n: [forces(bench.counter + n)],
+        "other lengths": lambda n: [CanFrame(0x601, bytes(5))],
+        "jumps": lambda n: [forces(9000 * (n % 5 + 1)), moments(9000 * (n % 5 + 1))],
+    }[what]
+    for n in range(1, 22):
+        bench.link.inbox += halves(n)
         bench.poll(10.0)
-    with pytest.raises(SilentError, match=f"no new reading for 200 ms: {told}"):
+        if n == 6:
+            assert re.search(f"no new reading for 60 ms: {told}", str(bench.device.silence(bench.now_ns)))
+    with pytest.raises(SilentError, match=f"no new reading for 210 ms: {told}"):
         bench.device.check()
+
+
+def test_a_counter_that_goes_back_is_told_for_a_second() -> None:
+    bench = Bench().streaming()
+    assert bench.device.oddities(bench.now_ns) == ""
+    bench.counter = 60_000
+    bench.read()
+    bench.read()
+    told = "readings whose counter jumped (1, the last by -5536), counters that began anew (1)"
+    assert bench.device.oddities(bench.now_ns) == told
+    bench.polls(11, 100.0)
+    assert bench.device.oddities(bench.now_ns) == ""
 
 
 def test_cable_pulled_and_plugged() -> None:

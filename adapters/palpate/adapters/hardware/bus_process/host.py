@@ -62,6 +62,10 @@ class HostedPair(ManagedDevice):
         """Newest joint angles."""
         return self._adapter.encoder.read()
 
+    def account(self) -> str:
+        """What the encoders' wire gave of late besides good samples, where they tell."""
+        return str(getattr(self._adapter.encoder, "account", str)())
+
     def send(self, command: JointCommand) -> AppliedCommand:
         """Hand on set-points, unless the arm is held."""
         self._require_active("send()")
@@ -255,7 +259,7 @@ class Host:
                 joints = self._pair.read()
             except Exception as error:
                 trouble = Report.of(error, self._pair.name)
-        return HostedStatus(self._clock.now_ns(), self._pair.fault, joints, trouble)
+        return HostedStatus(self._clock.now_ns(), self._pair.fault, joints, trouble, self._pair.account())
 
     def _set_free(self) -> None:
         if self._pair.life is Life.ACTIVE:

@@ -91,6 +91,10 @@ class HostedArm(ManagedDevice, JointEncoder, ArmCommand):
             raise DeviceError(self.name, "has not delivered a sample yet")
         return status.joints
 
+    def account(self) -> str:
+        """What the arm's wire gave of late besides good samples, as its process says."""
+        return self._status.account
+
     @override
     def send(self, command: JointCommand) -> AppliedCommand:
         """Hand on set-points; where the process does not answer in time, the arm is said to hold what it held."""

@@ -50,6 +50,7 @@ class HostedStatus(NamedTuple):
     fault: str | None = None
     joints: JointSample | None = None
     trouble: Report | None = None
+    account: str = ""
 
 
 class Wire:
