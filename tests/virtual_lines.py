@@ -23,7 +23,11 @@ _SDO_WAIT_NS = 20_000_000
 
 
 class VirtualPort(Generic[Emulator]):
-    """A serial port as of pyserial, with an emulated device at its far end."""
+    """A serial port as of pyserial, with an emulated device at its far end.
+
+    Attributes:
+        is_whole: Whether the cable beyond the adapter is: cut, it carries nothing either way.
+    """
 
     def __init__(self, clock: VirtualTime, emulator: Emulator, timing: LineSpeed | None) -> None:
         self.line = SerialLine(emulator, timing)
@@ -31,7 +35,7 @@ class VirtualPort(Generic[Emulator]):
         self.timeout: float | None = None
         self.write_timeout: float | None = None
         self._clock, self._arrived = clock, bytearray()
-        self._plugged = True
+        self._plugged = self.is_whole = True
         self.line.connect(lambda: self.baudrate, clock.now_ns())
 
     def next_event_ns(self) -> int:
@@ -39,7 +43,7 @@ class VirtualPort(Generic[Emulator]):
 
     def step(self, now_ns: int) -> None:
         for data in self.line.step(now_ns):
-            self._arrived += data
+            self._arrived += data if self.is_whole else b""
 
     def put(self, data: bytes) -> None:
         """Bytes that come from elsewhere."""
@@ -50,11 +54,6 @@ class VirtualPort(Generic[Emulator]):
         self._plugged = False
         self._arrived.clear()
         self.line.disconnect()
-
-    def plug(self) -> None:
-        """Plug it in again."""
-        self._plugged = True
-        self.line.connect(lambda: self.baudrate, self._clock.now_ns())
 
     @property
     def in_waiting(self) -> int:
@@ -72,7 +71,8 @@ class VirtualPort(Generic[Emulator]):
 
     def write(self, data: bytes, /) -> int:
         self._check()
-        self.line.receive(data, self._clock.now_ns())
+        if self.is_whole:
+            self.line.receive(data, self._clock.now_ns())
         return len(data)
 
     def reset_input_buffer(self) -> None:
@@ -88,11 +88,16 @@ class VirtualPort(Generic[Emulator]):
 
 
 class VirtualCan:
-    """A CAN bus with emulated nodes; hosts hear every frame of the nodes."""
+    """A CAN bus with emulated nodes; hosts hear every frame of the nodes.
+
+    Attributes:
+        is_whole: Whether the cable to the hosts is: cut, it carries nothing either way.
+    """
 
     def __init__(self, clock: VirtualTime, nodes: Iterable[CanNode], **options: Any) -> None:
         self.wire = EmulatedCanBus(tuple(nodes), generator=np.random.default_rng(1), **options)
         self.hosts: list[Callable[[BusFrame], object]] = []
+        self.is_whole = True
         self._clock, self._next_ns = clock, 0
 
     def next_event_ns(self) -> int:
@@ -100,14 +105,15 @@ class VirtualCan:
 
     def step(self, now_ns: int) -> None:
         for frame in self.wire.advance(now_ns):
-            for host in self.hosts:
+            for host in self.hosts if self.is_whole else ():
                 host(frame)
         is_busy = self.wire._on_wire is not None or any(self.wire._ready)
         self._next_ns = now_ns + (_BUSY_GRAIN_NS if is_busy else _GRAIN_NS)
 
     def send(self, identifier: int, data: bytes) -> None:
         now_ns = self._clock.now_ns()
-        self.wire.send(BusFrame(identifier, data), now_ns)
+        if self.is_whole:
+            self.wire.send(BusFrame(identifier, data), now_ns)
         self._next_ns = min(self._next_ns, now_ns + _BUSY_GRAIN_NS)
 
 
@@ -182,6 +188,26 @@ class VirtualNetwork:
     def _hear(self, frame: BusFrame) -> None:
         for callback in self.subscribers.get(frame.arbitration_id, []):
             callback(frame.arbitration_id, bytearray(frame.data), 0.0)
+
+
+class Cable:
+    """Between an adapter and its device: cut and joined by name, with time to notice.
+
+    Args:
+        noticed_s: After so long an adapter that hears nothing must say so.
+    """
+
+    def __init__(self, clock: VirtualTime, wire: VirtualPort[Any] | VirtualCan, noticed_s: float) -> None:
+        self._clock, self._wire, self._noticed_s = clock, wire, noticed_s
+
+    def cut(self) -> None:
+        """Nothing goes through any more."""
+        self._wire.is_whole = False
+        self._clock.sleep(self._noticed_s)
+
+    def join(self) -> None:
+        """All goes through again."""
+        self._wire.is_whole = True
 
 
 class VirtualDesk:

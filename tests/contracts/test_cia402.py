@@ -13,7 +13,7 @@ from palpate.core.ports import JointVector
 from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.motors.plant import DirectMotors
-from tests.virtual_lines import VirtualDesk
+from tests.virtual_lines import Cable, VirtualDesk
 from tests.virtual_time import VirtualTime
 
 HOME = (0.1, -0.2, 0.3)
@@ -43,7 +43,7 @@ class Bench:
         self.drives = [CanopenDrive(axis + 1, self.motors, axis) for axis in range(3)]
         self.desk = VirtualDesk()
         self.clock = self.desk.clock
-        self.desk.can("can0", *self.drives)
+        self.cable = Cable(self.clock, self.desk.can("can0", *self.drives), 0.3)
         self.clock.sleep(0.05)  # the drives boot
         context = RigContext(self.clock, arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 3)
         table: dict[str, Any] = {
@@ -78,6 +78,9 @@ class TestCia402Encoder(JointEncoderContract):
             tolerance_rad=2e-4,
             arm=bench.arm,
             provoke_fault=bench.fail,
+            fail_at_rest=bench.fail,
+            disconnect=bench.cable.cut,
+            reconnect=bench.cable.join,
             dispose=bench.desk.close,
             runs_by_itself=True,
             long_ticks=300,
@@ -102,6 +105,9 @@ class TestCia402Arm(ArmCommandContract):
             settle_ticks=10,
             limit_ticks=100,
             provoke_fault=bench.fail,
+            fail_at_rest=bench.fail,
+            disconnect=bench.cable.cut,
+            reconnect=bench.cable.join,
             dispose=bench.desk.close,
             runs_by_itself=True,
             long_ticks=300,

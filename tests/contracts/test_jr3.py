@@ -14,7 +14,7 @@ from palpate.core.motion.arm import arm_named
 from palpate.core.ports import Life, Validity
 from palpate.core.ports.contracts import ForceSensorContract, ForceSensorRig
 from palpate.simulation.emulators.jr3 import UART_CONFIG, Jr3CanNode, Jr3Config, Jr3UartNode
-from tests.virtual_lines import VirtualDesk
+from tests.virtual_lines import Cable, VirtualDesk
 from tests.virtual_time import VirtualTime
 
 TICK_NS = 10**9 // 140
@@ -39,7 +39,10 @@ class Load:
         self.wrench = (fx, fy, fz, 0.0, 0.0, 0.0)
 
 
-def rig(desk: VirtualDesk, sensor: Jr3ForceSensor, load: Load, firmware: Any) -> ForceSensorRig:
+def rig(desk: VirtualDesk, wire: Any, sensor: Jr3ForceSensor, load: Load, firmware: Any) -> ForceSensorRig:
+    # It cannot tell a cable that is cut from silence, and bears that for ten times as long as a sample may be old.
+    cable = Cable(desk.clock, wire, 0.011 * MAX_AGE_MS)
+
     def fall_silent() -> None:
         firmware.faults = replace(firmware.faults, silent=True)
 
@@ -55,6 +58,8 @@ def rig(desk: VirtualDesk, sensor: Jr3ForceSensor, load: Load, firmware: Any) ->
         go_silent=fall_silent,
         is_open=lambda: sensor.device is not None,
         provoke_fault=lambda: sensor._latch("fault on demand"),
+        disconnect=cable.cut,
+        reconnect=cable.join,
         dispose=desk.close,
         runs_by_itself=True,
         long_ticks=1000,
@@ -64,17 +69,17 @@ def rig(desk: VirtualDesk, sensor: Jr3ForceSensor, load: Load, firmware: Any) ->
 def can_rig() -> ForceSensorRig:
     load, desk = Load(), VirtualDesk()
     node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
-    desk.can("can0", node)
+    bus = desk.can("can0", node)
     settings = {"interface": "virtual", "channel": "can0", "max_age_ms": MAX_AGE_MS, "period_us": 2000}
-    return rig(desk, make_jr3_can(settings, context(desk.clock)), load, node.firmware)
+    return rig(desk, bus, make_jr3_can(settings, context(desk.clock)), load, node.firmware)
 
 
 def uart_rig() -> ForceSensorRig:
     load, desk = Load(), VirtualDesk()
     node = Jr3UartNode(load, replace(UART_CONFIG, boot_ns=BOOT_NS), generator=np.random.default_rng(0))
-    desk.serial("sensor", node)
+    port = desk.serial("sensor", node)
     settings = {"port": "sensor", "max_age_ms": MAX_AGE_MS, "period_us": 4000}
-    return rig(desk, make_jr3_uart(settings, context(desk.clock)), load, node.firmware)
+    return rig(desk, port, make_jr3_uart(settings, context(desk.clock)), load, node.firmware)
 
 
 class TestJr3Can(ForceSensorContract):

@@ -10,7 +10,7 @@ from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, Join
 from palpate.simulation.emulators.motors.plant import HOME_RAD
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.ideal_motors import IdealPlant
-from tests.virtual_lines import VirtualDesk
+from tests.virtual_lines import Cable, VirtualDesk
 
 BAUD = 230_400
 DIVIDER = 2
@@ -27,7 +27,8 @@ class Bench:
         self.clock = self.desk.clock
         self.plant = IdealPlant()
         self.bus = NmcChain(self.plant)
-        self.desk.serial("arm", self.bus)
+        # A line on which nobody answers is told to stop for 0.3 s.
+        self.cable = Cable(self.clock, self.desk.serial("arm", self.bus), 0.6)
         context = RigContext(self.clock, arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 6)
         table = {
             "port": "arm",
@@ -65,6 +66,9 @@ class TestZebraEncoder(JointEncoderContract):
             tolerance_rad=2e-4,
             arm=bench.arm,
             provoke_fault=bench.overload,
+            fail_at_rest=bench.overload,
+            disconnect=bench.cable.cut,
+            reconnect=bench.cable.join,
             dispose=bench.desk.close,
             runs_by_itself=True,
             long_ticks=300,
@@ -87,6 +91,9 @@ class TestZebraArm(ArmCommandContract):
             settle_ticks=SETTLE_TICKS,
             limit_ticks=300,
             provoke_fault=bench.overload,
+            fail_at_rest=bench.overload,
+            disconnect=bench.cable.cut,
+            reconnect=bench.cable.join,
             dispose=bench.desk.close,
             runs_by_itself=True,
             long_ticks=300,

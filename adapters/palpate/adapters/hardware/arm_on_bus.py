@@ -8,7 +8,7 @@ from typing import Final
 
 from typing_extensions import override
 
-from palpate.adapters.hardware.errors import told, translating
+from palpate.adapters.hardware.errors import told, translated, translating
 from palpate.core.errors import CommandError, DeviceError
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
@@ -242,8 +242,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
 
     def _on_activate(self) -> None:
         self._stopped = False
-        with translating(self.name):
-            self._driver.enable()
+        self._enable()
         self._newest = self._sample = None
         self._end = self._stop_wanted = self._stopped = False
         thread = threading.Thread(target=self._run, name=f"{self.name} bus", daemon=True)
@@ -252,6 +251,16 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         self._wait(lambda: self._sample is not None or not thread.is_alive(), _PATIENCE_NS)
         if self._sample is None:
             raise DeviceError(self.name, self.fault or "delivers no joint angles")
+
+    def _enable(self) -> None:
+        """What has failed while nothing cycled the bus is found now, and is a fault as any other."""
+        driver = self._driver
+        try:
+            driver.enable()
+        except DriverError as error:
+            if driver.is_faulted:
+                self._latch(told(error, self.name))
+            raise translated(error, self.name) from error
 
     def _on_deactivate(self) -> None:
         driver = self._take_back()

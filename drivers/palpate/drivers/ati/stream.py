@@ -5,11 +5,10 @@ from typing import Final
 
 from typing_extensions import override
 
-from palpate.drivers.account import listed
 from palpate.drivers.ati.box import NetFtBox
 from palpate.drivers.ati.rdt import SATURATED, RdtCommand, RdtRecord, decode_records, encode_request, faults_in
 from palpate.drivers.ati.wire import UdpWire
-from palpate.drivers.device import ForceSample, PolledSensor
+from palpate.drivers.device import ForceSample, PolledSensor, listed
 from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError
 
 _NAME: Final = "ATI Net F/T"

@@ -2,8 +2,7 @@
 
 from typing_extensions import override
 
-from palpate.drivers.account import listed
-from palpate.drivers.device import PolledSensor
+from palpate.drivers.device import PolledSensor, listed
 from palpate.drivers.errors import DriverError, SettingError, SilentError, StateError
 from palpate.drivers.jr3 import health
 from palpate.drivers.jr3.health import BoardIdentity, Jr3Statistics

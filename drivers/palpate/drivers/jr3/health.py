@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.drivers.account import listed
+from palpate.drivers.device import listed
 from palpate.drivers.errors import DeviceFaultError, DriverError, GarbledError, SilentError, WiringError
 from palpate.drivers.jr3.messages import FullScales, TransportCounts
 

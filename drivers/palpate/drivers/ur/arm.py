@@ -74,6 +74,9 @@ class UrArm(LatchingArm):
         try:
             seen = self._fresh()
             self._judge_controller(seen)
+        except DeviceFaultError as error:
+            self._fail(error)
+            raise
         except (SilentError, WiringError):
             # Nothing was under way: whoever enables wants it back.
             seen = self._reach()

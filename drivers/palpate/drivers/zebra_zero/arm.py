@@ -6,8 +6,7 @@ from typing import Final, NoReturn, Protocol, Self
 
 from typing_extensions import override
 
-from palpate.drivers.account import Account, listed
-from palpate.drivers.device import Applied, AppliedReason, ArmDriver
+from palpate.drivers.device import Account, Applied, AppliedReason, ArmDriver, listed
 from palpate.drivers.errors import DeviceFaultError, DriverError, StateError, WiringError
 from palpate.drivers.nmc import NOP, BusStatistics, Module, NmcBus, NmcCommand, start
 from palpate.drivers.serial_port import ByteStream
@@ -88,6 +87,11 @@ class ZebraZero(ArmDriver):
         self.streaming = Streaming.STOP_HERE
         self.was_reset = self._is_referenced = False
         self._stopped: StopOutcome | None = None
+
+    @property
+    @override
+    def is_faulted(self) -> bool:
+        return self.fault is not None
 
     @property
     def keeps_counts(self) -> bool:
@@ -278,26 +282,27 @@ class ZebraZero(ArmDriver):
     def acknowledge(self) -> None:
         """Clears a latched fault and the modules' sticky bits: a person's decision.
 
-        Leads to STOPPED. Where the position may be lost, it leads to CLOSED and raises: connect again.
+        Leads to STOPPED. Modules that have kept their addresses were not reset, so their counters hold; until they all
+        answer there the fault stays, and where they were reset, closing leads on.
 
         Raises:
             StateError: There is no fault.
-            WiringError: The modules have been reset, or the position was never known.
-            SilentError, GarbledError: They do not answer.
+            WiringError: No module answers at its address, or the position was never known.
+            SilentError, GarbledError: Not all of them answer, or not with sense.
             DeviceFaultError: A fault is still there; it stays latched.
         """
         acknowledged = after(self.state, ZebraEvent.ACKNOWLEDGE)
-        was_referenced, self._is_referenced = self._is_referenced, False
-        self.state, self.fault, self._stopped = after(self.state, ZebraEvent.CLOSE), None, None
-        if not was_referenced or self._servos.attach() is None:
-            raise WiringError(DEVICE, "the position of the arm is not known any more", GO_HOME)
+        if not self._is_referenced or self._servos.attach() is None:
+            problem = "no module answers at its address, so the position of the arm is not known any more"
+            remedy = f"mend cable or supply and acknowledge again; if they were reset, close it and {GO_HOME}"
+            raise WiringError(DEVICE, problem, remedy)
         self._tracking.begin_at(self._servos.meet())
         remaining = self._servos.clear()
-        self._is_referenced = True
+        self._stopped = None
         if remaining is not None:
-            self.state, self.fault = ZebraState.FAULTED, remaining
+            self.fault = remaining
             raise remaining.error()
-        self.state = acknowledged
+        self.state, self.fault = acknowledged, None
 
     def close(self) -> None:
         """Stops and releases the arm; its servos go on holding it. Any time, twice too; never raises."""

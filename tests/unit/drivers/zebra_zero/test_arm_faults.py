@@ -124,7 +124,8 @@ def test_module_reset_in_mid_run_loses_the_position(line):
         tick(arm, line, times=2)
     with pytest.raises(SilentError, match="home pose"):
         arm.acknowledge()
-    assert (arm.state, arm.stored_counts) == (ZebraState.CLOSED, None)
+    assert arm.state is ZebraState.FAULTED
+    arm.close()
     arm.connect(reset=True)
     arm.confirm_home(at_home=True)
 
@@ -137,7 +138,23 @@ def test_all_modules_reset_in_mid_run(line):
         tick(arm, line, times=2)
     with pytest.raises(WiringError, match="not known any more"):
         arm.acknowledge()
-    assert arm.state is ZebraState.CLOSED
+    assert arm.state is ZebraState.FAULTED
+
+
+def test_an_acknowledgement_while_nobody_answers_may_be_repeated(line):
+    arm = running(line)
+    for module in line.modules:
+        module.address += 0x40
+    with pytest.raises(SilentError):
+        tick(arm, line, times=2)
+    for _ in range(2):
+        with pytest.raises(WiringError, match="mend cable or supply and acknowledge again"):
+            arm.acknowledge()
+    for module in line.modules:
+        module.address -= 0x40
+    arm.acknowledge()
+    arm.enable()
+    tick(arm, line)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """What a wire counted of late."""
 
-from palpate.drivers.account import Account, listed
+from palpate.drivers.device import Account, listed
 
 MS = 1_000_000
 

@@ -1,18 +1,16 @@
-"""What every driver offers: of an arm a life cycle, limited set-points and poses, of a force sensor samples."""
+"""What every driver of an arm offers: a life cycle, limited set-points and poses."""
 
 import contextlib
 import enum
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol, TypeAlias
+from typing import Protocol
 
 from typing_extensions import override
 
-from palpate.drivers.account import Account, listed
-from palpate.drivers.errors import Blame, DeviceFaultError, DriverError, SettingError, SilentError, StateError
-
-_SLOWEST_FRACTION: Final = 140
+from palpate.drivers.device.account import Account, listed
+from palpate.drivers.errors import Blame, DeviceFaultError, DriverError, StateError
 
 
 class AppliedReason(enum.Enum):
@@ -110,6 +108,11 @@ class ArmDriver(Protocol):
         """What the arm lacks, and what is done instead; known once it is open."""
         return ()
 
+    @property
+    @abstractmethod
+    def is_faulted(self) -> bool:
+        """Whether a fault waits to be acknowledged."""
+
     @abstractmethod
     def open(self) -> None:
         """Find the arm on its bus and establish where it is; nothing gets power."""
@@ -169,6 +172,11 @@ class LatchingArm(ArmDriver):
         """Where in its life the arm is."""
         return self._state
 
+    @property
+    @override
+    def is_faulted(self) -> bool:
+        return self._state is ArmState.FAULTED
+
     def _require(self, request: str, *states: ArmState) -> None:
         if self._state in states:
             return
@@ -185,125 +193,12 @@ class LatchingArm(ArmDriver):
         try:
             yield
         except DriverError as error:
-            self._state, self.fault, self._blame = ArmState.FAULTED, str(error), error.blame
+            self._fail(error)
             self.stop()
             raise
         except BaseException:
             self.stop()
             raise
 
-
-@dataclass(frozen=True, slots=True)
-class BusBudget:
-    """What one cycle over all axes costs, and so which rates a bus carries: for serial lines and CAN. CALC throughout.
-
-    Attributes:
-        cycle_s: Time that one cycle takes at least.
-        share: Share of the period that cycles may take; the rest is for whatever is late, and for other traffic.
-    """
-
-    bus: str
-    load: str
-    cycle_s: float
-    share: float
-
-    @property
-    def max_rate_Hz(self) -> float:
-        """The highest rate that leaves the reserve."""
-        return self.share / self.cycle_s
-
-    def fitting_rates_Hz(self, control_rate_Hz: float) -> tuple[float, ...]:
-        """The whole fractions of the control rate that fit, the highest first."""
-        fractions = (control_rate_Hz / divider for divider in range(1, _SLOWEST_FRACTION + 1))
-        return tuple(rate for rate in fractions if rate <= self.max_rate_Hz)
-
-    def require(self, control_rate_Hz: float, divider: int) -> None:
-        """Refuse a fraction of the control rate that does not fit.
-
-        Raises:
-            SettingError: It does not fit; the message has the numbers and the rates that do.
-        """
-        if not (control_rate_Hz > 0.0 and divider >= 1):
-            problem = f"every {divider}th tick of {control_rate_Hz} Hz is no rate of cycles"
-            raise SettingError(self.bus, problem, "give a positive control rate and a divider of 1 or more")
-        rate_Hz = control_rate_Hz / divider
-        if rate_Hz <= self.max_rate_Hz:
-            return
-        rates = ", ".join(f"{rate:.4g}" for rate in self.fitting_rates_Hz(control_rate_Hz)[:4]) or "none"
-        problem = (
-            f"a cycle at {rate_Hz:.4g} Hz does not fit: {self.load},"
-            f" so {self.max_rate_Hz:.4g} Hz at most with {1.0 - self.share:.0%} in reserve"
-        )
-        raise SettingError(self.bus, problem, f"choose a fitting fraction of {control_rate_Hz:.4g} Hz: {rates}")
-
-
-Vector3: TypeAlias = tuple[float, float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class ForceSample:
-    """A reading in SI units, raw: a tool's weight is in it.
-
-    Attributes:
-        force_N: Force on the tool, (3,), in the sensor's own frame, right-handed.
-        torque_Nm: Torque about its origin, (3,).
-        sequence: Counts readings; always increases, also over streams and restarts.
-        receive_time_ns: Clock of the poll that found it; it is older by the wait for that poll, the wire and the
-            sensor's filter.
-        over_range: Beyond the rated range of an axis, where the calibration ends.
-        near_saturated: Nearly at the end of what the converter can tell; treat as saturated.
-        saturated: At its end, or the sensor says so.
-        settling: The sensor's filter still swings after a start.
-    """
-
-    force_N: Vector3
-    torque_Nm: Vector3
-    sequence: int
-    receive_time_ns: int
-    over_range: bool = False
-    near_saturated: bool = False
-    saturated: bool = False
-    settling: bool = False
-
-
-class PolledSensor(ABC):
-    """A driver of a force sensor.
-
-    Attributes:
-        latest: Newest sample; None before the first one.
-        failure: Why nothing is taken any more; None otherwise.
-    """
-
-    def __init__(self) -> None:
-        self.latest: ForceSample | None = None
-        self.failure: DriverError | None = None
-        self._account = Account()
-
-    @abstractmethod
-    def silence(self, now_ns: int) -> SilentError:
-        """What came instead of news since the newest sample."""
-
-    def oddities(self, now_ns: int) -> str:
-        """What came in the last second besides good samples; empty for nothing."""
-        return listed(self._account.lately(now_ns))
-
-    @abstractmethod
-    def poll(self, now_ns: int) -> Sequence[ForceSample]:
-        """Take what has arrived; new samples, oldest first. Never raises for what device or wire do: see :meth:`check`.
-
-        Args:
-            now_ns: Monotonic time in ns.
-        """
-
-    @abstractmethod
-    def check(self) -> None:
-        """Raise what is wrong now.
-
-        Raises:
-            SilentError: Nothing comes any more; a new sample ends that by itself.
-            DriverError: The ``failure``.
-        """
-
-    def acknowledge(self) -> None:
-        """Forget the failure; a person's decision."""
-        self.failure = None
+    def _fail(self, error: DriverError) -> None:
+        self._state, self.fault, self._blame = ArmState.FAULTED, str(error), error.blame

@@ -1,0 +1,5 @@
+"""What drivers have in common: arms, force sensors, and what a wire gave besides good samples."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

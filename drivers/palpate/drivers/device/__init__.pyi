@@ -1,0 +1,14 @@
+from .account import Account as Account
+from .account import listed as listed
+from .arm import Applied as Applied
+from .arm import AppliedReason as AppliedReason
+from .arm import ArmDriver as ArmDriver
+from .arm import ArmState as ArmState
+from .arm import LatchingArm as LatchingArm
+from .arm import Measured as Measured
+from .arm import clamped as clamped
+from .arm import held_back as held_back
+from .budget import BusBudget as BusBudget
+from .sensor import ForceSample as ForceSample
+from .sensor import PolledSensor as PolledSensor
+from .sensor import Vector3 as Vector3
