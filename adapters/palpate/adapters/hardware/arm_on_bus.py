@@ -103,7 +103,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         if sample is None or now_ns - sample.source_time_ns <= self._max_age_ns:
             return lately
         silent_ms = (now_ns - sample.source_time_ns) * 1e-6
-        return f"no bus cycle has brought angles for {silent_ms:.0f} ms; {lately or 'one is waiting for an answer'}"
+        return f"no bus cycle has brought angles for {silent_ms:.0f} ms; {odd or 'one is waiting for an answer'}"
 
     @override
     def read(self) -> JointSample:
@@ -182,7 +182,8 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
                     self._sample = JointSample(found.position_rad, found.time_ns, self._clock.now_ns(), self._cycles)
                 slot = max(slot + 1, (now_ns - start_ns) * CONTROL_RATE_HZ // (_NS * self._divider) + 1)
         except DriverError as error:
-            self._latch(told(error, self.name))
+            odd = driver.oddities(self._clock.now_ns())
+            self._latch(told(error, self.name) + (f"; in the last second: {odd}" if odd else ""))
             self._stop_driver()
         except Exception as error:
             # Whatever it was: without its cycles the arm must not go on.

@@ -109,9 +109,9 @@ class ArmDriver(Protocol):
         return ()
 
     @property
-    @abstractmethod
     def is_faulted(self) -> bool:
         """Whether a fault waits to be acknowledged."""
+        return False
 
     @abstractmethod
     def open(self) -> None:

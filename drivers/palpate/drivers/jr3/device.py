@@ -96,7 +96,11 @@ class Jr3(PolledSensor):
 
     def _last(self) -> dict[str, str]:
         sampler = self._sampler
-        return {health.JUMPED: f"by {sampler.counter.jump:+d}", health.LEAPT: sampler.leap}
+        return {
+            health.JUMPED: f"by {sampler.counter.jump:+d}",
+            health.LEAPT: sampler.leap,
+            health.FULL: sampler.fullest,
+        }
 
     @override
     def poll(self, now_ns: int) -> list[Jr3Sample]:
@@ -123,8 +127,10 @@ class Jr3(PolledSensor):
 
     def _count(self, now_ns: int) -> None:
         wire, sampler, counter = self._wire.counts(), self._sampler, self._sampler.counter
-        again, strays = counter.duplicates + wire.duplicates, self._exchange.strays
-        counts = (again, wire.garbage, wire.orphans, counter.doubted, counter.restarts, sampler.leaps, strays)
+        counts = (
+            counter.duplicates + wire.duplicates, wire.garbage, wire.orphans, counter.doubted, counter.restarts,
+            sampler.leaps, sampler.full, self._exchange.strays,
+        )  # fmt: skip
         self._account.note(now_ns, dict(zip(health.REMEDIES, counts, strict=True)))
 
     def statistics(self) -> Jr3Statistics:

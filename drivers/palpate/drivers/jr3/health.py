@@ -62,11 +62,11 @@ def no_answer(name: str, doing: str, counts: TransportCounts, *, refused: bool, 
     return WiringError(name, f"nobody answers ({_garbage(counts)})", remedy)
 
 
-SENSELESS, HALVES, AGAIN, JUMPED, BACK, LEAPT, STRAYS = (
+SENSELESS, HALVES, AGAIN, JUMPED, BACK, LEAPT, FULL, STRAYS = (
     "frames or bytes without sense or cut short", "halves of readings without the other half",
     "readings again that were there already", "readings whose counter jumped", "counters that began anew",
     "readings in which a channel leapt while others stood, as damaged bytes make them: this line has no checksum",
-    "answers that nobody asked for",
+    "readings at or near the end of the scale", "answers that nobody asked for",
 )  # fmt: skip
 _SHIELD: Final = "check shield, ground and bit rate; then open it again"
 _OTHERS: Final = "see what else talks to the board, and whether the line loses bytes; then open it again"
@@ -77,6 +77,7 @@ REMEDIES: Final = {
     JUMPED: _OTHERS,
     BACK: _OTHERS,
     LEAPT: _SHIELD,
+    FULL: "see what presses on the tool, then the cable between sensor and board",
     STRAYS: _OTHERS,
 }
 """What is counted besides good readings, the most telling first, and what to do about it."""

@@ -98,15 +98,16 @@ class Sampler:
     Attributes:
         full_scales: As the board reports them; None before.
         leaps: Readings in which some channels leapt and most stood: no load does so, a damaged byte does.
-        leap: The last of these, for a message.
+        full: Readings near the end of the scale.
+        leap, fullest: The last of these and of those, for a message.
     """
 
     def __init__(self, period_us: int, settling_ns: int, signs: Signs, *, is_checked: bool) -> None:
         self.counter = FrameCounter(period_us)
         self.full_scales: FullScales | None = None
         self.after_boot = False
-        self.samples = self.last_new_ns = self.leaps = 0
-        self.leap = ""
+        self.samples = self.last_new_ns = self.leaps = self.full = 0
+        self.leap = self.fullest = ""
         self._is_checked = is_checked
         self._values: tuple[int, ...] | None = None
         self._signs, self._settling_ns = signs, settling_ns
@@ -133,9 +134,13 @@ class Sampler:
         if self.counter.restarts > restarts:
             self._settled_at_ns = now_ns + self._settling_ns
         self.last_new_ns = now_ns
+        values = (*reading.forces, *reading.moments)
         if not self._is_checked:
-            self._look_for_leaps((*reading.forces, *reading.moments))
+            self._look_for_leaps(values)
         peak = peak_counts(reading)
+        if peak > NEAR_SATURATION_COUNTS:
+            axis = next(name for name, value in zip(_AXES, values, strict=True) if abs(value) == peak)
+            self.full, self.fullest = self.full + 1, f"{axis} at {peak} counts"
         force_N, torque_Nm = self._scaling.wrench(reading)
         self.samples += 1
         return Jr3Sample(

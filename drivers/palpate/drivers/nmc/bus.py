@@ -30,6 +30,9 @@ DEVICE: Final = "NMC bus"
 _RESYNC: Final = bytes(30)
 _LONGEST_BYTES: Final = FRAME_OVERHEAD_BYTES + MAX_DATA_BYTES + reply_size_bytes(StatusItem(0xFF))
 _POLL_S: Final = 0.0002
+_OTHERS: Final = "see whether a second program or controller talks on this bus, or raise [arm] patience"
+_LATELY_NS: Final = 500_000_000
+"""So long after a reply that was not its module's what fails is laid to whoever sent it."""
 _ALL_ITEMS: Final = StatusItem(0xFF)
 _QUESTIONS: Final = (
     StatusItem.AUX,
@@ -74,7 +77,7 @@ class NmcBus:
         self._heard: tuple[int, NmcCommand] | None = None
         self._demand: str | None = None
         self._is_dirty = True
-        self._asked = 0
+        self._asked, self._disowned_ns = 0, -_LATELY_NS
         self.line = SerialTiming(POWER_UP_BAUD, settings.adapter_latency_s, settings.turnaround_s)
 
     @property
@@ -210,12 +213,17 @@ class NmcBus:
         if isinstance(result, Reply):
             return result
         if max(self._failures[address], self._run) >= allowed:
+            if self._clock_ns() - self._disowned_ns < _LATELY_NS:
+                problem = (
+                    f"{allowed} failures in a row, the last: {result.value}; before that {Discarded.ANOTHER.value}"
+                )
+                raise self._stop(GarbledError(f"NMC module {address}", problem, _OTHERS))
             raise self._stop(_error(address, result, allowed, sum(self._late.values())))
         return None
 
     def disown(self, address: int) -> None:
         """Say that the reply just accepted cannot be this module's: the line is out of step, and is brought back."""
-        self._is_dirty = True
+        self._is_dirty, self._disowned_ns = True, self._clock_ns()
         self._note(address, NOP, Discarded.ANOTHER)
 
     def require(self, address: int, command: NmcCommand) -> Reply:
@@ -303,9 +311,7 @@ class NmcBus:
     def _stray_error(self) -> GarbledError:
         heard = "bytes that nobody asked for" if self._heard is None else f"a {self._heard[1].code.name} command"
         problem = f"heard {heard} before {self._stray_run} requests in a row"
-        return GarbledError(
-            DEVICE, problem, "see whether a second program or controller talks on this bus, or raise [arm] patience"
-        )
+        return GarbledError(DEVICE, problem, _OTHERS)
 
     def _gone(self, error: Exception) -> SilentError:
         self._is_dirty = True

@@ -8,6 +8,8 @@ from collections.abc import Callable, Sequence
 from math import inf, isfinite
 from typing import Final
 
+from typing_extensions import override
+
 from palpate.drivers.device import Applied, AppliedReason, ArmState, LatchingArm, Measured, clamped, held_back
 from palpate.drivers.errors import (
     DeviceFaultError,
@@ -138,6 +140,13 @@ class UrArm(LatchingArm):
         return Measured(
             position_rad=seen.q_rad, is_fresh=(is_new,) * JOINTS, applied=applied, time_ns=self._time_ns(seen)
         )
+
+    @override
+    def oddities(self, now_ns: int) -> str:
+        seen = self._seen
+        if seen is None or self._age_s(seen) < 2 * _WAIT_S:
+            return ""
+        return f"its controller at {self._link.host} has sent no data for {self._age_s(seen) * 1e3:.0f} ms"
 
     def stop(self) -> None:
         """Brake; at any time, twice too, never raising.

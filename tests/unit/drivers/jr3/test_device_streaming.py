@@ -126,6 +126,13 @@ def test_silence_and_the_end_of_it() -> None:
     assert bench.device.phase is Jr3Phase.STREAMING
 
 
+def test_a_reading_at_the_end_of_the_scale_says_on_which_channel() -> None:
+    bench = Bench().streaming()
+    bench.read(z=-32752)
+    told = "readings at or near the end of the scale (1, the last Fz at 32752 counts)"
+    assert bench.device.oddities(bench.now_ns) == told
+
+
 @pytest.mark.parametrize(
     ("what", "told"),
     [

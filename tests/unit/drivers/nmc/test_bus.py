@@ -136,6 +136,15 @@ def test_replies_that_come_too_late_are_this_computers_fault_and_not_the_modules
     assert caught.value.blame is Blame.HOST
 
 
+def test_failures_after_a_reply_of_another_module_are_not_laid_to_this_computer(line, bus):
+    bus.exchange(3, NOP)
+    bus.disown(3)
+    assert bus.oddities[f"module 3: {Discarded.ANOTHER.value}"] == 1
+    line.mangle = lambda reply: [(0.03, reply)]
+    with pytest.raises(GarbledError, match=r"module 3.*as in another module's reply; see whether a second program"):
+        bus.exchange(3, NOP)
+
+
 def test_replies_later_than_any_flush_are_this_computers_fault_too(line, bus):
     end_ns = line.clock.ns + 70_000_000
     line.mangle = lambda reply: [(max(end_ns - line.clock.ns, 0) * 1e-9, reply)]
