@@ -140,3 +140,19 @@ def test_a_board_that_restarts_in_mid_run_latches_a_fault() -> None:
             sensor.activate()
             desk.clock.sleep(0.1)
             assert sensor.read().validity is Validity.VALID
+
+
+def test_a_zero_that_somebody_else_sets_in_mid_run_latches_a_fault() -> None:
+    load = Load()
+    load.push_N(1.0, -2.0, 9.0)
+    with VirtualDesk() as desk:
+        node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
+        bus = desk.can("can0", node)
+        with make_jr3_can({"interface": "virtual", "channel": "can0"}, context(desk.clock)) as sensor:
+            desk.clock.sleep(0.04)
+            assert sensor.read().validity is Validity.VALID
+            bus.send(0x301, b"")
+            desk.clock.sleep(0.04)
+            with pytest.raises(DeviceError, match=r"went to 0 at once .*: another client has set its zero"):
+                sensor.read()
+            assert sensor.life is Life.FAULTED

@@ -82,6 +82,11 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
     def _surprise(self, device: Jr3) -> str | None:
         if device.after_boot:
             return "the board restarted in mid-run: readings may have jumped"
+        if device.was_zeroed:
+            return (
+                "all channels went to 0 at once after an answer that nobody here had asked for: another client has set"
+                " its zero in mid-run; see what else talks to the board, then acknowledge"
+            )
         return None
 
     @override

@@ -51,6 +51,11 @@ class Jr3(PolledSensor):
         return self._sampler.after_boot
 
     @property
+    def was_zeroed(self) -> bool:
+        """Whether somebody else has set its zero in mid-run, as far as that shows. Until acknowledged."""
+        return self._sampler.was_zeroed
+
+    @property
     def identity(self) -> BoardIdentity:
         """All by which the board can be told from another; StateError before the full scales have been read."""
         full_scales = self._sampler.full_scales
@@ -75,8 +80,8 @@ class Jr3(PolledSensor):
 
     @override
     def acknowledge(self) -> None:
-        """Say that the restart of the board has been seen; samples are no longer marked."""
-        self._sampler.after_boot = False
+        """Say that a restart of the board, or a zero of somebody else's, has been seen; it is no longer told."""
+        self._sampler.after_boot = self._sampler.was_zeroed = False
 
     def check(self) -> None:
         """Raise what is wrong now."""
@@ -180,6 +185,8 @@ class Jr3(PolledSensor):
     def _answered(self, ack: Ack, now_ns: int) -> None:
         self._heard = True
         if self._exchange.answer(ack, now_ns) is None:
+            if self._exchange.request is None:
+                self._sampler.unasked_ns = now_ns
             return
         if self.phase is Jr3Phase.READING_SCALES:
             self._scales_read(ack.scales)

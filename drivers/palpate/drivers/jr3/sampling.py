@@ -19,6 +19,10 @@ _WRAP, _HALF = 0x10000, 0x8000
 _PLAUSIBLE_STEPS = 8.0
 _MISSED_STEPS = 1.5
 _AXES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+_BORNE_COUNTS, _ZERO_COUNTS = 128, 48
+"""What shows on some channel of a sensor that bears a tool, and what noise may show of one just zeroed. Assumed; CALC,
+with the scales of a wrist sensor: 0.9 to 1.4 N and 0.3 to 0.5 N."""
+_SOON_NS = 100_000_000
 _LEAP_COUNTS, _STANDS_COUNTS, _STANDING = 512, 64, 3
 """So much from one reading to the next is a leap, so little is to stand, for so many channels. Assumed; CALC, with the
 scales of a wrist sensor: 3.6 to 5.8 N and 0.4 to 0.7 N."""
@@ -99,13 +103,16 @@ class Sampler:
         full_scales: As the board reports them; None before.
         leaps: Readings in which some channels leapt and most stood: no load does so, a damaged byte does.
         full: Readings near the end of the scale.
+        unasked_ns: When the board last answered what nobody here had asked.
+        was_zeroed: Right after such an answer all channels went to 0 at once: somebody else has set the zero.
         leap, fullest: The last of these and of those, for a message.
     """
 
     def __init__(self, period_us: int, settling_ns: int, signs: Signs, *, is_checked: bool) -> None:
         self.counter = FrameCounter(period_us)
         self.full_scales: FullScales | None = None
-        self.after_boot = False
+        self.after_boot = self.was_zeroed = False
+        self._peak, self.unasked_ns = 0, -_SOON_NS
         self.samples = self.last_new_ns = self.leaps = self.full = 0
         self.leap = self.fullest = ""
         self._is_checked = is_checked
@@ -141,6 +148,9 @@ class Sampler:
         if peak > NEAR_SATURATION_COUNTS:
             axis = next(name for name, value in zip(_AXES, values, strict=True) if abs(value) == peak)
             self.full, self.fullest = self.full + 1, f"{axis} at {peak} counts"
+        was, self._peak = self._peak, peak
+        is_soon = now_ns - self.unasked_ns < _SOON_NS
+        self.was_zeroed |= was >= _BORNE_COUNTS and peak < _ZERO_COUNTS and is_soon
         force_N, torque_Nm = self._scaling.wrench(reading)
         self.samples += 1
         return Jr3Sample(

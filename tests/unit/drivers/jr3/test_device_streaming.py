@@ -133,6 +133,19 @@ def test_a_reading_at_the_end_of_the_scale_says_on_which_channel() -> None:
     assert bench.device.oddities(bench.now_ns) == told
 
 
+@pytest.mark.parametrize(("counts", "answers", "zeroed"), [(5, 1, True), (5, 0, False), (100, 1, False)])
+def test_a_zero_that_somebody_else_sets_is_noticed_by_the_board_s_answer(
+    counts: int, answers: int, zeroed: bool
+) -> None:
+    bench = Bench().streaming()
+    bench.link.inbox += [CanFrame(0x101, b"\x00")] * answers
+    bench.read(z=counts)
+    assert bench.device.was_zeroed is zeroed
+    bench.device.acknowledge()
+    bench.read(z=counts)
+    assert not bench.device.was_zeroed
+
+
 @pytest.mark.parametrize(
     ("what", "told"),
     [
