@@ -116,7 +116,7 @@ class Sampler:
         self.samples = self.last_new_ns = self.leaps = self.full = 0
         self.leap = self.fullest = ""
         self._is_checked = is_checked
-        self._values: tuple[int, ...] | None = None
+        self._two: tuple[tuple[int, ...] | None, tuple[int, ...] | None] = None, None
         self._signs, self._settling_ns = signs, settling_ns
         self._scaling: Scaling | None = None
         self._settled_at_ns = 0
@@ -167,10 +167,20 @@ class Sampler:
         )
 
     def _look_for_leaps(self, values: tuple[int, ...]) -> None:
-        before, self._values = self._values, values
-        if before is None:
-            return
-        steps = [abs(new - old) for new, old in zip(values, before, strict=True)]
-        most = max(steps)
-        if most >= _LEAP_COUNTS and sum(step < _STANDS_COUNTS for step in steps) >= _STANDING:
-            self.leaps, self.leap = self.leaps + 1, f"{_AXES[steps.index(most)]} by {most} counts"
+        """A touch lets a torque leap, too: but not back in the next reading, nor with nothing else that moves."""
+        older, before = self._two
+        self._two = before, values
+        axis, most, standing = _leap(before or values, values)
+        if standing < len(values) - 1 or most < 2 * _LEAP_COUNTS:
+            axis, most, standing = _leap(older or values, before or values)
+            is_back = _leap(older or values, values)[1] < 2 * _STANDS_COUNTS
+            if not is_back or standing < _STANDING or most < _LEAP_COUNTS:
+                return
+        self.leaps, self.leap = self.leaps + 1, f"{axis} by {most} counts"
+
+
+def _leap(before: tuple[int, ...], values: tuple[int, ...]) -> tuple[str, int, int]:
+    """The channel that moved most, by how many counts, and how many channels stood."""
+    steps = [abs(new - old) for new, old in zip(values, before, strict=True)]
+    most = max(steps)
+    return _AXES[steps.index(most)], most, sum(step < _STANDS_COUNTS for step in steps)
