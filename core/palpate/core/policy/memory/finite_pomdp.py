@@ -1,13 +1,16 @@
 """A world with hidden states as numbers: what every learned model comes to, for beliefs and planners."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.belief import Floats
+from palpate.core.policy.memory.recorded import Numbers
 
+_SPARSE: Final = 8  # an action that leads to so many times fewer states than there are is not multiplied out
 MOST_BYTES: Final = 512 * 2**20
 """A model whose transitions would take more is refused before it is built."""
 DECIMALS: Final = 6
@@ -95,8 +98,20 @@ class FinitePomdp:
 
     def moved(self, probabilities: Floats, action: int) -> Floats:
         """Probability of each state after an action that did not lead to the goal, (states,)."""
-        after: Floats = np.einsum("s,st->t", probabilities, self.transitions[action])
-        return after
+        if (ways := self._ways[action]) is None:
+            after: Floats = np.einsum("s,st->t", probabilities, self.transitions[action])
+            return after
+        before, to, shares = ways  # in the order in which the product adds them up: the same bits
+        return np.bincount(to, probabilities[before] * shares, minlength=self.states)
+
+    @cached_property
+    def _ways(self) -> list[tuple[Numbers, Numbers, Floats] | None]:
+        """Of each action where it leads from and to, and the probability; None if it leads to many states."""
+        places = [np.nonzero(moves) for moves in self.transitions]
+        return [
+            None if _SPARSE * len(before) > moves.size else (before, to, moves[before, to])
+            for moves, (before, to) in zip(self.transitions, places, strict=True)
+        ]
 
     def emission(self, symbol: int) -> Floats:
         """Probability of a symbol in each state, (states,)."""

@@ -8,6 +8,7 @@ matrix product has the same bits whatever the order in which a processor takes i
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, Protocol, Self
 
 import numpy as np
@@ -109,11 +110,16 @@ class PointBasedPlan:
     vectors: Floats
     discount: float = DISCOUNT
 
+    @cached_property
+    def _weighed(self) -> Floats:
+        return _on_grid(self.vectors, _COST)
+
     def costs(self, probabilities: Floats) -> Floats:
         """Of a plan: by one step, and the best of the vectors for each symbol that may be read after it."""
-        moved = np.einsum("s,ast->at", probabilities, self.model.transitions)
-        joint = _on_grid(moved[:, None, :] * self.model.emissions.T, _SHARE)
-        promised = joint.reshape(-1, self.model.states) @ _on_grid(self.vectors, _COST).T
+        moved = np.stack([self.model.moved(probabilities, action) for action in range(self.model.actions)])
+        some = np.flatnonzero(moved.max(axis=0) > 0.5 / _SHARE)  # the others are nothing on the grid
+        joint = _on_grid(moved[:, None, some] * self.model.emissions[some].T, _SHARE)
+        promised = joint.reshape(-1, len(some)) @ self._weighed[:, some].T
         least = promised.min(axis=1).reshape(self.model.actions, -1) / (_SHARE * _COST)
         costs: Floats = 1.0 + self.discount * least.sum(axis=1)
         return costs
@@ -220,9 +226,7 @@ def _met(model: FinitePomdp, costs: Floats, rng: np.random.Generator) -> Floats:
         actions = np.where(chance, rng.integers(model.actions, size=len(actions)), actions)
         ways = model.transitions[actions, states]
         arrived = rng.random(len(actions)) < model.goal[actions, states]
-        beliefs = np.stack(
-            [np.einsum("s,st->t", b, model.transitions[a]) for b, a in zip(beliefs, actions, strict=True)]
-        )
+        beliefs = np.stack([model.moved(belief, action) for belief, action in zip(beliefs, actions, strict=True)])
         beliefs /= np.maximum(beliefs.sum(axis=1, keepdims=True), 1e-12)
         states = _drawn(np.where(ways.sum(axis=1, keepdims=True) > 0.0, ways, model.start), rng)
         again = _drawn(np.repeat(model.start[None], len(states), axis=0), rng)

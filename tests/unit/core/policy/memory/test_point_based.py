@@ -9,7 +9,7 @@ from palpate.core.policy.memory import FinitePomdp
 from palpate.core.policy.memory.point_based import perseus, qmdp
 from palpate.simulation.grid import GridMap, belief_optimum, grid_actions, walked_steps
 from palpate.simulation.grid.maps import SCENARIO_1, SCENARIO_2
-from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_trials, true_offsets
+from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_pomdp, random_trials, true_offsets
 
 MAPS = [AMBIGUOUS, GridMap.from_regions(SCENARIO_1), GridMap.from_regions(SCENARIO_2)]
 
@@ -33,3 +33,17 @@ def test_qmdp_takes_for_granted_what_a_plan_pays_for() -> None:
     plan = perseus(world, np.random.default_rng(0))
     # 1, then with probability a half one more, discounted by 0.98.
     np.testing.assert_allclose(plan.costs(np.array([0.5, 0.5])), [1.49, 1.49], atol=1e-4)
+
+
+@pytest.mark.parametrize("few", [False, True])
+def test_leaving_out_what_is_nothing_changes_no_bit_of_a_cost(few: bool) -> None:
+    rng = np.random.default_rng(0)
+    world = true_offsets(MAPS[1]).pomdp() if few else random_pomdp(rng, 40, 3, 4)
+    plan = perseus(world, rng)
+    for belief in rng.dirichlet(np.full(world.states, 0.02), size=20):
+        moved = np.einsum("s,ast->at", belief, world.transitions)
+        for action in range(world.actions):
+            np.testing.assert_array_equal(world.moved(belief, action), moved[action])
+        joint = np.rint(moved[:, None, :] * world.emissions.T * 2.0**22).reshape(-1, world.states)
+        promised = (joint @ np.rint(plan.vectors * 2.0**20).T).min(axis=1).reshape(world.actions, -1) / 2.0**42
+        np.testing.assert_array_equal(plan.costs(belief), 1.0 + plan.discount * promised.sum(axis=1))
