@@ -24,7 +24,7 @@ from palpate.core.automata.elman import NORMALISED
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.policy.memory import RecordedTrial
 from palpate.core.policy.memory.automaton_model import fit_automata
-from palpate.core.policy.memory.clone_model import fit_clones
+from palpate.core.policy.memory.clone_fit import fit_clones
 from palpate.simulation.grid import UNDISTURBED, GridMap, belief_optimum, walk_strings
 
 WALKS, LONGEST, UNITS = 200, 60, 80

@@ -30,7 +30,8 @@ from palpate.core.automata import (
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.belief import Floats, logarithm
 from palpate.core.policy.memory.belief import IMPOSSIBLE, StateBelief
-from palpate.core.policy.memory.clone_model import CloneModel, fit_clones
+from palpate.core.policy.memory.clone_fit import fit_clones
+from palpate.core.policy.memory.clone_model import CloneModel
 from palpate.core.policy.memory.finite_pomdp import rounded
 from palpate.core.policy.memory.point_based import StatePlan
 from palpate.core.policy.memory.recorded import Numbers, RecordedTrial

@@ -157,11 +157,11 @@ class MemoryDocument(Settings):
 
     def _clones(self, where: str, raw: Mapping[str, Any]) -> WorldModel:
         clones = fitted(f"{where}.clones", raw["clones"], tuple[int, ...])
-        tables = (
+        start, transitions, goal = (
             _array(f"{where}.{name}", raw[name], size)
             for name, size in zip(_TABLES[CLONES][1:], (1, 3, 2), strict=True)
         )
-        return CloneModel(clones, len(self.symbols), *tables)
+        return CloneModel(clones, len(self.symbols), start, transitions, goal)
 
     def _action_set(self) -> tuple[Action, ...]:
         lengths = ((x * _MM, y * _MM) for x, y in self.displacements_mm)

@@ -102,7 +102,8 @@ class FinitePomdp:
             after: Floats = np.einsum("s,st->t", probabilities, self.transitions[action])
             return after
         before, to, shares = ways  # in the order in which the product adds them up: the same bits
-        return np.bincount(to, probabilities[before] * shares, minlength=self.states)
+        summed: Floats = np.bincount(to, probabilities[before] * shares, minlength=self.states).astype(np.float64)
+        return summed
 
     @cached_property
     def _ways(self) -> list[tuple[Numbers, Numbers, Floats] | None]:

@@ -22,7 +22,7 @@ from palpate.core.policy.base import (
 from palpate.core.policy.belief import Floats
 from palpate.core.policy.memory.automaton_model import fit_automata, units_of_each
 from palpate.core.policy.memory.belief import HiddenWorld, StateBelief
-from palpate.core.policy.memory.clone_model import fit_clones
+from palpate.core.policy.memory.clone_fit import fit_clones
 from palpate.core.policy.memory.finite_pomdp import require_room
 from palpate.core.policy.memory.offset_model import fit_offsets, lattice_steps
 from palpate.core.policy.memory.point_based import Plan
@@ -70,7 +70,7 @@ class MemoryParameters(Settings):
     """Settings of the learner that models hidden states."""
 
     TABLE: ClassVar[str] = "learning.memory"
-    UNTOLD: ClassVar[Mapping[str, Any]] = MappingProxyType({"lattice": 0})
+    UNTOLD: ClassVar[Mapping[str, Any]] = MappingProxyType({"lattice": 0, "merging": False})
 
     kind: Annotated[str, OneOf(*REFITS)] = OFFSET
     """offset: hidden states are offsets from the goal, and the displacement of each action is known; clones: each
@@ -84,6 +84,9 @@ class MemoryParameters(Settings):
     """Share of random actions once there is a model; before, all are."""
     memory_trials: Annotated[int, Range(10, 100_000)] = 500
     """So many trials a model is fitted to, the last ones."""
+    merging: bool = True
+    """Of the kind clones: where moves fail, hidden states of one place are merged and those of several divided, if
+    held-out trials are foretold the better for it."""
 
 
 def fitted_after(kind: str, trials: int) -> int:
@@ -160,7 +163,8 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
 
     def _models_of(self, trials: Sequence[RecordedTrial], seed: int) -> tuple[WorldModel, ...]:
         if self.parameters.kind == CLONES:
-            return fit_clones(trials, len(self.states), len(self.actions), seed=seed)
+            merging = self.parameters.merging
+            return fit_clones(trials, len(self.states), len(self.actions), seed=seed, merging=merging)
         if self.parameters.kind == AUTOMATON:
             return fit_automata(trials, len(self.states), len(self.actions), seed=seed)
         return (fit_offsets(trials, self._steps, self.parameters.reach, len(self.states), seed=seed),)

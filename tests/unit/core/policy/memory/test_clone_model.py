@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.core.policy.memory.clone_model import CloneModel, clones_of
+from palpate.core.policy.memory.clone_fit import clones_of
+from palpate.core.policy.memory.clone_model import CloneModel
 from palpate.core.policy.memory.recorded import Batch, RecordedTrial
 from palpate.simulation.grid import GridMap
 from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_trials
@@ -46,10 +47,3 @@ def test_clones_that_no_trial_needs_are_left_out_and_one_a_symbol_stays() -> Non
     assert len(fewer.clones) < len(model.clones)
     assert fewer.log_loss(trials) < model.log_loss(trials) + 0.01
     assert set(model.trimmed(Batch.of([RecordedTrial((0, 0), (2, 2), True)])).clones) == {0, 1}
-
-
-def test_rounds_go_on_while_other_trials_are_foretold_the_better_for_it() -> None:
-    trials, held = random_trials(AMBIGUOUS, 60), random_trials(AMBIGUOUS, 20, seed=1)
-    begun = CloneModel.blank(clones_of(trials, 3, 40), 3, 8, np.random.default_rng(0)).fitted(Batch.of(trials), 10)
-    ripe = begun.ripened(Batch.of(trials), held)
-    assert ripe.log_loss(held) < begun.trimmed(Batch.of(trials)).fitted(Batch.of(trials), 15).log_loss(held)

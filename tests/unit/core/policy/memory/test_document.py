@@ -11,7 +11,8 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState
 from palpate.core.policy import MemoryLearner, MemoryParameters, PairsLearner
 from palpate.core.policy.memory import MemoryDocument
-from palpate.core.policy.memory.clone_model import CloneModel, clones_of
+from palpate.core.policy.memory.clone_fit import clones_of
+from palpate.core.policy.memory.clone_model import CloneModel
 from palpate.core.policy.memory.recorded import Batch
 from palpate.simulation.grid import grid_actions, run_trial, walked_steps
 from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_trials, small_automaton, true_offsets

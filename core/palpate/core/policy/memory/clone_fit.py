@@ -1,0 +1,216 @@
+"""Fitting clone-structured models: from random beginnings, with clones merged and divided until there is one a place.
+
+Baum-Welch finds one of many local optima. One place has several clones then, each with a share of what was seen there;
+where moves fail by chance, a failed one is taken for a move to another of them. And one clone stands for several
+places. So clones of a symbol that the trials do not tell apart are merged, and those whose moves lead to the most
+different ends are divided at random and fitted on, as long as held-out trials are foretold the better for it. That is
+done where merged clones show a share of moves that fail. Where none do, too many clones do no harm, and to take each
+action for one that leads to a single place does: where a model is wrong yet, its belief is sure of it.
+"""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.core.policy.belief import Floats, logarithm
+from palpate.core.policy.memory.clone_model import CloneModel
+from palpate.core.policy.memory.hidden_markov import LEAST
+from palpate.core.policy.memory.recorded import Batch, Numbers, RecordedTrial
+
+HIDDEN: Final = 140
+"""Hidden states that a model is begun with: more than there are places, which leads out of local optima."""
+_GUESSES: Final = 5  # random beginnings
+KEPT: Final = 3
+"""Models that are kept."""
+_FIRST, _FURTHER, _LAST = 25, 15, 15  # iterations: of all guesses, of a round of those kept, of these on all trials
+_TOLD: Final = 20  # of those kept, where their clones are told
+_ROUNDS: Final = 5  # at most
+_GAIN: Final = 0.03  # a round that lowers the loss on held-out trials by a smaller share is the last
+_MERGED: Final = (10.0, 20.0, 40.0)  # nats that telling two clones apart has to be worth, from round to round
+_FAIL: Final = 0.1  # share of failing moves that a round begins with, at least
+_LOOKED, _FAILING = 3, 0.04  # iterations after which so many moves have to fail for clones to be divided
+_DIVIDED_KEPT: Final = 2  # models that are kept then: they take longer, and differ less
+_DIVISIONS: Final = 3  # at most
+_DIVIDED, _AGAIN = 0.25, 10  # share of the clones that are divided; sparse iterations after they were merged again
+_VISITS: Final = 10.0  # at least, of a clone that is divided
+
+
+def clones_of(trials: Sequence[RecordedTrial], symbols: int, total: int) -> tuple[int, ...]:
+    """Symbols of about so many hidden states: as many clones as a symbol is frequent, and at least two."""
+    counts = np.bincount([symbol for trial in trials for symbol in trial.symbols], minlength=symbols)
+    shares = [max(2, round(total * int(count) / int(counts.sum()))) for count in counts]
+    return tuple(symbol for symbol, share in enumerate(shares) for _ in range(share))
+
+
+def fit_clones(
+    trials: Sequence[RecordedTrial],
+    symbols: int,
+    actions: int,
+    *,
+    seed: int = 0,
+    clones: tuple[int, ...] | None = None,
+    guesses: int = _GUESSES,
+    kept: int = KEPT,
+    merging: bool = False,
+) -> tuple[CloneModel, ...]:
+    """Fit models from scratch; the best of them by their loss on held-out trials come first.
+
+    Args:
+        trials: What was read and done, at least ten trials; one of five is held out.
+        clones: Symbol of each hidden state, in rising order; None for as many as a symbol is frequent.
+        guesses: Random beginnings.
+        kept: Models that are kept.
+        merging: Where moves fail by chance, merge and divide clones if held-out trials are foretold the better for it.
+    """
+    rng = np.random.default_rng(seed)
+    taught, held = Batch.of([trial for number, trial in enumerate(trials) if number % 5 != 4]), trials[4::5]
+    told, whole = clones is not None, Batch.of(trials)
+    clones = clones or clones_of(trials, symbols, HIDDEN)
+    begun = [CloneModel.blank(clones, symbols, actions, rng).fitted(taught, _FIRST) for _ in range(guesses)]
+    begun = _best(begun, held, kept)
+    if told:  # as many as they are
+        better = [guess.fitted(taught, _TOLD) for guess in begun]
+        return tuple(model.fitted(whole, _LAST).rounded() for model in _best(better, held, kept))
+    better = [ripened(begun[0], taught, held)]
+    loose = merged(better[0], taught, _MERGED[-1]).fitted(taught, _LOOKED) if merging else better[0]
+    if loose.fails > _FAILING:
+        taken = _best([divided(guess, taught, held, rng) for guess in begun[:_DIVIDED_KEPT]], held, kept)
+        if taken[0].log_loss(held) < better[0].log_loss(held):
+            return tuple(_finished(model, whole).rounded() for model in taken)
+    better += [ripened(guess, taught, held) for guess in begun[1:]]
+    return tuple(model.trimmed(whole).fitted(whole, _LAST).rounded() for model in _best(better, held, kept))
+
+
+def _best(models: Sequence[CloneModel], held: Sequence[RecordedTrial], count: int) -> list[CloneModel]:
+    losses = [model.log_loss(held) for model in models]
+    return [models[place] for place in sorted(range(len(models)), key=losses.__getitem__)[:count]]
+
+
+def ripened(
+    model: CloneModel, batch: Batch, held: Sequence[RecordedTrial], worth: Sequence[float | None] = (None,)
+) -> CloneModel:
+    """After as many rounds of iterations as held-out trials are foretold the better for, trimmed before each.
+
+    Args:
+        worth: Nats that telling two clones apart has to be worth, from round to round; None to merge none.
+    """
+    loss = np.inf
+    for number in range(_ROUNDS):
+        further = _thinned(model, batch, worth[min(number, len(worth) - 1)]).fitted(batch, _FURTHER)
+        before, loss = loss, further.log_loss(held)
+        if loss >= before:
+            break
+        model = further
+        if loss > (1.0 - _GAIN) * before:
+            break
+    return model
+
+
+def divided(model: CloneModel, batch: Batch, held: Sequence[RecordedTrial], rng: np.random.Generator) -> CloneModel:
+    """With merged clones, and those divided that stand for several places, as long as held-out trials gain by it."""
+    model = ripened(model, batch, held, _MERGED)
+    loss = model.log_loss(held)
+    for _ in range(_DIVISIONS):
+        further = _thinned(_parted(model, batch, rng).fitted(batch, _FURTHER), batch, _MERGED[-1])
+        further = further.fitted(batch, _AGAIN, sparse=True)
+        before, loss = loss, further.log_loss(held)
+        if loss >= before:
+            break
+        model = further
+    return model
+
+
+def _finished(model: CloneModel, batch: Batch) -> CloneModel:
+    """Fitted to all trials at last."""
+    return _thinned(model, batch, _MERGED[-1]).fitted(batch, _LAST).fitted(batch, _AGAIN, sparse=True)
+
+
+def _thinned(model: CloneModel, batch: Batch, worth: float | None) -> CloneModel:
+    model = model.trimmed(batch)
+    return model if worth is None else merged(model, batch, worth)
+
+
+def merged(model: CloneModel, batch: Batch, worth: float) -> CloneModel:
+    """With one clone for any two of a symbol if what follows them is foretold no worse than by so many nats.
+
+    Of more than two the closest come first; each is looked at again with what has become of the others. A trial may
+    begin in each as often as it is visited: else clones that stand for several places at the start would stay.
+    """
+    counts = _outcomes(model, batch)
+    clones, kept = np.array(model.clones), np.ones(len(model.clones), dtype=bool)
+    while pairs := _alike(counts, clones, kept, worth):
+        for one, other in pairs:
+            counts[:, one] += counts[:, other]
+            counts[:, :, one] += counts[:, :, other]
+            counts[:, other], counts[:, :, other] = 0.0, 0.0
+            kept[other] = False
+    few = 1.0 / int(kept.sum())
+    moves, goals = counts[:, kept][:, :, :-1][:, :, kept] + few, counts[:, kept, -1] + few
+    total = moves.sum(axis=2) + goals
+    start = total.sum(axis=0) / total.sum()
+    left, fails = tuple(clones[kept].tolist()), max(model.fails, _FAIL)
+    return CloneModel(left, model.symbols, start, moves / total[:, :, None], goals / total, fails)
+
+
+def _parted(model: CloneModel, batch: Batch, rng: np.random.Generator) -> CloneModel:
+    """With two for each of the clones whose moves lead to the most different ends, at random."""
+    counts, states, fails = _outcomes(model, batch), len(model.clones), model.fails
+    visits = counts.sum(axis=(0, 2))
+    doubt = np.where(visits >= _VISITS, _spread(counts) / np.maximum(visits, LEAST), 0.0)
+    most = np.argsort(-doubt, kind="stable")[: max(1, int(_DIVIDED * states))]
+    parted = np.sort(most[doubt[most] > 0.0])
+    # Beside what stays by chance; each of the two gets a share of what led to both, and leads elsewhere in part.
+    ways = np.concatenate((model.transitions - fails * np.eye(states), model.goal[:, :, None]), axis=2)
+    ways = np.maximum(np.concatenate((ways, ways[:, parted]), axis=1), 0.0)
+    both = np.concatenate((parted, np.arange(states, ways.shape[1])))
+    ways[:, both] *= 0.05 + rng.random((len(ways), len(both), states + 1))
+    goal, moves = ways[:, :, -1], ways[:, :, :-1]
+    share = rng.random((len(ways), ways.shape[1], len(parted)))
+    moves = np.concatenate((moves, moves[:, :, parted] * (1.0 - share)), axis=2)
+    moves[:, :, parted] *= share
+    total = (moves.sum(axis=2) + goal) / (1.0 - fails)
+    moves = moves / total[:, :, None] + fails * np.eye(len(total[0]))
+    start = np.concatenate((model.start, 0.5 * model.start[parted]))
+    start[parted] *= 0.5
+    clones = np.array(model.clones)
+    clones = np.concatenate((clones, clones[parted]))
+    order = np.argsort(clones, kind="stable")
+    moves, goal = moves[:, order][:, :, order], (goal / total)[:, order]
+    return CloneModel(tuple(clones[order].tolist()), model.symbols, start[order], moves, goal, fails)
+
+
+def _outcomes(model: CloneModel, batch: Batch) -> Floats:
+    """What each action came to from each clone, the goal last, (actions, clones, clones + 1)."""
+    moves, goals, _ = model.expected(batch)[0]
+    return np.concatenate((moves, goals[:, :, None]), axis=2)
+
+
+def _alike(counts: Floats, clones: Numbers, kept: NDArray[np.bool_], worth: float) -> list[tuple[int, int]]:
+    """Pairs of clones of one symbol that are told apart by no more nats than that, the closest first, none twice."""
+    found: list[tuple[float, int, int]] = []
+    for symbol in np.unique(clones):
+        mine = np.flatnonzero(kept & (clones == symbol))
+        rows = counts[:, mine]
+        alone, (first, second) = _spread(rows), np.triu_indices(len(mine), 1)
+        lost = _spread(rows[:, first] + rows[:, second]) - alone[first] - alone[second]
+        found += [(float(lost[k]), int(mine[first[k]]), int(mine[second[k]])) for k in np.flatnonzero(lost <= worth)]
+    pairs, taken = [], set[int]()
+    for _, one, other in sorted(found):
+        if not taken & {one, other}:
+            pairs.append((one, other))
+            taken |= {one, other}
+    return pairs
+
+
+def _spread(rows: Floats) -> Floats:
+    """Nats that the outcomes of each clone's actions cost by its own counts of them, (clones,)."""
+    total = rows.sum(axis=2)
+    nats: Floats = (_weighed(total) - _weighed(rows).sum(axis=2)).sum(axis=0)
+    return nats
+
+
+def _weighed(counts: Floats) -> Floats:
+    weighed: Floats = counts * logarithm(np.maximum(counts, LEAST))
+    return weighed

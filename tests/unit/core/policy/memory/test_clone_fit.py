@@ -1,0 +1,30 @@
+"""How clone-structured models are fitted: in rounds, merged and divided until there is one clone a place."""
+
+import numpy as np
+import pytest
+
+from palpate.core.policy.memory.clone_fit import clones_of, divided, ripened
+from palpate.core.policy.memory.clone_model import CloneModel
+from palpate.core.policy.memory.recorded import Batch
+from palpate.simulation.grid import Disturbance
+from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_trials
+
+
+def test_rounds_go_on_while_other_trials_are_foretold_the_better_for_it() -> None:
+    trials, held = random_trials(AMBIGUOUS, 60), random_trials(AMBIGUOUS, 20, seed=1)
+    begun = CloneModel.blank(clones_of(trials, 3, 40), 3, 8, np.random.default_rng(0)).fitted(Batch.of(trials), 10)
+    ripe = ripened(begun, Batch.of(trials), held)
+    assert ripe.log_loss(held) < begun.trimmed(Batch.of(trials)).fitted(Batch.of(trials), 15).log_loss(held)
+
+
+@pytest.mark.parametrize("slips", [0.0, 0.1])
+def test_merged_and_divided_there_is_a_clone_a_place_and_the_share_of_failing_moves(slips: float) -> None:
+    disturbance = Disturbance(slips=slips)
+    trials = random_trials(AMBIGUOUS, 200, disturbance=disturbance)
+    held, batch = random_trials(AMBIGUOUS, 40, seed=1, disturbance=disturbance), Batch.of(trials)
+    begun = CloneModel.blank(clones_of(trials, 3, 60), 3, 8, np.random.default_rng(0)).fitted(batch, 25)
+    found, left = divided(begun, batch, held, np.random.default_rng(1)), ripened(begun, batch, held)
+    cells = len(AMBIGUOUS.cells)
+    assert cells <= len(found.clones) <= cells + 2
+    assert found.fails == pytest.approx(slips, abs=0.02)
+    assert found.log_loss(held) < left.log_loss(held)
