@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -63,7 +64,7 @@ def by_learners(strings: Strings) -> str:
     trials, half = trials_of(strings), len(strings.words) // 2
     told = [
         f"{kind} {fit(trials[:half], len(strings.names), len(strings.actions))[0].log_loss(trials[half:]):.4f}"
-        for kind, fit in (("automata", fit_automata), ("clones", fit_clones))
+        for kind, fit in (("automata", fit_automata), ("clones", partial(fit_clones, merging=True)))
     ]
     first, second = (PrefixTree.of(part) for part in parts(strings, half))
     losses = [
