@@ -21,7 +21,9 @@ def swapped(path: str, name: str, source: str) -> bool:
     Returns:
         Whether it has other code now; not so where the texts differ in what is run at the import, such as a default.
     """
-    others = {code.co_firstlineno: code for code in _codes(compile(source, path, "exec")) if code.co_qualname == name}
+    # What this module asks of the future, and the other does not, would be a difference.
+    compiled = compile(source, path, "exec", dont_inherit=True)
+    others = {code.co_firstlineno: code for code in _codes(compiled) if code.co_qualname == name}
     found = False
     for function in [one for one in gc.get_objects() if type(one) is FunctionType]:
         code = function.__code__

@@ -169,9 +169,11 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         _corner(time_limit_s=3.0, options={"down_share": 0.5}),
         policy="corner-first",
     ),
-    # Levelled on the plate beside the hole, before it searches.
+    # Levelled on the plate beside the hole, before it searches; a torque about its axis has nothing to do with that.
     "levelled": Mishap(
-        settings=_corner(time_limit_s=1.5, area_half_width_mm=12.0, options={"level_beside_mm": 8.0}),
+        (force("offset", 45, magnitude=0.04, channels=(5,)),),
+        _corner(ticks_per_action=5, area_half_width_mm=12.0, time_limit_s=2.2, options={"level_beside_mm": 3.0}),
+        (196, "stop"),
         policy="corner-first",
     ),
     # The plate is lost for three ticks while the tool gives way, so that the filter shows next to no force as a step is

@@ -131,9 +131,19 @@ SUPERVISED: Final[dict[str, Mishap]] = {
     "seven-tared": Mishap(
         (force("noise", 6, magnitude=1.0, channels=(1,)),), {"task": SOON | {"tare_ticks": 7}}, (40, "stop")
     ),
-    "no-torque-noise": Mishap((force("freeze", 20, channels=(1,)),), {"cell": {"sensor": {"torque_noise_Nm": 0.0}}}),
+    # What has no noise by the sensor's facts is not watched for it.
+    "no-torque-noise": Mishap(
+        (
+            force("noise", 20, magnitude=1e-3, channels=(3,), duration_ticks=30),
+            force("freeze", 56, channels=(1,)),
+        ),
+        {"cell": {"sensor": {"torque_noise_Nm": 0.0}}},
+    ),
     "noiseless": Mishap(
-        (force("freeze", 20),),
+        (
+            force("freeze", 20, duration_ticks=20),
+            force("repeat", 76, span_ticks=4, duration_ticks=20, honest=False),
+        ),
         {"cell": {"sensor": {"torque_noise_Nm": 0.0, "force_noise_N": 0.0}}, "task": {"time_limit_s": 0.1}},
     ),
     "retract-far": Mishap((force("nan", 20),), weak(retract_mm=200.0, retract_speed_mm_s=1000.0)),

@@ -58,6 +58,7 @@ from .settings import table_beside as table_beside
 from .values import CONTROL_RATE_HZ as CONTROL_RATE_HZ
 from .values import PERIOD_S as PERIOD_S
 from .values import SENSOR_FRAME as SENSOR_FRAME
+from .values import STILL as STILL
 from .values import AppliedCommand as AppliedCommand
 from .values import CommandReason as CommandReason
 from .values import JointCommand as JointCommand

@@ -19,6 +19,8 @@ PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 
 Vector3: TypeAlias = tuple[float, float, float]
 JointVector: TypeAlias = tuple[float, ...]
+STILL: Final[Vector3] = (0.0, 0.0, 0.0)
+"""The velocity, or the turn rate, of what does not move."""
 
 
 class Validity(enum.Enum):

@@ -8,7 +8,7 @@ from typing_extensions import override
 
 from palpate.core.motion import ControlLaw, TipMotion
 from palpate.core.policy import Observation
-from palpate.core.ports import CommandReason, JointCommand, Snapshot, Validity, Vector3
+from palpate.core.ports import STILL, CommandReason, JointCommand, Snapshot, Validity, Vector3
 from palpate.core.tasks.contact.proof import Proof
 from palpate.core.tasks.contact.trial_state import TrialState
 from palpate.core.tasks.contact.way_to_start import Lift, RunningPhase, Settle, Transfer
@@ -102,7 +102,7 @@ class TouchTask(Task):
                 encoders give another number of joint angles than the arm has.
         """
         state, (tick, _, wrench, joints, applied) = self._state, snapshot
-        state.observation, self._velocity_m_s = None, (0.0, 0.0, 0.0)
+        state.observation, self._velocity_m_s = None, STILL
         state.tick = tick
         state.report.ticks = tick + 1
         if tick == 0:

@@ -8,7 +8,7 @@ from typing import Final, Protocol
 from typing_extensions import override
 
 from palpate.core.motion import ControlLaw, TipMotion
-from palpate.core.ports import Vector3
+from palpate.core.ports import STILL, Vector3
 from palpate.core.tasks.contact.trial_state import TrialState
 from palpate.core.trial import Measurement, TaskConfig
 
@@ -106,4 +106,4 @@ class Settle(RunningPhase):
             )
             self._state.event("tare", f"{a:.6g} {b:.6g} {c:.6g} N, {d:.6g} {e:.6g} {f:.6g} N m, sensor frame")
             self.over = True
-        return 0.0, 0.0, 0.0
+        return STILL

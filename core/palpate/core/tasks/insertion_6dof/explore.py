@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from palpate.core.motion import DampingControl, GivingWay, limited, rotated
 from palpate.core.policy import Action, Law, Spatial
-from palpate.core.ports import PERIOD_S, Vector3
+from palpate.core.ports import PERIOD_S, STILL, Vector3
 from palpate.core.tasks.contact import AnsweredForce, RestlessForce
 from palpate.core.tasks.insertion.phases import Equipment, Explore, ExploringChecks
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
@@ -90,7 +90,7 @@ class SpatialExplore(Explore):
     def resume(self) -> None:
         super().resume()
         # What seemed to be the hole was none, or held the peg: at rest, and at once to the next choice.
-        self._spatial, self._rate_rad_s, self.countdown = _HOLD, (0.0, 0.0, 0.0), 1
+        self._spatial, self._rate_rad_s, self.countdown = _HOLD, STILL, 1
 
     @override
     def enter(self) -> None:
@@ -139,17 +139,17 @@ class SpatialExplore(Explore):
         if law in _ACROSS and self._upright:
             return super().step()
         if self._out_of_time():
-            return 0.0, 0.0, 0.0
+            return STILL
         self._agent.effort_N.append(self._measurement.force_norm_N)
         if law is _PUSHES and self._upright and self._depth_m > _SUNK_M:
             self._state.event("sunk below the surface")
             self.over = True
-            return 0.0, 0.0, 0.0
+            return STILL
         if not self._waits:
             self.countdown -= 1
         if self.countdown <= 0:
             self._perceive()
-            return 0.0, 0.0, 0.0
+            return STILL
         return self._way_on()
 
     @override
@@ -186,7 +186,7 @@ class SpatialExplore(Explore):
             velocity, rate = super()._way_on(), self._rate_rad_s
         elif spatial.law is _GIVES_WAY:
             velocity = super()._way_on()
-            rate = 0.0, 0.0, 0.0
+            rate = STILL
             if not self._lost_ticks:
                 u, v, w = self._tilting.rate_rad_s(measured.live_torque_at_tip_Nm())
                 rate = give * u, give * v, give * w
@@ -198,7 +198,7 @@ class SpatialExplore(Explore):
             velocity, rate = self._free.velocity_m_s(reference_m, target_m, measured.force_N), self._rate_rad_s
             self._led_m_s = velocity
             if measured.force_N[2] > _PULL_N or hypot(*measured.force_N[:2]) > _HELD_N:
-                velocity, rate, self._led_m_s = self._freed(velocity[2]), (0.0, 0.0, 0.0), None
+                velocity, rate, self._led_m_s = self._freed(velocity[2]), STILL, None
         elif spatial.law is _PUSHES:
             self._hold_against(spatial.push_N)
             velocity = self._pushed(spatial.push_N)
@@ -214,11 +214,11 @@ class SpatialExplore(Explore):
                 a = b = 0.0
             velocity, rate = (vx, vy, self._pulled_m_s()), (give * u + a, give * v + b, give * w + c)
         else:
-            velocity = rate = (0.0, 0.0, 0.0)
+            velocity = rate = STILL
         felt = self._felt if self._pushes_low else None
         if self._waits:
-            rate = (0.0, 0.0, 0.0)
-        if rate != (0.0, 0.0, 0.0):
+            rate = STILL
+        if rate != STILL:
             velocity = self._about_pivot(velocity, self._motion.turn(rate))
         return velocity if felt is None else felt.velocity_m_s(velocity)
 
@@ -277,8 +277,6 @@ class SpatialExplore(Explore):
 
     def _about_pivot(self, velocity_m_s: Vector3, rate_rad_s: Vector3) -> Vector3:
         """The velocity, with what keeps the pivot in its place while the tool turns about the tip."""
-        if self._spatial.pivot_m == (0.0, 0.0):
-            return velocity_m_s
         (x, y, z), (wx, wy, wz) = velocity_m_s, rate_rad_s
         px, py, pz = rotated(self._motion.lean, (*self._spatial.pivot_m, 0.0))
         return x - (wy * pz - wz * py), y - (wz * px - wx * pz), z - (wx * py - wy * px)

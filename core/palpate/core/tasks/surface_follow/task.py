@@ -13,7 +13,7 @@ from typing import Annotated, ClassVar, Final
 from typing_extensions import override
 
 from palpate.core.motion import DampingControl, PositionControl, TipMotion
-from palpate.core.ports import PERIOD_S, Range, Settings, Vector3
+from palpate.core.ports import PERIOD_S, STILL, Range, Settings, Vector3
 from palpate.core.tasks.contact import ContactProof, LiftCheck, RunningPhase, TouchTask, TrialState
 from palpate.core.trial import (
     N_PER_KGF,
@@ -171,10 +171,10 @@ class Follow(RunningPhase):
         state.report.exploration_time_s = (state.tick - self._begun) * PERIOD_S
         if not -self._relief_m <= depth_m <= self._relief_m:
             state.doubt(self._astray(depth_m))
-            return 0.0, 0.0, 0.0
+            return STILL
         if state.report.exploration_time_s >= self._time_limit_s:
             state.end(Outcome.TIME_LIMIT, f"{self._time_limit_s:g} s, {self._gone_m:.3f} m on the way")
-            return 0.0, 0.0, 0.0
+            return STILL
         if not self._lifted:
             return self._prove(pressed_N)
         error_N = pressed_N - self._press_N

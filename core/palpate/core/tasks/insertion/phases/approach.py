@@ -4,7 +4,7 @@ from typing import Final
 
 from typing_extensions import override
 
-from palpate.core.ports import Vector3
+from palpate.core.ports import STILL, Vector3
 from palpate.core.tasks.contact import Proof, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import N_PER_KGF, Outcome
@@ -43,7 +43,7 @@ class Approach(RunningPhase):
                 # The surface was never touched, so its height is known only as well as the plate was set up.
                 state.event("hole", "the approach went straight into it")
                 state.end_inserted(depth)
-                return 0.0, 0.0, 0.0
+                return STILL
             state.surface_m = depth
             state.event("contact", f"surface at {depth * 1e3:.3f} mm below the nominal plane")
             self.over = self.touched = True

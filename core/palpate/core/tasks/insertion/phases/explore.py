@@ -6,7 +6,7 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.core.policy import Action
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, STILL, Vector3
 from palpate.core.tasks.contact import PAST_PLATE_M, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.tasks.insertion.phases.exploring_checks import ExploringChecks
@@ -70,7 +70,7 @@ class Explore(RunningPhase):
         """On with the action; where one is over, ``state.observation`` is what the next one is to be chosen by."""
         measured, state = self._measurement, self._state
         if self._out_of_time():
-            return 0.0, 0.0, 0.0
+            return STILL
         x, y, z = measured.force_N
         self._agent.effort_N.append(measured.force_norm_N)
         lost = z > -self._contact_N
@@ -101,7 +101,7 @@ class Explore(RunningPhase):
             if self.countdown <= 0:
                 # Where to go is known when the policy has chosen.
                 self._perceive()
-                return 0.0, 0.0, 0.0
+                return STILL
         velocity_m_s = self._way_on()
         if self.countdown == 1 and not self._lost_ticks:
             (x, y, _), (vx, vy, _) = self._motion.reference_m, velocity_m_s

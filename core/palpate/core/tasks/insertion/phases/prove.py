@@ -4,7 +4,7 @@ from typing import Final
 
 from typing_extensions import override
 
-from palpate.core.ports import CONTROL_RATE_HZ, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, STILL, Vector3
 from palpate.core.tasks.contact import BothWallsCheck, ContactProof, Mean, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import N_PER_KGF
@@ -86,7 +86,7 @@ class Prove(RunningPhase):
             if floor_m < 0.0:
                 # Led back out by a force that was not there, it passed by chance. Less deep than asked for it may be.
                 state.doubt(proof.no_depth(state.tick, floor_m, self._shallowest_m))
-                return 0.0, 0.0, 0.0
+                return STILL
             state.event("proof", f"floor: {proof.axial.share:.2f} of the gripper's stiffness")
             state.end_inserted(floor_m)
         return 0.0, 0.0, along or 0.0

@@ -3,7 +3,7 @@
 from math import inf
 from typing import Final
 
-from palpate.core.ports import CONTROL_RATE_HZ, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, STILL, Vector3
 from palpate.core.tasks.contact import PAST_PLATE_M, ContactProof, Mean
 from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import N_PER_KGF, Outcome
@@ -54,7 +54,7 @@ class SinkingChecks:
         if self._equipment.state.tick - self._entered_tick > _LONGEST_TICKS:
             time_s = _LONGEST_TICKS / CONTROL_RATE_HZ
             self._equipment.state.end(Outcome.JAMMED, f"at {depth_m * 1e3:.2f} mm, after {time_s:g} s")
-            return 0.0, 0.0, 0.0
+            return STILL
         self.watch_way()
         if self._proof.new and not self._freed and self._rest_ticks >= 0 and not self._lift.running:
             free = self._equipment.measurement.force_N[2] > -self._contact_N
