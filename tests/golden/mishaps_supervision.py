@@ -66,7 +66,9 @@ SUPERVISED: Final[dict[str, Mishap]] = {
     "command-not-finite": Mishap((arm("nan", 20),)),
     "trip-command-jumps": Mishap(answers={20: (4, 9.0, _POSITION)}),
     "trip-and-hold": Mishap((force("nan", 20),), {"supervision": {"on_trip": "hold"}}),
-    "trip-then-stopped": Mishap((force("freeze", 20),), {"supervision": {"retract_mm": 5.0}}, (32, "stop")),
+    "trip-then-stopped": Mishap(
+        (force("freeze", 20),), {"supervision": {"retract_mm": 5.0, "max_equal_samples": 9}}, (36, "stop")
+    ),
     "clamp-position": Mishap(
         settings=weak(max_tracking_error_mrad=500.0),
         answers={2: (4, 3.15, _POSITION), 3: (4, 3.15, _POSITION)},
