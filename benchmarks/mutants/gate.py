@@ -11,6 +11,9 @@ It can be ended and begun again at any time: verdicts are appended to ``--out`` 
 what they hold for, and the lines that the logs run stand beside it. A verdict is reached anew if the core has changed
 since, or the log that killed the mutant, or any log if it survived. So the same command ends with 0 soon after the
 last survivor has its reason.
+
+Begun anew it takes a minute of processor time for the lines, and four to five for 360 mutants, on two processors that
+others use five times as long; called again where nothing has changed, some ten seconds.
 """
 
 from __future__ import annotations

@@ -159,14 +159,15 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         (90, "stop"),
         policy="corner-first",
     ),
-    # Encoders so late that it gives way more slowly; pulled up, and along its first push from the beginning.
+    # Encoders so late that it gives way more slowly; pulled up, and along its first push from the beginning; so fast that no
+    # stroke of a heave is short enough.
     "corner-late-joints": Mishap(
         (
             joints("delay", 20, delay_ticks=2),
             *shove(75, -3.0, -3.0),
             force("offset", 75, magnitude=6.0, channels=(2,), duration_ticks=2),
         ),
-        _corner(time_limit_s=3.0, options={"down_share": 0.5}),
+        _corner(time_limit_s=3.0, travel_speed_mm_s=30.0, options={"down_share": 0.5}),
         policy="corner-first",
     ),
     # Levelled on the plate beside the hole, before it searches; a torque about its axis has nothing to do with that.
