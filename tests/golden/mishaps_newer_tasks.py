@@ -159,8 +159,8 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         (90, "stop"),
         policy="corner-first",
     ),
-    # Encoders so late that it gives way more slowly; pulled up, and along its first push from the beginning; so fast that no
-    # stroke of a heave is short enough.
+    # Encoders so late that it gives way more slowly; pulled up, and along its first push from the beginning; so fast
+    # that no stroke of a heave is short enough.
     "corner-late-joints": Mishap(
         (
             joints("delay", 20, delay_ticks=2),
