@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import dataclass
+from typing import Any, Final
 
 import numpy as np
 from typing_extensions import override
@@ -11,16 +12,33 @@ from palpate.core.policy.belief import Floats
 from palpate.core.policy.memory.hidden_markov import Chain, Counts
 from palpate.core.policy.memory.recorded import Batch, Numbers
 
-if TYPE_CHECKING:
-    from palpate.core.policy.memory.clone_model import CloneModel
-
 NARROW: Final[Any] = np.float32  # of messages: with as many clones, time goes into moving blocks of them
+
+
+@dataclass(frozen=True, eq=False)
+class Clones:
+    """What a clone-structured model says.
+
+    Attributes:
+        clones: Symbol of each hidden state, (states,), in rising order.
+        start: Probability of each state at the start, (states,).
+        transitions: Probability of each state after an action, (actions, states before, states after).
+        goal: Probability that an action leads to the goal, (actions, states).
+        fails: Share of moves that fail whatever the clone, which the transitions hold already; 0: not told apart.
+    """
+
+    clones: tuple[int, ...]
+    symbols: int
+    start: Floats
+    transitions: Floats
+    goal: Floats
+    fails: float = 0.0
 
 
 class Blocks(Chain):
     """How messages go through the model: from the clones of one symbol to those of the next, a small block."""
 
-    def __init__(self, model: CloneModel) -> None:
+    def __init__(self, model: Clones) -> None:
         counts = np.bincount(model.clones, minlength=model.symbols)
         self.width = width = int(counts.max())
         # Place of each symbol's clones, (symbols, width); one past the last state where there are fewer.
@@ -64,7 +82,7 @@ class Blocks(Chain):
 class CloneCounts(Counts):
     """Posteriors of a batch, summed by action and clones."""
 
-    def __init__(self, model: CloneModel, batch: Batch, chain: Blocks) -> None:
+    def __init__(self, model: Clones, batch: Batch, chain: Blocks) -> None:
         self._batch, self._chain = batch, chain
         self._actions, self._symbols, self._states = len(model.goal), model.symbols, len(model.clones)
         none = np.zeros((0, chain.width), dtype=NARROW)

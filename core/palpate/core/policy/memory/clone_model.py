@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.belief import Floats, logarithm
-from palpate.core.policy.memory.clone_counts import Blocks, CloneCounts
+from palpate.core.policy.memory.clone_counts import Blocks, CloneCounts, Clones
 from palpate.core.policy.memory.finite_pomdp import FinitePomdp, require_room, rounded
 from palpate.core.policy.memory.hidden_markov import LEAST, expect, forward
 from palpate.core.policy.memory.point_based import PointBasedPlan, perseus
@@ -27,26 +27,12 @@ _CHANCE: Final = 3.0  # nats that moves which stay have to be worth, to count as
 
 
 @dataclass(frozen=True, eq=False)
-class CloneModel:
+class CloneModel(Clones):
     """Where each action leads from each clone.
-
-    Attributes:
-        clones: Symbol of each hidden state, (states,), in rising order.
-        start: Probability of each state at the start, (states,).
-        transitions: Probability of each state after an action, (actions, states before, states after).
-        goal: Probability that an action leads to the goal, (actions, states).
-        fails: Share of moves that fail whatever the clone, which the transitions hold already; 0: not told apart.
 
     Raises:
         ConfigurationError: Clones of no symbol, or not in order.
     """
-
-    clones: tuple[int, ...]
-    symbols: int
-    start: Floats
-    transitions: Floats
-    goal: Floats
-    fails: float = 0.0
 
     def __post_init__(self) -> None:
         if list(self.clones) != sorted(self.clones) or not all(0 <= clone < self.symbols for clone in self.clones):
