@@ -12,6 +12,7 @@ from palpate.core.policy import Action, Law, Spatial
 from palpate.core.ports import PERIOD_S, STILL, Vector3
 from palpate.core.tasks.contact import AnsweredForce, RestlessForce
 from palpate.core.tasks.insertion.phases import Equipment, Explore, ExploringChecks
+from palpate.core.tasks.insertion_6dof.insert import LEANT_RAD
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 from palpate.core.trial import Trip, TripReason
 
@@ -212,7 +213,13 @@ class SpatialExplore(Explore):
             if hypot(*torque_Nm[:2]) > _WEDGED_NM:
                 # Turning on would load the wedge; the tool gives way to it first.
                 a = b = 0.0
-            velocity, rate = (vx, vy, self._pulled_m_s()), (give * u + a, give * v + b, give * w + c)
+            x, y, _ = self._motion.turn_rad
+            a, b = give * u + a, give * v + b
+            deep = self._measurement.position_m[2] - self._state.surface_m > self._deepest_m
+            if deep and hypot(x + a * PERIOD_S, y + b * PERIOD_S) > max(hypot(x, y), LEANT_RAD):
+                # A peg in the hole cannot: what leans it is no wall's, and bent like that it would be drawn out.
+                a = b = 0.0
+            velocity, rate = (vx, vy, self._pulled_m_s()), (a, b, give * w + c)
         else:
             velocity = rate = STILL
         felt = self._felt if self._pushes_low else None

@@ -19,7 +19,7 @@ _SEATING_TICKS: Final = CONTROL_RATE_HZ
 """A peg that leans stands on an edge of the floor; so long, at most, it gives way until it stands flat."""
 _CIRCLE_TICKS: Final = CONTROL_RATE_HZ // 2
 """Time of one turn of a wobble, and after which it begins where nothing is gained. Half of it gave the same."""
-_LEANT_RAD: Final = 0.03
+LEANT_RAD: Final = 0.03
 """A peg that is let in leans no further, 26 mrad in trials without a fault; drawn back while it does, it bends the
 gripper."""
 _SUNK_M: Final = 1e-4
@@ -59,7 +59,7 @@ class SpatialInsert(Insert):
             if self.deep:
                 self.over, self._seating = False, 1
             elif self._state.report.outcome is None and (
-                stalled > _STUCK_TICKS or hypot(*self._motion.turn_rad[:2]) > _LEANT_RAD
+                stalled > _STUCK_TICKS or hypot(*self._motion.turn_rad[:2]) > LEANT_RAD
             ):
                 self._stuck()
             if self._checking:
@@ -88,7 +88,7 @@ class SpatialInsert(Insert):
         if self._checks is not None:
             self._checks.watch_way()
         # What leans it further is not the floor's either.
-        leant = hypot(*self._motion.turn_rad[:2]) > _LEANT_RAD
+        leant = hypot(*self._motion.turn_rad[:2]) > LEANT_RAD
         wobbled = self._seating - self._circle_ticks
         self.over = past or leant or (wobbled > 0 and seated) or wobbled > _SEATING_TICKS
         velocity = self._law.velocity_m_s(reference_m, reference_m, measured.force_N)

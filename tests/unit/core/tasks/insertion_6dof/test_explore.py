@@ -41,6 +41,7 @@ def test_a_tool_that_goes_back_to_where_it_was_answered_may_meet_a_wall_there() 
             id="it leads the peg back out from the floor, to where it would pass for another",
         ),
         pytest.param("ur5", "insert", 98501, "of 1 s, sign flipped", id="it leans, and is wedged as it is drawn back"),
+        pytest.param("zebra-zero", "insert", 369822, "of 1 s, times 0.3", id="it leans further as it is drawn back"),
         pytest.param("ur5", "explore", 98500, "of 1 s, times 0.3", id="long strokes seem to be none: 425 N by scatter"),
     ],
 )
