@@ -74,7 +74,8 @@ lacking a setting never means a new default.
 """
 
 _OPTIONS_UNTOLD: Final[Mapping[str, Mapping[str, float]]] = {
-    "insertion-6dof": {"down_share": 0.0, "wobble_deg_s": 0.0, "unanswered_N": 0.0}
+    "insertion-6dof": {"down_share": 0.0, "wobble_deg_s": 0.0, "unanswered_N": 0.0},
+    "hole-survey": {"unanswered_N": 0.0},
 }
 """The same of options of a task, by its name."""
 

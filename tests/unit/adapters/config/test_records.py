@@ -53,6 +53,7 @@ def test_options_that_a_record_of_a_task_lacks_are_those_of_then() -> None:
     told = {"task": {"name": "insertion-6dof", "options": {"corners": 4.0, "down_share": 0.5}}}
     untold = {"wobble_deg_s": 0.0, "unanswered_N": 0.0}
     assert recorded_config(told).task.options == {"corners": 4.0, "down_share": 0.5} | untold
+    assert recorded_config({"task": {"name": "hole-survey"}}).task.options == {"unanswered_N": 0.0}
 
 
 def test_what_a_record_holds_wins() -> None:

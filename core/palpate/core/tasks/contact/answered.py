@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import deque
-from math import ceil, hypot
+from math import ceil, hypot, inf
 from typing import Final
 
 from palpate.core.motion import limited
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
+from palpate.core.tasks.contact.felt_way import FeltWay
 from palpate.core.tasks.contact.heave_answer import HeaveAnswer
 from palpate.core.tasks.contact.restless import RestlessForce
 from palpate.core.tasks.contact.trial_state import TrialState
@@ -15,7 +16,7 @@ from palpate.core.tasks.contact.uneven_heave import UnevenHeave
 from palpate.core.trial import ControlConfig, Measurement, Purpose, Trip, TripReason, generator
 
 _FEWEST: Final = 8
-_FEWEST_STOPPED: Final = 12
+_MORE_STOPPED: Final = 4
 """Samples of a look; a tool that had to stop is to be surer."""
 _LOOKS: Final = 8
 _ANSWERED: Final = 4
@@ -43,8 +44,8 @@ class AnsweredForce:
     """Stops a tool that pushes where the force does not answer its heave, and lets it go back and heave until it does.
 
     Scatter is no answer, as it is to :class:`~palpate.core.tasks.contact.restless.RestlessForce`: a recording
-    scatters, and so does noise. Only where the arm does not heave as it is told, by its own encoders, that takes over
-    for the rest of the trial.
+    scatters, and so does noise. Only where the arm does not heave as it is told, by its own encoders, that, or what a
+    task has in its place, takes over for the rest of the trial.
 
     Args:
         control: Its stiffnesses are those of the gripper.
@@ -52,6 +53,9 @@ class AnsweredForce:
         most_N: What the springs of the gripper may come to, at most, by the way from where it was answered last.
         mass_kg: Of all that the force sensor carries.
         step_m: Standard deviation of the depth by the encoders' steps.
+        otherwise: What takes over; None for scatter.
+        borne_N: A force that shows more has to follow by the spring.
+        fewest: Samples of a look, at least, where time allows for more than it takes otherwise; 4 more once it stopped.
     """
 
     def __init__(
@@ -63,6 +67,9 @@ class AnsweredForce:
         most_N: float,
         mass_kg: float,
         step_m: float,
+        otherwise: FeltWay | None = None,
+        borne_N: float = inf,
+        fewest: int = _FEWEST,
     ) -> None:
         self._state, self._measured, self._most_N = state, measurement, most_N
         self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
@@ -72,15 +79,19 @@ class AnsweredForce:
         # Three places tell it with six times the square of a single one.
         hidden = 6.0 * (mass_kg * step_m * CONTROL_RATE_HZ**2) ** 2 / (_HIDDEN * self._least_shown_N2)
         self._apart_ticks = apart_ticks = min(max(ceil(hidden**0.25), 1), _MOST_APART_TICKS)
-        self._heave, self._answer = UnevenHeave(speed_m_s), HeaveAnswer(mass_kg, self._axial_N_per_m, apart_ticks)
-        self._restless = RestlessForce(state, measurement, control, speed_m_s)
+        # Samples of places that are further apart count once each of these.
+        self._fewest = max(ceil(fewest / apart_ticks), _FEWEST)
+        self._fewest_stopped = max(ceil((fewest + _MORE_STOPPED) / apart_ticks), _FEWEST + _MORE_STOPPED)
+        self._heave = UnevenHeave(speed_m_s)
+        self._answer = HeaveAnswer(mass_kg, self._axial_N_per_m, apart_ticks, borne_N)
+        self._otherwise = otherwise or RestlessForce(state, measurement, control, speed_m_s)
 
     def begin(self) -> None:
         """A trial begins."""
         setup = self._state.report.setup
         self._heave.begin_trial(generator(setup.seed, Purpose.HEAVE, setup.index))
         self._answer.begin_trial()
-        self._restless.begin()
+        self._otherwise.begin()
         self._follows_heaves = True
         self._looks: deque[bool]
         self._sequence: int | None = None
@@ -97,13 +108,13 @@ class AnsweredForce:
     @property
     def waits(self) -> bool:
         """Whether the tool goes no further until its heave is answered."""
-        return self._stopped if self._follows_heaves else self._restless.waits
+        return self._stopped if self._follows_heaves else self._otherwise.waits
 
     def watch(self) -> None:
         """A tick in which the tool may push."""
         state, measured, answer = self._state, self._measured, self._answer
         if not self._follows_heaves:
-            self._restless.watch()
+            self._otherwise.watch()
             return
         wrench, joints = state.snapshot.wrench, state.snapshot.joints
         if wrench.sequence != self._sequence:
@@ -114,11 +125,11 @@ class AnsweredForce:
         if not answer.paired(self._tick == state.tick - 1):
             return
         if self._stopped and (shown_N2 := answer.shown_N2) is not None and shown_N2 < self._least_shown_N2:
-            text = "the encoders show less of a heave than is commanded: scatter of the force counts instead"
+            text = f"the encoders show less of a heave than is commanded: {self._otherwise.COUNTS} counts instead"
             state.event("heave", text)
             self._follows_heaves = False
             return
-        follows = answer.follows(_FEWEST_STOPPED if self._stopped else _FEWEST, state.noise[2])
+        follows = answer.follows(self._fewest_stopped if self._stopped else self._fewest, state.noise[2])
         if follows is None:
             return
         self._looks.append(follows)
@@ -128,7 +139,7 @@ class AnsweredForce:
     def velocity_m_s(self, velocity_m_s: Vector3) -> Vector3:
         """The velocity, (3,), task frame, for this tick, of a tool that would go on with this one."""
         if not self._follows_heaves:
-            return self._restless.velocity_m_s(velocity_m_s)
+            return self._otherwise.velocity_m_s(velocity_m_s)
         tick = self._state.tick
         if tick != self._tick:
             # Only once, where an action is chosen in a tick that another one had.

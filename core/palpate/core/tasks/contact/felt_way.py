@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import hypot
-from typing import Final
+from typing import ClassVar, Final
 
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
 from palpate.core.tasks.contact.proof import ContactProof
@@ -26,7 +26,12 @@ class FeltWay:
         swing_N: Force that comes and goes with the heave of a tool that is borne.
         borne_N: One that shows more has to follow by the spring.
         speed_m_s: The heave is no faster.
+
+    Attributes:
+        COUNTS: What is a sign of life.
     """
+
+    COUNTS: ClassVar = "a force that follows the commands"
 
     def __init__(
         self,
@@ -54,6 +59,9 @@ class FeltWay:
     def waits(self) -> bool:
         """Whether the tool stays where it is until there is a sign of life."""
         return self._life.due
+
+    def watch(self) -> None:
+        """A tick of the trial; only those of the way count, and are watched as it heaves."""
 
     def velocity_m_s(self, velocity_m_s: Vector3) -> Vector3:
         """The velocity, (3,), task frame, for this tick, of a tool that goes on with this one, or waits with none."""

@@ -51,9 +51,11 @@ class HeaveAnswer:
         mass_kg: Of all that the force sensor carries.
         stiffness_N_per_m: Of the gripper, along the tool axis.
         apart_ticks: The three places are at least so far apart.
+        borne_N: A force that shows more on average is no inertia's: the spring has to have its part in it.
     """
 
-    def __init__(self, mass_kg: float, stiffness_N_per_m: float, apart_ticks: int = 1) -> None:
+    def __init__(self, mass_kg: float, stiffness_N_per_m: float, apart_ticks: int = 1, borne_N: float = inf) -> None:
+        self._borne_N = borne_N
         self._mass, self._stiffness, self._apart_ticks = mass_kg, stiffness_N_per_m, apart_ticks
         self._apart_s = (apart_ticks - 0.5) * PERIOD_S if apart_ticks > 1 else 0.0
 
@@ -154,7 +156,8 @@ class HeaveAnswer:
             return False
         # A weighed mean is less noisy than a force.
         noise, gain = _NOISE_SHARE * noise_N * noise_N * squares / count, af / aa
-        for share, explained in ((gain, gain * af), (sf / ss, sf * sf / ss)):
+        borne = f < -self._borne_N * count
+        for share, explained in ((sf / ss, sf * sf / ss), (gain, gain * af))[: 1 if borne else 2]:
             left = ff - explained
             known = _LEAST_GAIN < share < _MOST_GAIN and explained > least
             if known and left < noise * (count - 2) + _LEFT_ALONE * explained:
@@ -176,6 +179,7 @@ class HeaveAnswer:
         return (
             min(inertia, friction, spring) > _BACKWARDS
             and max(inertia, spring) < _MOST_GAIN
+            and (spring > _LEAST_GAIN or not borne)
             and explained > max(least, _LEAST_GAIN * _LEAST_GAIN * aa)
             and ff - explained < noise * (count - 4) + _LEFT * explained
         )

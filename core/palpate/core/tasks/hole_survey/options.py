@@ -39,6 +39,11 @@ class SurveyOptions(Settings):
     """Depth at which the wall is touched; at most half way down to the floor."""
     push_N: Annotated[float, Range(1.0, 50.0)] = 4.0
     """Force with which the wall is touched."""
+    tool_kg: Annotated[float, Range(0.0, 20.0)] = 0.35
+    """Mass of all that the force sensor carries, which a heave in air shows."""
+    unanswered_N: Annotated[float, Range(0.0, 40.0)] = 25.0
+    """Where something may be met the probe heaves by drawn strokes, and goes no further from where the force answered
+    them than bends the gripper by this; 0: it heaves evenly, and a force that follows at any lag counts."""
     tolerance_mm: Annotated[float, Range(0.001, 10.0)] = 0.05
     """A survey with a larger uncertainty, or with a larger true error where that is known, is no success."""
 
@@ -47,6 +52,9 @@ class SurveyOptions(Settings):
         for name in _WHOLE:
             if not getattr(self, name).is_integer():
                 raise ConfigurationError(self.dotted(name), getattr(self, name), "a whole number")
+        if self.unanswered_N and not self.tool_kg:
+            accepted = "0 with tool_kg = 0: what a heave gives in air is told by the tool's mass"
+            raise ConfigurationError(self.dotted("unanswered_N"), self.unanswered_N, accepted)
         if self.widest_mm <= self.probe_mm:
             raise ConfigurationError(
                 self.dotted("widest_mm"), self.widest_mm, f"more than probe_mm = {self.probe_mm:g}"

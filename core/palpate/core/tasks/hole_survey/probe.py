@@ -12,6 +12,7 @@ from palpate.core.ports import PERIOD_S, Vector3
 from palpate.core.tasks.contact import (
     HIGHEST_SHARE,
     LOWEST_SHARE,
+    AnsweredForce,
     ContactProof,
     FeltWay,
     FirstTouch,
@@ -43,6 +44,9 @@ _EDGE_SHARE: Final = 0.6
 _GONE_SHARE: Final = 0.3
 """Of the push at most so much is left away from the wall."""
 _BORNE_SHARE: Final = 0.25
+_LOOK_SAMPLES: Final = 16
+_HEAVE_M_S: Final = 0.02
+"""The strokes of an uneven heave would be too long with more."""
 _SWING_SHARE: Final = 0.5
 """Of the pressing force, at most so much comes and goes with a heave."""
 Motion = Generator[Vector3, None, None]
@@ -93,7 +97,8 @@ class Probe:
         self._measured, self._motion, self._state, self._proof = measurement, motion, state, proof
         axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
         self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
-        self._press_N, self._push_N = task.press_kgf * N_PER_KGF, options_of(SurveyOptions, task).push_N
+        own = options_of(SurveyOptions, task)
+        self._press_N, self._push_N = task.press_kgf * N_PER_KGF, own.push_N
         speed_m_s, pressing = task.travel_speed_mm_s * 1e-3, (0.0, 0.0, -self._press_N)
         self._travel = PositionControl(control.position_gain_per_s, speed_m_s, PERIOD_S)
         self._careful = PositionControl(control.position_gain_per_s, _FAST_M_S, PERIOD_S)
@@ -101,7 +106,11 @@ class Probe:
         self._give_m_per_N_s = control.force_integral_m_per_N_s
         self._lift = LiftCheck(state, measurement, motion, proof)
         borne_N = _BORNE_SHARE * self._press_N if task.uneven_heave else inf
-        self._felt = FeltWay(state, measurement, proof, control, _SWING_SHARE * self._press_N, speed_m_s, borne_N)
+        even = FeltWay(state, measurement, proof, control, _SWING_SHARE * self._press_N, speed_m_s, borne_N)
+        self._felt: AnsweredForce | FeltWay = even
+        if own.unanswered_N:
+            known = min(speed_m_s, _HEAVE_M_S), own.unanswered_N, own.tool_kg, measurement.depth_step_m
+            self._felt = AnsweredForce(state, measurement, control, *known, even, borne_N, _LOOK_SAMPLES)
         least_N = _FEWEST * _SLOW_M_S * PERIOD_S * self._lateral_N_per_m
         if self._push_N < least_N:
             accepted = f"at least {least_N:.3g} N, or too few samples show the gripper's stiffness"
@@ -112,6 +121,10 @@ class Probe:
     def begin(self) -> None:
         """A trial begins."""
         self._felt.begin()
+
+    def watch(self) -> None:
+        """A tick begins."""
+        self._felt.watch()
 
     @property
     def depth_m(self) -> float:

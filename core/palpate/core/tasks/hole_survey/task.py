@@ -96,6 +96,8 @@ class Survey(RunningPhase):
         self._own, self._time_limit_s = options_of(SurveyOptions, settings), settings.time_limit_s
         self._places = [(0.0, 0.0), *settings.more_places_m]
         self._clear_m = -settings.ready_height_mm * 1e-3
+        # A tool that turns within a tick seems deeper for that tick, by its inertia.
+        self._sunk_ticks = 2 if self._own.unanswered_N else 1
         self._deepest_plate_m = settings.surface_uncertainty_mm * 1e-3 + PAST_PLATE_M
 
     def begin(self) -> None:
@@ -111,6 +113,7 @@ class Survey(RunningPhase):
         if self._state.report.exploration_time_s >= self._time_limit_s:
             self._state.end(Outcome.TIME_LIMIT, f"{self._time_limit_s:g} s")
             return 0.0, 0.0, 0.0
+        self._probe.watch()
         return next(self._way)
 
     def _all(self) -> Motion:
@@ -167,10 +170,11 @@ class Survey(RunningPhase):
     def _search(self, place: Place, surface_m: float) -> Generator[Vector3, None, bool]:
         """Down, and where the plate bears the probe, round in a spiral until it does not."""
         probe, turn_m = self._probe, self._own.pitch_mm * 1e-3 / tau
-        angle, pressed = 0.0, False
+        angle, pressed, sunk_ticks = 0.0, False, 0
         while turn_m * angle <= self._own.search_mm * 1e-3:
             pressed, deep = pressed or probe.bears, probe.depth_m > surface_m + _IN_HOLE_M
-            if deep and not probe.bears:
+            sunk_ticks = sunk_ticks + 1 if deep and not probe.bears else 0
+            if sunk_ticks == self._sunk_ticks:
                 return True
             vx, vy, vz = probe.yielding_m_s
             if deep or probe.at_edge or not pressed:

@@ -127,6 +127,25 @@ def test_a_sensor_that_dies_with_noise_is_found_before_it_lets_the_tool_press_ha
     assert max(peaks_N) < 30.0
 
 
+@pytest.mark.parametrize(("last", "share"), [(540, 0.3), (600, 1.0), (600, 0.3)])
+def test_a_recording_of_its_own_heave_does_not_let_the_tool_press_hard(last: int, share: float) -> None:
+    world, chance, peaks_N, felt = plate(HOLES[0]), random.Random(1), [0.0], list[WrenchSample]()
+
+    def repeat(sample: WrenchSample) -> WrenchSample:
+        peaks_N.append(hypot(*world.force_N))
+        felt.append(sample if len(felt) < last else felt[-140])
+        return sample if len(felt) <= last else noisy(felt[-1])
+
+    def noisy(sample: WrenchSample) -> WrenchSample:
+        forces = zip(WEIGHT_AND_BIAS_N, sample.force_N, strict=True)
+        x, y, z = (zero_N + share * (force_N - zero_N) + chance.gauss(0.0, 0.1) for zero_N, force_N in forces)
+        return replace(sample, force_N=(x, y, z))
+
+    world.spoil = repeat
+    assert survey(world, replace(TASK, more_goals_mm=())).outcome is Outcome.UNPROVED
+    assert max(peaks_N) < 35.0
+
+
 @pytest.mark.parametrize(
     ("options", "task", "told"),
     [
@@ -134,6 +153,7 @@ def test_a_sensor_that_dies_with_noise_is_found_before_it_lets_the_tool_press_ha
         ({"widest_mm": 5.0}, {}, "more than probe_mm = 6"),
         ({"push_N": 25.0}, {"max_force_N": 20.0}, "less than task.max_force_N = 20"),
         ({"push_N": 1.0}, {}, "too few samples"),
+        ({"tool_kg": 0.0}, {}, "0 with tool_kg = 0"),
         ({}, {"more_goals_mm": (1.0,)}, "x and y of each further place"),
         ({}, {"more_goals_mm": (900.0, 0.0)}, "a place that zebra-zero reaches"),
     ],
