@@ -33,18 +33,21 @@ def _give_way(**task: Any) -> dict[str, Any]:
     return {"task": settings | {"insertion_depth_mm": 2.0} | task, "cell": cell}
 
 
+EVEN: Final = {"unanswered_N": 0.0}
+
+
 def _survey(
     options: dict[str, float] | None = None,
     cell: dict[str, Any] | None = None,
     control: dict[str, float] | None = None,
     **task: Any,
 ) -> dict[str, Any]:
-    """A survey of one shallow hole where it is thought to be, with as few touches as can be."""
+    """A survey of one shallow hole where it is thought to be, with as few touches as can be, and an even heave."""
     few = {"plate_touches": 2.0, "floor_touches": 2.0, "wall_touches": 4.0, "pitch_mm": 0.7, "aside_mm": 4.5}
     settings: dict[str, Any] = {
         "name": "hole-survey", "goal": {"x_mm": 410.0}, "more_goals_mm": [], "area_half_width_mm": 9.0,
         "max_force_N": 20.0, "ready_height_mm": 0.8, "tare_ticks": 4, "travel_speed_mm_s": 60.0,
-        "insertion_depth_mm": 1.0, "press_kgf": 0.25, "time_limit_s": 60.0, "options": few | (options or {}),
+        "insertion_depth_mm": 1.0, "press_kgf": 0.25, "time_limit_s": 60.0, "options": EVEN | few | (options or {}),
     }  # fmt: skip
     peg = {"diameter_mm": 6.0, "clearance_mm": 0.3, "hole_depth_mm": 1.2} | (cell or {}).pop("peg", {})
     world = {"hole_uncertainty_mm": 0.0, "more_holes_mm": []} | (cell or {}) | {"peg": peg}
@@ -224,7 +227,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     "survey-no-plate": Mishap(
         settings=_survey(cell={"hole_height_error_mm": -2.0}, surface_uncertainty_mm=0.2), policy="none"
     ),
-    "survey-no-life": Mishap(dead(225), _survey(), policy="none"),
+    "survey-no-life": Mishap(dead(225), _survey({"unanswered_N": 25.0}), policy="none"),
     "survey-no-hole": Mishap(settings=_survey({"search_mm": 0.4}, {"hole_uncertainty_mm": 4.0}), policy="none"),
     # And out of time on the way to the second.
     "survey-no-floor": Mishap(
