@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointSample, Snapshot, WrenchSample
-from palpate.core.tasks.contact import AnsweredForce, TrialState
+from palpate.core.tasks.contact import AnsweredForce, FeltWay, TrialState
 from palpate.core.trial import ControlConfig, TrialSetup
 
 NOISE = (0.1, 0.1, 0.1, 0.004, 0.004, 0.004)
@@ -51,6 +51,7 @@ def pushed(
     each_ticks: tuple[int, int] = (1, 1),
     heaves: float = 1.0,
     step_m: float = 0.0,
+    evenly: bool = False,
 ) -> tuple[float, list[str]]:
     """Furthest way, in N of bend, since the lie began, or from the start without one; and what happened.
 
@@ -59,12 +60,15 @@ def pushed(
         each_ticks: In every so many-th tick there is a new force, and a new place.
         heaves: The share that the arm makes of what it is told along the tool.
         step_m: Of an encoder, along the tool.
+        evenly: What takes over where the arm does not heave as it is told is an even heave, and not scatter.
     """
     state, chance, control = TrialState(), random.Random(trial), ControlConfig()
     measured = SimpleNamespace(axial_N_per_m=control.axial_stiffness_N_per_mm * 1e3)
     state.begin(TrialSetup(trial, 7, (0.0, 0.0)))
     state.noise = NOISE
-    answered = AnsweredForce(state, measured, control, 0.02, MOST_N, MASS_KG, step_m / 12**0.5)  # type: ignore[arg-type]
+    proof = SimpleNamespace(new=True)
+    even = FeltWay(state, measured, proof, control, 1.0, 0.02, 1.0) if evenly else None  # type: ignore[arg-type]
+    answered = AnsweredForce(state, measured, control, 0.02, MOST_N, MASS_KG, step_m / 12**0.5, even)  # type: ignore[arg-type]
     answered.begin()
     heights_m, felt_N, way_m, furthest_m = [0.0] * 4, list[float](), 0.0, 0.0
     places_m, (force_late, late), (force_each, each) = list[float](), late_ticks, each_ticks
@@ -132,6 +136,12 @@ def test_an_arm_that_does_not_heave_as_it_is_told_is_asked_for_scatter_instead()
     way_N, told = pushed(inertia, still, heaves=0.0)
     assert way_N < 60.0
     assert "the force sensor is dead" in told[-1]
+
+
+def test_an_arm_that_does_not_heave_as_it_is_told_may_be_asked_by_an_even_heave_instead() -> None:
+    _, told = pushed(still, heaves=0.0, evenly=True)
+    assert "a force that follows the commands counts instead" in told[0]
+    assert "does not follow the tool as it heaves" in told[-1]
 
 
 @pytest.mark.parametrize("trial", range(3))
