@@ -56,6 +56,8 @@ class AnsweredForce:
         otherwise: What takes over; None for scatter.
         borne_N: A force that shows more has to follow by the spring.
         fewest: Samples of a look, at least, where time allows for more than it takes otherwise; 4 more once it stopped.
+        led: Between heaves the tool is led elsewhere: the way back is only that since, but all the way counts. It waits
+            for twice as long, for nothing else moves it.
     """
 
     def __init__(
@@ -70,10 +72,12 @@ class AnsweredForce:
         otherwise: FeltWay | None = None,
         borne_N: float = inf,
         fewest: int = _FEWEST,
+        led: bool = False,
     ) -> None:
         self._state, self._measured, self._most_N = state, measurement, most_N
         self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
-        self._axial_N_per_m = measurement.axial_N_per_m
+        self._axial_N_per_m, self._led = measurement.axial_N_per_m, led
+        self._longest_ticks = (2 if led else 1) * _LONGEST_TICKS
         # A turn changes the speed by twice that in a tick, and every third tick has one.
         self._least_shown_N2 = _SHOWN_SHARE * (2.0 * mass_kg * speed_m_s * CONTROL_RATE_HZ) ** 2 / 3.0
         # Three places tell it with six times the square of a single one.
@@ -103,7 +107,7 @@ class AnsweredForce:
         self._answered()
 
     def _answered(self) -> None:
-        self._way_m, self._stopped = (0.0, 0.0, 0.0), False
+        self._way_m, self._before_N, self._stopped = (0.0, 0.0, 0.0), 0.0, False
 
     @property
     def waits(self) -> bool:
@@ -150,16 +154,20 @@ class AnsweredForce:
                 self._waited_ticks = max(self._waited_ticks - _REGAINED, 0)
         x, y, z = self._back_m_s() if self._stopped else velocity_m_s
         way_x, way_y, way_z = self._way_m
-        self._way_m = way_x, way_y, way_z = way_x + x * PERIOD_S, way_y + y * PERIOD_S, way_z + z * PERIOD_S
-        bend_N = hypot(way_x, way_y) * self._lateral_N_per_m + abs(way_z) * self._axial_N_per_m
-        if bend_N > self._most_N and not self._stopped:
+        self._way_m = way_x + x * PERIOD_S, way_y + y * PERIOD_S, way_z + z * PERIOD_S
+        if self._bend_N > self._most_N and not self._stopped:
             self._stopped, self._stood_ticks = True, 0
             self._looks.clear()
         return x, y, z + self._along_m_s
 
+    @property
+    def _bend_N(self) -> float:
+        x, y, z = self._way_m
+        return self._before_N + hypot(x, y) * self._lateral_N_per_m + abs(z) * self._axial_N_per_m
+
     def _back_m_s(self) -> Vector3:
         """Velocity of a tool that waits: it stands, and then goes back."""
-        if self._waited_ticks >= _LONGEST_TICKS:
+        if self._waited_ticks >= self._longest_ticks:
             text = "the force does not answer the heave of a tool that pushed: the force sensor does not show what is"
             self._state.doubt(Trip(TripReason.FORCE_WITHOUT_SPRING, self._state.tick, text))
         self._waited_ticks += 1
@@ -172,6 +180,8 @@ class AnsweredForce:
         return limited((-x / PERIOD_S, -y / PERIOD_S, -z / PERIOD_S), _BACK_M_S)
 
     def _begin_heave(self) -> None:
+        if self._led:
+            self._before_N, self._way_m = self._bend_N, (0.0, 0.0, 0.0)
         self._heave.begin()
         self._answer.begin()
         # What went before was proved; a sensor that has lied since is found by the next looks.

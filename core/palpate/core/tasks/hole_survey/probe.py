@@ -110,7 +110,7 @@ class Probe:
         self._felt: AnsweredForce | FeltWay = even
         if own.unanswered_N:
             known = min(speed_m_s, _HEAVE_M_S), own.unanswered_N, own.tool_kg, measurement.depth_step_m
-            self._felt = AnsweredForce(state, measurement, control, *known, even, borne_N, _LOOK_SAMPLES)
+            self._felt = AnsweredForce(state, measurement, control, *known, even, borne_N, _LOOK_SAMPLES, led=True)
         least_N = _FEWEST * _SLOW_M_S * PERIOD_S * self._lateral_N_per_m
         if self._push_N < least_N:
             accepted = f"at least {least_N:.3g} N, or too few samples show the gripper's stiffness"

@@ -170,3 +170,21 @@ def test_a_tool_that_stands_is_asked_for_nothing() -> None:
 def test_each_trial_heaves_in_its_own_way_and_in_the_same_again() -> None:
     ways = [pushed(inertia, lambda _, felt_N: felt_N[-140], trial=trial)[0] for trial in (0, 0, 1)]
     assert ways[0] == ways[1] != ways[2]
+
+
+def test_a_tool_that_was_led_elsewhere_goes_back_only_over_the_way_since() -> None:
+    state, measured = TrialState(), SimpleNamespace(axial_N_per_m=5e3, force_N=(0.0,) * 3, position_m=(0.0,) * 3)
+    state.begin(TrialSetup(0, 7, (0.0, 0.0)))
+    state.snapshot = Snapshot(0, 0, WrenchSample((0.0,) * 3, (0.0,) * 3, 0, 0, 0), JointSample((0.0,), 0, 0, 0))  # type: ignore[arg-type]
+    answered = AnsweredForce(state, measured, ControlConfig(), 0.02, MOST_N, MASS_KG, 0.0, led=True)  # type: ignore[arg-type]
+    answered.begin()
+    ways_m = list[float]()
+    for state.tick in (*range(6), *range(20, 100)):
+        if state.tick in (0, 20):
+            ways_m = [0.0]
+        answered.watch()
+        ways_m.append(ways_m[-1] + answered.velocity_m_s((SPEED_M_S, 0.0, 0.0))[0] * PERIOD_S)
+    # What it went before counts.
+    assert max(ways_m) * 40e3 < 0.6 * MOST_N
+    assert min(ways_m) > -1e-9
+    assert ways_m[-1] == pytest.approx(0.0, abs=1e-9)
