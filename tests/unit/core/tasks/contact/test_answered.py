@@ -175,7 +175,7 @@ def test_each_trial_heaves_in_its_own_way_and_in_the_same_again() -> None:
 def test_a_tool_that_was_led_elsewhere_goes_back_only_over_the_way_since() -> None:
     state, measured = TrialState(), SimpleNamespace(axial_N_per_m=5e3, force_N=(0.0,) * 3, position_m=(0.0,) * 3)
     state.begin(TrialSetup(0, 7, (0.0, 0.0)))
-    state.snapshot = Snapshot(0, 0, WrenchSample((0.0,) * 3, (0.0,) * 3, 0, 0, 0), JointSample((0.0,), 0, 0, 0))  # type: ignore[arg-type]
+    state.snapshot = Snapshot(0, 0, WrenchSample((0.0,) * 3, (0.0,) * 3, 0, 0, 0), JointSample((0.0,), 0, 0, 0))
     answered = AnsweredForce(state, measured, ControlConfig(), 0.02, MOST_N, MASS_KG, 0.0, led=True)  # type: ignore[arg-type]
     answered.begin()
     ways_m = list[float]()
