@@ -13,12 +13,22 @@ from palpate.adapters.experiments import trial
 from palpate.adapters.experiments.manifest import Print
 from palpate.core.policy import Decision
 from palpate.core.tasks.insertion import Agent
-from tests.command_line import CommandLine
+from tests.command_line import CommandLine, shared_folder
 from tests.log_surgery import Change, changed, in_start, indices, messages_of, one_ulp, write_log
 
 Tampering: TypeAlias = Callable[[Path], None]
 GOLDEN = Path(__file__).parents[1] / "golden"
 BEFORE = GOLDEN / "before" / "run"
+
+
+@pytest.fixture(scope="session")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three trials as short as trials with some decisions can be: every test here replays them all."""
+
+    def make(out: Path) -> None:
+        CommandLine().succeed("train", "--task.time-limit-s", 0.5, "--trials", 3, "--out", out)
+
+    return shared_folder(tmp_path_factory, "briefly", make)
 
 
 def gone(name: str) -> Tampering:
@@ -183,7 +193,7 @@ def test_a_manifest_of_another_run_is_refused_in_one_line(palpate: CommandLine, 
     _in_json("manifest.json", _other_digests)(run)
     line = palpate.refusal("replay", "run", "--jobs", 1)
     assert "run/manifest.json: is that of another run" in line
-    line = palpate.refusal("train", "--resume", "--out", "run", "--trials", 9, "--task.time-limit-s", 2)
+    line = palpate.refusal("train", "--resume", "--out", "run", "--trials", 9, "--task.time-limit-s", 0.5)
     assert "run/manifest.json: is that of another run" in line
 
 

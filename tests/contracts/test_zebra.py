@@ -16,7 +16,7 @@ BAUD = 230_400
 DIVIDER = 2
 LOWER = (-3.14, -1.07, -1.70, -3.14, -3.14, -3.14)
 UPPER = (3.14, 1.70, 1.07, 3.14, 3.14, 3.14)
-SETTLE_TICKS = 20
+SETTLE_TICKS = 10
 
 
 class Bench:

@@ -28,7 +28,7 @@ from palpate.core.trial.report import Purpose, generator
 from tests.command_line import CommandLine
 
 NOWHERE = (0.0, 0.0, 0.0)
-SHORT = {"task": {"time_limit_s": 1.0}}
+SHORT = {"task": {"time_limit_s": 0.5}}
 CORNERS = {"corners": 4, "corner_mm": 20.5}
 SQUARE = {
     "scenario": "blind-square",
@@ -38,7 +38,6 @@ KINDS: list[tuple[str, dict[str, Any]]] = [
     (PEG_INSERTION, {"config": SHORT}),
     (PEG_INSERTION, {"config": SHORT, "actions": "continuous"}),
     (PEG_INSERTION, {"config": SHORT, "observations": "raw", "scenario": "blind", "arm": "ur5"}),
-    (PEG_INSERTION, {"config": SHORT, "observations": "raw", "actions": "continuous"}),
     (PEG_INSERTION_6DOF, {"config": SHORT, "observations": "raw", "actions": "continuous"}),
     (PEG_INSERTION_6DOF, SQUARE),
     (SENSOR_MAP, {}),
@@ -106,7 +105,7 @@ def episodes(env: gymnasium.Env[Any, Any], seed: int, count: int, steps: int = 4
     return said
 
 
-@pytest.mark.parametrize(("name", "arguments"), [KINDS[0], KINDS[2], KINDS[3], KINDS[5], KINDS[7]])
+@pytest.mark.parametrize(("name", "arguments"), [KINDS[1], KINDS[2], KINDS[4], KINDS[6]])
 def test_equal_seeds_and_actions_give_equal_bytes_whatever_was_before(name: str, arguments: dict[str, Any]) -> None:
     env, other = gymnasium.make(name, **arguments), gymnasium.make(name, **arguments)
     first = episodes(env, 7, 2)
@@ -167,11 +166,6 @@ def learn_outside(env: Any, policy: Policy, seed: int, trials: Iterable[int], te
     [
         # With this seed two of the paper's trials insert the peg and one does not.
         ({"config": {"task": {"time_limit_s": 1.5}}}, "--task.time-limit-s 1.5", {"inserted", "time limit"}),
-        (
-            {"config": {"task": {"time_limit_s": 1.5}}, "scenario": "blind"},
-            "--task.time-limit-s 1.5 --scenario blind",
-            {"time limit"},
-        ),
         (
             {"task": "insertion-6dof", **SQUARE},
             "--task.time-limit-s 2.5 --scenario blind-square --task insertion-6dof --learner skills"

@@ -5,6 +5,7 @@ import platform
 import subprocess
 import sys
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,11 @@ def short_run(arm: str) -> RunConfig:
     )
 
 
+@cache
+def digests_here(arm: str) -> list[str]:
+    return digests(short_run(arm), range(2))
+
+
 def digests_of_a_fresh_process(arm: str, **processor: str) -> list[str]:
     program = (
         "from tests.integration.physics import test_reproducible as t\n"
@@ -35,9 +41,8 @@ def digests_of_a_fresh_process(arm: str, **processor: str) -> list[str]:
 
 
 def test_a_fresh_process_repeats_every_command_and_sample() -> None:
-    here = digests(short_run("panda"), range(2))
-    assert len(set(here)) == 2
-    assert digests_of_a_fresh_process("panda") == here
+    assert len(set(digests_here("panda"))) == 2
+    assert digests_of_a_fresh_process("panda") == digests_here("panda")
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="these are the kernels of x86-64 processors")
@@ -47,14 +52,14 @@ def test_kernels_that_are_chosen_by_the_processor_play_no_part(kernels: str, nee
         pytest.skip(f"this processor has no {needed}: its kernels would end the process")
     vectors = {"NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4"} if kernels == "Prescott" else {}
     there = digests_of_a_fresh_process("zebra-zero", OPENBLAS_CORETYPE=kernels, **vectors)
-    assert there == digests(short_run("zebra-zero"), range(2))
+    assert there == digests_here("zebra-zero")
 
 
 def test_a_trial_alone_equals_the_trial_in_a_sequence() -> None:
     config = short_run("zebra-zero")
-    sequence = digests(config, range(4))
-    assert len(set(sequence)) == 4
-    assert digests(config, [3, 1]) == [sequence[3], sequence[1]]
+    sequence = digests(config, range(3))
+    assert len(set(sequence)) == 3
+    assert digests(config, [2, 0]) == [sequence[2], sequence[0]]
 
 
 @pytest.mark.parametrize(

@@ -119,15 +119,15 @@ def test_another_layout_does_not_change_what_is_read(record: TickRecord, other: 
     assert bits(decode_tick(by_protobuf(record), layout_of(other))) == bits(record)
 
 
-@pytest.mark.parametrize("joints", range(1, 10))
 @pytest.mark.parametrize("frame", ["", "sensor", "f" * 127, "f" * 128, "f" * 300, "Spitze über Werkstück"])
-def test_lengths_beyond_one_byte(joints: int, frame: str) -> None:
-    record = tick_record(3, joints)
-    assert record.wrench is not None
-    record = replace(record, wrench=replace(record.wrench, frame=frame))
-    payload = packed(record)
-    assert payload == by_protobuf(record)
-    assert decode_tick(payload, layout_of(record)) == record
+def test_lengths_beyond_one_byte(frame: str) -> None:
+    for joints in range(1, 10):
+        record = tick_record(3, joints)
+        assert record.wrench is not None
+        record = replace(record, wrench=replace(record.wrench, frame=frame))
+        payload = packed(record)
+        assert payload == by_protobuf(record)
+        assert decode_tick(payload, layout_of(record)) == record
 
 
 def test_an_unknown_enumeration_number_is_no_reading() -> None:

@@ -26,7 +26,7 @@ T = TypeVar("T")
 _SEED: Final = 22
 _OFTEN: Final = 0.4
 """Share of the times at which something comes that may come at any time."""
-_ATTEMPTS: Final = 6
+_ATTEMPTS: Final = 12
 _SHOWN: Final = 6
 """So many of the last requests are in the message."""
 
@@ -149,7 +149,8 @@ class Lives:
             self._done.append("fault at rest")
             self._rig.fail_at_rest()
             if self._rig.device.life is not Life.FAULTED:
-                self._try_on()
+                with suppress(DeviceError):
+                    self._try(_ONWARDS[self._life])
             self._take(Life.FAULTED)
             self.look()
             self.ask(LifeRequest.ACKNOWLEDGE)
@@ -175,7 +176,8 @@ class Lives:
         if upset:
             self.upset()
         if onwards:
-            self._try_on()
+            with suppress(DeviceError):
+                self._try(_ONWARDS[self._life])
         self._done.append("plugged in")
         knob(rig.reconnect, "reconnect")()
         pass_time(rig, rig.patience_ns)
@@ -183,13 +185,12 @@ class Lives:
         self.look()
 
     def recover(self) -> None:
-        """Lead it to where it works, as a person would: a link that is dead may be found and made anew on the way."""
+        """Lead it to where it works, as a person would."""
         for _ in range(_ATTEMPTS):
-            if self._life is not Life.ACTIVE:
-                self._try_on()
-                continue
-            self._done.append("use")
             try:
+                if self._life is not Life.ACTIVE:
+                    revive(self._rig, self._try)
+                self._done.append("use")
                 if self._port.may_use(self._rig):
                     self._port.works(self._rig)
                 return self.look()
@@ -197,9 +198,8 @@ class Lives:
                 self._take(Life.FAULTED)
         raise ContractViolation(self._clause, f"{self._life} still", "it to work again once it is plugged in")
 
-    def _try_on(self) -> None:
-        """Ask for what leads on; a dead link may make that fail."""
-        request = _ONWARDS[self._life]
+    def _try(self, request: LifeRequest) -> None:
+        """Ask for what the state allows, and look at what became of it; a dead link may make it fail."""
         self._done.append(f"{request.value}()")
         here, self._cause = self._life, "" if self._life is Life.FAULTED else self._cause
         try:
@@ -207,6 +207,7 @@ class Lives:
             self._take(TRANSITIONS[here, request])
         except DeviceError:
             self._take(here)
+            raise
         except (ContractViolation, SkipTest):
             raise
         except Exception as error:
@@ -293,15 +294,19 @@ def replug(rig: DeviceRig[Any]) -> None:
         revive(rig)
 
 
-def revive(rig: DeviceRig[Any]) -> None:
-    """Make a device active anew, with an acknowledgement where that is due, and once more where a link was dead."""
+def revive(rig: DeviceRig[Any], ask: Callable[[LifeRequest], object] | None = None) -> None:
+    """Lead a device on until it was activated anew; a link that is dead may be found and made anew on the way.
+
+    Args:
+        ask: Makes a request, and looks at what became of it; None makes it, and lets a tick go by.
+    """
     for attempt in range(_ATTEMPTS):
+        request = _ONWARDS[rig.device.life]
         with suppress(*(DeviceError,) if attempt < _ATTEMPTS - 1 else ()):
-            if rig.device.life is Life.FAULTED:
-                rig.device.acknowledge_fault()
+            if ask is None:
+                getattr(rig.device, request.value)()
                 rig.advance(1)
-            if rig.device.life is Life.ACTIVE:
-                rig.device.deactivate()
-            rig.device.activate()
-            rig.advance(1)
-            return
+            else:
+                ask(request)
+            if request is LifeRequest.ACTIVATE:
+                return
