@@ -28,11 +28,15 @@ WALL_CLOCK = "tests/wall_clock/"
 """The folder of the tests that run against the wall clock."""
 WITH_PROCESSES = f"{WALL_CLOCK}test_rigs.py"
 """Those that get a worker of their own: an emulated rig and a run keep a processor busy for seconds."""
-TOGETHER = (
-    "tests/unit/core/automata/test_letters.py",
-    "tests/unit/adapters/log/test_trial_recorder.py",
+TOGETHER = "tests/unit/adapters/log/test_trial_recorder.py"
+"""Tests that share what takes seconds to make: two workers would make it twice."""
+WITH_TORCH = (
+    "tests/unit/core/automata/",
+    "tests/cli/test_automaton.py",
+    "tests/integration/test_examples.py::test_infer_automaton",
+    "tests/integration/test_strange_policies.py::test_a_network_of_torchscript",
 )
-"""Files whose tests share what takes seconds to make: two workers would make it twice."""
+"""Tests for which PyTorch is loaded, in two seconds of a processor: one worker does it."""
 MIXED = pytest.StashKey[bool]()
 """Whether some of the tests run against the wall clock, and some do not."""
 
@@ -108,6 +112,8 @@ class OneRigOnTheWallClock(LoadGroupScheduling):
     def _split_scope(self, nodeid: str) -> str:
         if nodeid.startswith(WITH_PROCESSES):
             return "with a rig's processes"
+        if nodeid.startswith(WITH_TORCH):
+            return "with PyTorch"
         if nodeid.startswith(TOGETHER):
-            return nodeid.partition("::")[0]
+            return TOGETHER
         return WALL_CLOCK if nodeid.startswith(WALL_CLOCK) else str(super()._split_scope(nodeid))
