@@ -30,11 +30,14 @@ from palpate.core.ports.contracts import (
 from tests.contracts import test_fake as fake
 
 LATER = 10**6
-"""No clause goes on for so many ticks."""
+"""No clause goes on for so many ticks: a fault that has not come yet changes nothing, whatever goes past it."""
 
 
 class TestFaultyFakeClock(ClockContract):
-    plans: tuple[FaultPlan, ...] = ()
+    plans: tuple[FaultPlan, ...] = (
+        FaultPlan("clock-jump", "clock", LATER, time_s=1.0),
+        FaultPlan("overrun", "clock", LATER, time_s=1.0),
+    )
 
     def make(self) -> ClockRig:
         rig = fake.TestFakeClock().make()
@@ -42,7 +45,10 @@ class TestFaultyFakeClock(ClockContract):
 
 
 class TestFaultyFakeForceSensor(ForceSensorContract):
-    plans: tuple[FaultPlan, ...] = ()
+    plans: tuple[FaultPlan, ...] = (
+        FaultPlan("repeat", "force_sensor", LATER),
+        FaultPlan("freeze", "force_sensor", LATER),
+    )
 
     def make(self) -> ForceSensorRig:
         rig = fake.TestFakeForceSensor().make()
@@ -50,7 +56,10 @@ class TestFaultyFakeForceSensor(ForceSensorContract):
 
 
 class TestFaultyFakeJointEncoder(JointEncoderContract):
-    plans: tuple[FaultPlan, ...] = ()
+    plans: tuple[FaultPlan, ...] = (
+        FaultPlan("drop", "joint_encoder", LATER),
+        FaultPlan("delay", "joint_encoder", LATER),
+    )
 
     def make(self) -> JointEncoderRig:
         rig = fake.TestFakeJointEncoder().make()
@@ -60,30 +69,11 @@ class TestFaultyFakeJointEncoder(JointEncoderContract):
 
 
 class TestFaultyFakeArm(ArmCommandContract):
-    plans: tuple[FaultPlan, ...] = ()
+    plans: tuple[FaultPlan, ...] = (FaultPlan("delay", "arm", LATER), FaultPlan("stuck", "arm", LATER))
 
     def make(self) -> ArmCommandRig:
         rig = fake.TestFakeArm().make()
         return replace(rig, device=FaultyArm(rig.device, rig.clock, self.plans))
-
-
-# A fault that has not come yet changes nothing either, although every sample and command goes past it.
-
-
-class TestWaitingClock(TestFaultyFakeClock):
-    plans = (FaultPlan("clock-jump", "clock", LATER, time_s=1.0), FaultPlan("overrun", "clock", LATER, time_s=1.0))
-
-
-class TestWaitingForceSensor(TestFaultyFakeForceSensor):
-    plans = (FaultPlan("repeat", "force_sensor", LATER), FaultPlan("freeze", "force_sensor", LATER))
-
-
-class TestWaitingJointEncoder(TestFaultyFakeJointEncoder):
-    plans = (FaultPlan("drop", "joint_encoder", LATER), FaultPlan("delay", "joint_encoder", LATER))
-
-
-class TestWaitingArm(TestFaultyFakeArm):
-    plans = (FaultPlan("delay", "arm", LATER), FaultPlan("stuck", "arm", LATER))
 
 
 SETTINGS: dict[str, dict[str, Any]] = {
