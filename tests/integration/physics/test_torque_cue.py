@@ -12,11 +12,11 @@ from tests.integration.physics.bench import Bench, headings, offsets_m, quiet, r
 
 @pytest.mark.parametrize(
     ("arm", "offset_m"),
-    [*product(ARMS, [None]), *product(("zebra-zero", "ur10"), (0.5e-3, 1.5e-3, 2.7e-3))],
+    [*product(ARMS, [None]), *product(("zebra-zero", "ur10", "panda"), (0.5e-3, 1.5e-3, 2.7e-3))],
 )
 def test_the_direction_to_the_hole_errs_by_at_most_5_degrees_rms(arm: str, offset_m: float | None) -> None:
     # Offsets spread like the headings, and those at which the errors of ``python -m benchmarks.physics`` are largest.
-    count = 9 if offset_m is None else 6
+    count = 18 if offset_m is None else 9
     offsets = offsets_m(count) if offset_m is None else [offset_m] * count
     with Bench(quiet(arm)) as bench:
         errors = [bench.cue_error_deg(*place) for place in zip(offsets, headings(count), strict=True)]
