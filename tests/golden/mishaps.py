@@ -155,6 +155,29 @@ MISHAPS: Final[dict[str, Mishap]] = {
         }.items()
     },
     "straight-in": Mishap(settings=_STRAIGHT_IN),
+    # A force that nothing gives leads it out again on its way down.
+    "led-out-sinking": Mishap(
+        (force("offset", 75, magnitude=-14.0, channels=(2,)),),
+        {"task": {"start_uncertainty_mm": 0.0, "tare_ticks": 7, "ready_height_mm": 1.0}},
+    ),
+    # In the air a wall pulls no tool that is pushed aside.
+    "pulled-aside": Mishap((*shove(40, 4.0, 0.1), force("offset", 40, magnitude=3.5, channels=(2,))), {"task": SOON}),
+    # A force that comes two ticks late comes one tick late; and one that nothing but an edge gives.
+    "late-force-sooner": Mishap(
+        (
+            force("delay", 3, delay_ticks=2, duration_ticks=147),
+            force("delay", 150, delay_ticks=1),
+            *shove(166, 6.0, 6.0, duration_ticks=8),
+        ),
+        {
+            "arm": "ur5",
+            "task": {"time_limit_s": 3.0, "insertion_depth_mm": 2.0, "tare_ticks": 7, "ready_height_mm": 1.0},
+            "cell": {"peg": {"hole_depth_mm": 2.0}},
+        },
+        (190, "stop"),
+        policy="random",
+        trial=3,
+    ),
     "unproved": Mishap(
         settings={
             "task": {

@@ -26,6 +26,13 @@ def _corner(hole_uncertainty_mm: float = 0.0, **task: Any) -> dict[str, Any]:
     return {"task": settings | task, "cell": cell, **_FOLLOWED}
 
 
+def _turned(unanswered_N: float = 28.0, **task: Any) -> dict[str, Any]:
+    """A square peg whose hole is turned further than a peg that is let in may lean."""
+    own = {"down_share": 0.5, "wobble_deg_s": 0.0, "unanswered_N": unanswered_N}
+    corner = _corner(ticks_per_action=6, time_limit_s=3.0, options=own, **task)
+    return {**corner, "cell": {**corner["cell"], "conditions": {"yaw_deg": 3.0}}}
+
+
 def _give_way(**task: Any) -> dict[str, Any]:
     """A round peg in a grip that may give way."""
     settings = {"name": "insertion-6dof", "ticks_per_action": 8, "tare_ticks": 7, "ready_height_mm": 1.0}
@@ -179,6 +186,12 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         _corner(ticks_per_action=5, area_half_width_mm=12.0, time_limit_s=2.2, options={"level_beside_mm": 3.0}),
         (196, "stop"),
         policy="corner-first",
+    ),
+    # It turns by 3 degrees before it is inserted.
+    "corner-turned": Mishap(settings=_turned(), at=(182, "stop"), policy="corner-first"),
+    # So slow that encoders' steps hide more of a heave, and places are taken further apart, but not so far as may be.
+    "corner-slow": Mishap(
+        settings=_turned(travel_speed_mm_s=9.0, unanswered_N=3.0), at=(190, "stop"), policy="corner-first"
     ),
     # The plate is lost for three ticks while the tool gives way, so that the filter shows next to no force as a step is
     # chosen; and a tool that seems deep in the last tick of that step and the first of the next one is not sunk yet.
