@@ -62,7 +62,7 @@ class VirtualCell(EmulatedCell):
     def step(self, now_ns: int) -> None:
         while self.next_event_ns() <= now_ns:
             self._done += 1
-            self.tick()
+            self.tick(now_ns)
 
 
 class VirtualRig(Rig):

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import dataclass, replace
 from math import radians
+from operator import sub
 from typing import Any, Final, Protocol, Self
 
 import numpy as np
@@ -102,7 +103,8 @@ class EmulatedCell:
         self.cell.reset(config.seed, 0)
         start = HOME_RAD if emulation.arm == "zebra-nmc" else tuple(ready.q_rad.tolist())
         self.cell.place(start)
-        self._wrench: tuple[float, ...] = tuple(self.cell.measure_wrench())
+        # Replaced whole, for servers have threads of their own: when, what was felt, and by how much more than before.
+        self._felt: tuple[int, list[float], list[float]] = 0, self.cell.measure_wrench(), [0.0] * 6
         self._motors: Motors
         self._hold: Callable[[], AbstractContextManager[Any]] = nullcontext
         self._servers = ExitStack()
@@ -140,12 +142,14 @@ class EmulatedCell:
         with self._hold():
             return self._motors.targets_rad()
 
-    def tick(self) -> tuple[JointVector, JointVector]:
+    def tick(self, now_ns: int) -> tuple[JointVector, JointVector]:
         """Let the cell live for a control tick; returns set-points and places of the joints, (n,) rad each."""
         targets = self.targets_rad()
         self.cell.command(targets)
         self.cell.advance()
-        self._wrench = tuple(self.cell.measure_wrench())
+        before = self.cell.before_errors
+        wrench = self.cell.measure_wrench()
+        self._felt = now_ns, wrench, list(map(sub, before, self.cell.before_errors))
         joints = self.cell.joint_angles()
         with self._hold():
             self._motors.measured_rad(joints)
@@ -167,9 +171,9 @@ class EmulatedCell:
         tick = 0
         while not ended():
             time_ns = clock.now_ns()
-            targets, joints = self.tick()
+            targets, joints = self.tick(time_ns)
             if watched is not None:
-                fx, fy, fz, tx, ty, tz = self._wrench
+                fx, fy, fz, tx, ty, tz = self._felt[1]
                 felt = (fx, fy, fz), (tx, ty, tz)
                 watched(CellMoment(time_ns, deadline_ns, tuple(targets), tuple(joints), *felt))
             self._watch(told)
@@ -193,7 +197,13 @@ class EmulatedCell:
         self._was_inside = inside
 
     def _wrench_source(self, now_ns: int) -> tuple[float, ...]:
-        return self._wrench
+        """What is felt: it goes on as it went in the last tick, half of one back at first, half of one ahead at last.
+
+        Held from tick to tick it is as old on average, but up to a tick older, by when a trial happens to begin.
+        """
+        ticked_ns, wrench, steps = self._felt
+        ahead = min(max((now_ns - ticked_ns) * CONTROL_RATE_HZ / _NS, 0.0), 1.0) - 0.5
+        return tuple(felt + ahead * step for felt, step in zip(wrench, steps, strict=True))
 
     def _serve(self, server: AbstractContextManager[Any], table: str, entries: Callable[[], dict[str, Any]]) -> None:
         """Have a server started on entry; only then is known what the rig file has to say of it."""

@@ -52,6 +52,7 @@ class WorkCell:
         contacts: Which contacts are looked for, made anew with it; None where MuJoCo searches for all in every step.
         ticks: Control ticks since construction; resets do not turn time back.
         time_ns: The time of that tick, exact and rounded down to whole nanoseconds.
+        before_errors: The newest measured wrench without noise, bias and moved zero, negative, (6,).
     """
 
     def __init__(
@@ -170,6 +171,7 @@ class WorkCell:
         if self._hidden is not None:
             felt = self._hidden.felt(self._delay.passed([-each for each in true]), -self.data.body("sensor").xmat[6:9])
             true = [-each for each in felt]
+        self.before_errors: list[float] = true
         wrench = list(map(sub, next(self._noise), true))
         return [a + b for a, b in zip(wrench, self._moved_zero(), strict=True)] if self._zero_moves else wrench
 

@@ -2,10 +2,14 @@
 
 import tomllib
 
+import numpy as np
+import pytest
+
 from palpate.adapters.config import EmulationConfig, RunConfig
 from palpate.adapters.hardware.cia402 import make_cia402
 from palpate.adapters.hardware.emulated_cell import EmulatedCell
 from palpate.adapters.hardware.plugins import RigContext
+from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.core.trial import find_ready_pose
 from tests.virtual_time import VirtualTime
 
@@ -20,3 +24,19 @@ def test_emulated_drives_are_waited_for_longer_than_real_ones() -> None:
     assert table["patience"] > 5.0
     assert "leave this out for real ones" in next(line for line in written.splitlines() if "patience" in line)
     make_cia402(table, RigContext.of(config.arm, VirtualTime()))
+
+
+def test_a_wrench_is_as_old_at_any_moment_between_two_ticks_of_the_cell() -> None:
+    """Held until the next it was up to one older, by chance: a latency of 20 ms was one of 22.5 between two sets."""
+    config = RunConfig()
+    cell = EmulatedCell(config, find_ready_pose(config.arm, config.task), EmulationConfig(arm="cia402"))
+    tick_ns = 10**9 // CONTROL_RATE_HZ
+    cell.tick(tick_ns)
+    before = np.array(cell.cell.before_errors)
+    cell.tick(2 * tick_ns)
+    now = np.array(cell.cell.before_errors)
+    assert np.abs(now - before).max() > 0.0
+    error = np.array(cell._felt[1]) + now
+    for share in (0.0, 0.25, 1.0, 3.0):
+        line = before + (0.5 + min(share, 1.0)) * (now - before)
+        assert cell._wrench_source(round((2.0 + share) * tick_ns)) == pytest.approx(error - line, abs=1e-6)
