@@ -95,7 +95,7 @@ def recorded(table: Mapping[str, Any]) -> dict[str, Any]:
             for name in names:
                 _put(told, name, value)
     for name, value in UNTOLD.items():
-        _put(told, name, value)
+        _put(told, name, copy.copy(value))
     for name, value in _OPTIONS_UNTOLD.get(str(_held(told, "task").get("name")), {}).items():
         _put(told, f"task.options.{name}", value)
     _admit_limits(told.get(SupervisionConfig.TABLE))

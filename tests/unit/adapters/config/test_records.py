@@ -54,6 +54,8 @@ def test_options_that_a_record_of_a_task_lacks_are_those_of_then() -> None:
     untold = {"wobble_deg_s": 0.0, "unanswered_N": 0.0}
     assert recorded_config(told).task.options == {"corners": 4.0, "down_share": 0.5} | untold
     assert recorded_config({"task": {"name": "hole-survey"}}).task.options == {"unanswered_N": 0.0}
+    # Nothing of one record is left for the next.
+    assert recorded_config({}).task.options == {}
 
 
 def test_what_a_record_holds_wins() -> None:
