@@ -38,7 +38,7 @@ class SkillAgent(Agent):
             return seen.state
         if self._pending is not None:
             # An insertion that got stuck took its time though no action ran.
-            self._least_ticks = max(tick - self._began, 1)
+            self._least_ticks = tick - self._began
         self._running, self.goes_on, self._began = None, False, tick
         return super()._learn_from(tick, seen)
 
