@@ -19,7 +19,7 @@ from benchmarks.fuzzing import CORPORA, guided, parser_of, require
 CORPUS = CORPORA / "cia402"
 _IDENTIFIERS = (0x180, 0x700, 0x080, 0x580)
 """Process data, heartbeat, EMCY, SDO answer."""
-_LENGTHS = (6, 1, 8, 8)
+_LENGTHS = (7, 1, 8, 8)
 _FITTING = dict(zip(_IDENTIFIERS[:3], _LENGTHS, strict=False))
 _SYNC = 0x80
 _KEPT = 65

@@ -18,8 +18,8 @@ from palpate.drivers.errors import DeviceFaultError, SilentError, WiringError
 RPDO: Final = struct.Struct("<Hi")
 """Controlword and target: 6040 and 607A, or 60FF."""
 
-TPDO: Final = struct.Struct("<Hi")
-"""Statusword and position: 6041 and 6064."""
+TPDO: Final = struct.Struct("<Hib")
+"""Statusword, position and the mode that the drive is in: 6041, 6064 and 6061. Who takes its mode stops it silently."""
 
 _RPDO1_SETTINGS: Final = 0x1400
 _RPDO1_MAPPING: Final = 0x1600
@@ -32,6 +32,7 @@ _EVERY_SYNC: Final = 1
 _CONTROLWORD: Final = 0x6040_00_10
 _STATUSWORD: Final = 0x6041_00_10
 _POSITION: Final = 0x6064_00_20
+_MODE: Final = 0x6061_00_08
 _TARGET: Final = {OperationMode.CSP: 0x607A_00_20, OperationMode.CSV: 0x60FF_00_20}
 
 _DRIVE_PROFILE: Final = 402
@@ -86,7 +87,7 @@ def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> tuple[
             # Whatever the maker has switched on would take time on the bus that nobody has counted.
             objects.write_if_known(base + number, 1, _INVALID | (first + 0x100 * number + joint.node), 4)
     _map(objects, _RPDO1_SETTINGS, _RPDO1_MAPPING, RPDO1 + joint.node, (_CONTROLWORD, _TARGET[settings.mode]))
-    _map(objects, _TPDO1_SETTINGS, _TPDO1_MAPPING, TPDO1 + joint.node, (_STATUSWORD, _POSITION))
+    _map(objects, _TPDO1_SETTINGS, _TPDO1_MAPPING, TPDO1 + joint.node, (_STATUSWORD, _POSITION, _MODE))
     objects.write(0x1017, 0, settings.heartbeat_ms, 2)
     # The drive spreads a step of its target over this time; a byte holds 140 Hz as 7.1 ms.
     tenths_of_ms = round(settings.period_s * 1e4)

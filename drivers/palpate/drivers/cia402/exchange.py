@@ -140,7 +140,7 @@ class CyclicExchange:
                 return AxisView(box, None, None, None, None, 0.0, missed)
             late = old.late_in_a_row + box.late - old.box.late
             return replace(old, box=box, missed_in_a_row=missed, late_in_a_row=late)
-        statusword, counts = TPDO.unpack(box.tpdo)
+        statusword, counts, mode = TPDO.unpack(box.tpdo)
         position_rad = self._settings.joints[axis].angle_rad(counts)
         speed = self._speed_rad_per_s(axis, box.tpdo_ns, position_rad, None if old is None else old.state)
         state = state_of(statusword)
@@ -152,7 +152,7 @@ class CyclicExchange:
             ignoring = 0 if statusword & Status.FOLLOWS_TARGET else None if before[1] is None else before[1] + 1
         return AxisView(
             box, statusword, state, counts, position_rad, speed, 0,
-            limited_in_a_row=limited or 0, ignoring_in_a_row=ignoring,
+            limited_in_a_row=limited or 0, ignoring_in_a_row=ignoring, mode=mode,
         )  # fmt: skip
 
     def _speed_rad_per_s(self, axis: int, answered_ns: int, position_rad: float, was: DriveState | None) -> float:

@@ -16,8 +16,8 @@ from palpate.drivers.cia402.object_dictionary import OperationMode
 from palpate.drivers.device import Applied, BusBudget, clamped, held_back
 from palpate.drivers.errors import RefusedError, SettingError
 
-PDO_BYTES: Final = 6
-"""Controlword or statusword, and one 32-bit figure."""
+PDO_BYTES: Final = 6, 7
+"""Controlword and set-point; statusword, position and mode."""
 
 HIGHEST_LOAD: Final = 0.8
 """Share of the bus that cyclic frames may fill: SDO answers and repeated frames need the rest. A choice."""
@@ -36,7 +36,8 @@ def frame_bits(data_bytes: int, *, stuffed: bool = True) -> int:
 
 def bits_per_cycle(drives: int, *, stuffed: bool = True) -> int:
     """Bits of the RPDOs, the SYNC and the TPDOs of one cycle."""
-    return 2 * drives * frame_bits(PDO_BYTES, stuffed=stuffed) + frame_bits(0, stuffed=stuffed)
+    both = sum(frame_bits(size, stuffed=stuffed) for size in PDO_BYTES)
+    return drives * both + frame_bits(0, stuffed=stuffed)
 
 
 def bus_budget(drives: int, bitrate: int, heartbeat_s: float) -> BusBudget:

@@ -27,6 +27,7 @@ class AxisView:
         state: What it means; None also where it fits no pattern.
         counts: Newest position counts, or None before the first.
         position_rad: The same as an angle, or None before the first.
+        mode: Of operation, as the drive shows it; None before the first.
         ignoring_in_a_row: Answers that tell that the set-point is ignored until now; None before the drive has followed
             one since it was enabled, since some makers leave that bit 0.
     """
@@ -41,6 +42,7 @@ class AxisView:
     late_in_a_row: int = 0
     limited_in_a_row: int = 0
     ignoring_in_a_row: int | None = None
+    mode: int | None = None
 
 
 def trouble(
@@ -124,6 +126,8 @@ def _disobeys(view: AxisView, joint: JointDrive, settings: ArmSettings) -> Itera
         return
     word, limited_s = view.statusword, view.limited_in_a_row * settings.period_s
     problems = (
+        (view.mode not in (None, settings.mode), f"is in mode {view.mode}, not in {settings.mode.name} (another master",
+         "see what else is on the bus"),
         (bool(word & Status.FOLLOWING_ERROR), "has fallen behind its set-points (following error",
          "see whether the joint is blocked"),
         (not word & Status.REMOTE, "does not obey this bus (remote", "switch it from local to remote control"),

@@ -91,6 +91,10 @@ def status(bit: int) -> Callable[[Bench], None]:
     return told
 
 
+def mode_taken(bench: Bench) -> None:
+    bench.drives[1].objects.write(0x6060, 0, b"\0")
+
+
 def late_answers(bench: Bench) -> None:
     bench.drives[1].faults.delay_tpdos_ns = 5_000_000
 
@@ -117,6 +121,7 @@ CASES: list[tuple[Callable[[Bench], None], type[DriverError], str]] = [
     (status(11), DeviceFaultError, r"drive 2: has held back for 0.2 s by a limit of its own \(internal limit"),
     (status(12), DeviceFaultError, r"drive 2: ignores its set-points \(target ignored"),
     (status(13), DeviceFaultError, r"drive 2: has fallen behind its set-points \(following error"),
+    (mode_taken, DeviceFaultError, r"drive 2: is in mode 0, not in CSP \(another master"),
     (late_answers, LateError, "drive 2: answered 3 SYNCs in a row too late; end other work here"),
     (host_away, LateError, "this computer kept the drives waiting for 1[56][0-9] ms; after that drive 1: "),
     (bus_error, SilentError, "receiving has ended .*non-hexadecimal"),

@@ -13,16 +13,16 @@ from tests.unit.drivers.cia402.bench import joints
 
 
 def test_the_budget_of_six_drives() -> None:
-    assert bits_per_cycle(6) == 12 * 115 + 55
-    assert bits_per_cycle(6, stuffed=False) == 12 * 95 + 47
+    assert bits_per_cycle(6) == 6 * (115 + 125) + 55
+    assert bits_per_cycle(6, stuffed=False) == 6 * (95 + 103) + 47
     budget = bus_budget(6, 1_000_000, 0.05)
     # 80 % of the bus, less seven heartbeats of 65 bits twenty times a second.
-    assert budget.max_rate_Hz == pytest.approx((800_000 - 7 * 65 * 20) / 1435)
+    assert budget.max_rate_Hz == pytest.approx((800_000 - 7 * 65 * 20) / 1495)
     budget.require(140, 1)
 
 
 def test_a_rate_that_does_not_fit_is_refused_with_the_numbers() -> None:
-    with pytest.raises(SettingError, match=r"1435 bits.*125000 bit/s, so 63\.34 Hz at most.*140 Hz: 46\.67, 35"):
+    with pytest.raises(SettingError, match=r"1495 bits.*125000 bit/s, so 60\.8 Hz at most.*140 Hz: 46\.67, 35"):
         bus_budget(6, 125_000, 0.05).require(140, 1)
     bus_budget(6, 125_000, 0.05).require(140, 3)
     with pytest.raises(SettingError, match="none"):
