@@ -8,7 +8,7 @@ from typing import Final
 
 from typing_extensions import override
 
-from palpate.adapters.hardware.errors import told, translated, translating
+from palpate.adapters.hardware.errors import lately, told, translated, translating
 from palpate.core.errors import CommandError, DeviceError
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
@@ -99,9 +99,8 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         if opened is None:
             return ""
         odd = opened.driver.oddities(now_ns)
-        lately = f"in the last second: {odd}" if odd else ""
         if sample is None or now_ns - sample.source_time_ns <= self._max_age_ns:
-            return lately
+            return lately(odd)
         silent_ms = (now_ns - sample.source_time_ns) * 1e-6
         return f"no bus cycle has brought angles for {silent_ms:.0f} ms; {odd or 'one is waiting for an answer'}"
 
@@ -182,8 +181,8 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
                     self._sample = JointSample(found.position_rad, found.time_ns, self._clock.now_ns(), self._cycles)
                 slot = max(slot + 1, (now_ns - start_ns) * CONTROL_RATE_HZ // (_NS * self._divider) + 1)
         except DriverError as error:
-            odd = driver.oddities(self._clock.now_ns())
-            self._latch(told(error, self.name) + (f"; in the last second: {odd}" if odd else ""))
+            cause, odd = told(error, self.name), lately(driver.oddities(self._clock.now_ns()))
+            self._latch(f"{cause}; {odd}" if odd else cause)
             self._stop_driver()
         except Exception as error:
             # Whatever it was: without its cycles the arm must not go on.

@@ -27,6 +27,11 @@ def told_of(device: object) -> str:
     return f"{name}: {account}" if account else name
 
 
+def lately(oddities: str) -> str:
+    """What a driver counted besides good samples, as a message has it; empty for nothing."""
+    return f"in the last second: {oddities}" if oddities else ""
+
+
 def translated(error: DriverError, device: str) -> PalpateError:
     """The core's error for a driver's."""
     if isinstance(error, SettingError):

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import ClassVar, Final, Generic, TypeVar
 
-from palpate.adapters.hardware.errors import told, translated, translating
+from palpate.adapters.hardware.errors import lately, told, translated, translating
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, Validity, WrenchSample
 from palpate.drivers.device import ForceSample, PolledSensor
@@ -73,11 +73,10 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         if device is None:
             return ""
         odd, latest = device.oddities(now_ns), device.latest
-        lately = f"in the last second: {odd}" if odd else ""
         if latest is not None and now_ns - latest.receive_time_ns <= 2 * self.period_ns + _LINE_NS:
-            return lately
+            return lately(odd)
         silence = told(device.silence(now_ns), self.name)
-        return f"{silence}; {lately}" if lately and odd not in silence else silence
+        return f"{silence}; {lately(odd)}" if odd and odd not in silence else silence
 
     def opened(self) -> DriverT:
         """The driver; DeviceError before ``configure``."""

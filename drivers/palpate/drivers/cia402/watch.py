@@ -126,7 +126,7 @@ def _disobeys(view: AxisView, joint: JointDrive, settings: ArmSettings) -> Itera
         return
     word, limited_s = view.statusword, view.limited_in_a_row * settings.period_s
     problems = (
-        (view.mode not in (None, settings.mode), f"is in mode {view.mode}, not in {settings.mode.name} (another master",
+        (view.mode != settings.mode, f"is in mode {view.mode}, not in {settings.mode.name} (another master",
          "see what else is on the bus"),
         (bool(word & Status.FOLLOWING_ERROR), "has fallen behind its set-points (following error",
          "see whether the joint is blocked"),

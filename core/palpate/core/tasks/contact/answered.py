@@ -7,7 +7,7 @@ from math import ceil, hypot, inf
 from typing import Final
 
 from palpate.core.motion import limited
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, STILL, Vector3
 from palpate.core.tasks.contact.felt_way import FeltWay
 from palpate.core.tasks.contact.heave_answer import HeaveAnswer
 from palpate.core.tasks.contact.restless import RestlessForce
@@ -173,10 +173,10 @@ class AnsweredForce:
         self._waited_ticks += 1
         self._stood_ticks += 1
         if self._stood_ticks <= _STAND_TICKS:
-            return 0.0, 0.0, 0.0
+            return STILL
         (x, y, z), (fx, fy, _) = self._way_m, self._measured.force_N
         if x * fx + y * fy > _MET_N * hypot(x, y):
-            return 0.0, 0.0, 0.0
+            return STILL
         return limited((-x / PERIOD_S, -y / PERIOD_S, -z / PERIOD_S), _BACK_M_S)
 
     def _begin_heave(self) -> None:

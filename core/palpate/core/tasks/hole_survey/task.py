@@ -8,7 +8,7 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.core.motion import PositionControl, TipMotion, limited
-from palpate.core.ports import PERIOD_S, Vector3
+from palpate.core.ports import PERIOD_S, STILL, Vector3
 from palpate.core.tasks.contact import PAST_PLATE_M, ContactProof, RunningPhase, TouchTask, TrialState
 from palpate.core.tasks.hole_survey.circle import Circle, fit_circle
 from palpate.core.tasks.hole_survey.estimate import Sized, difference_of, mean_of, student_t
@@ -112,7 +112,7 @@ class Survey(RunningPhase):
         self._state.report.exploration_time_s = self._ticks * PERIOD_S
         if self._state.report.exploration_time_s >= self._time_limit_s:
             self._state.end(Outcome.TIME_LIMIT, f"{self._time_limit_s:g} s")
-            return 0.0, 0.0, 0.0
+            return STILL
         self._probe.watch()
         return next(self._way)
 
