@@ -96,67 +96,107 @@ def run_file_problems(logs: Mapping[Path, Determined]) -> Iterator[str]:
         manifest = None
         with suppress(OutputError):
             manifest = read_manifest(folder)
-        # An older run without a manifest may have been cut short, too.
-        whole = manifest is not None and manifest.finished
         newest = max(folder.glob(f"{LOG_FOLDER}/trial-*.mcap"), default=None)
         last = trials[max(trials)] if newest in logs else None
+        # An older run without a manifest may have been cut short, too.
+        yield from _FilesOfRun(folder, trials, last, manifest is not None and manifest.finished).problems()
+
+
+@dataclass(frozen=True)
+class _FilesOfRun:
+    """The files of one run beside what its trials determine.
+
+    Attributes:
+        trials: What each trial that was replayed determines.
+        last: The run's last trial; None where its log was not among them, or was not equal.
+        whole: Whether the run came to its end.
+    """
+
+    folder: Path
+    trials: Mapping[int, Determined]
+    last: Determined | None
+    whole: bool
+
+    def problems(self) -> Iterator[str]:
+        """What is not as determined, a line each."""
         for name in RUN_FILES:
-            path = folder / name
+            path = self.folder / name
             try:
-                if not path.is_file():
-                    if whole and last is not None and name in _left_by(last):
-                        yield f"{path}: is missing, and the run left one"
-                else:
-                    yield from (f"{path}: {fault}" for fault in _faults(path, trials, last, whole=whole))
+                if path.is_file():
+                    yield from (f"{path}: {fault}" for fault in self._faults(path))
+                elif name in self._surely_left():
+                    yield f"{path}: is missing, and the run left one"
             except (OSError, ValueError, KeyError, TypeError, PalpateError) as error:
                 yield f"{path}: cannot be read ({' '.join(str(error).split())})"
 
+    def _surely_left(self) -> set[str]:
+        if not self.whole or self.last is None:
+            return set()
+        learned = {"checkpoint.json", "policy.json"} if self.last.checkpoint else set[str]()
+        return {"run.toml", "summary.json", *self.last.tables, *learned}
 
-def _left_by(last: Determined) -> set[str]:
-    """Files that a finished run has left for sure, by its last log."""
-    learned = {"checkpoint.json", "policy.json"} if last.checkpoint else set[str]()
-    return {"run.toml", "summary.json", *last.tables, *learned}
+    def _faults(self, path: Path) -> Iterator[str]:
+        if path.suffix == ".csv":
+            yield from self._faults_of_table(path)
+        elif path.name == "run.toml":
+            yield from self._faults_of_settings(path)
+        elif path.name == "checkpoint.json":
+            yield from self._faults_of_checkpoint(path)
+        elif path.name == "summary.json" and self.whole:
+            yield from _faults_of_summary(path)
+        elif path.name == "policy.json" and self.whole:
+            yield from self._faults_of_policy(path)
 
-
-def _faults(path: Path, trials: Mapping[int, Determined], last: Determined | None, *, whole: bool) -> Iterator[str]:
-    if path.name == "run.toml":
+    def _faults_of_settings(self, path: Path) -> Iterator[str]:
         table = read_toml(path)
         table.pop("run", None)
-        if any(one.settings != _digest(table) for one in trials.values()):
+        if any(one.settings != _digest(table) for one in self.trials.values()):
             yield "holds other settings than the logs"
-    elif path.suffix == ".csv" and any(path.name in one.tables for one in trials.values()):
+
+    def _faults_of_table(self, path: Path) -> Iterator[str]:
+        if not any(path.name in one.tables for one in self.trials.values()):
+            return
         with path.open(encoding="utf-8", newline="") as stream:
             told = _by_trial(stream)
         if list(told) != sorted(told):
             yield "has its trials in another order"
-        for trial, one in sorted(trials.items()):
+        for trial, one in sorted(self.trials.items()):
             now = _by_trial(one.tables.get(path.name, "").splitlines()).get(trial, [])
             # A run that was cut short may have come no further than to the end of its newest log.
-            if one.tables and told.get(trial, []) != now and (whole or one is not last):
+            if one.tables and told.get(trial, []) != now and (self.whole or one is not self.last):
                 yield f"is not what the log of trial {trial} gives"
-    elif path.name == "checkpoint.json" and last is not None:
+
+    def _faults_of_checkpoint(self, path: Path) -> Iterator[str]:
+        if self.last is None:
+            return
         content: Any = json.loads(path.read_text(encoding="utf-8"))
         content.pop("schema")
         # That of a run that was cut short may be behind its newest log, or ahead of what was written of it.
-        left = last if whole and last.checkpoint else trials.get(content["next_trial"] - 1)
+        ended = self.whole and self.last.checkpoint
+        left = self.last if ended else self.trials.get(content["next_trial"] - 1)
         if left is not None and _digest(content) != left.checkpoint != "":
             yield f"is not what trial {left.trial} left"
-    elif path.name == "summary.json" and whole:
-        figures = {**json.loads(path.read_text(encoding="utf-8"))}
-        settings = read_toml(path.with_name("run.toml"))
-        if isinstance(settings["arm"], dict):
-            settings["arm"] = settings["arm"]["name"]
-        run = summary_of(RunFolder(path.parent).read_trials())
-        # Times and forces of a run that does not learn are taken before its table rounds them.
-        names = run if "learning" in figures else ("trials", "success", "outcomes", "marked")
-        run = {name: run[name] for name in names} | {name: settings[name] for name in ("scenario", "arm", "seed")}
-        wrong = [name for name, value in json.loads(json.dumps(run)).items() if figures.get(name, value) != value]
-        if wrong and "policies" not in figures:
-            yield f"says another {wrong[0]} than the run's trials and settings"
-    elif path.name == "policy.json" and last is not None and last.policy and whole:
+
+    def _faults_of_policy(self, path: Path) -> Iterator[str]:
+        if self.last is None or not self.last.policy:
+            return
         document = PolicyDocument.load(path)
-        if _of_policy(replace(document, created_with={}, perception={})) != last.policy:
-            yield f"is not the policy that trial {last.trial} left"
+        if _of_policy(replace(document, created_with={}, perception={})) != self.last.policy:
+            yield f"is not the policy that trial {self.last.trial} left"
+
+
+def _faults_of_summary(path: Path) -> Iterator[str]:
+    figures = {**json.loads(path.read_text(encoding="utf-8"))}
+    settings = read_toml(path.with_name("run.toml"))
+    if isinstance(settings["arm"], dict):
+        settings["arm"] = settings["arm"]["name"]
+    run = summary_of(RunFolder(path.parent).read_trials())
+    # Times and forces of a run that does not learn are taken before its table rounds them.
+    names = run if "learning" in figures else ("trials", "success", "outcomes", "marked")
+    run = {name: run[name] for name in names} | {name: settings[name] for name in ("scenario", "arm", "seed")}
+    wrong = [name for name, value in json.loads(json.dumps(run)).items() if figures.get(name, value) != value]
+    if wrong and "policies" not in figures:
+        yield f"says another {wrong[0]} than the run's trials and settings"
 
 
 def _by_trial(lines: Any) -> dict[int, list[dict[str, str]]]:

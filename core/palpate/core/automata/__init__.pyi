@@ -18,9 +18,9 @@ from .partition import NONE as NONE
 from .partition import Partition as Partition
 from .partition import bounded_partition as bounded_partition
 from .prefix_tree import PrefixTree as PrefixTree
+from .string_files import read_strings as read_strings
+from .string_files import write_strings as write_strings
 from .strings import Strings as Strings
-from .strings import read_strings as read_strings
-from .strings import write_strings as write_strings
 from .texts import Edge as Edge
 from .texts import edges as edges
 from .texts import shown_name as shown_name

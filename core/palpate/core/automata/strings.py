@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Final
 
 import numpy as np
 
-from palpate.core.automata.letters import BETWEEN, END, letters_of, symbols_in
+from palpate.core.automata.letters import letters_of, symbols_in
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import read_text, write_whole
 
 _LISTED = 12
 """Symbols and strings are shown in messages up to this length."""
@@ -102,7 +98,7 @@ class Strings:
         for place, word in enumerate(listed):
             for name in word:
                 if name not in number:
-                    accepted = f"symbols of the alphabet {_brief(names)}"
+                    accepted = f"symbols of the alphabet {brief(names)}"
                     raise ConfigurationError(f"strings[{place}]", name, accepted)
         return cls(names, tuple(tuple(number[name] for name in word) for word in listed), tuple(labels))
 
@@ -200,135 +196,10 @@ class Strings:
                 raise ConfigurationError("strings", self._shown(word), "each string either accepted or rejected")
 
     def _shown(self, word: tuple[int, ...]) -> str:
-        return _brief([self.alphabet[symbol] for symbol in word])
+        return brief([self.alphabet[symbol] for symbol in word])
 
 
-def _brief(names: Sequence[str]) -> str:
+def brief(names: Sequence[str]) -> str:
+    """Names of symbols for a message, not more than it bears."""
     more = " ..." if len(names) > _LISTED else ""
     return " ".join(names[:_LISTED]) + more if names else "the empty string"
-
-
-_COMMENT: Final = "#"
-_ALPHABET: Final = "# alphabet:"
-_ACTIONS: Final = "# actions:"
-_BLANK: Final = "~"
-_LABELS: Final = {"1": True, "0": False}
-
-
-def read_strings(path: str | os.PathLike[str], alphabet: tuple[str, ...] | None = None) -> Strings:
-    """Read a file of strings.
-
-    Args:
-        alphabet: Names of the symbols, or letters, in order; None takes those of the file.
-
-    Raises:
-        ConfigurationError: No such file, a line that cannot be read, a symbol outside the alphabet, or no usable set of
-            strings (see :class:`~palpate.core.automata.strings.Strings`).
-    """
-    return strings_of(read_text(Path(path), "strings.file"), alphabet)
-
-
-def strings_of(text: str, alphabet: tuple[str, ...] | None = None) -> Strings:
-    """Read strings from the text of a file; see :func:`read_strings`."""
-    lines = {place: line.rstrip("\r") for place, line in enumerate(text.split("\n"), start=1)}
-    told: dict[str, tuple[str, ...]] = {}
-    for place, line in lines.items():
-        for header in (_ALPHABET, _ACTIONS):
-            names = tuple(map(_name, line.removeprefix(header).split()))
-            if line.startswith(header) and told.setdefault(header, names) != names:
-                accepted = f"the same as above, {' '.join(told[header])}: one alphabet a file"
-                raise ConfigurationError(f"strings.line[{place}]", line, accepted)
-    content = {place: line for place, line in lines.items() if line.strip() and not line.startswith(_COMMENT)}
-    if _ACTIONS in told:
-        return _pairs_of(content, told.get(_ALPHABET, ()), told[_ACTIONS], alphabet)
-    alphabet = told.get(_ALPHABET) if alphabet is None else alphabet
-    labelled = any("\t" in line for line in content.values())
-    labels: list[bool] = []
-    bodies: dict[int, str] = {}
-    for place, line in content.items():
-        label, _, rest = line.partition("\t") if labelled else ("", "", line)
-        if labelled:
-            if label.strip() not in _LABELS or "\t" in rest:
-                raise ConfigurationError(f"strings.line[{place}]", line, "1 or 0, a tab, and the string")
-            labels.append(_LABELS[label.strip()])
-        bodies[place] = rest.strip()
-    apart = any(" " in body for body in bodies.values()) or any(len(name) > 1 for name in alphabet or ())
-    words = {place: [_name(word) for word in body.split()] if apart else list(body) for place, body in bodies.items()}
-    if apart and not labelled and alphabet is None and all(word[0] in _LABELS for word in words.values()):
-        place = min(words)
-        accepted = "a tab, not a blank, between label and string, or '# alphabet: 0 1' if it is no label"
-        raise ConfigurationError(f"strings.line[{place}]", content[place], accepted)
-    if apart and not labelled and alphabet is None and _look_paired(words.values()):
-        accepted = f"'{_ALPHABET} ...' and '{_ACTIONS} ...' above pairs of action and symbol, or else the alphabet"
-        raise ConfigurationError("strings", _brief(max(words.values(), key=len)), accepted)
-    if alphabet is not None:
-        for place, word in words.items():
-            for name in word:
-                if name not in alphabet:
-                    accepted = f"symbols of the alphabet {' '.join(alphabet)}"
-                    raise ConfigurationError(f"strings.line[{place}]", name, accepted)
-    return Strings.of(words.values(), labels, alphabet=alphabet)
-
-
-def _look_paired(words: Collection[Sequence[str]]) -> bool:
-    longer = any(len(word) > 1 for word in words)
-    return longer and all([BETWEEN in name for name in word] == [False] + [True] * (len(word) - 1) for word in words)
-
-
-def _pairs_of(
-    content: dict[int, str], symbols: tuple[str, ...], actions: tuple[str, ...], asked: tuple[str, ...] | None
-) -> Strings:
-    names = letters_of(symbols, actions)
-    if asked is not None and asked != names:
-        raise ConfigurationError("strings.alphabet", names, f"that of the other strings, {_brief(asked)}")
-    number = {name: place for place, name in enumerate(names)}
-    last = {f"{action}{BETWEEN}{END}": place for place, action in enumerate(actions)}
-    words, ends = [], []
-    for place, line in content.items():
-        word = list(map(_name, line.split()))
-        ends.append(last[word.pop()] if word[-1] in last else None)
-        for at, name in enumerate(word):
-            if (number.get(name, -1) < len(symbols)) is not (at == 0) or name not in number:
-                accepted = (
-                    f"a symbol first, then ACTION{BETWEEN}SYMBOL each time, over {_ALPHABET[2:]} and {_ACTIONS[2:]}"
-                )
-                raise ConfigurationError(f"strings.line[{place}]", name, accepted)
-        words.append(tuple(number[name] for name in word))
-    return Strings(names, tuple(words), actions=actions, ends=tuple(ends))
-
-
-def text_of(strings: Strings) -> str:
-    """Write strings as the text of a file.
-
-    Raises:
-        ConfigurationError: A symbol's name cannot be written: it has a ``#``, a ``~``, or white space other than
-            single blanks inside.
-    """
-    for name in strings.alphabet:
-        if _COMMENT in name or _BLANK in name or " ".join(name.split()) != name:
-            raise ConfigurationError("strings.alphabet", name, "names without # and ~, and with single blanks only")
-    names = [name.replace(" ", _BLANK) for name in strings.alphabet]
-    actions = [name.replace(" ", _BLANK) for name in strings.actions]
-    between = " " if any(len(name) > 1 for name in names) else ""
-    lines = [f"{_ALPHABET} {' '.join(names[: len(strings.names)])}"]
-    lines += [f"{_ACTIONS} {' '.join(actions)}"] if actions else []
-    for place, word in enumerate(strings.words):
-        body = between.join(names[symbol] for symbol in word)
-        if actions and (end := strings.ends[place]) is not None:
-            body += f" {actions[end]}{BETWEEN}{END}"
-        lines.append(f"{int(strings.labels[place])}\t{body}" if strings.labels else body)
-    return "\n".join(lines) + "\n"
-
-
-def write_strings(strings: Strings, path: str | os.PathLike[str]) -> None:
-    """Write a file that :func:`read_strings` reads back as it was; an older one of the name is replaced.
-
-    Raises:
-        ConfigurationError: A symbol's name cannot be written.
-        OutputError: The place cannot be written to.
-    """
-    write_whole(Path(path), text_of(strings))
-
-
-def _name(word: str) -> str:
-    return word.replace(_BLANK, " ")

@@ -19,7 +19,7 @@ from palpate.core.automata.document import from_json_text
 from palpate.core.automata.elman import Architecture, Readout
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.automata.restarts import Restarts, TrainingTask
-from palpate.core.automata.strings import strings_of, text_of
+from palpate.core.automata.string_files import strings_of, text_of
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import stage_from_dict, stage_to_dict
 
