@@ -13,8 +13,9 @@ from joblib import Parallel, delayed
 
 from palpate.adapters.config import RecordingConfig
 from palpate.adapters.log import TrialRecorder, names_for, read_log
-from palpate.adapters.replay.engine import Replay, Verdict, replay, values_digest
+from palpate.adapters.replay.engine import Replay, Verdict, replay
 from palpate.adapters.replay.handover import WhatIfRecording
+from palpate.adapters.replay.lesson import values_digest
 from palpate.adapters.replay.rebuild import Changes, Rebuilder
 from palpate.core.errors import LogError, OutputError, PalpateError
 from palpate.core.policy import PolicyDocument

@@ -1,30 +1,12 @@
 """Replays one log: the unmodified core on the recorded inputs, every output held against the recorded one."""
 
 import enum
-import hashlib
-import json
-from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, fields
-from typing import Any, Final
 
 from palpate.adapters.experiments import ScoredTrial
-from palpate.adapters.log import (
-    BY_CORE,
-    BY_POLICY,
-    BY_PORT,
-    DecisionEntry,
-    TickRecord,
-    TrialLog,
-    arm_sha256,
-    core_sha256,
-    decisive,
-    json_in,
-    learner_of_json,
-    made_with,
-    processor,
-    raised_by,
-)
+from palpate.adapters.log import DecisionEntry, EndRecord, TrialLog, core_sha256, json_in
+from palpate.adapters.replay.causes import known_causes, other_processor
 from palpate.adapters.replay.compare import (
     Beginning,
     compare_ends,
@@ -34,20 +16,20 @@ from palpate.adapters.replay.compare import (
     compare_reports,
     compare_start,
     decisions_of,
-    of_this_code,
     scored_again,
 )
 from palpate.adapters.replay.differences import Difference, Differences
+from palpate.adapters.replay.ending import compare_calls, compare_ending, compare_latch, compare_observed, is_torn
 from palpate.adapters.replay.handover import WhatIfRecording, continue_in_mujoco
+from palpate.adapters.replay.lesson import Lesson, lesson_of
 from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplaySensor
 from palpate.adapters.replay.rebuild import Rebuilder, Rebuilt
 from palpate.adapters.replay.run_files import Determined, determined_by, learner_kept
 from palpate.adapters.replay.tape import Tape, TapeEndError
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import DeviceError, LogError
-from palpate.core.policy import ForeignPolicy, PolicyDocument
-from palpate.core.ports import SENSOR_FRAME, Ports, World, WrenchKind
-from palpate.core.trial import INTERRUPT, TrialReport
+from palpate.core.ports import Ports, World
+from palpate.core.trial import INTERRUPT
 
 
 class Verdict(enum.Enum):
@@ -57,17 +39,6 @@ class Verdict(enum.Enum):
     NOT_BIT_COMPARABLE = "not bit-comparable"
     DIVERGED = "DIVERGED"
     REFUSED = "NOT REPLAYABLE"
-
-
-@dataclass(frozen=True)
-class Lesson:
-    """What a trial taught, to be held against the trials before and after."""
-
-    run: str
-    trial: int
-    before: str
-    after: str
-    perception: Any = None
 
 
 @dataclass(frozen=True)
@@ -105,9 +76,6 @@ class Replay:
     recorded_decisions: str = ""
 
 
-_STILL_RUNNING: Final = "still running"
-
-
 def replay(
     log: TrialLog, rebuilder: Rebuilder, *, in_mujoco: bool = False, recording: WhatIfRecording | None = None
 ) -> Replay:
@@ -133,37 +101,28 @@ def replay(
             rebuilt.task.interrupt()
 
     tape.at_tick = at_tick if interrupts else None
-    beginning = Beginning(rebuilt)
-    error: BaseException | None = None
+    beginning, what_if = Beginning(rebuilt), rebuilder.what_if
+    differences = tape.differences
     if in_mujoco:
         note = _went_on(log, continue_in_mujoco(tape, rebuilt, recording))
+        # From the first other command on, the recorded samples are no answer to what the core does.
+        if differences.first_command_tick is None:
+            _compare_core(tape, rebuilt, beginning, log.end, what_if=what_if)
+            compare_recorder(differences, log)
     else:
         error = run_over(tape, rebuilt, recording, beginning)
-        note = _ending(tape, rebuilt, error, beginning.calling)
-    report = rebuilt.task.report
-    decisions = decisions_of(report)
-    left = tape.differences.first_command_tick is not None
-    if not (in_mujoco and left):
-        if not rebuilder.what_if:
-            compare_start(tape.differences, log, rebuilt, beginning)
+        note = compare_ending(tape, rebuilt, error, beginning.calling)
         # What ends a trial from outside, such as a second Ctrl-C, may end it in the middle of a tick.
-        torn = isinstance(error, TapeEndError) and _is_torn(tape.last)
-        compare_reports(tape.differences, log, report, decisions, whole=log.end is not None and not torn)
-        if log.end is not None and not torn:
-            compare_ends(tape.differences, log, report, rebuilt.config)
-            if not rebuilder.what_if:
-                compare_policy(tape.differences, log, decisions)
-            if not rebuilder.what_if and not rebuilt.recorded_decisions:
-                compare_learners(tape.differences, log.end, rebuilt)
-        if not in_mujoco:
-            _compare_calls(tape, report, refused=isinstance(error, DeviceError))
-            if log.end is not None and not torn:
-                _compare_latch(tape, rebuilt.supervisor.latch.cause, error)
-                _compare_observed(tape, beginning, error)
-        compare_recorder(tape.differences, log)
-    verdict, determined = _verdict(tape.differences, log), None
-    kept = learner_kept(log, report, rebuilt.config)
-    if verdict is Verdict.EQUAL and log.end is not None and not rebuilder.what_if:
+        ended = None if isinstance(error, TapeEndError) and is_torn(tape.last) else log.end
+        _compare_core(tape, rebuilt, beginning, ended, what_if=what_if)
+        compare_calls(tape, rebuilt.task.report, refused=isinstance(error, DeviceError))
+        if ended is not None:
+            compare_latch(tape, rebuilt.supervisor.latch.cause, error)
+            compare_observed(tape, beginning, error)
+        compare_recorder(differences, log)
+    report, determined = rebuilt.task.report, None
+    verdict, kept = _verdict(differences, log), learner_kept(log, report, rebuilt.config)
+    if verdict is Verdict.EQUAL and log.end is not None and not what_if:
         scored = scored_again(log, log.end, report, rebuilt.config)
         determined = determined_by(log, scored, rebuilt, kept)
     return Replay(
@@ -172,18 +131,39 @@ def replay(
         ticks=tape.tick + 1,
         recorded_outcome="" if log.end is None else log.end.outcome or log.end.error,
         replayed_outcome="" if report.outcome is None else report.outcome.value,
-        first=tape.differences.first,
-        differences=tape.differences.count,
-        causes=known_causes(log, rebuilt) if tape.differences.count else (),
+        first=differences.first,
+        differences=differences.count,
+        causes=known_causes(log, rebuilt) if differences.count else (),
         note=note,
-        decisions=tuple(decisions),
-        counterfactual_from=tape.differences.first_command_tick,
-        lesson=_lesson(log, kept),
+        decisions=tuple(decisions_of(report)),
+        counterfactual_from=differences.first_command_tick,
+        lesson=lesson_of(log, kept),
         determined=determined,
         only_told=_only_told(log),
         recorded_decisions=rebuilt.recorded_decisions,
         other_code=bool(log.start.core_sha256) and log.start.core_sha256 != core_sha256(),
     )
+
+
+def _compare_core(
+    tape: Tape, rebuilt: Rebuilt, beginning: Beginning, ended: EndRecord | None, *, what_if: bool
+) -> None:
+    """Hold what the core put out against the log.
+
+    Args:
+        ended: How the recording ended; None where it did not, or in the middle of a tick.
+    """
+    log, differences, report = tape.log, tape.differences, rebuilt.task.report
+    decisions = decisions_of(report)
+    if not what_if:
+        compare_start(differences, log, rebuilt, beginning)
+    compare_reports(differences, log, report, decisions, whole=ended is not None)
+    if ended is not None:
+        compare_ends(differences, log, report, rebuilt.config)
+        if not what_if:
+            compare_policy(differences, log, decisions)
+        if not what_if and not rebuilt.recorded_decisions:
+            compare_learners(differences, ended, rebuilt)
 
 
 def _only_told(log: TrialLog) -> tuple[str, ...]:
@@ -225,144 +205,9 @@ def _went_on(log: TrialLog, scored: ScoredTrial) -> str:
     return text
 
 
-def _ending(tape: Tape, rebuilt: Rebuilt, error: BaseException | None, failed_port: str) -> str:
-    """Hold the way in which the trial ended against the recorded one."""
-    end = tape.log.end
-    tick, differences = tape.tick, tape.differences
-    if isinstance(error, TapeEndError):
-        if end is None:
-            return f"the log ends at tick {len(tape.log.ticks) - 1}, before the trial did"
-        if end.error and end.raised_by == BY_CORE:
-            differences.add(tick, "/end", "error", f"{end.error}: {end.text}", _STILL_RUNNING)
-            return ""
-        if end.raised_by == BY_PORT:
-            # The call that failed would have failed again.
-            differences.add(tick, "/end", "raised_by", end.raised_by, None)
-            return ""
-        if end.error and not end.outcome:
-            return f"the recording was ended by {end.error} at tick {len(tape.log.ticks) - 1}"
-        differences.add(tick, "/end", "outcome", end.outcome, _STILL_RUNNING)
-    elif error is not None:
-        told, now = "" if end is None else f"{end.error}: {end.text}", f"{type(error).__name__}: {error}"
-        if told != now:
-            differences.add(tick, "/end", "error", told or None, now)
-        elif end is not None and (end.raised_by or of_this_code(tape.log)):
-            now = raised_by(error, failed_port)
-            if now != end.raised_by:
-                differences.add(tick, "/end", "raised_by", end.raised_by or None, now)
-    elif tape.sends.left:
-        outcome = rebuilt.task.report.outcome
-        now = "" if outcome is None else outcome.value
-        recorded = _STILL_RUNNING if end is None else f"{end.ticks} ticks"
-        differences.add(tick, "/end", "ticks", recorded, f"{tick + 1} ticks, {now}")
-    elif end is not None and end.raised_by == BY_POLICY and rebuilt.recorded_decisions:
-        return f"the policy ended the recording with {end.error}: {end.text}"
-    elif end is not None and (end.error or end.text or end.raised_by):
-        differences.add(tick, "/end", "error", f"{end.error}: {end.text}", None)
-    return ""
-
-
-def _is_torn(last: TickRecord | None) -> bool:
-    """Whether the log's last tick was under way: then it is open how much of it was done."""
-    return last is not None and last.joints is not None and last.asked_rad is None
-
-
-def _compare_calls(tape: Tape, report: TrialReport, *, refused: bool) -> None:
-    """Hold all port calls, in order, against the recorded ones, and each wrench against what the core takes it for."""
-    differences = tape.differences
-    if not differences.count:
-        tape.load_rest()
-    parted = tape.order.first_difference(whole=tape.log.end is not None and not differences.count)
-    if parted is not None:
-        tick, told, made = parted
-        differences.add(max(tick, 0), "/call", "port call", told or None, made or None)
-    if tape.claimed_tick is not None and not tape.log.start.derived_from:
-        differences.add(tape.claimed_tick, "/tick", "counterfactual", True, False)
-    odd = tape.odd_tick
-    # A trial that ends with its first tick, by an error, has refused it.
-    if (
-        odd is not None
-        and not (refused and odd == 0 == tape.tick)
-        and not any(event.name in ("trip", "end") and event.tick <= odd + 1 for event in report.events)
-    ):
-        now = f"{WrenchKind.RAW.value}, frame {SENSOR_FRAME!r}, as the core takes it"
-        differences.add(odd, "/tick", "wrench", "of another kind or frame", now)
-
-
-def _compare_latch(tape: Tape, cause: str, error: BaseException | None) -> None:
-    """Hold what keeps the rig still against the recorded trip, or the device's error that was raised as recorded."""
-    trips = (event.detail.partition(": ")[2] for event in tape.log.events if event.name == "trip")
-    told = next(trips, str(error) if isinstance(error, DeviceError) else "")
-    if told != cause:
-        # A trip's text holds rounded numbers, which another processor may round otherwise.
-        gross = bool(told) is not bool(cause)
-        tape.differences.add(tape.tick, "/end", "latch", told or None, cause or None, gross=gross)
-
-
-def _compare_observed(tape: Tape, beginning: Beginning, error: BaseException | None) -> None:
-    """Hold what observers of the loop are told against the log: that a trial begins, and which port's call failed."""
-    if tape.tick >= 0 and not beginning.held:
-        tape.differences.add(0, "/start", "begun", True, False)
-    failed = (call.port for call in tape.log.calls if call.error and call.call in ("read", "send"))
-    told = next(failed, "")
-    if isinstance(error, DeviceError) and told != beginning.calling:
-        tape.differences.add(tape.tick, "/call", "failed port", told, beginning.calling)
-
-
-def known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
-    """What is different from the time of the recording, as far as the log holds it."""
-    start, causes = log.start, []
-    recorded: dict[str, str] = json.loads(start.versions_json or "{}")
-    for name, version in made_with().items():
-        if recorded.get(name) != version:
-            causes.append(f"{name} {version} (recorded with {recorded.get(name)})")
-    if start.core_sha256 != core_sha256():
-        causes.append("the core's code is not the one that recorded")
-    if start.model_sha256 != arm_sha256(rebuilt.config.arm):
-        causes.append(f"the model of the arm {rebuilt.config.arm} is not the one that recorded")
-    if isinstance(rebuilt.policy, ForeignPolicy):
-        told = PolicyDocument.from_json_text(start.policy_json).foreign if start.policy_json else None
-        now = rebuilt.policy.entry
-        if told is not None and told.code == now.code and told.source_sha256 != now.source_sha256:
-            causes.append(f"the code of {now.code} is not the one that recorded")
-        if told is not None and told.version != now.version:
-            causes.append(f"{now.distribution} {now.version} (recorded with {told.version})")
-    if _other_processor(log):
-        causes.append("another processor")
-    return tuple(causes)
-
-
-def _other_processor(log: TrialLog) -> bool:
-    return decisive(json.loads(log.start.processor_json or "{}")) != decisive(processor())
-
-
 def _verdict(differences: Differences, log: TrialLog) -> Verdict:
     if not differences.count:
         return Verdict.EQUAL
-    if differences.first_gross is None and _other_processor(log):
+    if differences.first_gross is None and other_processor(log):
         return Verdict.NOT_BIT_COMPARABLE
     return Verdict.DIVERGED
-
-
-def _lesson(log: TrialLog, kept: str) -> Lesson | None:
-    start, end = learner_of_json(log.start.learner_json), log.end
-    if start is None or log.start.frozen or log.start.derived_from or end is None or not end.learner_json:
-        return None
-    after = learner_of_json(kept)
-    common = (log.start.config_toml, log.start.perception_json, log.start.policy_json)
-    run = hashlib.sha256(repr(common).encode()).hexdigest()
-    if after is None:
-        return None
-    perception = json.loads(log.start.perception_json)
-    return Lesson(run, log.start.trial, values_digest(start), values_digest(after), perception)
-
-
-def values_digest(learner: Mapping[str, Any]) -> str:
-    """Digest of what a learner has learned, to the last bit.
-
-    That is values and visits, of states and of symbols; the trials of a belief; or whatever a foreign learner has.
-    """
-    names: tuple[str, ...] = ("q", "visits", "symbol_q", "symbol_visits")
-    for others in (("trials", "trials_learned"), ("state", "trials_learned")):
-        names = others if others[0] in learner else names
-    return hashlib.sha256(json.dumps([learner.get(name) for name in names]).encode()).hexdigest()
