@@ -13,12 +13,15 @@ from dataclasses import dataclass
 import can
 import pytest
 
+from palpate.drivers.can import link as link_module
 from palpate.drivers.can.link import CanFrame, CanLink, open_bus
 from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.errors import LateError, SilentError
 
 FILLING = 20_000
 """Frames that no kernel buffer takes."""
+REFUSED = 500
+"""Frames in a row; were each waited for as long as a first one, they would take 25 s."""
 
 
 @dataclass
@@ -48,14 +51,12 @@ def cable() -> Iterator[Cable]:
         ends.pull()
 
 
-def seconds(call: Callable[[], object], most_s: float = 10.0) -> float:
-    """How long a call takes; one that hangs is no call that ends."""
-    begin = time.monotonic()
+def require_end(call: Callable[[], object]) -> None:
+    """A call comes to its end; it is given time that also a computer has that is held up for seconds."""
     thread = threading.Thread(target=call, daemon=True)
     thread.start()
-    thread.join(most_s)
+    thread.join(15.0)
     assert not thread.is_alive(), "hangs"
-    return time.monotonic() - begin
 
 
 def until_refused(send: Callable[[], bool]) -> None:
@@ -68,17 +69,17 @@ def until_refused(send: Callable[[], bool]) -> None:
 def test_frames_that_nobody_takes_are_refused_in_time(cable: Cable) -> None:
     bus = open_bus("slcan", cable.channel, 1_000_000, sleep_after_open=0.0)
     link, frame = CanLink(bus), CanFrame(0x201, bytes(8))
-    assert seconds(lambda: until_refused(lambda: link.send(frame))) < 5.0
-    # A busy kernel makes room again by passing on what it holds; a hundred frames in a row are surely refused some day.
+    require_end(lambda: until_refused(lambda: link.send(frame)))
+    # A busy kernel makes room again by passing on what it holds; so many in a row are surely refused some day.
     for _ in range(100):
         before = link.send_failures
         # Once it is known, nobody waits 50 ms for it again: a stop has many frames.
-        assert seconds(lambda: [link.send(frame) for _ in range(100)]) < 2.5
-        if link.send_failures == before + 100:
+        require_end(lambda: [link.send(frame) for _ in range(REFUSED)])
+        if link.send_failures == before + REFUSED:
             break
     else:
         raise AssertionError("it went on taking frames")
-    assert seconds(bus.shutdown) < 0.5
+    require_end(bus.shutdown)
     assert not bus.serialPortOrig.is_open  # type: ignore[attr-defined]
 
 
@@ -97,7 +98,11 @@ def test_an_adapter_that_takes_bytes_again_is_used_again(cable: Cable) -> None:
     bus.shutdown()
 
 
-def test_an_adapter_that_is_held_up_while_it_is_opened_is_waited_for(cable: Cable) -> None:
+def test_an_adapter_that_is_held_up_while_it_is_opened_is_waited_for(
+    cable: Cable, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Whoever makes room in this test may be held up himself.
+    monkeypatch.setattr(link_module, "OPEN_TIMEOUT_S", 20.0 * link_module.OPEN_TIMEOUT_S)
     os.set_blocking(cable.near, False)
     # A kernel that passes on what it holds makes room again for a moment.
     while select.select([], [cable.near], [], 0.05)[1]:
@@ -124,10 +129,10 @@ def test_a_canopen_bus_that_takes_nothing_is_silent_in_time_and_an_emulated_one_
             return True
 
         raised: list[SilentError] = []
-        assert seconds(lambda: until_refused(send)) < 5.0
+        require_end(lambda: until_refused(send))
         assert isinstance(raised[0], LateError)
         assert "palpate emulate --priority" in str(raised[0])
-        assert seconds(link.close) < 1.0
+        require_end(link.close)
 
 
 def test_a_cable_that_is_pulled_ends_the_receive_thread_without_a_traceback(
@@ -157,5 +162,5 @@ def test_other_serial_interfaces_do_not_wait_for_ever_either(cable: Cable) -> No
             return False
         return True
 
-    assert seconds(lambda: until_refused(send)) < 5.0
+    require_end(lambda: until_refused(send))
     bus.shutdown()

@@ -50,7 +50,8 @@ def nothing_left_behind() -> Iterator[None]:
     """No thread and no open file more than before."""
     threads, files = threading.active_count(), open_files()
     yield
-    assert threading.active_count() == threads
+    # A thread that a busy machine holds up is not waited for by whoever ends it, at most for a second.
+    wait_for(lambda: threading.active_count() == threads)
     assert open_files() == files
 
 

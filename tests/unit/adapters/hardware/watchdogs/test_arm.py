@@ -69,12 +69,13 @@ def test_the_thread_stops_the_arm_of_a_dead_loop() -> None:
 
 def test_a_trip_says_whether_this_computer_was_late() -> None:
     told: list[WatchdogTrip] = []
-    clock = MonotonicClock()
+    clock, end = MonotonicClock(), threading.Event()
     arm = active_arm(clock)
     watched = WatchedArm(arm, clock, 200_000_000, tell=told.append)
-    loop = threading.Thread(target=lambda: (watched.send(HERE), time.sleep(2.0)))
+    loop = threading.Thread(target=lambda: (watched.send(HERE), end.wait()), daemon=True)
     loop.start()
     wait_for(lambda: told)
+    end.set()
     assert re.search(r"200\.0 ms are allowed; (the loop waited for|this computer was late)", told[0].text)
     watched.close()
     loop.join()

@@ -69,9 +69,11 @@ def test_unplugging_is_a_hang_up_and_plugging_in_again_finds_the_device_as_it_wa
         assert server.path == str(link)
         with connect(str(link), 19_200) as port:
             address_all(lambda data: exchange(port, data))
-            threading.Timer(0.1, server.unplug).start()
+            hand = threading.Timer(0.1, server.unplug)
+            hand.start()
             with pytest.raises((serial.SerialException, OSError)):
                 port.read(1)
+            hand.join()
         assert not link.is_symlink()
         with pytest.raises(OSError, match="not plugged in"):
             _ = server.path

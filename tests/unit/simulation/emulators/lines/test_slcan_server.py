@@ -1,6 +1,7 @@
 """What only a serial CAN adapter has: its own commands, malformed lines, a cable to pull."""
 
 import os
+import select
 import struct
 import threading
 
@@ -9,7 +10,15 @@ import numpy as np
 import serial
 
 from palpate.simulation.emulators.lines.slcan import BACKLOG_BYTES, SlcanServer
-from tests.unit.simulation.emulators.lines.turned import MILLISECOND, Clock, jr3, open_slcan, turned_slcan, wire_of
+from tests.unit.simulation.emulators.lines.turned import (
+    MILLISECOND,
+    Clock,
+    TurnedSlcan,
+    jr3,
+    open_slcan,
+    turned_slcan,
+    wire_of,
+)
 
 
 def test_a_stream_of_a_thousand_pairs_a_second_arrives_whole() -> None:
@@ -24,9 +33,10 @@ def test_a_stream_of_a_thousand_pairs_a_second_arrives_whole() -> None:
 def test_a_second_host_may_come_after_the_first() -> None:
     with turned_slcan(jr3()) as host:
         host.expect(0x701)
+        assert isinstance(host.server, TurnedSlcan)
         host.bus.shutdown()
+        host.server.await_host()
         host.turn()
-        assert isinstance(host.server, SlcanServer)
         host.bus = open_slcan(host.server)
         host.send(0x401)
         assert host.expect(0x101) == b"\x00"
@@ -45,6 +55,7 @@ def test_a_host_that_does_not_read_loses_frames_and_is_told() -> None:
     with serial.Serial(server.channel, timeout=0.5) as port:
         for words in (b"S8\rO\r", b"t2016" + struct.pack("<HI", 0, 222).hex().encode() + b"\r", b""):
             port.write(words)
+            assert not words or select.select([server._master], [], [], 30.0)[0]
             for _ in range(1000):
                 clock.now_ns += MILLISECOND // 2
                 server.turn()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import select
 import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,6 +14,7 @@ import numpy as np
 from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
 from palpate.simulation.emulators.lines import EmulatedCanBus, SlcanServer
 from palpate.simulation.emulators.lines.can_bus_server import CanBusServer
+from palpate.simulation.emulators.lines.slcan import ChannelMode
 from tests.virtual_can import VirtualBusServer
 
 FULL = (115.0, 111.0, 185.0, 5.6, 5.2, 6.1)
@@ -37,6 +39,8 @@ class Turned:
 
     def send(self, arbitration_id: int, data: bytes = b"") -> None:
         self.bus.send(can.Message(arbitration_id=arbitration_id, data=data, is_extended_id=False))
+        if isinstance(self.server, TurnedSlcan):
+            self.server.await_host()
 
     def receive(self, within_ms: int = 100) -> can.Message | None:
         """The next frame that the host hears."""
@@ -72,10 +76,24 @@ def wire_of(*nodes: Jr3CanNode) -> EmulatedCanBus:
     return EmulatedCanBus(nodes, generator=np.random.default_rng(0))
 
 
+class TurnedSlcan(SlcanServer):
+    """What is written has come to the other end before time goes on: the kernel passes it on when it comes to it."""
+
+    def await_host(self) -> None:
+        """Wait for what the host has written."""
+        assert select.select([self._master], [], [], 30.0)[0]
+
+    def _write(self) -> None:
+        wrote = bool(self._backlog)
+        super()._write()
+        if wrote:
+            assert select.select([self._line._slave], [], [], 30.0)[0]
+
+
 @contextmanager
 def turned_slcan(*nodes: Jr3CanNode, bitrate: int = 1_000_000) -> Iterator[Turned]:
     clock = Clock()
-    server = SlcanServer(wire_of(*nodes), generator=np.random.default_rng(0), clock_ns=clock)
+    server = TurnedSlcan(wire_of(*nodes), generator=np.random.default_rng(0), clock_ns=clock)
     host = Turned(server, open_slcan(server, bitrate), clock)
     try:
         yield host
@@ -84,8 +102,12 @@ def turned_slcan(*nodes: Jr3CanNode, bitrate: int = 1_000_000) -> Iterator[Turne
         server.close()
 
 
-def open_slcan(server: SlcanServer, bitrate: int = 1_000_000) -> can.BusABC:
-    return can.Bus(interface="slcan", channel=server.channel, bitrate=bitrate, sleep_after_open=0.0, timeout=0.0)
+def open_slcan(server: TurnedSlcan, bitrate: int = 1_000_000) -> can.BusABC:
+    bus = can.Bus(interface="slcan", channel=server.channel, bitrate=bitrate, sleep_after_open=0.0, timeout=0.0)
+    while server.adapter.mode is ChannelMode.CLOSED:
+        server.await_host()
+        server.turn()
+    return bus
 
 
 @contextmanager
