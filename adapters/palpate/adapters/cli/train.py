@@ -5,6 +5,7 @@ import shlex
 import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 
 from palpate.adapters.cli.notices import (
@@ -43,8 +44,9 @@ from palpate.adapters.experiments import (
 )
 from palpate.adapters.log import LOG_FOLDER, made_with, set_aside
 from palpate.core.errors import ConfigurationError, OutputError
-from palpate.core.perception import perception_from_dict
-from palpate.core.policy import PolicyDocument, learner_of
+from palpate.core.perception import Perception, perception_from_dict
+from palpate.core.policy import Policy, PolicyDocument, learner_of
+from palpate.core.ports import Rig
 from palpate.core.trial import reachable_share
 
 
@@ -69,60 +71,83 @@ def train(options: TrainOptions) -> int:
         return _train(options, folder, checkpoint, kept)
 
 
+@dataclass(frozen=True)
+class _Subject:
+    """What is trained.
+
+    Attributes:
+        name: As the run folder keeps it: a policy file, code of one's own, or a learner that begins from nothing.
+        document: The policy file's content.
+        code: Name of the code, package.module:Name; empty for none.
+    """
+
+    name: str
+    document: PolicyDocument | None
+    code: str
+
+    @classmethod
+    def of(cls, options: TrainOptions) -> "_Subject":
+        """What the options name; raises ConfigurationError where it cannot be trained."""
+        config, name = options.run, _from(options)
+        if not task_kind(config.task.name).asks_policy:
+            accepted = "a task that lets a policy choose; this one asks none"
+            raise ConfigurationError("task.name", config.task.name, accepted)
+        code = "" if name == config.learner or os.path.exists(name) else foreign_code(name)
+        document = None if code or name == config.learner else PolicyDocument.load(Path(name))
+        brought = config.learning.programmed or config.learning.examples
+        if (document is not None or code) and brought:
+            accepted = (
+                "nothing programmed and no examples beside --policy FILE or package.module:Name, which brings its own"
+            )
+            raise ConfigurationError("learning.programmed", brought, accepted)
+        if code:
+            foreign_entry(code)
+        return cls(name, document, code)
+
+    def perception(self, config: RunConfig, checkpoint: Checkpoint | None) -> Perception | None:
+        """How it perceives; None where that is to be fitted."""
+        perception = configured_perception(config)
+        if self.document is not None:
+            perception = perception_of(self.document, config, perception)
+            print_untold_tool(self.document)
+        return perception if checkpoint is None else perception_from_dict(checkpoint.perception)
+
+    def policy(self, config: RunConfig, perception: Perception, rig: Rig) -> Policy:
+        """As it stands before its first trial."""
+        if self.document is not None:
+            policy = loaded_policy(self.document, config, perception, frozen=False)
+        else:
+            policy = learning_policy(config, perception, self.code)
+        if learner_of(at_work(policy, rig)) is None:
+            accepted = "a policy that offers what it has learned, by get_state and set_state"
+            raise ConfigurationError("policy", self.name, accepted)
+        return policy
+
+
 def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | None, kept: ExitStack) -> int:
     """Train into a folder that ``kept`` keeps other writers out of."""
-    config = options.run
-    if not task_kind(config.task.name).asks_policy:
-        raise ConfigurationError("task.name", config.task.name, "a task that lets a policy choose; this one asks none")
-    named = _from(options)
-    foreign = "" if named == config.learner or os.path.exists(named) else foreign_code(named)
-    document = None if foreign or named == config.learner else PolicyDocument.load(Path(named))
-    if (document is not None or foreign) and (config.learning.programmed or config.learning.examples):
-        raise ConfigurationError(
-            "learning.programmed", config.learning.programmed or config.learning.examples,
-            "nothing programmed and no examples beside --policy FILE or package.module:Name, which brings its own",
-        )  # fmt: skip
-    if foreign:
-        foreign_entry(foreign)
+    config, subject = options.run, _Subject.of(options)
     ready = ready_pose(config)
-    perception = configured_perception(config)
-    if document is not None:
-        perception = perception_of(document, config, perception)
-        print_untold_tool(document)
-    if checkpoint is not None:
-        perception = perception_from_dict(checkpoint.perception)
-
+    perception = subject.perception(config, checkpoint)
     with ExitStack() as opened:
         live, rig = opened_rig(opened, options, config, ready)
         if perception is None:
             say(f"fitting perception on {config.perception.fit_trials} random-walk trials")
             perception = fitted_perception(config, ready, rig)
-        if document is not None:
-            policy = loaded_policy(document, config, perception, frozen=False)
-        else:
-            policy = learning_policy(config, perception, foreign)
-        if learner_of(at_work(policy, rig)) is None:
-            accepted = "a policy that offers what it has learned, by get_state and set_state"
-            raise ConfigurationError("policy", named, accepted)
-        first = 0
+        policy = subject.policy(config, perception, rig)
         if checkpoint is not None:
             resume_from(checkpoint, policy, rig)
-            first = checkpoint.next_trial
         # Only now is every setting known to be good: a refused one must not leave a folder that is in the way.
         require_usable(config, ready, options.rig)
         if checkpoint is None:
             kept.enter_context(folder.writing())
         recorder, session = opened_recorder(opened, kept, options, config, folder, live)
+        first = 0 if checkpoint is None else checkpoint.next_trial
         trainer = Trainer(config, folder, ready, rig, perception, policy, first, recorder, session)
-        if checkpoint is not None:
-            folder.truncate(first)
-            set_aside(folder.path / LOG_FOLDER, first)
-            if len(folder.read_trials()) != first:
-                raise OutputError(
-                    str(folder.path / "trials.csv"), f"does not hold the {first} finished trials", "begin a new run"
-                )
+        if checkpoint is None:
+            folder.write("run.toml", run_toml(config, "train", trials=options.trials, policy=subject.name))
         else:
-            folder.write("run.toml", run_toml(config, "train", trials=options.trials, policy=named))
+            _cut_back(folder, first)
         trainer.checkpoint()
         if checkpoint is not None and read_manifest(folder.path) is None:
             sys.stderr.write(f"palpate: {folder.path} has no manifest: an older run, taken as it is\n")
@@ -139,11 +164,20 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
     folder.seal()
     if trainer.interrupted:
         again = ["palpate", "train", "--resume", "--out", str(folder.path), "--trials", str(options.trials)]
-        if document is not None:
+        if subject.document is not None:
             again += ["--policy", options.policy]
         say(f"ended after {trainer.next_trial} of {options.trials} trials; go on with: {shlex.join(again)}")
         return 130
     return int(unrecorded(recorder))
+
+
+def _cut_back(folder: RunFolder, first: int) -> None:
+    """Take from a folder what came after the checkpoint, or refuse it where something before that is missing."""
+    folder.truncate(first)
+    set_aside(folder.path / LOG_FOLDER, first)
+    if len(folder.read_trials()) != first:
+        missing = f"does not hold the {first} finished trials"
+        raise OutputError(str(folder.path / "trials.csv"), missing, "begin a new run")
 
 
 def _from(options: TrainOptions) -> str:
