@@ -32,10 +32,16 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
     REMEDY = "end other programs that ask the box for its stream, and let UDP through this computer's firewall"
 
     def __init__(
-        self, open_box: Callable[[], OpenBox], clock: Clock, *, max_age_ns: int, start_timeout_s: float = 5.0
+        self,
+        open_box: Callable[[], OpenBox],
+        clock: Clock,
+        *,
+        max_age_ns: int,
+        start_timeout_s: float = 5.0,
+        max_late_ns: int = 20_000_000,
     ) -> None:
         super().__init__(_NAME, clock, max_age_ns=max_age_ns, start_timeout_s=start_timeout_s)
-        self._open_box = open_box
+        self._open_box, self._max_late_ns = open_box, max_late_ns
 
     @property
     @override
@@ -50,7 +56,8 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
     @override
     def _connect(self) -> None:
         opened = self._open_box()
-        self._close_wire, self.device = opened.close, NetFt(opened.wire, opened.box)
+        self._close_wire = opened.close
+        self.device = NetFt(opened.wire, opened.box, most_late_ns=self._max_late_ns)
 
     @override
     def _on_activate(self) -> None:
@@ -79,6 +86,8 @@ class NetFtTable(Settings):
     """Port of its web server."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
     """Age above which a sample is marked as stale."""
+    max_late_ms: Annotated[float, Range(0.0, 10_000.0)] = 20.0
+    """Records that come by more than this later than they did, by the box's own count, are a fault; 0 asks for none."""
     start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 5.0
     """Longest wait for the first reading."""
 
@@ -92,5 +101,7 @@ def make_ati_netft(settings: DeviceSettings, context: RigContext) -> NetFtForceS
         wire = UdpWire(table.host, table.port)
         return OpenBox(wire, box, wire.close)
 
-    age_ns = round(table.max_age_ms * 1e6)
-    return NetFtForceSensor(open_box, context.clock, max_age_ns=age_ns, start_timeout_s=table.start_timeout_s)
+    return NetFtForceSensor(
+        open_box, context.clock, max_age_ns=round(table.max_age_ms * 1e6), start_timeout_s=table.start_timeout_s,
+        max_late_ns=round(table.max_late_ms * 1e6),
+    )  # fmt: skip

@@ -20,6 +20,7 @@ class NetFtBox:
     Attributes:
         range_N: Rated forces, (3,).
         range_Nm: Rated torques, (3,).
+        sample_Hz: Rate of its own samples, which it counts; 0 where the page does not say.
     """
 
     counts_per_N: float
@@ -29,6 +30,7 @@ class NetFtBox:
     rate_Hz: float
     calibration: str = ""
     firmware: str = ""
+    sample_Hz: float = 0.0
 
 
 def parse_box(page: bytes) -> NetFtBox:
@@ -46,7 +48,8 @@ def parse_box(page: bytes) -> NetFtBox:
         raise SettingError(_NAME, "its RDT interface is off", "enable RDT on the page Communications of the box")
     fx, fy, fz, tx, ty, tz = _numbers(page, "cfgmr", 6)
     (per_N,), (per_Nm,), (rate_Hz,) = (_numbers(page, tag, 1) for tag in ("cfgcpf", "cfgcpt", "comrdtrate"))
-    told = _field(page, "cfgcalsn", "unknown"), _field(page, "mfgdigver", "unknown")
+    (sample_Hz,) = _numbers(page, "runrate", 1) if _field(page, "runrate", "") else (0.0,)
+    told = _field(page, "cfgcalsn", "unknown"), _field(page, "mfgdigver", "unknown"), sample_Hz
     return NetFtBox(per_N, per_Nm, (fx, fy, fz), (tx, ty, tz), rate_Hz, *told)
 
 

@@ -12,6 +12,8 @@ _REQUEST: Final = struct.Struct(">HHI")
 _RECORD: Final = struct.Struct(">3I6i")
 _HEADER: Final = 0x1234
 _MOST: Final = 0xFFFF_FFFF
+_NEAR: Final = 0x1000
+"""So far ahead a number still makes sense in either order."""
 
 
 class RdtCommand(enum.IntEnum):
@@ -49,6 +51,21 @@ def decode_records(datagram: bytes) -> list[RdtRecord]:
     if len(datagram) % _RECORD.size:
         return []
     return [RdtRecord(r, f, s, tuple(counts)) for r, f, s, *counts in _RECORD.iter_unpack(datagram)]
+
+
+def is_turned(record: RdtRecord, newest: int | None) -> bool:
+    """Whether its numbers make sense in the other byte order alone.
+
+    Args:
+        newest: Number of the newest record of this stream; None before its first, which is near zero.
+    """
+    before = 0 if newest is None else newest
+    read, turned = ((n - before) % (_MOST + 1) for n in (record.rdt_sequence, _turned(record.rdt_sequence)))
+    return read > _NEAR and 0 < turned <= _NEAR
+
+
+def _turned(word: int) -> int:
+    return int.from_bytes(word.to_bytes(4, "little"), "big")
 
 
 SATURATED: Final = 1 << 17

@@ -6,10 +6,19 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.drivers.ati.box import NetFtBox
-from palpate.drivers.ati.rdt import SATURATED, RdtCommand, RdtRecord, decode_records, encode_request, faults_in
+from palpate.drivers.ati.lateness import Lateness
+from palpate.drivers.ati.rdt import (
+    SATURATED,
+    RdtCommand,
+    RdtRecord,
+    decode_records,
+    encode_request,
+    faults_in,
+    is_turned,
+)
 from palpate.drivers.ati.wire import UdpWire
 from palpate.drivers.device import ForceSample, PolledSensor, listed
-from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError
+from palpate.drivers.errors import DeviceFaultError, DriverError, GarbledError, SilentError
 
 _NAME: Final = "ATI Net F/T"
 _ASK_AGAIN_NS: Final = 100_000_000
@@ -18,15 +27,16 @@ _STALL_NS: Final = 100_000_000
 _WINDOW: Final = 1024
 """So many records back a late one is told from one that was there already."""
 _WRAP: Final = 1 << 32
-_OLD, _LATE, _SAME, _SENSELESS, _LOST = (
+_OLD, _LATE, _SAME, _TURNED, _SENSELESS, _LOST = (
     "records no newer than one before", "records that came late", "records with the sample of before",
-    "datagrams that are no records", "records lost",
+    "records in the other byte order", "datagrams that are no records", "records lost",
 )  # fmt: skip
 _RESTARTED: Final = "where it has restarted, acknowledge that"
 _REMEDIES: Final = {
     _OLD: _RESTARTED,
     _LATE: _RESTARTED,
     _SAME: "power the box again; its sampling has stopped",
+    _TURNED: "see what stands between the box and this computer, and turns its bytes",
     _SENSELESS: "see what else sends to this computer, and its network",
     _LOST: "check cable and switch, and the load of the network",
 }
@@ -38,7 +48,7 @@ class RdtStatistics:
 
     Attributes:
         lost: Those that never came. late: Those that came after a newer one. repeated: Those that came again.
-        unchanged: Those under a new number with the sample of before.
+        unchanged: Those under a new number with the sample of before. turned: Those in the other byte order.
     """
 
     samples: int = 0
@@ -46,13 +56,18 @@ class RdtStatistics:
     late: int = 0
     repeated: int = 0
     unchanged: int = 0
+    turned: int = 0
     malformed: int = 0
 
 
 class NetFt(PolledSensor):
-    """A box that streams."""
+    """A box that streams.
 
-    def __init__(self, wire: UdpWire, box: NetFtBox) -> None:
+    Args:
+        most_late_ns: By so much later than they did records may come, by the box's own count; 0 asks for nothing.
+    """
+
+    def __init__(self, wire: UdpWire, box: NetFtBox, *, most_late_ns: int = 0) -> None:
         super().__init__()
         self.box = box
         self.statistics = RdtStatistics()
@@ -61,6 +76,7 @@ class NetFt(PolledSensor):
         self._missing: set[int] = set()
         self._ft_sequence: int | None = None
         self._asked_ns: int | None = None
+        self._lateness = Lateness(box.sample_Hz, most_late_ns) if most_late_ns and box.sample_Hz else None
         self._offset = self._polled_ns = self._heard_ns = 0
 
     def start(self, now_ns: int) -> None:
@@ -110,14 +126,24 @@ class NetFt(PolledSensor):
         if samples:
             self.latest, self._heard_ns = samples[-1], now_ns
             self.statistics.samples += len(samples)
+            self._judge_way(now_ns)
         self._count(now_ns)
         return samples
 
     def _count(self, now_ns: int) -> None:
         seen = self.statistics
         # Of those that come late none is lost any more.
-        counts = (seen.repeated, seen.late, seen.unchanged, seen.malformed, seen.lost + seen.late)
+        counts = (seen.repeated, seen.late, seen.unchanged, seen.turned, seen.malformed, seen.lost + seen.late)
         self._account.note(now_ns, dict(zip(_REMEDIES, counts, strict=True)))
+
+    def _judge_way(self, now_ns: int) -> None:
+        if self._lateness is None or self._ft_sequence is None:
+            return
+        late_ns = self._lateness.persisting_ns(self._ft_sequence, now_ns)
+        if late_ns and self.failure is None:
+            problem = f"its records come {late_ns * 1e-6:.0f} ms later than they did, by its own count of samples"
+            remedy = "see what holds them up: switch, other traffic, or this computer's network card and its load"
+            self.failure = GarbledError(_NAME, problem, remedy)
 
     def _ask(self, command: RdtCommand) -> None:
         try:
@@ -128,6 +154,9 @@ class NetFt(PolledSensor):
     def _is_news(self, record: RdtRecord) -> bool:
         """Whether it is newer than all before; the others are counted."""
         counts, newest = self.statistics, self._newest
+        if is_turned(record, newest):
+            counts.turned += 1
+            return False
         if newest is None:
             self._newest = record.rdt_sequence
             # Numbers of samples go on where an earlier stream ended.

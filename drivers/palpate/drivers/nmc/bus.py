@@ -158,8 +158,11 @@ class NmcBus:
         self._is_dirty = True
         result = self._converse(address, command)
         # Before its items were set nothing is known of the module's replies, and start-up looks for itself.
-        if was_dirty and isinstance(result, Reply) and address in self._masks and not self._is_in_step(address):
-            result = Discarded.LATE
+        if was_dirty and isinstance(result, Reply) and address in self._masks:
+            if self._waiting_bytes():
+                result = Discarded.TOGETHER
+            elif not self._is_in_step(address):
+                result = Discarded.LATE
         self._note(address, command, result)
         return result
 
@@ -190,8 +193,6 @@ class NmcBus:
         usual = reply_size_bytes(self._masks[address])
         questions = [items for items in _QUESTIONS if reply_size_bytes(items) != usual]
         self._asked += 1
-        if self._waiting_bytes():
-            return False
         reply = self._converse(address, read_stat(questions[self._asked % len(questions)]))
         return isinstance(reply, Reply) and not self._waiting_bytes()
 
@@ -299,7 +300,7 @@ class NmcBus:
         self.oddities[f"module {address}: {result.value}"] += 1
         self._failures[address] += 1
         self._run += 1
-        if result is Discarded.LATE:
+        if result in (Discarded.LATE, Discarded.TOGETHER):
             self._late[address] += 1
         else:
             self._awaited = address
@@ -323,6 +324,9 @@ def _error(address: int, reason: Discarded, times: int, late: int) -> DriverErro
     device, problem = f"NMC module {address}", f"{times} failures in a row, the last: {reason.value}"
     if reason is Discarded.ECHO:
         return WiringError(device, problem, "connect both pairs of the full-duplex bus, without loop or local echo")
+    if reason is Discarded.TOGETHER:
+        remedy = "see what keeps replies back: the USB adapter and its latency timer, or other work on this computer"
+        return LateError(device, problem, remedy)
     if late and reason in (Discarded.MISSING, Discarded.SHORT, Discarded.LATE):
         remedy = "end other work on this computer, lower the USB adapter's latency timer, or raise [arm] patience"
         return LateError(device, f"{problem}; {late} of them were answered too late", remedy)

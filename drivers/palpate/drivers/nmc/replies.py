@@ -31,6 +31,7 @@ class Discarded(enum.Enum):
 
     MISSING = "no reply in time"
     LATE = "a reply that may be an earlier request's"
+    TOGETHER = "two replies at once, of which one was kept back"
     SHORT = "reply cut short"
     CHECKSUM = "wrong checksum"
     BLANK = "nothing but zeros, as from a stuck line"

@@ -17,7 +17,7 @@ PAGE = b"""<?xml version="1.0"?><netft>
 
 def test_a_box_is_read() -> None:
     box = parse_box(PAGE)
-    assert (box.counts_per_N, box.counts_per_Nm, box.rate_Hz) == (1e6, 1e6, 100.0)
+    assert (box.counts_per_N, box.counts_per_Nm, box.rate_Hz, box.sample_Hz) == (1e6, 1e6, 100.0, 7000.0)
     assert (box.range_N, box.range_Nm) == ((330.0, 330.0, 990.0), (30.0, 30.0, 30.0))
     assert (box.calibration, box.firmware) == ("FT27462", "2.2.59")
     assert parse_box(PAGE.replace(b">Nm<", b">N-m<")) == box  # as older firmware says it

@@ -153,6 +153,22 @@ def test_replies_later_than_any_flush_are_this_computers_fault_too(line, bus):
         bus.exchange(2, NOP)
 
 
+@pytest.mark.parametrize("newest_first", [True, False])
+def test_replies_that_come_with_the_next_ones_only_are_told_as_kept_back(line, bus, newest_first):
+    kept = []
+
+    def mangle(reply):
+        kept.append(reply)
+        if len(kept) % 2:
+            return []
+        return [(0.0, b"".join(kept[:-3:-1] if newest_first else kept[-2:]))]
+
+    line.mangle = mangle
+    assert bus.exchange(1, NOP) is None
+    with pytest.raises(LateError, match="module 2: 2 failures in a row, the last: two replies at once, of which one"):
+        bus.exchange(2, NOP)
+
+
 def test_failures_of_one_module_between_good_ones_demand_a_new_start(line, bus):
     line.modules[2].address = 0
     assert bus.exchange(3, NOP) is None
