@@ -9,6 +9,7 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.adapters.hardware.errors import lately, told, translated, translating
+from palpate.adapters.hardware.following import Following
 from palpate.core.errors import CommandError, DeviceError
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
@@ -25,7 +26,7 @@ from palpate.core.ports import (
     Validity,
 )
 from palpate.drivers.device import ArmDriver
-from palpate.drivers.errors import DriverError
+from palpate.drivers.errors import DriverError, GarbledError
 
 _NS: Final = 1_000_000_000
 _PATIENCE_NS: Final = 3 * _NS
@@ -51,7 +52,11 @@ class OpenArm:
 
 
 class BusArm(ManagedDevice, JointEncoder, ArmCommand):
-    """Encoders and servos of an arm on a bus, at a whole fraction of the control rate; the newest command wins."""
+    """Encoders and servos of an arm on a bus, at a whole fraction of the control rate; the newest command wins.
+
+    Args:
+        later_ns: By so much later than before angles may follow the set-points, or move another way; 0 asks for nothing.
+    """
 
     def __init__(
         self,
@@ -62,10 +67,11 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         joints: int,
         divider: int,
         max_age_ns: int,
+        later_ns: int = 0,
         hurry: Callable[[], object] | None = None,
     ) -> None:
         super().__init__(name)
-        self._hurry = hurry
+        self._hurry, self._later_ns = hurry, later_ns
         self._open_bus, self._clock, self._joints = open_bus, clock, joints
         self._opened: OpenArm | None = None
         self._divider, self._max_age_ns = divider, max_age_ns
@@ -167,7 +173,8 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         if self._hurry is not None:
             self._hurry()
         start_ns, slot = self._clock.now_ns(), 0
-        driver = self._driver
+        driver, following = self._driver, Following(self._later_ns)
+        held: JointVector | None = None
         try:
             while not self._end:
                 self._sleep_until(start_ns + slot * _NS * self._divider // CONTROL_RATE_HZ)
@@ -179,6 +186,9 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
                     # What was measured before is no news; it grows old.
                     self._cycles += 1
                     self._sample = JointSample(found.position_rad, found.time_ns, self._clock.now_ns(), self._cycles)
+                held = held if found.applied is None else found.applied.position_rad
+                if self._later_ns and held is not None and not self._stopped:
+                    self._require_following(following.note(now_ns, held, found.time_ns, found.position_rad))
                 slot = max(slot + 1, (now_ns - start_ns) * CONTROL_RATE_HZ // (_NS * self._divider) + 1)
         except DriverError as error:
             cause, odd = told(error, self.name), lately(driver.oddities(self._clock.now_ns()))
@@ -188,6 +198,11 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
             # Whatever it was: without its cycles the arm must not go on.
             self._latch(f"the bus thread failed: {error!r}")
             self._stop_driver()
+
+    def _require_following(self, problem: str | None) -> None:
+        if problem is not None:
+            remedy = "see what stands between it and this computer, or raise [arm] patience where that is its way"
+            raise GarbledError(self.name, problem, remedy)
 
     def _sleep_until(self, deadline_ns: int) -> None:
         """Sleep to the next cycle; a stop is not kept waiting for it."""

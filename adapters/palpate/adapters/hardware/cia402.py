@@ -11,6 +11,7 @@ from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
 from palpate.adapters.hardware.can_table import CanBusTable
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
+from palpate.adapters.hardware.following import LATER_NS
 from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, RigContext
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range
@@ -83,6 +84,7 @@ def make_cia402(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
 
     age_ns = round(table.max_age_ms * 1e6)
     arm = BusArm(
-        _NAME, open_bus, context.clock, joints=joints, divider=table.divider, max_age_ns=age_ns, hurry=context.hurry
-    )
+        _NAME, open_bus, context.clock, joints=joints, divider=table.divider, max_age_ns=age_ns,
+        later_ns=round(LATER_NS * table.patience), hurry=context.hurry,
+    )  # fmt: skip
     return ArmAdapter(arm, arm)

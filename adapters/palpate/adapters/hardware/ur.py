@@ -12,6 +12,7 @@ from palpate.adapters.config import SensorFactsTable, overlay
 from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
+from palpate.adapters.hardware.following import LATER_NS
 from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, Host, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.errors import ConfigurationError
@@ -102,7 +103,7 @@ def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> A
 
     arm = BusArm(
         _NAME, open_bus, context.clock, joints=_JOINTS, divider=table.divider,
-        max_age_ns=round(table.max_age_ms * 1e6), hurry=context.hurry,
+        max_age_ns=round(table.max_age_ms * 1e6), later_ns=round(LATER_NS * table.patience), hurry=context.hurry,
     )  # fmt: skip
     return ArmAdapter(arm, arm)
 

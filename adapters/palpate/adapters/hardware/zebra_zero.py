@@ -15,6 +15,7 @@ from palpate.adapters.config import overlay
 from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
+from palpate.adapters.hardware.following import LATER_NS
 from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, RigContext
 from palpate.core.errors import ConfigurationError, OutputError
 from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range, Settings, write_whole
@@ -132,6 +133,7 @@ def make_zebra_nmc(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
 
     age_ns = round(table.max_age_ms * 1e6)
     arm = BusArm(
-        _NAME, open_bus, context.clock, joints=_JOINTS, divider=table.divider, max_age_ns=age_ns, hurry=context.hurry
-    )
+        _NAME, open_bus, context.clock, joints=_JOINTS, divider=table.divider, max_age_ns=age_ns,
+        later_ns=round(LATER_NS * table.patience), hurry=context.hurry,
+    )  # fmt: skip
     return ArmAdapter(arm, arm)

@@ -6,7 +6,8 @@ _WRAP: Final = 1 << 32
 _DRIFT: Final = 1e-3
 """So far apart may two clocks run, ten times what crystals do: what grows late more slowly than that is not seen."""
 _LASTS_NS: Final = 20_000_000
-"""One look at what waited while this computer was away tells nothing of the way."""
+"""One look at what waited while this computer was away tells nothing of the way; nor does what makes up for a silence,
+for as long as that was."""
 
 
 class Lateness:
@@ -21,7 +22,7 @@ class Lateness:
         self._tick_ns, self._most_ns = 1e9 / rate_Hz, most_ns
         self._count = self._looked_ns = 0
         self._least_ns: float | None = None
-        self._since_ns: int | None = None
+        self._until_ns: int | None = None
 
     def persisting_ns(self, count: int, now_ns: int) -> int:
         """By how much the newest sample comes late, where it has come too late at each look for a while; else 0."""
@@ -34,8 +35,8 @@ class Lateness:
         self._least_ns = min((self._least_ns or 0.0) + _DRIFT * away_ns, way_ns) if known else way_ns
         late_ns = way_ns - self._least_ns
         if late_ns <= self._most_ns:
-            self._since_ns = None
+            self._until_ns = None
             return 0
-        if self._since_ns is None or away_ns > _LASTS_NS:
-            self._since_ns = now_ns
-        return round(late_ns) if now_ns - self._since_ns >= _LASTS_NS else 0
+        if self._until_ns is None or away_ns > _LASTS_NS:
+            self._until_ns = now_ns + max(_LASTS_NS, away_ns)
+        return round(late_ns) if now_ns >= self._until_ns else 0
