@@ -92,7 +92,7 @@ def stream(draw: random.Random) -> None:
     found = device.statistics
     require(found.samples == len(taken), "samples are counted")
     require(found.malformed == malformed, "malformed datagrams are counted")
-    accounted = found.samples + found.late + found.repeated + found.unchanged
+    accounted = found.samples + found.late + found.repeated + found.unchanged + found.turned
     require(accounted == records, f"every record is accounted for: {accounted} of {records}")
     require(all(a.sequence < b.sequence for a, b in pairwise(taken)), "numbered upwards")
     require(all(map(isfinite, (x for s in taken for x in (*s.force_N, *s.torque_Nm)))), "finite")

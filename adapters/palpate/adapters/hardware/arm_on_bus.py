@@ -55,7 +55,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
     """Encoders and servos of an arm on a bus, at a whole fraction of the control rate; the newest command wins.
 
     Args:
-        later_ns: By so much later than before angles may follow the set-points, or move another way; 0 asks for nothing.
+        later_ns: By so much later than before angles may follow the set-points; 0 asks nothing of how they follow.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Do joint angles follow the set-points as they did? By how much later, and how far, a fit of the last half second says.
+"""Do joint angles follow the set-points as they did? A fit of the last half second says how late, and how far.
 
 A controller, or whatever stands before it, may give angles of before under new times: each looks right, and none is as
 far from its set-point as a watch of positions allows.

@@ -1,4 +1,4 @@
-"""Angles that follow their set-points later than before, or another way, are told; steady, honest and broken motions are not."""
+"""Angles that follow their set-points later than before, or another way, are told; steady and honest ones are not."""
 
 from collections.abc import Callable
 from math import sin

@@ -202,7 +202,7 @@ def each_tick(begin_ms: int = 0, end_ms: int = 4000) -> range:
 
 def test_records_that_come_later_than_they_did_are_told_by_the_boxs_own_count() -> None:
     device = looked_at(lambda n: n * MS + (30 * MS if n > 1000 else 0), each_tick(end_ms=1080))
-    with pytest.raises(GarbledError, match="its records come (29|30) ms later than they did, by its own count"):
+    with pytest.raises(GarbledError, match=r"its records come (29|30) ms later than they did, by its own count"):
         device.check()
 
 
