@@ -87,7 +87,8 @@ class BothWallsCheck:
             return 0.0, 0.0
         if self._mean.add(along_N, new) == _MOVING_SAMPLES:
             pushed, self._mean = self._mean.value - self.forces_N[0] >= _PUSHED_N, Mean()
-            if pushed or dist(reference_m[:2], self._places_m[0][:2]) > self._reach_m:
+            far = dist(reference_m[:2], self._places_m[0][:2]) > self._reach_m
+            if pushed or far or self.first.past(-ux, -uy, reference_m):
                 self._enter(_WallStage.REST)
                 return 0.0, 0.0
         return -SPEED_M_S * ux, -SPEED_M_S * uy

@@ -23,7 +23,9 @@ class WallCheck:
     The push goes against whatever lateral force there is, so that a peg that leans on one wall is led to the other.
 
     Attributes:
+        from_m: Place that way counts from, (3,), task frame.
         way: Direction of the push, (2,).
+        failed: Whether the peg went further than the play without an answer.
     """
 
     def __init__(self, play_m: float) -> None:
@@ -31,23 +33,20 @@ class WallCheck:
 
     def begin(self, from_m: Vector3) -> None:
         """The next :meth:`velocity_m_s` is the first of a check; way counts from this place, (3,), task frame."""
-        self.answered, self.answer_N = False, 0.0
+        self.answered, self.failed, self.answer_N = False, False, 0.0
         self._forces: deque[tuple[float, float]] = deque(maxlen=_SAMPLES)
         self._base_N: tuple[float, float] | None = None
-        self._from_m, self._gone_m = from_m, 0.0
+        self.from_m = from_m
 
     def bounded(self, velocity_m_s: Vector3, reference_m: Vector3) -> Vector3:
         """A velocity of the tip, without its part across the tool axis once the tip is as far out as a wall can be."""
-        x, y = reference_m[0] - self._from_m[0], reference_m[1] - self._from_m[1]
         vx, vy, vz = velocity_m_s
-        if hypot(x, y) > self._reach_m and x * vx + y * vy > 0.0:
-            return 0.0, 0.0, vz
-        return velocity_m_s
+        return (0.0, 0.0, vz) if self.past(vx, vy, reference_m) else velocity_m_s
 
-    @property
-    def failed(self) -> bool:
-        """Whether the peg went further than the play without an answer."""
-        return not self.answered and self._gone_m > self._reach_m
+    def past(self, vx: float, vy: float, reference_m: Vector3) -> bool:
+        """Whether the tip is as far out as a wall can be, and such a velocity across leads it further."""
+        x, y = reference_m[0] - self.from_m[0], reference_m[1] - self.from_m[1]
+        return hypot(x, y) > self._reach_m and x * vx + y * vy > 0.0
 
     def velocity_m_s(self, force_N: Vector3, new: bool, reference_m: Vector3) -> tuple[float, float]:
         """Velocity of the tip across the tool axis for this tick; zero once a wall has answered.
@@ -69,7 +68,6 @@ class WallCheck:
         (ux, uy), (bx, by) = self.way, self._base_N
         self.answer_N = max(self.answer_N, (bx - fx) * ux + (by - fy) * uy)
         self.answered = self.answer_N >= ANSWER_N
-        self._gone_m = hypot(reference_m[0] - self._from_m[0], reference_m[1] - self._from_m[1])
-        if self.answered or self.failed:
-            return 0.0, 0.0
-        return SPEED_M_S * ux, SPEED_M_S * uy
+        vx, vy = SPEED_M_S * ux, SPEED_M_S * uy
+        self.failed = not self.answered and self.past(vx, vy, reference_m)
+        return (0.0, 0.0) if self.answered or self.failed else (vx, vy)

@@ -17,11 +17,17 @@ Sensor = Callable[[float, int, np.random.Generator], float]
 
 
 def push(
-    shown_N: Sensor, *, gap_m: float = 0.1e-3, repeats: int = 1, seed: int = 5, lag_ticks: float = 0.0
+    shown_N: Sensor,
+    *,
+    gap_m: float = 0.1e-3,
+    repeats: int = 1,
+    seed: int = 5,
+    lag_ticks: float = 0.0,
+    begun_m: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[BothWallsCheck, float]:
     """Pushes along x between walls at this distance from the middle; returns the check and the highest true force."""
     check, rng = BothWallsCheck(PLAY_M), np.random.default_rng(seed)
-    check.begin((0.0, 0.0, 0.0))
+    check.begin((*begun_m, 0.0))
     x, y, tip_x, tip_y, seen, peak_N = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for tick in range(2000):
         tip_x, tip_y = tip_x + (x - tip_x) / (1.0 + lag_ticks), tip_y + (y - tip_y) / (1.0 + lag_ticks)
@@ -51,6 +57,14 @@ def test_walls_are_felt_on_both_sides(gap_m: float, noise_N: float) -> None:
 @pytest.mark.parametrize("late", [{"repeats": 3}, {"lag_ticks": 3.0}, {"lag_ticks": 6.0}, {"lag_ticks": 12.0}])
 def test_a_slow_sensor_and_an_arm_that_is_still_under_way_are_waited_for(late: dict[str, Any]) -> None:
     assert push(lambda true_N, _, rng: true_N + 0.1 * rng.standard_normal(), **late)[0].answered
+
+
+@pytest.mark.parametrize(("begun_mm", "most_N"), [(-0.69, 2.0), (0.5, 12.0)])
+def test_pushes_have_one_reach_from_where_the_first_of_the_trial_began(begun_mm: float, most_N: float) -> None:
+    """The peg is stuck, and a swing of the force seems to be a wall; 9 and 23 N with a reach from where it stands."""
+    check, peak_N = push(lambda _, tick, __: 2.0 if tick < 20 else 0.5, gap_m=0.0, begun_m=(begun_mm * 1e-3, 0.0))
+    assert check.failed
+    assert peak_N < most_N
 
 
 @pytest.mark.parametrize(("share", "gap_m"), [(0.0, 1e-4), (0.01, 1e-4), (-1.0, 1e-4), (1.0, 1e-3)])

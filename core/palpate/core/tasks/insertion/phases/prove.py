@@ -38,7 +38,8 @@ class Prove(RunningPhase):
             max(measured.filtered_force_z_N, measured.force_N[2]) < -self._contact_N or state.slack_m > 0.0
         )
         self._floor, self._countdown = self._floor_due or self._depth_m() < self._deepest_m, _SEATING_TICKS
-        self._walls.begin(self._equipment.motion.reference_m)
+        # One reach for all pushes of a trial: what a wall that was none took of it is not to be had again.
+        self._walls.begin(self._proof.wall.from_m)
         self._depth = Mean()
 
     @override
