@@ -62,12 +62,15 @@ def golden_here(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Pat
 
 
 def pytest_configure() -> None:
-    """Take Ctrl-C as ever, also where the tests run in the background of a script and have inherited to ignore it.
+    """Wait for no disk, and take Ctrl-C as ever.
 
-    The processes that tests start, and interrupt, inherit it in turn.
+    That also where the tests run in the background of a script and have inherited to ignore it; the processes that they
+    start, and interrupt, inherit it in turn.
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    # What tests write need not outlast a power cut.
+    os.fsync = lambda fd: None
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:

@@ -29,7 +29,9 @@ def messages(log: Path) -> list[RawMessage]:
 
 def test_a_training_run_replays_on_any_number_of_processes(palpate: CommandLine, trained: Path) -> None:
     before = files_in(trained)
-    one, two = (palpate.succeed("replay", trained, "--jobs", jobs, "--verbose") for jobs in (1, 2))
+    one, two, unasked = (palpate.succeed("replay", trained, "--jobs", jobs, "--verbose") for jobs in (1, 2, 0))
+    assert "with 2 processes" in two
+    assert "with 1 process\n" in unasked
     assert "3 of 3 equal in every bit" in one
     assert "each trial begins with the values that the one before ended with" in one
     assert one.count("trial-0000") == 3

@@ -160,7 +160,7 @@ class ReplayOptions(Settings):
     markdown: str = ""
     """Write what differs as a Markdown table to this file, for the review of a change."""
     jobs: Jobs = 0
-    """Processes; 0 takes one per core."""
+    """Processes; 0 takes at most one per core, and one for every thirty logs: their start takes as long as these."""
     verbose: bool = False
     """A line for every log, also where there are many."""
     watch: bool = False

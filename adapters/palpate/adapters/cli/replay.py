@@ -53,7 +53,8 @@ def replay(options: ReplayOptions) -> int:
     out = Path(options.out) if options.out else None
     if out is not None and os.path.lexists(out):
         raise OutputError(options.out, "is there already", "name another folder with --out")
-    jobs = min(options.jobs or os.cpu_count() or 1, -(-len(paths) // 2))
+    # As many as are asked for that have two logs each; unasked, it takes some thirty to make up for a process's start.
+    jobs = min(options.jobs or os.cpu_count() or 1, -(-len(paths) // (2 if options.jobs else 30)))
     began = time.perf_counter()
     replays: list[Replay] = []
     with progress(len(paths), "log", passing=True) as bar:

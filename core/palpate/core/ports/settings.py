@@ -234,22 +234,28 @@ def accepted_by(kind: Any) -> str:
     return names.get(origin, "an object" if origin is Mapping else "a table")
 
 
+@cache
+def _analysed(kind: Any) -> tuple[Any, ...]:
+    """An annotation without its marks, these, what is beside None, what table beside a name, its origin, its items."""
+    base, marks = parts_of(kind)
+    return base, marks, optional_of(base), table_beside(base), get_origin(base) or base, get_args(base)
+
+
 def fitted(name: str, value: Any, kind: Any) -> Any:
     """A value in the form in which a setting of that kind holds it: 1.0 for 1, a tuple for a list.
 
     Raises:
         ConfigurationError: It is of another type, or outside the range.
     """
-    base, marks = parts_of(kind)
-    if (inner := optional_of(base)) is not None:
+    base, marks, inner, table, origin, items = _analysed(kind)
+    if inner is not None:
         return None if value is None else fitted(name, value, inner)
-    if (table := table_beside(base)) is not None:
+    if table is not None:
         if not isinstance(value, Mapping):
             return value if isinstance(value, table) else fitted(name, value, str)
-        required = [field.name for field in fields(table) if field.default is MISSING]  # type: ignore[arg-type]
+        required = [field.name for field in fields(table) if field.default is MISSING]
         require_keys(name, value, required, [key for key in kinds_of(table) if key not in required])
         return table(**value)
-    origin, items = get_origin(base) or base, get_args(base)
     if isinstance(origin, type) and issubclass(origin, Settings) and not isinstance(value, origin):
         return origin.read(value, name)
     if not _is_a(value, origin, items):
