@@ -176,7 +176,6 @@ class Rebuilder:
         if interrupted:
             self._kept = None
         try:
-            perception.set_state(start.perception_state)
             learner, state = learner_of(policy), learner_of_json(start.learner_json)
             if learner is not None and state is not None and self._changes.policy is None:
                 learner.set_state(state)

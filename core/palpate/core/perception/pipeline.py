@@ -1,7 +1,6 @@
 """The three upper layers in a row: measurement vector -> features -> symbol -> state (paper, Fig. 1)."""
 
 import dataclasses
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -64,12 +63,8 @@ class Perception:
         return symbol, self.identifier.update(symbol, action)
 
     def get_state(self) -> list[float]:
-        """The memory of the identifier, for :meth:`set_state`."""
+        """The memory of the identifier."""
         return self.identifier.get_state()
-
-    def set_state(self, state: Sequence[float]) -> None:
-        """Go on from where :meth:`get_state` was called."""
-        self.identifier.set_state(state)
 
 
 def _require_same(field: str, asked: tuple[str, ...], given: tuple[str, ...]) -> None:

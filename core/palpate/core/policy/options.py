@@ -45,16 +45,16 @@ class OptionLearning(QLearning):
     """
 
     parameters: OptionParameters
+    _kept: tuple[int, int, int] | None = None  # state, action, steps
 
     def __init__(
         self, states: Sequence[str], actions: Sequence[Action], parameters: OptionParameters, *, frozen: bool = False
     ) -> None:
         super().__init__(states, actions, parameters, frozen=frozen)
         self._turns = quarter_turns(self.states, self.actions) if parameters.share_turns else []
-        self._clear()
 
     def _clear(self) -> None:
-        self._kept: tuple[int, int, int] | None = None  # state, action, steps
+        self._kept = None
         self._earned, self._discount = 0.0, 1.0
         self._open: Transition | None = None
 

@@ -135,6 +135,7 @@ def one_value(made: Any) -> None:
         ("/start", 0, one_ulp("temperature"), "temperature"),
         ("/start", 0, one_ulp("tip_rotation", 4), "ready pose[10]"),
         ("/start", 0, one_ulp("filter_state", 2), "filter_state[2]"),
+        ("/start", 0, lambda made: made.perception_state.append(1.0), "perception_state"),
         ("/start", 0, teach("visits"), "learner.visits[0][0]"),
         ("/call", -1, said(call="halt"), "port call"),
         ("/call", -1, said(error="DeviceError", text="no answer"), "error"),

@@ -69,7 +69,6 @@ def test_one_rebuilder_serves_many_logs(log: TrialLog) -> None:
         {"tip_rotation": (1.0, 0.0)},
         {"start_m": (1.0,)},
         {"world_json": "not json"},
-        {"perception_state": (1.0, 2.0)},
     ],
     ids=str,
 )

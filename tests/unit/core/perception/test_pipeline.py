@@ -184,7 +184,7 @@ def test_an_identifier_with_a_memory_fits_in() -> None:
     memory = perception.get_state()
     perception.reset()
     assert seen(0.0) == "x0 tx0"
-    perception.set_state(memory)
+    perception.identifier.set_state(memory)
     assert seen(0.0) == "x+ tx0 > x0 tx0"
 
 

@@ -48,8 +48,10 @@ def fit_circle(places_m: Sequence[tuple[float, float]]) -> Circle | None:
         misses: list[float] = []
         for x, y in places_m:
             away = hypot(x - cx, y - cy)
-            rows.append(((x - cx) / away, (y - cy) / away, 1.0) if away else (0.0, 0.0, 1.0))
             misses.append(away - radius)
+            # A place in the centre lies in no direction.
+            away = max(away, 1e-300)
+            rows.append(((x - cx) / away, (y - cy) / away, 1.0))
         inverse = _inverse([[sum(row[i] * row[j] for row in rows) / count for j in range(3)] for i in range(3)])
         if inverse is None:
             return None
@@ -63,10 +65,10 @@ def fit_circle(places_m: Sequence[tuple[float, float]]) -> Circle | None:
 
 
 def _inverse(m: list[list[float]]) -> list[list[float]] | None:
-    """The inverse of a symmetric 3 x 3 matrix by its cofactors; None where it has none."""
-    (a, b, c), (_, d, e), (_, _, f) = m
-    cofactors = [[d * f - e * e, c * e - b * f, b * e - c * d],
-                 [c * e - b * f, a * f - c * c, b * c - a * e],
+    """The inverse of a symmetric 3 x 3 matrix that ends in a 1 by its cofactors; None where it has none."""
+    (a, b, c), (_, d, e), _ = m
+    cofactors = [[d - e * e, c * e - b, b * e - c * d],
+                 [c * e - b, a - c * c, b * c - a * e],
                  [b * e - c * d, b * c - a * e, a * d - b * b]]  # fmt: skip
     determinant = a * cofactors[0][0] + b * cofactors[0][1] + c * cofactors[0][2]
     if determinant < _SINGULAR:

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import Final
 
-_NORMAL: Final = 1.959963984540054
 _OF_FEW: Final = {1: 12.706204736, 2: 4.302652730}
+_EXPANSION: Final = (1.5895340533938225, 2.555849679507722, 2.8224986157396112, 2.372271230298562, 1.959963984540054)
+"""The highest power first; the last one is of as many as you like."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,16 +25,11 @@ def student_t(freedom: int) -> float:
     """Half width of a two-sided 95 % interval, in standard uncertainties of so many degrees of freedom."""
     if freedom in _OF_FEW:
         return _OF_FEW[freedom]
-    # Cornish and Fisher's expansion, within 0.1 % from 3 on.
-    z, n = _NORMAL, freedom
-    z3, z5, z7, z9 = z**3, z**5, z**7, z**9
-    return (
-        z
-        + (z3 + z) / (4 * n)
-        + (5 * z5 + 16 * z3 + 3 * z) / (96 * n**2)
-        + (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * n**3)
-        + (79 * z9 + 776 * z7 + 1482 * z5 - 1920 * z3 - 945 * z) / (92160 * n**4)
-    )
+    # Cornish and Fisher's expansion in powers of 1 / freedom, within 0.13 % from 3 on.
+    half_width, *terms = _EXPANSION
+    for term in terms:
+        half_width = half_width / freedom + term
+    return half_width
 
 
 def mean_of(values_m: Sequence[float]) -> Sized:
