@@ -33,10 +33,16 @@ def _turned(unanswered_N: float = 28.0, **task: Any) -> dict[str, Any]:
     return {**corner, "cell": {**corner["cell"], "conditions": {"yaw_deg": 3.0}}}
 
 
-def _give_way(**task: Any) -> dict[str, Any]:
+def _triangle() -> dict[str, Any]:
+    corner = _corner(time_limit_s=3.0, options={"corners": 3.0, "corner_mm": 20.0, "down_share": 0.5})
+    corner["cell"]["peg"]["cross_section"] = "triangle"
+    return corner
+
+
+def _give_way(tilt_mrad: float = 0.0, **task: Any) -> dict[str, Any]:
     """A round peg in a grip that may give way."""
     settings = {"name": "insertion-6dof", "ticks_per_action": 8, "tare_ticks": 7, "ready_height_mm": 1.0}
-    cell = {"peg": {"hole_depth_mm": 2.0}, "contacts": "searched"}
+    cell = {"peg": {"hole_depth_mm": 2.0}, "contacts": "searched", "tilt_mrad": tilt_mrad}
     return {"task": settings | {"insertion_depth_mm": 2.0} | task, "cell": cell}
 
 
@@ -95,7 +101,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     # Three samples until it pushes, then past where the hole was thought to be, on the edge of what may be explored; at
     # the next corner a force along the push, which only a wall can answer, and against it.
     "corner-pulled": Mishap(
-        (force("repeat", 41, span_ticks=1, duration_ticks=21), *shove(107, -4.0, 4.0)),
+        (force("repeat", 41, span_ticks=1, duration_ticks=21), *shove(107, -1.7, 1.7)),
         _pushed(),
         policy="corner-first",
         trial=13,
@@ -187,6 +193,18 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         (196, "stop"),
         policy="corner-first",
     ),
+    # And of a round peg in a grip that leans, which then gives way on the spot.
+    "levelled-giving-way": Mishap(
+        settings=_give_way(
+            4.0, ticks_per_action=5, area_half_width_mm=12.0, time_limit_s=2.2, options={"level_beside_mm": 6.0}
+        ),
+        at=(240, "stop"),
+        policy="give-way",
+    ),
+    # Walls that are not at right angles.
+    "corner-triangle": Mishap(settings=_triangle(), at=(157, "stop"), policy="corner-first"),
+    # Both of them seem to carry when it has pushed once.
+    "corner-quiet-at-once": Mishap(shove(72, 2.5, 4.3), _triangle(), (86, "stop"), policy="corner-first"),
     # It turns by 3 degrees before it is inserted.
     "corner-turned": Mishap(settings=_turned(), at=(182, "stop"), policy="corner-first"),
     # So slow that encoders' steps hide more of a heave, and places are taken further apart, but not so far as may be.
@@ -237,6 +255,19 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         )
         for name, tick, magnitude in (("seating", 63, -14.0), ("of-the-floor", 75, -11.0))
     },
+    # The plate on three sides, a search, down to the floor, the walls all round; encoders drift, so that it scatters.
+    "hole-survey": Mishap(
+        tuple(joints("bias-drift", 60, magnitude=7e-5, channels=(joint,)) for joint in (0, 1)),
+        {
+            **_survey(
+                {"unanswered_N": 25.0, "plate_touches": 3.0, "tolerance_mm": 0.3},
+                {"hole_uncertainty_mm": 0.6},
+                press_kgf=0.35,
+            ),
+            **_FOLLOWED,
+        },
+        policy="none",
+    ),
     "survey-no-plate": Mishap(
         settings=_survey(cell={"hole_height_error_mm": -2.0}, surface_uncertainty_mm=0.2), policy="none"
     ),

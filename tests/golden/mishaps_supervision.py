@@ -34,6 +34,10 @@ SUPERVISED: Final[dict[str, Mishap]] = {
         (joints("repeat", 20, span_ticks=1, duration_ticks=1), force("repeat", 21, span_ticks=1)),
         {"supervision": {"max_repeats": 3}},
     ),
+    # A tool axis that is the flange's x, on a tool that is turned upright first.
+    "turned-z1": Mishap(
+        (joints("offset", 0, magnitude=0.02, channels=(4,)),), {"arm": "z1", **weak(max_tracking_error_mrad=500.0)}
+    ),
     "trip-frozen": Mishap((force("freeze", 20),)),
     "trip-late": Mishap((clock("overrun", 20, time_s=0.1),)),
     "trip-clock-back": Mishap((clock("clock-jump", 20, time_s=-0.5),)),

@@ -63,6 +63,11 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "train", "--learner", "belief", "--scenario", "blind-5", "--trials", "5", "--seed", "30", *SHALLOW,
         "--cell.tilt-mrad", "2", "--cell.tilt-heading-deg", "40",
     ),
+    # Beside programmed states; in double precision.
+    "train-belief-mixed": (
+        "train", "--learner", "belief", "--scenario", "blind", "--trials", "3", "--seed", "61", *SHALLOW,
+        "--learning.programmed", "x- y0", "+x", "--learning.belief.no-single-precision",
+    ),
     "torque-ur5": ("run", "--policy", "torque", "--trials", "1", "--seed", "3", "--arm", "ur5", *SHALLOW),
     "omniscient-blind": (
         "run", "--policy", "omniscient", "--trials", "1", "--seed", "4", "--scenario", "blind", *SHALLOW,
@@ -178,15 +183,6 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     # Drawn out of a hole by a lean, withdrawn, and driven.
     "train-skills-drawn": (
         *SKILLS, "--seed", "455", "--trials", "2", "--task.time-limit-s", "3.1", "--task.ticks-per-action", "7",
-    ),
-    # The plate on both sides, a search, down to the floor, and the walls all round.
-    "hole-survey": (
-        "run", "--task", "hole-survey", "--trials", "1", "--seed", "32", "--task.options", "plate_touches", "2",
-        "floor_touches", "2", "wall_touches", "6", "pitch_mm", "0.7", "aside_mm", "4.5",
-        "--task.ready-height-mm", "0.8",
-        "--task.tare-ticks", "4", "--task.more-goals-mm", "--cell.more-holes-mm", "--task.travel-speed-mm-s", "60",
-        "--cell.peg.clearance-mm", "0.3", "--cell.peg.hole-depth-mm", "1.2", "--task.insertion-depth-mm", "1",
-        "--cell.hole-uncertainty-mm", "0.6", "--control.damping-N-s-per-m", "100", "--task.press-kgf", "0.35",
     ),
 }  # fmt: skip
 
