@@ -23,7 +23,7 @@ from palpate.drivers.ati.rdt import decode_records, faults_in
 from palpate.drivers.errors import DriverError, WiringError
 from palpate.simulation.emulators.ati import EmulatedBox
 
-BOX = NetFtBox(1e6, 1e6, (330.0,) * 3, (30.0,) * 3, 1000.0, sample_Hz=7000.0)
+BOX = NetFtBox(1e6, 1e6, (330.0,) * 3, (30.0,) * 3, 1000.0)
 RECORD = struct.Struct(">IIIiiiiii")
 WORDS = (0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF)
 
@@ -52,7 +52,7 @@ class Network:
 def stream(draw: random.Random) -> None:
     """A box that streams, through a bad network."""
     wire = Network()
-    device = NetFt(wire, BOX, most_late_ns=20_000_000)
+    device = NetFt(wire, BOX)
     now_ns = 0
     device.start(now_ns)
     number = draw.choice([0, 1, 2**32 - 20, draw.randrange(2**32)])

@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar, Final
 from typing_extensions import override
 
 from palpate.adapters.config import SensorFactsTable, overlay
+from palpate.adapters.hardware.lateness import LATE_NS
 from palpate.adapters.hardware.plugins import DeviceSettings, Host, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.ports import Clock, Range, Settings
@@ -38,10 +39,10 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
         *,
         max_age_ns: int,
         start_timeout_s: float = 5.0,
-        max_late_ns: int = 20_000_000,
+        max_late_ns: int = LATE_NS,
     ) -> None:
-        super().__init__(_NAME, clock, max_age_ns=max_age_ns, start_timeout_s=start_timeout_s)
-        self._open_box, self._max_late_ns = open_box, max_late_ns
+        super().__init__(_NAME, clock, max_age_ns=max_age_ns, start_timeout_s=start_timeout_s, max_late_ns=max_late_ns)
+        self._open_box = open_box
 
     @property
     @override
@@ -56,8 +57,7 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
     @override
     def _connect(self) -> None:
         opened = self._open_box()
-        self._close_wire = opened.close
-        self.device = NetFt(opened.wire, opened.box, most_late_ns=self._max_late_ns)
+        self._close_wire, self.device = opened.close, NetFt(opened.wire, opened.box)
 
     @override
     def _on_activate(self) -> None:

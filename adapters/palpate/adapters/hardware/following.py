@@ -27,6 +27,8 @@ _GAP_NS: Final = 60_000_000
 """Where a bus or this computer was away for so long nothing is told either: what happened meanwhile is not known."""
 _IN_A_ROW, _KNOWN, _KEPT = 3, 3, 15
 _LEAST_SHARE, _MOST_SHARE = 0.65, 1.5
+_CLEAR: Final = 2.0
+"""So much more than what no share explains, as a motion that other joints stir up."""
 
 
 class Following:
@@ -41,8 +43,8 @@ class Following:
         self._sent: deque[tuple[int, JointVector]] = deque(maxlen=512)
         self._found: deque[tuple[int, JointVector]] = deque(maxlen=512)
         self._usual: deque[float] = deque(maxlen=_KEPT)
-        self._due_ns = 0
-        self._late = self._astray = 0
+        self._due_ns = self._late = 0
+        self._astray = np.zeros(1, dtype=int)
 
     def note(self, sent_ns: int, setpoint_rad: JointVector, found_ns: int, position_rad: JointVector) -> str | None:
         """What is wrong with how angles follow; None while nothing is, or nothing can be told.
@@ -72,24 +74,29 @@ class Following:
         lags = range(_MOST_LAG + 1)
         earlier = np.stack([setpoints[_MOST_LAG - lag : _MOST_LAG - lag + _WINDOW + 1] for lag in lags])
         earlier -= earlier.mean(axis=1, keepdims=True)
-        moved = (earlier**2).sum(axis=(1, 2))
-        if np.sqrt(moved.min() / _WINDOW) < _MOVED_RAD:
+        moved = (earlier**2).sum(axis=1)
+        if np.sqrt(moved.sum(axis=1).min() / _WINDOW) < _MOVED_RAD:
             return None
-        shares = (earlier * angles).sum(axis=(1, 2)) / moved
-        misfit = np.sqrt(np.maximum((angles**2).sum() - shares**2 * moved, 0.0) / _WINDOW)
+        # Each joint by a share of its own: one that stands still, or has another scale, is as late as the others.
+        shares = (earlier * angles).sum(axis=1) / np.maximum(moved, 1e-12)
+        misfit = np.sqrt(np.maximum((angles**2).sum() - (shares**2 * moved).sum(axis=1), 0.0) / _WINDOW)
         best = int(misfit.argmin())
         fit = np.flatnonzero(misfit <= 1.3 * misfit[best] + _NOISE_RAD)
         if fit[-1] - fit[0] > _SHARPEST:
             return None
-        return self._judged(best, float(shares[best]), is_far=np.sqrt(moved[best] / _WINDOW) >= _FAR_RAD)
+        share, far = shares[best], np.sqrt(moved[best] / _WINDOW)
+        rest = np.sqrt(np.maximum((angles**2).sum(axis=0) / _WINDOW - (share * far) ** 2, 0.0))
+        wrong = (far >= _FAR_RAD) & ((share < _LEAST_SHARE) | (share > _MOST_SHARE))
+        return self._judged(best, share, wrong & (abs(share - 1.0) * far >= _CLEAR * rest))
 
-    def _judged(self, lag: int, share: float, *, is_far: bool) -> str | None:
+    def _judged(self, lag: int, shares: np.ndarray, wrong: np.ndarray) -> str | None:
         usual = float(np.median(self._usual)) if len(self._usual) >= _KNOWN else None
         self._late = self._late + 1 if usual is not None and lag - usual >= self._more else 0
-        self._astray = self._astray + 1 if is_far and not _LEAST_SHARE <= share <= _MOST_SHARE else 0
         self._usual.append(lag)
-        if self._astray >= _IN_A_ROW:
-            return f"its angles move {share:.2f} times as far as its set-points"
+        self._astray = (self._astray + 1) * wrong
+        if self._astray.max() >= _IN_A_ROW:
+            joint = int(self._astray.argmax())
+            return f"joint {joint + 1} moves {shares[joint]:.2f} times as far as its set-points"
         if self._late >= _IN_A_ROW and usual is not None:
             ms = _STEP_NS // 1_000_000
             return f"its angles follow the set-points {lag * ms} ms later, {usual * ms:.0f} ms before"

@@ -9,6 +9,7 @@ from typing_extensions import override
 from palpate.adapters.config import SensorFactsTable, overlay
 from palpate.adapters.hardware.can_table import CanBusTable
 from palpate.adapters.hardware.errors import translating
+from palpate.adapters.hardware.lateness import LATE_NS
 from palpate.adapters.hardware.plugins import DeviceSettings, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.ports import Clock, OneOf, Range, Settings
@@ -57,8 +58,9 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
         *,
         max_age_ns: int,
         start_timeout_s: float = 30.0,
+        max_late_ns: int = LATE_NS,
     ) -> None:
-        super().__init__(_NAME, clock, max_age_ns=max_age_ns, start_timeout_s=start_timeout_s)
+        super().__init__(_NAME, clock, max_age_ns=max_age_ns, start_timeout_s=start_timeout_s, max_late_ns=max_late_ns)
         self._open_wire, self.settings = open_wire, settings
 
     @property
@@ -116,6 +118,8 @@ class _Jr3Table(Settings):
     """Handedness of the sensor's axes."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
     """Age above which a sample is marked as stale."""
+    max_late_ms: Annotated[float, Range(0.0, 10_000.0)] = 20.0
+    """Readings that come by more than this later than they did, by the board's count, are a fault; 0 asks for none."""
     start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 30.0
     """Longest wait for the first reading."""
 
@@ -124,10 +128,10 @@ class _Jr3Table(Settings):
         signs = LEFT_HANDED if self.axes == "left-handed" else RIGHT_HANDED
         with translating("force_sensor"):
             settings = Jr3Settings(self.cutoff_Hz, self.period_us, signs)
-        age_ns = round(self.max_age_ms * 1e6)
         return Jr3ForceSensor(
-            open_wire, settings, context.clock, max_age_ns=age_ns, start_timeout_s=self.start_timeout_s
-        )
+            open_wire, settings, context.clock, max_age_ns=round(self.max_age_ms * 1e6),
+            start_timeout_s=self.start_timeout_s, max_late_ns=round(self.max_late_ms * 1e6),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from contextlib import suppress
 from typing import ClassVar, Final, Generic, TypeVar
 
 from palpate.adapters.hardware.errors import lately, told, translated, translating
+from palpate.adapters.hardware.lateness import Lateness
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, Validity, WrenchSample
 from palpate.drivers.device import ForceSample, PolledSensor
@@ -29,8 +30,11 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
     REMEDY: ClassVar[str] = "look at it"
     """What to do where it is there and delivers nothing."""
 
-    def __init__(self, name: str, clock: Clock, *, max_age_ns: int, start_timeout_s: float) -> None:
+    def __init__(
+        self, name: str, clock: Clock, *, max_age_ns: int, start_timeout_s: float, max_late_ns: int = 0
+    ) -> None:
         super().__init__(name)
+        self._lateness = Lateness(max_late_ns)
         self._clock, self._max_age_ns, self._start_timeout_s = clock, max_age_ns, start_timeout_s
         self._close_wire: Callable[[], None] | None = None
         self.device: DriverT | None = None
@@ -59,7 +63,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         if self._life is not Life.ACTIVE:
             self._require_active("read()")
         device = self._polled()
-        surprise = self._surprise(device)
+        surprise = self._surprise(device) or self._lateness.told(device, self._polled_ns)
         if surprise is not None:
             self._fail(surprise)
         sample = device.latest

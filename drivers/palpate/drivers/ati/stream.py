@@ -6,7 +6,6 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.drivers.ati.box import NetFtBox
-from palpate.drivers.ati.lateness import Lateness
 from palpate.drivers.ati.rdt import (
     SATURATED,
     RdtCommand,
@@ -18,7 +17,7 @@ from palpate.drivers.ati.rdt import (
 )
 from palpate.drivers.ati.wire import UdpWire
 from palpate.drivers.device import ForceSample, PolledSensor, listed
-from palpate.drivers.errors import DeviceFaultError, DriverError, GarbledError, SilentError
+from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError
 
 _NAME: Final = "ATI Net F/T"
 _ASK_AGAIN_NS: Final = 100_000_000
@@ -61,22 +60,17 @@ class RdtStatistics:
 
 
 class NetFt(PolledSensor):
-    """A box that streams.
+    """A box that streams."""
 
-    Args:
-        most_late_ns: By so much later than they did records may come, by the box's own count; 0 asks for nothing.
-    """
-
-    def __init__(self, wire: UdpWire, box: NetFtBox, *, most_late_ns: int = 0) -> None:
+    def __init__(self, wire: UdpWire, box: NetFtBox) -> None:
         super().__init__()
+        self.count_Hz = box.sample_Hz
         self.box = box
         self.statistics = RdtStatistics()
         self._wire = wire
         self._newest: int | None = None
         self._missing: set[int] = set()
-        self._ft_sequence: int | None = None
         self._asked_ns: int | None = None
-        self._lateness = Lateness(box.sample_Hz, most_late_ns) if most_late_ns and box.sample_Hz else None
         self._offset = self._polled_ns = self._heard_ns = 0
 
     def start(self, now_ns: int) -> None:
@@ -126,7 +120,6 @@ class NetFt(PolledSensor):
         if samples:
             self.latest, self._heard_ns = samples[-1], now_ns
             self.statistics.samples += len(samples)
-            self._judge_way(now_ns)
         self._count(now_ns)
         return samples
 
@@ -135,15 +128,6 @@ class NetFt(PolledSensor):
         # Of those that come late none is lost any more.
         counts = (seen.repeated, seen.late, seen.unchanged, seen.turned, seen.malformed, seen.lost + seen.late)
         self._account.note(now_ns, dict(zip(_REMEDIES, counts, strict=True)))
-
-    def _judge_way(self, now_ns: int) -> None:
-        if self._lateness is None or self._ft_sequence is None:
-            return
-        late_ns = self._lateness.persisting_ns(self._ft_sequence, now_ns)
-        if late_ns and self.failure is None:
-            problem = f"its records come {late_ns * 1e-6:.0f} ms later than they did, by its own count of samples"
-            remedy = "see what holds them up: switch, other traffic, or this computer's network card and its load"
-            self.failure = GarbledError(_NAME, problem, remedy)
 
     def _ask(self, command: RdtCommand) -> None:
         try:
@@ -164,7 +148,7 @@ class NetFt(PolledSensor):
         else:
             step = (record.rdt_sequence - newest + _WRAP // 2) % _WRAP - _WRAP // 2
             number = newest + step
-            age = (record.ft_sequence - (self._ft_sequence or 0)) % _WRAP
+            age = (record.ft_sequence - (self.count or 0)) % _WRAP
             if step <= 0 and 0 < age < _WRAP // 2:
                 # A younger sample under an older number: what was first of this stream was the last of another.
                 self._newest, self._missing = record.rdt_sequence, set()
@@ -180,10 +164,10 @@ class NetFt(PolledSensor):
                 counts.lost += step - 1
                 self._missing = {n for n in self._missing if n > number - _WINDOW}
                 self._missing |= set(range(max(newest + 1, number - _WINDOW + 1), number))
-        if record.ft_sequence == self._ft_sequence:
+        if record.ft_sequence == self.count:
             counts.unchanged += 1
             return False
-        self._ft_sequence = record.ft_sequence
+        self.count = record.ft_sequence
         return True
 
     def _sample(self, record: RdtRecord, now_ns: int) -> ForceSample:
