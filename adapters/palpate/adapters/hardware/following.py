@@ -86,14 +86,15 @@ class Following:
             return None
         share, far = shares[best], np.sqrt(moved[best] / _WINDOW)
         rest = np.sqrt(np.maximum((angles**2).sum(axis=0) / _WINDOW - (share * far) ** 2, 0.0))
-        wrong = (far >= _FAR_RAD) & ((share < _LEAST_SHARE) | (share > _MOST_SHARE))
-        return self._judged(best, share, wrong & (abs(share - 1.0) * far >= _CLEAR * rest))
+        is_wrong = ((share < _LEAST_SHARE) | (share > _MOST_SHARE)) & (abs(share - 1.0) * far >= _CLEAR * rest)
+        # Where a joint moves too little it tells nothing, neither that it is wrong nor that it is right.
+        self._astray = np.where(far < _FAR_RAD, self._astray, (self._astray + 1) * is_wrong)
+        return self._judged(best, share)
 
-    def _judged(self, lag: int, shares: np.ndarray, wrong: np.ndarray) -> str | None:
+    def _judged(self, lag: int, shares: np.ndarray) -> str | None:
         usual = float(np.median(self._usual)) if len(self._usual) >= _KNOWN else None
         self._late = self._late + 1 if usual is not None and lag - usual >= self._more else 0
         self._usual.append(lag)
-        self._astray = (self._astray + 1) * wrong
         if self._astray.max() >= _IN_A_ROW:
             joint = int(self._astray.argmax())
             return f"joint {joint + 1} moves {shares[joint]:.2f} times as far as its set-points"
