@@ -179,7 +179,8 @@ def require_sound(scored: ScoredTrial, first: int = 0) -> None:
     """
     # A trip may fall on the tick in which the task itself ended.
     if scored.report.trip is not None or scored.report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED):
-        cause = f" ({told})" if (told := scored.stopped_by or scored.blamed) else ""
+        told = "; ".join(filter(None, (scored.blamed, scored.stopped_by)))
+        cause = f" ({told})" if told else ""
         raise DeviceError("rig", f"trial {scored.report.setup.index - first}: {scored.report.events[-1].detail}{cause}")
 
 

@@ -19,7 +19,7 @@ _WINDOW: Final = 50
 _MOST_LAG: Final = 16
 _PERIOD_NS: Final = 100_000_000
 """How often it is fitted."""
-_MOVED_RAD, _FAR_RAD, _NOISE_RAD = 0.5e-3, 0.7e-3, 0.05e-3
+_MOVED_RAD, _FAR_RAD, _NOISE_RAD = 0.5e-3, 0.5e-3, 0.05e-3
 """Root mean squares: of set-points that tell a delay, of those that tell how far, and of what encoders may add."""
 _SHARPEST: Final = 4
 """Where delays farther apart than this fit equally well, nothing is told: a steady motion has no delay."""

@@ -151,3 +151,5 @@ def test_a_trial_with_untrustworthy_data_ends_the_run() -> None:
         require_sound(scored, first=3)
     with pytest.raises(DeviceError, match=r"force sample stale \(JR3\)$"):
         require_sound(replace(scored, blamed="JR3"), first=3)
+    with pytest.raises(DeviceError, match=r"\(JR3: late; fault of the arm: stop not seen\)"):
+        require_sound(replace(scored, blamed="JR3: late", stopped_by="fault of the arm: stop not seen"))
