@@ -1,8 +1,12 @@
 """Which spheres of the peg can touch which boxes of the plate, while the peg stays near the hole."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, hypot, sin, sqrt
+from math import cos, sin, sqrt
 from typing import Final, Self
+
+import numpy as np
+import numpy.typing as npt
 
 from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.contact_shapes import UPPER_RING_M, Box, outermost_m, peg_rings
@@ -43,19 +47,23 @@ def listed_pairs(config: CellConfig, boxes: list[Box], leeway: Leeway) -> list[t
     """Numbers of sphere and box that can touch within the leeway; the upper ring's count on from the lower's."""
     lower, upper = peg_rings(config.peg)
     radius_m = config.peg.rim_radius_mm * 1e-3
-    pairs = []
+    pairs: list[tuple[int, int]] = []
     for first, ring, aside_m in ((0, lower, leeway.aside_m), (len(lower), upper, leeway.play_m)):
         outermost = outermost_m(ring)
         shift_m = aside_m + outermost * (leeway.turn + 1.0 - sqrt(1.0 - leeway.lean**2)) + radius_m + _SLACK_M
-        for sphere, (x, y) in enumerate(ring, first):
-            pairs += [(sphere, number) for number, box in enumerate(boxes) if _beside_m(box, x, y) <= shift_m]
+        near = np.argwhere(_beside_m(boxes, ring) <= shift_m)
+        pairs += [(first + sphere, box) for sphere, box in near.tolist()]
     # The upper ring never comes down to the floor, which is the last box.
     return [(sphere, box) for sphere, box in pairs if sphere < len(lower) or box < len(boxes) - 1]
 
 
-def _beside_m(box: Box, x: float, y: float) -> float:
-    """How far a point is beside a box, seen along the hole's axis; 0 above or below it."""
-    c, s = cos(box.heading_rad), sin(box.heading_rad)
-    along = abs(c * x + s * y - box.distance_m) - box.half_m[0]
-    across = abs(c * y - s * x) - box.half_m[1]
-    return hypot(max(along, 0.0), max(across, 0.0))
+def _beside_m(boxes: Sequence[Box], points: Sequence[tuple[float, float]]) -> npt.NDArray[np.float64]:
+    """How far points are beside boxes, (points, boxes), seen along the hole's axis; 0 above or below them."""
+    x, y = np.array(points).T[:, :, None]
+    c, s, distance_m, half_along_m, half_across_m = np.array(
+        [(cos(box.heading_rad), sin(box.heading_rad), box.distance_m, *box.half_m[:2]) for box in boxes]
+    ).T
+    along = np.abs(c * x + s * y - distance_m) - half_along_m
+    across = np.abs(c * y - s * x) - half_across_m
+    beside_m: npt.NDArray[np.float64] = np.hypot(np.maximum(along, 0.0), np.maximum(across, 0.0))
+    return beside_m
