@@ -7,8 +7,8 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -145,41 +145,42 @@ def test_a_cell_that_fails_is_named_and_the_others_are_made(tmp_path: Path, monk
     assert len((out / "summary.csv").read_text().splitlines()) == 3
 
 
-def workers_of(pid: int) -> list[int]:
-    """The worker processes of a study."""
-    children = (Path(task).read_text().split() for task in Path(f"/proc/{pid}/task").glob("*/children"))
-    workers = [int(child) for of_thread in children for child in of_thread]
-    return [pid for pid in workers if b"resource_tracker" not in Path(f"/proc/{pid}/cmdline").read_bytes()]
-
-
-@contextmanager
-def killing(worker: Callable[[], int], out: Path) -> Iterator[None]:
-    """Kill the only worker as soon as it has begun a cell; it must come to that."""
-    killed: list[int] = []
-    ended = threading.Event()
-
-    def hunt() -> None:
-        while not ended.is_set() and not killed:
-            if begun_in(out):
-                killed.append(worker())
-                os.kill(killed[0], signal.SIGKILL)
-            time.sleep(0.002)
-
-    hunter = threading.Thread(target=hunt)
-    hunter.start()
+def _told(path: Path) -> bytes:
+    """What the system says of a process or a thread; nothing once that is gone."""
     try:
-        yield
-    finally:
-        ended.set()
-        hunter.join()
-    assert killed
+        return path.read_bytes()
+    except (FileNotFoundError, ProcessLookupError):
+        return b""
+
+
+def workers_of(pid: int) -> set[int]:
+    """The worker processes of a study."""
+    tasks = Path(f"/proc/{pid}/task").glob("*/children")
+    children = {int(child) for task in tasks for child in _told(task).split()}
+    return {child for child in children if b"resource_tracker" not in _told(Path(f"/proc/{child}/cmdline"))}
+
+
+def kill_worker(out: Path, others: set[int], ended: threading.Event) -> None:
+    """Kill the only worker of a study in this process as soon as it has begun a cell."""
+    while not ended.wait(0.002):
+        for worker in workers_of(os.getpid()) - others if begun_in(out) else ():
+            with suppress(ProcessLookupError):
+                os.kill(worker, signal.SIGKILL)
+            return
 
 
 def test_processes_leave_the_same_bytes_also_when_a_worker_is_killed(studied: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    others = set(workers_of(os.getpid()))
-    with killing(lambda: next(pid for pid in workers_of(os.getpid()) if pid not in others), out):
+    others = workers_of(os.getpid())
+    for attempt in range(10):
+        out, ended = tmp_path / f"out-{attempt}", threading.Event()
+        hunter = threading.Thread(target=kill_worker, args=(out, others, ended))
+        hunter.start()
         done = run(SMALL, out, "--jobs", "1")
+        ended.set()
+        hunter.join()
+        # Held up, the hunter comes when all is done.
+        if "a worker died over" in done.stderr:
+            break
     assert done.code == 0
     assert "a worker died over" in done.stderr
     assert "4 of 4 cells are finished" in done.stdout
