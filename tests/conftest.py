@@ -4,7 +4,7 @@ import gc
 import json
 import os
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from functools import cache
 from pathlib import Path
 
@@ -73,10 +73,19 @@ def pytest_configure() -> None:
     os.fsync = lambda fd: None
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Collect tests without collecting garbage: all that is made stays, and is never looked through."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
 def pytest_collection_finish(session: pytest.Session) -> None:
     """Note whether tests that run against the wall clock are among others."""
-    # All that was collected stays: whoever collects garbage need not look through it again and again.
-    gc.freeze()
     session.config.stash[MIXED] = len({item.nodeid.startswith(WALL_CLOCK) for item in session.items}) > 1
 
 
