@@ -107,6 +107,8 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "lies-dead-across": Mishap(dead_across(70), _NO_FLOOR),
     "lies-dead-at-the-wall": Mishap(dead_across(54), _NO_FLOOR),
     "lies-at-the-wall": Mishap(shove(130, 2.0, 2.5), _NO_FLOOR),
+    # Encoders that do not show the tool where it was led: a rest begins when it has been waited for long enough.
+    "never-arrived": Mishap((joints("offset", 60, magnitude=2e-4, channels=(0,)),), _NO_FLOOR, (140, "stop")),
     "no-floor": Mishap(
         settings={
             "task": {"start_uncertainty_mm": 0.0, "insertion_depth_mm": 2.0},
@@ -144,7 +146,6 @@ MISHAPS: Final[dict[str, Mishap]] = {
             "scaled-0.5": force("unit", 245, factor=0.5),
             "inverted": force("unit", 20, factor=-1.0),
             "flat-channel": force("freeze", 20, channels=(2,)),
-            "recurring": force("repeat", 40, span_ticks=20, honest=False),
             "recurring-late": force("repeat", 66, span_ticks=62, honest=False),
             "noisy": force("noise", 20, magnitude=1.0),
             "swapped": force("swap", 20, channels=(0, 2)),

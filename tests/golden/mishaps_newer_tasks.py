@@ -172,7 +172,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     "corner-unmoved-soon": Mishap(
         (force("noise", 0, magnitude=0.1, channels=(0, 1, 2)), *dead(74), arm("stuck", 74)),
         _corner(travel_speed_mm_s=15.6, options={"unanswered_N": 2.809}),
-        (90, "stop"),
+        (106, "stop"),
         policy="corner-first",
     ),
     # Encoders so late that it gives way more slowly; pulled up, and along its first push from the beginning; so fast
@@ -205,6 +205,20 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     "corner-triangle": Mishap(settings=_triangle(), at=(157, "stop"), policy="corner-first"),
     # Both of them seem to carry when it has pushed once.
     "corner-quiet-at-once": Mishap(shove(72, 2.5, 4.3), _triangle(), (86, "stop"), policy="corner-first"),
+    # It was left turned, and is put upright on its way.
+    "corner-left-turned": Mishap(
+        (joints("offset", 0, magnitude=0.05, channels=(5,)), joints("offset", 0, magnitude=-0.03, channels=(4,))),
+        _corner(),
+        (10, "stop"),
+        policy="corner-first",
+    ),
+    # Among the forces that answer are two that are older than those before them.
+    "corner-answered-before": Mishap(
+        settings=_corner(options={"unanswered_N": 1.0}),
+        at=(102, "stop"),
+        ahead={80: -45_000_000, 95: -30_000_000},
+        policy="corner-first",
+    ),
     # It turns by 3 degrees before it is inserted.
     "corner-turned": Mishap(settings=_turned(), at=(182, "stop"), policy="corner-first"),
     # So slow that encoders' steps hide more of a heave, and places are taken further apart, but not so far as may be.
@@ -270,6 +284,23 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     ),
     "survey-no-plate": Mishap(
         settings=_survey(cell={"hole_height_error_mm": -2.0}, surface_uncertainty_mm=0.2), policy="none"
+    ),
+    # On its way a force that could only be a spring's, and then none.
+    "survey-unfelt": Mishap(
+        (force("offset", 224, magnitude=-1.0, channels=(2,), duration_ticks=30), *dead(250)),
+        _survey(
+            {"search_mm": 2.0},
+            {"hole_uncertainty_mm": 4.0},
+            {"axial_stiffness_N_per_mm": 7.0, "lateral_stiffness_N_per_mm": 40.0},
+        ),
+        policy="none",
+    ),
+    # Nearly as much as the friction of a wall may pull.
+    "survey-pulled": Mishap(
+        (*shove(31, 4.0, 4.0), force("offset", 31, magnitude=3.9, channels=(2,))),
+        _survey(),
+        (40, "stop"),
+        policy="none",
     ),
     "survey-no-life": Mishap(dead(225), _survey({"unanswered_N": 25.0}), policy="none"),
     "survey-no-hole": Mishap(settings=_survey({"search_mm": 0.4}, {"hole_uncertainty_mm": 4.0}), policy="none"),

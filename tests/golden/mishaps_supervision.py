@@ -75,8 +75,9 @@ SUPERVISED: Final[dict[str, Mishap]] = {
     ),
     "clamp-position": Mishap(
         settings=weak(max_tracking_error_mrad=500.0),
-        answers={2: (4, 3.15, _POSITION), 3: (4, 3.15, _POSITION)},
-        at=(4, "stop"),
+        # Beyond a limit, further, and so that the way back is faster than a joint may go.
+        answers={2: (4, 3.15, _POSITION), 3: (4, 3.175, _POSITION), 5: (3, 0.06, _VELOCITY)},
+        at=(8, "stop"),
     ),
     "clamped-and-followed": Mishap(
         settings=weak(max_tracking_error_mrad=500.0),
@@ -141,6 +142,7 @@ SUPERVISED: Final[dict[str, Mishap]] = {
     "no-torque-noise": Mishap(
         (
             force("noise", 20, magnitude=1e-3, channels=(3,), duration_ticks=30),
+            force("freeze", 22, channels=(4,), duration_ticks=28),
             force("freeze", 56, channels=(1,)),
         ),
         {"cell": {"sensor": {"torque_noise_Nm": 0.0}}},
@@ -175,6 +177,15 @@ SUPERVISED: Final[dict[str, Mishap]] = {
         {"arm": "ur5", **weak(retract_mm=20.0, retract_speed_mm_s=500.0, max_tracking_error_mrad=500.0)},
         answers={4: (4, pi, _VELOCITY)},
     ),
+    # Each channel drifts meanwhile, and their sum does not.
+    "lies-recurring": Mishap(
+        (
+            force("repeat", 40, span_ticks=20, honest=False),
+            force("bias-drift", 40, magnitude=0.05, channels=(0,)),
+            force("bias-drift", 40, magnitude=-0.01, channels=(1, 2, 3, 4, 5)),
+        ),
+        {"task": {"time_limit_s": 4.0}},
+    ),
     # Recordings that are too short to count, with live samples between them.
     "recurring-twice": Mishap(
         tuple(force("repeat", tick, span_ticks=20, honest=False, duration_ticks=5) for tick in (40, 52)),
@@ -187,8 +198,28 @@ SUPERVISED: Final[dict[str, Mishap]] = {
         {"task": SOON, **weak(flat_line_samples=10, max_force_age_ms=200.0)},
         (36, "stop"),
     ),
-    # Two samples so close in time that their noise would be a rate.
-    "samples-close": Mishap(settings={"task": SOON}, at=(26, "stop"), ahead={20: 7_140_000}),
+    # Two samples so close in time that their noise would be a rate; and two that are half a tick apart, nearly.
+    "samples-close": Mishap(
+        (force("spike", 85, magnitude=10.0, channels=(0,), duration_ticks=1),),
+        _EARLY,
+        (90, "stop"),
+        ahead={20: 7_140_000, 84: 4_100_000},
+    ),
+    # A tick so late that all commands are older than what they may lag by; then a stop, and a sample that is none.
+    "late-and-stopped": Mishap(
+        (clock("overrun", 20, time_s=0.1), force("nan", 25)),
+        weak(max_gap_ms=300.0, max_joint_age_ms=300.0, max_force_age_ms=300.0),
+        (24, "stop"),
+    ),
+    # A reading that is repeated is no measure of velocity, even if it is another.
+    "repeated-elsewhere": Mishap(
+        (
+            joints("repeat", 20, span_ticks=1, duration_ticks=2),
+            joints("spike", 21, magnitude=0.06, channels=(3,), duration_ticks=1),
+        ),
+        {"task": SOON, **weak(max_tracking_error_mrad=500.0)},
+        (26, "stop"),
+    ),
     # Too fast over two ticks, and not over the four that count.
     "fast-at-once": Mishap(
         (joints("spike", 2, magnitude=0.024, channels=(3,), duration_ticks=1),),

@@ -323,9 +323,7 @@ class WorkspaceWatch:
         self._margin_m = config.area_margin_mm * 1e-3
         self._turns_rad = tuple(map(radians, workspace.turns_deg or (360.0, 360.0)))
 
-    def trip(
-        self, tick: int, tip_m: Vector3, expectation: Expectation, turned_rad: tuple[float, float] = (0.0, 0.0)
-    ) -> Trip | None:
+    def trip(self, tick: int, tip_m: Vector3, expectation: Expectation, turned_rad: tuple[float, float]) -> Trip | None:
         """What is wrong with the tip's place; None if nothing is.
 
         Args:

@@ -54,7 +54,7 @@ class HeaveAnswer:
         borne_N: A force that shows more on average is no inertia's: the spring has to have its part in it.
     """
 
-    def __init__(self, mass_kg: float, stiffness_N_per_m: float, apart_ticks: int = 1, borne_N: float = inf) -> None:
+    def __init__(self, mass_kg: float, stiffness_N_per_m: float, apart_ticks: int, borne_N: float) -> None:
         self._borne_N = borne_N
         self._mass, self._stiffness, self._apart_ticks = mass_kg, stiffness_N_per_m, apart_ticks
         self._apart_s = (apart_ticks - 0.5) * PERIOD_S if apart_ticks > 1 else 0.0

@@ -36,7 +36,6 @@ class Agent:
         self._perception.reset()
         self._policy.begin_trial(trial, rng)
         self._pending = self._asked = self.percept = None
-        self._clear_effort()
         self.decisions = []
 
     @property
@@ -90,7 +89,8 @@ class Agent:
         features = self._perception.extractor.extract((*observation.position_m, *wrench, *self._of_the_task))
         if not goes_on:
             self._pending = (state, decision)
-            self._clear_effort()
+            self.effort_N.clear()
+            self._least_ticks = 1
         self.decisions.append(
             DecisionRecord(
                 tick,
@@ -143,7 +143,3 @@ class Agent:
         for force_N in self.effort_N:  # sum() rounds otherwise in newer versions of Python
             total_N += force_N
         return ActionOutcome(ticks * self._tick_s, total_N / ticks)
-
-    def _clear_effort(self) -> None:
-        self.effort_N.clear()
-        self._least_ticks = 1
