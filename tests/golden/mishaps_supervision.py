@@ -211,6 +211,20 @@ SUPERVISED: Final[dict[str, Mishap]] = {
         weak(max_gap_ms=300.0, max_joint_age_ms=300.0, max_force_age_ms=300.0),
         (24, "stop"),
     ),
+    # A reading that is too old is held against commands that are newer than it.
+    "trip-joints-old": Mishap(
+        (joints("delay", 1, delay_ticks=12),),
+        {
+            "supervision": {
+                "max_tracking_error_mrad": 1.0,
+                "tracking_lag_ticks": 0,
+                "max_joint_age_ms": 300.0,
+                "max_repeats": 100,
+            },
+            "task": {"travel_speed_mm_s": 100.0},
+        },
+        trial=2,
+    ),
     # A reading that is repeated is no measure of velocity, even if it is another.
     "repeated-elsewhere": Mishap(
         (
