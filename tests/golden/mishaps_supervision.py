@@ -198,11 +198,16 @@ SUPERVISED: Final[dict[str, Mishap]] = {
         {"task": SOON, **weak(flat_line_samples=10, max_force_age_ms=200.0)},
         (36, "stop"),
     ),
-    # Two samples so close in time that their noise would be a rate; and two that are half a tick apart, nearly.
+    # Two samples so close in time that their noise would be a rate; two that are half a tick apart, nearly; and one
+    # that is repeated, and yet another.
     "samples-close": Mishap(
-        (force("spike", 85, magnitude=10.0, channels=(0,), duration_ticks=1),),
+        (
+            force("spike", 85, magnitude=10.0, channels=(0,), duration_ticks=1),
+            force("repeat", 87, span_ticks=1, duration_ticks=2),
+            force("spike", 88, magnitude=15.0, channels=(0,), duration_ticks=1),
+        ),
         _EARLY,
-        (90, "stop"),
+        (92, "stop"),
         ahead={20: 7_140_000, 84: 4_100_000},
     ),
     # A tick so late that all commands are older than what they may lag by; then a stop, and a sample that is none.
