@@ -108,7 +108,8 @@ def _at(samples: deque[tuple[int, JointVector]], end_ns: int, steps: int) -> np.
     """Angles at even times until then, (steps + 1, n); None where a gap is between."""
     times = np.array([time_ns - end_ns for time_ns, _ in samples], dtype=float)
     even = np.arange(-steps, 1) * float(_STEP_NS)
-    if np.diff(times, append=0.0)[times >= even[0]].max() > _GAP_NS:
+    within = np.append(times[times > even[0]], 0.0)
+    if np.diff(within, prepend=even[0]).max() > _GAP_NS:
         return None
     columns = zip(*(angles for _, angles in samples), strict=True)
     return np.stack([np.interp(even, times, column) for column in columns], axis=1)

@@ -73,6 +73,14 @@ def test_an_honest_arm_is_not_told(angles: Callable[[int], np.ndarray], more: di
     assert followed(angles, **more) == []  # type: ignore[arg-type]
 
 
+def test_times_that_leap_tell_nothing() -> None:
+    following = Following(LATER_NS)
+    for cycle in range(300):
+        now_ns = cycle * PERIOD_NS
+        found_ns = now_ns + (10**12 if cycle > 100 else 0)
+        assert following.note(now_ns, tuple(wander(now_ns)), found_ns, tuple(wander(now_ns))) is None
+
+
 @pytest.mark.parametrize("speed_rad_s", [0.0, 0.1])
 def test_a_steady_motion_has_no_delay(speed_rad_s: float) -> None:
     def path(time_ns: int) -> np.ndarray:
