@@ -78,6 +78,7 @@ class AnsweredForce:
         self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
         self._axial_N_per_m, self._led = measurement.axial_N_per_m, led
         self._longest_ticks = (2 if led else 1) * _LONGEST_TICKS
+        self._mass_kg = mass_kg
         # A turn changes the speed by twice that in a tick, and every third tick has one.
         self._least_shown_N2 = _SHOWN_SHARE * (2.0 * mass_kg * speed_m_s * CONTROL_RATE_HZ) ** 2 / 3.0
         # Three places tell it with six times the square of a single one.
@@ -169,6 +170,9 @@ class AnsweredForce:
         """Velocity of a tool that waits: it stands, and then goes back."""
         if self._waited_ticks >= self._longest_ticks:
             text = "the force does not answer the heave of a tool that pushed: the force sensor does not show what is"
+            if self._answer.other_kg is not None:
+                carried_kg = f"{self._answer.other_kg:.2f} kg by its inertia"
+                text = f"{text}, or it carries {carried_kg}, and task.options.tool_kg = {self._mass_kg:g} is wrong"
             self._state.doubt(Trip(TripReason.FORCE_WITHOUT_SPRING, self._state.tick, text))
         self._waited_ticks += 1
         self._stood_ticks += 1

@@ -52,6 +52,9 @@ class HeaveAnswer:
         stiffness_N_per_m: Of the gripper, along the tool axis.
         apart_ticks: The three places are at least so far apart.
         borne_N: A force that shows more on average is no inertia's: the spring has to have its part in it.
+
+    Attributes:
+        other_kg: What the sensor would carry, by the newest force of this trial that was all inertia, and another's.
     """
 
     def __init__(self, mass_kg: float, stiffness_N_per_m: float, apart_ticks: int, borne_N: float) -> None:
@@ -61,6 +64,7 @@ class HeaveAnswer:
 
     def begin_trial(self) -> None:
         """A trial begins, with other samples."""
+        self.other_kg: float | None = None
         self._places: deque[tuple[float, float]] = deque(maxlen=_KEPT)
         self._forces: deque[tuple[float, float]] = deque(maxlen=_KEPT)
 
@@ -163,6 +167,9 @@ class HeaveAnswer:
             if known and left < noise * (count - 2) + _LEFT_ALONE * explained:
                 return True
         explained = gain * af
+        alone = ff - explained < noise * (count - 2) + _LEFT_ALONE * explained
+        if alone and explained > least and gain > 0.0 and not _LEAST_GAIN < gain < _MOST_GAIN:
+            self.other_kg = gain * self._mass
         # Least squares by elimination.
         av_, as__ = av / aa, as_ / aa
         vv, vs, vf = vv - av_ * av, vs - av_ * as_, vf - av_ * af
