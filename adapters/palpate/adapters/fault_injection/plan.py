@@ -33,7 +33,7 @@ class KindOfFault:
 
 KINDS: Final[dict[str, KindOfFault]] = {
     "drop": KindOfFault((*_SENSORS, "arm"), ("probability",), "lost on its way"),
-    "delay": KindOfFault((*_SENSORS, "arm"), ("delay_ticks",), "{p.delay_ticks} ticks late"),
+    "delay": KindOfFault((*_SENSORS, "arm"), ("delay_ticks", "honest"), "{p.delay_ticks} ticks late"),
     "duplicate": KindOfFault(_SENSORS, ("probability",), "the sample before once more"),
     "freeze": KindOfFault(_SENSORS, ("channels",), "values stand still while number and time go on"),
     "repeat": KindOfFault(_SENSORS, ("span_ticks", "honest"), "the last {p.span_ticks} samples again"),
@@ -88,7 +88,7 @@ class FaultPlan(Settings):
     channels: tuple[Annotated[int, Range(0, _MOST_CHANNELS - 1)], ...] = ()
     """Which components, from 0: Fx Fy Fz Tx Ty Tz, or joints; none means all. ``swap`` exchanges two."""
     honest: bool = True
-    """Whether the device shows it: ``saturate`` marks its samples, ``repeat`` and ``lag`` keep old times."""
+    """Whether the device shows it: ``saturate`` marks its samples, ``repeat``, ``lag`` and ``delay`` keep old times."""
     seed: Annotated[int, Range(0, 2**63)] = 0
     """Of the fault's own random numbers; equal seeds on different ports or kinds give different ones."""
 

@@ -87,19 +87,27 @@ class Drop(SampleFault[SampleT]):
 
 
 class Delay(SampleFault[SampleT]):
-    """Every sample comes so many ticks late, with the true times of measurement and arrival."""
+    """Every sample comes so many ticks late, with the true times of measurement and arrival.
+
+    Without them what was shown before is shown anew at once: the sensor falls back.
+    """
 
     def __init__(self, plan: FaultPlan, rng: np.random.Generator) -> None:
         super().__init__(plan, rng)
         self._under_way: deque[tuple[int, SampleT]] = deque()
+        self._shown: deque[SampleT] = deque(maxlen=plan.delay_ticks + 1)
 
     @override
     def pass_by(self, sample: SampleT) -> None:
         self._last = sample
+        self._shown.append(sample)
         self._under_way.clear()
 
     @override
     def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
+        if not self.plan.honest:
+            self._shown.append(sample)
+            return self._instead_of(sample, self._shown[0])
         self._under_way.append((moment.tick + self.plan.delay_ticks, sample))
         while self._under_way[0][0] <= moment.tick:
             self._last = replace(self._under_way.popleft()[1], receive_time_ns=moment.time_ns)

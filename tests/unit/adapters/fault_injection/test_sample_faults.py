@@ -122,6 +122,13 @@ def test_a_lag_grows(honest: bool) -> None:
     assert (sequences(found) == sequences(PLAIN)) is not honest
 
 
+def test_a_delay_that_is_not_honest_falls_back_at_once() -> None:
+    found = samples(FaultPlan("delay", "force_sensor", 5, delay_ticks=3, honest=False))
+    assert fz(found) == [1, 2, 3, 4, 5, 3, 4, 5, 6, 7, 8, 9]
+    assert sequences(found) == sequences(PLAIN)
+    assert [s.source_time_ns for s in found] == [s.source_time_ns for s in PLAIN]
+
+
 def test_spikes_go_up_and_down() -> None:
     found = samples(FaultPlan("spike", "force_sensor", magnitude=100.0, probability=0.5), ticks=60)
     error = [round(s.force_N[2] - (tick + 1.0)) for tick, s in enumerate(found)]

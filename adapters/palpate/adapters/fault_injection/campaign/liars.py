@@ -5,6 +5,7 @@ from math import tau
 from typing import Any, Final
 
 from palpate.adapters.fault_injection.campaign.variants import Variant
+from palpate.core.ports import CONTROL_RATE_HZ
 
 _CHANNELS: Final = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 _SCALES: Final = (0.01, 0.1, 0.5, 2.0, 10.0, 100.0)
@@ -64,6 +65,15 @@ def liars() -> list[Variant]:
     made += [
         _liar("force later by 0.2 s a second, new times", late | {"time_s": 0.2}),
         _liar("torques times 0.1", *(_scaled(0.1) | {"channels": (k,)} for k in (3, 4, 5))),
+    ]
+    back = {"kind": "delay", "honest": False} | force
+    made += [
+        _liar(
+            f"back by {ticks / CONTROL_RATE_HZ:g} s at once, fresh noise",
+            back | {"delay_ticks": ticks},
+            noise_share=1.0,
+        )
+        for ticks in (21, 42, 70)
     ]
     return made
 
