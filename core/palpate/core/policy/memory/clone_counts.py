@@ -25,6 +25,7 @@ class Clones:
         transitions: Probability of each state after an action, (actions, states before, states after).
         goal: Probability that an action leads to the goal, (actions, states).
         fails: Share of moves that fail whatever the clone, which the transitions hold already; 0: not told apart.
+        misread: Share of readings in whose place any symbol is read, whatever the clone.
     """
 
     clones: tuple[int, ...]
@@ -33,6 +34,13 @@ class Clones:
     transitions: Floats
     goal: Floats
     fails: float = 0.0
+    misread: float = 0.0
+
+    @property
+    def emissions(self) -> Floats:
+        """Probability of each symbol, (states, symbols)."""
+        own: Floats = np.eye(self.symbols)[list(self.clones)]
+        return own if self.misread == 0.0 else own * (1.0 - self.misread) + self.misread / self.symbols
 
 
 class Blocks(Chain):

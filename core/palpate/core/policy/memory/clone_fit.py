@@ -6,9 +6,13 @@ places. So clones of a symbol that the trials do not tell apart are merged, and 
 different ends are divided at random and fitted on, as long as held-out trials are foretold the better for it. That is
 done where merged clones show a share of moves that fail. Where none do, too many clones do no harm, and to take each
 action for one that leads to a single place does: where a model is wrong yet, its belief is sure of it.
+
+A wrong reading would need a clone of its own wherever it was read. So where trials show wrong readings any symbol may
+be read in each clone, from the beginning on, and one such model is merged and divided.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -17,6 +21,7 @@ from numpy.typing import NDArray
 from palpate.core.policy.belief import Floats, logarithm
 from palpate.core.policy.memory.clone_model import CloneModel
 from palpate.core.policy.memory.hidden_markov import LEAST
+from palpate.core.policy.memory.misread_counts import third_readings
 from palpate.core.policy.memory.recorded import Batch, Numbers, RecordedTrial
 
 HIDDEN: Final = 140
@@ -25,6 +30,7 @@ _GUESSES: Final = 5  # random beginnings
 KEPT: Final = 3
 """Models that are kept."""
 _FIRST, _FURTHER, _LAST = 25, 15, 15  # iterations: of all guesses, of a round of those kept, of these on all trials
+_MISREAD, _AFTER = 20, 10  # the same where readings are wrong, which takes longer each: at first, and whenever after
 _TOLD: Final = 20  # of those kept, where their clones are told
 _ROUNDS: Final = 5  # at most
 _GAIN: Final = 0.03  # a round that lowers the loss on held-out trials by a smaller share is the last
@@ -35,6 +41,9 @@ _DIVIDED_KEPT: Final = 2  # models that are kept then: they take longer, and dif
 _DIVISIONS: Final = 3  # at most
 _DIVIDED, _AGAIN = 0.25, 10  # share of the clones that are divided; sparse iterations after they were merged again
 _VISITS: Final = 10.0  # at least, of a clone that is divided
+_A_DIVISION: Final = 100  # trials for each division where readings are wrong: early models do not last
+_STAYS: Final = 0.95  # share of what stays in a clone that stays in the same half, where moves do not fail by chance
+_WRONG: Final = 0.01  # ways there and back that end at a third symbol: from here on readings are wrong
 
 
 def clones_of(trials: Sequence[RecordedTrial], symbols: int, total: int) -> tuple[int, ...]:
@@ -54,6 +63,7 @@ def fit_clones(
     guesses: int = _GUESSES,
     kept: int = KEPT,
     merging: bool = False,
+    misreading: bool = False,
 ) -> tuple[CloneModel, ...]:
     """Fit models from scratch; the best of them by their loss on held-out trials come first.
 
@@ -63,11 +73,19 @@ def fit_clones(
         guesses: Random beginnings.
         kept: Models that are kept.
         merging: Where moves fail by chance, merge and divide clones if held-out trials are foretold the better for it.
+        misreading: Where readings are wrong, learn their share, merging and dividing too.
     """
     rng = np.random.default_rng(seed)
     taught, held = Batch.of([trial for number, trial in enumerate(trials) if number % 5 != 4]), trials[4::5]
     told, whole = clones is not None, Batch.of(trials)
     clones = clones or clones_of(trials, symbols, HIDDEN)
+    wrong = third_readings(trials, actions) if misreading and not told else 0.0
+    if wrong > _WRONG:
+        blank = replace(CloneModel.blank(clones, symbols, actions, rng), misread=wrong).fitted(taught, _MISREAD)
+        found = divided(blank, taught, held, rng)
+        if found.log_loss(held) < blank.log_loss(held):
+            return (_finished(found, whole).rounded(),)
+        guesses, kept = min(guesses, _DIVIDED_KEPT + 1), min(kept, _DIVIDED_KEPT)  # for the time that this took
     begun = [CloneModel.blank(clones, symbols, actions, rng).fitted(taught, _FIRST) for _ in range(guesses)]
     begun = _best(begun, held, kept)
     if told:  # as many as they are
@@ -110,10 +128,16 @@ def ripened(
 
 def divided(model: CloneModel, batch: Batch, held: Sequence[RecordedTrial], rng: np.random.Generator) -> CloneModel:
     """With merged clones, and those divided that stand for several places, as long as held-out trials gain by it."""
-    model = ripened(model, batch, held, _MERGED)
-    loss = model.log_loss(held)
-    for _ in range(_DIVISIONS):
-        further = _thinned(_parted(model, batch, rng).fitted(batch, _FURTHER), batch, _MERGED[-1])
+    divisions, iterations, loss = _DIVISIONS, _FURTHER, np.inf
+    if model.misread:
+        divisions, iterations = max(1, int(batch.weights.sum()) // _A_DIVISION), _AFTER
+        for worth in _MERGED:
+            model = _thinned(model, batch, worth).fitted(batch, iterations)
+    else:
+        model = ripened(model, batch, held, _MERGED)
+        loss = model.log_loss(held)
+    for _ in range(divisions):
+        further = _thinned(_parted(model, batch, rng).fitted(batch, iterations), batch, _MERGED[-1])
         further = further.fitted(batch, _AGAIN, sparse=True)
         before, loss = loss, further.log_loss(held)
         if loss >= before:
@@ -124,7 +148,8 @@ def divided(model: CloneModel, batch: Batch, held: Sequence[RecordedTrial], rng:
 
 def _finished(model: CloneModel, batch: Batch) -> CloneModel:
     """Fitted to all trials at last."""
-    return _thinned(model, batch, _MERGED[-1]).fitted(batch, _LAST).fitted(batch, _AGAIN, sparse=True)
+    iterations = _AFTER if model.misread else _LAST
+    return _thinned(model, batch, _MERGED[-1]).fitted(batch, iterations).fitted(batch, _AGAIN, sparse=True)
 
 
 def _thinned(model: CloneModel, batch: Batch, worth: float | None) -> CloneModel:
@@ -150,8 +175,8 @@ def merged(model: CloneModel, batch: Batch, worth: float) -> CloneModel:
     moves, goals = counts[:, kept][:, :, :-1][:, :, kept] + few, counts[:, kept, -1] + few
     total = moves.sum(axis=2) + goals
     start = total.sum(axis=0) / total.sum()
-    left, fails = tuple(clones[kept].tolist()), max(model.fails, _FAIL)
-    return CloneModel(left, model.symbols, start, moves / total[:, :, None], goals / total, fails)
+    left, fails = tuple(clones[kept].tolist()), 0.0 if model.misread else max(model.fails, _FAIL)
+    return CloneModel(left, model.symbols, start, moves / total[:, :, None], goals / total, fails, model.misread)
 
 
 def _parted(model: CloneModel, batch: Batch, rng: np.random.Generator) -> CloneModel:
@@ -168,6 +193,9 @@ def _parted(model: CloneModel, batch: Batch, rng: np.random.Generator) -> CloneM
     ways[:, both] *= 0.05 + rng.random((len(ways), len(both), states + 1))
     goal, moves = ways[:, :, -1], ways[:, :, :-1]
     share = rng.random((len(ways), ways.shape[1], len(parted)))
+    if model.misread:
+        halves = np.arange(len(parted))
+        share[:, parted, halves], share[:, states + halves, halves] = _STAYS, 1.0 - _STAYS
     moves = np.concatenate((moves, moves[:, :, parted] * (1.0 - share)), axis=2)
     moves[:, :, parted] *= share
     total = (moves.sum(axis=2) + goal) / (1.0 - fails)
@@ -178,7 +206,7 @@ def _parted(model: CloneModel, batch: Batch, rng: np.random.Generator) -> CloneM
     clones = np.concatenate((clones, clones[parted]))
     order = np.argsort(clones, kind="stable")
     moves, goal = moves[:, order][:, :, order], (goal / total)[:, order]
-    return CloneModel(tuple(clones[order].tolist()), model.symbols, start[order], moves, goal, fails)
+    return CloneModel(tuple(clones[order].tolist()), model.symbols, start[order], moves, goal, fails, model.misread)
 
 
 def _outcomes(model: CloneModel, batch: Batch) -> Floats:

@@ -17,6 +17,7 @@ from palpate.core.policy.belief import Floats, logarithm
 from palpate.core.policy.memory.clone_counts import Blocks, CloneCounts, Clones
 from palpate.core.policy.memory.finite_pomdp import FinitePomdp, require_room, rounded
 from palpate.core.policy.memory.hidden_markov import LEAST, expect, forward
+from palpate.core.policy.memory.misread_counts import Misread, MisreadCounts
 from palpate.core.policy.memory.point_based import PointBasedPlan, perseus
 from palpate.core.policy.memory.recorded import Batch, RecordedTrial
 
@@ -45,7 +46,7 @@ class CloneModel(Clones):
 
     def pomdp(self) -> FinitePomdp:
         """The same as a world with hidden states."""
-        return FinitePomdp(self.start, self.transitions, self.goal, np.eye(self.symbols)[list(self.clones)])
+        return FinitePomdp(self.start, self.transitions, self.goal, self.emissions)
 
     @classmethod
     def blank(cls, clones: tuple[int, ...], symbols: int, actions: int, rng: np.random.Generator) -> Self:
@@ -64,9 +65,10 @@ class CloneModel(Clones):
         """One step of Baum-Welch: the better model, and the log-likelihood of the trials under this one.
 
         Args:
-            sparse: Take it for likely that an action leads from each clone to one other, but for what fails.
+            sparse: Take it for likely that an action leads from each clone to one other, but for what fails; the share
+                of wrong readings is learned then, if there is one: before, transitions account for them.
         """
-        (moves, goals, starts), log_likelihood = self.expected(batch)
+        (moves, goals, starts), log_likelihood, (wrong, read) = self._expected(batch)
         few, fails = (_SPARSE_FEW if sparse else 1.0) / len(self.clones), 0.0
         if self.fails:
             stays, total = np.einsum("ass->as", moves), moves.sum(axis=2) + goals
@@ -79,14 +81,27 @@ class CloneModel(Clones):
         total = (moves.sum(axis=2) + goals) / (1.0 - fails)
         moves, goals = moves / total[:, :, None], goals / total
         np.einsum("ass->as", moves)[...] += fails
-        return type(self)(self.clones, self.symbols, starts / starts.sum(), moves, goals, fails), log_likelihood
+        misread = self.misread
+        if misread and sparse:  # any symbol may be read, the clone's own too
+            misread = min(0.5, (wrong + 1.0) / (read + 20.0) * self.symbols / (self.symbols - 1))
+        starts = starts / starts.sum()
+        return type(self)(self.clones, self.symbols, starts, moves, goals, fails, misread), log_likelihood
 
     def expected(self, batch: Batch) -> tuple[tuple[Floats, Floats, Floats], float]:
         """Moves, arrivals at the goal and starts that the trials hold by this model, and their log-likelihood."""
+        sums, log_likelihood, _ = self._expected(batch)
+        return sums, log_likelihood
+
+    def _expected(self, batch: Batch) -> tuple[tuple[Floats, Floats, Floats], float, Floats]:
+        if self.misread:
+            readings = Misread(self)
+            misread = MisreadCounts(self, batch, readings)
+            log_likelihood = expect(batch, readings, misread)
+            return misread.sums(), log_likelihood, misread.wrong
         chain = Blocks(self)
         counts = CloneCounts(self, batch, chain)
         log_likelihood = expect(batch, chain, counts)
-        return counts.sums(), log_likelihood
+        return counts.sums(), log_likelihood, np.zeros(2)
 
     def trimmed(self, batch: Batch) -> Self:
         """Without the clones that the trials hardly visit: what they cost goes into further iterations."""
@@ -99,7 +114,7 @@ class CloneModel(Clones):
         total = transitions.sum(axis=2) + goal
         left = tuple(clones[keep].tolist())
         moves = transitions / total[:, :, None]
-        return type(self)(left, self.symbols, start / start.sum(), moves, goal / total, self.fails)
+        return type(self)(left, self.symbols, start / start.sum(), moves, goal / total, self.fails, self.misread)
 
     def fitted(self, batch: Batch, iterations: int, *, sparse: bool = False) -> Self:
         """After so many steps of Baum-Welch, each but the last one overrelaxed (Salakhutdinov and Roweis, 2003)."""
@@ -123,12 +138,13 @@ class CloneModel(Clones):
     def rounded(self) -> Self:
         """As a file holds it."""
         tables = rounded(self.start), rounded(self.transitions), rounded(self.goal)
-        return type(self)(self.clones, self.symbols, *tables, self.fails)
+        return type(self)(self.clones, self.symbols, *tables, self.fails, float(rounded(np.array(self.misread))))
 
     def log_loss(self, trials: Sequence[RecordedTrial]) -> float:
         """Nats a reading that these trials cost under the model; an arrival at the goal counts as one."""
         batch = Batch.of(trials)
-        log_likelihood = forward(batch, Blocks(self)).log_likelihood
+        chain = Misread(self) if self.misread else Blocks(self)
+        log_likelihood = forward(batch, chain).log_likelihood
         return -float((log_likelihood * batch.weights).sum()) / batch.readings
 
 

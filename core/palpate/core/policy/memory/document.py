@@ -32,6 +32,7 @@ _TABLES: Final = {
     CLONES: ("clones", "start", "transitions", "goal"),
     AUTOMATON: ("symbol_of", "start", "targets", "shares", "jumps"),
 }
+_MISREAD: Final = "misread"  # of clones, where readings are wrong
 
 AnyLearner: TypeAlias = MemoryLearner | PairsLearner
 
@@ -71,6 +72,9 @@ class MemoryDocument(Settings):
         else:
             kind, parameters, models = PAIRS, {"longest": learner.longest, "returned": learner.returned}, ()
         tables = [{name: _plain(getattr(model, name)) for name in _TABLES[kind]} for model in models]
+        for table, model in zip(tables, models, strict=True):
+            if misread := getattr(model, _MISREAD, 0.0):
+                table[_MISREAD] = misread
         return cls(
             kind=kind,
             created_with=created_with,
@@ -131,7 +135,7 @@ class MemoryDocument(Settings):
         models = []
         for number, raw in enumerate(self.models):
             where = f"models[{number}]"
-            require_keys(where, raw, _TABLES[self.kind])
+            require_keys(where, raw, _TABLES[self.kind], (_MISREAD,) if self.kind == CLONES else ())
             read = {OFFSET: self._offsets, CLONES: self._clones, AUTOMATON: self._automaton}[self.kind]
             models.append(read(where, raw))
         return tuple(models)
@@ -161,7 +165,9 @@ class MemoryDocument(Settings):
             _array(f"{where}.{name}", raw[name], size)
             for name, size in zip(_TABLES[CLONES][1:], (1, 3, 2), strict=True)
         )
-        return CloneModel(clones, len(self.symbols), start, transitions, goal)
+        misread = fitted(f"{where}.{_MISREAD}", raw.get(_MISREAD, 0.0), float)
+        require_in(f"{where}.{_MISREAD}", misread, 0.0, 1.0)
+        return CloneModel(clones, len(self.symbols), start, transitions, goal, misread=misread)
 
     def _action_set(self) -> tuple[Action, ...]:
         lengths = ((x * _MM, y * _MM) for x, y in self.displacements_mm)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.core.policy.memory.clone_fit import clones_of, divided, ripened
+from palpate.core.policy.memory.clone_fit import clones_of, divided, fit_clones, ripened
 from palpate.core.policy.memory.clone_model import CloneModel
 from palpate.core.policy.memory.recorded import Batch
 from palpate.simulation.grid import Disturbance
@@ -28,3 +28,22 @@ def test_merged_and_divided_there_is_a_clone_a_place_and_the_share_of_failing_mo
     assert cells <= len(found.clones) <= cells + 2
     assert found.fails == pytest.approx(slips, abs=0.02)
     assert found.log_loss(held) < left.log_loss(held)
+
+
+def test_where_readings_are_wrong_their_share_is_learned_and_there_is_about_a_clone_a_place() -> None:
+    disturbance = Disturbance(misreads=0.05)
+    trials = random_trials(AMBIGUOUS, 250, limit=25, disturbance=disturbance)
+    held = random_trials(AMBIGUOUS, 40, seed=1, disturbance=disturbance)
+    (found,) = fit_clones(trials, 3, 8, misreading=True)
+    cells = len(AMBIGUOUS.cells)
+    assert cells <= len(found.clones) <= cells + 3
+    assert found.misread == pytest.approx(0.05, abs=0.02)
+    # Held against one that takes each reading for right.
+    assert found.log_loss(held) < 0.9 * fit_clones(trials, 3, 8, guesses=1, kept=1)[0].log_loss(held)
+
+
+def test_where_no_reading_is_wrong_models_are_those_that_took_each_for_right() -> None:
+    trials = random_trials(AMBIGUOUS, 12)
+    (allowing,), (before,) = (fit_clones(trials, 3, 8, guesses=1, kept=1, misreading=mend) for mend in (True, False))
+    assert allowing.transitions.tolist() == before.transitions.tolist()
+    assert allowing.misread == 0.0

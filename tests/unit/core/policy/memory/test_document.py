@@ -1,6 +1,7 @@
 """Memory files: what was learned comes back to the bit, and what does not fit is refused in a line."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -27,14 +28,15 @@ def learner_of(kind: str):
         for trial in range(20):
             run_trial(AMBIGUOUS, identity, pairs, 0, trial)
         return pairs
-    learner = MemoryLearner(AMBIGUOUS.symbols, grid_actions(), MemoryParameters(kind=kind))
+    learner = MemoryLearner(AMBIGUOUS.symbols, grid_actions(), MemoryParameters(kind=kind.split()[0]))
     if kind == "offset":
         model = true_offsets(AMBIGUOUS).rounded()
     elif kind == "automaton":
         model = small_automaton()
     else:
         clones = clones_of(TRIALS, 3, 20)
-        model = CloneModel.blank(clones, 3, 8, np.random.default_rng(0)).fitted(Batch.of(TRIALS), 3).rounded()
+        blank = CloneModel.blank(clones, 3, 8, np.random.default_rng(0))
+        model = replace(blank, misread=0.05 * ("misread" in kind)).fitted(Batch.of(TRIALS), 3).rounded()
     learner.use([model], TRIALS)
     return learner
 
@@ -43,7 +45,7 @@ def document_of(kind: str) -> MemoryDocument:
     return MemoryDocument.of(learner_of(kind), created_with={}, world=WORLD)
 
 
-@pytest.mark.parametrize("kind", ["offset", "clones", "automaton", "pairs"])
+@pytest.mark.parametrize("kind", ["offset", "clones", "clones that misread", "automaton", "pairs"])
 def test_what_was_learned_comes_back_and_acts_alike(kind: str) -> None:
     document = document_of(kind)
     again = MemoryDocument.from_json_text(document.to_json_text())
