@@ -39,6 +39,14 @@ def _triangle() -> dict[str, Any]:
     return corner
 
 
+def _keyed() -> dict[str, Any]:
+    own = {"corners": 0.0, "flat_deg": 37.5, "corner_mm": 11.5, "lean_deg": 6.0, "down_share": 0.75}
+    corner = _corner(5.0, ticks_per_action=6, time_limit_s=4.0, options=own)
+    corner["cell"]["peg"]["cross_section"] = "keyed"
+    corner["cell"]["conditions"] = {"yaw_deg": 2.0}
+    return corner
+
+
 def _give_way(tilt_mrad: float = 0.0, **task: Any) -> dict[str, Any]:
     """A round peg in a grip that may give way."""
     settings = {"name": "insertion-6dof", "ticks_per_action": 8, "tare_ticks": 7, "ready_height_mm": 1.0}
@@ -218,6 +226,14 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         at=(102, "stop"),
         ahead={80: -45_000_000, 95: -30_000_000},
         policy="corner-first",
+    ),
+    # A flat that is met on the plate, and once more aside; pulled while it is lifted.
+    "corner-flat-aside": Mishap(
+        (force("offset", 62, magnitude=3.4, channels=(2,), duration_ticks=3),),
+        _keyed(),
+        (140, "stop"),
+        policy="corner-first",
+        trial=1,
     ),
     # It turns by 3 degrees before it is inserted.
     "corner-turned": Mishap(settings=_turned(), at=(182, "stop"), policy="corner-first"),

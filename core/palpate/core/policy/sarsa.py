@@ -93,7 +93,6 @@ class Sarsa(TabularLearner):
         self._count(state, action)
 
     def _value_after(self, transition: Transition) -> float:
-        self._next = None
         if transition.next_state is None:
             return 0.0
         index = transition.next_action_index
