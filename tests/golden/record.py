@@ -108,7 +108,8 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "--learning.temperature-floor", "0.3", "--learning.reinforcement", "effort", "--learning.initial-value", "-400",
     ),
     "train-sarsa": (
-        "train", "--learner", "sarsa", "--trials", "2", "--seed", "33", *SHALLOW, "--task.time-limit-s", "0.8",
+        "train", "--learner", "sarsa", "--trials", "2", "--seed", "41", *SHALLOW, "--task.time-limit-s", "1.6",
+        "--task.start-uncertainty-mm", "0.6", "--task.ticks-per-action", "7",
     ),
     "train-examples": (
         "train", "--trials", "2", "--seed", "24", *SHORT, "--scenario", "blind", "--learning.examples",
