@@ -27,10 +27,11 @@ def test_there_are_no_others_and_they_are_small() -> None:
     # automaton, an option and a search in even steps need one each, of 50 kB. A tool that lags, one that leans too far
     # and one that stands still from its first push came to 27 kB each; two seconds of waiting for an answer to 28; and
     # five of 18 to 50 kB show what none had: a force that comes sooner, a turned hole, slow and uneven heaves, pulls;
-    # five of 12 to 60 kB a triangle's walls, a lean that is levelled, a belief in double precision, another tool axis.
+    # six of 12 to 60 kB a triangle's walls, a flat met aside, a lean that is levelled, a belief in double precision,
+    # another tool axis.
     # A felt way on which the sensor dies needs 74 kB, to where it may go unfelt and a second of waiting; six shorter
     # ones 14 to 32 each.
-    assert sum(log.stat().st_size for log in logs) < 8_600_000
+    assert sum(log.stat().st_size for log in logs) < 8_650_000
 
 
 @pytest.mark.parametrize("name", ["first-joint-turned", "first-kind", "trip-invalid"])
