@@ -1,12 +1,11 @@
 """Figures about trials for tables and ``summary.json``, and intervals of 95 % around them.
 
-Of SciPy the special functions serve, imported where an interval is made: scipy.stats takes most of a second to import.
+scipy.stats takes a second to import and is imported where an interval is made.
 """
 
 from collections import Counter
 from collections.abc import Sequence
-from math import inf
-from statistics import NormalDist
+from math import inf, isfinite
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -37,23 +36,20 @@ def moving_average(values: Sequence[float], window: int = WINDOW) -> list[float]
 
 def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
     """Wilson's score interval of a share; from 0 to 1 where there was no trial."""
+    from scipy.stats import binomtest
+
     if trials == 0:
         return 0.0, 1.0
-    z = NormalDist().inv_cdf((1.0 + LEVEL) / 2.0)
-    width = 2.0 * (trials + z * z)
-    centre = (2.0 * successes + z * z) / width
-    half = z * (4.0 * successes * (1.0 - successes / trials) + z * z) ** 0.5 / width
-    return centre - half if successes else 0.0, centre + half if successes < trials else 1.0
+    found = binomtest(successes, trials).proportion_ci(LEVEL, method="wilson")
+    return float(found.low), float(found.high)
 
 
 def exact_interval(successes: int, trials: int, confidence: float) -> tuple[float, float]:
     """The two-sided interval of Clopper and Pearson, which covers the true share with at least this confidence."""
-    from scipy.special import betaincinv
+    from scipy.stats import binomtest
 
-    failures, tail = trials - successes, (1.0 - confidence) / 2.0
-    low = betaincinv(successes, failures + 1, tail) if successes else 0.0
-    high = betaincinv(successes + 1, failures, 1.0 - tail) if failures else 1.0
-    return float(low), float(high)
+    found = binomtest(successes, trials).proportion_ci(confidence, method="exact")
+    return float(found.low), float(found.high)
 
 
 def quantile_interval(values: Sequence[float], quantile: float) -> tuple[float, float] | None:
@@ -66,13 +62,13 @@ def quantile_interval(values: Sequence[float], quantile: float) -> tuple[float, 
         None where there are too few values for such an interval: fewer than 6 for the median, fewer than 72 for the
         95th percentile.
     """
-    from scipy.special import bdtr
+    from scipy.stats import quantile_test
 
-    count, ordered = len(values), sorted(values)
-    # Chances that so many values, at most, are below the quantile.
-    chances = bdtr(np.arange(count + 1), count, quantile)
-    low, high = np.searchsorted(chances, ((1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0))
-    return (float(ordered[low - 1]), float(ordered[high])) if low > 0 and high < count else None
+    if not values:
+        return None
+    found = quantile_test(np.asarray(values, dtype=float), p=quantile).confidence_interval(LEVEL)
+    low, high = float(found.low), float(found.high)
+    return (low, high) if isfinite(low) and isfinite(high) else None
 
 
 def t_half_width(values: Array) -> Array:
@@ -84,12 +80,12 @@ def t_half_width(values: Array) -> Array:
     Args:
         values: Independent values, (n, ...), n at least 2.
     """
-    from scipy.special import stdtrit
+    from scipy.stats import t
 
     count = len(values)
     if count < 2:
         raise ValueError("an interval needs at least two values")
-    factor = float(stdtrit(count - 1, (1.0 + LEVEL) / 2.0)) / count**0.5
+    factor = float(t.ppf((1.0 + LEVEL) / 2.0, count - 1)) / count**0.5
     half: Array = factor * np.std(values, axis=0, ddof=1)
     return half
 
