@@ -77,7 +77,8 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     ),
     "train-memory": (
         "train", "--trials", "3", "--seed", "21", *SHORT, "--perception.memory", "last-2",
-        "--learning.back-off-visits", "2", "--learning.reinforcement", "effort",
+        "--learning.back-off-visits", "2", "--learning.reinforcement", "effort", "--learning.temperature", "0.9",
+        "--learning.temperature-floor", "0.3",
     ),
     "train-som": (
         "train", "--trials", "2", "--seed", "22", *SHORT, "--perception.symbols", "random", "--perception.features",
