@@ -161,6 +161,8 @@ MISHAPS: Final[dict[str, Mishap]] = {
         (force("offset", 75, magnitude=-14.0, channels=(2,)),),
         {"task": {"start_uncertainty_mm": 0.0, "tare_ticks": 7, "ready_height_mm": 1.0}},
     ),
+    # From the first sample after the tare on.
+    "pulled-at-once": Mishap((force("offset", 18, magnitude=3.0, channels=(2,)),), {"task": SOON}),
     # In the air a wall pulls no tool that is pushed aside.
     "pulled-aside": Mishap((*shove(40, 4.0, 0.1), force("offset", 40, magnitude=3.5, channels=(2,))), {"task": SOON}),
     # A force that comes two ticks late comes one tick late; and one that nothing but an edge gives.
