@@ -186,21 +186,8 @@ class SignalProcessor:
         return (y0, y1, y2, y3, y4, y5)
 
     def get_state(self) -> list[float]:
-        """Tare (6) and the filter's memory (none before the first reset), for :meth:`set_state`."""
+        """Tare (6) and the filter's memory (none before the first reset): what a log says of a trial's beginning."""
         return [*self._tare, *self._memory]
-
-    def set_state(self, state: Sequence[float]) -> None:
-        """Go on, bit for bit, from where :meth:`get_state` was called.
-
-        Raises:
-            ConfigurationError: Not a state of a filter of this order.
-        """
-        lengths = (_SIX, _SIX * (1 + self.order))
-        values = vector("perception.state", state)
-        if len(values) not in lengths:
-            raise ConfigurationError("perception.state", values, f"{lengths[0]} or {lengths[1]} finite numbers")
-        self._tare, self._memory = values[:_SIX], values[_SIX:]
-        self._bias = self._bias_with(self._tare)
 
     def _filtered_first_order(self, live: Wrench) -> Wrench:
         b = self._coefficients[1]
