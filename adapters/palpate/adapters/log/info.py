@@ -165,7 +165,7 @@ def _what(log: TrialLog) -> dict[str, Any]:
         "arm": start.arm,
         "scenario": scenario,
         "seed": start.seed,
-        "trial": start.trial,
+        "trial": start.number,
         "policy": start.policy,
         "frozen": start.frozen,
         "temperature": start.temperature,

@@ -158,7 +158,7 @@ def _gaps(panels: Any, series: Series) -> None:
 
 def _title(log: TrialLog, series: Series, altered: bool) -> str:
     start, end, config = log.start, log.end, series.config
-    first = f"{start.command}, {start.arm}, scenario {config.scenario}, seed {start.seed}, trial {start.trial}"
+    first = f"{start.command}, {start.arm}, scenario {config.scenario}, seed {start.seed}, trial {start.number}"
     if end is None:
         came = "the log ends before the trial did"
     elif end.error:

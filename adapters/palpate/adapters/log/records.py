@@ -11,7 +11,7 @@ import hashlib
 from collections.abc import Sequence
 
 from palpate.core.ports import AppliedCommand, JointSample, JointVector, WrenchSample
-from palpate.core.trial import DecisionRecord
+from palpate.core.trial import TRIALS_OF_A_SERIES, DecisionRecord
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +63,11 @@ class StartRecord:
     versions_json: str = ""
     processor_json: str = ""
     derived_from: str = ""
+
+    @property
+    def number(self) -> int:
+        """Number of the trial in its run, as the log's file and the run's tables have it."""
+        return self.trial % TRIALS_OF_A_SERIES
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

@@ -142,3 +142,8 @@ def test_text_that_is_none_is_refused() -> None:
 def test_a_field_of_a_newer_version_is_passed_over() -> None:
     payload = encode_record("Event", EventEntry(tick=1, name="hole")) + b"\xfa\x06\x01x"
     assert decode_record("Event", EventEntry, payload) == EventEntry(tick=1, name="hole")
+
+
+@pytest.mark.parametrize(("index", "number"), [(0, 0), (349, 349), (500_000, 0), (500_003, 3)])
+def test_a_trial_is_numbered_as_its_file_and_the_tables_of_its_run(index: int, number: int) -> None:
+    assert replace(STARTING, trial=index).number == number

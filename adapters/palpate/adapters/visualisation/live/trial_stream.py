@@ -29,7 +29,7 @@ from palpate.adapters.mujoco import DrawnCell, Moment
 from palpate.adapters.visualisation.live.display import BASE, SERIES, Display, LearningSoFar, Pose, Row, Shape
 from palpate.core.errors import LogError
 from palpate.core.ports import JointVector, Validity
-from palpate.core.trial import TRIALS_OF_A_SERIES, Outcome
+from palpate.core.trial import Outcome
 
 _KINDS: Final = {
     int(mujoco.mjtGeom.mjGEOM_BOX): "box",
@@ -144,7 +144,7 @@ class TrialStream:
         self._zero, self._values = _NO_ZERO, values_of(start)
         self._wrenches.clear()
         display, time_ns = self._display, message.time_ns
-        display.event(time_ns, f"trial {_number(start)} begins: {start.command}, {start.policy or start.arm}")
+        display.event(time_ns, f"trial {start.number} begins: {start.command}, {start.policy or start.arm}")
         display.supervisor(time_ns, "passes the command", "")
         try:
             self._cell = CellFrames(self._log)
@@ -210,21 +210,17 @@ class TrialStream:
         if end.outcome == Outcome.TRIPPED.value:
             self._display.supervisor(time_ns, "latched", "until somebody acknowledges the trip")
         failed = end.error or end.stopped_by
-        self._display.event(time_ns, f"trial {_number(start)} is over: {failed or end.outcome}", serious=bool(failed))
+        self._display.event(time_ns, f"trial {start.number} is over: {failed or end.outcome}", serious=bool(failed))
         if failed or end.outcome in ("", Outcome.INTERRUPTED.value):
             return
         success = end.outcome == Outcome.INSERTED.value if end.success is None else end.success
-        self.curve.add(_number(start), end.exploration_time_s, success, end.peak_force_N)
+        self.curve.add(start.number, end.exploration_time_s, success, end.peak_force_N)
         self._display.learned(time_ns, self.curve)
 
     def _add(self, topic: str, time_ns: int, row: Row) -> None:
         times_ns, rows = self._rows[topic]
         times_ns.append(time_ns)
         rows.append(row)
-
-
-def _number(start: StartRecord) -> int:
-    return start.trial % TRIALS_OF_A_SERIES
 
 
 def values_of(start: StartRecord) -> dict[str, dict[str, float]]:
