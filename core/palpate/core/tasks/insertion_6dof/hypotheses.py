@@ -123,13 +123,12 @@ class Hypotheses(FixedPolicy):
     def _drawn(self, rng: np.random.Generator) -> tuple[float, ...]:
         """One hypothesis, as the mean of all that are like it; where few count, all are drawn anew about these."""
         if np.square(self._weights).sum() > 2.0 / _COUNT:
-            evenly = (np.arange(_COUNT) + rng.uniform()) / _COUNT
-            drawn = np.minimum(np.searchsorted(np.cumsum(self._weights), evenly), _COUNT - 1)
+            drawn = self._sampled((np.arange(_COUNT) + rng.uniform()) / _COUNT)
             moved = np.array(_MOVED)[:, None]
             self._at = np.clip(self._at[:, drawn] + rng.uniform(-moved, moved, (4, _COUNT)), *self._bounds)
             self._at[:, ::_FRESH] = self._anywhere(rng, _COUNT // _FRESH)
             self._weights = np.full(_COUNT, 1.0 / _COUNT)
-        one = min(int(np.searchsorted(np.cumsum(self._weights), rng.uniform())), _COUNT - 1)
+        one = int(self._sampled(rng.uniform()))
         apart = self._at - self._at[:, one : one + 1]
         alike = (np.square(apart[:2]).sum(axis=0) < _ALIKE_M * _ALIKE_M) & (
             np.square(apart[2:]).sum(axis=0) < _ALIKE_RAD * _ALIKE_RAD
@@ -137,3 +136,9 @@ class Hypotheses(FixedPolicy):
         weights = self._weights * alike
         mean: list[float] = ((self._at * weights).sum(axis=1) / weights.sum()).tolist()
         return tuple(mean)
+
+    def _sampled(self, shares: Floats | float) -> NDArray[np.intp]:
+        """Which ones stand there if all are put one beside the other, each as wide as its weight."""
+        ends = np.cumsum(self._weights)
+        sampled: NDArray[np.intp] = np.searchsorted(ends, shares * ends.max())
+        return sampled

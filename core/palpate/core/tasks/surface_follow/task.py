@@ -94,11 +94,10 @@ class FollowTask(TouchTask):
             self._enter(FollowPhase.FOLLOW, self._follow_way)
 
 
-def _press(task: TaskConfig, control: ControlConfig, speed_m_s: float) -> DampingControl:
+def _press(task: TaskConfig, control: ControlConfig, measurement: Measurement, speed_m_s: float) -> DampingControl:
     """The law along the normal; a force that presses has a negative z."""
     pressing = (0.0, 0.0, -task.press_kgf * N_PER_KGF)
-    stiffness_N_per_m = control.axial_stiffness_N_per_mm * 1e3
-    return DampingControl(control.damping_N_s_per_m, pressing, speed_m_s, stiffness_N_per_m, PERIOD_S)
+    return DampingControl(control.damping_N_s_per_m, pressing, speed_m_s, measurement.axial_N_per_m, PERIOD_S)
 
 
 class ContourApproach(RunningPhase):
@@ -108,7 +107,7 @@ class ContourApproach(RunningPhase):
         self, task: TaskConfig, control: ControlConfig, measurement: Measurement, motion: TipMotion, state: TrialState
     ) -> None:
         self._measurement, self._motion, self._state = measurement, motion, state
-        self._law = _press(task, control, _APPROACH_M_S)
+        self._law = _press(task, control, measurement, _APPROACH_M_S)
         self._contact_N = task.contact_kgf * N_PER_KGF
         # By the reference, so that the search also ends for an arm that does not follow.
         self._deepest_m = options_of(FollowOptions, task).relief_mm * 1e-3
@@ -143,7 +142,7 @@ class Follow(RunningPhase):
         self._measurement, self._motion, self._state = measurement, motion, state
         self._across = PositionControl(control.position_gain_per_s, speed_m_s, PERIOD_S)
         # A sensor that has died lets the tool run no faster, until a watch or the next lift finds it.
-        self._along = _press(task, control, _YIELD_M_S)
+        self._along = _press(task, control, measurement, _YIELD_M_S)
         self._lift = LiftCheck(state, measurement, motion, proof)
         self._press_N = task.press_kgf * N_PER_KGF
         self._end_m, self._way_m = 0.5e-3 * own.stroke_mm, own.way_mm * 1e-3
