@@ -26,10 +26,10 @@ def _corner(hole_uncertainty_mm: float = 0.0, **task: Any) -> dict[str, Any]:
     return {"task": settings | task, "cell": cell, **_FOLLOWED}
 
 
-def _turned(unanswered_N: float = 28.0, **task: Any) -> dict[str, Any]:
+def _turned(travel_speed_mm_s: float = 20.0, **options: float) -> dict[str, Any]:
     """A square peg whose hole is turned further than a peg that is let in may lean."""
-    own = {"down_share": 0.5, "wobble_deg_s": 0.0, "unanswered_N": unanswered_N}
-    corner = _corner(ticks_per_action=6, time_limit_s=3.0, options=own, **task)
+    own = {"down_share": 0.5, "wobble_deg_s": 0.0, "unanswered_N": 28.0} | options
+    corner = _corner(ticks_per_action=6, time_limit_s=3.0, travel_speed_mm_s=travel_speed_mm_s, options=own)
     return {**corner, "cell": {**corner["cell"], "conditions": {"yaw_deg": 3.0}}}
 
 
@@ -209,8 +209,10 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         at=(240, "stop"),
         policy="give-way",
     ),
-    # Walls that are not at right angles.
-    "corner-triangle": Mishap(settings=_triangle(), at=(157, "stop"), policy="corner-first"),
+    # Walls that are not at right angles; as it stands upright, its encoders say that it is on the plate.
+    "corner-triangle": Mishap(
+        (joints("offset", 150, magnitude=-0.002, channels=(1,)),), _triangle(), (157, "stop"), policy="corner-first"
+    ),
     # Both of them seem to carry when it has pushed once.
     "corner-quiet-at-once": Mishap(shove(72, 2.5, 4.3), _triangle(), (86, "stop"), policy="corner-first"),
     # It was left turned, and is put upright on its way.
@@ -235,8 +237,21 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         policy="corner-first",
         trial=1,
     ),
-    # It turns by 3 degrees before it is inserted.
-    "corner-turned": Mishap(settings=_turned(), at=(182, "stop"), policy="corner-first"),
+    # It turns by 3 degrees before it is inserted; a torque that nothing gives leans it in the hole, further than it can
+    # lean there, and would do so as it is drawn back.
+    "corner-turned": Mishap(
+        (
+            joints("offset", 170, magnitude=-0.0002, channels=(1,)),
+            force("unit", 188, factor=0.01, channels=(3, 4)),
+            force("noise", 188, magnitude=0.004, channels=(3, 4)),
+            force("offset", 188, magnitude=0.2, channels=(3,)),
+            force("offset", 188, magnitude=0.15, channels=(4,)),
+            force("offset", 188, magnitude=-2.0, channels=(2,)),
+        ),
+        _turned(insert_tilt_rad_per_Nms=1.0),
+        (277, "stop"),
+        policy="corner-first",
+    ),
     # So slow that encoders' steps hide more of a heave, and places are taken further apart, but not so far as may be.
     "corner-slow": Mishap(
         settings=_turned(travel_speed_mm_s=9.0, unanswered_N=3.0), at=(190, "stop"), policy="corner-first"
