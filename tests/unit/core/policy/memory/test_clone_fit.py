@@ -5,6 +5,7 @@ import pytest
 
 from palpate.core.policy.memory.clone_fit import clones_of, divided, fit_clones, ripened
 from palpate.core.policy.memory.clone_model import CloneModel
+from palpate.core.policy.memory.misread_counts import third_readings
 from palpate.core.policy.memory.recorded import Batch
 from palpate.simulation.grid import Disturbance
 from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_trials
@@ -47,3 +48,10 @@ def test_where_no_reading_is_wrong_models_are_those_that_took_each_for_right() -
     (allowing,), (before,) = (fit_clones(trials, 3, 8, guesses=1, kept=1, misreading=mend) for mend in (True, False))
     assert allowing.transitions.tolist() == before.transitions.tolist()
     assert allowing.misread == 0.0
+
+
+def test_where_wrong_readings_are_seen_but_no_places_found_each_is_taken_for_right() -> None:
+    trials = random_trials(AMBIGUOUS, 100, limit=15, disturbance=Disturbance(misreads=0.05))
+    (found,) = fit_clones(trials, 3, 8, guesses=1, kept=1, misreading=True)
+    assert third_readings(trials, 8) > 0.01
+    assert found.misread == 0.0
