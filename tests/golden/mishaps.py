@@ -99,6 +99,15 @@ MISHAPS: Final[dict[str, Mishap]] = {
         (force("offset", 156, magnitude=1.4, channels=(2,), duration_ticks=8),),
         {"task": {"time_limit_s": 0.9, "contact_kgf": 0.4}},
     ),
+    # Encoders that say once that it is past the plate, so that it explores without having touched it first.
+    "false-drop-unexplored": Mishap(
+        (joints("spike", 40, magnitude=0.01, channels=(1,), duration_ticks=1),),
+        {
+            "task": {"tare_ticks": 8, "start_uncertainty_mm": 1.0, "ready_height_mm": 0.5},
+            **weak(max_tracking_error_mrad=500.0, max_joint_velocity_share=5.0),
+        },
+        (146, "stop"),
+    ),
     "above-plate": Mishap(
         (joints("offset", 115, magnitude=-0.003, channels=(1,)),),
         {"task": {"ticks_per_action": 8}, **weak(max_tracking_error_mrad=500.0)},

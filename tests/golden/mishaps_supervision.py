@@ -29,7 +29,10 @@ SUPERVISED: Final[dict[str, Mishap]] = {
     "trip-force-stale": Mishap((force("delay", 20, delay_ticks=9),)),
     "trip-joints-stale": Mishap((joints("delay", 8, delay_ticks=18),), weak(max_tracking_error_mrad=400.0)),
     "trip-force-repeated": Mishap((force("repeat", 20, span_ticks=1),), {"supervision": {"max_repeats": 3}}),
-    "trip-joints-repeated": Mishap((joints("repeat", 2, span_ticks=1),), {"supervision": {"max_repeats": 3}}),
+    "trip-joints-repeated": Mishap(
+        (force("repeat", 1, span_ticks=1, duration_ticks=1), joints("repeat", 2, span_ticks=1)),
+        {"supervision": {"max_repeats": 3}},
+    ),
     "trip-repeated-by-turns": Mishap(
         (joints("repeat", 20, span_ticks=1, duration_ticks=1), force("repeat", 21, span_ticks=1)),
         {"supervision": {"max_repeats": 3}},
@@ -177,9 +180,11 @@ SUPERVISED: Final[dict[str, Mishap]] = {
         {"arm": "ur5", **weak(retract_mm=20.0, retract_speed_mm_s=500.0, max_tracking_error_mrad=500.0)},
         answers={4: (4, pi, _VELOCITY)},
     ),
-    # Each channel drifts meanwhile, and their sum does not.
+    # Each channel drifts meanwhile, and their sum does not; one before it has a little noise, and does not count.
     "lies-recurring": Mishap(
         (
+            force("repeat", 20, span_ticks=10, honest=False, duration_ticks=10),
+            force("noise", 20, magnitude=1e-8, duration_ticks=10),
             force("repeat", 40, span_ticks=20, honest=False),
             force("bias-drift", 40, magnitude=0.05, channels=(0,)),
             force("bias-drift", 40, magnitude=-0.01, channels=(1, 2, 3, 4, 5)),
