@@ -18,7 +18,7 @@ from can.interfaces.slcan import slcanBus
 from typing_extensions import override
 
 from palpate.drivers.errors import SilentError, WiringError
-from palpate.drivers.serial_port import WRITE_TIMEOUT_S, close_serial
+from palpate.drivers.serial_port import WRITE_TIMEOUT_S, close_serial, write_unless_stuck
 
 MAX_FRAMES = 512
 """Frames taken per call, so that a flooded bus cannot hold a control loop for ever."""
@@ -82,7 +82,7 @@ class BoundedSlcanBus(slcanBus):
             if port.write_timeout is None:
                 port.write_timeout = OPEN_TIMEOUT_S
             try:
-                port.write(string.encode() + self.LINE_TERMINATOR)
+                write_unless_stuck(port, string.encode() + self.LINE_TERMINATOR)
             except serial.SerialTimeoutException:
                 self._wait_s = _STALLED_S
                 raise

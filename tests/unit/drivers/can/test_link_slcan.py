@@ -98,6 +98,13 @@ def test_an_adapter_that_takes_bytes_again_is_used_again(cable: Cable) -> None:
     bus.shutdown()
 
 
+def test_a_frame_that_was_taken_is_not_refused_because_this_program_was_held_up(cable: Cable) -> None:
+    bus = open_bus("slcan", cable.channel, 1_000_000, sleep_after_open=0.0)
+    # Such a write counts as late as soon as time goes on at all.
+    bus.send(can.Message(arbitration_id=0x201, is_extended_id=False, data=bytes(8)), timeout=1e-9)
+    bus.shutdown()
+
+
 def test_an_adapter_that_is_held_up_while_it_is_opened_is_waited_for(
     cable: Cable, monkeypatch: pytest.MonkeyPatch
 ) -> None:
