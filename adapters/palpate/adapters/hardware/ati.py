@@ -86,7 +86,7 @@ class NetFtTable(Settings):
     """Port of its web server."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
     """Age above which a sample is marked as stale."""
-    max_late_ms: Annotated[float, Range(0.0, 10_000.0)] = 20.0
+    max_late_ms: Annotated[float, Range(0.0, 10_000.0)] = LATE_NS * 1e-6
     """Records that come by more than this later than they did, by the box's own count, are a fault; 0 asks for none."""
     start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 5.0
     """Longest wait for the first reading."""

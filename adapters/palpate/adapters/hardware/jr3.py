@@ -118,7 +118,7 @@ class _Jr3Table(Settings):
     """Handedness of the sensor's axes."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
     """Age above which a sample is marked as stale."""
-    max_late_ms: Annotated[float, Range(0.0, 10_000.0)] = 20.0
+    max_late_ms: Annotated[float, Range(0.0, 10_000.0)] = LATE_NS * 1e-6
     """Readings that come by more than this later than they did, by the board's count, are a fault; 0 asks for none."""
     start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 30.0
     """Longest wait for the first reading."""

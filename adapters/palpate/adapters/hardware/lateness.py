@@ -5,6 +5,7 @@ from typing import Final
 from palpate.drivers.device import PolledSensor
 
 LATE_NS: Final = 20_000_000
+"""By so much later than they did samples may come, where a rig file does not say otherwise."""
 _DRIFT: Final = 0.01
 """So far apart may the clocks run, more than crystals do: some rates are known by a calculation alone. What grows late
 more slowly than that is not seen."""
