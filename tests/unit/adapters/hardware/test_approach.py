@@ -199,6 +199,42 @@ def test_a_blind_arm_waits_where_it_is_and_not_for_ever(first: int, many: int, a
     assert still >= (many if first and arrives else 0)
 
 
+class HeldUpArm(DeviceDecorator, ArmCommand):
+    """Does nothing for so many commands, from the given one on, and then goes on with the newest at once."""
+
+    def __init__(self, arm: ArmCommand, first: int, many: int) -> None:
+        super().__init__(arm)
+        self._arm, self._held, self.sent, self._last = arm, range(first, first + many), 0, AppliedCommand(())
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        self.sent += 1
+        if self.sent not in self._held:
+            self._last = self._arm.send(command)
+        return self._last
+
+    def stop(self) -> None:
+        self._arm.stop()
+
+
+@pytest.mark.parametrize("before_the_end", [5, 15, 25, 40])
+def test_the_way_ends_where_the_arm_stands_and_not_where_it_passes_by(before_the_end: int) -> None:
+    held = 20
+    with SimulatedRig(CONFIG, ready_pose()) as rig:
+        rig.prepare(0)
+        counted = HeldUpArm(rig.ports.arm, 0, 0)
+        walk(APPROACH, replace(rig.ports, arm=counted), 0.8, CONFIG.task.max_force_N)
+    with SimulatedRig(CONFIG, ready_pose()) as rig:
+        rig.prepare(0)
+        late = HeldUpArm(rig.ports.arm, counted.sent - before_the_end - held, held)
+        walk(APPROACH, replace(rig.ports, arm=late), 0.8, CONFIG.task.max_force_N)
+        clock, encoder = rig.ports.clock, rig.ports.joint_encoder
+        at_end = encoder.read().position_rad
+        clock.sleep_until(clock.now_ns() + 30_000_000)
+        moved_rad = np.subtract(encoder.read().position_rad, at_end)
+        assert np.abs(moved_rad).max() < 1e-3
+        assert rig.truth().peak_force_N < 20.0
+
+
 class SentCommands(DeviceDecorator, ArmCommand):
     """Keeps what was asked."""
 
