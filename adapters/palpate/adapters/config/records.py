@@ -53,6 +53,7 @@ UNTOLD: Final[Mapping[str, Any]] = {
     "learning.rule_lead": 0.0,
     "learning.temperature_in_use": 1e6,
     "real_time.stay_awake": False,
+    "supervision.max_force_N": 40.0,
     "supervision.max_torque_Nm": 6.0,
     "supervision.max_recurring_samples": 1_000_000,
     "supervision.flat_line_samples": 1_000_000,

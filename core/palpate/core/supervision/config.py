@@ -30,8 +30,9 @@ class SupervisionConfig(Settings):
 
     TABLE: ClassVar[str] = "supervision"
 
-    max_force_N: Annotated[float, _FINITE_FORCE, Limit(1.0, 1000.0, "N")] = 40.0
-    """Force on the tool; before taring, its change since the trial's first sample."""
+    max_force_N: Annotated[float, _FINITE_FORCE, Limit(1.0, 1000.0, "N")] = 30.0
+    """Force on the tool; before taring, its change since the trial's first sample. As it comes it is that of
+    task.max_force_N: what ends a trial by its force latches. A larger one leaves the rig free after such an end."""
     max_torque_Nm: Annotated[float, Limit(0.05, 200.0, "N m")] = 5.0
     """Torque about the sensor's origin; before taring, its change since the trial's first sample."""
     max_force_rate_N_s: Annotated[float, Limit(10.0, 1e5, "N/s")] = 3000.0

@@ -29,7 +29,7 @@ class ForceLimit:
 def force_limits(supervision: SupervisionConfig, task: TaskConfig) -> list[ForceLimit]:
     """All limits of the force, the one that stops the arm first in front."""
     trip = _TRIP.format(on_trip=supervision.on_trip)
-    ends = "the trial ends as `force limit` with the arm stopped; the next one begins"
+    ends = "the trial ends as `force limit` with the arm stopped; the next one begins, unless the supervisor trips too"
     every = "every tick of a trial"
     limits = (
         ForceLimit(

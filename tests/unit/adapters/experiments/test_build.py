@@ -96,14 +96,14 @@ class Narrow(SimulatedRig):
 
     @property
     def sensor_facts(self) -> SensorFacts:
-        return replace(super().sensor_facts, range_N=(115.0, 111.0, 30.0))
+        return replace(super().sensor_facts, range_N=(115.0, 111.0, 28.0))
 
 
 def test_limits_are_held_against_the_facts_of_the_rig_whatever_the_cell_is_set_to() -> None:
     silent = replace(QUICK, cell=replace(QUICK.cell, sensor=SensorConfig(force_noise_N=0.0, torque_noise_Nm=0.0)))
     with Narrow(silent, ready_pose()) as rig:
         with pytest.raises(
-            ConfigurationError, match=r"max_force_N = 40.0 is refused: below 30, the most that the sens"
+            ConfigurationError, match=r"max_force_N = 30.0 is refused: below 28, the most that the sens"
         ):
             supervisor_of(rig, QUICK, ready_pose())
         fits = replace(QUICK, supervision=replace(QUICK.supervision, max_force_N=25.0))

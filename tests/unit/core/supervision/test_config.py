@@ -66,7 +66,7 @@ def test_a_weaker_way_out_has_to_be_named_too(name: str, weaker: Any, strength: 
 def test_what_is_weakened_is_told() -> None:
     config = SupervisionConfig(max_force_N=60.0, max_gap_ms=80.0, weakened=("max_gap_ms", "max_force_N"))
     assert weakened_lines(config) == [
-        "supervision.max_force_N is weakened: 60 instead of 40 N",
+        "supervision.max_force_N is weakened: 60 instead of 30 N",
         "supervision.max_gap_ms is weakened: 80 instead of 50 ms",
     ]
 

@@ -17,7 +17,7 @@ from tests.unit.core.fake_world import TOOL, ready_pose
 from tests.unit.core.motion.limits import within_limits
 from tests.unit.core.supervision.bench import TOUCHING, Bench
 
-HIT: dict[str, Any] = {"force_N": (0, 0, -41.0), "wrench": {"sequence": 10_000}}
+HIT: dict[str, Any] = {"force_N": (0, 0, -31.0), "wrench": {"sequence": 10_000}}
 HOLD = SupervisionConfig(on_trip="hold", weakened=("on_trip",))
 ARMS = ("zebra-zero", "ur5")
 
@@ -58,7 +58,7 @@ def test_a_trip_latches_until_it_is_acknowledged() -> None:
         assert done.command == held
         assert done.intervention is not None
         assert done.intervention.trip is trip
-    with pytest.raises(FaultLatchedError, match=r"supervisor: stopped by a fault \(force 41.00 N, limit 40 N\)"):
+    with pytest.raises(FaultLatchedError, match=r"supervisor: stopped by a fault \(force 31.00 N, limit 30 N\)"):
         guard.begin()
     guard.latch.acknowledge("a person", "it was a test")
     guard.begin()
@@ -71,8 +71,8 @@ def test_a_trip_latches_until_it_is_acknowledged() -> None:
 def test_the_latch_holds_whoever_watches_the_rig_next_until_somebody_acknowledges_by_name() -> None:
     latch = FaultLatch()
     bench = Bench(latch=latch)
-    bench.trip(force_N=(0, 0, -41.0))
-    with pytest.raises(FaultLatchedError, match=r"force 41.00 N, limit 40 N"):
+    bench.trip(force_N=(0, 0, -31.0))
+    with pytest.raises(FaultLatchedError, match=r"force 31.00 N, limit 30 N"):
         Bench(latch=latch)
     for by, reason, field in (
         ("", "the plate is gone", "by"),
@@ -82,7 +82,7 @@ def test_the_latch_holds_whoever_watches_the_rig_next_until_somebody_acknowledge
         with pytest.raises(ConfigurationError, match=f"acknowledgement.{field} = "):
             latch.acknowledge(by, reason)
     latch.acknowledge("Ada", "the plate is gone")
-    assert latch.acknowledgements == [Acknowledgement("Ada", "the plate is gone", "force 41.00 N, limit 40 N")]
+    assert latch.acknowledgements == [Acknowledgement("Ada", "the plate is gone", "force 31.00 N, limit 30 N")]
     Bench(latch=latch).clean(3)
     bench.supervisor.begin()
     assert (bench.supervisor.state, bench.supervisor.trip) == (Guard.ACTIVE, None)

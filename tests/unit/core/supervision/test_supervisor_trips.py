@@ -151,11 +151,11 @@ def test_it_trips_at_the_first_bad_tick_and_not_before(name: str) -> None:
 
 def test_the_force_is_scaled_as_the_task_scales_it() -> None:
     bench = Bench(scale=(1.0, 1.0, 3.0, 1.0, 2.0, 1.0))
-    bench.clean(5, force_N=(0, 0, -13.0), torque_Nm=(0, 2.4, 0))
-    assert bench.trip(force_N=(0, 0, -13.0), torque_Nm=(0, 2.6, 0)).reason is TripReason.TORQUE_LIMIT
+    bench.clean(5, force_N=(0, 0, -9.7), torque_Nm=(0, 2.4, 0))
+    assert bench.trip(force_N=(0, 0, -9.7), torque_Nm=(0, 2.6, 0)).reason is TripReason.TORQUE_LIMIT
     bench = Bench(scale=(1.0, 1.0, 3.0, 1.0, 1.0, 1.0))
-    bench.clean(5, force_N=(0, 0, -13.0))
-    assert bench.trip(force_N=(0, 0, -13.4)).text.startswith("force 40.20 N")
+    bench.clean(5, force_N=(0, 0, -9.9))
+    assert bench.trip(force_N=(0, 0, -10.1)).text.startswith("force 30.30 N")
 
 
 @pytest.mark.parametrize(("good", "bad"), [((0.17, -0.3), (0.18, 0.0)), ((0.0, 0.3), (0.0, -0.36))])

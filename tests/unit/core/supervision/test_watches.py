@@ -32,7 +32,7 @@ def test_a_rate_counts_from_new_sample_to_new_sample() -> None:
     bench.clean(3)
     old = bench.snapshots[-1].wrench
     bench.clean(1, wrench={"sequence": old.sequence, "source_time_ns": old.source_time_ns})
-    bench.clean(1, force_N=(0, 0, -39.0))
+    bench.clean(1, force_N=(0, 0, -29.0))
     assert bench.trip(force_N=(0, 0, 0.0)).reason is TripReason.FORCE_RATE
 
 

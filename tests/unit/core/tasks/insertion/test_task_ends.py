@@ -2,14 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import count
 from math import nan
 
 import pytest
 
+from palpate.core.control_loop import run_trial
 from palpate.core.errors import DeviceError
 from palpate.core.ports.values import JointSample, Snapshot, Validity, WrenchSample
-from palpate.core.trial import Outcome, TaskConfig
+from palpate.core.trial import Outcome, TaskConfig, TrialSetup
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, Steps, build_task
+from tests.unit.core.supervision.bench import supervisor
 from tests.unit.core.tasks.insertion.whole_trial import FAR_AWAY, HOLE, START, Trial, plus
 
 
@@ -59,6 +62,21 @@ def test_the_force_limit_ends_the_trial_in_the_same_tick() -> None:
     assert trial.report.peak_force_N == pytest.approx(31.0)
     assert trial.events("end")[0].detail == "force limit: 31.00 N, limit 30 N"
     assert trial.stopped
+
+
+def test_a_force_that_ends_the_trial_latches_with_a_supervisor_as_it_comes() -> None:
+    """A sensor that shows ten times the force ended a trial at a true 8 N, and the next one began."""
+    guard, world, task = supervisor(), FakeWorld(HOLE), build_task(FollowTorque())
+    reads = count()
+    # No faster than a force may rise.
+    world.spoil = lambda sample: replace(
+        sample, force_N=plus(sample.force_N, (0.0, 0.0, -15.5 * max(next(reads) - 99, 0)))
+    )
+    with world:
+        report = run_trial(task, world.ports, TrialSetup(0, 1, START), guard)
+    assert report.outcome is Outcome.FORCE_LIMIT
+    assert guard.trip is not None
+    assert guard.latch.cause == guard.trip.text == "force 31.00 N, limit 30 N"
 
 
 BAD_WRENCHES: dict[str, Callable[[WrenchSample], WrenchSample]] = {
