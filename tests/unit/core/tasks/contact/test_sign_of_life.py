@@ -95,6 +95,19 @@ def test_what_was_recorded_in_an_uneven_heave_does_not_follow_the_next(repeated_
     assert max(after) < 150
 
 
+@pytest.mark.parametrize(
+    ("repeated_ticks", "seed"),
+    [(14, 112), (21, 2), (21, 21), (21, 97), (70, 60), (70, 70), (70, 73), (70, 89), (70, 120)],
+)
+def test_a_recording_that_happens_to_fit_an_uneven_heave_is_found_as_it_comes_again(
+    repeated_ticks: int, seed: int
+) -> None:
+    """By the spring alone it was believed for 64 to 99 ticks in these, of 150 seeds each."""
+    dies = 150 + seed % 10
+    slide = Slide(noise_N=0.1, dies=dies, repeated_ticks=repeated_ticks, uneven=True, seed=seed)
+    assert next(tick for tick in slide.due_ticks if tick > dies) < dies + 50
+
+
 def test_a_check_of_a_sound_sensor_is_not_followed_by_another() -> None:
     """A tool at 19 mm/s goes the free way in fewer ticks than are needed to judge it without what was before."""
     slide = Slide(step_m=0.019 / CONTROL_RATE_HZ, checked=True)
