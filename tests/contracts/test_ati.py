@@ -1,6 +1,7 @@
 """The adapter of ATI's Net F/T keeps the contract of a force sensor, against an emulated box in virtual time."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -9,6 +10,7 @@ from palpate.adapters.hardware.ati import NetFtForceSensor
 from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.ports import Life, Validity
 from palpate.core.ports.contracts import ForceSensorContract, ForceSensorRig
+from palpate.drivers.errors import SilentError
 from palpate.simulation.emulators.ati import EmulatedBox, EmulatedBoxConfig
 from tests.virtual_box import VirtualBox
 from tests.virtual_time import VirtualTime
@@ -67,6 +69,38 @@ def test_silence_is_stale_at_first_a_cut_cable_a_fault_and_both_name_their_cause
         bench.box.silent, bench.is_plugged = False, True
         sensor.acknowledge_fault()
         sensor.activate()
+        assert sensor.read().validity is Validity.VALID
+
+
+@pytest.mark.parametrize(
+    ("set_anew", "told"),
+    [
+        (lambda box: setattr(box, "config", replace(box.config, counts_per_force=2_000_000)),
+         "counts per force 2000000 instead of 1000000"),
+        (lambda box: box.receive(bytes.fromhex("1234 0042 00000000"), 0), "bias 300;-200;5000;10;20;30 instead of 0"),
+    ],
+)  # fmt: skip
+def test_what_another_client_sets_while_it_streams_is_told_by_its_page(
+    set_anew: Callable[[EmulatedBox], None], told: str
+) -> None:
+    bench = Bench()
+    with bench.sensor as sensor:
+        honest = bench.box.config
+        for tick in range(300):
+            bench.ticks(1)
+            sensor.read()
+            if tick == 200:
+                # A page that does not come says nothing.
+                bench.page = lambda: SilentError("box", "did not come", "wait")
+        bench.page = bench.box.page
+        set_anew(bench.box)
+        bench.ticks(150)
+        with pytest.raises(DeviceError, match=f"ATI Net F/T: another client has set it anew: {told}"):
+            sensor.read()
+        bench.box.config, bench.box._bias = honest, [0.0] * 6
+        sensor.acknowledge_fault()
+        sensor.activate()
+        bench.ticks(150)
         assert sensor.read().validity is Validity.VALID
 
 

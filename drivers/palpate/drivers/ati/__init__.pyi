@@ -1,6 +1,7 @@
 from .box import PAGE as PAGE
 from .box import NetFtBox as NetFtBox
 from .box import parse_box as parse_box
+from .box import scaling as scaling
 from .rdt import RDT_PORT as RDT_PORT
 from .stream import NetFt as NetFt
 from .stream import RdtStatistics as RdtStatistics

@@ -1,7 +1,8 @@
 """What a Net F/T box states on its page ``/netftapi2.xml``; FACT, fields as firmware 2.2.59 sends them."""
 
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from math import isfinite
 from typing import Final
 
@@ -10,6 +11,10 @@ from palpate.drivers.errors import SettingError
 
 _NAME: Final = "ATI Net F/T"
 PAGE: Final = "/netftapi2.xml"
+_SCALING: Final = {
+    "configuration": "setcfgsel", "calibration": "cfgcalsn", "force units": "scfgfu", "torque units": "scfgtu",
+    "counts per force": "cfgcpf", "counts per torque": "cfgcpt", "tool frame": "cfgtfx", "bias": "setbias",
+}  # fmt: skip
 _UNITS: Final = {"scfgfu": ("force", ("N",)), "scfgtu": ("torque", ("Nm", "N-m"))}
 
 
@@ -21,6 +26,7 @@ class NetFtBox:
         range_N: Rated forces, (3,).
         range_Nm: Rated torques, (3,).
         sample_Hz: Rate of its own samples, which it counts; 0 where the page does not say.
+        scaling: What scales, turns and shifts its counts, as :func:`scaling` has it.
     """
 
     counts_per_N: float
@@ -31,6 +37,7 @@ class NetFtBox:
     calibration: str = ""
     firmware: str = ""
     sample_Hz: float = 0.0
+    scaling: Mapping[str, str] = field(default_factory=dict, compare=False)
 
 
 def parse_box(page: bytes) -> NetFtBox:
@@ -50,7 +57,15 @@ def parse_box(page: bytes) -> NetFtBox:
     (per_N,), (per_Nm,), (rate_Hz,) = (_numbers(page, tag, 1) for tag in ("cfgcpf", "cfgcpt", "comrdtrate"))
     (sample_Hz,) = _numbers(page, "runrate", 1) if _field(page, "runrate", "") else (0.0,)
     told = _field(page, "cfgcalsn", "unknown"), _field(page, "mfgdigver", "unknown"), sample_Hz
-    return NetFtBox(per_N, per_Nm, (fx, fy, fz), (tx, ty, tz), rate_Hz, *told)
+    return NetFtBox(per_N, per_Nm, (fx, fy, fz), (tx, ty, tz), rate_Hz, *told, scaling(page))
+
+
+def scaling(page: bytes) -> dict[str, str]:
+    """What scales, turns and shifts the counts of its records, by name; empty where the page is not whole.
+
+    Records say none of it, and any client of the box may change it while they come.
+    """
+    return {name: _field(page, tag, "") for name, tag in _SCALING.items()} if b"</netft>" in page else {}
 
 
 def _field(page: bytes, tag: str, default: str | None = None) -> str:

@@ -89,6 +89,7 @@ class EmulatedBox:
             "scfgfu": config.force_unit, "scfgtu": config.torque_unit,
             "cfgcpf": config.counts_per_force, "cfgcpt": config.counts_per_torque,
             "cfgmr": ";".join(f"{rating:g}" for rating in config.ratings),
+            "setcfgsel": 0, "setbias": ";".join(f"{1e3 * bias:.0f}" for bias in self._bias),
             "comrdte": "Enabled" if config.rdt else "Disabled", "comrdtrate": config.rate_Hz, "mfgdigver": "2.2.59",
         }  # fmt: skip
         told = "".join(f"<{name}>{value}</{name}>\n" for name, value in fields.items())
