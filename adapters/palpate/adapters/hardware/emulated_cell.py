@@ -30,6 +30,8 @@ _COUNTS_PER_RAD: Final = 192_000 / 6.283185307179586
 _INSERTED_M: Final = 5e-5
 _BEHIND_FILTER: Final = 0.77
 """Share of the cell's noise, new each control tick, that the board's filter of 50 Hz lets through; measured."""
+_HUM: Final = (0.01,) * 3 + (0.0004,) * 3
+"""Standard deviations of what is new at each look, N and N m: a sensor's noise does not stand still with the cell."""
 _NOTES: Final = {"patience": "  # emulated drives share this computer with the loop; leave this out for real ones"}
 _UR: Final = ControllerConfig(
     payload_kg=1.1, payload_cog_m=(0.0, 0.0, 0.06), tcp_offset=(0.0, 0.0, 0.15, 0.0, 0.0, 0.0)
@@ -104,6 +106,7 @@ class EmulatedCell:
         start = HOME_RAD if emulation.arm == "zebra-nmc" else tuple(ready.q_rad.tolist())
         self.cell.place(start)
         # Replaced whole, for servers have threads of their own: when, what was felt, and by how much more than before.
+        self._hum = np.random.default_rng(6)
         self._felt: tuple[int, list[float], list[float]] = 0, self.cell.measure_wrench(), [0.0] * 6
         self._motors: Motors
         self._hold: Callable[[], AbstractContextManager[Any]] = nullcontext
@@ -203,7 +206,8 @@ class EmulatedCell:
         """
         ticked_ns, wrench, steps = self._felt
         ahead = min(max((now_ns - ticked_ns) * CONTROL_RATE_HZ / _NS, 0.0), 1.0) - 0.5
-        return tuple(felt + ahead * step for felt, step in zip(wrench, steps, strict=True))
+        parts = zip(wrench, steps, _HUM, self._hum.standard_normal(6).tolist(), strict=True)
+        return tuple(felt + ahead * step + sd * draw for felt, step, sd, draw in parts)
 
     def _serve(self, server: AbstractContextManager[Any], table: str, entries: Callable[[], dict[str, Any]]) -> None:
         """Have a server started on entry; only then is known what the rig file has to say of it."""

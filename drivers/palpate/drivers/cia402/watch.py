@@ -15,6 +15,8 @@ _MS: Final = 1_000_000
 _REMEDY: Final = "find out why, then acknowledge"
 _LIMITED_S: Final = 0.2
 """So long a drive may be at a limit of its own, as of its current while it accelerates. Assumed."""
+_HOST_UNHEARD: Final = 0x8130
+"""Heartbeat error (CiA 301)."""
 KEEP_TIME: Final = "end other work here, ask for real-time scheduling or raise [arm] patience, then acknowledge"
 
 
@@ -83,9 +85,12 @@ def _restarted(view: AxisView, joint: JointDrive, _settings: ArmSettings, _now_n
         yield DeviceFaultError(f"drive {joint.node}", problem, _REMEDY)
 
 
-def _reports(view: AxisView, joint: JointDrive, _settings: ArmSettings, _now_ns: int) -> Iterator[DriverError]:
+def _reports(view: AxisView, joint: JointDrive, settings: ArmSettings, _now_ns: int) -> Iterator[DriverError]:
     if view.box.active:
         worst = view.box.active[0]
+        if worst.code == _HOST_UNHEARD:
+            problem = f"has not heard this computer for {settings.host_watchdog_ms} ms (EMCY 0x{worst.code:04X})"
+            yield LateError(f"drive {joint.node}", problem, f"check the bus cable, or {KEEP_TIME}")
         problem = (
             f"reports EMCY 0x{worst.code:04X} (register 0x{worst.register:02X}, maker's bytes {worst.vendor.hex()})"
         )

@@ -21,6 +21,10 @@ def emergency(bench: Bench) -> None:
     bench.drives[1].emergency(0x4210, b"\x01\x02")
 
 
+def host_unheard(bench: Bench) -> None:
+    bench.drives[1].emergency(0x8130)
+
+
 def following_error(bench: Bench) -> None:
     bench.plant.jam(1)
     bench.drives[1].objects[0x6065] = 10
@@ -107,6 +111,11 @@ CASES: list[tuple[Callable[[Bench], None], type[DriverError], str]] = [
     (drive_fault, DeviceFaultError, "drive 2: is in fault"),
     (emergency, DeviceFaultError, "drive 2: reports EMCY 0x4210 .*0102000000"),
     (following_error, DeviceFaultError, "drive 2: reports EMCY 0x8611"),
+    (
+        host_unheard,
+        LateError,
+        r"drive 2: has not heard this computer for \d+ ms \(EMCY 0x8130\); check the bus cable, or end",
+    ),
     (heartbeat_lost, SilentError, "drive 2: no heartbeat"),
     (no_answers, SilentError, "drive 2: left 3 SYNCs in a row"),
     (cut_short, SilentError, "drive 2: left 3 SYNCs in a row unanswered, and 3 of its frames had another length"),

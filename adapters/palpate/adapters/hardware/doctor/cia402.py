@@ -8,6 +8,9 @@ from palpate.core.ports import Clock
 from palpate.drivers.cia402 import ArmStatistics, Cia402Arm, DrivesMeasured, DriveState, bits_per_cycle, outside
 
 _CABLE: Final = "check the bus: 60 ohm between CAN_H and CAN_L with the power off, shield, one bit rate for all nodes"
+_OTHER_WORK: Final = (
+    "end other work on this computer, or on that which emulates the drives; ask for real-time scheduling"
+)
 _MISSED_SHARE: Final = 0.01
 
 
@@ -67,7 +70,7 @@ def _traffic(before: ArmStatistics, now: ArmStatistics, notes: Notebook) -> None
     cycles = now.cycles - before.cycles
     old = {node.node: node for node in before.nodes}
     rows = []
-    missed = odd = 0
+    missed = delayed = odd = 0
     for node in now.nodes:
         was = old[node.node]
         lost, late = node.missed - was.missed, node.late - was.late
@@ -75,11 +78,15 @@ def _traffic(before: ArmStatistics, now: ArmStatistics, notes: Notebook) -> None
         emergencies = node.emergencies - was.emergencies
         gap_ms = 1e-6 * node.longest_gap_ns
         rows.append((*map(str, (node.node, lost, late, twice, bad, emergencies)), f"{gap_ms:.0f} ms"))
-        missed, odd = missed + lost, odd + twice + bad
+        # One that comes in the next cycle is its answer, and that one's own a second.
+        behind = min(lost, late + twice)
+        missed, delayed, odd = missed + lost, delayed + behind, odd + bad + twice - max(behind - late, 0)
     columns = ("node", "missed", "late", "duplicates", "malformed", "emergencies", "longest heartbeat gap")
     notes.table(columns, tuple(rows))
     if missed > _MISSED_SHARE * max(1, cycles * len(rows)):
-        notes.wrong(f"{missed} answers missing in {cycles} cycles", f"{_CABLE}; or a larger [arm] divider")
+        is_late = 2 * delayed > missed
+        remedy = f"{_OTHER_WORK if is_late else _CABLE}; or a larger [arm] divider"
+        notes.wrong(f"{missed} answers missing in {cycles} cycles, {delayed} of them came late", remedy)
     elif cycles:
         notes.ok(f"{missed} answers missing in {cycles} cycles")
     if odd:

@@ -165,6 +165,26 @@ def test_cia402_unplugged_in_mid_run(desk: VirtualDesk, notes: Notebook) -> None
     assert "answers missing" in " ".join(told(notes, Level.WRONG))
 
 
+def test_cia402_whose_answers_come_a_cycle_late(desk: VirtualDesk, notes: Notebook) -> None:
+    """It was told to look for a second node of the same number, and at the cable, where a computer was busy."""
+    nodes, driver = drives(desk)
+    period_ns = driver.settings.period_ns
+    asked = driver._exchange.run
+
+    def run(*words: Any) -> Any:
+        late = {0: 0.7, 9: 1.2}.get(desk.clock.now_ns() // period_ns % 20, 0.0)
+        for node in nodes:
+            node.faults.delay_tpdos_ns = round(late * period_ns)
+        return asked(*words)
+
+    driver._exchange.run = run  # type: ignore[method-assign]
+    examine_cia402(driver, desk.clock, SECONDS, notes)
+    wrong = " ".join(told(notes, Level.WRONG))
+    assert "of them came late" in wrong
+    assert "twice" not in wrong
+    assert "end other work on this computer" in str(notes.section())
+
+
 def jr3(desk: VirtualDesk, wrench: Callable[[int], tuple[float, ...]]) -> tuple[Jr3CanNode, Jr3ForceSensor]:
     node = Jr3CanNode(1, wrench, replace(Jr3Config(), boot_ns=1_000_000), generator=np.random.default_rng(0))
     desk.can("can0", node)
