@@ -17,7 +17,7 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.memory_maps import LEARNERS, frozen, map_of
+from benchmarks.memory_maps import LEARNERS, frozen, in_use, map_of
 from palpate.adapters.experiments.grid import Named, learn
 from palpate.core.automata import InferenceSettings, Strings, TrainingSettings, infer
 from palpate.core.automata.choice import ExtractionSettings, last_letters, model_loss
@@ -97,7 +97,8 @@ def main() -> None:
     optimum = float(belief_optimum(grid))
     for learner in ("offset-500", "clones-500", "automaton-500", "pairs", "symbols"):
         states, settings, trials = LEARNERS[learner]
-        found, _ = frozen(grid, learn(grid, Named(states), settings, 0, trials), UNDISTURBED, 20)
+        run = learn(grid, Named(states), settings, 0, trials)
+        found, _ = frozen(grid, run, in_use(run), UNDISTURBED, 20)
         print(
             f"every symbol says where it is, {learner}: {found.limited_steps / optimum:.3f} of the optimum", flush=True
         )

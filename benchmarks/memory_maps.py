@@ -93,18 +93,24 @@ def facts(name: str) -> dict[str, Any]:
     return shape | {"optimum": bounds.belief, "omniscient": bounds.full, "random": bounds.random_walk}
 
 
-def frozen(grid: GridMap, run: LearningRun, disturbance: Disturbance, walks: int) -> tuple[ExpectedSteps, bool]:
+def in_use(run: LearningRun) -> Any:
+    """The learned policy, ready to act: fitted to the last trials too, and planned."""
+    if isinstance(run.learner, TabularLearner):
+        run.learner.frozen = True
+        return run.learner
+    policy = run.learner.as_frozen()
+    policy.begin_trial(0, np.random.default_rng(0))
+    return policy
+
+
+def frozen(
+    grid: GridMap, run: LearningRun, policy_now: Any, disturbance: Disturbance, walks: int
+) -> tuple[ExpectedSteps, bool]:
     """What the learned policy costs, acting as it would in use, and whether that is exact."""
-    learner = run.learner
-    if isinstance(learner, TabularLearner) and disturbance == UNDISTURBED:
-        heat = learner.parameters.temperature.when_frozen
-        policy = [boltzmann_probabilities(values, heat) for values in learner.q]
+    if isinstance(policy_now, TabularLearner) and disturbance == UNDISTURBED:
+        heat = policy_now.parameters.temperature.when_frozen
+        policy = [boltzmann_probabilities(values, heat) for values in policy_now.q]
         return expected_steps(grid, run.identifier, policy), True
-    if isinstance(learner, TabularLearner):
-        learner.frozen = True
-        policy_now: Any = learner
-    else:
-        policy_now = learner.as_frozen()
     sure = PATIENCE if disturbance == UNDISTURBED and policy_now.temperature is None else 0
     if sure:
         found = walked_steps(grid, run.identifier, policy_now, sure, seed=1)
@@ -127,8 +133,9 @@ def run_one(job: tuple[str, str, int, Disturbance, int]) -> dict[str, Any]:
     states, settings, trials = LEARNERS[learner]
     began = process_time()
     run = learn(grid, Named(states), settings, seed, trials, disturbance=disturbance)
+    policy = in_use(run)
     line["cpu_s"] = round(process_time() - began, 2)
-    found, exact = frozen(grid, run, disturbance, walks)
+    found, exact = frozen(grid, run, policy, disturbance, walks)
     line |= {
         "steps": found.steps,
         "reaches": found.reaches,
