@@ -43,12 +43,36 @@ class Clones:
         return own if self.misread == 0.0 else own * (1.0 - self.misread) + self.misread / self.symbols
 
 
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """What the trials hold by a model.
+
+    Attributes:
+        moves: From each clone to each by each action, (actions, states, states).
+        goals: Arrivals at the goal, (actions, states).
+        starts: In each clone, (states,).
+        wrong: Share of the readings that are not of the clone's own symbol, with one of twenty beforehand.
+    """
+
+    moves: Floats
+    goals: Floats
+    starts: Floats
+    wrong: float
+    log_likelihood: float
+
+
 class Blocks(Chain):
-    """How messages go through the model: from the clones of one symbol to those of the next, a small block."""
+    """How messages go through the model, and are counted: from the clones of one symbol to those of the next, a block.
+
+    Attributes:
+        places: States of a message after a reading of each symbol, (symbols, width).
+        moves: The blocks by their keys, (keys, width, width).
+    """
 
     def __init__(self, model: Clones) -> None:
+        self.actions, self.states = model.goal.shape
         counts = np.bincount(model.clones, minlength=model.symbols)
-        self.width = width = int(counts.max())
+        width = int(counts.max())
         # Place of each symbol's clones, (symbols, width); one past the last state where there are fewer.
         places = np.full((model.symbols, width), len(model.clones), dtype=np.intp)
         for symbol, (end, count) in enumerate(zip(np.cumsum(counts), counts, strict=True)):
@@ -58,13 +82,12 @@ class Blocks(Chain):
         # By action and the symbols before and after: (actions x symbols x symbols, width, width).
         blocks = moves[:, places[:, None, :, None], places[None, :, None, :]]
         self.moves = np.ascontiguousarray(blocks.reshape(-1, width, width))
-        self._symbols = model.symbols
         self._goal = np.pad(model.goal.astype(NARROW), ((0, 0), (0, 1)))[:, places]
         self._start = np.pad(model.start.astype(NARROW), (0, 1))[places]
 
     def keys(self, actions: Numbers, symbols: Numbers, following: Numbers) -> Numbers:
-        """Places of the blocks."""
-        return (actions * self._symbols + symbols) * self._symbols + following
+        """Which block goes with each action and the readings about it."""
+        return (actions * len(self.places) + symbols) * len(self.places) + following
 
     @override
     def first(self, symbols: Numbers) -> Floats:
@@ -86,24 +109,50 @@ class Blocks(Chain):
     def goal(self, actions: Numbers, symbols: Numbers) -> Floats:
         return self._goal[actions, symbols]
 
+    def products(self, before: Floats, after: Floats, following: Numbers) -> Floats:
+        """Sum of the products of the messages about moves of one key, (width, width)."""
+        summed: Floats = np.einsum("nc,nd->cd", before, after)
+        return summed
+
+    def counted(self, products: Floats) -> Floats:
+        """Moves that such sums, (keys, width, width), come to, (actions, states, states)."""
+        places, width = self.places, self.places.shape[1]
+        moves = np.zeros((self.actions, self.states + 1, self.states + 1))
+        moves[:, places[:, None, :, None], places[None, :, None, :]] = (products * self.moves).reshape(
+            self.actions, len(places), len(places), width, width
+        )
+        return moves[:, :-1, :-1]
+
+    def wrong(self, posterior: Floats, symbols: Numbers) -> float:
+        """How many of these readings are not of the clone's own symbol."""
+        return 0.0
+
 
 class CloneCounts(Counts):
     """Posteriors of a batch, summed by action and clones."""
 
-    def __init__(self, model: Clones, batch: Batch, chain: Blocks) -> None:
+    def __init__(self, batch: Batch, chain: Blocks) -> None:
         self._batch, self._chain = batch, chain
-        self._actions, self._symbols, self._states = len(model.goal), model.symbols, len(model.clones)
-        none = np.zeros((0, chain.width), dtype=NARROW)
-        self._keys: list[Numbers] = [np.zeros(0, dtype=np.intp)]
-        self._before: list[Floats] = [none]
-        self._after: list[Floats] = [none]
-        self._starts = np.zeros(self._states + 1)
-        self._goals = np.zeros((self._actions, self._states + 1))
+        # The moves as they come, the last first, and where each stands in the order of their keys.
+        running = np.array(batch.running[:0:-1], dtype=np.intp)
+        times = np.repeat(np.arange(len(running) - 1, -1, -1), running)
+        rows = np.arange(len(times)) - np.repeat(np.cumsum(running) - running, running)
+        following = batch.symbols[rows, times + 1]
+        self._keys = chain.keys(batch.actions[rows, times], batch.symbols[rows, times], following)
+        order = np.argsort(self._keys, kind="stable")
+        self._place = np.empty_like(order)
+        self._place[order] = np.arange(len(order))
+        self._keys, self._following, self._taken = self._keys[order], following[order], 0
+        self._before, self._after = np.empty((2, len(order), chain.places.shape[1]), dtype=chain.moves.dtype)
+        self._starts = np.zeros(chain.states + 1)
+        self._goals = np.zeros((chain.actions, chain.states + 1))
+        self._wrong = 0.0
 
     @override
     def state(self, time: int, posterior: Floats) -> None:
         batch, running = self._batch, len(posterior)
         symbols = batch.symbols[:running, time]
+        self._wrong += self._chain.wrong(posterior, symbols)
         if time == 0:
             np.add.at(self._starts, self._chain.places[symbols], posterior)
         longer = batch.running[time + 1] if time + 1 < len(batch.running) else 0
@@ -114,25 +163,17 @@ class CloneCounts(Counts):
 
     @override
     def move(self, time: int, before: Floats, after: Floats) -> None:
-        batch, running = self._batch, len(before)
-        symbols, following = batch.symbols[:running, time], batch.symbols[:running, time + 1]
-        self._keys.append(self._chain.keys(batch.actions[:running, time], symbols, following))
-        self._before.append(before)
-        self._after.append(after)
+        places = self._place[self._taken : self._taken + len(before)]
+        self._before[places], self._after[places] = before, after
+        self._taken += len(before)
 
-    def sums(self) -> tuple[Floats, Floats, Floats]:
-        """Moves (actions, states, states), arrivals at the goal (actions, states) and starts (states,)."""
-        keys = np.concatenate(self._keys)
-        order = np.argsort(keys, kind="stable")
-        before, after = np.concatenate(self._before)[order], np.concatenate(self._after)[order]
-        present, begins = np.unique(keys[order], return_index=True)
-        blocks = np.zeros_like(self._chain.moves)
-        for key, begin, end in zip(present, begins, [*begins[1:], len(keys)], strict=True):
-            np.einsum("nc,nd->cd", before[begin:end], after[begin:end], out=blocks[key])
-        blocks *= self._chain.moves
-        places, width = self._chain.places, self._chain.width
-        moves = np.zeros((self._actions, self._states + 1, self._states + 1))
-        moves[:, places[:, None, :, None], places[None, :, None, :]] = blocks.reshape(
-            self._actions, self._symbols, self._symbols, width, width
-        )
-        return moves[:, :-1, :-1], self._goals[:, :-1], self._starts[:-1]
+    def sums(self, log_likelihood: float) -> Expected:
+        """All of them, beside the log-likelihood of the batch."""
+        products = np.zeros_like(self._chain.moves)
+        present, begins = np.unique(self._keys, return_index=True)
+        for key, begin, end in zip(present, begins, [*begins[1:], len(self._keys)], strict=True):
+            rows = slice(begin, end)
+            products[key] = self._chain.products(self._before[rows], self._after[rows], self._following[rows])
+        wrong = (self._wrong + 1.0) / (float((self._batch.weights * self._batch.lengths).sum()) + 20.0)
+        moves = self._chain.counted(products)
+        return Expected(moves, self._goals[:, :-1], self._starts[:-1], wrong, log_likelihood)

@@ -213,8 +213,8 @@ def _parted(model: CloneModel, batch: Batch, rng: np.random.Generator) -> CloneM
 
 def _outcomes(model: CloneModel, batch: Batch) -> Floats:
     """What each action came to from each clone, the goal last, (actions, clones, clones + 1)."""
-    moves, goals, _ = model.expected(batch)[0]
-    return np.concatenate((moves, goals[:, :, None]), axis=2)
+    found = model.expected(batch)
+    return np.concatenate((found.moves, found.goals[:, :, None]), axis=2)
 
 
 def _alike(counts: Floats, clones: Numbers, kept: NDArray[np.bool_], worth: float) -> list[tuple[int, int]]:

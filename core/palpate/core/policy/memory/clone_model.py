@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.belief import Floats, logarithm
-from palpate.core.policy.memory.clone_counts import Blocks, CloneCounts, Clones
+from palpate.core.policy.memory.clone_counts import Blocks, CloneCounts, Clones, Expected
 from palpate.core.policy.memory.finite_pomdp import FinitePomdp, require_room, rounded
 from palpate.core.policy.memory.hidden_markov import LEAST, expect, forward
-from palpate.core.policy.memory.misread_counts import Misread, MisreadCounts
+from palpate.core.policy.memory.misread_counts import Misread
 from palpate.core.policy.memory.point_based import PointBasedPlan, perseus
 from palpate.core.policy.memory.recorded import Batch, RecordedTrial
 
@@ -68,7 +68,8 @@ class CloneModel(Clones):
             sparse: Take it for likely that an action leads from each clone to one other, but for what fails; the share
                 of wrong readings is learned then, if there is one: before, transitions account for them.
         """
-        (moves, goals, starts), log_likelihood, (wrong, read) = self._expected(batch)
+        expected = self.expected(batch)
+        moves, goals, starts = expected.moves, expected.goals, expected.starts
         few, fails = (_SPARSE_FEW if sparse else 1.0) / len(self.clones), 0.0
         if self.fails:
             stays, total = np.einsum("ass->as", moves), moves.sum(axis=2) + goals
@@ -83,30 +84,23 @@ class CloneModel(Clones):
         np.einsum("ass->as", moves)[...] += fails
         misread = self.misread
         if misread and sparse:  # any symbol may be read, the clone's own too
-            misread = min(0.5, (wrong + 1.0) / (read + 20.0) * self.symbols / (self.symbols - 1))
+            misread = min(0.5, expected.wrong * self.symbols / (self.symbols - 1))
         starts = starts / starts.sum()
-        return type(self)(self.clones, self.symbols, starts, moves, goals, fails, misread), log_likelihood
+        return type(self)(self.clones, self.symbols, starts, moves, goals, fails, misread), expected.log_likelihood
 
-    def expected(self, batch: Batch) -> tuple[tuple[Floats, Floats, Floats], float]:
-        """Moves, arrivals at the goal and starts that the trials hold by this model, and their log-likelihood."""
-        sums, log_likelihood, _ = self._expected(batch)
-        return sums, log_likelihood
+    def expected(self, batch: Batch) -> Expected:
+        """What the trials hold by this model."""
+        chain = self._chain()
+        counts = CloneCounts(batch, chain)
+        return counts.sums(expect(batch, chain, counts))
 
-    def _expected(self, batch: Batch) -> tuple[tuple[Floats, Floats, Floats], float, Floats]:
-        if self.misread:
-            readings = Misread(self)
-            misread = MisreadCounts(self, batch, readings)
-            log_likelihood = expect(batch, readings, misread)
-            return misread.sums(), log_likelihood, misread.wrong
-        chain = Blocks(self)
-        counts = CloneCounts(self, batch, chain)
-        log_likelihood = expect(batch, chain, counts)
-        return counts.sums(), log_likelihood, np.zeros(2)
+    def _chain(self) -> Blocks:
+        return Misread(self) if self.misread else Blocks(self)
 
     def trimmed(self, batch: Batch) -> Self:
         """Without the clones that the trials hardly visit: what they cost goes into further iterations."""
-        moves, goals, _ = self.expected(batch)[0]
-        visits, clones = moves.sum(axis=(0, 1)) + moves.sum(axis=(0, 2)) + goals.sum(axis=0), np.array(self.clones)
+        found, clones = self.expected(batch), np.array(self.clones)
+        visits = found.moves.sum(axis=(0, 1)) + found.moves.sum(axis=(0, 2)) + found.goals.sum(axis=0)
         keep = visits >= _VISITED
         for symbol in range(self.symbols):  # that may be read in other trials
             keep[np.where(clones == symbol, visits, -1.0).argmax()] = True
@@ -143,8 +137,7 @@ class CloneModel(Clones):
     def log_loss(self, trials: Sequence[RecordedTrial]) -> float:
         """Nats a reading that these trials cost under the model; an arrival at the goal counts as one."""
         batch = Batch.of(trials)
-        chain = Misread(self) if self.misread else Blocks(self)
-        log_likelihood = forward(batch, chain).log_likelihood
+        log_likelihood = forward(batch, self._chain()).log_likelihood
         return -float((log_likelihood * batch.weights).sum()) / batch.readings
 
 

@@ -11,9 +11,8 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.core.policy.belief import Floats
-from palpate.core.policy.memory.clone_counts import Clones
-from palpate.core.policy.memory.hidden_markov import Chain, Counts
-from palpate.core.policy.memory.recorded import Batch, Numbers, RecordedTrial
+from palpate.core.policy.memory.clone_counts import Blocks, Clones
+from palpate.core.policy.memory.recorded import Numbers, RecordedTrial
 
 _FINE: Final = 2.0**26  # probabilities: a sum of products of two is below 2**53 of their units
 _COARSE, _COARSER, _MOST = 2.0**18, 2.0**12, 2.0**14  # the two messages of a move; what the second is cut off at
@@ -41,29 +40,36 @@ def third_readings(trials: Sequence[RecordedTrial], actions: int) -> float:
     return float(found[2] / max(found.sum(), 1.0))
 
 
-class Misread(Chain):
-    """How messages go through the model if any symbol may be read in each clone."""
+class Misread(Blocks):
+    """Any symbol may be read in each clone."""
 
     def __init__(self, model: Clones) -> None:
+        self.actions, self.states = model.goal.shape
+        self.places = np.tile(np.arange(self.states), (model.symbols, 1))
         self.moves = _on_grid(model.transitions, _FINE)
         self._back = self.moves.swapaxes(1, 2).copy()  # in order in memory: half the time
-        self.readings = model.emissions.T.copy()
+        self._readings = model.emissions.T.copy()
+        self._others = 1.0 - np.eye(model.symbols)[:, list(model.clones)]
         self._start, self._goal = model.start, model.goal
 
     @override
+    def keys(self, actions: Numbers, symbols: Numbers, following: Numbers) -> Numbers:
+        return actions
+
+    @override
     def first(self, symbols: Numbers) -> Floats:
-        probabilities: Floats = self._start * self.readings[symbols]
+        probabilities: Floats = self._start * self._readings[symbols]
         return probabilities
 
     @override
     def forward(self, before: Floats, actions: Numbers, symbols: Numbers, following: Numbers) -> Floats:
         moved = _each(_on_grid(before, _FINE), actions, self.moves)
-        moved *= self.readings[following] / (_FINE * _FINE)
+        moved *= self._readings[following] / (_FINE * _FINE)
         return moved
 
     @override
     def backward(self, after: Floats, actions: Numbers, symbols: Numbers, following: Numbers) -> Floats:
-        moved = _each(_on_grid(after * self.readings[following], _FINE), actions, self._back)
+        moved = _each(_on_grid(after * self._readings[following], _FINE), actions, self._back)
         moved /= _FINE * _FINE
         return moved
 
@@ -71,51 +77,25 @@ class Misread(Chain):
     def goal(self, actions: Numbers, symbols: Numbers) -> Floats:
         return self._goal.take(actions, axis=0)
 
-
-class MisreadCounts(Counts):
-    """Posteriors of a batch, summed by action and clones.
-
-    Attributes:
-        wrong: Readings of which the clone has another symbol, and all of them.
-    """
-
-    def __init__(self, model: Clones, batch: Batch, chain: Misread) -> None:
-        self._batch, self._chain = batch, chain
-        self._own = np.eye(model.symbols)[:, list(model.clones)]
-        self._moves = np.zeros_like(model.transitions)
-        self._starts = np.zeros(len(model.clones))
-        self._goals = np.zeros_like(model.goal)
-        self.wrong = np.zeros(2)
-
     @override
-    def state(self, time: int, posterior: Floats) -> None:
-        batch, running = self._batch, len(posterior)
-        right = (posterior * self._own[batch.symbols[:running, time]]).sum()
-        self.wrong += posterior.sum() - right, posterior.sum()
-        if time == 0:
-            self._starts = posterior.sum(axis=0)
-        longer = batch.running[time + 1] if time + 1 < len(batch.running) else 0
-        if longer < running:
-            ends = slice(longer, running)
-            np.add.at(self._goals, batch.actions[ends, time], posterior[ends] * batch.reached[ends, None])
-
-    @override
-    def move(self, time: int, before: Floats, after: Floats) -> None:
-        batch, running = self._batch, len(before)
+    def products(self, before: Floats, after: Floats, following: Numbers) -> Floats:
         most = before.max(axis=1, keepdims=True)
-        after = after * self._chain.readings[batch.symbols[:running, time + 1]] * most
-        before, after = _on_grid(before / most, _COARSE), _on_grid(np.minimum(after, _MOST), _COARSER)
-        order, bounds = _by_action(batch.actions[:running, time], len(self._moves))
-        before, after = before[order], after[order]
-        for moves, begin, end in zip(self._moves, bounds, bounds[1:], strict=False):
-            for some in range(begin, end, _ROWS):
-                rows = slice(some, min(end, some + _ROWS))
-                moves += before[rows].T @ after[rows]
+        after = _on_grid(np.minimum(after * self._readings[following] * most, _MOST), _COARSER)
+        before = _on_grid(before / most, _COARSE)
+        summed: Floats = np.zeros((self.states, self.states))
+        for begin in range(0, len(before), _ROWS):
+            rows = slice(begin, begin + _ROWS)
+            summed += before[rows].T @ after[rows]
+        return summed
 
-    def sums(self) -> tuple[Floats, Floats, Floats]:
-        """Moves (actions, states, states), arrivals at the goal (actions, states) and starts (states,)."""
-        moves = self._moves * self._chain.moves / (_COARSE * _COARSER * _FINE)
-        return moves, self._goals, self._starts
+    @override
+    def counted(self, products: Floats) -> Floats:
+        moves: Floats = products * self.moves / (_COARSE * _COARSER * _FINE)
+        return moves
+
+    @override
+    def wrong(self, posterior: Floats, symbols: Numbers) -> float:
+        return float((posterior * self._others[symbols]).sum())
 
 
 def _by_action(actions: Numbers, count: int) -> tuple[Numbers, list[int]]:

@@ -45,8 +45,8 @@ def test_messages_and_counts_are_those_of_every_path_that_there_may_be() -> None
         np.add.at(starts, paths[:, 0], weights / weights.sum())
         for at, action in steps:
             np.add.at(moves[action], (paths[:, at], paths[:, at + 1]), weights / weights.sum())
-    sums, found = model.expected(Batch.of(trials))
-    for got, right in zip(sums, (moves, goals, starts), strict=True):
+    found = model.expected(Batch.of(trials))
+    for got, right in zip((found.moves, found.goals, found.starts), (moves, goals, starts), strict=True):
         assert got == pytest.approx(right, abs=1e-4)
-    assert found == pytest.approx(log_likelihood, abs=1e-6)
+    assert found.log_likelihood == pytest.approx(log_likelihood, abs=1e-6)
     assert model.log_loss(trials) == pytest.approx(-log_likelihood / 6, abs=1e-6)
