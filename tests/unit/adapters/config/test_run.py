@@ -10,6 +10,7 @@ import pytest
 
 from palpate.adapters.config.records import recorded_config
 from palpate.adapters.config.run import SCENARIOS, RunConfig, scenario
+from palpate.adapters.config.tasks import task_kind
 from palpate.adapters.config.toml import overlay, to_toml
 from palpate.adapters.experiments.build import require_usable
 from palpate.core.errors import ConfigurationError
@@ -71,6 +72,12 @@ def test_stages_that_do_not_fit_together_are_refused(perception: dict[str, Any],
     with pytest.raises(ConfigurationError) as caught:
         overlay(RunConfig(), {"perception": perception})
     assert caught.value.field == field
+
+
+@pytest.mark.parametrize("name", ["insertion", "insertion-6dof", "hole-survey", "surface-follow"])
+def test_a_force_that_ends_a_trial_latches_as_the_task_comes(name: str) -> None:
+    config = overlay(RunConfig(), task_kind(name).preset)
+    assert config.supervision.max_force_N <= config.task.max_force_N
 
 
 def test_presets() -> None:

@@ -45,6 +45,8 @@ class HoleSurvey(TaskKind):
             "hole_uncertainty_mm": 4.0,
             "more_holes_mm": _MORE_MM,
         },
+        # What ends a survey by its force latches.
+        "supervision": {"max_force_N": 20.0},
     }
     asks_policy = False
     options = SurveyOptions

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Generator
 from enum import Enum
-from math import cos, hypot, sin, tau
+from math import cos, hypot, inf, sin, tau
 from typing import Final
 
 from typing_extensions import override
@@ -34,6 +34,7 @@ _IN_HOLE_M: Final = 3e-4
 _ABOVE_M: Final = 1e-3
 _LEAST_DEPTH_M: Final = 1e-3
 """What bears the probe less deep is the hole's edge, and no floor."""
+_SAME_EDGE_M: Final = 2e-4
 _ROUGH_TOUCHES: Final = 4
 _ROUGHLY_M: Final = 3e-4
 """A second touch finds the wall no farther off than this, the gripper's bend included."""
@@ -189,13 +190,21 @@ class Survey(RunningPhase):
         return False
 
     def _floor(self, surface_m: float) -> Generator[Vector3, None, list[float]]:
-        """Depths at which the floor was touched; none where there is none, or the hole's edge bears the probe."""
+        """Depths at which the floor was touched; none where there is none, or the hole's edge bears the probe twice."""
         depths: list[float] = []
+        edge_m = -inf
         while len(depths) < self._own.floor_touches:
             depth = yield from self._probe.below(surface_m + self._own.deepest_mm * 1e-3, felt=True)
-            if depth is None or depth < surface_m + _LEAST_DEPTH_M:
+            if depth is None:
                 return []
-            depths.append(depth)
+            if depth > surface_m + _LEAST_DEPTH_M:
+                depths.append(depth)
+            elif depth < edge_m - _SAME_EDGE_M:
+                yield from self._probe.doubt(self._no_edge(edge_m, depth))
+            elif edge_m > -inf:
+                return []
+            else:
+                edge_m = depth
             yield from self._probe.off()
         return depths
 
@@ -237,6 +246,13 @@ class Survey(RunningPhase):
             " where the plate must be above: the plate is elsewhere, or the force sensor is dead"
         )
         return Trip(TripReason.PLATE_NOT_FELT, self._state.tick, text)
+
+    def _no_edge(self, first_m: float, then_m: float) -> Trip:
+        text = (
+            f"what bears the probe at the hole's edge was {first_m * 1e3:.2f} mm below the nominal plane, and is"
+            f" {then_m * 1e3:.2f} mm: the force sensor does not show what there is"
+        )
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, self._state.tick, text)
 
     def _no_circle(self) -> Trip:
         text = "the touches of the wall lie on no circle: the force sensor does not show what there is"

@@ -3,6 +3,7 @@
 import random
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import count
 from math import hypot
 
 import pytest
@@ -78,6 +79,23 @@ def test_a_hole_that_is_not_there_is_said_so() -> None:
     assert [event.detail for event in report.events if event.name == "measured"][
         1
     ] == "hole 2: not found within 1 mm of its place"
+
+
+@pytest.mark.parametrize(("sooner_mm", "outcome"), [(0.1, Outcome.OUT_OF_TOLERANCE), (0.5, Outcome.UNPROVED)])
+def test_what_bears_the_probe_at_a_holes_edge_has_to_do_so_twice(sooner_mm: float, outcome: Outcome) -> None:
+    """A force that came ever later led to "no floor" at a touch on the plate, and the next would have been in air."""
+    shallow = Pit(HOLES[0].x_m, HOLES[0].y_m, 0.8e-3, PLAY_M, play_m=PLAY_M)
+    world = plate(shallow)
+    reads = count()
+
+    def moved(sample: WrenchSample) -> WrenchSample:
+        if next(reads) == 600:
+            world.height_m -= 1e-3 * sooner_mm
+        return sample
+
+    world.spoil = moved
+    report = survey(world, replace(TASK, more_goals_mm=()))
+    assert report.outcome is outcome
 
 
 def scaled(share: float, *axes: int) -> Callable[[WrenchSample], WrenchSample]:
