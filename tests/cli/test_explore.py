@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from palpate.adapters.cli import explore
-from palpate.adapters.experiments.grid import Named
-from palpate.adapters.experiments.grid.learning import LearningRun
+from palpate.adapters.experiments.grid import LearningRun, Named
 from palpate.core.automata import Kind, Machine, read_strings
 from palpate.core.automata.document import save
 from palpate.core.policy import PolicyDocument, policy_from

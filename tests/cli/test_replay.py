@@ -8,9 +8,7 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.log import decisive, processor
-from palpate.adapters.log.container import RawMessage
-from palpate.adapters.log.reader import read_log
+from palpate.adapters.log import RawMessage, decisive, processor, read_log
 from tests.command_line import CommandLine, files_in
 from tests.log_surgery import changed, in_start, indices, messages_of, one_ulp, write_log
 

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.log.container import RawMessage
-from palpate.adapters.log.reader import read_log
+from palpate.adapters.log import RawMessage, read_log
 from palpate.adapters.replay.batch import not_checked, replay_file
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Rebuilder

@@ -20,8 +20,7 @@ from palpate.core.motion.laws import ControlLaw, DampingControl, HybridControl, 
 from palpate.core.motion.model import Kinematics, ToolGeometry
 from palpate.core.motion.tip_motion import TipMotion
 from palpate.core.perception import SignalProcessor
-from palpate.core.ports import PERIOD_S
-from palpate.core.ports.values import CONTROL_RATE_HZ, Snapshot, Vector3, WrenchSample
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Snapshot, Vector3, WrenchSample
 from palpate.core.trial import N_PER_KGF, Measurement, ReadyPose, find_ready_pose, goal_in_base
 from palpate.simulation.work_cell.config import CellConfig, ComplianceConfig, PegConfig, SensorConfig
 from palpate.simulation.work_cell.model import quaternion

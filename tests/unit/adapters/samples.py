@@ -7,8 +7,7 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import ScoredTrial, TrialRow
 from palpate.core.policy import Observation
 from palpate.core.ports.rig import Truth
-from palpate.core.trial import Outcome, ReadyPose, TaskConfig, TrialReport, TrialSetup, find_ready_pose
-from palpate.core.trial.report import DecisionRecord
+from palpate.core.trial import DecisionRecord, Outcome, ReadyPose, TaskConfig, TrialReport, TrialSetup, find_ready_pose
 
 QUICK = RunConfig(task=TaskConfig(time_limit_s=1.0))
 

@@ -37,14 +37,10 @@ from palpate.core.policy import (
     Transition,
     compass_actions,
 )
-from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Ports, Vector3, WrenchSample
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointVector, Ports, Vector3, WrenchSample
 from palpate.core.ports.contracts import FakeClock
-from palpate.core.ports.values import PERIOD_S
-from palpate.core.tasks.insertion.agent import Agent
-from palpate.core.tasks.insertion.task import InsertionTask
-from palpate.core.trial.config import N_PER_KGF, ControlConfig, GoalConfig, TaskConfig
-from palpate.core.trial.frame import goal_in_base
-from palpate.core.trial.measurement import Measurement
+from palpate.core.tasks.insertion import Agent, InsertionTask
+from palpate.core.trial import N_PER_KGF, ControlConfig, GoalConfig, Measurement, TaskConfig, goal_in_base
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 
 TOOL = ToolGeometry()

@@ -16,14 +16,8 @@ from palpate.core.control_loop import (
     trial_ticks,
 )
 from palpate.core.errors import DeviceError, LifecycleError
+from palpate.core.ports import CONTROL_RATE_HZ, JointCommand, Ports, Validity, WrenchSample
 from palpate.core.ports.contracts import FakeClock
-from palpate.core.ports.devices import Ports
-from palpate.core.ports.values import (
-    CONTROL_RATE_HZ,
-    JointCommand,
-    Validity,
-    WrenchSample,
-)
 from palpate.core.trial import Outcome
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 from tests.unit.core.supervision.bench import supervisor

@@ -13,12 +13,7 @@ from palpate.core.control_loop import (
     trial_ticks,
 )
 from palpate.core.errors import DeviceError
-from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import (
-    AppliedCommand,
-    JointCommand,
-    Snapshot,
-)
+from palpate.core.ports import AppliedCommand, JointCommand, Life, Snapshot
 from palpate.core.trial import Outcome, Supervised, TrialReport
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, build_task
 from tests.unit.core.supervision.bench import supervisor

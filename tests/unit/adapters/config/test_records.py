@@ -6,10 +6,8 @@ from typing import Any
 
 import pytest
 
+from palpate.adapters.config import RENAMED, RunConfig, field_value, overlay, scenario, to_toml
 from palpate.adapters.config.records import UNTOLD, recorded, recorded_config
-from palpate.adapters.config.renames import RENAMED
-from palpate.adapters.config.run import RunConfig, scenario
-from palpate.adapters.config.toml import field_value, overlay, to_toml
 from palpate.core.errors import ConfigurationError
 from tests.unit.adapters.config.declared import leaves
 

@@ -8,10 +8,8 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.config.records import recorded_config
+from palpate.adapters.config import overlay, recorded_config, task_kind, to_toml
 from palpate.adapters.config.run import SCENARIOS, RunConfig, scenario
-from palpate.adapters.config.tasks import task_kind
-from palpate.adapters.config.toml import overlay, to_toml
 from palpate.adapters.experiments.build import require_usable
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports.json_schema import json_schema

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.adapters.config import overlay, scenario
-from palpate.adapters.config.run import PerceptionConfig, RunConfig
+from palpate.adapters.config import PerceptionConfig, RunConfig, overlay, scenario
 from palpate.adapters.experiments import true_hole_m
 from palpate.adapters.experiments.build import build_perception, build_task, supervisor_of
 from palpate.adapters.experiments.policies import comparator
@@ -15,8 +14,7 @@ from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import ConfigurationError, UnreachableError
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import CommandReason, JointCommand, Life, SensorFacts
-from palpate.core.trial import N_PER_KGF, TaskConfig, find_ready_pose, goal_in_base
-from palpate.core.trial.config import GoalConfig
+from palpate.core.trial import N_PER_KGF, GoalConfig, TaskConfig, find_ready_pose, goal_in_base
 from palpate.simulation.work_cell import SensorConfig
 from tests.unit.adapters.samples import QUICK, ready_pose
 

@@ -7,10 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.experiments.build import build_perception, task_actions
-from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.experiments import RunFolder, build_perception, interrupting, task_actions
 from palpate.adapters.experiments.training import Checkpoint, Trainer, require_sound, resume_from
-from palpate.adapters.experiments.trial import interrupting
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import ConfigurationError, DeviceError, OutputError
 from palpate.core.policy import (

@@ -27,8 +27,7 @@ from palpate.core.ports.values import (
     Validity,
     WrenchSample,
 )
-from palpate.core.trial import find_ready_pose
-from palpate.core.trial.frame import goal_in_base
+from palpate.core.trial import find_ready_pose, goal_in_base
 from tests.unit.adapters.samples import ready_pose
 
 CONFIG = RunConfig()

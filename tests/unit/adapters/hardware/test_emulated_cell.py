@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from palpate.adapters.config import EmulationConfig, RunConfig
-from palpate.adapters.hardware import emulated_cell
+from palpate.adapters.hardware import EmulatedCell, RigContext, emulated_cell
 from palpate.adapters.hardware.cia402 import make_cia402
-from palpate.adapters.hardware.emulated_cell import EmulatedCell
-from palpate.adapters.hardware.plugins import RigContext
 from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.core.trial import find_ready_pose
 from tests.virtual_time import VirtualTime

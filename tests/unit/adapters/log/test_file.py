@@ -13,10 +13,10 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Chunk
 
+from palpate.adapters.log import EVENT
 from palpate.adapters.log import file as module
 from palpate.adapters.log.container import ChannelMap, RawMessage, outer_records, require_mcap
 from palpate.adapters.log.file import CHUNK_BYTES, CHUNK_NS, LogFile, NewFile, describe_channels
-from palpate.adapters.log.schema import EVENT
 from tests.unit.adapters.log.crafted import log_bytes, messages
 
 

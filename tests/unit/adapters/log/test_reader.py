@@ -9,10 +9,7 @@ from typing import Any
 import pytest
 from mcap.writer import MCAP0_MAGIC, CompressionType
 
-from palpate.adapters.log import EventEntry, learner_of_json, read_log
-from palpate.adapters.log.container import RawMessage
-from palpate.adapters.log.messages import encode_record
-from palpate.adapters.log.schema import EVENT, START, TICK
+from palpate.adapters.log import EVENT, START, TICK, EventEntry, RawMessage, encode_record, learner_of_json, read_log
 from palpate.core.errors import LogError
 from tests.unit.adapters.log.crafted import (
     ENDING,

@@ -6,9 +6,8 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.log import CallEntry, TickRecord
+from palpate.adapters.log import CallEntry, Opening, TickRecord
 from palpate.adapters.log.schema import BY_ID
-from palpate.adapters.log.writer_client import Opening
 from palpate.core.control_loop import UnfinishedTick
 from palpate.core.errors import DeviceError, LogError
 from palpate.core.ports.values import AppliedCommand, JointCommand, WrenchSample

@@ -7,9 +7,8 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
+from palpate.adapters.log import EndRecord, EventEntry, TrialLog, read_log
 from palpate.adapters.log.container import outer_records
-from palpate.adapters.log.reader import TrialLog, read_log
-from palpate.adapters.log.records import EndRecord, EventEntry
 from palpate.adapters.log.recover import RECOVERED, Recovery, recover
 from palpate.core.errors import LogError
 from tests.unit.adapters.log.made_logs import PERIOD_NS, start, tick, write_log

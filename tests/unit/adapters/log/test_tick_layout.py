@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.adapters.log.messages import encode_record
-from palpate.adapters.log.records import TickRecord
+from palpate.adapters.log import TickRecord, encode_record
 from palpate.adapters.log.schema import message_class
 from palpate.adapters.log.tick_layout import decode_tick, full_layout, layout_of
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchKind, WrenchSample

@@ -15,8 +15,7 @@ from palpate.adapters.experiments.policies import comparator, learning_policy
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import run_scored_trial, trial_setup
-from palpate.adapters.log import MemorySink, TrialLog, TrialRecorder, read_log, set_aside, sound_messages
-from palpate.adapters.log.writer_client import Sink
+from palpate.adapters.log import MemorySink, Sink, TrialLog, TrialRecorder, read_log, set_aside, sound_messages
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError, OutputError
 from palpate.core.policy import Policy

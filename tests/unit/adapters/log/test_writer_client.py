@@ -10,10 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.log import MemorySink, read_log
+from palpate.adapters.log import MemorySink, Opening, ProcessSink, message_frame, read_log
 from palpate.adapters.log import writer_client as module
-from palpate.adapters.log.writer_client import Opening, ProcessSink
-from palpate.adapters.log.writer_process import message_frame
 from palpate.core.errors import DeviceError, OutputError
 from tests.unit.adapters.log.crafted import log_bytes, messages
 from tests.unit.adapters.log.recording_bench import Bench, ticks_of

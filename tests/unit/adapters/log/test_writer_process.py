@@ -9,9 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.log import TickRecord, read_log
+from palpate.adapters.log import RawMessage, TickRecord, read_log
 from palpate.adapters.log import writer_process as module
-from palpate.adapters.log.container import RawMessage
 from palpate.adapters.log.file import describe_channels
 from palpate.adapters.log.writer_process import CLOSE, OPEN, QUIT, frame, message_frame, serve
 from tests.unit.adapters.log.crafted import log_bytes, messages, tick_record

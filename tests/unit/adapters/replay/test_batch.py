@@ -3,8 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from palpate.adapters.replay.batch import find_logs, learning_problems
-from palpate.adapters.replay.engine import Replay, Verdict
+from palpate.adapters.replay import Replay, Verdict, find_logs, learning_problems
 from palpate.adapters.replay.lesson import Lesson
 
 GOLDEN = Path(__file__).parents[3] / "golden"

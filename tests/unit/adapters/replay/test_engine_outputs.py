@@ -10,18 +10,14 @@ from typing import Any, TypeAlias
 import pytest
 
 import palpate.core.control_loop as control_loop
-from palpate.adapters.log import core_sha256
-from palpate.adapters.log.container import RawMessage
-from palpate.adapters.log.messages import encode_record
-from palpate.adapters.log.records import CallEntry, LossEntry
+from palpate.adapters.log import CallEntry, LossEntry, RawMessage, core_sha256, encode_record
 from palpate.adapters.log.schema import CALL, RECORDER
 from palpate.adapters.replay.batch import replay_file
 from palpate.adapters.replay.differences import Difference
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.motion.laws import DampingControl
-from palpate.core.ports.decorator import DeviceDecorator
-from palpate.core.ports.latch import FaultLatch
+from palpate.core.ports import DeviceDecorator, FaultLatch
 from tests.log_surgery import Change, changed, in_start, indices, messages_of, one_ulp, write_log
 
 Replayed: TypeAlias = Callable[[list[RawMessage]], Replay]

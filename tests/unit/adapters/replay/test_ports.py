@@ -4,9 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from palpate.adapters.log.messages import encode_record
-from palpate.adapters.log.reader import TrialLog
-from palpate.adapters.log.records import CallEntry, LossEntry, StartRecord, TickRecord
+from palpate.adapters.log import CallEntry, LossEntry, StartRecord, TickRecord, TrialLog, encode_record
 from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplaySensor
 from palpate.adapters.replay.tape import Tape, TapeEndError
 from palpate.core.errors import CommandError, DeviceError, LifecycleError, LogError

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from palpate.core.automata import Kind, Machine, Strings
+from palpate.core.automata import Kind, Machine, PrefixTree, Strings
 from palpate.core.automata.choice import (
     ExtractionSettings,
     accepting_extract,
@@ -14,7 +14,6 @@ from palpate.core.automata.choice import (
     price_of,
 )
 from palpate.core.automata.elman import END, Architecture, Network, Readout
-from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.networks import drift, last_symbol, parity
 

@@ -3,9 +3,8 @@ import json
 import numpy as np
 import pytest
 
+from palpate.core.automata import PrefixTree, Strings
 from palpate.core.automata.elman import END, Architecture, Network, Readout, network_to_dict, save_network
-from palpate.core.automata.prefix_tree import PrefixTree
-from palpate.core.automata.strings import Strings
 from palpate.core.errors import ConfigurationError
 
 

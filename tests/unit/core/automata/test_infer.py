@@ -2,13 +2,10 @@ from dataclasses import replace
 
 import pytest
 
+from palpate.core.automata import Kind, Machine, PrefixTree, Strings, difference
 from palpate.core.automata.choice import ExtractionSettings
 from palpate.core.automata.elman import END
 from palpate.core.automata.infer import InferenceSettings, _acceptor, infer
-from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.minimise import difference
-from palpate.core.automata.prefix_tree import PrefixTree
-from palpate.core.automata.strings import Strings
 from palpate.core.automata.training import Progress, TrainedNetwork, TrainingSettings
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.networks import LARGE, parity

@@ -6,10 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.automata import Machine, Strings
+from palpate.core.automata import Machine, PrefixTree, Strings, bounded_partition
 from palpate.core.automata.elman import RANGES, Architecture, Network, Readout
-from palpate.core.automata.partition import bounded_partition
-from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.networks import last_symbol, parity
 

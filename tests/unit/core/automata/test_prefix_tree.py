@@ -2,8 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.automata.prefix_tree import PrefixTree
-from palpate.core.automata.strings import Strings
+from palpate.core.automata import PrefixTree, Strings
 
 
 def prefixes(tree: PrefixTree) -> list[tuple[int, ...]]:

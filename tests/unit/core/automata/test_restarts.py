@@ -3,10 +3,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from palpate.core.automata.elman import Architecture, Network, Readout
-from palpate.core.automata.prefix_tree import PrefixTree
+from palpate.core.automata import Architecture, Network, PrefixTree, Readout, Strings
 from palpate.core.automata.restarts import Restarts, TrainingTask, levels_of
-from palpate.core.automata.strings import Strings
 
 POSITIVE = Strings.of(["abca", "cab", "abca", "b", "cc"])
 LABELLED = Strings.of(["abca", "cab", "abca", "b", ""], [True, False, True, False, True])

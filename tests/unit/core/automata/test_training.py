@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from palpate.core.automata.elman import Architecture, Readout
-from palpate.core.automata.strings import Strings
+from palpate.core.automata import Architecture, Readout, Strings
 from palpate.core.automata.training import Progress, Training, TrainingSettings, train
 from palpate.core.errors import ConfigurationError
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from palpate.core.errors import AssetError, ConfigurationError
+from palpate.core.motion import Kinematics, ToolGeometry
 from palpate.core.motion import arm as arm_module
 from palpate.core.motion.arm import ARMS, ArmDescription, arm_named
-from palpate.core.motion.model import Kinematics, ToolGeometry
 from tests.unit.core.motion.limits import within_limits
 
 arms = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())

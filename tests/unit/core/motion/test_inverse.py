@@ -12,8 +12,7 @@ from palpate.core.errors import UnreachableError
 from palpate.core.motion import ArmDescription, Array, InverseKinematics, Kinematics, ToolGeometry, arm_named
 from palpate.core.motion.arm import ARMS
 from palpate.core.ports import PERIOD_S
-from palpate.core.trial import goal_in_base
-from palpate.core.trial.config import GoalConfig
+from palpate.core.trial import GoalConfig, goal_in_base
 from tests.unit.core.motion.limits import within_limits
 
 ZEBRA = arm_named("zebra-zero")

@@ -7,10 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.motion import GivingWay, Kinematics, TipMotion, ToolGeometry, arm_named, orientation, turn_of
-from palpate.core.ports import PERIOD_S
-from palpate.core.ports.values import AppliedCommand, CommandReason, JointVector, Vector3
-from palpate.core.trial import goal_in_base
-from palpate.core.trial.config import GoalConfig
+from palpate.core.ports import PERIOD_S, AppliedCommand, CommandReason, JointVector, Vector3
+from palpate.core.trial import GoalConfig, goal_in_base
 from tests.unit.core.fake_world import ready_pose
 
 ARMS = ("zebra-zero", "ur5")

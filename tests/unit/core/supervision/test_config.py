@@ -9,8 +9,7 @@ import pytest
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import ArmDescription, Kinematics, arm_named
-from palpate.core.ports import JointVector
-from palpate.core.ports.rig import SensorFacts
+from palpate.core.ports import JointVector, SensorFacts
 from palpate.core.supervision import SupervisionConfig, require_fitting, weakened_lines, weaker_settings
 from palpate.core.supervision.config import DEFAULTS
 from palpate.core.trial.config import TaskConfig

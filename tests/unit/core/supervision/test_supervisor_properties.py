@@ -24,8 +24,7 @@ from palpate.core.ports.values import (
 )
 from palpate.core.supervision import SupervisionConfig, Supervisor
 from palpate.core.supervision.supervisor import Guard
-from palpate.core.trial.expectation import Expectation
-from palpate.core.trial.frame import ExplorationArea
+from palpate.core.trial import Expectation, ExplorationArea
 from tests.unit.core.fake_world import TOOL, ready_pose
 from tests.unit.core.supervision.bench import BIAS, supervisor
 

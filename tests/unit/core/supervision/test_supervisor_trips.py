@@ -9,9 +9,7 @@ import pytest
 from palpate.core.ports.values import Validity, WrenchKind
 from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.watches import WorkspaceWatch
-from palpate.core.trial import Workspace
-from palpate.core.trial.expectation import TripReason
-from palpate.core.trial.frame import ExplorationArea
+from palpate.core.trial import ExplorationArea, TripReason, Workspace
 from tests.unit.core.supervision.bench import FREE, TOUCHING, UNTARED, Bench
 
 MS = 1_000_000

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.trial.config import GoalConfig, TaskConfig
-from palpate.core.trial.frame import ExplorationArea, draw_in_disc, goal_in_base, reachable_share
+from palpate.core.trial import ExplorationArea, GoalConfig, TaskConfig, draw_in_disc, goal_in_base, reachable_share
 
 SHAPES = ("disc", "ball")
 

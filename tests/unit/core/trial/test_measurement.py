@@ -11,8 +11,7 @@ from palpate.core.errors import DeviceError
 from palpate.core.motion import Array, Kinematics, ToolGeometry, arm_named
 from palpate.core.perception import SignalProcessor, Wrench
 from palpate.core.ports import CONTROL_RATE_HZ, JointSample, JointVector, Snapshot, Vector3, WrenchSample
-from palpate.core.trial import Measurement, goal_in_base
-from palpate.core.trial.config import GoalConfig
+from palpate.core.trial import GoalConfig, Measurement, goal_in_base
 from tests.unit.core.fake_world import ready_pose
 
 ARM = arm_named("zebra-zero")

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import can
 import pytest
 
+from palpate.drivers.can import CanFrame, CanLink, open_bus
 from palpate.drivers.can import link as link_module
-from palpate.drivers.can.link import CanFrame, CanLink, open_bus
 from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.errors import LateError, SilentError
 

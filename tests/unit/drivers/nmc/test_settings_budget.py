@@ -3,8 +3,7 @@
 import pytest
 
 from palpate.drivers.errors import SettingError
-from palpate.drivers.nmc.commands import NOP, load_traj, stop_motor
-from palpate.drivers.nmc.frames import StatusItem, StopControl, TrajectoryControl
+from palpate.drivers.nmc import NOP, StatusItem, StopControl, TrajectoryControl, load_traj, stop_motor
 from palpate.drivers.nmc.settings import BAUD_DIVISORS, BusSettings, SerialTiming, exchange_size_bytes, same_for_all
 
 POS_VEL = StatusItem.POSITION | StatusItem.VELOCITY

@@ -9,8 +9,7 @@ import pytest
 from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.drivers.device import AppliedReason, ArmState
 from palpate.drivers.errors import DriverError, RefusedError, SettingError, SilentError, WiringError
-from palpate.drivers.ur.arm import UrArm
-from palpate.drivers.ur.judgement import UrSettings
+from palpate.drivers.ur import UrArm, UrSettings
 from palpate.simulation.emulators.ur.controller import RobotMode, SafetyMode
 from tests.virtual_ur import HOME, VirtualUr
 

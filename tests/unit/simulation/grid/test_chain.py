@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.tracker import AutomatonState
+from palpate.core.automata import AutomatonState, Kind, Machine
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState, LastSymbols
 from palpate.core.policy import QLearning, QParameters, TemperatureSchedule

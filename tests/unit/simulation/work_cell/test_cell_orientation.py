@@ -7,9 +7,8 @@ import pinocchio as pin
 import pytest
 
 from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry, arm_named
-from palpate.simulation.work_cell import CellConfig, ConditionsConfig
+from palpate.simulation.work_cell import SIDES, CellConfig, ConditionsConfig
 from palpate.simulation.work_cell.config import PegConfig
-from palpate.simulation.work_cell.cross_section import SIDES
 from tests.unit.simulation.work_cell.test_model import GOAL, cell_of, ready_rad
 
 ARM, DEPTH_M = "zebra-zero", 6e-3

@@ -17,10 +17,8 @@ from palpate.core.errors import AssetError
 from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry, arm_named
 from palpate.core.motion.arm import ARMS
 from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.core.trial.config import GoalConfig
-from palpate.core.trial.frame import goal_in_base
-from palpate.simulation.work_cell import CellConfig, WorkCell, build_work_cell
-from palpate.simulation.work_cell.conditions import ConditionsConfig
+from palpate.core.trial import GoalConfig, goal_in_base
+from palpate.simulation.work_cell import CellConfig, ConditionsConfig, WorkCell, build_work_cell
 from palpate.simulation.work_cell.config import ComplianceConfig, PegConfig, SensorConfig
 
 GOAL = goal_in_base(GoalConfig())

@@ -5,8 +5,7 @@ import re
 import pytest
 
 from palpate.adapters.config.grid import GridLearning
-from palpate.adapters.experiments.grid.learning import learn
-from palpate.adapters.experiments.grid.report import Panel, Score, learning_figure, score_table, summary
+from palpate.adapters.experiments.grid import Panel, Score, learn, learning_figure, score_table, summary
 from palpate.adapters.experiments.grid.worlds import Bounds, Followed, Named, bounds_of
 from palpate.core.automata import Kind, Machine
 from palpate.simulation.grid.maps import GridMap

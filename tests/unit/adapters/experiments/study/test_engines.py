@@ -8,10 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.experiments.study import engines
-from palpate.adapters.experiments.study.cell import StudyCell
-from palpate.adapters.experiments.study.engines import Engine, Processes
-from palpate.adapters.experiments.study.run_cell import CellJob, CellOutcome, CellReport
+from palpate.adapters.experiments.study import CellJob, CellOutcome, CellReport, Engine, Processes, StudyCell, engines
 from tests.unit.adapters.experiments.study.studies import job_in
 
 Events = list[tuple[int, CellOutcome]]

@@ -2,9 +2,8 @@
 
 import pytest
 
+from palpate.adapters.fault_injection import FaultPlan, FaultyForceSensor
 from palpate.adapters.fault_injection.campaign.runs import ForceProbe
-from palpate.adapters.fault_injection.plan import FaultPlan
-from palpate.adapters.fault_injection.ports import FaultyForceSensor
 from palpate.core.ports.contracts import FakeClock
 from tests.fake_devices import FakeForceSensor
 

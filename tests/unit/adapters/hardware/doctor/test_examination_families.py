@@ -23,8 +23,7 @@ from palpate.drivers.cia402.arm import Cia402Arm
 from palpate.drivers.errors import DriverError
 from palpate.drivers.zebra_zero.arm import ZebraZero
 from palpate.simulation.emulators.cia402.node import CanopenDrive
-from palpate.simulation.emulators.jr3.can import Jr3CanNode
-from palpate.simulation.emulators.jr3.sensor import Jr3Config
+from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.ideal_motors import IdealPlant
 from tests.unit.adapters.hardware.doctor.notebook import facts, told

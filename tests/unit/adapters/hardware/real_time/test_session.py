@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.config.real_time import RealTimeConfig
-from palpate.adapters.config.run import AdmissionConfig, RunConfig
+from palpate.adapters.config import AdmissionConfig, RealTimeConfig, RunConfig
 from palpate.adapters.experiments import training
 from palpate.adapters.experiments.build import build_perception, build_task, supervisor_of
 from palpate.adapters.experiments.policies import comparator, learning_policy

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import ConfigurationError
+from palpate.core.policy.belief import Directions, TouchedTrial
 from palpate.core.policy.belief.fit import fit_touch_model
-from palpate.core.policy.belief.model import Directions
-from palpate.core.policy.belief.touches import TouchedTrial
 from tests.unit.core.policy.belief.simulated_touch import CUE_NM, OFFSET_NM, trials
 
 

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.ports.values import JointSample, Snapshot, WrenchSample
-from palpate.core.tasks.contact.axial_check import HIGHEST_SHARE, LOWEST_SHARE
-from palpate.core.tasks.contact.first_touch import FirstTouch
+from palpate.core.tasks.contact import HIGHEST_SHARE, LOWEST_SHARE, FirstTouch
 
 STIFFNESS_N_PER_M = 5e3
 PRESS_N = 4.9

@@ -6,8 +6,7 @@ from math import hypot
 import numpy as np
 import pytest
 
-from palpate.core.ports import PERIOD_S
-from palpate.core.ports.values import WrenchSample
+from palpate.core.ports import PERIOD_S, WrenchSample
 from palpate.core.trial import Outcome, Phase, Purpose, TaskConfig, TrialSetup, generator
 from tests.unit.core.fake_world import (
     WEIGHT_AND_BIAS_N,

@@ -5,8 +5,7 @@ from math import copysign, hypot
 import numpy as np
 import pytest
 
-from palpate.core.policy import FixedPolicy, Law, Observation, Spatial
-from palpate.core.policy.base import Action, Decision
+from palpate.core.policy import Action, Decision, FixedPolicy, Law, Observation, Spatial
 from palpate.core.tasks.insertion_6dof import Levelled
 from palpate.core.trial import TaskConfig
 
