@@ -1,5 +1,3 @@
-"""Memories by name."""
-
 import json
 from pathlib import Path
 

@@ -1,5 +1,3 @@
-"""The rig file of an emulated cell."""
-
 import tomllib
 
 import numpy as np

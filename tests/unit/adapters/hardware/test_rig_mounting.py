@@ -1,5 +1,3 @@
-"""A turned force sensor."""
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

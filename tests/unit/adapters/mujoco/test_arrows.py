@@ -1,5 +1,3 @@
-"""Scale and shape of the arrows."""
-
 from math import dist
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Which graphics library draws."""
-
 import subprocess
 from typing import Any
 

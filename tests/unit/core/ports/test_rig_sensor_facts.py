@@ -1,5 +1,3 @@
-"""Facts about a force sensor."""
-
 from math import inf, nan
 from typing import Any
 

@@ -1,5 +1,3 @@
-"""Faults, stops, and ways back."""
-
 import pytest
 
 from palpate.drivers.errors import DeviceFaultError, GarbledError, SilentError, StateError, WiringError

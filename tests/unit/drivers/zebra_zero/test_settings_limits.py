@@ -1,5 +1,3 @@
-"""Limits of set-points."""
-
 from math import inf, nan
 
 import pytest

@@ -1,5 +1,3 @@
-"""Strings of random walks."""
-
 from pathlib import Path
 
 import pytest

@@ -1,5 +1,3 @@
-"""Outlines of pegs and holes."""
-
 from math import atan2, cos, hypot, isclose, pi, remainder, sin, tan
 
 import pytest

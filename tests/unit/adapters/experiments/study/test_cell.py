@@ -1,5 +1,3 @@
-"""Cells and their names."""
-
 import re
 
 from hypothesis import given

@@ -1,5 +1,3 @@
-"""Study files."""
-
 from pathlib import Path
 
 import pytest

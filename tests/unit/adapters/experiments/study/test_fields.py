@@ -1,5 +1,3 @@
-"""Settings by their dotted names."""
-
 import tomllib
 from dataclasses import asdict, replace
 

@@ -1,5 +1,3 @@
-"""The folder of a study, with cells that are made up."""
-
 import csv
 import json
 import os

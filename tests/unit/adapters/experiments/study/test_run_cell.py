@@ -1,5 +1,3 @@
-"""Making a cell."""
-
 from pathlib import Path
 
 import pytest

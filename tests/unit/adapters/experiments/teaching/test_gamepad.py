@@ -1,5 +1,3 @@
-"""A gamepad that is a named pipe."""
-
 import os
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,5 +1,3 @@
-"""The force behind the faults."""
-
 import pytest
 
 from palpate.adapters.fault_injection import FaultPlan, FaultyForceSensor

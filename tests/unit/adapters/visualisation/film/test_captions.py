@@ -1,5 +1,3 @@
-"""What is written into pictures."""
-
 import numpy as np
 import pytest
 from PIL import Image

@@ -1,5 +1,3 @@
-"""Words of a page."""
-
 import pytest
 
 from palpate.adapters.visualisation.report.page import share

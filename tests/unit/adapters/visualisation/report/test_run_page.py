@@ -1,5 +1,3 @@
-"""The page of a run."""
-
 from dataclasses import replace
 
 from palpate.adapters.visualisation.report.run_page import drawn_values

@@ -1,5 +1,3 @@
-"""Touch models as pictures."""
-
 from palpate.adapters.visualisation.report.touch_pictures import touch_pictures
 from palpate.core.policy import BeliefEntry
 from palpate.core.policy.belief import BeliefParameters

@@ -1,5 +1,3 @@
-"""The belief that finds out how the tool leans."""
-
 import numpy as np
 import pytest
 

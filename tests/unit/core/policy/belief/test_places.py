@@ -1,5 +1,3 @@
-"""The grid of places."""
-
 import numpy as np
 
 from palpate.core.policy.belief.places import Places, off_way_m2

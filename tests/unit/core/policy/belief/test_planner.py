@@ -1,5 +1,3 @@
-"""The spiral of a search."""
-
 from itertools import pairwise
 from math import dist
 

@@ -1,5 +1,3 @@
-"""The JR3 node on CAN, frame by frame."""
-
 import struct
 from typing import Any
 

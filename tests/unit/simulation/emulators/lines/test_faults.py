@@ -1,5 +1,3 @@
-"""Faults that are drawn for a serial line."""
-
 import numpy as np
 import pytest
 

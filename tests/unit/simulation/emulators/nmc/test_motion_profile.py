@@ -1,5 +1,3 @@
-"""Profiles against closed forms."""
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st

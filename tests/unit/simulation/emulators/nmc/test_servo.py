@@ -1,5 +1,3 @@
-"""What one module's servo does when told."""
-
 import struct
 
 import pytest
