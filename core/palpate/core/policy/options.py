@@ -45,7 +45,7 @@ class OptionLearning(QLearning):
     """
 
     parameters: OptionParameters
-    _kept: tuple[int, int, int] | None = None  # state, action, steps
+    _kept: int | None = None  # the action that goes on
 
     def __init__(
         self, states: Sequence[str], actions: Sequence[Action], parameters: OptionParameters, *, frozen: bool = False
@@ -54,7 +54,7 @@ class OptionLearning(QLearning):
         self._turns = quarter_turns(self.states, self.actions) if parameters.share_turns else []
 
     def _clear(self) -> None:
-        self._kept = None
+        self._kept, self._steps = None, 0
         self._earned, self._discount = 0.0, 1.0
         self._open: Transition | None = None
 
@@ -69,13 +69,9 @@ class OptionLearning(QLearning):
         Raises:
             LifecycleError: No trial has begun.
         """
-        state = observation.state
-        if self._kept is not None and self._kept[0] == state and self._kept[2] < self.parameters.keep_steps:
-            _, index, steps = self._kept
-            self._kept = state, index, steps + 1
-            return self._decision(index)
-        index = self._drawn(state)
-        self._kept = state, index, 1
+        # Where the state has changed, or the steps are used up, what was learned has ended it.
+        index = self._kept = self._drawn(observation.state) if self._kept is None else self._kept
+        self._steps += 1
         return self._decision(index)
 
     def learn(self, transition: Transition) -> None:
@@ -83,7 +79,7 @@ class OptionLearning(QLearning):
         self._earned += self._discount * transition.reinforcement
         self._discount *= self.parameters.gamma
         self._open = transition
-        limit = self._kept is None or self._kept[2] >= self.parameters.keep_steps
+        limit = self._kept is None or self._steps >= self.parameters.keep_steps
         if limit or transition.next_state != transition.state:
             self._close()
 

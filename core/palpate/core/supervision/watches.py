@@ -170,12 +170,12 @@ class JointWatch:
                 if trip is not None:
                     return trip
         commands = self._commands
+        # A sample is held against the commands of its own time: on a slow bus it is ticks old. The newest counts always.
+        first_ns = max(now_ns, snapshot.time_ns - _OLDEST_NS) - self._lag_ns
+        while commands and commands[0][0] < first_ns:
+            commands.popleft()
         commands.append((snapshot.time_ns if self._before_ns is None else self._before_ns, held_rad))
         self._before_ns = snapshot.time_ns
-        # A sample is held against the commands of its own time: on a slow bus it is ticks old.
-        first_ns = max(now_ns, snapshot.time_ns - _OLDEST_NS) - self._lag_ns
-        while len(commands) > 1 and commands[0][0] < first_ns:
-            commands.popleft()
         if max(map(abs, map(sub, q, commands[0][1]))) <= self._tracking_rad:
             return None
         return self._astray(snapshot.tick, q)

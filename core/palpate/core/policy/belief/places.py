@@ -42,7 +42,7 @@ class Places:
         dtype: Numbers that are kept of each place.
     """
 
-    def __init__(self, half_width_m: float, *, single: bool = False) -> None:
+    def __init__(self, half_width_m: float, *, single: bool) -> None:
         self.dtype: np.dtype[Any] = np.dtype(np.float32 if single else np.float64)
         half = ceil(half_width_m / PITCH_M)
         self.size = 2 * half + 1

@@ -8,7 +8,7 @@ from palpate.core.policy.belief.model import RINGS_M, SECTORS
 from palpate.core.policy.belief.places import GRADED, Places, TouchTable
 from tests.unit.core.policy.belief.simulated_touch import GAINS, expected_Nm, leaning_trials
 
-PLACES = Places(1e-3)
+PLACES = Places(1e-3, single=False)
 RINGS = len(RINGS_M)
 EVEN = np.zeros((PLACES.size, PLACES.size))
 
