@@ -125,8 +125,13 @@ MISHAPS: Final[dict[str, Mishap]] = {
         },
     ),
     "sinks-on-late": Mishap(
-        # At both walls the force comes back a little otherwise, as where friction keeps some.
-        (clock("overrun", 142, time_s=0.02), *shove(250, -0.3, 0.3)),
+        # At both walls the force comes back a little otherwise, as where friction keeps some; and as the proof begins
+        # one comes from aside.
+        (
+            clock("overrun", 142, time_s=0.02),
+            *shove(250, -0.3, 0.3),
+            force("offset", 143, magnitude=3.0, channels=(1,), duration_ticks=1),
+        ),
         {
             "task": {"start_uncertainty_mm": 1.2, "insertion_depth_mm": 2.0, "time_limit_s": 4.0},
             "cell": {"peg": {"hole_depth_mm": 10.0}},
@@ -189,6 +194,14 @@ MISHAPS: Final[dict[str, Mishap]] = {
         (190, "stop"),
         policy="random",
         trial=3,
+    ),
+    # Noise that shows the force at another lag in the second look than in the first.
+    "late-force-noisy": Mishap(
+        (force("delay", 3, delay_ticks=2), force("noise", 30, magnitude=0.15, channels=(0, 1, 2))),
+        {"arm": "ur5", "task": {"time_limit_s": 3.0, "tare_ticks": 7, "ready_height_mm": 1.0}},
+        (128, "stop"),
+        policy="random",
+        trial=5,
     ),
     "unproved": Mishap(
         settings={

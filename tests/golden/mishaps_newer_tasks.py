@@ -129,6 +129,14 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         policy="corner-first",
         trial=13,
     ),
+    # A look whose friction acts a little the wrong way round.
+    "corner-answered-soon": Mishap(
+        (force("repeat", 41, span_ticks=1, duration_ticks=21),),
+        _pushed(unanswered_N=2.0),
+        (106, "stop"),
+        policy="corner-first",
+        trial=7,
+    ),
     # Encoders that are off hide the floor; it wobbles, is withdrawn as if it were wedged, and on to the next corner.
     "corner-stuck": Mishap(
         (
@@ -254,7 +262,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     ),
     # So slow that encoders' steps hide more of a heave, and places are taken further apart, but not so far as may be.
     "corner-slow": Mishap(
-        settings=_turned(travel_speed_mm_s=9.0, unanswered_N=3.0), at=(190, "stop"), policy="corner-first"
+        settings=_turned(travel_speed_mm_s=3.6, unanswered_N=3.0), at=(260, "stop"), policy="corner-first"
     ),
     # The plate is lost for three ticks while the tool gives way, so that the filter shows next to no force as a step is
     # chosen; and a tool that seems deep in the last tick of that step and the first of the next one is not sunk yet.
@@ -335,13 +343,19 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     ),
     "survey-no-life": Mishap(dead(225), _survey({"unanswered_N": 25.0}), policy="none"),
     "survey-no-hole": Mishap(settings=_survey({"search_mm": 0.4}, {"hole_uncertainty_mm": 4.0}), policy="none"),
-    # And out of time on the way to the second.
+    # With little noise, and a force on the way down with which the tool seems to be borne a little; and out of time on
+    # the way to the second.
     "survey-no-floor": Mishap(
-        settings=_survey(
-            {"deepest_mm": 2.0},
-            {"peg": {"hole_depth_mm": 8.0}, "more_holes_mm": [25.0, 0.0]},
+        (force("offset", 252, magnitude=-1.6, channels=(2,), duration_ticks=30),),
+        _survey(
+            {"deepest_mm": 6.5},
+            {
+                "peg": {"hole_depth_mm": 15.0},
+                "more_holes_mm": [25.0, 0.0],
+                "sensor": {"force_noise_N": 0.04, "torque_noise_Nm": 0.0016},
+            },
             more_goals_mm=[25.0, 0.0],
-            time_limit_s=2.0,
+            time_limit_s=2.9,
         ),
         policy="none",
     ),

@@ -78,9 +78,9 @@ SUPERVISED: Final[dict[str, Mishap]] = {
     ),
     "clamp-position": Mishap(
         settings=weak(max_tracking_error_mrad=500.0),
-        # Beyond a limit, further, and so that the way back is faster than a joint may go.
+        # Beyond a limit, further, and so that the way back is faster than a joint may go, in which tick it is stopped.
         answers={2: (4, 3.15, _POSITION), 3: (4, 3.175, _POSITION), 5: (3, 0.06, _VELOCITY)},
-        at=(8, "stop"),
+        at=(6, "stop"),
     ),
     "clamped-and-followed": Mishap(
         settings=weak(max_tracking_error_mrad=500.0),
@@ -188,14 +188,22 @@ SUPERVISED: Final[dict[str, Mishap]] = {
             force("repeat", 40, span_ticks=20, honest=False),
             force("bias-drift", 40, magnitude=0.05, channels=(0,)),
             force("bias-drift", 40, magnitude=-0.01, channels=(1, 2, 3, 4, 5)),
+            force("noise", 40, magnitude=1e-9),
         ),
         {"task": {"time_limit_s": 4.0}},
     ),
-    # Recordings that are too short to count, with live samples between them.
+    # Recordings that are too short to count, with live samples between them, one with two samples that are equal; then
+    # one of two samples alone, which drift.
     "recurring-twice": Mishap(
-        tuple(force("repeat", tick, span_ticks=20, honest=False, duration_ticks=5) for tick in (40, 52)),
+        (
+            force("freeze", 47, duration_ticks=1),
+            *(
+                force("repeat", tick, span_ticks=span, honest=False, duration_ticks=ticks)
+                for tick, span, ticks in ((40, 20, 5), (52, 20, 7), (62, 20, 8), (72, 2, 6), (81, 2, 40))
+            ),
+            force("bias-drift", 72, magnitude=0.5, channels=(0,)),
+        ),
         {"task": SOON},
-        (62, "stop"),
     ),
     # A sample that comes again under its own number is no channel that stays where it is.
     "repeated-for-short": Mishap(

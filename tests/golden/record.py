@@ -44,7 +44,11 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "train", "--trials", "2", "--seed", "13", *SHORT, "--perception.symbols", "clusters",
         "--perception.features", "pca", "--perception.fit-trials", "2",
     ),
-    "train-belief": ("train", "--learner", "belief", "--trials", "4", "--seed", "27", *SHALLOW),
+    # Pressing so lightly that some touches show less than a touch has at least.
+    "train-belief": (
+        "train", "--learner", "belief", "--trials", "4", "--seed", "27", *SHALLOW, "--task.press-kgf", "0.16",
+        "--task.contact-kgf", "0.05",
+    ),
     "train-belief-blind": (
         "train", "--learner", "belief", "--scenario", "blind", "--trials", "4", "--seed", "28", *SHALLOW,
     ),
@@ -181,6 +185,13 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     "train-skills-inserted": (
         *SKILLS, "--seed", "2", "--trials", "1", "--task.time-limit-s", "1.6", *HASTY,
         "--control.axial-stiffness-N-per-mm", "9",
+    ),
+    # Of a peg without corners, which leans over a place of its rim.
+    "train-skills-round": (
+        "train", "--task", "insertion-6dof", "--learner", "skills", "--trials", "1", "--seed", "59",
+        "--task.ready-height-mm", "1", "--task.tare-ticks", "7", "--learning.rule-lead", "0",
+        "--task.start-uncertainty-mm", "1", "--task.time-limit-s", "0.16", *HASTY, "--task.options", "corner_mm",
+        "14.5",
     ),
     # Drawn out of a hole by a lean, withdrawn, and driven.
     "train-skills-drawn": (

@@ -170,7 +170,7 @@ class JointWatch:
                 if trip is not None:
                     return trip
         commands = self._commands
-        # A sample is held against the commands of its own time: on a slow bus it is ticks old. The newest counts always.
+        # A sample is held against the commands of its own time: on a slow bus it is ticks old.
         first_ns = max(now_ns, snapshot.time_ns - _OLDEST_NS) - self._lag_ns
         while commands and commands[0][0] < first_ns:
             commands.popleft()

@@ -52,7 +52,9 @@ def test_the_symbol_that_is_felt_on_a_side_is_the_likely_one_there() -> None:
 def test_the_belief_is_the_product_of_what_the_table_gives() -> None:
     shares = np.full((10, SECTORS, 9), 0.05)
     shares[:, :3, 3] = 0.6
-    belief = SymbolTable(SymbolModel(THRESHOLD_NM, 0.0, shares), Places(1e-3, single=False)).begin(np.zeros((21, 21)), 1.0)
+    belief = SymbolTable(SymbolModel(THRESHOLD_NM, 0.0, shares), Places(1e-3, single=False)).begin(
+        np.zeros((21, 21)), 1.0
+    )
     belief.feel(10, 10, (0.0, -0.01), 1.0)
     probabilities = belief.probabilities()
     # Twelve times as likely in the quarter to which the symbol belongs as elsewhere.
