@@ -35,6 +35,8 @@ _HIDDEN: Final = 0.25
 _MOST_APART_TICKS: Final = 3
 """Over a stroke and more nothing of the heave would be left."""
 _LONGEST_TICKS: Final = 2 * CONTROL_RATE_HZ
+_QUIET_N: Final = 0.15
+"""With a noise of this, or less; a noisier force takes as many times longer to answer."""
 _REGAINED: Final = 5
 """So many ticks of waiting are forgiven with each in which it goes on: a recording that fits by chance now and then is
 waited for no longer than one that never does."""
@@ -168,7 +170,7 @@ class AnsweredForce:
 
     def _back_m_s(self) -> Vector3:
         """Velocity of a tool that waits: it stands, and then goes back."""
-        if self._waited_ticks >= self._longest_ticks:
+        if self._waited_ticks >= self._longest_ticks * max(self._state.noise[2] / _QUIET_N, 1.0):
             text = "the force does not answer the heave of a tool that pushed: the force sensor does not show what is"
             if self._answer.other_kg is not None:
                 carried_kg = f"{self._answer.other_kg:.2f} kg by its inertia"

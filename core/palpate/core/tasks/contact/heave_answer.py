@@ -9,8 +9,8 @@ from typing import Final
 
 from palpate.core.ports import PERIOD_S
 
-_MOST: Final = 96
-"""Samples of a look at most; a noise of 0.3 N takes 30 to 50, by how the tare happened to show it."""
+_MOST: Final = 192
+"""Samples of a look at most; a noise of 0.3 N takes 30 to 90, by how the tare happened to show it."""
 _SQUARE: Final = 16.0
 """What the heave explains has to be so many times the noise's square."""
 _ROOM: Final = 1.25

@@ -52,6 +52,8 @@ def pushed(
     heaves: float = 1.0,
     step_m: float = 0.0,
     evenly: bool = False,
+    tared_N: float = NOISE[2],
+    ticks: int = TICKS,
 ) -> tuple[float, list[str]]:
     """Furthest way, in N of bend, since the lie began, or from the start without one; and what happened.
 
@@ -61,24 +63,25 @@ def pushed(
         heaves: The share that the arm makes of what it is told along the tool.
         step_m: Of an encoder, along the tool.
         evenly: What takes over where the arm does not heave as it is told is an even heave, and not scatter.
+        tared_N: Noise of the axial force, as the tare showed it; that of an honest one, too.
     """
     state, chance, control = TrialState(), random.Random(trial), ControlConfig()
     measured = SimpleNamespace(axial_N_per_m=control.axial_stiffness_N_per_mm * 1e3)
     state.begin(TrialSetup(trial, 7, (0.0, 0.0)))
-    state.noise = NOISE
+    state.noise = (*NOISE[:2], tared_N, *NOISE[3:])
     proof = SimpleNamespace(new=True)
     even = FeltWay(state, measured, proof, control, 1.0, 0.02, 1.0) if evenly else None  # type: ignore[arg-type]
     answered = AnsweredForce(state, measured, control, 0.02, MOST_N, MASS_KG, step_m / 12**0.5, even)  # type: ignore[arg-type]
     answered.begin()
     heights_m, felt_N, way_m, furthest_m = [0.0] * 4, list[float](), 0.0, 0.0
     places_m, (force_late, late), (force_each, each) = list[float](), late_ticks, each_ticks
-    for state.tick in range(TICKS):
+    for state.tick in range(ticks):
         lies = lie is not None and state.tick >= LIES
         if state.tick == LIES and lie is not None:
             way_m = furthest_m = 0.0
         # A command shows in the encoders two ticks later.
         shown_m = heights_m[:-1]
-        deviation = (noise if lies else 0.0) or NOISE[2]
+        deviation = (noise if lies else 0.0) or tared_N
         axial_N = (lie if lies and lie is not None else force_N)(shown_m, felt_N) + chance.gauss(0.0, deviation)
         felt_N.append(axial_N)
         places_m.append(round(shown_m[-1] / step_m) * step_m if step_m else shown_m[-1])
@@ -127,6 +130,13 @@ def test_a_live_sensor_is_believed_where_either_is_late_or_slower(
 def test_a_live_sensor_is_believed_where_the_encoders_count_in_coarse_steps(trial: int) -> None:
     way_N, told = pushed(inertia, trial=trial, heaves=0.2, step_m=40e-6)
     assert way_N > 0.5 * TICKS * SPEED_M_S * PERIOD_S * 40e3
+    assert not told
+
+
+@pytest.mark.parametrize("trial", range(3))
+def test_a_noisy_sensor_is_waited_for_as_long_as_its_answer_takes(trial: int) -> None:
+    way_N, told = pushed(spring, trial=trial, tared_N=0.4, heaves=0.4, ticks=1000)
+    assert way_N > 4.0 * MOST_N
     assert not told
 
 
@@ -183,6 +193,7 @@ def test_each_trial_heaves_in_its_own_way_and_in_the_same_again() -> None:
 def test_a_tool_that_was_led_elsewhere_goes_back_only_over_the_way_since() -> None:
     state, measured = TrialState(), SimpleNamespace(axial_N_per_m=5e3, force_N=(0.0,) * 3, position_m=(0.0,) * 3)
     state.begin(TrialSetup(0, 7, (0.0, 0.0)))
+    state.noise = NOISE
     state.snapshot = Snapshot(0, 0, WrenchSample((0.0,) * 3, (0.0,) * 3, 0, 0, 0), JointSample((0.0,), 0, 0, 0))
     answered = AnsweredForce(state, measured, ControlConfig(), 0.02, MOST_N, MASS_KG, 0.0, led=True)  # type: ignore[arg-type]
     answered.begin()
