@@ -19,19 +19,6 @@ def only_said(self: Any) -> None:
 def left_moving(self: Any) -> None: ...
 
 
-class StopsLate(FakeArm):
-    """Returns from stop() while it still moves, and holds where it then is."""
-
-    def stop(self) -> None:
-        self._stopped = True
-
-
-class StopsAtHome(FakeArm):
-    def stop(self) -> None:
-        super().stop()
-        self._target_rad = HOME
-
-
 class HoldsFirstStop(FakeArm):
     held: Any = None
 
@@ -101,15 +88,6 @@ class ActivatesAtHome(FakeArm):
         self._target_rad = HOME
 
 
-class Coasts(FakeArm):
-    """With a fault, it soon drifts on."""
-
-    def position_rad(self) -> Any:
-        ticks = (self.clock.now_ns() - self._target_since_ns) / TICK_NS
-        drift = 1e-5 * max(0.0, ticks - 5.0) if self._fault else 0.0
-        return tuple(q + drift for q in super().position_rad())
-
-
 class StopForgetsFault(FakeArm):
     def stop(self) -> None:
         super().stop()
@@ -130,14 +108,6 @@ class DropsEverySecond(FakeArm):
         if not self.sent % 2:
             self._target_rad, self._target_since_ns = before, since_ns
         return applied
-
-
-class SwapsMoves(FakeArm):
-    """Joint 1 makes the moves of joint 2, and the other way round."""
-
-    def position_rad(self) -> Any:
-        q = super().position_rad()
-        return (HOME[0] + q[1] - HOME[1], HOME[1] + q[0] - HOME[0], q[2])
 
 
 class MovesUnasked(FakeArm):
@@ -170,17 +140,6 @@ class SaysLimitAndGoesOn(FakeArm):
         if applied.reason is CommandReason.POSITION_LIMIT:
             self._target_rad = command.position_rad
         return applied
-
-
-class SlowForwardsOnly(FakeArm):
-    def send(self, command: JointCommand) -> Any:
-        here = self.position_rad()
-        backwards = (
-            len(command.position_rad) == len(here)
-            and min(q - p for q, p in zip(command.position_rad, here, strict=True)) < -0.02
-        )
-        self._max_step_rad = 9.0 if backwards else 0.02
-        return super().send(command)
 
 
 class AddsUpWithinATick(FakeArm):
@@ -226,33 +185,6 @@ class KeepsOneLimitAtATime(FakeArm):
         return applied._replace(position_rad=self._target_rad)
 
 
-class JumpsToItsLimit(FakeArm):
-    """What is clamped is not slowed down."""
-
-    def send(self, command: JointCommand) -> Any:
-        applied = super().send(command)
-        limits = zip(command.position_rad, self._lower_rad, self._upper_rad, strict=True)
-        clamped = tuple(min(max(q, lower), upper) for q, lower, upper in limits)
-        if self._stopped or clamped == command.position_rad:
-            return applied
-        self._target_rad = clamped
-        return applied._replace(position_rad=clamped, reason=CommandReason.POSITION_LIMIT)
-
-
-class CreepsPastItsLimit(FakeArm):
-    """Each further command beyond a limit leads a little past it."""
-
-    at_limit = 0
-
-    def send(self, command: JointCommand) -> Any:
-        applied = super().send(command)
-        if applied.reason is CommandReason.POSITION_LIMIT:
-            past_rad, self.at_limit = 0.002 * self.at_limit, self.at_limit + 1
-            ways = zip(self._target_rad, command.position_rad, strict=True)
-            self._target_rad = tuple(q + past_rad * ((asked > q) - (asked < q)) for q, asked in ways)
-        return applied
-
-
 class SavesUpHaste(FakeArm):
     """After a pause it may go as far at once as it could have gone meanwhile."""
 
@@ -285,20 +217,6 @@ class RefusalEndsStop(FakeArm):
     def send(self, command: JointCommand) -> Any:
         self._stopped = self._stopped and len(command.position_rad) == len(HOME)
         return super().send(command)
-
-
-class RemembersWhatItRefused(FakeArm):
-    """What was sent before it was active is carried out once it is."""
-
-    refused_rad: Any = None
-
-    def send(self, command: JointCommand) -> Any:
-        self.refused_rad = command.position_rad if self._life is Life.CONFIGURED else None
-        return super().send(command)
-
-    def _on_activate(self) -> None:
-        super()._on_activate()
-        self._target_rad = self.refused_rad or self._target_rad
 
 
 class ClosesTowardsHome(FakeArm):
@@ -354,16 +272,3 @@ class RemembersWhatItSwallowed(FakeArm):
         super()._on_activate()
         if self.kept_rad is not None:
             self._target_rad, self._target_since_ns, self.kept_rad = self.kept_rad, self.clock.now_ns(), None
-
-
-class SwallowsSmallSteps(FakeArm):
-    """A command near the one before says it is carried out, and is not."""
-
-    last_rad: Any = None
-
-    def send(self, command: JointCommand) -> Any:
-        before, target = self.last_rad or command.position_rad, (self._target_rad, self._target_since_ns)
-        applied, self.last_rad = super().send(command), command.position_rad
-        if max(abs(a - b) for a, b in zip(before, self.last_rad, strict=True)) < 4e-4:
-            self._target_rad, self._target_since_ns = target
-        return applied

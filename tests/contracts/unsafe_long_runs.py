@@ -1,11 +1,10 @@
 """Adapters that are sound for a while, or nearly always: what only a long run finds."""
 
 from dataclasses import replace
-from math import nan, pi
+from math import pi
 from typing import Any
 
 from palpate.core.ports import AppliedCommand, JointCommand, Life, Validity, WrenchSample
-from palpate.core.ports.contracts import FakeClock
 from tests.contracts.unsafe_lives import moved
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 
@@ -26,42 +25,6 @@ class LosesOneIn(FakeArm):
 
 class LosesOneInThousand(LosesOneIn):
     every = 1000
-
-
-class TellsAnother(FakeArm):
-    """At each thirtieth command another one is applied than is told."""
-
-    sent = 0
-
-    def send(self, command: JointCommand) -> AppliedCommand:
-        applied, self.sent = super().send(command), self.sent + 1
-        if self.sent % 30 == 0 and not self._stopped:
-            self._target_rad = moved(self._target_rad, 0, 5e-4)
-        return applied
-
-
-class ReplaysOne(FakeArm):
-    """Each hundredth command is one of ten before."""
-
-    sent, old_rad = 0, (0.0,)
-
-    def send(self, command: JointCommand) -> AppliedCommand:
-        applied, self.sent = super().send(command), self.sent + 1
-        if self.sent % 100 == 90:
-            self.old_rad = self._target_rad
-        if self.sent % 100 == 0 and not self._stopped:
-            self._target_rad = self.old_rad
-        return applied
-
-
-class SwapsJointsTogether(FakeArm):
-    """Joints that move at once move as each other."""
-
-    def send(self, command: JointCommand) -> AppliedCommand:
-        applied, here, there = super().send(command), self._here_rad, self._target_rad
-        if all(p != q for p, q in zip(here, there, strict=True)):
-            self._target_rad = (here[0] + there[1] - here[1], here[1] + there[0] - here[0], there[2])
-        return applied
 
 
 class PausesNowAndThen(FakeArm):
@@ -85,24 +48,6 @@ class DeafAfterAMinute(FakeArm):
     def stop(self) -> None:
         if self.clock.now_ns() < 60 * S_NS:
             super().stop()
-
-
-class StopEndsAtFiftiethLook(FakeArm):
-    looks = 0
-
-    def position_rad(self) -> Any:
-        self.looks += self._stopped
-        self._stopped = self._stopped and self.looks < 50
-        return super().position_rad()
-
-
-class StopEndsAtFiftiethSend(FakeArm):
-    looks = 0
-
-    def send(self, command: JointCommand) -> AppliedCommand:
-        self.looks += self._stopped
-        self._stopped = self._stopped and self.looks < 50
-        return super().send(command)
 
 
 class Sinks(FakeArm):
@@ -169,12 +114,6 @@ class CountsTwice(Altering):
         return replace(sample, sequence=sample.sequence - 1)
 
 
-class PassesOnNan(Altering):
-    def other(self, sample: Any) -> Any:
-        object.__setattr__(sample, "position_rad", (sample.position_rad[0], nan, sample.position_rad[2]))
-        return sample
-
-
 class MixesInAnOldJoint(Altering):
     old_rad: Any = (0.0,) * 3
 
@@ -188,42 +127,10 @@ class MixesInAnOldJoint(Altering):
         return replace(sample, position_rad=(*sample.position_rad[:2], self.old_rad[2]))
 
 
-class LateNowAndThen(Altering):
-    def other(self, sample: Any) -> Any:
-        self.clock.sleep_until(self.clock.now_ns() + 40_000_000)
-        return sample
-
-
 class StaleIsZero(Altering):
     def read(self) -> Any:
         sample = FakeJointEncoder.read(self)
         return sample if sample.validity is Validity.VALID else replace(sample, position_rad=(0.0,) * 3)
-
-
-class AlteringForce(FakeForceSensor):
-    def read(self) -> WrenchSample:
-        sample = super().read()
-        return self.other(sample) if sample.sequence % 500 == 499 else sample
-
-    def other(self, sample: Any) -> Any:
-        return replace(sample, force_N=(0.0, 0.0, 100.0))
-
-
-class PassesOnNanTorque(AlteringForce):
-    def other(self, sample: Any) -> Any:
-        object.__setattr__(sample, "torque_Nm", (0.0, 0.0, nan))
-        return sample
-
-
-class ChangesFrame(AlteringForce):
-    def other(self, sample: Any) -> Any:
-        return replace(sample, frame="base")
-
-
-class OldUnderNewNumber(FakeForceSensor):
-    def _measured(self, now_ns: int, sequence: int) -> Any:
-        sample = super()._measured(now_ns, sequence)
-        return replace(sample, force_N=self._sample.force_N) if sequence % 100 == 99 and self._sample else sample
 
 
 class TaresLater(FakeForceSensor):
@@ -236,13 +143,6 @@ class TaresLater(FakeForceSensor):
         return replace(sample, force_N=tuple(a - b for a, b in zip(sample.force_N, self.zero_N, strict=True)))
 
 
-class TimeOf32Bits(FakeForceSensor):
-    def read(self) -> WrenchSample:
-        sample, turn_ns = super().read(), 1 << 32
-        source_ns, receive_ns = sample.source_time_ns % turn_ns, sample.receive_time_ns % turn_ns
-        return replace(sample, source_time_ns=source_ns, receive_time_ns=receive_ns)
-
-
 class CountsUntilSilent(FakeForceSensor):
     """Each reading passes for a new sample, but for a stale one."""
 
@@ -252,19 +152,3 @@ class CountsUntilSilent(FakeForceSensor):
         sample = super().read()
         self.readings += sample.validity is not Validity.STALE
         return replace(sample, sequence=self.readings)
-
-
-class WakesEarlyAtTimes(FakeClock):
-    slept = 0
-
-    def sleep_until(self, deadline_ns: int) -> None:
-        self.slept += 1
-        super().sleep_until(deadline_ns - 1000 * (self.slept % 100 == 0))
-
-
-class OversleepsAtTimes(FakeClock):
-    slept = 0
-
-    def sleep_until(self, deadline_ns: int) -> None:
-        self.slept += 1
-        super().sleep_until(deadline_ns + 100_000_000 * (self.slept % 100 == 0))

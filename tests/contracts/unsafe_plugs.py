@@ -88,18 +88,6 @@ class AcknowledgesStrangely(PluggedArm):
             raise ValueError("not enough values to unpack")
 
 
-class OldStampsPlugged(Plugged, FakeForceSensor):
-    """The device's clock begins anew, which nobody notices."""
-
-    at_ns = 0
-
-    def replugged(self) -> None:
-        self.at_ns = self.clock.now_ns()
-
-    def _measured(self, now_ns: int, sequence: int) -> Any:
-        return replace(super()._measured(now_ns, sequence), source_time_ns=now_ns - self.at_ns)
-
-
 class NeverOldPlugged(Plugged, FakeForceSensor):
     def replugged(self) -> None:
         self._max_age_ns = 10**18
@@ -375,12 +363,3 @@ class WrapsAt32Bits(FakeClock):
 class SleepsAMillisecondAtLeast(FakeClock):
     def sleep_until(self, deadline_ns: int) -> None:
         super().sleep_until(max(deadline_ns, self._now_ns + 10**6) if deadline_ns > self._now_ns else deadline_ns)
-
-
-class FollowsWhatIsLongGone(FakeClock):
-    """A deadline of more than a second ago tells that the time was set."""
-
-    def sleep_until(self, deadline_ns: int) -> None:
-        if self._now_ns - deadline_ns > 10**9:
-            self._now_ns = deadline_ns
-        super().sleep_until(deadline_ns)

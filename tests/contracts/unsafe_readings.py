@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import nan
+from math import pi, remainder
 from threading import Event, Thread
 from time import sleep
 from typing import Any
@@ -68,10 +68,6 @@ class LeavesThread(FakeForceSensor):
         Thread(target=Event().wait, args=(5.0,), daemon=True).start()
 
 
-def configure_blindly(self: Any) -> None:
-    self.is_open = True
-
-
 # Calls that block
 
 
@@ -106,47 +102,12 @@ class AwaitsTheSilent(FakeForceSensor):
 # Samples
 
 
-class NowAndThen(FakeForceSensor):
-    """One sample in seven is not finite and passed off as good."""
-
-    def read(self) -> Any:
-        sample = super().read()
-        if sample.sequence % 7 == 5:
-            sample = replace(sample, force_N=(nan, 0.0, 0.0), validity=Validity.INVALID)
-            object.__setattr__(sample, "validity", Validity.VALID)
-        return sample
-
-
 class EverySecondIsOld(FakeForceSensor):
     """New number and time, but the forces of the sample before."""
 
     def _measured(self, now_ns: int, sequence: int) -> Any:
         sample = super()._measured(now_ns, sequence)
         return replace(sample, force_N=self._sample.force_N) if sequence % 2 and self._sample else sample
-
-
-class KeepsItOverAPause(FakeForceSensor):
-    """The first reading after a pause is the last one before it, as good as new."""
-
-    awake = True
-
-    def _on_deactivate(self) -> None:
-        self.awake = False
-
-    def read(self) -> Any:
-        self._require_active("read()")
-        if not self.awake and self._sample is not None:
-            self.awake = True
-            return self._sample
-        return super().read()
-
-
-class KeepsItOverAFault(KeepsItOverAPause):
-    def _on_deactivate(self) -> None: ...
-
-    def fail(self, cause: str = "") -> None:
-        super().fail("overload")
-        self.awake = False
 
 
 class ZeroesItself(FakeForceSensor):
@@ -169,15 +130,54 @@ class ZeroNowAndThen(FakeForceSensor):
         return replace(sample, force_N=(0.0,) * 3) if sequence % 64 == 63 else sample
 
 
-class NewAgainInTheEnd(FakeJointEncoder):
-    """A silence is marked for a while only."""
+class WrapsAtOneTurn(FakeJointEncoder):
+    def _measured(self, now_ns: int, sequence: int) -> Any:
+        sample = super()._measured(now_ns, sequence)
+        return replace(sample, position_rad=tuple(remainder(q, 2.0 * pi) for q in sample.position_rad))
 
-    marked = 0
+
+class Sticks(FakeJointEncoder):
+    """A turn of less than 0.4 mrad does not show."""
+
+    shown: Any = None
+
+    def _measured(self, now_ns: int, sequence: int) -> Any:
+        sample = super()._measured(now_ns, sequence)
+        pairs = zip(sample.position_rad, self.shown or sample.position_rad, strict=True)
+        self.shown = tuple(q if abs(q - old) >= 4e-4 else old for q, old in pairs)
+        return replace(sample, position_rad=self.shown)
+
+
+class SlipsNowAndThen(FakeJointEncoder):
+    """One sample in 64 is a turn off."""
+
+    def _measured(self, now_ns: int, sequence: int) -> Any:
+        sample = super()._measured(now_ns, sequence)
+        slip = 2.0 * pi * (sequence % 64 == 63)
+        return replace(sample, position_rad=tuple(q + slip for q in sample.position_rad))
+
+
+class CountsFromZeroAgain(FakeForceSensor):
+    """The first sample after a pause has number 0 again, which whoever counts takes for an old one."""
+
+    first = 0
+
+    def _on_activate(self) -> None:
+        self.first = 0 if self._sample is None else self._sample.sequence + 1
 
     def read(self) -> Any:
         sample = super().read()
-        self.marked += sample.validity is Validity.STALE
-        return sample if self.marked < 12 else replace(sample, validity=Validity.VALID)
+        return replace(sample, sequence=sample.sequence - self.first)
+
+
+class ClipsTorque(FakeForceSensor):
+    """What it clips is marked in force, and not in torque."""
+
+    def _measured(self, now_ns: int, sequence: int) -> Any:
+        sample = super()._measured(now_ns, sequence)
+        clipped = tuple(max(-1.1, min(1.1, t)) for t in sample.torque_Nm)
+        marked = Validity.SATURATED if max(map(abs, sample.force_N)) > 20.0 else sample.validity
+        return replace(sample, torque_Nm=clipped, validity=marked)
 
 
 def frozen(self: Any, now_ns: int, sequence: int) -> Any:
@@ -186,10 +186,8 @@ def frozen(self: Any, now_ns: int, sequence: int) -> Any:
 
 
 FIRST_FLIPPED = altered(FakeJointEncoder, position_rad=lambda s: (-s.position_rad[0], *s.position_rad[1:]))
-ABOUT_HOME = altered(FakeJointEncoder, position_rad=lambda s: (*s.position_rad[:2], 2 * HOME[2] - s.position_rad[2]))
 SWAPPED = altered(FakeJointEncoder, position_rad=lambda s: (s.position_rad[1], s.position_rad[0], s.position_rad[2]))
 MIRRORED = altered(FakeForceSensor, force_N=lambda s: (-s.force_N[0], *s.force_N[1:]))
-SMALL = altered(FakeJointEncoder, position_rad=lambda s: tuple(q / 57.2958 for q in s.position_rad))
 
 
 def set_paused(self: Any) -> None:
@@ -216,11 +214,5 @@ def lost(self: Any, now_ns: int, sequence: int) -> Any:
 SWAPS_PULLS = altered(FakeForceSensor, force_N=lambda s: s.force_N if min(s.force_N[:2]) >= 0.0 else s.force_N[::-1])
 ABSOLUTE = altered(FakeForceSensor, torque_Nm=lambda s: tuple(map(abs, s.torque_Nm)))
 
-CLIPS = altered(FakeForceSensor, force_N=lambda s: tuple(max(-11.0, min(11.0, f)) for f in s.force_N))
 INSENSITIVE = altered(FakeForceSensor, force_N=lambda s: tuple(f if abs(f) > 2.0 else 0.0 for f in s.force_N))
-LARGEST = altered(
-    FakeForceSensor,
-    force_N=lambda s: tuple(f if k == max(range(3), key=lambda i: abs(s.force_N[i])) else 0.0
-                            for k, f in enumerate(s.force_N)),
-)  # fmt: skip
 EITHER = altered(FakeForceSensor, torque_Nm=lambda s: (0.0,) * 3 if any(s.force_N) else s.torque_Nm)

@@ -28,24 +28,6 @@ class HearsItsThreadOnly(StopsForItsThreadOnly):
             super().stop()
 
 
-class StopWaitsForTheLoop(StopsForItsThreadOnly):
-    """From another thread, stop() only wants to be done; the next command does it."""
-
-    wanted = False
-
-    def stop(self) -> None:
-        if self.thread in (0, get_ident()):
-            FakeArm.stop(self)
-        else:
-            self.wanted = True
-
-    def send(self, command: JointCommand) -> Any:
-        applied = super().send(command)
-        if self.wanted:
-            self._stopped, self.wanted = True, False
-        return applied
-
-
 class FaultRunsOutItsMotion(FakeArm):
     """With a fault, it goes where it was sent, and does not hear a stop."""
 
@@ -70,19 +52,6 @@ class FaultWearsOff(FakeArm):
         if self._fault and self.clock.now_ns() > self.failed_ns + 140 * TICK_NS:
             self._fault, self._life = None, Life.ACTIVE
         return super().send(command)
-
-
-class YieldsToPersistence(FakeArm):
-    """Asked to activate once more, it clears its fault itself."""
-
-    refusals = 0
-
-    def activate(self) -> None:
-        if self._life is Life.FAULTED:
-            self.refusals += 1
-            if self.refusals > 1:
-                self.acknowledge_fault()
-        super().activate()
 
 
 class SendOutlastsStop(FakeArm):
@@ -110,20 +79,6 @@ class Parks(FakeArm):
         super()._on_close()
         if self._stopped:
             self._target_rad, self._target_since_ns = (0.1, -0.2, 0.3), self.clock.now_ns()
-
-
-class GoesBackToWhereItWas(FakeArm):
-    """Turned by hand while it was not active, it goes back at once."""
-
-    was_rad: Any = None
-
-    def _on_activate(self) -> None:
-        super()._on_activate()
-        self._target_rad = self.was_rad or self._target_rad
-
-    def _on_deactivate(self) -> None:
-        super()._on_deactivate()
-        self.was_rad = self._target_rad
 
 
 class LimitsFromWhereItWas(FakeArm):
