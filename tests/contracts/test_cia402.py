@@ -13,13 +13,13 @@ from palpate.core.ports import JointVector
 from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.motors.plant import DirectMotors
-from tests.virtual_lines import Cable, VirtualDesk
+from tests.contracts.bus_bench import DIVIDER, BusBench
+from tests.virtual_lines import Cable
 from tests.virtual_time import VirtualTime
 
 HOME = (0.1, -0.2, 0.3)
 LOWER, UPPER = (-0.1, -0.5, 0.0), (0.3, 0.1, 0.4)
 SCALE = (30_000.0, -20_000.0, 10_000.0)
-DIVIDER = 2
 
 
 class Following(DirectMotors):
@@ -35,14 +35,11 @@ class Following(DirectMotors):
             self.set_motor_counts(axis, q * k)
 
 
-class Bench:
-    """An adapter and the drives that it talks to."""
-
+class Bench(BusBench):
     def __init__(self) -> None:
+        super().__init__()
         self.motors = Following(SCALE, HOME)
         self.drives = [CanopenDrive(axis + 1, self.motors, axis) for axis in range(3)]
-        self.desk = VirtualDesk()
-        self.clock = self.desk.clock
         self.cable = Cable(self.clock, self.desk.can("can0", *self.drives), 0.3)
         self.clock.sleep(0.05)  # the drives boot
         context = RigContext(self.clock, arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 3)
@@ -54,12 +51,7 @@ class Bench:
         assert isinstance(arm, BusArm)
         self.arm = arm
 
-    def advance(self, ticks: int) -> None:
-        # The arm's own ticks, one bus cycle each.
-        self.clock.sleep(ticks * DIVIDER / 140)
-
     def fail(self) -> None:
-        """A drive fails; returns when the adapter has noticed."""
         self.drives[0].fail(0x4210)
         self.advance(2)
 
@@ -68,22 +60,12 @@ class TestCia402Encoder(JointEncoderContract):
     def make(self) -> JointEncoderRig:
         bench = Bench()
         return JointEncoderRig(
-            device=bench.arm,
-            clock=bench.clock,
-            advance=bench.advance,
             max_age_ns=250_000_000,
             joints=3,
             expected_rad=HOME,
             turn_by_hand=bench.motors.turn,
-            tolerance_rad=2e-4,
             arm=bench.arm,
-            provoke_fault=bench.fail,
-            fail_at_rest=bench.fail,
-            disconnect=bench.cable.cut,
-            reconnect=bench.cable.join,
-            dispose=bench.desk.close,
-            runs_by_itself=True,
-            long_ticks=300,
+            **bench.knobs(),
         )
 
 
@@ -91,9 +73,6 @@ class TestCia402Arm(ArmCommandContract):
     def make(self) -> ArmCommandRig:
         bench = Bench()
         return ArmCommandRig(
-            device=bench.arm,
-            clock=bench.clock,
-            advance=bench.advance,
             home_rad=HOME,
             lower_rad=LOWER,
             upper_rad=UPPER,
@@ -101,17 +80,10 @@ class TestCia402Arm(ArmCommandContract):
             fast_step_rad=0.1,
             position_rad=bench.motors.targets_rad,
             turn_by_hand=bench.motors.turn,
-            tolerance_rad=2e-4,
             settle_ticks=10,
             limit_ticks=100,
-            provoke_fault=bench.fail,
-            fail_at_rest=bench.fail,
-            disconnect=bench.cable.cut,
-            reconnect=bench.cable.join,
-            dispose=bench.desk.close,
-            runs_by_itself=True,
-            long_ticks=300,
             rest_ticks=200,
+            **bench.knobs(),
         )
 
 

@@ -9,22 +9,19 @@ from palpate.core.motion.arm import arm_named
 from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
 from palpate.simulation.emulators.motors.plant import HOME_RAD
 from palpate.simulation.emulators.nmc.bus import NmcChain
+from tests.contracts.bus_bench import DIVIDER, BusBench
 from tests.ideal_motors import IdealPlant
-from tests.virtual_lines import Cable, VirtualDesk
+from tests.virtual_lines import Cable
 
 BAUD = 230_400
-DIVIDER = 2
 LOWER = (-3.14, -1.07, -1.70, -3.14, -3.14, -3.14)
 UPPER = (3.14, 1.70, 1.07, 3.14, 3.14, 3.14)
 SETTLE_TICKS = 10
 
 
-class Bench:
-    """An adapter and the modules that it talks to."""
-
+class Bench(BusBench):
     def __init__(self, **settings: Any) -> None:
-        self.desk = VirtualDesk()
-        self.clock = self.desk.clock
+        super().__init__()
         self.plant = IdealPlant()
         self.bus = NmcChain(self.plant)
         # A line on which nobody answers is told to stop for 0.3 s.
@@ -43,12 +40,8 @@ class Bench:
         assert isinstance(arm, BusArm)
         self.arm = arm
 
-    def advance(self, ticks: int) -> None:
-        # The arm's own ticks, one bus cycle each.
-        self.clock.sleep(ticks * DIVIDER / 140)
-
-    def overload(self) -> None:
-        """The first motor draws too much current; returns when the adapter has noticed."""
+    def fail(self) -> None:
+        """The first motor draws too much current."""
         self.bus.modules[0].servo.overcurrent = True
         self.advance(2)
 
@@ -56,46 +49,20 @@ class Bench:
 class TestZebraEncoder(JointEncoderContract):
     def make(self) -> JointEncoderRig:
         bench = Bench()
-        return JointEncoderRig(
-            device=bench.arm,
-            clock=bench.clock,
-            advance=bench.advance,
-            max_age_ns=150_000_000,
-            joints=6,
-            expected_rad=HOME_RAD,
-            tolerance_rad=2e-4,
-            arm=bench.arm,
-            provoke_fault=bench.overload,
-            fail_at_rest=bench.overload,
-            disconnect=bench.cable.cut,
-            reconnect=bench.cable.join,
-            dispose=bench.desk.close,
-            runs_by_itself=True,
-            long_ticks=300,
-        )
+        return JointEncoderRig(max_age_ns=150_000_000, joints=6, expected_rad=HOME_RAD, arm=bench.arm, **bench.knobs())
 
 
 class TestZebraArm(ArmCommandContract):
     def make(self) -> ArmCommandRig:
         bench = Bench()
         return ArmCommandRig(
-            device=bench.arm,
-            clock=bench.clock,
-            advance=bench.advance,
             home_rad=HOME_RAD,
             lower_rad=LOWER,
             upper_rad=UPPER,
             fast_step_rad=0.1,
             position_rad=bench.plant.joints_rad,
-            tolerance_rad=2e-4,
             settle_ticks=SETTLE_TICKS,
             limit_ticks=300,
-            provoke_fault=bench.overload,
-            fail_at_rest=bench.overload,
-            disconnect=bench.cable.cut,
-            reconnect=bench.cable.join,
-            dispose=bench.desk.close,
-            runs_by_itself=True,
-            long_ticks=300,
             rest_ticks=200,
+            **bench.knobs(),
         )

@@ -1,0 +1,44 @@
+"""What the benches of arms on an emulated bus have in common."""
+
+from abc import ABC, abstractmethod
+from typing import Any, Final
+
+from palpate.adapters.hardware.arm_on_bus import BusArm
+from tests.virtual_lines import Cable, VirtualDesk
+
+DIVIDER: Final = 2
+
+
+class BusBench(ABC):
+    """An adapter and the devices that it talks to; whoever makes it plugs them in."""
+
+    arm: BusArm
+    cable: Cable
+
+    def __init__(self) -> None:
+        self.desk = VirtualDesk()
+        self.clock = self.desk.clock
+
+    @abstractmethod
+    def fail(self) -> None:
+        """A device fails; returns when the adapter has noticed."""
+
+    def advance(self, ticks: int) -> None:
+        # The arm's own ticks, one bus cycle each.
+        self.clock.sleep(ticks * DIVIDER / 140)
+
+    def knobs(self) -> dict[str, Any]:
+        """Of encoder and arm alike."""
+        return {
+            "device": self.arm,
+            "clock": self.clock,
+            "advance": self.advance,
+            "tolerance_rad": 2e-4,
+            "provoke_fault": self.fail,
+            "fail_at_rest": self.fail,
+            "disconnect": self.cable.cut,
+            "reconnect": self.cable.join,
+            "dispose": self.desk.close,
+            "runs_by_itself": True,
+            "long_ticks": 300,
+        }
