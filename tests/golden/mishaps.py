@@ -195,6 +195,21 @@ MISHAPS: Final[dict[str, Mishap]] = {
         policy="random",
         trial=3,
     ),
+    # What was recorded happens to follow an uneven heave, and comes again.
+    "lies-coming-again": Mishap(
+        (
+            force("repeat", 120, span_ticks=21, honest=False),
+            force("noise", 120, magnitude=0.1, channels=(0, 1, 2)),
+            force("noise", 120, magnitude=0.004, channels=(3, 4, 5)),
+        ),
+        {
+            "arm": "ur5",
+            "task": {"tare_ticks": 7, "ready_height_mm": 0.5, "time_limit_s": 2.0, "ticks_per_action": 30},
+            "cell": _PLATE,
+        },
+        policy="random",
+        trial=4,
+    ),
     # Noise that shows the force at another lag in the second look than in the first.
     "late-force-noisy": Mishap(
         (force("delay", 3, delay_ticks=2), force("noise", 30, magnitude=0.15, channels=(0, 1, 2))),

@@ -359,6 +359,18 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         ),
         policy="none",
     ),
+    # A hole no deeper than its edge may be: borne there twice at one depth, and at another.
+    **{
+        f"survey-edge{name}": Mishap(
+            faults,
+            {**_survey(cell={"peg": {"hole_depth_mm": 0.8}}, insertion_depth_mm=0.7), **_FOLLOWED},
+            policy="none",
+        )
+        for name, faults in {
+            "": (),
+            "-moved": (joints("offset", 326, magnitude=-5e-4, channels=(1,)),),
+        }.items()
+    },
     # The plate is lost before its first lift.
     "survey-no-wall": Mishap(
         (force("offset", 63, magnitude=2.4, channels=(2,), duration_ticks=12),),
