@@ -129,6 +129,10 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         policy="corner-first",
         trial=13,
     ),
+    # A tool that is not as heavy as its setting says, which the trip names.
+    "corner-other-tool": Mishap(
+        settings=_corner(options={"unanswered_N": 1.0, "tool_kg": 1.0}, time_limit_s=4.0), policy="corner-first"
+    ),
     # A look whose friction acts a little the wrong way round.
     "corner-answered-soon": Mishap(
         (force("repeat", 41, span_ticks=1, duration_ticks=21),),

@@ -31,7 +31,7 @@ def test_there_are_no_others_and_they_are_small() -> None:
     # another tool axis.
     # A felt way on which the sensor dies needs 74 kB, to where it may go unfelt and a second of waiting; six shorter
     # ones 14 to 32 each; a false drop before the plate was touched, half a second of waiting, 35.
-    assert sum(log.stat().st_size for log in logs) < 9_020_000
+    assert sum(log.stat().st_size for log in logs) < 9_090_000
 
 
 @pytest.mark.parametrize("name", ["first-joint-turned", "first-kind", "trip-invalid"])
