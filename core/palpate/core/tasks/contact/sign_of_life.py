@@ -34,8 +34,8 @@ ways; one that is noisier than its facts say is found by its noise."""
 _SOONEST, _PAST = 8, 96
 """A recording is as long or longer, in samples, and so many are remembered to find it by."""
 _AGAIN: Final = 0.1
-"""A force that comes again leaves so much less of itself than what follows the heave; of 3100 honest answers none left
-less than 0.15."""
+"""A force that comes again leaves so much less of itself than what follows the heave. Of 3120 honest answers two left
+less than 0.15 and none less than 0.1."""
 _FEWEST_IN_AIR: Final = 14
 _DEVIATIONS_IN_AIR: Final = 5.0
 """Inertia has no stiffness that is known beforehand: with these a dead sensor passes by chance in one second of four
