@@ -157,8 +157,11 @@ class Network:
 
     def after(self, hidden: Array, letters: Integers) -> Array:
         """Hidden states after one letter each: (n, h) and (n,) to (n, h)."""
-        weights = self.recurrent[self.architecture.matrix_of(letters)]
-        return self._entered((weights @ hidden[:, :, np.newaxis])[:, :, 0], self.inputs[letters])
+        matrices, drives = self.architecture.matrix_of(letters), np.empty_like(hidden)
+        for matrix in np.unique(matrices):  # each in its place: a copy for every row would take most of the time
+            rows = np.flatnonzero(matrices == matrix)
+            drives[rows] = (self.recurrent[matrix] @ hidden[rows, :, np.newaxis])[:, :, 0]
+        return self._entered(drives, self.inputs[letters])
 
     def advance(self, hidden: Array, letter: int) -> Array:
         """Hidden states after one letter: (n, h) to (n, h)."""
