@@ -165,7 +165,7 @@ class _Search:
         self._state_of: dict[tuple[int, int], int] = {}
         self._target_of: dict[int, int] = {}
         self.vectors: list[Array] = []
-        self._enter(network.start_state, NONE)
+        self._enter(network.start_state, self._cells(network.start_state), NONE)
 
     def go(self, states: Integers, letters: Integers) -> Integers:
         """States after one letter each, in the order of first visits; all three (m,)."""
@@ -176,8 +176,8 @@ class _Search:
             sources, taken = np.divmod(np.array(fresh), self.letters)
             hidden = self._network.after(np.array([self.vectors[source] for source in sources]), taken)
             symbols = (taken % self._symbols).tolist() if self._symbols else [NONE] * len(fresh)
-            for code, vector, symbol in zip(fresh, hidden, symbols, strict=True):
-                self._target_of[code] = self._enter(vector, symbol)
+            for code, *found in zip(fresh, hidden, self._cells(hidden), symbols, strict=True):
+                self._target_of[code] = self._enter(*found)
         return np.array([self._target_of[code] for code in listed], dtype=np.int64)
 
     def go_where_possible(self, most_states: int) -> None:
@@ -197,10 +197,12 @@ class _Search:
         shaped = transitions.reshape(-1, self.letters)
         return Partition(self._network, self._intervals, np.array(self.vectors), shaped, cells, last)
 
-    def _enter(self, vector: Array, symbol: int) -> int:
-        cell = np.clip((vector - self._low) // self._width, 0, self._intervals - 1)
-        number = self._cell_of.setdefault(cell.astype(np.int16).tobytes(), len(self._cell_of))
+    def _cells(self, hidden: Array) -> Integers:
+        return np.clip((hidden - self._low) // self._width, 0, self._intervals - 1).astype(np.int16)
+
+    def _enter(self, vector: Array, cell: Integers, symbol: int) -> int:
+        number = self._cell_of.setdefault(cell.tobytes(), len(self._cell_of))
         if (number, symbol) not in self._state_of:
             self._state_of[number, symbol] = len(self.vectors)
-            self.vectors.append(self._low + (cell + 0.5) * self._width if self._centres else vector)
+            self.vectors.append(self._low + (cell.astype(np.float64) + 0.5) * self._width if self._centres else vector)
         return self._state_of[number, symbol]
