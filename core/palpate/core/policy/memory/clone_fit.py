@@ -30,7 +30,7 @@ HIDDEN: Final = 140
 _GUESSES: Final = 5  # random beginnings
 KEPT: Final = 3
 """Models that are kept."""
-_FIRST, _FURTHER, _LAST = 25, 15, 15  # iterations: of all guesses, of a round of those kept, of these on all trials
+_FIRST, _FURTHER = 25, 15  # iterations: of all guesses; of a round of those kept, and of these on all trials
 _MISREAD, _AFTER = 20, 10  # the same where readings are wrong, which takes longer each: at first, and whenever after
 _TOLD: Final = 20  # of those kept, where their clones are told
 _ROUNDS: Final = 5  # at most
@@ -92,7 +92,7 @@ def fit_clones(
     begun = _best(begun, held, kept)
     if told:  # as many as they are
         better = [guess.fitted(taught, _TOLD) for guess in begun]
-        return tuple(model.fitted(whole, _LAST).rounded() for model in _best(better, held, kept))
+        return tuple(model.fitted(whole, _FURTHER).rounded() for model in _best(better, held, kept))
     better = [ripened(begun[0], taught, held)]
     loose = merged(better[0], taught, _MERGED[-1]).fitted(taught, _LOOKED) if merging else better[0]
     if loose.fails > _FAILING:
@@ -100,7 +100,7 @@ def fit_clones(
         if taken[0].log_loss(held) < better[0].log_loss(held):
             return tuple(_finished(model, whole).rounded() for model in taken)
     better += [ripened(guess, taught, held) for guess in begun[1:]]
-    return tuple(model.trimmed(whole).fitted(whole, _LAST).rounded() for model in _best(better, held, kept))
+    return tuple(model.trimmed(whole).fitted(whole, _FURTHER).rounded() for model in _best(better, held, kept))
 
 
 def _best(models: Sequence[CloneModel], held: Sequence[RecordedTrial], count: int) -> list[CloneModel]:
@@ -130,9 +130,9 @@ def ripened(
 
 def divided(model: CloneModel, batch: Batch, held: Sequence[RecordedTrial], rng: np.random.Generator) -> CloneModel:
     """With merged clones, and those divided that stand for several places, as long as held-out trials gain by it."""
-    divisions, iterations = _DIVISIONS, _FURTHER
+    divisions, iterations = _DIVISIONS, _iterations(model)
     if model.misread:
-        divisions, iterations = max(1, int(batch.weights.sum()) // _A_DIVISION), _AFTER
+        divisions = max(1, int(batch.weights.sum()) // _A_DIVISION)
         for worth in _MERGED:
             model = _thinned(model, batch, worth).fitted(batch, iterations)
     else:
@@ -150,8 +150,11 @@ def divided(model: CloneModel, batch: Batch, held: Sequence[RecordedTrial], rng:
 
 def _finished(model: CloneModel, batch: Batch) -> CloneModel:
     """Fitted to all trials at last."""
-    iterations = _AFTER if model.misread else _LAST
-    return _thinned(model, batch, _MERGED[-1]).fitted(batch, iterations).fitted(batch, _AGAIN, sparse=True)
+    return _thinned(model, batch, _MERGED[-1]).fitted(batch, _iterations(model)).fitted(batch, _AGAIN, sparse=True)
+
+
+def _iterations(model: CloneModel) -> int:
+    return _AFTER if model.misread else _FURTHER
 
 
 def _thinned(model: CloneModel, batch: Batch, worth: float | None) -> CloneModel:
@@ -195,7 +198,7 @@ def _parted(model: CloneModel, batch: Batch, rng: np.random.Generator) -> CloneM
     ways[:, both] *= 0.05 + rng.random((len(ways), len(both), states + 1))
     goal, moves = ways[:, :, -1], ways[:, :, :-1]
     share = rng.random((len(ways), ways.shape[1], len(parted)))
-    if model.misread:
+    if not fails:
         halves = np.arange(len(parted))
         share[:, parted, halves], share[:, states + halves, halves] = _STAYS, 1.0 - _STAYS
     moves = np.concatenate((moves, moves[:, :, parted] * (1.0 - share)), axis=2)
