@@ -63,7 +63,8 @@ def parse_box(page: bytes) -> NetFtBox:
 def scaling(page: bytes) -> dict[str, str]:
     """What scales, turns and shifts the counts of its records, by name; empty where the page is not whole.
 
-    Records say none of it, and any client of the box may change it while they come.
+    Records say none of it, and any client of the box may change it while they come. FACT, ATI 9610-05 (Ethernet Axia),
+    11.1: the page is that of the active configuration. INFERENCE: so it is on a Net F/T, and a bias shows there.
     """
     return {name: _field(page, tag, "") for name, tag in _SCALING.items()} if b"</netft>" in page else {}
 
