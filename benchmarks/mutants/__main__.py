@@ -60,14 +60,14 @@ def main() -> int:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     gating.add_argument("--checkout", type=Path, default=HERE)
-    gating.add_argument("--count", type=int, default=gate.COUNT)
+    gating.add_argument("--one-in", type=int, default=gate.ONE_IN, help="one place in so many")
     gating.add_argument("--seed", type=int, default=gate.SEED)
     gating.add_argument("--only", default="", help="files whose names hold this")
     gating.add_argument("--jobs", type=int, default=1)
     gating.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
     if options.command == "gate":
-        return gate.run(options.checkout, options.out, options.count, options.seed, options.only, options.jobs)
+        return gate.run(options.checkout, options.out, options.one_in, options.seed, options.only, options.jobs)
     if options.command == "draw":
         mutants = draw(options.before, options.after, options.count, options.seed)
         options.out.write_text(json.dumps([asdict(mutant) for mutant in mutants], indent=1) + "\n", encoding="utf-8")

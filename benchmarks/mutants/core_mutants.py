@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import hashlib
-import random
 import re
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping
@@ -15,8 +14,6 @@ from typing import Any, Final
 from benchmarks.mutants.functions import functions_in, normalised
 from benchmarks.mutants.operators import Place, places
 
-LEAST: Final = 4
-"""So many mutants of each module, if it has them."""
 _REFUSING: Final = ("check", "_check_index", "__post_init__", "require", "_require")
 """How functions are called, or begin, that refuse what was set before any trial."""
 _CHECKING: Final = {
@@ -179,15 +176,23 @@ def _statement_lines(function: ast.AST) -> dict[ast.AST, int]:
     return found
 
 
-def draw(found: dict[str, list[Candidate]], count: int, seed: int) -> list[Candidate]:
-    """Some of every file, the others by their number of places; one change at each place."""
-    generator, chosen = random.Random(seed), list[Candidate]()
-    total = sum(map(len, found.values()))
+def draw(found: dict[str, list[Candidate]], one_in: int, seed: int) -> list[Candidate]:
+    """One place in so many, by its own digest with the seed, and one of every file; one change at each place.
+
+    What changes in one function leaves the places of the others drawn or not, as they were. Only of a file that would
+    have none is that of the least digest drawn, whichever function it is in.
+    """
+    most, chosen = 2**256 // one_in, list[Candidate]()
     for ones in found.values():
         by_place: dict[int, list[Candidate]] = defaultdict(list)
         for one in ones:
             by_place[id(one.place)].append(one)
-        share = max(LEAST, round(count * len(ones) / total))
-        kept = generator.sample(list(by_place.values()), min(share, len(by_place)))
-        chosen += sorted((generator.choice(variants) for variants in kept), key=lambda one: one.mutant.line)
+        ranked = [(_rank(seed, variants[0].mutant.id), variants) for variants in by_place.values()]
+        kept = [one for one in ranked if one[0] < most] or [min(ranked, key=lambda one: one[0])]
+        drawn = (variants[rank % len(variants)] for rank, variants in kept)
+        chosen += sorted(drawn, key=lambda one: one.mutant.line)
     return chosen
+
+
+def _rank(seed: int, id_: str) -> int:
+    return int.from_bytes(hashlib.sha256(f"{seed} {id_}".encode()).digest(), "big")

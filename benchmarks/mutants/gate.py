@@ -2,7 +2,8 @@
 
 Only what a trial runs is mutated: functions of modules in which a trial runs lines, as far as setting up and running
 the golden trials runs them, and the constants of those modules; no functions or statements that only refuse settings,
-and nothing that only makes texts. Mutants are drawn by a fixed seed, some of every module. A mutant is killed when a
+and nothing that only makes texts. Mutants are drawn by a fixed seed, some of every module, each by itself: while a
+function says what it says, the same of its mutants are drawn, whatever changes elsewhere. A mutant is killed when a
 golden log does not replay equal in every bit; one that survives may be equivalent, and then the reason is in
 ``equivalent.json``, by the mutant's id: that follows from what the function says, so a reason lapses when the function
 changes.
@@ -36,7 +37,8 @@ from benchmarks.mutants.swapping import forget, swapped
 from benchmarks.mutants.verdicts import end_line, read
 
 SEED: Final = 17
-COUNT: Final = 400
+ONE_IN: Final = 24
+"""One place in so many is drawn: some 400 of 9500."""
 EQUIVALENT: Final = Path(__file__).with_name("equivalent.json")
 _SAME_BITS: Final = "it differs only where two numbers that are computed from samples are equal in every bit"
 _OPERATORS: Final = ("arithmetic", "boolean", "branches", "comparison", "constant", "statement")
@@ -71,12 +73,12 @@ def _judged(checkout: Path, one: Candidate, logs: Sequence[Path]) -> tuple[str, 
     return "killed", f"{kind} {value}"
 
 
-def run(checkout: Path, out: Path, count: int, seed: int, only: str = "", jobs: int = 1) -> int:
+def run(checkout: Path, out: Path, one_in: int, seed: int, only: str = "", jobs: int = 1) -> int:
     """Judge all mutants of which no verdict in ``out`` still holds, and print the report; 1 if the aim is missed."""
     checkout = checkout.resolve()
     lines = lines_run(checkout, out.with_suffix(".lines.json"))
     replayed(checkout)  # what there is to import is there before every fork
-    chosen = [one for one in draw(candidates(checkout, lines), count, seed) if only in one.mutant.file]
+    chosen = [one for one in draw(candidates(checkout, lines), one_in, seed) if only in one.mutant.file]
     chosen.sort(key=lambda one: not one.mutant.file.startswith(THOROUGH))  # those that must not survive come first
     logs, core = golden_logs(checkout), digest(sources(checkout))
     holds_for = {path.stem: f"{core} {digest([path])}" for path in logs} | {"": f"{core} {digest(logs)}"}

@@ -127,6 +127,33 @@ def test_a_condition_over_several_lines_is_run_where_it_begins(tmp_path: Path) -
     assert never_run.unrun(tmp_path, {file: {1, 2, 3, 5}}) == {f"{file}:7 f: c()": ""}
 
 
+def test_what_changes_in_one_function_leaves_the_mutants_of_others_drawn_as_they_were() -> None:
+    functions = [f"def f{n}(a, b):\n    return a + {n} < b * {n}\n" for n in range(200)]
+
+    def drawn(functions: list[str], seed: int = 3) -> dict[str, set[str]]:
+        source, by_function = "".join(functions), dict[str, set[str]]()
+        found = core_mutants._candidates("f.py", source, set(range(999)))
+        for one in core_mutants.draw({"f.py": list(found)}, 12, seed):
+            by_function.setdefault(one.mutant.function, set()).add(one.mutant.id)
+        return by_function
+
+    before = drawn(functions)
+    assert 60 < sum(map(len, before.values())) < 140  # one in 12 of 1200 places
+    assert drawn(functions, seed=4) != before
+    changed = next(iter(before))
+    functions[int(changed[1:])] = f"def {changed}(a, b):\n    c = a / b\n    return c * b - 5 if a else c >= 4\n"
+    after = drawn(["import math\n\n\n", *reversed(functions)])
+    assert {name: ids for name, ids in after.items() if name != changed} == {
+        name: ids for name, ids in before.items() if name != changed
+    }
+    assert not after.get(changed, set()) & before[changed]
+
+
+def test_a_file_of_few_places_has_a_mutant_drawn() -> None:
+    found = list(core_mutants._candidates("f.py", "def f(a):\n    return a + 1\n", {1, 2}))
+    assert len(core_mutants.draw({"f.py": found}, 10**9, 3)) == 1
+
+
 def test_survivors_of_the_gate_are_told_but_for_those_with_a_reason() -> None:
     supervision = "core/palpate/core/supervision/watches.py"
     judged = [
