@@ -16,6 +16,7 @@ from palpate.adapters.replay.batch import replay_file
 from palpate.adapters.replay.differences import Difference
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
+from palpate.core.control_loop import UnfinishedTick
 from palpate.core.motion.laws import DampingControl
 from palpate.core.ports import DeviceDecorator, FaultLatch
 from tests.log_surgery import Change, changed, in_start, indices, messages_of, one_ulp, write_log
@@ -340,6 +341,8 @@ def test_observers_that_are_told_of_another_port_or_of_no_beginning(
 ) -> None:
     monkeypatch.setattr(control_loop, "JOINT_ENCODER", "force_sensor")
     assert diverged(replay_file(golden_here("encoders-gone"), Rebuilder())).field == "failed port"
+    monkeypatch.setattr(control_loop, "UnfinishedTick", lambda calling, *of: UnfinishedTick("arm", *of))
+    assert diverged(replay_file(golden_here("aborted"), Rebuilder())).field == "failed port"
     monkeypatch.setattr(control_loop, "_listeners", lambda observers, event: ())
     assert diverged(replay_file(golden_here("straight-in"), Rebuilder())).field == "begun"
 
