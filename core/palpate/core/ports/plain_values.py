@@ -54,7 +54,7 @@ def names(field: str, value: object, accepted: Sequence[str] | None = None) -> t
     wanted = "a list of names" if accepted is None else f"a list of names out of {', '.join(accepted)}"
     items = _items(field, value, wanted)
     texts = tuple(item for item in items if isinstance(item, str) and item)
-    unknown = accepted is not None and not set(texts) <= set(accepted)
+    unknown = accepted is not None and any(text not in accepted for text in texts)
     if not texts or len(texts) != len(items) or len(set(texts)) != len(texts) or unknown:
         raise ConfigurationError(field, value, f"{wanted}, each only once")
     return texts

@@ -121,12 +121,8 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
 
     @override
     def foresee(self, place_m: tuple[float, float]) -> None:
-        if self._belief is None:
-            return
-        place = place_of(place_m)
-        self._foreseen = way = self._way_to(place, self._belief.passed)
-        self._belief.foresee(*way.cell)
-        self._planner.foresee(self._inside((place[0] * LENGTH_M, place[1] * LENGTH_M)))
+        if self._belief is not None:
+            self._foreseen = self._ready(place_of(place_m), self._belief)
 
     @override
     def choose(self, observation: Observation) -> Decision:
@@ -137,7 +133,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
             self._touches.append(touch)
             return self._searching(self._search or self._begin_search(self._centre_m), touch)
         if way is None or way.place != touch.place:
-            way = self._way_to(touch.place, self._belief.passed)
+            way = self._ready(touch.place, self._belief)
         self._touches.append(touch)
         self._belief.passed = way.passed
         self._belief.feel(*way.cell, touch.torque_Nm, touch.load)
@@ -156,6 +152,13 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         way_m, actions = self._planner.best(probabilities, self._inside(touch.place_m), self._half_width_m)
         grounds = float(probabilities.max()), *self._places.mean_m(probabilities), actions
         return Decision(self._actions[way_m], None, LEARNED, grounds)
+
+    def _ready(self, place: tuple[int, int], belief: PlaceBelief) -> _Way:
+        """The way to this place, and everything else that does not wait for what is felt there."""
+        way = self._way_to(place, belief.passed)
+        belief.foresee(*way.cell)
+        self._planner.foresee(self._inside((place[0] * LENGTH_M, place[1] * LENGTH_M)))
+        return way
 
     def _way_to(self, place: tuple[int, int], passed: Floats) -> _Way:
         """The way from the last touch, at which so much was passed, to one at this place, in ``LENGTH_M``."""

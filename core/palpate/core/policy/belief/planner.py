@@ -47,7 +47,6 @@ class Planner:
         # Middles of the blocks, in x as in y; the last one may reach over the edge.
         self._middle_m = (np.arange(blocks) * _BLOCK + (_BLOCK - 1) / 2) * PITCH_M + float(places.axis_m[0])
         self._far = np.empty((len(self.ways), blocks, blocks), places.dtype)
-        self._ahead: tuple[float, float] | None = None
         # Room for a belief with nothing around it, as far as a way reaches and up to the edge of a block.
         self._margin = -(-reach // _BLOCK)
         self._room = np.zeros(((self._margin + blocks + self._margin) * _BLOCK,) * 2, places.dtype)
@@ -59,12 +58,8 @@ class Planner:
         return cost
 
     def foresee(self, from_m: tuple[float, float]) -> None:
-        """Make ready for :meth:`best` from this place; another one may come."""
-        self._costs(from_m)
-        self._ahead = from_m
-
-    def _costs(self, from_m: tuple[float, float]) -> Floats:
-        """Actions from the end of each way to the middle of each block, (ways, blocks): as in _cost, in place."""
+        """Make ready for one :meth:`best` from this place."""
+        # Actions from the end of each way to the middle of each block: as in _cost, in place.
         ends = self._ends + np.array(from_m)
         self._out_m = np.abs(ends).max(axis=1)
         far = self._far
@@ -73,19 +68,17 @@ class Planner:
         np.sqrt(far, out=far)
         far /= self._speed_m
         far += 1.0
-        return far.reshape(len(ends), -1)
 
     def best(self, belief: Floats, from_m: tuple[float, float], limit_m: float) -> tuple[tuple[float, float], float]:
         """The best way, (dx, dy) in m, and how many actions it is expected to take from there.
 
         Args:
             belief: How likely the hole is at each place, (size, size).
-            from_m: Where the tip is, (x, y), task frame.
+            from_m: Where the tip is, (x, y), task frame: what was foreseen last.
             limit_m: Ways that lead further than this from the goal in x or y are left out, if any does not.
         """
-        ahead, self._ahead = self._ahead, None
         # The way to places far off is as long to the middle of their block.
-        far = self._far.reshape(len(self.ways), -1) if ahead == from_m else self._costs(from_m)
+        far = self._far.reshape(len(self.ways), -1)
         margin, edge, size = self._margin, self._margin * _BLOCK, len(belief)
         self._room[edge : edge + size, edge : edge + size] = belief
         rows = self._room[edge:-edge]

@@ -160,13 +160,11 @@ class HeaveAnswer:
             return False
         # A weighed mean is less noisy than a force.
         noise, gain = _NOISE_SHARE * noise_N * noise_N * squares / count, af / aa
-        borne = f < -self._borne_N * count
-        for share, explained in ((sf / ss, sf * sf / ss), (gain, gain * af))[: 1 if borne else 2]:
-            left = ff - explained
-            known = _LEAST_GAIN < share < _MOST_GAIN and explained > least
-            if known and left < noise * (count - 2) + _LEFT_ALONE * explained:
+        borne, explained = f < -self._borne_N * count, gain * af
+        for share, shown in ((sf / ss, sf * sf / ss), (gain, explained))[: 1 if borne else 2]:
+            known = _LEAST_GAIN < share < _MOST_GAIN and shown > least
+            if known and ff - shown < noise * (count - 2) + _LEFT_ALONE * shown:
                 return True
-        explained = gain * af
         alone = ff - explained < noise * (count - 2) + _LEFT_ALONE * explained
         if alone and explained > least and gain > 0.0 and not _LEAST_GAIN < gain < _MOST_GAIN:
             self.other_kg = gain * self._mass

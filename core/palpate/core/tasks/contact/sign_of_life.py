@@ -248,7 +248,8 @@ class SignOfLife:
         return False
 
     def _forget_lag(self) -> None:
-        self._lags, self._looks, self._followed = range(_LATEST_TICKS + 1), 0, [0.0] * (_LATEST_TICKS + 1)
+        self._lags, self._looks = range(_LATEST_TICKS + 1), 0
+        self._followed = [0.0] * len(self._lags)
 
     def _learn_lag(self, follows: list[float]) -> None:
         """Servos and sensor are as late as ever: after two looks they are not asked at other lags."""

@@ -119,7 +119,7 @@ def test_what_was_foreseen_is_not_done_again(monkeypatch: pytest.MonkeyPatch) ->
     policy, hole_m = learner(), (-1e-3, 2e-3)
     play(policy, (1e-3, 1e-3), (-1e-3, 0.0))
     done: list[str] = []
-    for part, name in ((Places, "near_way"), (Planner, "_costs")):
+    for part, name in ((Places, "near_way"), (Planner, "foresee")):
         todo = getattr(part, name)
 
         def counted(*given: Any, name: str = name, todo: Any = todo) -> Any:
@@ -128,7 +128,7 @@ def test_what_was_foreseen_is_not_done_again(monkeypatch: pytest.MonkeyPatch) ->
 
         monkeypatch.setattr(part, name, counted)
     choices = len(play(policy, hole_m, (1e-3, 0.0), 9, foresee=lambda x, y: (x, y)))
-    assert done == ["near_way", "_costs"] * choices
+    assert done == ["near_way", "foresee"] * choices
 
 
 def test_a_belief_that_is_wrong_ends_in_a_search_of_everything() -> None:
