@@ -129,6 +129,18 @@ def test_a_sensor_that_lies_is_named_at_a_touch(spoil: Callable[[WrenchSample], 
     assert told in report.events[-1].detail
 
 
+@pytest.mark.parametrize("every", [7, 19, 31])
+def test_a_single_noisy_sample_off_a_wall_is_no_lie(every: int) -> None:
+    world, reads = plate(HOLES[0]), count()
+
+    def spiked(sample: WrenchSample) -> WrenchSample:
+        x, y, z = sample.force_N
+        return replace(sample, force_N=(x + (0.0 if next(reads) % every else 1.5), y, z))
+
+    world.spoil = spiked
+    assert survey(world, replace(TASK, more_goals_mm=())).outcome is Outcome.DONE
+
+
 @pytest.mark.parametrize("last", [480, 570, 588, 810, 1290])
 def test_a_sensor_that_dies_with_noise_is_found_before_it_lets_the_tool_press_hard(last: int) -> None:
     world, chance, peaks_N, alive = plate(HOLES[0]), random.Random(1), [0.0], list[WrenchSample]()
