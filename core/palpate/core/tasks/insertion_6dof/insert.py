@@ -49,7 +49,6 @@ class SpatialInsert(Insert):
 
     @override
     def step(self) -> Vector3:
-        wobbles = False
         if self._seating:
             velocity = self._seat()
             wobbles = self._seating <= self._circle_ticks
