@@ -97,9 +97,9 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "train", "--learner", "belief", "--scenario", "blind", "--trials", "1", "--seed", "46", *SHALLOW,
         "--task.time-limit-s", "1.2", "--task.area-half-width-mm", "1", "--task.start-uncertainty-mm", "0.5",
     ),
-    # Actions that go on while nothing new is felt, and states that quarter turns make equal.
+    # Actions that go on for two steps while nothing new is felt, and states that quarter turns make equal.
     "train-options": (
-        "train", "--trials", "2", "--seed", "52", *SHORTER, "--learning.keep-steps", "3", "--learning.share-turns",
+        "train", "--trials", "2", "--seed", "52", *SHORTER, "--learning.keep-steps", "2", "--learning.share-turns",
         "--learning.gamma", "0.9", "--learning.reinforcement", "effort",
     ),
     # States of an automaton that follows the symbols, and steps in six directions.
