@@ -35,7 +35,7 @@ from palpate.core.errors import ConfigurationError, LogError, PalpateError
 from palpate.core.perception import Perception, perception_from_dict
 from palpate.core.policy import ForeignEntry, Policy, PolicyDocument, learner_of
 from palpate.core.ports import SensorFacts
-from palpate.core.supervision import Supervisor
+from palpate.core.supervision import SupervisionConfig, Supervisor, weaker_settings
 from palpate.core.trial import ReadyPose, Task, TrialSetup
 
 _OUTSIDE: Final = ("cell", "recording")
@@ -101,7 +101,13 @@ def changed_config(log: TrialLog, changes: Changes) -> RunConfig:
             remedy = f"the configuration's arm is {str(config.arm)!r}; replay with the log's own"
             raise LogError(log.path, "", f"was recorded with the arm {str(recorded.arm)!r}", remedy)
     for setting in changes.settings:
-        config = overlay(config, parse_setting(setting))
+        table = parse_setting(setting)
+        limits = table.get(SupervisionConfig.TABLE)
+        if isinstance(limits, dict):
+            # A limit that was weak, and is not any more, need not be named as one.
+            weak = weaker_settings({**vars(config.supervision), **limits})
+            limits.setdefault("weakened", [name for name in config.supervision.weakened if name in weak])
+        config = overlay(config, table)
     return config
 
 

@@ -47,6 +47,14 @@ def test_settings_lie_over_the_log_s_own_configuration(log: TrialLog) -> None:
     assert config == replace(config_of(log), task=replace(config_of(log).task, press_kgf=0.4))
 
 
+@pytest.mark.parametrize(("limit_N", "weakened"), [(20, ("retract_mm",)), (35, ("max_force_N", "retract_mm"))])
+def test_a_limit_that_was_weak_may_be_set_stronger(limit_N: int, weakened: tuple[str, ...]) -> None:
+    """An older log's limit, which is weak by the defaults of today, is not held against who sets it to less."""
+    log = read_log(GOLDEN / "inserted-ur5.mcap")
+    supervision = changed_config(log, Changes(settings=(f"supervision.max_force_N={limit_N}",))).supervision
+    assert (supervision.max_force_N, sorted(supervision.weakened)) == (limit_N, sorted(weakened))
+
+
 def test_one_rebuilder_serves_many_logs(log: TrialLog) -> None:
     rebuilder = Rebuilder()
     first = rebuilder.rebuild(log)
