@@ -35,7 +35,7 @@ STILL_RAD = 1e-3
 WEAK = {
     "max_tracking_error_mrad": 100.0, "max_gap_ms": 1000.0, "max_force_age_ms": 1000.0, "max_joint_age_ms": 1000.0,
     "max_repeats": 140, "unexpected_contact_N": 30.0, "max_equal_samples": 1000, "flat_line_samples": 1000,
-    "max_force_rate_N_s": 30_000.0,
+    "max_force_rate_N_s": 30_000.0, "max_force_N": 40.0,
 }  # fmt: skip
 PATIENT: dict[str, Any] = {"supervision": {**WEAK, "weakened": list(WEAK)}, "real_time": {"scheduling": True}}
 

@@ -96,7 +96,7 @@ LAYOUTS = (SEAM, FOLDED, BEFORE)
 PATIENT = (
     *("--supervision.max-tracking-error-mrad", "100", "--supervision.max-gap-ms", "1000"),
     *("--supervision.max-force-age-ms", "1000", "--supervision.max-joint-age-ms", "1000"),
-    *("--supervision.max-repeats", "140", "--supervision.unexpected-contact-N", "30"),
+    *("--supervision.max-repeats", "140", "--supervision.unexpected-contact-N", "29"),
     *("--supervision.max-equal-samples", "1000", "--supervision.max-force-rate-N-s", "30000"),
     *("--supervision.weakened", "max_force_rate_N_s", "unexpected_contact_N", "max_tracking_error_mrad", "max_gap_ms"),
     *("max_force_age_ms", "max_joint_age_ms", "max_repeats", "max_equal_samples"),

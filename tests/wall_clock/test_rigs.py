@@ -17,11 +17,12 @@ from tests.wall_clock.host import Host, LateError
 PATIENT = (
     *("--supervision.max-tracking-error-mrad", 100, "--supervision.max-gap-ms", 1000),
     *("--supervision.max-force-age-ms", 1000, "--supervision.max-joint-age-ms", 1000),
-    *("--supervision.max-repeats", 140, "--supervision.unexpected-contact-N", 30),
+    *("--supervision.max-repeats", 140, "--supervision.max-force-N", 40, "--supervision.unexpected-contact-N", 30),
     *("--supervision.max-equal-samples", 1000, "--supervision.flat-line-samples", 1000),
     *("--supervision.max-force-rate-N-s", 30_000, "--supervision.weakened"),
-    *("max_force_rate_N_s", "unexpected_contact_N", "max_tracking_error_mrad", "max_gap_ms", "max_force_age_ms"),
-    *("max_joint_age_ms", "max_repeats", "max_equal_samples", "flat_line_samples", "--real-time.scheduling"),
+    *("max_force_N", "max_force_rate_N_s", "unexpected_contact_N", "max_tracking_error_mrad", "max_gap_ms"),
+    *("max_force_age_ms", "max_joint_age_ms", "max_repeats", "max_equal_samples", "flat_line_samples"),
+    "--real-time.scheduling",
 )
 """The supervisor's share of what :func:`relax` does.
 
