@@ -144,11 +144,24 @@ def _force_N(ports: Ports) -> Vector3:
     raise DeviceError("rig", f"force sample {sample.validity.value} before the way to the ready pose")
 
 
+class _Standing:
+    """Whether an arm stands where it was led, and does not pass by."""
+
+    def __init__(self) -> None:
+        self._near, self._sequence = 0, -1
+
+    def seen(self, sequence: int, away_rad: float) -> bool:
+        """With this sample, which counts once."""
+        if sequence != self._sequence:
+            self._sequence, self._near = sequence, self._near + 1 if away_rad <= _THERE_RAD else 0
+        return self._near >= _STAYS_SAMPLES
+
+
 def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: float) -> None:
     """Command one pose a tick and wait until the arm has arrived at the last."""
     clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
     start_ns, slot, tick, blind = clock.now_ns(), 0, 0, 0
-    there, last = 0, -1
+    standing = _Standing()
     try:
         while True:
             clock.sleep_until(tick_time_ns(start_ns, slot))
@@ -173,9 +186,7 @@ def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: fl
                     raise DeviceError("rig", f"the arm was held back on the way to the ready pose: {why}")
             if tick >= len(path) and seeing:
                 away = max(abs(t - q) for t, q in zip(asked, joints.position_rad, strict=True))
-                if joints.sequence != last:
-                    last, there = joints.sequence, there + 1 if away <= _THERE_RAD else 0
-                if there == _STAYS_SAMPLES:
+                if standing.seen(joints.sequence, away):
                     return
                 if tick > len(path) + _PATIENCE_TICKS:
                     raise DeviceError("rig", f"the arm does not arrive at the ready pose: {away:.4f} rad away")
