@@ -39,9 +39,10 @@ class VirtualTime(Clock):
         self.devices: list[VirtualDevice] = []
         self._guests = guests
         self._now_ns = 1_000_000
-        self._turns = threading.Condition()
+        self._arrivals = threading.Condition()
         self._turn = threading.current_thread()
-        self._known = {self._turn}
+        # A condition each: all others sleep on when one of them has its turn.
+        self._known = {self._turn: threading.Condition(self._arrivals)}
         self._sleepers: dict[threading.Thread, _Sleeper] = {}
 
     def now_ns(self) -> int:
@@ -61,16 +62,17 @@ class VirtualTime(Clock):
     def wait_for(self, awaited: Callable[[], bool] | None, deadline_ns: int) -> bool:
         """Sleep until something has come about, at most until the deadline; returns whether it has."""
         me = threading.current_thread()
-        with self._turns:
-            self._known.add(me)
+        with self._arrivals:
+            if me not in self._known:
+                self._known[me] = threading.Condition(self._arrivals)
             self._sleepers[me] = _Sleeper(deadline_ns, awaited)
             if self._turn == me:
                 self._pass_on()
             else:
-                self._turns.notify_all()
+                self._arrivals.notify_all()
             while self._turn != me:
                 # Only a thread that has ended passes its turn on to nobody.
-                self._turns.wait(0.005)
+                self._known[me].wait(0.005)
                 if self._turn != me and not self._turn.is_alive():
                     self._pass_on()
             del self._sleepers[me]
@@ -79,18 +81,19 @@ class VirtualTime(Clock):
     def _pass_on(self) -> None:
         """Let time go on to the next thread's turn."""
         while self._has_newcomers():
-            self._turns.wait(0.001)
+            self._arrivals.wait(0.001)
         while True:
             thread = min(self._sleepers, key=self._due_ns)
             due_ns = self._due_ns(thread)
-            device = min(self.devices, key=lambda device: device.next_event_ns(), default=None)
-            if device is None or device.next_event_ns() > due_ns:
+            events_ns = [device.next_event_ns() for device in self.devices]
+            event_ns = min(events_ns, default=due_ns + 1)
+            if event_ns > due_ns:
                 self._now_ns = max(self._now_ns, due_ns)
                 self._turn = thread
-                self._turns.notify_all()
+                self._known[thread].notify()
                 return
-            self._now_ns = max(self._now_ns, device.next_event_ns())
-            device.step(self._now_ns)
+            self._now_ns = max(self._now_ns, event_ns)
+            self.devices[events_ns.index(event_ns)].step(self._now_ns)
 
     def _due_ns(self, thread: threading.Thread) -> int:
         sleeper = self._sleepers[thread]
