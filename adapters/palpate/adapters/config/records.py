@@ -63,6 +63,7 @@ UNTOLD: Final[Mapping[str, Any]] = {
     "task.name": "insertion",
     "task.options": {},
     "task.moving_share": 0.8,
+    "task.play_mm": 0.6,
     "task.directions": 8,
     **{
         kind.dotted(name): value for kind in (BeliefParameters, MemoryParameters) for name, value in kind.UNTOLD.items()

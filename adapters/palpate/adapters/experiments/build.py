@@ -41,7 +41,7 @@ from palpate.core.policy import (
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, FaultLatch, Rig, SensorFacts
 from palpate.core.supervision import Supervisor, require_fitting
 from palpate.core.tasks.insertion import InsertionTask
-from palpate.core.trial import N_PER_KGF, Measurement, ReadyPose, Task, TaskParts, goal_in_base
+from palpate.core.trial import LEAST_PLAY_MM, N_PER_KGF, Measurement, ReadyPose, Task, TaskParts, goal_in_base
 
 NONE: Final = "none"
 _BENT_MM: Final = 0.2
@@ -149,6 +149,14 @@ def build_insertion(config: RunConfig, ready: ReadyPose, perception: Perception,
     return task
 
 
+def play_mm(config: RunConfig) -> float:
+    """How far the walls of the hole are looked for: the drawing says how much play it has, no secret of the cell's."""
+    said_mm, peg = config.task.play_mm, config.cell.peg
+    if said_mm:
+        return max(said_mm, 2.0 * peg.clearance_mm + _BENT_MM)
+    return max(LEAST_PLAY_MM, peg.play_mm(config.cell.worn_clearance_mm) + _BENT_MM)
+
+
 def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, policy: Policy) -> Task:
     """The core, ready to run over any ports."""
     arm, goal = arm_named(config.arm), goal_in_base(config.task.goal)
@@ -161,9 +169,7 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
     axial_N_per_m, aligned = config.control.axial_stiffness_N_per_mm * 1e3, config.task.prove_contact
     measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal, axial_N_per_m, aligned=aligned)
     motion = TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S)
-    # The drawing of the part says how much play it has: no secret of the cell's.
-    play_mm = max(config.task.play_mm, 2.0 * config.cell.peg.clearance_mm + _BENT_MM)
-    task, earned = replace(config.task, play_mm=play_mm), build_reinforcement(config)
+    task, earned = replace(config.task, play_mm=play_mm(config)), build_reinforcement(config)
     parts = TaskParts(task, config.control, measurement, motion, perception, policy, earned)
     return task_kind(config.task.name).make(parts)
 

@@ -1,3 +1,4 @@
+from .config import LEAST_PLAY_MM as LEAST_PLAY_MM
 from .config import N_PER_KGF as N_PER_KGF
 from .config import ControlConfig as ControlConfig
 from .config import GoalConfig as GoalConfig

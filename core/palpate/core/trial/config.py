@@ -9,6 +9,8 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.ports import OneOf, Range, Settings
 
 N_PER_KGF: Final = 9.80665
+LEAST_PLAY_MM: Final = 0.6
+"""Play that a hole is allowed at least, where nobody says how much it has."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +74,9 @@ class TaskConfig(Settings):
     uneven_heave: bool = True
     """While it slides and proves contact the tool heaves by strokes of drawn lengths, which no recording follows; a
     probe that is borne shows it by the spring alone."""
-    play_mm: Annotated[float, Range(0.01, 12.0)] = 0.6
-    """How far the peg may move sideways in the hole, and 0.2 mm for the gripper; further out no wall is looked for."""
+    play_mm: Annotated[float, Range(0.0, 12.0)] = 0.0
+    """How far the peg may move sideways in the hole, and 0.2 mm for the gripper; further out no wall is looked for. 0:
+    what the shapes of peg and hole, chamfer and wear included, leave, and 0.6 at least."""
     max_force_N: Annotated[float, Range(1.0, 500.0)] = 30.0
     """A measured force above this ends the trial at once; one whose true peak is above it is no success."""
     ready_height_mm: Annotated[float, Range(0.5, 100.0)] = 3.0
@@ -82,6 +85,11 @@ class TaskConfig(Settings):
     """Speed in free space."""
     tare_ticks: Annotated[int, Range(1, 1400)] = 28
     """Samples averaged for taring, after as many ticks of rest."""
+
+    @property
+    def reach_m(self) -> float:
+        """How far a wall of the hole is looked for."""
+        return (self.play_mm or LEAST_PLAY_MM) * 1e-3
 
     @property
     def more_places_m(self) -> list[tuple[float, float]]:

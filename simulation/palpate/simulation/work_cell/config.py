@@ -63,6 +63,19 @@ class PegConfig(Settings):
         flat_m = (radius_mm - self.flat_mm) * 1e-3 if self.cross_section == KEYED else None
         return CrossSection(SIDES.get(self.cross_section, 0), radius_mm * 1e-3, corner_mm * 1e-3, flat_m)
 
+    def play_mm(self, worn_clearance_mm: float) -> float:
+        """How far apart two places of the peg's axis in the hole may be: from corner to corner, and in its mouth.
+
+        Args:
+            worn_clearance_mm: The clearance once all wear is done.
+        """
+        sides, clearance_mm = SIDES.get(self.cross_section, 0), max(self.clearance_mm, worn_clearance_mm)
+        across_mm = 2.0 * clearance_mm
+        if sides:
+            # An odd number of corners has none opposite another.
+            across_mm *= cos(0.5 * pi / sides * (sides % 2)) / cos(pi / sides)
+        return across_mm + self.chamfer_mm
+
     @property
     def is_hull(self) -> bool:
         """Whether the peg touches as one convex body."""

@@ -105,7 +105,7 @@ class ContactProof(Proof):
         swing_N = min(_SWING_SHARE * press_N, 0.5 * room_N)
         self.life = SignOfLife(stiffness_N_per_m, swing_N, speed_m_s, uneven=task.uneven_heave)
         self.axial = AxialCheck(stiffness_N_per_m, press_N, speed_m_s, 1.0 / CONTROL_RATE_HZ)
-        self.wall = WallCheck(task.play_mm * 1e-3)
+        self.wall = WallCheck(task.reach_m)
 
     @override
     def begin(self, setup: TrialSetup) -> None:

@@ -23,7 +23,7 @@ class Prove(RunningPhase):
     def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
         task = equipment.task
         self._equipment, self._proof, self._lift = equipment, proof, equipment.lift_check(proof)
-        self._walls = BothWallsCheck(task.play_mm * 1e-3)
+        self._walls = BothWallsCheck(task.reach_m)
         self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, task.press_kgf * N_PER_KGF
         self._shallowest_m = (task.insertion_depth_mm - task.depth_tolerance_mm) * 1e-3
         self._deepest_m = (task.insertion_depth_mm + task.depth_tolerance_mm) * 1e-3
