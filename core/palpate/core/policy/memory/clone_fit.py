@@ -1,4 +1,8 @@
-"""Fitting clone-structured models: from random beginnings, with clones merged and divided until there is one a place.
+"""Fitting clone-structured models: from a commuting map or from random beginnings, merged and divided.
+
+Where trials show that actions commute, their displacements are learned first, and a model begins with a clone for each
+offset from the goal. It is kept where held-out trials are foretold much the better for it than by a random beginning;
+all that follows is for worlds in which actions do not commute, or trials do not show it.
 
 Baum-Welch finds one of many local optima. One place has several clones then, each with a share of what was seen there;
 where moves fail by chance, a failed one is taken for a move to another of them. And one clone stands for several
@@ -21,6 +25,7 @@ from numpy.typing import NDArray
 
 from palpate.core.policy.belief import Floats, logarithm
 from palpate.core.policy.memory.clone_model import CloneModel
+from palpate.core.policy.memory.commuting_map import commuting_map
 from palpate.core.policy.memory.hidden_markov import LEAST
 from palpate.core.policy.memory.misread_counts import third_readings
 from palpate.core.policy.memory.recorded import Batch, Numbers, RecordedTrial
@@ -45,6 +50,8 @@ _VISITS: Final = 10.0  # at least, of a clone that is divided
 _A_DIVISION: Final = 100  # trials for each division where readings are wrong: early models do not last
 _STAYS: Final = 0.95  # share of what stays in a clone that stays in the same half, where moves do not fail by chance
 _FOUND: Final = 0.75  # of the loss before, at most, where places were found; 0.34 to 0.55 then, else 0.9 and more
+_PLACED: Final = 0.9  # of the loss from a random beginning, at most, where a commuting map holds
+_ON_MAP, _AT_LAST = 3, 5  # sparse iterations from a commuting map, and then on all trials
 _WRONG: Final = 0.01  # ways there and back that end at a third symbol: from here on readings are wrong
 
 
@@ -66,6 +73,7 @@ def fit_clones(
     kept: int = KEPT,
     merging: bool = False,
     misreading: bool = False,
+    commuting: bool = False,
 ) -> tuple[CloneModel, ...]:
     """Fit models from scratch; the best of them by their loss on held-out trials come first.
 
@@ -76,12 +84,21 @@ def fit_clones(
         kept: Models that are kept.
         merging: Where moves fail by chance, merge and divide clones if held-out trials are foretold the better for it.
         misreading: Where readings are wrong, learn their share, merging and dividing too.
+        commuting: Where actions commute, begin from the displacements that trials show, and from nothing else.
     """
     rng = np.random.default_rng(seed)
-    taught, held = Batch.of([trial for number, trial in enumerate(trials) if number % 5 != 4]), trials[4::5]
+    most, held = [trial for number, trial in enumerate(trials) if number % 5 != 4], trials[4::5]
+    taught = Batch.of(most)
     told, whole = clones is not None, Batch.of(trials)
     clones = clones or clones_of(trials, symbols, HIDDEN)
     wrong = third_readings(trials, actions) if misreading and not told else 0.0
+    if commuting and not told:
+        misread = wrong if wrong > _WRONG else 0.0
+        placed = commuting_map(most, symbols, actions, seed=seed, misread=misread)
+        if placed is not None and _holds(
+            placed := placed.fitted(taught, _ON_MAP, sparse=True), taught, held, clones, seed
+        ):
+            return (placed.fitted(whole, _AT_LAST, sparse=True).rounded(),)
     if wrong > _WRONG:
         blank = replace(CloneModel.blank(clones, symbols, actions, rng), misread=wrong).fitted(taught, _MISREAD)
         found = divided(blank, taught, held, rng)
@@ -101,6 +118,18 @@ def fit_clones(
             return tuple(_finished(model, whole).rounded() for model in taken)
     better += [ripened(guess, taught, held) for guess in begun[1:]]
     return tuple(model.trimmed(whole).fitted(whole, _FURTHER).rounded() for model in _best(better, held, kept))
+
+
+def _holds(placed: CloneModel, batch: Batch, held: Sequence[RecordedTrial], clones: tuple[int, ...], seed: int) -> bool:
+    """Whether a commuting map foretells held-out trials much better than a fit from a random beginning.
+
+    Where it has more clones than that, as a torus has that is taken for a plane, the fit is brought to its end.
+    """
+    other = CloneModel.blank(clones, placed.symbols, len(placed.goal), np.random.default_rng(seed))
+    other = other.fitted(batch, _FIRST)
+    if len(placed.clones) > HIDDEN:
+        other = ripened(other, batch, held)
+    return placed.log_loss(held) < _PLACED * other.log_loss(held)
 
 
 def _best(models: Sequence[CloneModel], held: Sequence[RecordedTrial], count: int) -> list[CloneModel]:

@@ -70,7 +70,9 @@ class MemoryParameters(Settings):
     """Settings of the learner that models hidden states."""
 
     TABLE: ClassVar[str] = "learning.memory"
-    UNTOLD: ClassVar[Mapping[str, Any]] = MappingProxyType({"lattice": 0, "merging": False, "misreading": False})
+    UNTOLD: ClassVar[Mapping[str, Any]] = MappingProxyType(
+        {"lattice": 0, "merging": False, "misreading": False, "commuting": False}
+    )
 
     kind: Annotated[str, OneOf(*REFITS)] = OFFSET
     """offset: hidden states are offsets from the goal, and the displacement of each action is known; clones: each
@@ -90,6 +92,9 @@ class MemoryParameters(Settings):
     misreading: bool = True
     """Of the kind clones: where readings are wrong, the share of those that are is learned, and hidden states of one
     place are merged and those of several divided, if held-out trials are foretold the better for it."""
+    commuting: bool = True
+    """Of the kind clones: where trials show that actions undo each other and commute, their displacements are learned,
+    and hidden states begin as offsets from the goal, if held-out trials are foretold the better for it."""
 
 
 def fitted_after(kind: str, trials: int) -> int:
@@ -166,9 +171,16 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
 
     def _models_of(self, trials: Sequence[RecordedTrial], seed: int) -> tuple[WorldModel, ...]:
         if self.parameters.kind == CLONES:
-            merging, misreading = self.parameters.merging, self.parameters.misreading
-            sizes = len(self.states), len(self.actions)
-            return fit_clones(trials, *sizes, seed=seed, merging=merging, misreading=misreading)
+            settings = self.parameters
+            return fit_clones(
+                trials,
+                len(self.states),
+                len(self.actions),
+                seed=seed,
+                merging=settings.merging,
+                misreading=settings.misreading,
+                commuting=settings.commuting,
+            )
         if self.parameters.kind == AUTOMATON:
             return fit_automata(trials, len(self.states), len(self.actions), seed=seed)
         return (fit_offsets(trials, self._steps, self.parameters.reach, len(self.states), seed=seed),)
