@@ -22,10 +22,11 @@ def logs(trained: Path) -> list[Path]:
 def desk(tmp_path: Path, logs: list[Path]) -> Path:
     """A sound log, and all kinds of files that are none."""
     sound = logs[0].read_bytes()
+    middle = len(sound) // 2
     contents = {
         "sound.mcap": sound,
-        "torn.mcap": sound[: len(sound) // 2],
-        "damaged.mcap": sound[: len(sound) // 2] + b"\x00" + sound[len(sound) // 2 + 1 :],
+        "torn.mcap": sound[:middle],
+        "damaged.mcap": sound[:middle] + bytes([sound[middle] ^ 0xFF]) + sound[middle + 1 :],
         "empty.mcap": b"",
         "there.png": b"a picture of mine",
     }
