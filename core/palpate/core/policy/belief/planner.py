@@ -51,6 +51,7 @@ class Planner:
         self._margin = -(-reach // _BLOCK)
         self._room = np.zeros(((self._margin + blocks + self._margin) * _BLOCK,) * 2, places.dtype)
         self._saves = np.empty_like(self._saved)
+        self._from_m: tuple[float, float] | None = None
 
     def _cost(self, x_m: Floats, y_m: Floats) -> Floats:
         """Actions to a place so far away."""
@@ -58,7 +59,8 @@ class Planner:
         return cost
 
     def foresee(self, from_m: tuple[float, float]) -> None:
-        """Make ready for one :meth:`best` from this place."""
+        """Make ready for one :meth:`best` from this place, (x, y) in m, task frame, ahead of time."""
+        self._from_m = from_m
         # Actions from the end of each way to the middle of each block: as in _cost, in place.
         ends = self._ends + np.array(from_m)
         self._out_m = np.abs(ends).max(axis=1)
@@ -74,9 +76,13 @@ class Planner:
 
         Args:
             belief: How likely the hole is at each place, (size, size).
-            from_m: Where the tip is, (x, y), task frame: what was foreseen last.
+            from_m: Where the tip is, (x, y) in m, task frame.
             limit_m: Ways that lead further than this from the goal in x or y are left out, if any does not.
         """
+        if self._from_m != from_m:
+            self.foresee(from_m)
+        # Weighted in its place below, so it serves once.
+        self._from_m = None
         # The way to places far off is as long to the middle of their block.
         far = self._far.reshape(len(self.ways), -1)
         margin, edge, size = self._margin, self._margin * _BLOCK, len(belief)

@@ -4,7 +4,8 @@ from math import dist
 import numpy as np
 import pytest
 
-from palpate.core.policy.belief.planner import SpiralSearch
+from palpate.core.policy.belief.places import Places
+from palpate.core.policy.belief.planner import Planner, SpiralSearch
 
 
 def places(steps: int, radius_m: float = 2e-3, *, even: bool = True) -> np.ndarray:
@@ -42,3 +43,14 @@ def test_a_second_pass_lies_between_the_turns_of_the_first() -> None:
     ends = np.flatnonzero(radii > 2e-3)
     assert len(ends) >= 2
     assert radii.max() < 2.4e-3
+
+
+def test_the_best_way_does_not_depend_on_what_was_foreseen() -> None:
+    around = Places(3e-3)
+    planner, belief = Planner(around, 3e-4, 8e-4), np.random.default_rng(1).random((around.size, around.size))
+    here, there = (1e-3, -5e-4), (-2e-3, 1e-3)
+    planner.foresee(here)
+    foreseen = planner.best(belief, here, 3e-3)
+    assert planner.best(belief, here, 3e-3) == foreseen
+    planner.foresee(there)
+    assert planner.best(belief, here, 3e-3) == foreseen
