@@ -262,7 +262,7 @@ class EmulatedCell:
             return
         rng = np.random.default_rng
         if self.emulation.force == "jr3-can":
-            node = Jr3CanNode(_JR3_NODE, self._wrench_source, replace(Jr3Config()), generator=rng(3))
+            node = Jr3CanNode(_JR3_NODE, self._wrench_source, Jr3Config(), generator=rng(3))
             bus = SlcanServer(EmulatedCanBus([node], generator=rng(4)), generator=rng(5))
             self._serve(bus, "force_sensor", lambda: {
                 "adapter": "jr3-can", "interface": "slcan", "channel": bus.channel, "node": _JR3_NODE,

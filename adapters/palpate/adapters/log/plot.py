@@ -164,7 +164,7 @@ def _title(log: TrialLog, series: Series, altered: bool) -> str:
     elif end.error:
         came = f"ended by {end.error}"
     else:
-        actions = f", {end.actions} actions" if end.actions else ""
+        actions = f", {end.actions} action{'s' * (end.actions > 1)}" if end.actions else ""
         came = f"{end.outcome}, {end.exploration_time_s:.2f} s of exploration{actions}"
         came += {True: ", success", False: ", no success", None: ""}[end.success]
     missing = int(np.sum(series.ticks < 0))

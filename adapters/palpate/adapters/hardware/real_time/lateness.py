@@ -17,7 +17,7 @@ class Limits:
     Attributes:
         warn_late_ns: A tick that begins later than this after its time is told.
         stop_late_ns: One that begins later than this ends the run.
-        warn_core_ns: A tick in which the core thought for longer than this is told.
+        warn_core_ns: A tick in which the core took longer than this is told.
         warm_up_ticks: Ticks at the start to which nothing of this applies.
     """
 
@@ -63,7 +63,7 @@ class LateTick:
 
 @dataclass(frozen=True, slots=True)
 class SlowCore:
-    """A tick in which the core thought for too long.
+    """A tick in which the core took too long.
 
     Attributes:
         tick: Counts the ticks that were timed, from 0.

@@ -46,7 +46,7 @@ def test_a_second_pass_lies_between_the_turns_of_the_first() -> None:
 
 
 def test_the_best_way_does_not_depend_on_what_was_foreseen() -> None:
-    around = Places(3e-3)
+    around = Places(3e-3, single=False)
     planner, belief = Planner(around, 3e-4, 8e-4), np.random.default_rng(1).random((around.size, around.size))
     here, there = (1e-3, -5e-4), (-2e-3, 1e-3)
     planner.foresee(here)
