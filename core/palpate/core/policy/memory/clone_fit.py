@@ -95,10 +95,12 @@ def fit_clones(
     if commuting and not told:
         misread = wrong if wrong > _WRONG else 0.0
         placed = commuting_map(most, symbols, actions, seed=seed, misread=misread)
-        if placed is not None and _holds(
-            placed := placed.fitted(taught, _ON_MAP, sparse=True), taught, held, clones, seed
-        ):
-            return (placed.fitted(whole, _AT_LAST, sparse=True).rounded(),)
+        if placed is not None:
+            placed = placed.fitted(taught, _ON_MAP, sparse=True)
+            if len(placed.clones) > HIDDEN:  # of few walks: some places stand in it more than once
+                placed = placed.fitted(taught, _FURTHER)
+            if _holds(placed, taught, held, clones, seed):
+                return (placed.fitted(whole, _AT_LAST, sparse=True).rounded(),)
     if wrong > _WRONG:
         blank = replace(CloneModel.blank(clones, symbols, actions, rng), misread=wrong).fitted(taught, _MISREAD)
         found = divided(blank, taught, held, rng)
@@ -123,13 +125,14 @@ def fit_clones(
 def _holds(placed: CloneModel, batch: Batch, held: Sequence[RecordedTrial], clones: tuple[int, ...], seed: int) -> bool:
     """Whether a commuting map foretells held-out trials much better than a fit from a random beginning.
 
-    Where it has more clones than that, as a torus has that is taken for a plane, the fit is brought to its end.
+    Where it has more clones than that, as a torus has that is taken for a plane, better than one brought to its end.
     """
+    loss = placed.log_loss(held)
     other = CloneModel.blank(clones, placed.symbols, len(placed.goal), np.random.default_rng(seed))
     other = other.fitted(batch, _FIRST)
-    if len(placed.clones) > HIDDEN:
-        other = ripened(other, batch, held)
-    return placed.log_loss(held) < _PLACED * other.log_loss(held)
+    if len(placed.clones) <= HIDDEN:
+        return loss < _PLACED * other.log_loss(held)
+    return loss < other.log_loss(held) and loss < ripened(other, batch, held).log_loss(held)
 
 
 def _best(models: Sequence[CloneModel], held: Sequence[RecordedTrial], count: int) -> list[CloneModel]:
