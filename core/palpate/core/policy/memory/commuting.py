@@ -23,8 +23,8 @@ _LONGEST: Final = 4  # of the ways that are looked at
 
 
 def commuting_steps(trials: Sequence[RecordedTrial], actions: int) -> tuple[Offset, ...] | None:
-    """Displacement of each action on a lattice, in its shortest form; None where trials do not show one."""
-    back, total = (_counts(trials, actions, 2, came_back) for came_back in (True, False))
+    """Displacement of each action on a lattice, in steps, the shortest that fit; None where trials do not show one."""
+    back, total = _counts(trials, actions, 2)
     if not (total >= _TAKEN).all():
         return None
     undone = (back / total).argmax(axis=1)
@@ -50,12 +50,13 @@ def _ways(trials: Sequence[RecordedTrial], length: int) -> Iterator[tuple[tuple[
             moved = moved + 1 if read[number] != read[number - 1] else 0
 
 
-def _counts(trials: Sequence[RecordedTrial], actions: int, length: int, came_back: bool) -> Floats:
-    """How often each way was gone, (actions, ...), all or those that came back."""
-    counts = np.zeros((actions,) * length)
-    for way, back in _ways(trials, length):
-        counts[way] += back or not came_back
-    return counts
+def _counts(trials: Sequence[RecordedTrial], actions: int, length: int) -> tuple[Floats, Floats]:
+    """How often each way came back, and how often it was gone, (actions, ...) each."""
+    back, total = np.zeros((2, *(actions,) * length))
+    for way, came_back in _ways(trials, length):
+        back[way] += came_back
+        total[way] += 1.0
+    return back, total
 
 
 def _nats(back: Floats, total: Floats, closed: float, chance: float) -> Floats:
@@ -73,7 +74,7 @@ def _triangles(
 ) -> dict[tuple[int, ...], float]:
     """Any three actions that lead back to where they began, in whatever order, and their opposites, and the nats."""
     actions = len(opposite)
-    back, total = (_counts(trials, actions, 3, came_back) for came_back in (True, False))
+    back, total = _counts(trials, actions, 3)
     for a, b in opposite.items():
         back[a, b], total[a, b], back[:, a, b], total[:, a, b] = 0.0, 0.0, 0.0, 0.0
     chance = float(back.sum() / max(total.sum(), 1.0))
