@@ -10,6 +10,7 @@ from palpate.core.motion import limited
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, STILL, Vector3
 from palpate.core.tasks.contact.felt_way import FeltWay
 from palpate.core.tasks.contact.heave_answer import HeaveAnswer
+from palpate.core.tasks.contact.recurrence import Recurrence
 from palpate.core.tasks.contact.restless import RestlessForce
 from palpate.core.tasks.contact.trial_state import TrialState
 from palpate.core.tasks.contact.uneven_heave import UnevenHeave
@@ -91,6 +92,7 @@ class AnsweredForce:
         self._fewest_stopped = max(ceil((fewest + _MORE_STOPPED) / apart_ticks), _FEWEST + _MORE_STOPPED)
         self._heave = UnevenHeave(speed_m_s)
         self._answer = HeaveAnswer(mass_kg, self._axial_N_per_m, apart_ticks, borne_N)
+        self._recurrence = Recurrence()
         self._otherwise = otherwise or RestlessForce(state, measurement, control, speed_m_s)
 
     def begin(self) -> None:
@@ -98,6 +100,7 @@ class AnsweredForce:
         setup = self._state.report.setup
         self._heave.begin_trial(generator(setup.seed, Purpose.HEAVE, setup.index))
         self._answer.begin_trial()
+        self._recurrence.begin_trial()
         self._otherwise.begin()
         self._follows_heaves = True
         self._looks: deque[bool]
@@ -127,6 +130,7 @@ class AnsweredForce:
         if wrench.sequence != self._sequence:
             self._sequence = wrench.sequence
             answer.felt(wrench.source_time_ns * 1e-9, measured.force_N[2])
+            self._recurrence.felt(measured.force_N[2])
         # Only new ones are told: times go on.
         answer.moved(joints.source_time_ns * 1e-9, measured.position_m[2])
         if not answer.paired(self._tick == state.tick - 1):
@@ -139,6 +143,7 @@ class AnsweredForce:
         follows = answer.follows(self._fewest_stopped if self._stopped else self._fewest, state.noise[2])
         if follows is None:
             return
+        follows = follows and not self._recurrence.comes_again(state.noise[2])
         self._looks.append(follows)
         if follows and sum(self._looks) >= _ANSWERED * self._apart_ticks:
             self._answered()

@@ -173,6 +173,12 @@ def test_a_lie_with_noise_of_its_own_stops_it_and_is_doubted(lie: Force, noise: 
     assert all("does not answer the heave" in doubt for doubt in doubts)
 
 
+@pytest.mark.parametrize("trial", [3, 8, 23])
+def test_a_recording_that_fits_again_and_again_is_not_believed_once_it_has_come_again(trial: int) -> None:
+    way_N, _ = pushed(spring, lambda _, felt_N: felt_N[-140], trial=trial, noise=0.1)
+    assert way_N < 1.4 * MOST_N
+
+
 @pytest.mark.parametrize("mass_kg", [0.14, 0.7])
 def test_a_tool_of_another_mass_than_told_is_named(mass_kg: float) -> None:
     _, doubts = pushed(lambda heights_m, felt_N: inertia(heights_m, felt_N, mass_kg))
