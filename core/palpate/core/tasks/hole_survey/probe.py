@@ -8,7 +8,7 @@ from typing import Final, Never
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import DampingControl, PositionControl, TipMotion
-from palpate.core.ports import PERIOD_S, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
 from palpate.core.tasks.contact import (
     HIGHEST_SHARE,
     LOWEST_SHARE,
@@ -44,6 +44,9 @@ _EDGE_SHARE: Final = 0.6
 _GONE_SHARE: Final = 0.3
 """Of the push at most so much is left away from the wall."""
 _BORNE_SHARE: Final = 0.25
+_BORNE_TICKS: Final = CONTROL_RATE_HZ
+"""From half of the pressing force to all of it; without a fault it takes 7 to 27. A force that stays between, as one
+does that is scaled after it was tared, would let the tool give way across for ever."""
 _LOOK_SAMPLES: Final = 16
 _HEAVE_M_S: Final = 0.02
 """The strokes of an uneven heave would be too long with more."""
@@ -188,12 +191,17 @@ class Probe:
         """
         still_m = deepest_m
         while True:
+            borne_ticks = 0
             while -self._measured.filtered_force_z_N < _PRESSED_SHARE * self._press_N:
                 if self.reference_m[2] > deepest_m:
                     return None
                 # Borne, it goes on without a heave, or the lift would begin at any force; but not far.
                 if self.bears:
                     still_m = min(still_m, self.reference_m[2] + self._sink_m)
+                    borne_ticks += 1
+                    if borne_ticks > _BORNE_TICKS:
+                        stays = f"{-self._measured.filtered_force_z_N:.1f} N bear the tool and become no more"
+                        yield from self.doubt(self._misfit(stays))
                 if felt and not (self.bears and self.reference_m[2] < still_m):
                     yield from self.felt(self.yielding_m_s)
                 else:

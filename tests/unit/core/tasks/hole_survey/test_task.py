@@ -12,7 +12,7 @@ from palpate.core.control_loop import run_trial
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import Truth, WrenchSample
 from palpate.core.tasks.hole_survey import HOLE_SURVEY, SurveyTask, surveyed
-from palpate.core.trial import ControlConfig, Fit, Outcome, TaskConfig, TrialReport
+from palpate.core.trial import N_PER_KGF, ControlConfig, Fit, Outcome, TaskConfig, TrialReport
 from tests.unit.core.fake_world import (
     WEIGHT_AND_BIAS_N,
     WEIGHT_AND_BIAS_NM,
@@ -155,6 +155,23 @@ def test_a_sensor_that_dies_with_noise_is_found_before_it_lets_the_tool_press_ha
     world.spoil = die
     assert survey(world, replace(TASK, more_goals_mm=())).outcome is Outcome.UNPROVED
     assert max(peaks_N) < 30.0
+
+
+def test_a_force_that_bears_the_probe_and_becomes_no_more_lets_it_give_way_for_no_longer_than_a_second() -> None:
+    world, reads, across_m = plate(HOLES[0]), count(), [0.0]
+
+    def stay(sample: WrenchSample) -> WrenchSample:
+        if next(reads) < 560:
+            return sample
+        across_m.append(hypot(world.tip_m[0], world.tip_m[1]))
+        x, y, z = WEIGHT_AND_BIAS_N
+        return replace(sample, force_N=(x + 0.6, y, z - 0.7 * TASK.press_kgf * N_PER_KGF))
+
+    world.spoil = stay
+    report = survey(world, replace(TASK, more_goals_mm=()))
+    assert report.outcome is Outcome.UNPROVED
+    assert "bear the tool and become no more" in report.events[-1].detail
+    assert max(across_m) - across_m[1] < 0.3e-3
 
 
 @pytest.mark.parametrize(("last", "share"), [(540, 0.3), (600, 1.0), (600, 0.3)])
