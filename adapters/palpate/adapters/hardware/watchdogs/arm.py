@@ -158,10 +158,6 @@ class WatchedArm(DeviceDecorator, ArmCommand):
         self._watch.rest()
         stop_surely(self._arm)
 
-    def check(self) -> bool:
-        """Look now whether the newest command is too old; True if the arm is stopped for it by this look."""
-        return self._watch.check()
-
     def _too_old(self, age_ns: int) -> None:
         trouble = stop_surely(self._arm)
         allowed = f"no command for {age_ns * 1e-6:.1f} ms, {self._limit_ns * 1e-6:.1f} ms are allowed"

@@ -98,8 +98,8 @@ class ArmBench(DeviceContract[ArmCommandRig]):
     def upset(self, rig: ArmCommandRig) -> None:
         """A stop, which is for an active arm to remember."""
         for _ in range(self._random.randrange(1, 4)):
-            require_quiet_stop(rig, f"stop() to work while {rig.arm.life.value}")
-        self._stopped = rig.arm.life is Life.ACTIVE
+            require_quiet_stop(rig, f"stop() to work while {rig.device.life.value}")
+        self._stopped = rig.device.life is Life.ACTIVE
 
     @override
     def rests(self, rig: ArmCommandRig) -> None:
@@ -109,7 +109,7 @@ class ArmBench(DeviceContract[ArmCommandRig]):
                 caught_rad = where(rig)
                 rig.advance(rig.settle_ticks)
                 self._rest_rad = where(rig)
-                if self._caught and rig.arm.life is not Life.FAULTED:
+                if self._caught and rig.device.life is not Life.FAULTED:
                     require_near(rig, caught_rad, "it was to stop")
                 elif self._caught:
                     # It may arrive at its last set-point.
@@ -144,7 +144,7 @@ class ArmBench(DeviceContract[ArmCommandRig]):
             try:
                 yield rig
             finally:
-                if may_move and rig.arm.life is Life.ACTIVE:
+                if may_move and rig.device.life is Life.ACTIVE:
                     # What a clause has found counts, not whether the way back was free; the next begins with a ramp.
                     with suppress(Exception):
                         self._go(rig, rig.home_rad)
@@ -191,7 +191,7 @@ class ArmBench(DeviceContract[ArmCommandRig]):
 
     def _sent(self, rig: ArmCommandRig, asked_rad: JointVector) -> AppliedCommand:
         before_ns = rig.clock.now_ns()
-        applied = rig.arm.send(JointCommand(asked_rad))
+        applied = rig.device.send(JointCommand(asked_rad))
         self._late += rig.clock.now_ns() - before_ns > rig.call_budget_ns
         return applied
 
@@ -202,7 +202,7 @@ class ArmBench(DeviceContract[ArmCommandRig]):
     def _live(self, rig: ArmCommandRig) -> None:
         """Stops, faults and a cut cable, twice each: an arm comes out of them with all limits that it had."""
         for _ in range(2):
-            rig.arm.stop()
+            rig.device.stop()
             self._activate_again(rig)
             if rig.provoke_fault is not None:
                 rig.provoke_fault()
@@ -270,7 +270,7 @@ def where(rig: ArmCommandRig) -> JointVector:
     try:
         return position_rad()
     except Exception as error:
-        raise ClauseNotApplicable(f"position_rad cannot be read while {rig.arm.life.value}: {error}") from error
+        raise ClauseNotApplicable(f"position_rad cannot be read while {rig.device.life.value}: {error}") from error
 
 
 def far(one_rad: JointVector, other_rad: JointVector) -> float:
@@ -293,7 +293,7 @@ def require_near(rig: ArmCommandRig, before_rad: JointVector, after: str) -> Non
 def require_quiet_stop(rig: ArmCommandRig, wanted: str) -> None:
     """Fail the clause unless ``stop`` returns within the rig's budget for it and raises nothing."""
     start_ns, wall_ns = rig.clock.now_ns(), perf_counter_ns()
-    require_quiet("stop", rig.arm.stop, wanted)
+    require_quiet("stop", rig.device.stop, wanted)
     spent_ns, budget_ns = rig.clock.now_ns() - start_ns, rig.stop_budget_ns
     require("stop", spent_ns <= budget_ns, f"{spent_ns} ns", f"at most {budget_ns} ns (stop_budget_ns)")
     wall_ns, budget_ns = perf_counter_ns() - wall_ns, max(budget_ns, _HANG_NS)

@@ -188,11 +188,11 @@ class ArmCommandContract(ArmStopContract):
             turn = knob(rig.turn_by_hand, "turn_by_hand")
             self._send(rig, rig.home_rad)
             rig.advance(rig.settle_ticks)
-            rig.arm.deactivate()
+            rig.device.deactivate()
             there_rad = fast_steps(rig)[-1]
             turn(there_rad)
             rig.advance(1)
-            rig.arm.activate()
+            rig.device.activate()
             rig.advance(rig.settle_ticks)
             require_at("turned by hand", rig, there_rad)
             if rig.motion is None:
@@ -207,7 +207,7 @@ class ArmCommandContract(ArmStopContract):
             self.rests(rig)
             for angles in (elsewhere[:-1], (*elsewhere, 0.0)):
                 wanted = f"CommandError for {len(angles)} angles on {len(rig.home_rad)} joints"
-                require_raises("joints", CommandError, partial(rig.arm.send, JointCommand(angles)), wanted)
+                require_raises("joints", CommandError, partial(rig.device.send, JointCommand(angles)), wanted)
                 rig.advance(rig.settle_ticks)
                 self.rests(rig)
             self._activate_again(rig)

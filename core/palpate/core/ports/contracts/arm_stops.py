@@ -62,7 +62,7 @@ class ArmStopContract(ArmBench):
         self._send(rig, rig.home_rad)
         rig.advance(rig.settle_ticks)
         before_rad, away_rad = where(rig), shifted(rig.home_rad, rig.step_rad)
-        lines = _interrupted(partial(self._send, rig, away_rad), line, rig.arm.stop, rig.clock)
+        lines = _interrupted(partial(self._send, rig, away_rad), line, rig.device.stop, rig.clock)
         rig.advance(rig.settle_ticks)
         if 0 < line <= lines:
             require_near(rig, before_rad, f"stop() in line {line} of {lines} of send()")
@@ -73,7 +73,7 @@ class ArmStopContract(ArmBench):
         with self._rig(Life.ACTIVE) as rig:
             for pause_ticks in (0, 1, LONG_TICKS):
                 rig.advance(pause_ticks)
-                rig.arm.stop()
+                rig.device.stop()
                 self._swallow(rig)
             # Whatever the last command was: one to stay, a move, one that was cut short.
             hasty = fast_steps(rig)[:1] if rig.motion is None else []
@@ -81,7 +81,7 @@ class ArmStopContract(ArmBench):
                 self._activate_again(rig)
                 before_rad = () if rig.position_rad is None or rig.runs_by_itself else where(rig)
                 self._send(rig, last_rad)
-                rig.arm.stop()
+                rig.device.stop()
                 if before_rad:
                     rig.advance(rig.settle_ticks)
                     require_near(rig, before_rad, f"stop() after the command {last_rad}")
@@ -96,7 +96,7 @@ class ArmStopContract(ArmBench):
             require("stopped", stopped, f"{applied}", "STOPPED, with the angles at which the arm is held")
             rig.advance(1)
             with suppress(CommandError):
-                rig.arm.send(JointCommand((*asked_rad, 0.0)))
+                rig.device.send(JointCommand((*asked_rad, 0.0)))
         if rig.motion is None:
             applied = self._send(rig, applied.position_rad)
             require("stopped", applied.reason is CommandReason.STOPPED, f"{applied}", "STOPPED for that, too")
@@ -107,7 +107,7 @@ class ArmStopContract(ArmBench):
             knob(rig.position_rad, "position_rad")
             rig.advance(rig.rest_ticks)
             self._send(rig, shifted(rig.home_rad, rig.step_rad))
-            rig.arm.stop()
+            rig.device.stop()
             rig.advance(rig.settle_ticks)
             rest_rad = where(rig)
             for ticks in (rig.settle_ticks, *repeat(1, _LOOKS), rig.rest_ticks, rig.settle_ticks):
@@ -140,10 +140,10 @@ class ArmStopContract(ArmBench):
                     if end == "stop with a fault":
                         knob(rig.provoke_fault, "provoke_fault")()
                         before_rad = where(rig)
-                    getattr(rig.arm, end.split()[0])()
+                    getattr(rig.device, end.split()[0])()
                     rig.advance(rig.settle_ticks)
                     require_near(rig, before_rad, end)
-                rig.arm.close()
+                rig.device.close()
                 rig.advance(rig.settle_ticks)
                 require_near(rig, before_rad, f"{end} and close")
 
@@ -154,7 +154,7 @@ class ArmStopContract(ArmBench):
                 self._go(rig, shifted(rig.home_rad, side * rig.step_rad))
                 rig.advance(rig.settle_ticks)
                 here_rad = where(rig)
-                rig.arm.stop()
+                rig.device.stop()
                 rig.advance(rig.settle_ticks)
                 require_at("held", rig, here_rad)
                 applied = self._send(rig, rig.home_rad)
@@ -167,7 +167,7 @@ class ArmStopContract(ArmBench):
         """After a stop, a pause or a fault the arm rests, and activated again, or closed, it does until commanded."""
         for end, closed in (("stop", False), ("deactivate", False), ("provoke_fault", False), ("provoke_fault", True)):
             with self._rig(Life.ACTIVE) as rig:
-                act = getattr(rig, end, None) or getattr(rig.arm, end, None)
+                act = getattr(rig, end, None) or getattr(rig.device, end, None)
                 if act is None:
                     continue  # nothing provokes a fault here
                 self._go(rig, shifted(rig.home_rad, rig.step_rad))
@@ -179,7 +179,7 @@ class ArmStopContract(ArmBench):
                 rig.advance(max(LONG_TICKS, rig.settle_ticks) if rig.runs_by_itself else rig.rest_ticks)
                 require_at(f"at rest after {end}", rig, rest_rad)
                 if closed:
-                    rig.arm.close()
+                    rig.device.close()
                 else:
                     self._activate_again(rig)
                 rig.advance(rig.settle_ticks)
@@ -187,10 +187,10 @@ class ArmStopContract(ArmBench):
 
     def _check_stop(self, life: Life) -> None:
         with self._rig(life) as rig:
-            before, was_open = rig.arm.life, rig.is_open is not None and rig.is_open()
+            before, was_open = rig.device.life, rig.is_open is not None and rig.is_open()
             for _ in range(2):
                 require_quiet_stop(rig, f"stop() to work while {life.value}")
-            require("stop", rig.arm.life is before, f"{rig.arm.life} after stop()", str(before))
+            require("stop", rig.device.life is before, f"{rig.device.life} after stop()", str(before))
             opened = rig.is_open is not None and rig.is_open() and not was_open
             require("stop", not opened, "a resource that it opened", "stop() to open nothing")
 
@@ -200,7 +200,7 @@ def _run_beside(rig: ArmCommandRig, raised: list[Exception]) -> None:
 
     def stop() -> None:
         try:
-            rig.arm.stop()
+            rig.device.stop()
         except Exception as error:
             raised.append(error)
 

@@ -1,16 +1,16 @@
 """Clauses that hold for every device port: its life, its faults, its end."""
 
 import threading
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import product
 from time import perf_counter_ns
-from typing import Any, ClassVar, Final, Generic, TypeVar
+from typing import Any, ClassVar, Final
 
 from palpate.core.errors import DeviceError, FaultLatchedError, LifecycleError
-from palpate.core.ports.contracts.lives import Lives, pass_time
+from palpate.core.ports.contracts.lives import Lives, Port, RigT, pass_time
 from palpate.core.ports.contracts.motion import MotionLimits
 from palpate.core.ports.contracts.rigs import DeviceRig
 from palpate.core.ports.contracts.violations import (
@@ -36,10 +36,8 @@ _HANG_NS: Final = 500_000_000
 _THREAD_S: Final = 1.0
 """How long a thread may take to end after ``close``."""
 
-RigT = TypeVar("RigT", bound=DeviceRig[Any])
 
-
-class DeviceContract(ABC, Generic[RigT]):
+class DeviceContract(Port[RigT]):
     """Clauses on the life of a device; the port's own suite adds the rest."""
 
     PORT: ClassVar[type]
@@ -49,30 +47,6 @@ class DeviceContract(ABC, Generic[RigT]):
     @abstractmethod
     def make(self) -> RigT:
         """A fresh rig, with an adapter that was only constructed."""
-
-    @abstractmethod
-    def use(self, rig: RigT) -> object:
-        """What the port is there for: one reading, or one command to stay."""
-
-    @abstractmethod
-    def works(self, rig: RigT) -> None:
-        """Fail the clause unless the active device does what it did before, if it does not do more."""
-
-    def may_use(self, rig: RigT) -> bool:
-        """Whether it may be used at all."""
-        return True
-
-    def begun(self, rig: RigT) -> None:
-        """It was just activated."""
-
-    def busy(self, rig: RigT) -> None:
-        """Something is under way in the active device when this returns."""
-
-    def upset(self, rig: RigT) -> None:
-        """Something that may come in any state."""
-
-    def rests(self, rig: RigT) -> None:
-        """Fail the clause if something has moved that was not told to."""
 
     @contextmanager
     def _rig(self, life: Life) -> Iterator[RigT]:

@@ -136,13 +136,13 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
                 later = self._in_world(rig, world)
                 for _ in range(LONG_TICKS):
                     rig.advance(1)
-                    found.append(rig.sensor.read())
+                    found.append(rig.device.read())
                 pause(rig)
                 found.append(self._in_world(rig, world))
             with self._rig(Life.CONSTRUCTED) as rig:
                 self._change(rig, world)
-                rig.sensor.configure()
-                rig.sensor.activate()
+                rig.device.configure()
+                rig.device.activate()
                 found.append(self._in_world(rig, world))
                 # Comparing two readings under the same load leaves the sensor its weight and offset.
                 for sample in found:
@@ -152,7 +152,7 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
     def _in_world(self, rig: ForceSensorRig, world: int) -> WrenchSample:
         self._change(rig, world)
         rig.advance(rig.settle_ticks)
-        return rig.sensor.read()
+        return rig.device.read()
 
 
 def _check_range(
@@ -213,4 +213,4 @@ def _reading(rig: ForceSensorRig, push: _Load, force: Vector3) -> Vector3:
 def _settled(rig: ForceSensorRig, act: _Load, load: Sequence[float]) -> WrenchSample:
     act(*load)
     rig.advance(rig.settle_ticks)
-    return rig.sensor.read()
+    return rig.device.read()

@@ -68,10 +68,10 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
         """Joints that are turned by hand, the encoder active, not, or cut off, are reported where they then stand."""
         with self._rig(Life.ACTIVE) as rig:
             turn = knob(rig.turn_by_hand, "turn_by_hand")
-            here = home = rig.expected_rad or rig.encoder.read().position_rad
+            here = home = rig.expected_rad or rig.device.read().position_rad
             little_rad = _MANY_TOLERANCES * rig.tolerance_rad
             for way_rad in (little_rad, rig.turn_rad, -rig.turn_rad):
-                rig.encoder.deactivate()
+                rig.device.deactivate()
                 cut = rig.disconnect if way_rad < 0.0 and rig.reconnect is not None else None
                 if cut is not None:
                     cut()
@@ -82,7 +82,7 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
                     rig.advance(1)
                 here = asked
                 if cut is None:
-                    rig.encoder.activate()
+                    rig.device.activate()
                 else:
                     knob(rig.reconnect, "reconnect")()
                     revive(rig)
@@ -104,17 +104,17 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
             arm = knob(rig.arm, "arm")
             activate(arm)
             rig.advance(1)
-            before = rig.encoder.read()
+            before = rig.device.read()
             target = JointCommand(tuple(q + rig.step_rad for q in before.position_rad))
             arm.send(target)
-            after = rig.encoder.read()
+            after = rig.device.read()
             require("causality", after == before, f"{after} after {before}", "the same sample after send()")
         with self._rig(Life.ACTIVE) as rig:
             arm = knob(rig.arm, "arm")
             activate(arm)
             rig.advance(1)
             arm.send(target)
-            first = rig.encoder.read()
+            first = rig.device.read()
             near = all(
                 abs(q - p) < 0.5 * rig.step_rad for q, p in zip(first.position_rad, before.position_rad, strict=True)
             )
@@ -130,7 +130,7 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
                 knob(rig.expected_rad, "expected_rad, without which nobody knows where a ramp begins")
             activate(arm)
             rig.advance(1)
-            here = home = rig.expected_rad or rig.encoder.read().position_rad
+            here = home = rig.expected_rad or rig.device.read().position_rad
             way_rad = rig.step_rad * max(1, ceil(_MANY_TOLERANCES * rig.tolerance_rad / rig.step_rad))
             if rig.motion is not None and way_rad > rig.motion.reach_rad:
                 raise ClauseNotApplicable(f"it moves each joint by {way_rad:.4g} rad")
@@ -148,7 +148,7 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
 
 
 def _require_angles(clause: str, rig: JointEncoderRig, expected: JointVector) -> None:
-    found = rig.encoder.read().position_rad
+    found = rig.device.read().position_rad
     pairs = zip(found, expected, strict=False)
     near = len(found) == len(expected) and all(abs(q - p) <= rig.tolerance_rad for q, p in pairs)
     require(clause, near, f"{found} rad", f"{expected} rad within {rig.tolerance_rad} rad")
@@ -156,7 +156,7 @@ def _require_angles(clause: str, rig: JointEncoderRig, expected: JointVector) ->
 
 def _require_there(rig: JointEncoderRig, expected: JointVector, tolerance_rad: float) -> None:
     for _ in range(_PATIENCE_TICKS):
-        found = rig.encoder.read().position_rad
+        found = rig.device.read().position_rad
         whole = len(found) == len(expected)
         if whole and all(abs(q - p) <= tolerance_rad for q, p in zip(found, expected, strict=True)):
             return

@@ -3,10 +3,11 @@
 The order of what is tried is drawn from a seed, so that it is another at each step and the same at each run.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from random import Random
-from typing import Any, Final, Protocol, TypeVar
+from typing import Any, Final, Generic, TypeVar
 from unittest import SkipTest
 
 from palpate.core.errors import DeviceError, FaultLatchedError, LifecycleError
@@ -22,6 +23,7 @@ from palpate.core.ports.contracts.violations import (
 from palpate.core.ports.lifecycle import TRANSITIONS, Life, LifeRequest
 
 T = TypeVar("T")
+RigT = TypeVar("RigT", bound=DeviceRig[Any])
 
 _SEED: Final = 22
 _OFTEN: Final = 0.4
@@ -38,31 +40,32 @@ _ONWARDS: Final = {
 }
 
 
-class Port(Protocol):
+class Port(ABC, Generic[RigT]):
     """What a port's own suite does with an adapter in the course of its life, and looks at."""
 
-    def may_use(self, rig: Any) -> bool:
+    def may_use(self, rig: RigT) -> bool:
         """Whether the device may be used at all."""
-        ...
+        return True
 
-    def use(self, rig: Any) -> object:
-        """One reading, or one command."""
-        ...
+    @abstractmethod
+    def use(self, rig: RigT) -> object:
+        """What the port is there for: one reading, or one command to stay."""
 
-    def begun(self, rig: Any) -> None:
-        """It has just been activated."""
+    def begun(self, rig: RigT) -> None:
+        """It was just activated."""
 
-    def works(self, rig: Any) -> None:
-        """The active device still does what it did before."""
+    @abstractmethod
+    def works(self, rig: RigT) -> None:
+        """Fail the clause unless the active device does what it did before, if it does not do more."""
 
-    def busy(self, rig: Any) -> None:
+    def busy(self, rig: RigT) -> None:
         """Something is under way in the active device when this returns."""
 
-    def upset(self, rig: Any) -> None:
+    def upset(self, rig: RigT) -> None:
         """Something that may come in any state."""
 
-    def rests(self, rig: Any) -> None:
-        """Nothing has moved that was not told to."""
+    def rests(self, rig: RigT) -> None:
+        """Fail the clause if something has moved that was not told to."""
 
 
 class Lives:
@@ -72,7 +75,7 @@ class Lives:
         refusing: States in which everything that they do not allow is tried, too.
     """
 
-    def __init__(self, port: Port, rig: DeviceRig[Any], refusing: tuple[Life, ...]) -> None:
+    def __init__(self, port: Port[Any], rig: DeviceRig[Any], refusing: tuple[Life, ...]) -> None:
         self._random = Random(_SEED)
         self._port, self._rig, self._refusing = port, rig, refusing
         self._life, self._cause, self._done = Life.CONSTRUCTED, "", list[str]()

@@ -126,11 +126,6 @@ class ForceSensorRig(SensorRig[ForceSensor]):
     tolerance_Nm: float = 1e-6
     frame: str = SENSOR_FRAME
 
-    @property
-    def sensor(self) -> ForceSensor:
-        """The adapter."""
-        return self.device
-
 
 @dataclass(frozen=True, kw_only=True)
 class JointEncoderRig(SensorRig[JointEncoder]):
@@ -159,11 +154,6 @@ class JointEncoderRig(SensorRig[JointEncoder]):
     @override
     def within(self, motion: MotionLimits) -> Self:
         return replace(self, motion=motion, step_rad=motion.step_rad(self.step_rad, self.tolerance_rad))
-
-    @property
-    def encoder(self) -> JointEncoder:
-        """The adapter."""
-        return self.device
 
     @property
     def all_devices(self) -> tuple[Device, ...]:
@@ -208,11 +198,6 @@ class ArmCommandRig(DeviceRig[ArmCommand]):
     @override
     def within(self, motion: MotionLimits) -> Self:
         return replace(self, motion=motion, step_rad=motion.step_rad(self.step_rad, self.tolerance_rad))
-
-    @property
-    def arm(self) -> ArmCommand:
-        """The adapter."""
-        return self.device
 
 
 @dataclass(frozen=True, kw_only=True)
