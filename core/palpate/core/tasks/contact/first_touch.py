@@ -1,6 +1,7 @@
 """The stiffness with which the plate was first met, from the samples of the touch itself."""
 
 from collections import deque
+from math import sqrt
 from typing import Final
 
 from palpate.core.ports import Snapshot
@@ -45,6 +46,18 @@ class FirstTouch:
     @property
     def share(self) -> float | None:
         """Measured stiffness as a share of the gripper's; None where the samples do not determine it."""
+        if (pairs := self._determining()) is None:
+            return None
+        mean_z, square = _spread([depth for depth, _ in pairs])
+        return -sum((z - mean_z) * f for z, f in pairs) / square / self._stiffness
+
+    def share_error(self, noise_N: float) -> float:
+        """Standard error of the share by a noise of the force; 0 where there is none."""
+        pairs = self._determining()
+        return 0.0 if pairs is None else noise_N / sqrt(_spread([depth for depth, _ in pairs])[1]) / self._stiffness
+
+    def _determining(self) -> list[tuple[float, float]] | None:
+        """Depths and forces of the touch."""
         pairs: list[tuple[float, float]] = []
         for time_ns, force_N in self._forces:
             if force_N > -_LEAST_SHARE * self._press_N:
@@ -56,9 +69,7 @@ class FirstTouch:
         depths = [depth for depth, _ in pairs]
         if max(depths) - min(depths) < _LEAST_WAY_SHARE * self._press_N / self._stiffness:
             return None
-        mean_z = sum(depths) / len(pairs)
-        square = sum((z - mean_z) ** 2 for z in depths)
-        return -sum((z - mean_z) * f for z, f in pairs) / square / self._stiffness
+        return pairs
 
     def _depth_at(self, time_ns: int) -> float | None:
         before: tuple[int, float] | None = None
@@ -69,3 +80,9 @@ class FirstTouch:
                 return before[1] + (depth_m - before[1]) * (time_ns - before[0]) / (then_ns - before[0])
             before = (then_ns, depth_m)
         return None
+
+
+def _spread(depths_m: list[float]) -> tuple[float, float]:
+    """Mean, and the sum of the squares of what each is away from it."""
+    mean_m = sum(depths_m) / len(depths_m)
+    return mean_m, sum((depth_m - mean_m) ** 2 for depth_m in depths_m)

@@ -21,6 +21,7 @@ def touch(
     joints_late_ns: int = 0,
     depth_m: float = 1e-3,
     held: bool = False,
+    seed: int = 2,
 ) -> FirstTouch:
     """An approach that sinks into the spring within 40 ticks, after as many in free space.
 
@@ -29,7 +30,7 @@ def touch(
         joints_late_ns: So long before it is read the encoders' sample was taken.
     """
     first = FirstTouch(STIFFNESS_N_PER_M, PRESS_N)
-    rng = np.random.default_rng(2)
+    rng = np.random.default_rng(seed)
     joints, depth_then = JointSample((0.0,), -1, -1, 0), 0.0
 
     def depth_at(time_ns: float) -> float:
@@ -60,6 +61,13 @@ def test_noise_moves_the_share_little(noise_N: float) -> None:
     share = touch(noise_N=noise_N).share
     assert share is not None
     assert LOWEST_SHARE < share < HIGHEST_SHARE
+
+
+def test_shares_scatter_by_their_error() -> None:
+    touches = [touch(noise_N=0.3, seed=seed) for seed in range(40)]
+    shares = [each.share for each in touches if each.share is not None]
+    assert np.std(shares) == pytest.approx(np.mean([each.share_error(0.3) for each in touches]), rel=0.25)
+    assert touch(depth_m=0.15e-3, scale=4.0).share_error(0.3) == 0.0
 
 
 @pytest.mark.parametrize("late_ns", [0, 20_000_000])

@@ -1,6 +1,7 @@
 """Holes in a plate of springs are found by touch, with what their numbers are worth; what lies about them is named."""
 
 import random
+from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
@@ -138,6 +139,17 @@ def test_a_single_noisy_sample_off_a_wall_is_no_lie(every: int) -> None:
         return replace(sample, force_N=(x + (0.0 if next(reads) % every else 1.5), y, z))
 
     world.spoil = spiked
+    assert survey(world, replace(TASK, more_goals_mm=())).outcome is Outcome.DONE
+
+
+def test_a_force_that_comes_late_takes_the_probe_further_off_the_wall_before_it_is_met_slowly() -> None:
+    world, past = plate(HOLES[0]), deque[WrenchSample](maxlen=5)
+
+    def late(sample: WrenchSample) -> WrenchSample:
+        past.append(sample)
+        return replace(past[0], sequence=sample.sequence)
+
+    world.spoil = late
     assert survey(world, replace(TASK, more_goals_mm=())).outcome is Outcome.DONE
 
 
