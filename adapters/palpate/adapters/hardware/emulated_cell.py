@@ -21,7 +21,7 @@ from palpate.simulation.emulators.jr3 import UART_CONFIG, Jr3CanNode, Jr3Config,
 from palpate.simulation.emulators.lines import EmulatedCanBus, LineSpeed, PtyServer, SlcanServer
 from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors, JointPlant
 from palpate.simulation.emulators.nmc import NmcChain
-from palpate.simulation.emulators.ur import DATA_SHEET, ControllerConfig, ToolForce, UrController, UrServer
+from palpate.simulation.emulators.ur import PRECISION, ControllerConfig, ToolForce, UrController, UrServer
 from palpate.simulation.work_cell import HiddenValues, WorkCell
 
 _NS: Final = 1_000_000_000
@@ -251,7 +251,7 @@ class EmulatedCell:
             "payload_cog_m": list(_UR.payload_cog_m), "tcp_offset": list(_UR.tcp_offset), "guard_N": 45.0,
         })  # fmt: skip
         if self.emulation.force == "ur-rtde":
-            noise_N, noise_Nm = (precision / 2.0 for precision in DATA_SHEET.precision)
+            noise_N, noise_Nm = (precision / 2.0 for precision in PRECISION)
             facts = {"noise_N": noise_N, "noise_Nm": noise_Nm}
             self._serve(
                 nullcontext(), "force_sensor", lambda: {"adapter": "ur-rtde", "host": server.host, "facts": facts}

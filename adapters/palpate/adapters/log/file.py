@@ -35,13 +35,7 @@ class LogFile:
         channels: Description of schemas and channels, by :func:`describe_channels`.
     """
 
-    def __init__(
-        self,
-        stream: IO[bytes] | NewFile,
-        channels: list[dict[str, Any]],
-        metadata: dict[str, str],
-        chunk_ns: int = CHUNK_NS,
-    ) -> None:
+    def __init__(self, stream: IO[bytes] | NewFile, channels: list[dict[str, Any]], metadata: dict[str, str]) -> None:
         # Parts of the library's interface are not typed.
         self._writer: Any = Writer(
             stream,  # type: ignore[arg-type]
@@ -50,7 +44,6 @@ class LogFile:
             enable_crcs=True,
             enable_data_crcs=True,
         )
-        self._chunk_ns = chunk_ns
         self._chunk_start_ns: int | None = None
         self.messages = 0
         self._writer.start(profile="palpate", library="palpate")
@@ -63,7 +56,7 @@ class LogFile:
         """Add a message; a chunk that is old enough is written out."""
         time_ns = max(time_ns, 0)  # the format has no time before zero
         # Either way: a message may be older than the one before it.
-        if self._chunk_start_ns is None or abs(time_ns - self._chunk_start_ns) >= self._chunk_ns:
+        if self._chunk_start_ns is None or abs(time_ns - self._chunk_start_ns) >= CHUNK_NS:
             self._writer.flush()
             self._chunk_start_ns = time_ns
         self._writer.add_message(channel, time_ns, payload, time_ns, self.messages)

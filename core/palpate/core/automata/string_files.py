@@ -17,27 +17,24 @@ _BLANK: Final = "~"
 _LABELS: Final = {"1": True, "0": False}
 
 
-def read_strings(path: str | os.PathLike[str], alphabet: tuple[str, ...] | None = None) -> Strings:
+def read_strings(path: str | os.PathLike[str]) -> Strings:
     """Read a file of strings.
 
-    Args:
-        alphabet: Names of the symbols, or letters, in order; None takes those of the file.
-
     Raises:
-        ConfigurationError: No such file, a line that cannot be read, a symbol outside the alphabet, or no usable set of
-            strings (see :class:`~palpate.core.automata.strings.Strings`).
+        ConfigurationError: No such file, a line that cannot be read, a symbol outside the file's alphabet, or no usable
+            set of strings (see :class:`~palpate.core.automata.strings.Strings`).
     """
-    return strings_of(read_text(Path(path), "strings.file"), alphabet)
+    return strings_of(read_text(Path(path), "strings.file"))
 
 
-def strings_of(text: str, alphabet: tuple[str, ...] | None = None) -> Strings:
+def strings_of(text: str) -> Strings:
     """Read strings from the text of a file; see :func:`read_strings`."""
     lines = {place: line.rstrip("\r") for place, line in enumerate(text.split("\n"), start=1)}
     told = _headers(lines)
     content = {place: line for place, line in lines.items() if line.strip() and not line.startswith(_COMMENT)}
     if _ACTIONS in told:
-        return _pairs_of(content, told.get(_ALPHABET, ()), told[_ACTIONS], alphabet)
-    alphabet = told.get(_ALPHABET) if alphabet is None else alphabet
+        return _pairs_of(content, told.get(_ALPHABET, ()), told[_ACTIONS])
+    alphabet = told.get(_ALPHABET)
     if not any("\t" in line for line in content.values()):
         bodies = {place: line.strip() for place, line in content.items()}
         return Strings.of(_words(bodies, alphabet, labelled=False).values(), [], alphabet=alphabet)
@@ -102,12 +99,8 @@ def _look_paired(words: Collection[Sequence[str]]) -> bool:
     return longer and all([BETWEEN in name for name in word] == [False] + [True] * (len(word) - 1) for word in words)
 
 
-def _pairs_of(
-    content: dict[int, str], symbols: tuple[str, ...], actions: tuple[str, ...], asked: tuple[str, ...] | None
-) -> Strings:
+def _pairs_of(content: dict[int, str], symbols: tuple[str, ...], actions: tuple[str, ...]) -> Strings:
     names = letters_of(symbols, actions)
-    if asked is not None and asked != names:
-        raise ConfigurationError("strings.alphabet", names, f"that of the other strings, {brief(asked)}")
     number = {name: place for place, name in enumerate(names)}
     last = {f"{action}{BETWEEN}{END}": place for place, action in enumerate(actions)}
     words, ends = [], []

@@ -17,7 +17,7 @@ import numpy as np
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception.channels import Array, require_finite, samples
 from palpate.core.perception.signal import Normalisation
-from palpate.core.ports import CHANNELS, Matrix, integer, matrix, names, number
+from palpate.core.ports import CHANNELS, Matrix, integer, matrix, names
 
 Samples: TypeAlias = Iterable[Sequence[float]] | Array
 
@@ -158,7 +158,6 @@ class SelfOrganisingMap:
         seed: int,
         *,
         iterations: int = 10_000,
-        learning_rate: float = 0.5,
         channels: Sequence[str] = CHANNELS,
     ) -> SelfOrganisingMap:
         """Train a map on measurement vectors, (m, 9) in the order of ``CHANNELS``.
@@ -174,20 +173,12 @@ class SelfOrganisingMap:
         rows, columns = _grid(rows, columns)
         seed = integer("perception.seed", seed, 0)
         iterations = integer("perception.iterations", iterations, 1)
-        if not 0.0 < number("perception.learning_rate", learning_rate) <= 1.0:
-            raise ConfigurationError("perception.learning_rate", learning_rate, "a number above 0, at most 1")
         normalisation = Normalisation.fit(table)
         from minisom import MiniSom
 
         inputs = normalisation.apply(table)
-        som = MiniSom(
-            rows,
-            columns,
-            len(chosen),
-            sigma=max(rows, columns) / 2,
-            learning_rate=learning_rate,
-            random_seed=seed,
-        )
+        size = max(rows, columns)
+        som = MiniSom(rows, columns, len(chosen), sigma=size / 2, learning_rate=0.5, random_seed=seed)
         som.random_weights_init(inputs)
         som.train(inputs, iterations, random_order=True)
         units = som.get_weights().reshape(rows * columns, len(chosen))

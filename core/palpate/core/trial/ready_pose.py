@@ -80,11 +80,8 @@ def find_ready_pose(arm: str | ArmDescription, task: TaskConfig, workspace: Work
     return ready
 
 
-def require_speed(arm: str | ArmDescription, ready: ReadyPose, along_x_m_s: float, field: str) -> None:
+def require_speed(arm: str | ArmDescription, ready: ReadyPose, along_x_m_s: float) -> None:
     """Refuse a speed of the tip along the task's x that the arm cannot give at its ready pose.
-
-    Args:
-        field: What it is called, in mm/s, for the message.
 
     Raises:
         UnreachableError: A joint would have to be faster than it can be.
@@ -99,7 +96,7 @@ def require_speed(arm: str | ArmDescription, ready: ReadyPose, along_x_m_s: floa
         accepted = (
             f"at most {along_x_m_s * 1e3 / share:.4g} mm/s, where a joint of {kinematics.arm.name} is at its limit"
         )
-        raise UnreachableError(field, along_x_m_s * 1e3, accepted)
+        raise UnreachableError("task.options.speed_mm_s", along_x_m_s * 1e3, accepted)
 
 
 def require_turns(

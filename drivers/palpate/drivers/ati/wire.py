@@ -2,7 +2,6 @@
 
 import socket
 import time
-from collections.abc import Callable
 from typing import Final
 
 from palpate.drivers.errors import SettingError, SilentError, WiringError
@@ -64,9 +63,7 @@ class UdpWire:
         self._socket.close()
 
 
-def fetch_page(
-    host: str, port: int, page: str, timeout_s: float, clock_ns: Callable[[], int] = time.monotonic_ns
-) -> bytes:
+def fetch_page(host: str, port: int, page: str, timeout_s: float) -> bytes:
     """A page of the box's web server.
 
     Args:
@@ -77,13 +74,13 @@ def fetch_page(
         SilentError: It did not come in time.
         SettingError: It is no such page.
     """
-    told, deadline_ns = f"http://{host}:{port}{page}", clock_ns() + round(timeout_s * 1e9)
+    told, deadline_ns = f"http://{host}:{port}{page}", time.monotonic_ns() + round(timeout_s * 1e9)
     answer = b""
     try:
         with socket.create_connection((host, port), timeout_s) as line:
             line.sendall(f"GET {page} HTTP/1.0\r\nHost: {host}\r\n\r\n".encode())
             while len(answer) <= _MOST_PAGE:
-                left_s = (deadline_ns - clock_ns()) * 1e-9
+                left_s = (deadline_ns - time.monotonic_ns()) * 1e-9
                 if left_s <= 0.0:
                     raise TimeoutError
                 line.settimeout(left_s)

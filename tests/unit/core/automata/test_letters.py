@@ -54,7 +54,6 @@ def test_files_hold_actions_and_whether_a_walk_was_cut_off() -> None:
     [
         (lambda: strings_of(TEXT.replace("right:B", "B")), r"line\[3\] = 'B' is refused: a symbol first, then ACTION:"),
         (lambda: strings_of(TEXT.replace("left:A", "up:A")), r"line\[5\] = 'up:A'"),
-        (lambda: strings_of(TEXT, ("A", "B")), r"strings\.alphabet.*that of the other strings, A B"),
         (lambda: Strings.of_walks(SYMBOLS, ACTIONS, [((0, 1, 0), (1,))]), r"actions = 1 is refused: an action between"),
         (lambda: Strings.of_walks(SYMBOLS, ACTIONS, [((0, 1), (2,))]), "symbols below 2 and actions below 2"),
         (lambda: Strings(("A", "B", "up:A"), ((0, 2),), actions=("up",), ends=(None,)), "each of them after each"),

@@ -29,7 +29,6 @@ def test_lines_may_end_as_elsewhere() -> None:
 def test_the_alphabet_may_be_named_and_decides_on_names() -> None:
     assert strings_of("# alphabet: B A C\nAB\n").alphabet == ("B", "A", "C")
     assert strings_of("# alphabet: up down\nup\ndown\n") == Strings.of([("up",), ("down",)], alphabet=("up", "down"))
-    assert strings_of("# alphabet: B A\nAB\n", ("A", "B")).alphabet == ("A", "B")
 
 
 @pytest.mark.parametrize(

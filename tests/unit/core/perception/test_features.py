@@ -107,7 +107,6 @@ def test_nothing_is_nearest_to_nan() -> None:
         ({"columns": 2.5}, r"perception\.extractor\.columns"),
         ({"seed": -1}, r"perception\.seed"),
         ({"iterations": 0}, r"perception\.iterations"),
-        ({"learning_rate": 0.0}, r"perception\.learning_rate"),
         ({"channels": ("up",)}, r"perception\.extractor\.channels"),
     ],
 )

@@ -142,7 +142,7 @@ def weigh(down_in_tool: Array, means: Array, sds: Array) -> ToolLoad:
         return misfit
 
     found = least_squares(residual, start, x_scale=np.array([1.0, 0.1, 1.0, 1.0, 1.0, *(0.01,) * 3, *(0.05,) * 3]))
-    covariance = _covariance(found.jac, found.fun, "the poses", "poses that tilt the tool about two axes")
+    covariance = _covariance(found.jac, found.fun)
     sd = np.sqrt(np.diag(covariance))
     misfit_N = float(np.sqrt(np.mean((_load(found.x, down_in_tool) - means)[:, :3] ** 2)))
     weight, turn = found.x[0], degrees(found.x[1])
@@ -246,14 +246,17 @@ def _linear_load(down: Array, means: Array) -> Array:
     return np.array([weight, np.arctan2(turned, across), bx, by, bz, 0.0, 0.0, 0.0, *means[:, 3:].mean(axis=0)])
 
 
-def _covariance(jacobian: Array, residual: Array, what: str, missing: str) -> Array:
+def _covariance(jacobian: Array, residual: Array) -> Array:
     """Covariance of a weighted fit; a misfit beyond the noise widens it."""
+    undetermined = UndeterminedError(
+        "weight", "the poses do not determine it", "poses that tilt the tool about two axes"
+    )
     scale = np.linalg.norm(jacobian, axis=0)
     if not scale.all():
-        raise UndeterminedError("weight", f"{what} do not determine it", missing)
+        raise undetermined
     _, singular, axes = np.linalg.svd(jacobian / scale, full_matrices=False)
     if singular[-1] < _SINGULAR * singular[0]:
-        raise UndeterminedError("weight", f"{what} do not determine it", missing)
+        raise undetermined
     excess = float(residual @ residual) / max(len(residual) - jacobian.shape[1], 1)
     inverse = axes.T / singular
     covariance: Array = (inverse @ inverse.T) / np.outer(scale, scale) * max(1.0, excess)

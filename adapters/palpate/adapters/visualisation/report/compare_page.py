@@ -28,7 +28,7 @@ class Strategy:
     slow_s: Interval
 
 
-def strategies_picture(name: str, strategies: Sequence[Strategy], caption: str) -> Picture:
+def strategies_picture(strategies: Sequence[Strategy], caption: str) -> Picture:
     """A line for each strategy, the first at the top, with its success to the left and its times to the right."""
     with drawn(1.5 + 0.42 * len(strategies)) as canvas:
         left, right = canvas.figure.subplots(1, 2, sharey=True, width_ratios=(1.0, 1.5))
@@ -46,7 +46,7 @@ def strategies_picture(name: str, strategies: Sequence[Strategy], caption: str) 
         f"{s.label}: success {share(s.success[0])}, median {s.time_s[0]:.2f} s, 95th percentile {s.slow_s[0]:.2f} s"
         for s in strategies
     ]
-    return Picture(name, f"Success and time of each strategy. {'; '.join(described)}.", caption, canvas.content)
+    return Picture("strategies", f"Success and time of each strategy. {'; '.join(described)}.", caption, canvas.content)
 
 
 def _bar(axes: Any, place: float, interval: Interval, colour: str, mark: str, label: str | None = None) -> None:
@@ -112,7 +112,7 @@ def _side_by_side(strategies: list[Strategy], rows: list[dict[str, str]]) -> Pag
         for s, row in zip(strategies, rows, strict=True)
     )  # fmt: skip
     table = PageTable("Brackets: 95 % intervals", head, lines)
-    picture = strategies_picture("strategies", strategies, caption)
+    picture = strategies_picture(strategies, caption)
     return PageSection("Side by side", tables=(table,), pictures=(picture,))
 
 

@@ -36,7 +36,7 @@ def run_page(folder: Path, title: str, *, logs: bool) -> Page:
     run = RunSource.read(folder)
     sections = [_figures(run), _curve(run)]
     if run.document is not None:
-        sections += policy_sections(run.document, "policy", run.policy)
+        sections += policy_sections(run.document, run.policy)
     if logs:
         sections += log_sections(logs_in(folder), list(_drawn_trials(run)))
     sections.append(settings_section(folder / "run.toml"))
@@ -89,12 +89,12 @@ def summary_cells(rows: Sequence[TrialRow], late: Sequence[TrialRow]) -> dict[st
     }  # fmt: skip
 
 
-def policy_sections(document: PolicyDocument, name: str, title: str) -> list[PageSection]:
+def policy_sections(document: PolicyDocument, title: str) -> list[PageSection]:
     """The policy as arrows, its Q values, the automaton that gives its states; of a belief, its touch model."""
     learner = document.learner
     if document.belief is not None:
         text = f"A belief over the hole's place, {counted(document.belief.trials_learned, 'trial')} learned."
-        pictures = touch_pictures(f"touch-{name}", document.belief, title)
+        pictures = touch_pictures("touch-policy", document.belief, title)
         return [PageSection("Policy", (text,), pictures=pictures, listing=render_table(document))]
     if document.foreign is not None or document.memory is not None:
         return [PageSection("Policy", listing=render_table(document))]
@@ -103,8 +103,8 @@ def policy_sections(document: PolicyDocument, name: str, title: str) -> list[Pag
     visited = sum(row.visits > 0 for row in document.table)
     if learner and visited < len(document.states):
         text += f" {counted(len(document.states) - visited, 'state was', 'states were')} never visited."
-    sections = [PageSection("Policy", (text,), pictures=arrows_pictures(name, document, title))]
-    q = q_picture(f"q-{name}", document, title)
+    sections = [PageSection("Policy", (text,), pictures=arrows_pictures("policy", document, title))]
+    q = q_picture("q-policy", document, title)
     if q is not None:
         sections.append(PageSection("Q values", pictures=(q,)))
     machine = machine_in(document)

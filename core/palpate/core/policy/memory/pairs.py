@@ -68,7 +68,6 @@ class PairsLearner(Learner):
 
     Args:
         symbols: Names of the symbols; these are the states that it is asked in.
-        back_off: Mix in the shorter pasts; without it only the longest counts.
         returned: Of a replayed trial, how much of what is yet to come it says itself, from 0 to 1.
         frozen: Learn nothing more, and keep the temperature of the schedule for that.
 
@@ -80,19 +79,17 @@ class PairsLearner(Learner):
         self,
         symbols: Sequence[str],
         actions: Sequence[Action],
-        parameters: QParameters = PAIRS_PARAMETERS,
         *,
         longest: int = LONGEST,
-        back_off: bool = True,
         returned: float = RETURNED,
         frozen: bool = False,
     ) -> None:
         check_names(symbols, actions)
-        self.states, self.actions, self.parameters = tuple(symbols), tuple(actions), parameters
-        self.longest, self.back_off, self.returned, self.frozen = longest, back_off, returned, frozen
+        self.states, self.actions, self.parameters = tuple(symbols), tuple(actions), PAIRS_PARAMETERS
+        self.longest, self.returned, self.frozen = longest, returned, frozen
         self._tables: dict[Past, Table] = {}
         self._trials: list[RecordedTrial] = []
-        self._temperature = parameters.temperature.at(0)
+        self._temperature = self.parameters.temperature.at(0)
         self._rng: np.random.Generator | None = None
         self._forget()
 
@@ -119,10 +116,7 @@ class PairsLearner(Learner):
 
     def as_frozen(self) -> Self:
         """A learner with these values that changes nothing."""
-        other = type(self)(
-            self.states, self.actions, self.parameters,
-            longest=self.longest, back_off=self.back_off, returned=self.returned, frozen=True,
-        )  # fmt: skip
+        other = type(self)(self.states, self.actions, longest=self.longest, returned=self.returned, frozen=True)
         other.set_state(self.get_state())
         return other
 
@@ -166,14 +160,12 @@ class PairsLearner(Learner):
         for past in mixed:
             if (table := self._tables.get(past)) is not None:
                 learned = table[2] if self.frozen else table[0]
-                if not self.back_off:
-                    return learned
                 values = [v + n / (n + _TRUSTED) * (q - v) for v, n, q in zip(values, table[1], learned, strict=True)]
         return values
 
     def _mixed(self, past: Past) -> list[Past]:
         """The past and the shorter ones that count too, the shortest first."""
-        return [past[begin:] for begin in range(len(past) - 1, -1, -2)] if self.back_off else [past]
+        return [past[begin:] for begin in range(len(past) - 1, -1, -2)]
 
     @override
     def learn(self, transition: Transition) -> None:

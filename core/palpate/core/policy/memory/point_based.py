@@ -37,14 +37,14 @@ def _on_grid(values: Floats, steps: float) -> Floats:
     return result
 
 
-def qmdp(model: FinitePomdp, discount: float = DISCOUNT) -> Floats:
+def qmdp(model: FinitePomdp) -> Floats:
     """Cost of each action in each state, if the state were seen from the next step on, (states, actions)."""
     values = np.zeros(model.states)
     costs = np.zeros((model.states, model.actions))
     moves = _on_grid(model.transitions, _SHARE).reshape(-1, model.states)
     for _ in range(_SWEEPS):
         after = (moves @ _on_grid(values, _COST)) / (_SHARE * _COST)
-        costs = 1.0 + discount * after.reshape(model.actions, model.states).T
+        costs = 1.0 + DISCOUNT * after.reshape(model.actions, model.states).T
         values = costs.min(axis=1)
     return costs
 
@@ -76,7 +76,7 @@ class StatePlan:
     table: Floats
 
     @classmethod
-    def of(cls, model: HiddenWorld, targets: Numbers, shares: Floats, discount: float = DISCOUNT) -> Self:
+    def of(cls, model: HiddenWorld, targets: Numbers, shares: Floats) -> Self:
         """By value iteration.
 
         Args:
@@ -85,10 +85,10 @@ class StatePlan:
             shares: Probability of each of them.
         """
         values = np.zeros(len(targets) + 1)
-        values[-1] = 1.0 / (1.0 - discount)
+        values[-1] = 1.0 / (1.0 - DISCOUNT)
         costs = np.zeros(targets.shape[:2])
         for _ in range(_SWEEPS):
-            costs = 1.0 + discount * np.einsum("sao,sao->sa", shares, values[targets])
+            costs = 1.0 + DISCOUNT * np.einsum("sao,sao->sa", shares, values[targets])
             values[:-1] = costs.min(axis=1)
         return cls(model, costs)
 
@@ -108,7 +108,6 @@ class PointBasedPlan:
 
     model: FinitePomdp
     vectors: Floats
-    discount: float = DISCOUNT
 
     @cached_property
     def _weighed(self) -> Floats:
@@ -121,22 +120,18 @@ class PointBasedPlan:
         joint = _on_grid(moved[:, None, some] * self.model.emissions[some].T, _SHARE)
         promised = joint.reshape(-1, len(some)) @ self._weighed[:, some].T
         least = promised.min(axis=1).reshape(self.model.actions, -1) / (_SHARE * _COST)
-        costs: Floats = 1.0 + self.discount * least.sum(axis=1)
+        costs: Floats = 1.0 + DISCOUNT * least.sum(axis=1)
         return costs
 
 
-def perseus(model: FinitePomdp, rng: np.random.Generator, discount: float = DISCOUNT) -> PointBasedPlan:
-    """A plan by point-based value iteration.
-
-    Args:
-        discount: What a step counts less than the one before it.
-    """
-    beliefs = _on_grid(_met(model, qmdp(model, discount), rng), _SHARE)
-    vectors = np.full((1, model.states), _on_grid(np.array(1.0 / (1.0 - discount)), _COST))
+def perseus(model: FinitePomdp, rng: np.random.Generator) -> PointBasedPlan:
+    """A plan by point-based value iteration."""
+    beliefs = _on_grid(_met(model, qmdp(model), rng), _SHARE)
+    vectors = np.full((1, model.states), _on_grid(np.array(1.0 / (1.0 - DISCOUNT)), _COST))
     values = (beliefs @ vectors.T).min(axis=1)
     moves = [_Moves(transitions) for transitions in model.transitions]
     for _ in range(_STAGES):
-        fresh = _backed_up(model, moves, beliefs, vectors, discount)
+        fresh = _backed_up(model, moves, beliefs, vectors)
         promised = beliefs @ fresh.T
         keep = beliefs @ vectors.T
         chosen: list[Floats] = []
@@ -159,7 +154,7 @@ def perseus(model: FinitePomdp, rng: np.random.Generator, discount: float = DISC
         vectors, values = np.array(chosen), reached
         if gained < _GAIN:
             break
-    return PointBasedPlan(model, vectors / _COST, discount)
+    return PointBasedPlan(model, vectors / _COST)
 
 
 class _Moves:
@@ -184,9 +179,7 @@ class _Moves:
         return result
 
 
-def _backed_up(
-    model: FinitePomdp, moves: Sequence[_Moves], beliefs: Floats, vectors: Floats, discount: float
-) -> Floats:
+def _backed_up(model: FinitePomdp, moves: Sequence[_Moves], beliefs: Floats, vectors: Floats) -> Floats:
     """For each belief the best plan of one step and then one of the vectors for each symbol, (beliefs, states)."""
     # By what may be read: cost of each vector, times the probability of the reading, after the move.
     read = np.rint(model.emissions.T[:, None, :] * vectors[None])
@@ -205,7 +198,7 @@ def _backed_up(
         follow = read[np.arange(model.symbols), best[number][rows]]  # (rows, symbols, states)
         behind = np.rint(each.before(follow.reshape(-1, model.states).T) / _SHARE)
         picked = behind.T.reshape(follow.shape).sum(axis=1)
-        backed[rows] = np.rint(_COST + discount * picked)
+        backed[rows] = np.rint(_COST + DISCOUNT * picked)
     return backed
 
 

@@ -51,7 +51,7 @@ class SurfaceFollow(TaskKind):
     def ready(self, arm: str | ArmDescription, task: TaskConfig) -> ReadyPose:
         own = options_of(FollowOptions, task)
         ready = find_ready_pose(arm, task, self.workspace(task))
-        require_speed(arm, ready, own.speed_mm_s * 1e-3, "task.options.speed_mm_s")
+        require_speed(arm, ready, own.speed_mm_s * 1e-3)
         return ready
 
     @override

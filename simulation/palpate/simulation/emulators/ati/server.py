@@ -19,8 +19,10 @@ class NetFtServer:
     The box sends to whoever asked last, as a real one does.
     """
 
-    def __init__(self, box: EmulatedBox, host: str = "127.0.0.1") -> None:
-        self.host, self.port, self.http_port = host, 0, 0
+    host = "127.0.0.1"
+
+    def __init__(self, box: EmulatedBox) -> None:
+        self.port = self.http_port = 0
         self._box, self._lock, self._end = box, threading.Lock(), False
         self._client: tuple[str, int] | None = None
         self._thread: threading.Thread | None = None

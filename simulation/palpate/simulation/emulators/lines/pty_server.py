@@ -10,9 +10,8 @@ import termios
 import threading
 import time
 import tty
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Final, Generic
 
 from palpate.simulation.emulators.lines.serial_line import Emulator, LineSpeed, SerialLine
@@ -71,21 +70,12 @@ class PtyServer(Generic[Emulator]):
 
     Tests reach the device while it runs through `exclusive()`, and the line through `faults`, `unplug()` and
     `replug()`. Unplugging is like pulling the adapter: the host gets a hang-up, the device keeps its power. The path of
-    the terminal changes whenever it is plugged in again; the symbolic link `link` is kept on it.
+    the terminal changes whenever it is plugged in again.
     """
 
-    def __init__(
-        self,
-        emulator: Emulator,
-        timing: LineSpeed | None = None,
-        *,
-        seed: int = 0,
-        link: Path | None = None,
-        clock_ns: Callable[[], int] = time.monotonic_ns,
-    ) -> None:
-        self._serial, self._clock_ns = SerialLine(emulator, timing, seed=seed), clock_ns
+    def __init__(self, emulator: Emulator, timing: LineSpeed | None = None, *, seed: int = 0) -> None:
+        self._serial = SerialLine(emulator, timing, seed=seed)
         self.faults = self._serial.faults
-        self._link = link
         self._lock = threading.Lock()
         self._line: PtyLine | None = None
         self._thread: threading.Thread | None = None
@@ -94,10 +84,10 @@ class PtyServer(Generic[Emulator]):
 
     @property
     def path(self) -> str:
-        """What the host opens: the link, if there is one, or the terminal. OSError while unplugged."""
+        """What the host opens. OSError while unplugged."""
         if self._line is None:
             raise OSError("the emulated port is not plugged in")
-        return str(self._link) if self._link is not None else self._line.path
+        return self._line.path
 
     def start(self) -> str:
         """Plug in and serve; returns `path`."""
@@ -143,21 +133,17 @@ class PtyServer(Generic[Emulator]):
             line, self._line = self._line, None
             self._serial.disconnect()
             if line is not None:
-                self._unlink()  # first: whoever is hung up on finds the name gone
                 line.close()
                 self._wake()  # a select in progress keeps the terminal alive
 
     def replug(self) -> str:
-        """Plug in (a new terminal, the same link); returns `path`. The server must be running."""
+        """Plug in, at a new terminal; returns `path`. The server must be running."""
         if self._wake_write < 0:
             raise RuntimeError("the server is not running")
         with self._lock:
             if self._line is None:
                 self._line = PtyLine(self._serial.emulator.baud)
-                self._serial.connect(self._line.host_baud, self._clock_ns())
-                if self._link is not None:
-                    self._unlink()
-                    self._link.symlink_to(self._line.path)
+                self._serial.connect(self._line.host_baud, time.monotonic_ns())
         self._wake()
         return self.path
 
@@ -167,21 +153,17 @@ class PtyServer(Generic[Emulator]):
         os.close(self._wake_write)
         self._wake_read = self._wake_write = -1
 
-    def _unlink(self) -> None:
-        if self._link is not None and self._link.is_symlink():
-            self._link.unlink()
-
     def _wake(self) -> None:
         os.write(self._wake_write, b"\0")
 
     def _serve(self) -> None:
         while not self._stopping:
             with self._lock:
-                for data in self._serial.step(self._clock_ns()):
+                for data in self._serial.step(time.monotonic_ns()):
                     if self._line is not None:
                         self._line.write(data)
                 fds = [self._wake_read] if self._line is None else [self._wake_read, self._line.master]
-                timeout_s = max(0, self._serial.next_event_ns() - self._clock_ns() - _WAKES_LATE_NS) / _NS
+                timeout_s = max(0, self._serial.next_event_ns() - time.monotonic_ns() - _WAKES_LATE_NS) / _NS
             try:
                 ready, _, _ = select.select(fds, [], [], timeout_s)
             except OSError:
@@ -190,4 +172,4 @@ class PtyServer(Generic[Emulator]):
                 os.read(self._wake_read, _READ_SIZE)
             with self._lock:
                 if self._line is not None and self._line.master in ready:
-                    self._serial.receive(self._line.read(_READ_SIZE), self._clock_ns())
+                    self._serial.receive(self._line.read(_READ_SIZE), time.monotonic_ns())

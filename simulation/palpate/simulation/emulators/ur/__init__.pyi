@@ -6,5 +6,5 @@ from .controller import UrController as UrController
 from .server import UrNetwork as UrNetwork
 from .server import UrServer as UrServer
 from .session import RtdeSession as RtdeSession
-from .tool_force import DATA_SHEET as DATA_SHEET
+from .tool_force import PRECISION as PRECISION
 from .tool_force import ToolForce as ToolForce

@@ -78,22 +78,20 @@ class _Connection:
 class UrServer:
     """A thread that serves a controller and lets it live. A context manager: inside, it is there.
 
-    Args:
-        host: Address; empty takes the first of 127.0.0.1 to 127.0.0.60 whose ports are free.
-
     Attributes:
+        host: Address: the first of 127.0.0.1 to 127.0.0.60 whose ports are free.
         network: What becomes of bytes on their way.
     """
 
-    def __init__(self, controller: UrController, host: str = "") -> None:
-        self.host, self.network = host, UrNetwork()
+    def __init__(self, controller: UrController) -> None:
+        self.host, self.network = "", UrNetwork()
         self._controller, self._lock, self._end = controller, threading.Lock(), False
         self._listeners: dict[int, socket.socket] = {}
         self._lines: dict[int, list[_Connection]] = {}
         self._thread: threading.Thread | None = None
 
     def __enter__(self) -> Self:
-        candidates = [self.host] if self.host else [f"127.0.0.{i}" for i in range(1, _ADDRESSES + 1)]
+        candidates = [f"127.0.0.{i}" for i in range(1, _ADDRESSES + 1)]
         for host in candidates:
             with suppress(OSError):
                 self._listen(host)
