@@ -51,7 +51,7 @@ def test_a_folder_stands_for_the_logs_in_it(palpate: CommandLine, logs: list[Pat
     assert palpate.succeed("log", "info", logs[0].parents[1]) == palpate.succeed("log", "info", *logs)
     assert "3 trials as CSV" in palpate.succeed("log", "export", logs[0].parent, "--to", "csv", "--out", "csv")
     Path("none").mkdir()
-    assert "none: cannot be read (Is a directory)" in palpate.refusal("log", "info", "none")
+    assert "none: is no file; name a log" in palpate.refusal("log", "info", "none")
 
 
 def test_info_of_several_logs_is_a_table_and_json_holds_all(palpate: CommandLine, logs: list[Path]) -> None:

@@ -1,5 +1,6 @@
 """Help, versions, and refusals in one line that says what would be accepted; of train, run, compare and show."""
 
+import io
 import os
 import re
 import subprocess
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from palpate.adapters.cli.main import main
 from palpate.core import __version__
 from tests.command_line import CommandLine
 
@@ -137,12 +139,33 @@ COMMANDS = (
         ("run --policy a_file", "JSON"),
         ("train --out a_file/run", "name another folder"),
         (f"train --out {LONG}", "name another folder"),
+        ("train --out a_study", "a_study: already holds a run (manifest.json)"),
+        ("compare --policy deep.json", "JSON (maximum recursion depth"),
+        (f"prove --policy {LONG} --trials 400", "a readable file (File name too long)"),
+        (f"log export {LONG} --to csv --out x", "cannot be read (File name too long); name a log"),
+        ("log plot .", ".: is no file; name a log"),
+        ("log recover .", ".: is no file; name a log"),
+        ("log info a_pipe", "a_pipe: is no file; name a log"),
+        ("log info \x1b[31m", "\\x1b[31m: cannot be read"),
+        ("gap a_file --reference a_loop", "a_file: is empty"),
     ],
 )
 def test_refused_in_one_line(palpate: CommandLine, words: str, told: str) -> None:
     Path("broken.toml").write_text("a = [")
     Path("a_file").touch()
+    Path("deep.json").write_text("[" * 100_000)
+    Path("a_study").mkdir()
+    Path("a_study", "manifest.json").touch()
+    Path("a_loop").symlink_to("a_loop")
+    os.mkfifo("a_pipe")
     palpate.refuses(words, told)
+
+
+def test_names_that_are_no_text_are_printed_all_the_same(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    printed = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(printed, "ascii", write_through=True))
+    assert main(["log", "layout", "--to", "foxglove", "--out", "\udcff\u00fc.json"]) == 0
+    assert printed.getvalue() == b"layout for foxglove in \\udcff\\xfc.json\n"
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may go everywhere")

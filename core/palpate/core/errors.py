@@ -119,6 +119,12 @@ class FaultLatchedError(DeviceError):
         super().__init__(device, f"stopped by a fault ({cause}); acknowledge it before going on")
 
 
+def one_line(error: BaseException) -> str:
+    """What an error says, on one line; of signs that would steer a terminal, their codes."""
+    told = " ".join(str(error).split())
+    return "".join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in told)
+
+
 def _shown(value: object) -> str:
     text = repr(value)
     # Both ends: of a long path the end says most.

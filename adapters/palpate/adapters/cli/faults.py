@@ -10,7 +10,7 @@ from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import task_kind
 from palpate.adapters.experiments import ChosenPolicy
 from palpate.adapters.fault_injection.campaign import Choice, Class, FaultRun, as_csv, cases, run_cases, summary, table
-from palpate.core.ports import require_no_file, write_whole
+from palpate.core.ports import new_file, require_no_file
 
 
 def faults(options: FaultsOptions) -> int:
@@ -40,5 +40,6 @@ def faults(options: FaultsOptions) -> int:
         if runs:
             sys.stdout.write(table(runs, by_phase=options.by_phase) + "\n" + summary(runs))
             if out is not None:
-                write_whole(out, as_csv(runs), remedy="name another file with --out")
+                with new_file(out) as passing:
+                    passing.write_text(as_csv(runs), encoding="utf-8")
     return 1 if any(run.verdict in (Class.FAILED, Class.FALSE_SUCCESS) for run in runs) else 0

@@ -15,7 +15,7 @@ from palpate.adapters.cli.log_options import (
     PlotOptions,
     RecoverOptions,
 )
-from palpate.core.errors import ConfigurationError, LogError, UsageError, require_one_of
+from palpate.core.errors import ConfigurationError, LogError, UsageError, one_line, require_one_of
 
 
 def info(options: InfoOptions) -> int:
@@ -31,7 +31,7 @@ def info(options: InfoOptions) -> int:
             infos.append(info_of(read_log(name)))
         except LogError as error:
             # One bad log must not hide the others.
-            sys.stderr.write(f"palpate: {' '.join(str(error).split())}\n")
+            sys.stderr.write(f"palpate: {one_line(error)}\n")
     if options.json:
         shown = finite([dataclasses.asdict(info) for info in infos])
         sys.stdout.write(json.dumps(shown, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
@@ -47,8 +47,8 @@ def plot(options: PlotOptions) -> int:
     from palpate.adapters.log import read_log
     from palpate.core.ports import new_file, require_no_file
 
-    out = Path(options.out or Path(options.file).with_suffix(".png"))
     trial = read_log(options.file)
+    out = Path(options.out or Path(options.file).with_suffix(".png"))
     require_no_file(out)
     from palpate.adapters.log import timeline
 
@@ -125,7 +125,7 @@ def recover(options: RecoverOptions) -> int:
     from palpate.adapters.log import recover
 
     path = Path(options.file)
-    out = Path(options.out) if options.out else path.with_name(f"{path.stem}.recovered.mcap")
+    out = Path(options.out) if options.out else path.parent / f"{path.stem}.recovered.mcap"
     made = recover(path, out)
     if made is None:
         sys.stdout.write(f"{path} is sound: there is nothing to recover\n")
@@ -145,7 +145,8 @@ def _logs(names: Sequence[str], command: str) -> list[Path]:
     if not names:
         raise UsageError(f"palpate log {command} needs a log; name one or more .mcap files, or folders of them")
     # A folder without any is refused as any other name that leads to no log.
-    return [path for name in names for path in sorted(Path(name).rglob("*.mcap")) or [Path(name)]]
+    below = {name: sorted(Path(name).rglob("*.mcap")) for name in names if os.path.isdir(name)}
+    return [path for name in names for path in below.get(name) or [Path(name)]]
 
 
 def _require_different(paths: Sequence[Path]) -> None:

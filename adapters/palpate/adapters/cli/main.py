@@ -1,11 +1,12 @@
 """Entry point: picks the subcommand, turns errors into one line and an exit code."""
 
+import io
 import sys
 from collections.abc import Sequence
 from typing import Final
 
 from palpate.adapters.cli.commands import GROUPS, commands_of, help_of, loaded, options_of
-from palpate.core.errors import ConfigurationError, LogError, OutputError, PalpateError, UsageError
+from palpate.core.errors import ConfigurationError, LogError, OutputError, PalpateError, UsageError, one_line
 
 _LEFT_OUT: Final = ("torch",)
 """Packages that requirements/robot.txt leaves out, and that are imported where they are needed."""
@@ -17,6 +18,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         0: done; 1: the run failed; 2: something in the call, a file or a folder is wrong; 130: ended by Ctrl-C.
     """
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # A name need not be text, and what is printed need not be among the terminal's characters.
+        sys.stdout.reconfigure(errors="backslashreplace")
     words = list(sys.argv[1:] if arguments is None else arguments)
     if not words or words[0] in ("-h", "--help"):
         sys.stdout.write(help_of())
@@ -44,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _fail(error: PalpateError, code: int) -> int:
-    sys.stderr.write(f"palpate: {' '.join(str(error).split())}\n")
+    sys.stderr.write(f"palpate: {one_line(error)}\n")
     return code
 
 

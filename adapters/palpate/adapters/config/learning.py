@@ -1,6 +1,5 @@
 """Settings of learning in the insertion task."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Final, NamedTuple
@@ -19,6 +18,7 @@ from palpate.core.ports import (
     Settings,
     Temperature,
     TemperatureDecay,
+    json_in,
     require_floor,
 )
 
@@ -57,8 +57,7 @@ class LearnedWith(NamedTuple):
 def learner_in(path: str) -> LearnedWith:
     """What the policy of a policy file was learned with; nothing where it is no policy file."""
     try:
-        with open(path, encoding="utf-8") as file:
-            document = json.load(file)
+        document = json_in(path)
     except (OSError, ValueError):
         return LearnedWith("", {})
     if not isinstance(document, dict) or not str(document.get("schema")).startswith("palpate.policy/"):

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, entries, from_here, imported
 from palpate.adapters.experiments.build import build_perception, task_actions, task_reach
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, one_line
 from palpate.core.perception import Perception
 from palpate.core.policy import ForeignEntry, ForeignPolicy, Learner, PolicyContext, guarded
 
@@ -58,7 +58,7 @@ def foreign_policy(entry: ForeignEntry, config: RunConfig, perception: Perceptio
         with from_here():
             made = maker(context) if inspect.signature(maker).parameters else maker()
     except (Exception, SystemExit) as error:
-        said = " ".join(str(error).split())[:200]
+        said = one_line(error)[:200]
         accepted = f"code that makes a policy; it failed with {type(error).__name__}: {said}"
         raise ConfigurationError("policy", entry.code, accepted) from error
     now = replace(foreign_entry(entry.code), trials_learned=entry.trials_learned, state=entry.state)

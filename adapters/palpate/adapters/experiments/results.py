@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.config import RecordingConfig
-from palpate.adapters.experiments.manifest import RUN_FILES, Manifest
+from palpate.adapters.experiments.manifest import MANIFEST, RUN_FILES, Manifest
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.writer_lock import only_writer
 from palpate.adapters.log import LOG_FOLDER, Sink, TrialRecorder, csv_text
@@ -143,7 +143,7 @@ class RunFolder:
         # os.path.exists, unlike Path.exists, takes a name that is too long or not permitted for not there.
         if os.path.exists(self.path) and not os.path.isdir(self.path):
             raise OutputError(str(self.path), "is a file, not a folder", "name another folder with --out")
-        found = [name for name in (*RUN_FILES, LOG_FOLDER) if os.path.exists(self.path / name)]
+        found = [name for name in (*RUN_FILES, MANIFEST, LOG_FOLDER) if os.path.exists(self.path / name)]
         if found:
             remedy = "name another folder with --out"
             if os.path.exists(self.path / "checkpoint.json"):

@@ -1,5 +1,6 @@
 """The file around the messages: every byte of a sound one is covered by a checksum, and each checksum is checked."""
 
+import os
 import struct
 import zlib
 from collections.abc import Iterable, Iterator
@@ -36,6 +37,9 @@ class RawMessage(NamedTuple):
 
 def bytes_of(path: str | Path) -> bytes:
     """A log's file, whole."""
+    # A pipe or a device need not have an end.
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise LogError(str(path), "", "is no file", "name a log")
     try:
         return Path(path).read_bytes()
     except OSError as error:

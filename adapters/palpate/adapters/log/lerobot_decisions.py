@@ -15,7 +15,7 @@ import numpy.typing as npt
 from palpate.adapters.log.lerobot_files import Table, require_pyarrow
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.records import DecisionEntry
-from palpate.core.errors import LogError
+from palpate.core.errors import LogError, one_line
 
 PERSON: Final = "person"
 """Source of a decision that a person made, in a lesson; the last of its grounds is the state of the example."""
@@ -68,7 +68,7 @@ def import_examples(folder: Path) -> list[tuple[int, int, str, str]]:
         parts = [pq.read_table(path, columns=wanted) for path in sorted((folder / "data").rglob("*.parquet"))]
         table: dict[str, Any] = {name: pa.concat_tables(parts)[name].to_numpy() for name in wanted}
     except (OSError, KeyError, ValueError, TypeError, pa.ArrowException) as error:
-        problem = f"is no LeRobot dataset with decisions ({' '.join(str(error).split())[:120]})"
+        problem = f"is no LeRobot dataset with decisions ({one_line(error)[:120]})"
         raise LogError(str(folder), "", problem, "export it anew: palpate log export --to lerobot") from error
     return [row for episode in np.unique(table["episode_index"]) for row in _of_episode(folder, table, episode)]
 

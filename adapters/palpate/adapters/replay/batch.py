@@ -17,7 +17,7 @@ from palpate.adapters.replay.engine import Replay, Verdict, replay
 from palpate.adapters.replay.handover import WhatIfRecording
 from palpate.adapters.replay.lesson import values_digest
 from palpate.adapters.replay.rebuild import Changes, Rebuilder
-from palpate.core.errors import LogError, OutputError, PalpateError
+from palpate.core.errors import LogError, OutputError, PalpateError, one_line
 from palpate.core.policy import PolicyDocument
 
 _MOST_PER_TASK = 16
@@ -54,9 +54,9 @@ def replay_file(
     try:
         return replay(read_log(path), rebuilder, in_mujoco=in_mujoco, recording=recording)
     except LogError as error:
-        return Replay(str(path), Verdict.REFUSED, problem=" ".join(str(error).split()))
+        return Replay(str(path), Verdict.REFUSED, problem=one_line(error))
     except PalpateError as error:
-        return Replay(str(path), Verdict.REFUSED, problem=f"{path}: {' '.join(str(error).split())}")
+        return Replay(str(path), Verdict.REFUSED, problem=f"{path}: {one_line(error)}")
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ def _policy_problem(folder: Path, last: Replay) -> Iterator[str]:
     try:
         document = PolicyDocument.load(path)
     except PalpateError as error:
-        yield " ".join(str(error).split())
+        yield one_line(error)
         return
     if values_digest(document.values()) != last.lesson.after:
         yield f"{path}: does not hold the values that trial {last.lesson.trial} ended with"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -216,9 +217,9 @@ def _fitted(trials: Sequence[Driven], lag: float, gone_through: Callable[[], obj
 
 
 def _require_others(paths: Sequence[Path], before: Sequence[Path]) -> None:
-    known = {path.resolve() for path in paths}
+    known = {os.path.realpath(path) for path in paths}
     for path in before:
-        if path.resolve() in known:
+        if os.path.realpath(path) in known:
             raise ConfigurationError("reference", str(path), "other logs than those that are held against it")
 
 

@@ -23,8 +23,9 @@ from palpate.adapters.experiments import (
 )
 from palpate.adapters.log import LOG_FOLDER, TrialLog, csv_text
 from palpate.adapters.replay.rebuild import Rebuilt
-from palpate.core.errors import OutputError, PalpateError
+from palpate.core.errors import OutputError, PalpateError, one_line
 from palpate.core.policy import PolicyDocument, document_of
+from palpate.core.ports import json_in
 from palpate.core.trial import Outcome, TrialReport
 
 
@@ -127,7 +128,7 @@ class _FilesOfRun:
                 elif name in self._surely_left():
                     yield f"{path}: is missing, and the run left one"
             except (OSError, ValueError, KeyError, TypeError, PalpateError) as error:
-                yield f"{path}: cannot be read ({' '.join(str(error).split())})"
+                yield f"{path}: cannot be read ({one_line(error)})"
 
     def _surely_left(self) -> set[str]:
         if not self.whole or self.last is None:
@@ -169,7 +170,7 @@ class _FilesOfRun:
     def _faults_of_checkpoint(self, path: Path) -> Iterator[str]:
         if self.last is None:
             return
-        content: Any = json.loads(path.read_text(encoding="utf-8"))
+        content = json_in(path)
         content.pop("schema")
         # That of a run that was cut short may be behind its newest log, or ahead of what was written of it.
         ended = self.whole and self.last.checkpoint
@@ -186,7 +187,7 @@ class _FilesOfRun:
 
 
 def _faults_of_summary(path: Path) -> Iterator[str]:
-    figures = {**json.loads(path.read_text(encoding="utf-8"))}
+    figures = {**json_in(path)}
     settings = read_toml(path.with_name("run.toml"))
     if isinstance(settings["arm"], dict):
         settings["arm"] = settings["arm"]["name"]

@@ -12,7 +12,7 @@ from palpate.adapters.experiments import configured_perception, learning_policy,
 from palpate.adapters.log import config_of, json_in, made_with, read_log
 from palpate.adapters.replay.engine import Verdict, replay
 from palpate.adapters.replay.rebuild import Rebuilder
-from palpate.core.errors import ConfigurationError, LogError
+from palpate.core.errors import ConfigurationError, LogError, one_line
 from palpate.core.perception import perception_from_dict
 from palpate.core.policy import (
     BeliefEntry,
@@ -100,7 +100,7 @@ def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fou
             _require_same_tool(recorded, config_of(log), path)
             came_to = replay(log, rebuilder)
         except LogError as error:
-            left_out.append(" ".join(str(error).split()))
+            left_out.append(one_line(error))
         else:
             if came_to.verdict is Verdict.DIVERGED:
                 # What the core would do now was never felt.

@@ -11,7 +11,7 @@ from typing import Any, Final, Protocol
 from typing_extensions import override
 
 from palpate.adapters.hardware import MonotonicClock
-from palpate.core.errors import UsageError
+from palpate.core.errors import UsageError, one_line
 from palpate.core.ports import Clock
 
 DISPLAYS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
@@ -125,6 +125,6 @@ def require_display() -> None:
                 glfw.destroy_window(window)
                 glfw.default_window_hints()
         except (Warning, ImportError, AttributeError) as error:
-            raise UsageError(f"no window can be opened ({' '.join(str(error).split())}); {_INSTEAD}") from error
+            raise UsageError(f"no window can be opened ({one_line(error)}); {_INSTEAD}") from error
     if not window:
         raise UsageError(f"no window can be opened; {_INSTEAD}")

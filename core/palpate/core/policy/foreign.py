@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Final, Self, TypeVar
 import numpy as np
 from typing_extensions import override
 
-from palpate.core.errors import ConfigurationError, PolicyError
+from palpate.core.errors import ConfigurationError, PolicyError, one_line
 from palpate.core.policy.base import Action, Decision, Hindsight, Observation, Policy, Transition
 from palpate.core.policy.learner import Learner
 from palpate.core.policy.model_entry import Reach
@@ -154,7 +154,7 @@ class ForeignPolicy(Policy):
             return call()
         except (Exception, SystemExit) as error:
             # A stranger's code may fail in any way.
-            said = " ".join(str(error).split())[:200]
+            said = one_line(error)[:200]
             raise PolicyError(self._entry.code, f"{name} failed with {type(error).__name__}: {said}") from error
 
 

@@ -24,6 +24,20 @@ def load_json(path: str | Path, whole: str, read: Callable[[str], T]) -> T:
         raise ConfigurationError(f"{path}: {error.field}", error.value, error.accepted) from error
 
 
+def json_in(path: str | Path) -> Any:
+    """What is in a JSON file, of any form.
+
+    Raises:
+        OSError: It cannot be read.
+        ValueError: It is no JSON in UTF-8.
+    """
+    text = Path(path).read_text(encoding="utf-8")
+    try:
+        return json.loads(text)
+    except RecursionError as error:
+        raise ValueError("nested too deeply") from error
+
+
 def parse_json(text: str, whole: str, *schemas: str) -> dict[str, Any]:
     """The object in a text of strict JSON: no NaN, no infinity, no key twice.
 

@@ -196,13 +196,13 @@ def _seeds(value: Any) -> Sequence[int]:
 
 def _policies(names: Sequence[str]) -> tuple[str, ...]:
     for name in names:
-        if not _made_by_name(name) and not Path(name).is_file():
+        if not _made_by_name(name) and not os.path.isfile(name):
             raise ConfigurationError("study.policies", name, _POLICIES)
     return _once("study.policies", names)
 
 
 def _made_by_name(name: str) -> bool:
-    return name in (*LEARNERS, *COMPARATORS) or bool(not Path(name).is_file() and foreign_code(name))
+    return name in (*LEARNERS, *COMPARATORS) or bool(not os.path.isfile(name) and foreign_code(name))
 
 
 def _once(name: str, values: Sequence[Any]) -> tuple[Any, ...]:

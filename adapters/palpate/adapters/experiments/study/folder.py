@@ -20,6 +20,7 @@ from palpate.adapters.experiments.study.run_cell import UNFINISHED
 from palpate.adapters.experiments.writer_lock import LOCK, only_writer
 from palpate.adapters.log import csv_text, made_with
 from palpate.core.errors import ConfigurationError, OutputError
+from palpate.core.ports import json_in
 
 _IN_OTHER_COLUMNS: Final = ("scenario", "arm", "seed", "policy", "finished")
 """Entries of a summary that the cell's own columns, or the line itself, hold already."""
@@ -195,7 +196,7 @@ class StudyFolder:
 def _json(path: Path) -> Any:
     """What is in a JSON file; None if that is not whole."""
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        return json_in(path)
     except (OSError, ValueError):
         return None
 

@@ -26,7 +26,7 @@ from palpate.adapters.experiments.study.cell import CELL_FILE, StudyCell
 from palpate.adapters.experiments.study.fields import configured, with_learner
 from palpate.adapters.experiments.training import Trainer, run_toml, write_training
 from palpate.adapters.log import LOG_FOLDER, TrialRecorder
-from palpate.core.errors import ConfigurationError, OutputError, PalpateError
+from palpate.core.errors import ConfigurationError, OutputError, PalpateError, one_line
 from palpate.core.ports import Rig, put_folder_in_place
 from palpate.core.trial import ReadyPose
 
@@ -92,7 +92,7 @@ def make_cell(job: CellJob) -> CellReport:
         if outcome is CellOutcome.FINISHED:
             put_in_place(passing, cells / name)
     except PalpateError as error:
-        problem = " ".join(str(error).split())
+        problem = one_line(error)
     except OSError as error:
         problem = f"{error.filename}: {error.strerror}"
     finally:

@@ -12,7 +12,7 @@ from typing import Any, Final
 from palpate.adapters.experiments.study import CELL_FILE, FORMAT, UNFINISHED, Study
 from palpate.adapters.visualisation.report.files import is_there, read_json
 from palpate.adapters.visualisation.report.run_source import RunSource
-from palpate.core.errors import ConfigurationError, OutputError
+from palpate.core.errors import ConfigurationError, OutputError, one_line
 
 _NUMBERED: Final = re.compile(r"(\.[0-9a-f]+)?\.unfinished$")
 """A cell in the making has a folder of another name, and another one for every attempt."""
@@ -120,7 +120,7 @@ def _asked(path: Path) -> tuple[int, str]:
         return Study.read(path).count, ""
     except ConfigurationError as error:
         # What is finished can be reported all the same.
-        return 0, " ".join(str(error).split())
+        return 0, one_line(error)
 
 
 def _cell(folder: Path) -> ReportedCell:
