@@ -1,5 +1,6 @@
 """Help, versions, and refusals in one line that says what would be accepted; of train, run, compare and show."""
 
+import errno
 import io
 import os
 import re
@@ -139,6 +140,7 @@ COMMANDS = (
         ("run --policy a_file", "JSON"),
         ("train --out a_file/run", "name another folder"),
         (f"train --out {LONG}", "name another folder"),
+        ("train --out \udcff", "\\udcff is no text in UTF-8; give it another name"),
         ("train --out a_study", "a_study: already holds a run (manifest.json)"),
         ("compare --policy deep.json", "JSON (maximum recursion depth"),
         (f"prove --policy {LONG} --trials 400", "a readable file (File name too long)"),
@@ -161,11 +163,38 @@ def test_refused_in_one_line(palpate: CommandLine, words: str, told: str) -> Non
     palpate.refuses(words, told)
 
 
-def test_names_that_are_no_text_are_printed_all_the_same(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+class FullDisk(io.StringIO):
+    """An output that takes nothing."""
+
+    def flush(self) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_an_output_that_is_closed_full_or_of_few_characters(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ("log", "layout", "--to", "foxglove", "--out")
     printed = io.BytesIO()
-    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(printed, "ascii", write_through=True))
-    assert main(["log", "layout", "--to", "foxglove", "--out", "\udcff\u00fc.json"]) == 0
-    assert printed.getvalue() == b"layout for foxglove in \\udcff\\xfc.json\n"
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(printed, "ascii"))
+    assert main([*words, "\u00fc.json"]) == 0
+    assert printed.getvalue() == b"layout for foxglove in \\xfc.json\n"
+    monkeypatch.setattr(sys, "stdout", None)
+    assert main([*words, "closed.json"]) == 0
+    sys.stdout.close()
+    monkeypatch.setattr(sys, "stdout", FullDisk())
+    assert main([*words, "full.json"]) == 1
+    sys.stdout.close()
+    assert capsys.readouterr().err == "palpate: No space left on device; what was finished before is kept\n"
+
+
+def test_a_working_folder_that_is_gone(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("gone").mkdir()
+    monkeypatch.chdir("gone")
+    Path("../gone").rmdir()
+    assert main(["train"]) == 2
+    assert "the working folder cannot be used (No such file or directory)" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may go everywhere")

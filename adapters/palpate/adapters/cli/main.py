@@ -1,8 +1,10 @@
 """Entry point: picks the subcommand, turns errors into one line and an exit code."""
 
 import io
+import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from typing import Final
 
 from palpate.adapters.cli.commands import GROUPS, commands_of, help_of, loaded, options_of
@@ -18,9 +20,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         0: done; 1: the run failed; 2: something in the call, a file or a folder is wrong; 130: ended by Ctrl-C.
     """
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        # A name need not be text, and what is printed need not be among the terminal's characters.
-        sys.stdout.reconfigure(errors="backslashreplace")
+    _open_streams()
     words = list(sys.argv[1:] if arguments is None else arguments)
     if not words or words[0] in ("-h", "--help"):
         sys.stdout.write(help_of())
@@ -28,7 +28,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if words[0] == "--version":
         words[0] = "version"
     try:
-        return _run(words[0], words[1:])
+        _require_text((*words, _working_folder()))
+        code = _run(words[0], words[1:])
+        sys.stdout.flush()
+        return code
     except (ConfigurationError, UsageError, OutputError, LogError) as error:
         return _fail(error, 2)
     except PalpateError as error:
@@ -45,11 +48,42 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The reader of our output went away (as `| head` does): nothing to say and nobody to say it to.
         sys.stderr.close()
         return 1
+    except OSError as error:
+        # Such as a full disk behind the output.
+        sys.stdout = open(os.devnull, "w")
+        told = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+        return _fail(PalpateError(f"{told}; what was finished before is kept"), 1)
 
 
 def _fail(error: PalpateError, code: int) -> int:
-    sys.stderr.write(f"palpate: {one_line(error)}\n")
+    with suppress(OSError):
+        sys.stderr.write(f"palpate: {one_line(error)}\n")
     return code
+
+
+def _open_streams() -> None:
+    """Make sure that something takes what is printed, whatever the terminal's characters, and that no file does."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            # The shell closed it: the next file that is opened would get its number.
+            setattr(sys, name, open(os.devnull, "w"))
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _working_folder() -> str:
+    try:
+        return os.getcwd()
+    except OSError as error:
+        raise UsageError(f"the working folder cannot be used ({error.strerror}); change to another") from error
+
+
+def _require_text(words: Iterable[str]) -> None:
+    """Refuse names that no file of ours could hold: all of them are UTF-8."""
+    for word in words:
+        if any("\ud800" <= sign <= "\udfff" for sign in word):
+            raise UsageError(f"{word} is no text in UTF-8; give it another name")
 
 
 def _run(name: str, words: Sequence[str]) -> int:

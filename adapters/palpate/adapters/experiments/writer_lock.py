@@ -29,7 +29,7 @@ def only_writer(folder: Path) -> Iterator[str]:
             remedy = f"if that process runs no more, take away {path}; else name another folder with --out"
             raise OutputError(str(folder), f"was left by {before}, which cannot be asked from here", remedy)
         os.ftruncate(descriptor, 0)
-        os.pwrite(descriptor, _ourselves().encode(errors="surrogateescape"), 0)
+        os.pwrite(descriptor, _ourselves().encode(), 0)
         try:
             yield before
         finally:

@@ -37,8 +37,8 @@ def test_a_sound_log_reads_as_it_was_recorded(tmp_path: Path) -> None:
 
 
 def test_a_file_that_is_not_there_or_no_file(tmp_path: Path) -> None:
-    for path in (tmp_path / "none.mcap", tmp_path):
-        with pytest.raises(LogError, match="cannot be read"):
+    for path, told in ((tmp_path / "none.mcap", "cannot be read"), (tmp_path, "is no file")):
+        with pytest.raises(LogError, match=told):
             read_log(path)
 
 

@@ -59,7 +59,7 @@ def _flat(figures: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], Any]]:
             continue
         if isinstance(value, Mapping):
             yield from (((name, inner), figure) for inner, figure in value.items())
-        elif isinstance(value, list):
+        elif isinstance(value, list) and len(value) == 2:
             low, high = value
             yield from (((f"{name}_low",), low), ((f"{name}_high",), high))
         else:
@@ -184,7 +184,8 @@ class StudyFolder:
         The manifest then lists it, with what was asked and each of these cells' own manifest.
         """
         finished = self.finished(cells)
-        rows = [(cell, _json(self.cells / cell.name / "summary.json")) for cell in cells if cell.name in finished]
+        done = [cell for cell in cells if cell.name in finished]
+        rows = [(cell, _json(self.cells / cell.name / "summary.json") or {}) for cell in done]
         RunFolder(self.path).write(_TABLE, table_of(study, rows))
         own = (f"{CELLS}/{cell.name}/{MANIFEST}" for cell, _ in rows)
         # A cell from before manifests has none.
@@ -193,12 +194,13 @@ class StudyFolder:
         return len(rows)
 
 
-def _json(path: Path) -> Any:
-    """What is in a JSON file; None if that is not whole."""
+def _json(path: Path) -> dict[str, Any] | None:
+    """The object in a JSON file; None if that is not whole."""
     try:
-        return json_in(path)
+        found = json_in(path)
     except (OSError, ValueError):
         return None
+    return found if isinstance(found, dict) else None
 
 
 def _require_equal(what: str, held: Mapping[str, str], own: Mapping[str, str], path: Path) -> None:

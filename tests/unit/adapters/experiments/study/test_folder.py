@@ -80,11 +80,12 @@ def test_a_folder_with_something_else_or_a_damaged_study_is_refused(held: Held, 
         folder.require_fits(study, cells, {})
 
 
-def test_what_is_not_whole_is_taken_away_and_told(held: Held) -> None:
+@pytest.mark.parametrize("left", ['{"success":', "[[1.0]]", "[" * 100_000])
+def test_what_is_not_whole_is_taken_away_and_told(held: Held, left: str) -> None:
     folder, _, cells = held
     without_cell, torn, begun, also_begun = cells[1].name, cells[2].name, cells[3].name, cells[0].name
     (put(folder, cells[1]) / "cell.json").unlink()
-    (put(folder, cells[2]) / "summary.json").write_text('{"success":')
+    (put(folder, cells[2]) / "summary.json").write_text(left)
     for name in (f"{begun}.0a.unfinished", f"{begun}.0b.unfinished", f"{also_begun}.0c.unfinished"):
         (folder.cells / name).mkdir()
     finished = folder.finished(cells)
