@@ -126,7 +126,7 @@ def test_a_batch_goes_on_past_bad_logs_and_sums_up(
     assert "1 of 5 equal in every bit, 4 NOT REPLAYABLE" in done.stdout
     for name, reason in {
         "truncated": "recover",
-        "folder": "cannot be read",
+        "folder": "is no file",
         "headless": "the first 5 ticks are missing",
         "gap": "ticks 50 to 52 are missing",
     }.items():

@@ -215,7 +215,8 @@ def _finite(value: Any) -> float:
 
 
 def _plain_json(value: Any) -> dict[str, Any]:
-    plain = json.loads(json.dumps(value, allow_nan=False))
+    # As bytes, because logs and policy files hold UTF-8.
+    plain = json.loads(json.dumps(value, allow_nan=False, ensure_ascii=False).encode())
     if not isinstance(plain, dict):
         raise TypeError(f"{_shown(value)} is no dict")
     return plain

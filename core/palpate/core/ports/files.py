@@ -45,11 +45,17 @@ def _require_free(path: Path, flag: str) -> None:
 
 
 def require_free_folder(path: Path) -> None:
-    """Make sure that a folder can be made there, or is there and empty.
+    """Make sure that a folder can be made there, or is there and empty: before work that takes long.
 
     Raises:
-        OutputError: A file, or a folder that holds something, is there already.
+        OutputError: A file, or a folder that holds something, is there already, or nothing can be written there.
     """
+    _require_empty(path)
+    with _passing_folder(path):
+        """It can be made."""
+
+
+def _require_empty(path: Path) -> None:
     if not os.path.lexists(path):
         return
     try:
@@ -136,28 +142,32 @@ def new_folder(path: Path) -> Iterator[Path]:
     Raises:
         OutputError: A file or a folder that holds something is there already, or it cannot be written there.
     """
-    require_free_folder(path)
+    _require_empty(path)
+    with _passing_folder(path) as passing:
+        yield passing
+        _require_empty(path)
+        put_folder_in_place(passing, path)
+
+
+@contextmanager
+def _passing_folder(path: Path) -> Iterator[Path]:
+    """An empty folder beside ``path``; it goes at the end, and those above it that were missing and are empty."""
     passing = _passing_name(path)
     made: list[Path] = []
-    complete = False
     try:
         for parent in reversed([p for p in path.absolute().parents if not os.path.lexists(p)]):
             parent.mkdir()
             made.append(parent)
         passing.mkdir()
         yield passing
-        require_free_folder(path)
-        put_folder_in_place(passing, path)
-        complete = True
     except OSError as error:
         raise _unwritable(path, error, "folder with --out") from error
     finally:
         _remove(passing)
-        if not complete:
-            for parent in reversed(made):
-                # Not if somebody else has put something there meanwhile.
-                with suppress(OSError):
-                    parent.rmdir()
+        for parent in reversed(made):
+            # Not if something has been put there meanwhile.
+            with suppress(OSError):
+                parent.rmdir()
 
 
 def _sync(path: Path) -> None:

@@ -151,7 +151,7 @@ def test_a_learner_keeps_its_state_in_a_policy_file_and_a_frozen_one_is_not_taug
         guarded(Strange(), read.foreign, CONTEXT, frozen=True)
 
 
-@pytest.mark.parametrize("state", [{"asked": nan}, {"asked": object()}, [1, 2], sys])
+@pytest.mark.parametrize("state", [{"asked": nan}, {"asked": object()}, {"asked": "\udcff"}, [1, 2], sys])
 def test_a_state_that_no_file_can_hold(state: Any) -> None:
     made = StrangeLearner()
     made.get_state = lambda: state  # type: ignore[method-assign]

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from palpate.core.errors import LogError, OutputError
-from palpate.core.ports import new_file, new_folder, put_folder_in_place, write_whole
+from palpate.core.ports import new_file, new_folder, put_folder_in_place, require_free_folder, write_whole
 
 
 @pytest.mark.parametrize("durable", [True, False])
@@ -140,6 +140,15 @@ def test_a_folder_that_holds_something_is_refused(tmp_path: Path) -> None:
         pass
     assert (tmp_path / "a").read_text() == "mine"
     assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_whether_a_folder_can_be_made_is_known_beforehand(tmp_path: Path) -> None:
+    for place in (tmp_path, tmp_path / "new", tmp_path / "above" / "new"):
+        require_free_folder(place)
+    for place in (tmp_path / ("x" * 300), Path("/proc/new")):
+        with pytest.raises(OutputError, match="cannot be written"):
+            require_free_folder(place)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_names_that_no_file_system_takes(tmp_path: Path) -> None:

@@ -71,8 +71,10 @@ class InsertionTask(TouchTask):
 
     @override
     def begin(self, setup: TrialSetup) -> None:
-        self._agent.begin(setup.index, generator(setup.seed, Purpose.POLICY, setup.index))
+        # A policy may fail here: the trial has a report then.
         super().begin(setup)
+        self._agent.begin(setup.index, generator(setup.seed, Purpose.POLICY, setup.index))
+        self._state.agent_begun()
         self._explore.begin(setup.start_m)
 
     @override

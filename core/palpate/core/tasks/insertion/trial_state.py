@@ -28,13 +28,16 @@ class InsertionState(TrialState):
 
     @override
     def begin(self, setup: TrialSetup) -> None:
-        """A trial begins; the agent has begun it."""
+        """A trial begins."""
         super().begin(setup)
-        # The list is the living one: an observer sees a decision as it is made.
-        self.report.temperature, self.report.decisions = self._agent.temperature, self._agent.decisions
         self.explore_start = 0
         self.hole_tick: int | None = None
         self.surface_m = self.slack_m = self.edge_m = 0.0
+
+    def agent_begun(self) -> None:
+        """The agent has begun the trial, too."""
+        # The list is the living one: an observer sees a decision as it is made.
+        self.report.temperature, self.report.decisions = self._agent.temperature, self._agent.decisions
 
     @property
     def exploration_s(self) -> float:

@@ -6,6 +6,7 @@ from math import hypot
 import numpy as np
 import pytest
 
+from palpate.core.errors import PolicyError
 from palpate.core.ports import PERIOD_S, WrenchSample
 from palpate.core.trial import Outcome, Phase, Purpose, TaskConfig, TrialSetup, generator
 from tests.unit.core.fake_world import (
@@ -115,6 +116,17 @@ def test_the_policy_draws_from_the_stream_of_its_trial() -> None:
 
     build_task(Drawing()).begin(TrialSetup(17, 99, START))
     assert begun == [(17, generator(99, Purpose.POLICY, 17).random())]
+
+
+def test_a_policy_that_fails_at_the_beginning_leaves_a_report_of_the_trial() -> None:
+    class Failing(FollowTorque):
+        def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+            raise PolicyError("strange:Failing", "it failed")
+
+    task, setup = build_task(Failing()), TrialSetup(17, 99, START)
+    with pytest.raises(PolicyError):
+        task.begin(setup)
+    assert task.report.setup is setup
 
 
 @pytest.mark.parametrize("height_m", [-1.5e-3, -0.5e-3, 0.5e-3, 1.5e-3])
