@@ -41,18 +41,8 @@ class Checkpoint:
 
     def save(self, folder: RunFolder) -> None:
         """Write it into the folder, whole."""
-        folder.write_json(
-            "checkpoint.json",
-            {
-                "schema": CHECKPOINT_SCHEMA,
-                "next_trial": self.next_trial,
-                "learner": self.learner,
-                "perception": self.perception,
-                "clock_ticks": self.clock_ticks,
-            },
-            # After every trial: waiting for the disk would take a twentieth of a simulated one.
-            durable=False,
-        )
+        # After every trial: waiting for the disk would take a twentieth of a simulated one.
+        folder.write_json("checkpoint.json", {"schema": CHECKPOINT_SCHEMA, **vars(self)}, durable=False)
 
     @classmethod
     def load(cls, folder: RunFolder) -> Checkpoint:

@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from palpate.adapters.fault_injection.plan import FaultPlan
 from palpate.adapters.fault_injection.sample_faults import changed
-from palpate.adapters.fault_injection.schedule import FaultAccount, FaultDelivery, FaultMoment, Notify, Schedule, Ticker
+from palpate.adapters.fault_injection.schedule import FaultMoment, Notify, Schedule, Ticker, schedules
 from palpate.core.errors import DeviceError, PalpateError
 from palpate.core.ports import (
     AppliedCommand,
@@ -91,17 +91,11 @@ class FaultyArm(DeviceDecorator, ArmCommand):
     def __init__(self, arm: ArmCommand, clock: Clock, plans: Sequence[FaultPlan], notify: Notify | None = None) -> None:
         super().__init__(arm)
         self._arm, self._ticker = arm, Ticker(clock)
-        self._account = FaultAccount(notify)
         self._stages: list[tuple[Schedule, CommandFault]] = [
-            (schedule, CommandFault(schedule.plan)) for schedule in self._account.schedules("arm", plans)
+            (schedule, CommandFault(schedule.plan)) for schedule in schedules("arm", plans, notify)
         ]
         self._held: JointVector | None = None
         self._stopped = False
-
-    @property
-    def deliveries(self) -> list[FaultDelivery]:
-        """What was delivered so far."""
-        return self._account.deliveries
 
     @override
     def activate(self) -> None:

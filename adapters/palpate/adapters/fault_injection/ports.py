@@ -8,7 +8,7 @@ from typing_extensions import override
 from palpate.adapters.fault_injection.arm import FaultyArm
 from palpate.adapters.fault_injection.plan import PORTS, FaultPlan
 from palpate.adapters.fault_injection.sample_faults import SAMPLE_FAULTS, SampleFault, aged
-from palpate.adapters.fault_injection.schedule import FaultAccount, FaultDelivery, FaultMoment, Notify, Schedule, Ticker
+from palpate.adapters.fault_injection.schedule import FaultMoment, Notify, Schedule, Ticker, schedules
 from palpate.core.errors import DeviceError
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
@@ -33,11 +33,10 @@ class _Line(Generic[SampleT]):
     def __init__(
         self, port: str, clock: Clock, plans: Sequence[FaultPlan], notify: Notify | None, max_age_ns: int
     ) -> None:
-        self.account = FaultAccount(notify)
         self._ticker, self._max_age_ns = Ticker(clock), max_age_ns
         self._stages: list[tuple[Schedule, SampleFault[SampleT]]] = [
             (schedule, SAMPLE_FAULTS[schedule.plan.kind](schedule.plan, schedule.rng))
-            for schedule in self.account.schedules(port, plans)
+            for schedule in schedules(port, plans, notify)
         ]
         self._tick: int | None = None
         self._outcome: SampleT | DeviceError | None = None
@@ -102,11 +101,6 @@ class _FaultySensor(DeviceDecorator, Generic[SampleT]):
         """What is read instead of the device's own sample."""
         return self._line.past(self._read())
 
-    @property
-    def deliveries(self) -> list[FaultDelivery]:
-        """What was delivered so far."""
-        return self._line.account.deliveries
-
 
 class FaultyForceSensor(_FaultySensor[WrenchSample], ForceSensor):
     """A force sensor with faults."""
@@ -157,17 +151,11 @@ class FaultyClock(Clock):
     """
 
     def __init__(self, clock: Clock, plans: Sequence[FaultPlan], notify: Notify | None = None) -> None:
-        self._clock, self._account = clock, FaultAccount(notify)
-        self._schedules = self._account.schedules("clock", plans)
+        self._clock, self._schedules = clock, schedules("clock", plans, notify)
         self._tick = -1
         self._offset_ns = 0
         self._floor_ns: int | None = None
         self._jumped: set[int] = set()
-
-    @property
-    def deliveries(self) -> list[FaultDelivery]:
-        """What was delivered so far."""
-        return self._account.deliveries
 
     @override
     def now_ns(self) -> int:

@@ -62,7 +62,7 @@ class Ticker:
 class Schedule:
     """Whether a fault strikes in each tick, and reports of what was delivered."""
 
-    def __init__(self, plan: FaultPlan, notify: Notify) -> None:
+    def __init__(self, plan: FaultPlan, notify: Notify | None) -> None:
         self.plan, self._notify = plan, notify
         # Without the name, losses on two ports with the default seed would always fall on the same ticks.
         name = zlib.crc32(f"{plan.port}.{plan.kind}".encode())
@@ -90,7 +90,8 @@ class Schedule:
 
     def report(self, moment: FaultMoment, text: str) -> None:
         """Report something that is worth an entry of its own."""
-        self._notify(FaultDelivery(moment.tick, moment.time_ns, self.plan.kind, self.plan.port, text))
+        if self._notify is not None:
+            self._notify(FaultDelivery(moment.tick, moment.time_ns, self.plan.kind, self.plan.port, text))
 
     def _lasts(self, tick: int) -> bool:
         duration = self.plan.duration_ticks
@@ -100,22 +101,16 @@ class Schedule:
         return self.plan.probability >= 1.0 or self.rng.random() < self.plan.probability
 
 
-class FaultAccount:
-    """Keeps what was delivered at one port, and passes it on."""
+def schedules(port: str, plans: Sequence[FaultPlan], notify: Notify | None) -> list[Schedule]:
+    """One schedule for each plan of a port's faults.
 
-    def __init__(self, notify: Notify | None) -> None:
-        self.deliveries: list[FaultDelivery] = []
-        self._notify = notify
+    Args:
+        notify: Called with each delivery.
 
-    def note(self, delivery: FaultDelivery) -> None:
-        """A fault was delivered."""
-        self.deliveries.append(delivery)
-        if self._notify is not None:
-            self._notify(delivery)
-
-    def schedules(self, port: str, plans: Sequence[FaultPlan]) -> list[Schedule]:
-        """One schedule for each plan."""
-        for plan in plans:
-            if plan.port != port:
-                raise ConfigurationError("faults.port", plan.port, f"{port}, which is what is decorated")
-        return [Schedule(plan, self.note) for plan in plans]
+    Raises:
+        ConfigurationError: A plan is for another port.
+    """
+    for plan in plans:
+        if plan.port != port:
+            raise ConfigurationError("faults.port", plan.port, f"{port}, which is what is decorated")
+    return [Schedule(plan, notify) for plan in plans]

@@ -66,7 +66,6 @@ def test_overruns_by_chance_are_reported_each_time() -> None:
         late.append(clock.now_ns() != 10 * tick * MS)
     assert [d.tick for d in delivered] == [tick for tick, is_late in enumerate(late) if is_late]
     assert 5 < len(delivered) < 40
-    assert clock.deliveries == delivered
 
 
 def test_all_four_ports_at_once() -> None:
