@@ -102,17 +102,6 @@ class Strings:
                     raise ConfigurationError(f"strings[{place}]", name, accepted)
         return cls(names, tuple(tuple(number[name] for name in word) for word in listed), tuple(labels))
 
-    def positive(self) -> Strings:
-        """The accepted strings without labels, except the empty one; itself if there are no labels.
-
-        Raises:
-            ConfigurationError: None of them is accepted.
-        """
-        if not self.labels:
-            return self
-        kept = tuple(word for word, label in zip(self.words, self.labels, strict=True) if label and word)
-        return Strings(self.alphabet, kept)
-
     def split(self, share: float, seed: int) -> tuple[Strings, Strings]:
         """Part them at random, for training and for holding out; each keeps the order.
 

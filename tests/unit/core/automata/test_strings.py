@@ -6,15 +6,7 @@ from palpate.core.automata.strings import Strings
 from palpate.core.errors import ConfigurationError
 
 
-def test_positive_strings_are_positive_already() -> None:
-    strings = Strings.of(["AB", "BA"])
-    assert strings.positive() is strings
-
-
-def test_the_empty_string_is_no_positive_one() -> None:
-    strings = Strings.of(["", "01"], [True, False])
-    with pytest.raises(ConfigurationError, match="at least one string"):
-        strings.positive()
+def test_the_empty_string_needs_a_label() -> None:
     with pytest.raises(ConfigurationError, match=r"strings\[1\].*at least one symbol"):
         Strings.of(["AB", ""])
 

@@ -19,7 +19,6 @@ from palpate.core.policy.base import (
     check_names,
     drawing_from,
 )
-from palpate.core.policy.belief import Floats
 from palpate.core.policy.memory.automaton_model import fit_automata, units_of_each
 from palpate.core.policy.memory.belief import HiddenWorld, StateBelief
 from palpate.core.policy.memory.clone_fit import fit_clones
@@ -142,11 +141,6 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
     def trials(self) -> tuple[RecordedTrial, ...]:
         """What was read and done in every trial that it learned from."""
         return tuple(self._trials)
-
-    @property
-    def beliefs(self) -> tuple[Floats, ...]:
-        """Probability of each hidden state now, (states,), by each model; none while there is no model."""
-        return tuple(belief.probabilities for belief in self._beliefs)
 
     def as_frozen(self) -> Self:
         """A learner that acts by the models as they are, and changes nothing."""

@@ -73,7 +73,7 @@ def test_what_is_read_where_another_part_of_the_policy_acts_counts_too() -> None
     for action, symbol in zip(walk.actions, walk.symbols[1:], strict=False):
         belief.update(action, symbol)
     assert "B" in [AMBIGUOUS.symbols[symbol] for symbol in walk.symbols]
-    assert model.beliefs[0].tolist() == belief.probabilities.tolist()
+    assert model._beliefs[0].probabilities.tolist() == belief.probabilities.tolist()
 
 
 def test_the_same_trials_are_not_fitted_again() -> None:
