@@ -46,6 +46,15 @@ def test_the_block_fits_into_a_picture_of_any_size(size: tuple[int, int]) -> Non
     assert not pixels[:, -1].any()
 
 
+def test_letters_are_dark_on_a_ground_that_is_light_all_round_them() -> None:
+    picture = Image.new("RGB", (200, 60), (40, 40, 40))
+    captions.write_line(picture, (20, 20), "force", 20)
+    pixels = np.array(picture.convert("L"))
+    assert pixels[0, 0] == 40
+    assert pixels[17:22, 17].max() > 180
+    assert pixels[20:44, 20:80].min() < 60
+
+
 def test_a_title_that_would_be_too_long_gets_smaller() -> None:
     picture = Image.new("RGB", (300, 40), (255, 255, 255))
     captions.write_title(picture, "x" * 40, 40)
