@@ -45,6 +45,8 @@ _EDGE_SHARE: Final = 0.6
 """Of the pressing force, across the tool: friction gives less."""
 _GONE_SHARE: Final = 0.3
 """Of the push at most so much is left away from the wall."""
+_FOLLOWED_SHARE: Final = 0.5
+"""Of what the gripper's spring gives over a way off a wall, at least so much less pushes then."""
 _BORNE_SHARE: Final = 0.25
 _BORNE_TICKS: Final = CONTROL_RATE_HZ
 """From half of the pressing force to all of it; without a fault it takes 7 to 27. A force that stays between, as one
@@ -237,11 +239,11 @@ class Probe:
 
     def wall_again(self, heading: Place, widest_m: float) -> Generator[Vector3, None, WallTouch]:
         """The same, then off the wall and slowly on to it once more, so that the force is held against the way."""
-        yield from self.wall(heading, widest_m, felt=False)
+        pushed_N = hypot(*(yield from self.wall(heading, widest_m, felt=False)).force_N)
         back_m, most_N = self._back_m, _GONE_SHARE * self._push_N
         yield from self._away(heading, back_m)
         left_N = yield from self._left_N(most_N)
-        if left_N > most_N:
+        if most_N < left_N < pushed_N - _FOLLOWED_SHARE * back_m * self._lateral_N_per_m:
             # An arm that is far behind its commands goes on into the wall once the push is there.
             further_m = left_N / self._lateral_N_per_m + _OFF_WALL_M
             yield from self._away(heading, further_m)
