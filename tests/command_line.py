@@ -3,8 +3,8 @@
 Processes of their own are kept for: the installed script and its exit code, what starting up imports, a reader of the
 output that goes away, Ctrl-C and SIGKILL upon training and studies (tests/cli/test_processes.py, test_study.py), the
 wheel (tests/integration/test_wheel.py), the log writer (tests/unit/adapters/log/test_writer_client.py), pytest in
-another repository (test_pytest_plugin.py), an interpreter that has imported nothing yet (test_gymnasium.py), and
-emulated rigs.
+another repository (test_pytest_plugin.py), workers (tests/unit/adapters/experiments/test_workers.py), an interpreter
+that has imported nothing yet (test_gymnasium.py), and emulated rigs.
 """
 
 import io

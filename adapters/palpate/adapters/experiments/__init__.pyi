@@ -73,3 +73,4 @@ from .trial import run_scored_trial as run_scored_trial
 from .trial import score as score
 from .trial import trial_setup as trial_setup
 from .trial import truth_fields as truth_fields
+from .workers import in_processes as in_processes

@@ -9,9 +9,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
-from joblib import Parallel, delayed
-
 from palpate.adapters.config import RecordingConfig
+from palpate.adapters.experiments import in_processes
 from palpate.adapters.log import TrialRecorder, names_for, read_log
 from palpate.adapters.replay.engine import Replay, Verdict, replay
 from palpate.adapters.replay.handover import WhatIfRecording
@@ -82,7 +81,7 @@ def replay_files(paths: Sequence[Path], what_if: WhatIf, jobs: int) -> Iterator[
         rebuilder = Rebuilder(what_if.changes)
         yield from (_replay_part(part, what_if, rebuilder) for part in parts)
         return
-    yield from Parallel(n_jobs=jobs, return_as="generator")(delayed(_replay_part)(part, what_if) for part in parts)
+    yield from in_processes(_replay_part, ((part, what_if) for part in parts), jobs)
 
 
 def _replay_part(part: Sequence[tuple[Path, str]], what_if: WhatIf, rebuilder: Rebuilder | None = None) -> list[Replay]:

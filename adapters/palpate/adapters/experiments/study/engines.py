@@ -1,9 +1,6 @@
 """Where cells are made: in this process, or in several. What comes of them does not depend on it."""
 
 import os
-import signal
-import threading
-import time
 from abc import ABC, abstractmethod
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -16,11 +13,10 @@ from pebble import ProcessExpired, ProcessPool
 from typing_extensions import override
 
 from palpate.adapters.experiments.study.run_cell import CellJob, CellOutcome, CellReport, make_cell
+from palpate.adapters.experiments.workers import begin_worker, interrupts_wait
 
 MOST_DEATHS: Final = 3
 """A cell over which so many workers died is given up."""
-_WATCH_S: Final = 0.1
-ONE_THREAD: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMEXPR")}
 
 Make = Callable[[CellJob], CellReport]
 
@@ -60,11 +56,12 @@ class Processes(Engine):
         fresh, deaths = iter(jobs), Counter[str]()
         running: dict[Future[CellReport], CellJob] = {}
         # Spawned: a fork would take over the threads' locks of libraries that are loaded here.
-        pool = ProcessPool(self._count, initializer=_begin, initargs=[os.getpid()], context=get_context("spawn"))
+        pool = ProcessPool(self._count, initializer=begin_worker, initargs=[os.getpid()], context=get_context("spawn"))
         try:
             while True:
                 for job in islice(chain(_taken(again), fresh), self._count - len(running)):
-                    running[pool.schedule(self._make, args=[job])] = job
+                    with interrupts_wait():
+                        running[pool.schedule(self._make, args=[job])] = job
                 if not running:
                     return
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
@@ -95,19 +92,3 @@ def _report(future: Future[CellReport], job: CellJob) -> CellReport:
         return CellReport(job.cell.name, CellOutcome.DIED)
     # Somebody interrupted the worker itself: the same as if it had died.
     return CellReport(report.name, CellOutcome.DIED) if report.outcome is CellOutcome.INTERRUPTED else report
-
-
-def _begin(study: int) -> None:
-    """In a worker: Ctrl-C is the study's affair, which then ends its workers; and they do not outlive it."""
-    # For libraries that are loaded later; of those that are there, make_cell limits the threads.
-    os.environ.update(ONE_THREAD)
-    os.setpgrp()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with, args=(study,), daemon=True).start()
-
-
-def _end_with(parent: int) -> None:
-    # A worker whose parent was killed would wait for work for ever.
-    while os.getppid() == parent:
-        time.sleep(_WATCH_S)
-    os.kill(os.getpid(), signal.SIGKILL)

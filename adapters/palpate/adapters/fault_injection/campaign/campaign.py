@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from joblib import Parallel, delayed
 
 from palpate.adapters.config import RunConfig, task_kind
-from palpate.adapters.experiments import open_rig, ready_pose
+from palpate.adapters.experiments import in_processes, open_rig, ready_pose
 from palpate.adapters.fault_injection.campaign.liars import liars
 from palpate.adapters.fault_injection.campaign.runs import Bench, FaultRun
 from palpate.adapters.fault_injection.campaign.variants import Variant, variants
@@ -107,8 +106,7 @@ def run_cases(
     if rig_file or jobs == 1:
         yield from _on_one_rig(config, ready, list(by_seed.values()), policy, rig_file, supervised)
         return
-    tasks = (delayed(_one_seed)(config, ready, own, policy, supervised) for own in by_seed.values())
-    yield from Parallel(n_jobs=jobs, return_as="generator")(tasks)
+    yield from in_processes(_one_seed, ((config, ready, own, policy, supervised) for own in by_seed.values()), jobs)
 
 
 def _on_one_rig(
