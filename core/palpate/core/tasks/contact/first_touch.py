@@ -1,6 +1,7 @@
 """The stiffness with which the plate was first met, from the samples of the touch itself."""
 
 from collections import deque
+from collections.abc import Sequence
 from math import sqrt
 from typing import Final
 
@@ -12,6 +13,10 @@ _LEAST_SHARE: Final = 0.15
 _LEAST_WAY_SHARE: Final = 0.25
 """A touch that went less deep, as a share of the spring's way under the pressing force, determines no stiffness."""
 _FEWEST: Final = 8
+_STEPS_SHARE: Final = 0.06
+"""Of the way's square sum; with as much the force seems to follow the way by so much less than it does."""
+_ALIKE: Final = 4.0
+"""So many samples are off by the same step, more or less."""
 
 
 class FirstTouch:
@@ -46,30 +51,48 @@ class FirstTouch:
     @property
     def share(self) -> float | None:
         """Measured stiffness as a share of the gripper's; None where the samples do not determine it."""
-        if (pairs := self._determining()) is None:
+        if (touched := self._determining()) is None:
             return None
-        mean_z, square = _spread([depth for depth, _ in pairs])
-        return -sum((z - mean_z) * f for z, f in pairs) / square / self._stiffness
+        return self._share(touched)
 
-    def share_error(self, noise_N: float) -> float:
-        """Standard error of the share by a noise of the force; 0 where there is none."""
-        pairs = self._determining()
-        return 0.0 if pairs is None else noise_N / sqrt(_spread([depth for depth, _ in pairs])[1]) / self._stiffness
+    def steady_share(self, noise_N: float) -> tuple[float, float] | None:
+        """The same of a touch at a steady speed, and its standard error by a noise of the force.
 
-    def _determining(self) -> list[tuple[float, float]] | None:
-        """Depths and forces of the touch."""
-        pairs: list[tuple[float, float]] = []
+        Encoders that count in steps scatter the way, and a force that is held against it seems to follow less than it
+        does. Where they do so much, force and way are each held against the time, which is the instrument of
+        instrumental variables (Fuller, Measurement Error Models, 1987, section 1.4).
+        """
+        if (touched := self._determining()) is None:
+            return None
+        depths, forces, times = zip(*touched, strict=True)
+        square, time_square, way = _square(depths), _square(times), _product(times, depths)
+        steps = square - way * way / time_square
+        if steps <= _STEPS_SHARE * square:
+            return self._share(touched), noise_N / sqrt(square) / self._stiffness
+        if way <= 0.0:
+            return None
+        share = -_product(times, forces) / way / self._stiffness
+        step_N2 = _ALIKE * (share * self._stiffness) ** 2 * steps / (len(times) - 2)
+        return share, sqrt((noise_N * noise_N + step_N2) * time_square) / way / self._stiffness
+
+    def _share(self, touched: list[tuple[float, float, float]]) -> float:
+        depths, forces, _ = zip(*touched, strict=True)
+        return -_product(depths, forces) / _square(depths) / self._stiffness
+
+    def _determining(self) -> list[tuple[float, float, float]] | None:
+        """Depths, forces and times of the touch, m, N, s."""
+        touched: list[tuple[float, float, float]] = []
         for time_ns, force_N in self._forces:
             if force_N > -_LEAST_SHARE * self._press_N:
-                pairs.clear()
+                touched.clear()
             elif (depth_m := self._depth_at(time_ns)) is not None:
-                pairs.append((depth_m, force_N))
-        if len(pairs) < _FEWEST:
+                touched.append((depth_m, force_N, time_ns * 1e-9))
+        if len(touched) < _FEWEST:
             return None
-        depths = [depth for depth, _ in pairs]
+        depths = [depth for depth, _, _ in touched]
         if max(depths) - min(depths) < _LEAST_WAY_SHARE * self._press_N / self._stiffness:
             return None
-        return pairs
+        return touched
 
     def _depth_at(self, time_ns: int) -> float | None:
         before: tuple[int, float] | None = None
@@ -82,7 +105,13 @@ class FirstTouch:
         return None
 
 
-def _spread(depths_m: list[float]) -> tuple[float, float]:
-    """Mean, and the sum of the squares of what each is away from it."""
-    mean_m = sum(depths_m) / len(depths_m)
-    return mean_m, sum((depth_m - mean_m) ** 2 for depth_m in depths_m)
+def _square(values: Sequence[float]) -> float:
+    """Sum of the squares of what each is away from their mean."""
+    mean = sum(values) / len(values)
+    return sum((value - mean) ** 2 for value in values)
+
+
+def _product(values: Sequence[float], others: Sequence[float]) -> float:
+    """Sum of the products of what each is away from their mean, and the other."""
+    mean = sum(values) / len(values)
+    return sum((value - mean) * other for value, other in zip(values, others, strict=True))

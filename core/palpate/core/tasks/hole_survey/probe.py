@@ -3,7 +3,7 @@
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 from math import dist, hypot, inf, sqrt
-from statistics import fmean, stdev
+from statistics import fmean
 from typing import Final, Never
 
 from palpate.core.errors import ConfigurationError
@@ -36,6 +36,10 @@ _FEWEST: Final = 10
 """Samples of a slow touch that show a stiffness."""
 _DEVIATIONS: Final = 2.0
 """By so many of its own a stiffness may seem to be another: one in a hundred does in a noise of 0.3 N."""
+_LEAST_SHARE: Final = 0.15
+"""With less the force does not follow, however unsure that is."""
+_WELL: Final = 0.1
+"""A share with a larger standard error counts less, by the square."""
 _ARRIVED_M: Final = 2e-6
 _PRESSED_SHARE: Final = 0.9
 _REST_TICKS: Final = 7
@@ -70,11 +74,13 @@ class WallTouch:
         at_m: Its tip by the encoders, (x, y).
         force_N: Force of the wall on it, (x, y).
         share: Stiffness of this touch, as a share of the gripper's; 1 where it was not measured.
+        weight: Of the share: 1 where it was measured well.
     """
 
     at_m: Place
     force_N: Place
     share: float = 1.0
+    weight: float = 1.0
 
 
 class Probe:
@@ -149,6 +155,12 @@ class Probe:
         return -self._measured.filtered_force_z_N > 0.5 * self._press_N
 
     @property
+    def _sunk_m(self) -> float:
+        """What the gripper's spring gives under what bears the tool; nothing under less, which may be noise."""
+        borne_N = -self._measured.filtered_force_z_N
+        return borne_N / self._measured.axial_N_per_m if borne_N > _BORNE_SHARE * self._press_N else 0.0
+
+    @property
     def at_edge(self) -> bool:
         """Whether more pushes across the tool than friction gives: it has come to the hole's edge, from inside."""
         return self._aside_N > _EDGE_SHARE * self._press_N
@@ -187,7 +199,7 @@ class Probe:
         """Down until something bears the pressing force, and a lift that shows that the force follows the spring.
 
         Args:
-            deepest_m: The commanded tip goes no deeper.
+            deepest_m: The tip goes no deeper, as it is commanded and as far as nothing bears it.
             felt: Whether the way is long enough to do harm with a sensor that died on it.
 
         Returns:
@@ -197,7 +209,7 @@ class Probe:
         while True:
             borne_ticks = 0
             while -self._measured.filtered_force_z_N < _PRESSED_SHARE * self._press_N:
-                if self.reference_m[2] > deepest_m:
+                if self.reference_m[2] - self._sunk_m > deepest_m:
                     return None
                 # Borne, it goes on without a heave, or the lift would begin at any force; but not far.
                 if self.bears:
@@ -224,7 +236,7 @@ class Probe:
 
         Args:
             heading: Unit vector.
-            widest_m: So far from here there has to be a wall.
+            widest_m: So far from here there has to be a wall that pushes back.
         """
         begun = self.reference_m
         while self._aside_N < self._push_N:
@@ -238,8 +250,13 @@ class Probe:
         return (yield from self._rested())
 
     def wall_again(self, heading: Place, widest_m: float) -> Generator[Vector3, None, WallTouch]:
-        """The same, then off the wall and slowly on to it once more, so that the force is held against the way."""
-        pushed_N = hypot(*(yield from self.wall(heading, widest_m, felt=False)).force_N)
+        """The same, then off the wall and slowly on to it once more, so that the force is held against the way.
+
+        Args:
+            widest_m: So far from here the wall was met before, the gripper's bend not included.
+        """
+        reach_m = widest_m + self._push_N / self._lateral_N_per_m
+        pushed_N = hypot(*(yield from self.wall(heading, reach_m, felt=False)).force_N)
         back_m, most_N = self._back_m, _GONE_SHARE * self._push_N
         yield from self._away(heading, back_m)
         left_N = yield from self._left_N(most_N)
@@ -258,14 +275,20 @@ class Probe:
             touch.watch(self._state.snapshot, self._along_heading(self._measured.force_N, heading),
                         self._along_heading(self._measured.position_m, heading))  # fmt: skip
             yield heading[0] * _SLOW_M_S, heading[1] * _SLOW_M_S, 0.0
-        share, room = touch.share, _DEVIATIONS * touch.share_error(hypot(*self._state.noise[:2]) / sqrt(2.0))
-        if share is None or not LOWEST_SHARE - room <= share <= HIGHEST_SHARE + room:
-            shown = "no" if share is None else f"{share:.2f} of"
-            follows = f"the force follows the way with {shown} control.lateral_stiffness_N_per_mm"
-            yield from self.doubt(self._misfit(follows))
+        measured = touch.steady_share(hypot(*self._state.noise[:2]) / sqrt(2.0))
+        share, error = measured or (0.0, 0.0)
+        yield from self._known(share, error)
         found = yield from self._rested()
         self._state.report.actions += 1
-        return found if share is None else replace(found, share=share)
+        return replace(found, share=share, weight=min(1.0, (_WELL / error) ** 2) if error else 1.0)
+
+    def _known(self, share: float, error: float) -> Motion:
+        """Trips where a share of the gripper's stiffness is another one, but for its standard error."""
+        room = _DEVIATIONS * error
+        if not max(LOWEST_SHARE - room, _LEAST_SHARE) <= share <= HIGHEST_SHARE + room:
+            shown = f"{share:.2f} of" if share else "no"
+            follows = f"the force follows the way with {shown} control.lateral_stiffness_N_per_mm"
+            yield from self.doubt(self._misfit(follows))
 
     def _away(self, heading: Place, way_m: float) -> Motion:
         """Off a wall, and until servos and sensor have come after."""
@@ -284,17 +307,17 @@ class Probe:
 
         That holds the gripper, as it is and not as it was set, and how the wall itself gives.
         """
-        stiffness_N_per_m = self._lateral_N_per_m * fmean(touch.share for touch in touches)
+        stiffness_N_per_m = self._lateral_N_per_m * _share(touches)[0]
         return [
             (touch.at_m[0] + touch.force_N[0] / stiffness_N_per_m, touch.at_m[1] + touch.force_N[1] / stiffness_N_per_m)
             for touch in touches
         ]
 
-    def bend_sd_m(self, touches: Sequence[WallTouch]) -> float:
+    def bend_sd_m(self, touches: Sequence[WallTouch]) -> Generator[Vector3, None, float]:
         """Standard uncertainty of the bend that all these are corrected for, by how their stiffnesses scatter."""
-        shares = [touch.share for touch in touches]
-        share, bend_m = fmean(shares), self._push_N / self._lateral_N_per_m
-        return bend_m / share * stdev(shares, share) / share / sqrt(len(shares))
+        share, error = _share(touches)
+        yield from self._known(share, error)
+        return self._push_N / self._lateral_N_per_m / share * error / share
 
     def _rested(self) -> Generator[Vector3, None, WallTouch]:
         for _ in range(_REST_TICKS):
@@ -326,3 +349,11 @@ class Probe:
     def _misfit(self, found: str) -> Trip:
         text = f"{found}: the force sensor does not show what there is, or the gripper is another one"
         return Trip(TripReason.FORCE_WITHOUT_SPRING, self._state.tick, text)
+
+
+def _share(touches: Sequence[WallTouch]) -> tuple[float, float]:
+    """Mean of their shares, each by its weight, and its standard error by how these scatter."""
+    shares, weights = [touch.share for touch in touches], [touch.weight for touch in touches]
+    share = fmean(shares, weights)
+    square = sum(weight * (each - share) ** 2 for each, weight in zip(shares, weights, strict=True))
+    return share, sqrt(square / (len(touches) - 1) / sum(weights))

@@ -37,7 +37,7 @@ _LEAST_DEPTH_M: Final = 1e-3
 _SAME_EDGE_M: Final = 2e-4
 _ROUGH_TOUCHES: Final = 4
 _ROUGHLY_M: Final = 3e-4
-"""A second touch finds the wall no farther off than this, the gripper's bend included."""
+"""A second touch finds the wall no farther off than this, which an arm lags behind, too."""
 _WALL_FRICTION: Final = 0.6
 """A wall that is pushed harder than the plate is pressed pulls the heaving probe by more than a plate's rebound."""
 Touch = Callable[[Place, float], Generator[Vector3, None, WallTouch]]
@@ -221,7 +221,7 @@ class Survey(RunningPhase):
         t = student_t(touches - 3) * 1e3
         (x, y), (x_sd, y_sd) = circle.centre_m, circle.centre_sd_m
         # All places lie too far out, or in, by what the bend is wrong: of that the circle's scatter shows nothing.
-        radius_sd_m = hypot(circle.radius_sd_m, probe.bend_sd_m(found))
+        radius_sd_m = hypot(circle.radius_sd_m, (yield from probe.bend_sd_m(found)))
         diameter = Sized(2e3 * circle.radius_m + self._own.probe_mm, 2.0 * t * radius_sd_m)
         return Sized(x * 1e3, t * x_sd), Sized(y * 1e3, t * y_sd), diameter
 

@@ -63,11 +63,32 @@ def test_noise_moves_the_share_little(noise_N: float) -> None:
     assert LOWEST_SHARE < share < HIGHEST_SHARE
 
 
-def test_shares_scatter_by_their_error() -> None:
-    touches = [touch(noise_N=0.3, seed=seed) for seed in range(40)]
-    shares = [each.share for each in touches if each.share is not None]
-    assert np.std(shares) == pytest.approx(np.mean([each.share_error(0.3) for each in touches]), rel=0.25)
-    assert touch(depth_m=0.15e-3, scale=4.0).share_error(0.3) == 0.0
+def slowly(seed: int, noise_N: float, step_m: float) -> tuple[float, float] | None:
+    """The share of a touch at a steady speed, by encoders with such steps, and its error."""
+    first, rng = FirstTouch(STIFFNESS_N_PER_M, PRESS_N), np.random.default_rng(seed)
+    for tick in range(64):
+        way_m = 2e-5 * (tick - 30)
+        seen_m = way_m + step_m * rng.uniform(-0.5, 0.5)
+        force_N = -STIFFNESS_N_PER_M * max(way_m, 0.0) + noise_N * rng.standard_normal()
+        now_ns = tick * TICK_NS
+        wrench = WrenchSample((0.0, 0.0, force_N), (0.0, 0.0, 0.0), now_ns, now_ns, tick)
+        first.watch(Snapshot(tick, now_ns, wrench, JointSample((0.0,), now_ns, now_ns, tick)), force_N, seen_m)
+    return first.steady_share(noise_N)
+
+
+@pytest.mark.parametrize(("step_m", "sure"), [(0.0, 1.0), (4e-4, 2.0)])
+def test_steps_of_encoders_take_nothing_of_a_steady_share_which_scatters_by_its_error_or_less(
+    step_m: float, sure: float
+) -> None:
+    found = [share for seed in range(60) if (share := slowly(seed, 0.3, step_m)) is not None]
+    shares, errors = np.transpose(found)
+    assert np.mean(shares) == pytest.approx(1.0, abs=0.05)
+    assert np.std(shares) == pytest.approx(np.mean(errors) / sure, rel=0.25)
+
+
+def test_steps_that_hide_a_way_show_no_share() -> None:
+    assert None in [slowly(seed, 0.3, 0.02) for seed in range(20)]
+    assert touch(depth_m=0.15e-3, scale=4.0).steady_share(0.3) is None
 
 
 @pytest.mark.parametrize("late_ns", [0, 20_000_000])

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
 from math import hypot
+from typing import Any
 
 import pytest
 
@@ -151,6 +152,12 @@ def test_a_force_that_comes_late_takes_the_probe_further_off_the_wall_before_it_
 
     world.spoil = late
     assert survey(world, replace(TASK, more_goals_mm=())).outcome is Outcome.DONE
+
+
+@pytest.mark.parametrize("settings", [{"press_kgf": 0.9}, {"options": QUICK | {"push_N": 14.0}}])
+def test_what_the_gripper_gives_is_no_depth_and_no_width(settings: dict[str, Any]) -> None:
+    """More than 1.5 mm along the axis, and 0.3 mm across it."""
+    assert survey(plate(HOLES[0]), replace(TASK, more_goals_mm=(), **settings)).outcome is Outcome.DONE
 
 
 @pytest.mark.parametrize("last", [480, 570, 588, 810, 1290])
