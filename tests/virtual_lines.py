@@ -18,7 +18,8 @@ from palpate.simulation.emulators.lines.can_bus import BusFrame, CanNode, Emulat
 from palpate.simulation.emulators.lines.serial_line import Emulator, LineSpeed, SerialLine
 from tests.virtual_time import VirtualCondition, VirtualTime
 
-_BUSY_GRAIN_NS, _GRAIN_NS = 100_000, 500_000
+_GRAIN_NS = 1_000_000
+"""How often nodes live that are not spoken to, as behind an adapter."""
 _SDO_WAIT_NS = 20_000_000
 
 
@@ -107,14 +108,15 @@ class VirtualCan:
         for frame in self.wire.advance(now_ns):
             for host in self.hosts if self.is_whole else ():
                 host(frame)
-        is_busy = self.wire._on_wire is not None or any(self.wire._ready)
-        self._next_ns = now_ns + (_BUSY_GRAIN_NS if is_busy else _GRAIN_NS)
+        waiting_ns = [queue[0][0] for queue in self.wire._ready if queue]
+        soon_ns = self.wire._free_ns if self.wire._on_wire is not None else min(waiting_ns, default=now_ns + _GRAIN_NS)
+        self._next_ns = max(now_ns + 1, min(soon_ns, now_ns + _GRAIN_NS))
 
     def send(self, identifier: int, data: bytes) -> None:
         now_ns = self._clock.now_ns()
         if self.is_whole:
             self.wire.send(BusFrame(identifier, data), now_ns)
-        self._next_ns = min(self._next_ns, now_ns + _BUSY_GRAIN_NS)
+        self._next_ns = min(self._next_ns, now_ns + 1)
 
 
 class VirtualCanBus(can.BusABC):

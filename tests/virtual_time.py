@@ -83,8 +83,7 @@ class VirtualTime(Clock):
         while self._has_newcomers():
             self._arrivals.wait(0.001)
         while True:
-            thread = min(self._sleepers, key=self._due_ns)
-            due_ns = self._due_ns(thread)
+            due_ns, _, thread = min((self._due_ns(thread), k, thread) for k, thread in enumerate(self._sleepers))
             events_ns = [device.next_event_ns() for device in self.devices]
             event_ns = min(events_ns, default=due_ns + 1)
             if event_ns > due_ns:

@@ -258,11 +258,12 @@ class EmulatedCell:
             )
 
     def _prepare_sensor(self) -> None:
+        # Boards of a cell were switched on long before anyone connects.
         if self.emulation.force == "ur-rtde":
             return
         rng = np.random.default_rng
         if self.emulation.force == "jr3-can":
-            node = Jr3CanNode(_JR3_NODE, self._wrench_source, Jr3Config(), generator=rng(3))
+            node = Jr3CanNode(_JR3_NODE, self._wrench_source, replace(Jr3Config(), boot_ns=0), generator=rng(3))
             bus = SlcanServer(EmulatedCanBus([node], generator=rng(4)), generator=rng(5))
             self._serve(bus, "force_sensor", lambda: {
                 "adapter": "jr3-can", "interface": "slcan", "channel": bus.channel, "node": _JR3_NODE,
@@ -278,7 +279,7 @@ class EmulatedCell:
             })  # fmt: skip
             return
         timing = LineSpeed(usb_latency_s=self.emulation.usb_latency_ms * 1e-3)
-        server = PtyServer(Jr3UartNode(self._wrench_source, UART_CONFIG, generator=rng(3)), timing)
+        server = PtyServer(Jr3UartNode(self._wrench_source, replace(UART_CONFIG, boot_ns=0), generator=rng(3)), timing)
         self._serve(
             server, "force_sensor", lambda: {"adapter": "jr3-uart", "port": server.path, "facts": self._facts()}
         )

@@ -79,16 +79,17 @@ class Reply:
     path_points: int | None = None
 
 
-def _layout(mask: StatusItem) -> str:
-    return "<" + "".join(layout for item, layout, _ in _LAYOUT if item & mask)
+def _items(mask: int) -> tuple[struct.Struct, tuple[str, ...]]:
+    named = [(layout, name) for item, layout, name in _LAYOUT if int(item) & mask]
+    return struct.Struct("<" + "".join(layout for layout, _ in named)), tuple(name for _, name in named)
 
 
-_SIZES: Final = tuple(REPLY_OVERHEAD_BYTES + struct.calcsize(_layout(StatusItem(mask))) for mask in range(256))
+_ITEMS: Final = tuple(_items(mask) for mask in range(256))
 
 
 def reply_size_bytes(mask: StatusItem) -> int:
     """Bytes of a reply with these items, status and sum included."""
-    return _SIZES[mask]
+    return REPLY_OVERHEAD_BYTES + _ITEMS[mask][0].size
 
 
 def decode_reply(raw: bytes, mask: StatusItem) -> Reply | Discarded:
@@ -109,8 +110,8 @@ def decode_reply(raw: bytes, mask: StatusItem) -> Reply | Discarded:
 
 
 def _accepted(status: NmcStatus, items: bytes, mask: StatusItem) -> Reply:
-    values = iter(struct.unpack(_layout(mask), items))
-    found = {name: next(values) for item, _, name in _LAYOUT if item & mask}
+    layout, names = _ITEMS[mask]
+    found = dict(zip(names, layout.unpack(items), strict=True))
     if "aux" in found:
         found["aux"] = Aux(found["aux"])
     if "identity" in found:

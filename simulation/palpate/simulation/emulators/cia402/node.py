@@ -96,6 +96,7 @@ class CanopenDrive(CanNode):
             return []
         self._pass_time(now_ns)
         if self.nmt is not NmtState.INITIALISING:
+            self._show()
             self._hear(arbitration_id, data, now_ns)
         return self._flush(now_ns)
 
@@ -157,6 +158,9 @@ class CanopenDrive(CanNode):
                 self.machine.stopped(stay=self.objects[od.QUICK_STOP_OPTION] in _STAY_OPTIONS)
             if self._servo.following_error and self.machine.state in (PowerState.ENABLED, PowerState.QUICK_STOP):
                 self.fail(EMCY_FOLLOWING_ERROR)
+
+    def _show(self) -> None:
+        # Only who is asked tells: between two frames nobody reads these objects.
         self.objects[od.STATUSWORD] = self.machine.statusword ^ self.faults.flipped_status
         self.objects[od.POSITION] = self._servo.measured
 
@@ -167,8 +171,10 @@ class CanopenDrive(CanNode):
         self.machine.fail()
 
     def _watch_host(self, now_ns: int) -> None:
+        if self._host_heard_ns is None:
+            return
         patience_ns = (self.objects.sub(od.CONSUMER_HEARTBEAT, 1) & 0xFFFF) * _MS
-        if patience_ns and self._host_heard_ns is not None and now_ns - self._host_heard_ns > patience_ns:
+        if patience_ns and now_ns - self._host_heard_ns > patience_ns:
             self._host_heard_ns = None
             self._emergency(EMCY_HEARTBEAT_LOST, b"")
             option = self.objects[od.HOST_LOST_OPTION]
@@ -276,6 +282,8 @@ class CanopenDrive(CanNode):
         self._out.now.append(BusFrame(identifier, data))
 
     def _flush(self, now_ns: int) -> list[BusFrame]:
+        if not (self._out.now or self._out.later):
+            return []
         due = [frame for time_ns, frame in self._out.later if time_ns <= now_ns]
         self._out.later = [item for item in self._out.later if item[0] > now_ns]
         frames, self._out.now = self._out.now + due, []

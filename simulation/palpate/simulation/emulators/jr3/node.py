@@ -1,11 +1,10 @@
 """The firmware of a JR3 force/torque node, as far as it is the same on CAN and on a serial line."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum, IntEnum, auto
 
 import numpy as np
-import numpy.typing as npt
 
 from palpate.simulation.emulators.jr3.sensor import (
     FULL_SCALE_COUNTS,
@@ -16,7 +15,7 @@ from palpate.simulation.emulators.jr3.sensor import (
     MovingAverage,
 )
 
-WrenchSource = Callable[[int], npt.ArrayLike]
+WrenchSource = Callable[[int], Iterable[float]]
 """Gives the true wrench at a time in ns: Fx, Fy, Fz in N and Mx, My, Mz in N m, right-handed."""
 
 _COUNTER_MODULUS = 65536
@@ -96,7 +95,7 @@ class Jr3Node:
         self._sampling = False
         self._next_acquisition_ns = 0
         self._counter = 0
-        self._offset = np.zeros(6)
+        self._offset = [0.0] * 6
         self._filter.restart()
         self._zero_sample_due = False
         self._next_sample_ns: int | None = None
@@ -167,11 +166,11 @@ class Jr3Node:
             self._filter.hold(self._input(now_ns), acquisitions, noise_counts)
             self._counter = (self._counter + acquisitions) % _COUNTER_MODULUS
 
-    def _input(self, now_ns: int) -> npt.NDArray[np.float64]:
+    def _input(self, now_ns: int) -> list[float]:
         counts = self.config.counts(self._wrench(now_ns))
         for axis in self.faults.saturated_axes:
             counts[axis] = LARGEST_COUNTS
-        return np.clip(counts, -LARGEST_COUNTS, LARGEST_COUNTS)
+        return [min(max(count, -LARGEST_COUNTS), LARGEST_COUNTS) for count in counts]
 
     def _sample(self) -> Sample:
         gap = self.faults.gap_probability
@@ -180,8 +179,8 @@ class Jr3Node:
         if self._zero_sample_due:
             self._zero_sample_due = False
             return Sample((0,) * 6, self._counter)
-        counts = np.clip(np.rint(self._filter.value - self._offset), -LARGEST_COUNTS, LARGEST_COUNTS)
-        return Sample(tuple(int(count) for count in counts), self._counter)
+        counts = [round(value - zero) for value, zero in zip(self._filter.value, self._offset, strict=True)]
+        return Sample(tuple(min(max(count, -LARGEST_COUNTS), LARGEST_COUNTS) for count in counts), self._counter)
 
     def start(self, cut_off_cHz: int, now_ns: int, period_us: int | None = None) -> None:
         """Start sampling, or retune it if it runs; nothing happens unless the node is ready.
@@ -219,7 +218,7 @@ class Jr3Node:
         INFERENCE: that it is the next one sent. Without sampling there is nothing to zero (assumed).
         """
         if self._sampling:
-            self._offset = self._filter.value.copy()
+            self._offset = self._filter.value
             self._zero_sample_due = True
 
     def set_filter(self, cut_off_cHz: int) -> None:

@@ -1,11 +1,11 @@
 """The emulated JR3 sensor: full scales, times, errors and faults, and the low-pass filter of its firmware."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated, TypeAlias
+from typing import Annotated, Final, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from palpate.core.ports import Range, Settings
 
@@ -22,8 +22,8 @@ ASSUMED_NOISE_SHARE = 0.0005
 """Standard deviation of the noise of an acquisition as a share of full scale. assumed: no data sheet says."""
 
 _Scale: TypeAlias = Annotated[int, Range(1, 0xFFFF)]
-_TENTHS = np.array([1.0, 1.0, 1.0, 10.0, 10.0, 10.0])
-_MIRRORED = np.array([-1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
+_TENTHS: Final = (1.0, 1.0, 1.0, 10.0, 10.0, 10.0)
+_MIRRORED: Final = (-1.0, 1.0, 1.0, -1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,15 +47,15 @@ class Jr3Config(Settings):
     noise_share: Annotated[float, Range(0.0)] = 0.0
     """Standard deviation of white noise on each acquisition, as a share of full scale."""
 
-    def counts(self, wrench: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def counts(self, wrench: Iterable[float]) -> list[float]:
         """Turn a true wrench into six counts along the sensor's axes, neither rounded nor saturated.
 
         Args:
             wrench: Fx, Fy, Fz in N and Mx, My, Mz in N m, in right-handed axes.
         """
-        loads: npt.NDArray[np.float64] = np.asarray(wrench, dtype=np.float64) * _TENTHS
-        scaled: npt.NDArray[np.float64] = loads * FULL_SCALE_COUNTS / np.array(self.full_scales)
-        return scaled * _MIRRORED if self.left_handed else scaled
+        axes = zip(wrench, _TENTHS, self.full_scales, strict=True)
+        scaled = [load * tenths * FULL_SCALE_COUNTS / full_scale for load, tenths, full_scale in axes]
+        return [count * sign for count, sign in zip(scaled, _MIRRORED, strict=True)] if self.left_handed else scaled
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +83,6 @@ ACQUISITION_PERIOD_ns = 128_500
 UNFILTERED = 0
 """Cut-off that switches the filter off. FACT: jr3-mbed-firmware Jr3Controller.cpp."""
 
-Vector = npt.NDArray[np.float64]
-
 
 def smoothing_factor(cut_off_cHz: int) -> float:
     """Weight of a new acquisition for a cut-off frequency, above 0 and at most 1.
@@ -109,7 +107,7 @@ class MovingAverage:
         self._generator = generator
         self.alpha = 1.0
         """Weight of a new acquisition."""
-        self.value: Vector = np.zeros(6)
+        self.value = [0.0] * 6
         """State of the six axes, counts."""
 
     def tune(self, cut_off_cHz: int) -> None:
@@ -118,9 +116,9 @@ class MovingAverage:
 
     def restart(self) -> None:
         """Start again from zero on all axes."""
-        self.value = np.zeros(6)
+        self.value = [0.0] * 6
 
-    def hold(self, counts: Vector, acquisitions: int, noise_counts: float) -> None:
+    def hold(self, counts: Iterable[float], acquisitions: int, noise_counts: float) -> None:
         """Take the same input a number of times.
 
         Args:
@@ -130,7 +128,8 @@ class MovingAverage:
         """
         keep = 1.0 - self.alpha
         left = keep**acquisitions
-        self.value = counts + (self.value - counts) * left
+        self.value = [count + (value - count) * left for count, value in zip(counts, self.value, strict=True)]
         if noise_counts > 0.0:
             variance = self.alpha**2 * (1.0 - left**2) / (1.0 - keep**2)
-            self.value += noise_counts * math.sqrt(variance) * self._generator.standard_normal(6)
+            spread, draws = noise_counts * math.sqrt(variance), self._generator.standard_normal(6).tolist()
+            self.value = [value + spread * draw for value, draw in zip(self.value, draws, strict=True)]

@@ -148,7 +148,8 @@ class EmulatedCanBus:
             now_ns: Time to go to, ns; never before an earlier one.
         """
         for sender, node in enumerate(self._nodes):
-            self._queue(sender, node.advance(now_ns), now_ns)
+            if frames := node.advance(now_ns):
+                self._queue(sender, frames, now_ns)
         heard: list[BusFrame] = []
         while True:
             if self._on_wire is None:

@@ -109,8 +109,8 @@ class SerialLine(Generic[Emulator]):
             baud = self.emulator.baud
             # A reply to a change of the rate still goes out at the old one.
             self._send(self.emulator.feed(data, at_ns), at_ns, baud)
-        baud = self.emulator.baud
-        self._send(self.emulator.advance(now_ns), now_ns, baud)
+        if data := self.emulator.advance(now_ns):
+            self._send(data, now_ns, self.emulator.baud)
         self._polled_ns = now_ns
         arrived = []
         while self._tx and self._tx[0][0] <= now_ns:

@@ -47,6 +47,7 @@ class NmcModule:
     def __init__(self, axis: int, plant: Plant, settings: ModuleSettings | None = None) -> None:
         self._axis, self._plant, self._settings = axis, plant, settings or ModuleSettings()
         self.servo = PicServo(axis, plant, self._settings)
+        self._has_watchdog = self._settings.watchdog_action is not WatchdogAction.OFF
         self.rejected = 0
         self.muted = False
         self._ticks = 0
@@ -71,7 +72,7 @@ class NmcModule:
         if self._ticks >= self.servo.gains.rate_divisor:
             self._ticks = 0
             self.servo.tick()
-        if self._settings.watchdog_action is not WatchdogAction.OFF:
+        if self._has_watchdog:
             self._watch(now_ns)
 
     def execute(self, frame: Frame, now_ns: int) -> bytes:
@@ -157,17 +158,18 @@ class NmcModule:
     def _reply(self, mask: ItemBits, *, intact: bool) -> bytes:
         """Status byte, items in the order of the mask's bits, checksum (FACT, libnmc)."""
         servo = self.servo
-        items: dict[ItemBits, Callable[[], bytes]] = {
-            ItemBits.POSITION: lambda: struct.pack("<i", servo.measured_counts),
-            ItemBits.ANALOG: lambda: bytes([self._settings.analog]),
-            ItemBits.VELOCITY: lambda: _int16(servo.velocity_counts),
-            ItemBits.AUXILIARY: lambda: bytes([self._auxiliary()]),
-            ItemBits.HOME: lambda: struct.pack("<i", servo.home_counts),
-            ItemBits.IDENTITY: lambda: bytes([_SERVO_TYPE, self._settings.version]),
-            ItemBits.POSITION_ERROR: lambda: _int16(servo.error_counts),
-            ItemBits.PATH_POINTS: lambda: bytes(1),
-        }
-        told = b"".join(data() for item, data in items.items() if mask & item)
+        items: tuple[Callable[[], bytes], ...] = (
+            lambda: struct.pack("<i", servo.measured_counts),
+            lambda: bytes([self._settings.analog]),
+            lambda: _int16(servo.velocity_counts),
+            lambda: bytes([self._auxiliary()]),
+            lambda: struct.pack("<i", servo.home_counts),
+            lambda: bytes([_SERVO_TYPE, self._settings.version]),
+            lambda: _int16(servo.error_counts),
+            lambda: bytes(1),
+        )
+        bits = int(mask)
+        told = b"".join(data() for place, data in enumerate(items) if bits >> place & 1)
         return sealed(bytes([self._status(intact=intact)]) + told)
 
     def _status(self, *, intact: bool) -> int:

@@ -44,7 +44,7 @@ class PicServo:
         self.limits = (False, False)
         self.home_counts = 0
         self.position_error = True  # the bit is set while the servo is off
-        self.overcurrent = self.wrapped = self.overrun = self.index = False
+        self.overcurrent = self.wrapped = self.overrun = False
         self.velocity_counts = 0
         self.measured_counts = 0
         self._axis, self._plant, self._index_counts = axis, plant, settings.index_counts
@@ -55,6 +55,11 @@ class PicServo:
     def error_counts(self) -> int:
         """Commanded minus measured position, 0 while the servo is off."""
         return self.profile.counts - self.measured_counts if self.on else 0
+
+    @property
+    def index(self) -> bool:
+        """Whether the encoder is at an index pulse."""
+        return self.measured_counts % self._index_counts == 0
 
     def start(self) -> None:
         """Let what LOAD_TRAJ buffered take effect."""
@@ -115,25 +120,18 @@ class PicServo:
     def tick(self) -> None:
         """One servo calculation."""
         if self.on:
-            self._move()
-        self._measure()
-        if self.on and abs(self.profile.counts - self.measured_counts) > self.gains.error_limit:
-            self.switch_off()
-
-    def _move(self) -> None:
-        self.profile.tick()
-        if self.amplifier and self.gains.follow:
-            self._plant.set_motor_counts(self._axis, self.profile.counts + self._origin)
-        else:
-            self._plant.release(self._axis)
-
-    def _measure(self) -> None:
+            self.profile.tick()
+            if self.amplifier and self.gains.follow:
+                self._plant.set_motor_counts(self._axis, self.profile.counts + self._origin)
+            else:
+                self._plant.release(self._axis)
         counts = self._plant.motor_counts(self._axis) - self._origin
         self.velocity_counts, self.measured_counts = counts - self.measured_counts, counts
         if not -_HALF <= counts < _HALF:
             self._shift(-_TURN if counts > 0 else _TURN)
             self.wrapped = True
-        self.index = self.measured_counts % self._index_counts == 0
+        if self.on and abs(self.profile.counts - self.measured_counts) > self.gains.error_limit:
+            self.switch_off()
 
     def _shift(self, counts: int) -> None:
         self._origin -= counts
