@@ -151,11 +151,12 @@ class RunFolder:
             raise OutputError(str(self.path), f"already holds a run ({found[0]})", remedy)
 
     def create(self) -> None:
-        """Make the folder.
+        """Make the folder, for a new run.
 
         Raises:
-            OutputError: That is not possible.
+            OutputError: That is not possible, or it holds a run.
         """
+        self.require_free()
         try:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as error:

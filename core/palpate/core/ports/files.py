@@ -192,4 +192,5 @@ def _remove(passing: Path) -> None:
 
 
 def _unwritable(path: Path, error: OSError, kind: str) -> OutputError:
-    return OutputError(str(path), f"cannot be written ({error.strerror})", f"name another {kind}")
+    # Copying many files tells of each in a list, and has no one cause.
+    return OutputError(str(path), f"cannot be written ({error.strerror or str(error)[:200]})", f"name another {kind}")

@@ -118,6 +118,12 @@ def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
         below.create()
 
 
+def test_a_folder_that_holds_a_run_is_not_made_for_another(folder: RunFolder) -> None:
+    folder.append_trial(scored_trial(0))
+    with pytest.raises(OutputError, match="already holds a run"):
+        folder.create()
+
+
 def test_a_folder_that_vanished_is_reported(tmp_path: Path) -> None:
     gone = RunFolder(tmp_path / "gone")
     with pytest.raises(OutputError, match="cannot be written"):
