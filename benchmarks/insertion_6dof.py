@@ -25,9 +25,9 @@ from typing_extensions import override
 
 from palpate.adapters.config import RunConfig, overlay, scenario, task_kind
 from palpate.adapters.experiments import (
-    build_perception,
     build_task,
     comparator,
+    plain_perception,
     ready_pose,
     run_scored_trial,
     supervisor_of,
@@ -91,7 +91,7 @@ def trials(config: RunConfig, policy: str, seed: int, numbers: range) -> list[Ro
     config = overlay(config, {"seed": seed})
     ready, rows = ready_pose(config), []
     with SimulatedRig(config, ready) as rig:
-        perception = build_perception(RunConfig(task=config.task))
+        perception = plain_perception(config)
         task = build_task(config, ready, perception, comparator(policy, config, lambda: true_hole_m(rig)))
         supervisor = supervisor_of(rig, config, ready)
         for number in numbers:
@@ -190,7 +190,7 @@ def tick_costs(rounds: int = 30) -> None:
         with SimulatedRig(config, ready) as rig:
             rig.prepare(FIRST)
             chosen = comparator(policy, config, lambda: (0.0, 0.0, 0.0))
-            task = build_task(config, ready, build_perception(RunConfig(task=config.task)), chosen)
+            task = build_task(config, ready, plain_perception(config), chosen)
             run_trial(task, rig.ports, trial_setup(config, FIRST), supervisor_of(rig, config, ready), [seen])
         kept.append((task, trial_setup(config, FIRST), seen.snapshots))
     costs: list[list[float]] = [[], []]

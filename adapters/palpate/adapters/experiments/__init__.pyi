@@ -4,6 +4,7 @@ from .build import build_reinforcement as build_reinforcement
 from .build import build_supervisor as build_supervisor
 from .build import build_task as build_task
 from .build import open_rig as open_rig
+from .build import plain_perception as plain_perception
 from .build import ready_pose as ready_pose
 from .build import require_limits as require_limits
 from .build import require_usable as require_usable

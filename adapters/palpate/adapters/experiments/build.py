@@ -7,7 +7,7 @@ from math import sqrt
 from pathlib import Path
 from typing import Final
 
-from palpate.adapters.config import RigFile, RunConfig, task_kind
+from palpate.adapters.config import PerceptionConfig, RigFile, RunConfig, task_kind
 from palpate.adapters.hardware import HardwareRig, find_approach
 from palpate.adapters.mujoco import SimulatedRig, simulated_sensor
 from palpate.core.automata import AutomatonState, load
@@ -88,6 +88,11 @@ def task_actions(config: RunConfig) -> tuple[Action, ...]:
     if not (skills := kind.skills(config.task)):
         raise ConfigurationError("perception.symbols", SKILLS, f"a task that has skills; {config.task.name} has none")
     return skills
+
+
+def plain_perception(config: RunConfig) -> Perception:
+    """What is perceived for a policy that has no states of its own: as settings come, whatever these are set to."""
+    return build_perception(replace(config, perception=PerceptionConfig()))
 
 
 def task_reach(config: RunConfig) -> Reach:
@@ -217,7 +222,7 @@ def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> N
         accepted = f"more than {plate_mm:g}, as deep as the plate itself may be taken to lie"
         raise ConfigurationError("task.insertion_depth_mm", task.insertion_depth_mm, accepted)
     walk = RandomWalkPolicy(task_actions(config))
-    build_task(config, ready, build_perception(RunConfig(task=config.task)), walk)
+    build_task(config, ready, plain_perception(config), walk)
     if not rig_file:
         require_limits(config, ready, simulated_sensor(config.cell.sensor))
 

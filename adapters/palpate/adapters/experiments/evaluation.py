@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, task_kind
-from palpate.adapters.experiments.build import build_perception, build_task, supervisor_of
+from palpate.adapters.experiments.build import build_task, plain_perception, supervisor_of
 from palpate.adapters.experiments.figure import trials_picture
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.foreign import foreign_code
@@ -129,7 +129,7 @@ class ChosenPolicy:
         self.perception: Perception
         if self.name in (*COMPARATORS, NO_POLICY):
             self.label = self.name
-            self.perception = build_perception(RunConfig(task=config.task))
+            self.perception = plain_perception(config)
             self._made(tuple)
         else:
             self.label = Path(name).parent.name or Path(name).stem
@@ -234,5 +234,5 @@ def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:
         rig.prepare(0)
         name = "torque" if task_kind(config.task.name).asks_policy else NO_POLICY
         policy = comparator(name, config, lambda: rig.truth().hole_in_task_m)
-        task = build_task(config, ready, build_perception(RunConfig(task=config.task)), policy)
+        task = build_task(config, ready, plain_perception(config), policy)
         return run_trial(task, rig.ports, trial_setup(config, 0), supervisor_of(rig, config, ready))

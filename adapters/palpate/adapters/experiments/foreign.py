@@ -11,7 +11,7 @@ from functools import cache
 from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, entries, from_here, imported
-from palpate.adapters.experiments.build import build_perception, task_actions, task_reach
+from palpate.adapters.experiments.build import plain_perception, task_actions, task_reach
 from palpate.core.errors import ConfigurationError, one_line
 from palpate.core.perception import Perception
 from palpate.core.policy import ForeignEntry, ForeignPolicy, Learner, PolicyContext, guarded
@@ -71,7 +71,7 @@ def foreign_learns(code: str, config: RunConfig) -> bool:
     Raises:
         ConfigurationError: The code cannot be loaded, or makes no policy.
     """
-    perception = build_perception(RunConfig(task=config.task))
+    perception = plain_perception(config)
     return isinstance(foreign_policy(foreign_entry(code), config, perception, frozen=True), Learner)
 
 

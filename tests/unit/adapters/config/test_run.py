@@ -111,3 +111,10 @@ def test_a_preset_can_be_run_differs_from_the_others_and_is_told_of(name: str) -
     page = Path(__file__).parents[4] / "docs" / "how-to" / "choose-conditions.md"
     assert re.search(rf"\b{name}\b", told)
     assert f"| `{name}` |" in page.read_text(encoding="utf-8")
+
+
+def test_a_hole_deeper_than_it_comes_is_used_by_policies_without_states_of_their_own() -> None:
+    # Their perception was made of the task and a hole as it comes, which refused the two.
+    config = overlay(RunConfig(), {"cell": {"peg": {"hole_depth_mm": 18.0}}})
+    config = overlay(config, {"task": {"insertion_depth_mm": 18.0}})
+    require_usable(config, find_ready_pose(config.arm, config.task))
