@@ -17,6 +17,8 @@ _STEPS_SHARE: Final = 0.06
 """Of the way's square sum; with as much the force seems to follow the way by so much less than it does."""
 _ALIKE: Final = 4.0
 """So many samples are off by the same step, more or less."""
+_COMMANDED_ERROR: Final = 1.0
+"""Of a share by the commanded speed: an arm that is pushed back, or speeds up, shows 0.4 to 0.9 of what it is."""
 
 
 class FirstTouch:
@@ -51,26 +53,27 @@ class FirstTouch:
     @property
     def share(self) -> float | None:
         """Measured stiffness as a share of the gripper's; None where the samples do not determine it."""
-        if (touched := self._determining()) is None:
-            return None
-        return self._share(touched)
+        touched = self._touched()
+        return self._share(touched) if self._determines(touched) else None
 
-    def steady_share(self, noise_N: float) -> tuple[float, float] | None:
+    def steady_share(self, noise_N: float, speed_m_s: float) -> tuple[float, float] | None:
         """The same of a touch at a steady speed, and its standard error by a noise of the force.
 
         Encoders that count in steps scatter the way, and a force that is held against it seems to follow less than it
         does. Where they do so much, force and way are each held against the time, which is the instrument of
-        instrumental variables (Fuller, Measurement Error Models, 1987, section 1.4).
+        instrumental variables (Fuller, Measurement Error Models, 1987, section 1.4). Where they hide it the commanded
+        speed stands for the way, and the error is as large as the share.
         """
-        if (touched := self._determining()) is None:
+        touched = self._touched()
+        if len(touched) < _FEWEST:
             return None
         depths, forces, times = zip(*touched, strict=True)
         square, time_square, way = _square(depths), _square(times), _product(times, depths)
+        if not self._determines(touched) or way <= 0.0:
+            return -_product(times, forces) / time_square / speed_m_s / self._stiffness, _COMMANDED_ERROR
         steps = square - way * way / time_square
         if steps <= _STEPS_SHARE * square:
             return self._share(touched), noise_N / sqrt(square) / self._stiffness
-        if way <= 0.0:
-            return None
         share = -_product(times, forces) / way / self._stiffness
         step_N2 = _ALIKE * (share * self._stiffness) ** 2 * steps / (len(times) - 2)
         return share, sqrt((noise_N * noise_N + step_N2) * time_square) / way / self._stiffness
@@ -79,20 +82,21 @@ class FirstTouch:
         depths, forces, _ = zip(*touched, strict=True)
         return -_product(depths, forces) / _square(depths) / self._stiffness
 
-    def _determining(self) -> list[tuple[float, float, float]] | None:
-        """Depths, forces and times of the touch, m, N, s."""
+    def _touched(self) -> list[tuple[float, float, float]]:
+        """Depths, forces and times since it touches, m, N, s."""
         touched: list[tuple[float, float, float]] = []
         for time_ns, force_N in self._forces:
             if force_N > -_LEAST_SHARE * self._press_N:
                 touched.clear()
             elif (depth_m := self._depth_at(time_ns)) is not None:
                 touched.append((depth_m, force_N, time_ns * 1e-9))
-        if len(touched) < _FEWEST:
-            return None
-        depths = [depth for depth, _, _ in touched]
-        if max(depths) - min(depths) < _LEAST_WAY_SHARE * self._press_N / self._stiffness:
-            return None
         return touched
+
+    def _determines(self, touched: list[tuple[float, float, float]]) -> bool:
+        if len(touched) < _FEWEST:
+            return False
+        depths = [depth for depth, _, _ in touched]
+        return max(depths) - min(depths) >= _LEAST_WAY_SHARE * self._press_N / self._stiffness
 
     def _depth_at(self, time_ns: int) -> float | None:
         before: tuple[int, float] | None = None

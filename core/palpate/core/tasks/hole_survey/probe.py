@@ -275,7 +275,7 @@ class Probe:
             touch.watch(self._state.snapshot, self._along_heading(self._measured.force_N, heading),
                         self._along_heading(self._measured.position_m, heading))  # fmt: skip
             yield heading[0] * _SLOW_M_S, heading[1] * _SLOW_M_S, 0.0
-        measured = touch.steady_share(hypot(*self._state.noise[:2]) / sqrt(2.0))
+        measured = touch.steady_share(hypot(*self._state.noise[:2]) / sqrt(2.0), _SLOW_M_S)
         share, error = measured or (0.0, 0.0)
         yield from self._known(share, error)
         found = yield from self._rested()
