@@ -194,6 +194,6 @@ def read_manifest(folder: Path) -> KnownFolder | None:
             raise OutputError(str(path), f"has schema {content['schema']!r}", f"this palpate reads {SCHEMA!r}")
         files = {str(name): Print(int(one["bytes"]), str(one["sha256"])) for name, one in content["files"].items()}
         return KnownFolder(path, bool(content["finished"]), int(content["trials"]), files)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except (OSError, ValueError, OverflowError, KeyError, TypeError, AttributeError) as error:
         problem = f"is no manifest ({type(error).__name__}: {error})"
         raise OutputError(str(path), problem, "it was altered; take it away: the logs replay without") from error

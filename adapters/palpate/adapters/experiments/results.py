@@ -126,6 +126,11 @@ def next_free_folder(stem: str) -> RunFolder:
     return RunFolder(Path(f"{stem}-{number:03d}"))
 
 
+def _holds(path: Path) -> bool:
+    """Whether there is something: a run that was killed before its first file leaves a folder for logs, empty."""
+    return bool(os.listdir(path)) if os.path.isdir(path) else os.path.exists(path)
+
+
 class RunFolder:
     """The output folder of one run."""
 
@@ -143,7 +148,7 @@ class RunFolder:
         # os.path.exists, unlike Path.exists, takes a name that is too long or not permitted for not there.
         if os.path.exists(self.path) and not os.path.isdir(self.path):
             raise OutputError(str(self.path), "is a file, not a folder", "name another folder with --out")
-        found = [name for name in (*RUN_FILES, MANIFEST, LOG_FOLDER) if os.path.exists(self.path / name)]
+        found = [name for name in (*RUN_FILES, MANIFEST, LOG_FOLDER) if _holds(self.path / name)]
         if found:
             remedy = "name another folder with --out"
             if os.path.exists(self.path / "checkpoint.json"):

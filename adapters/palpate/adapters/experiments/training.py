@@ -62,7 +62,7 @@ class Checkpoint:
                 dict(content["perception"]),
                 int(content["clock_ticks"]),
             )
-        except (OSError, ValueError, KeyError, TypeError) as error:
+        except (OSError, ValueError, OverflowError, KeyError, TypeError) as error:
             raise OutputError(str(path), f"is no checkpoint to resume from ({error})", "begin a new run") from error
 
 

@@ -1,5 +1,6 @@
 """The manifest of a run folder is right at every moment, wherever the run is killed."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -8,7 +9,8 @@ import pytest
 
 import palpate.core.ports.files as files
 from palpate.adapters.experiments import read_manifest
-from palpate.adapters.experiments.manifest import Manifest, Print
+from palpate.adapters.experiments.manifest import MANIFEST, Manifest, Print
+from palpate.core.errors import OutputError
 
 TRIALS = 3
 
@@ -90,3 +92,11 @@ def test_a_run_that_goes_on_keeps_what_is_known_of_its_logs(tmp_path: Path) -> N
     assert known is not None
     assert not known.finished
     assert known.problems(tmp_path) == [f"{tmp_path}/logs/trial-00001.mcap: is cut or altered: it has 7 of 10 bytes"]
+
+
+def test_a_manifest_with_a_size_that_is_no_number_is_refused(tmp_path: Path) -> None:
+    _run(tmp_path, lambda: None)
+    path = tmp_path / MANIFEST
+    path.write_text(re.sub(r'"bytes": \d+', '"bytes": 1e999', path.read_text()))
+    with pytest.raises(OutputError, match="is no manifest"):
+        read_manifest(tmp_path)

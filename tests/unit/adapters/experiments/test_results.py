@@ -118,6 +118,15 @@ def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
         below.create()
 
 
+def test_a_folder_for_logs_without_any_is_not_in_the_way(folder: RunFolder) -> None:
+    logs = folder.path / "logs"
+    logs.mkdir()
+    folder.create()
+    (logs / "trial-00000.mcap").touch()
+    with pytest.raises(OutputError, match=r"already holds a run \(logs\)"):
+        folder.create()
+
+
 def test_a_folder_that_holds_a_run_is_not_made_for_another(folder: RunFolder) -> None:
     folder.append_trial(scored_trial(0))
     with pytest.raises(OutputError, match="already holds a run"):
