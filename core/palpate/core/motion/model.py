@@ -12,6 +12,7 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import lru_cache
 from math import hypot, inf, isfinite, sqrt
 from operator import mul
 from pathlib import Path
@@ -37,13 +38,22 @@ def load_model(arm: ArmDescription) -> tuple[pin.Model, pin.Frame]:
     Raises:
         AssetError: The file is missing or no URDF, or what leads to its flange are not six or seven revolute joints.
     """
-    path, said = arm.find_urdf(), list[str]()
+    path = arm.find_urdf()
     try:
-        chain = _chain(arm, path, ElementTree.fromstring(path.read_bytes()))
-        with _heard(said):
-            model = pin.buildModelFromUrdf(str(path))
+        model, flange = _parsed(arm, path, path.read_bytes())
     except OSError as error:
         raise AssetError("arm", str(path), f"a readable URDF ({error.strerror})") from error
+    return model.copy(), flange
+
+
+# Kept by what is in the file: one that was written anew is read anew.
+@lru_cache(maxsize=8)
+def _parsed(arm: ArmDescription, path: Path, content: bytes) -> tuple[pin.Model, pin.Frame]:
+    said = list[str]()
+    try:
+        chain = _chain(arm, path, ElementTree.fromstring(content))
+        with _heard(said):
+            model = pin.buildModelFromUrdf(str(path))
     except (ElementTree.ParseError, ValueError, RuntimeError) as error:
         if isinstance(error, AssetError):
             raise

@@ -41,6 +41,17 @@ def test_what_lies_beyond_the_flange_and_meshes_that_are_missing_do_not_matter(t
     assert gripper.tip_position_m.tolist() == plain.tip_position_m.tolist()
 
 
+def test_a_file_that_was_written_anew_is_read_anew_and_each_arm_has_a_model_of_its_own(tmp_path: Path) -> None:
+    arm = ArmDescription(urdf(tmp_path / "a.urdf", 6), "tool", SIX)
+    before, again = Kinematics(arm, ToolGeometry()), Kinematics(arm, ToolGeometry(0.0, 0.5))
+    Path(arm.urdf).write_text(Path(arm.urdf).read_text().replace('upper="2.5"', 'upper="2.0"'))
+    after = Kinematics(arm, ToolGeometry())
+    assert [each.upper_rad[0] for each in (before, again, after)] == [2.5, 2.5, 2.0]
+    for kinematics in (before, again, after):
+        kinematics.update(SIX)
+    assert before.tip_position_m.tolist() == after.tip_position_m.tolist() != again.tip_position_m.tolist()
+
+
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
 def test_the_tool_points_along_the_axis_that_is_named(tmp_path: Path, axis: str) -> None:
     arm = ArmDescription(urdf(tmp_path / "a.urdf", 6), "tool", SIX, tool_axis=axis)
