@@ -119,9 +119,9 @@ class FaultLatchedError(DeviceError):
         super().__init__(device, f"stopped by a fault ({cause}); acknowledge it before going on")
 
 
-def one_line(error: BaseException) -> str:
-    """What an error says, on one line; of signs that would steer a terminal, their codes."""
-    told = " ".join(str(error).split())
+def one_line(said: object) -> str:
+    """What an error or another thing says, on one line; of signs that would steer a terminal, their codes."""
+    told = " ".join(str(said).split())
     return "".join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in told)
 
 

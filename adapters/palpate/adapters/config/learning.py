@@ -18,7 +18,7 @@ from palpate.core.ports import (
     Settings,
     Temperature,
     TemperatureDecay,
-    json_in,
+    json_of_file,
     require_floor,
 )
 
@@ -57,7 +57,7 @@ class LearnedWith(NamedTuple):
 def learner_in(path: str) -> LearnedWith:
     """What the policy of a policy file was learned with; nothing where it is no policy file."""
     try:
-        document = json_in(path)
+        document = json_of_file(path)
     except (OSError, ValueError):
         return LearnedWith("", {})
     if not isinstance(document, dict) or not str(document.get("schema")).startswith("palpate.policy/"):

@@ -17,7 +17,7 @@ from typing import Final
 
 from palpate.adapters.log import LOG_FOLDER
 from palpate.core.errors import OutputError
-from palpate.core.ports import json_in, write_whole
+from palpate.core.ports import json_of_file, write_whole
 
 MANIFEST: Final = "manifest.json"
 SCHEMA: Final = "palpate.manifest/1"
@@ -189,7 +189,7 @@ def read_manifest(folder: Path) -> KnownFolder | None:
     if not os.path.lexists(path):
         return None
     try:
-        content = json_in(path)
+        content = json_of_file(path)
         if content["schema"] != SCHEMA:
             raise OutputError(str(path), f"has schema {content['schema']!r}", f"this palpate reads {SCHEMA!r}")
         files = {str(name): Print(int(one["bytes"]), str(one["sha256"])) for name, one in content["files"].items()}

@@ -19,7 +19,7 @@ from palpate.adapters.log import TrialRecorder, made_with
 from palpate.core.errors import ConfigurationError, OutputError
 from palpate.core.perception import Perception, perception_to_dict
 from palpate.core.policy import Policy, document_of, learner_of
-from palpate.core.ports import Rig, json_in
+from palpate.core.ports import Rig, json_of_file
 from palpate.core.trial import Outcome, ReadyPose
 
 CHECKPOINT_SCHEMA: Final = "palpate.checkpoint/1"
@@ -53,7 +53,7 @@ class Checkpoint:
         """
         path = folder.path / "checkpoint.json"
         try:
-            content = json_in(path)
+            content = json_of_file(path)
             if content["schema"] != CHECKPOINT_SCHEMA:
                 raise OutputError(str(path), f"has schema {content['schema']!r}", f"{CHECKPOINT_SCHEMA!r} is needed")
             return cls(

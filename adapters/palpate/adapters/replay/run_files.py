@@ -25,7 +25,7 @@ from palpate.adapters.log import LOG_FOLDER, TrialLog, csv_text
 from palpate.adapters.replay.rebuild import Rebuilt
 from palpate.core.errors import OutputError, PalpateError, one_line
 from palpate.core.policy import PolicyDocument, document_of
-from palpate.core.ports import json_in
+from palpate.core.ports import json_of_file
 from palpate.core.trial import Outcome, TrialReport
 
 
@@ -170,7 +170,7 @@ class _FilesOfRun:
     def _faults_of_checkpoint(self, path: Path) -> Iterator[str]:
         if self.last is None:
             return
-        content = json_in(path)
+        content = json_of_file(path)
         content.pop("schema")
         # That of a run that was cut short may be behind its newest log, or ahead of what was written of it.
         ended = self.whole and self.last.checkpoint
@@ -187,7 +187,7 @@ class _FilesOfRun:
 
 
 def _faults_of_summary(path: Path) -> Iterator[str]:
-    figures = {**json_in(path)}
+    figures = {**json_of_file(path)}
     settings = read_toml(path.with_name("run.toml"))
     if isinstance(settings["arm"], dict):
         settings["arm"] = settings["arm"]["name"]

@@ -224,6 +224,6 @@ def _plain_json(value: Any) -> dict[str, Any]:
 
 def _shown(value: object) -> str:
     try:
-        return " ".join(repr(value).split())[:80]
+        return one_line(repr(value))[:80]
     except Exception:
         return f"a {type(value).__name__}"

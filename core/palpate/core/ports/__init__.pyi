@@ -17,7 +17,7 @@ from .files import read_text as read_text
 from .files import require_free_folder as require_free_folder
 from .files import require_no_file as require_no_file
 from .files import write_whole as write_whole
-from .json_files import json_in as json_in
+from .json_files import json_of_file as json_of_file
 from .json_files import load_json as load_json
 from .json_files import parse_json as parse_json
 from .kinds import CHANNELS as CHANNELS

@@ -24,7 +24,7 @@ def load_json(path: str | Path, whole: str, read: Callable[[str], T]) -> T:
         raise ConfigurationError(f"{path}: {error.field}", error.value, error.accepted) from error
 
 
-def json_in(path: str | Path) -> Any:
+def json_of_file(path: str | Path) -> Any:
     """What is in a JSON file, of any form.
 
     Raises:

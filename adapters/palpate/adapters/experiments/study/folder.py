@@ -20,7 +20,7 @@ from palpate.adapters.experiments.study.run_cell import UNFINISHED
 from palpate.adapters.experiments.writer_lock import LOCK, only_writer
 from palpate.adapters.log import csv_text, made_with
 from palpate.core.errors import ConfigurationError, OutputError
-from palpate.core.ports import json_in
+from palpate.core.ports import json_of_file
 
 _IN_OTHER_COLUMNS: Final = ("scenario", "arm", "seed", "policy", "finished")
 """Entries of a summary that the cell's own columns, or the line itself, hold already."""
@@ -197,7 +197,7 @@ class StudyFolder:
 def _json(path: Path) -> dict[str, Any] | None:
     """The object in a JSON file; None if that is not whole."""
     try:
-        found = json_in(path)
+        found = json_of_file(path)
     except (OSError, ValueError):
         return None
     return found if isinstance(found, dict) else None

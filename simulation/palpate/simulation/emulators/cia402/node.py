@@ -160,7 +160,7 @@ class CanopenDrive(CanNode):
                 self.fail(EMCY_FOLLOWING_ERROR)
 
     def _show(self) -> None:
-        # Only who is asked tells: between two frames nobody reads these objects.
+        """Bring up to date what is read only where a frame comes in: status and position."""
         self.objects[od.STATUSWORD] = self.machine.statusword ^ self.faults.flipped_status
         self.objects[od.POSITION] = self._servo.measured
 
