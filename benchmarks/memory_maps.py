@@ -56,6 +56,10 @@ LEARNERS: dict[str, tuple[str, GridLearning, int]] = {
     "offset-500": ("symbols", replace(Q_FROM_0, learner="offset"), 500),
     "clones-500": ("symbols", replace(Q_FROM_0, learner="clones"), 500),
     "automaton-500": ("symbols", replace(Q_FROM_0, learner="automaton"), 500),
+    "pairs-1500": ("symbols", replace(Q_FROM_0, learner="pairs"), 1500),
+    "offset-1500": ("symbols", replace(Q_FROM_0, learner="offset"), 1500),
+    "clones-1500": ("symbols", replace(Q_FROM_0, learner="clones"), 1500),
+    "automaton-1500": ("symbols", replace(Q_FROM_0, learner="automaton"), 1500),
 }
 """States, settings and trials of each."""
 
@@ -229,7 +233,12 @@ def main() -> None:
     runs.add_argument("--out", required=True)
     runs.add_argument("--maps", nargs="+", type=span, default=[["1"], ["2"], ["twin"]])
     runs.add_argument("--seeds", nargs="+", type=int, default=[0])
-    runs.add_argument("--learners", nargs="+", choices=list(LEARNERS), default=list(LEARNERS))
+    runs.add_argument(
+        "--learners",
+        nargs="+",
+        choices=list(LEARNERS),
+        default=[name for name in LEARNERS if not name.endswith("-1500")],
+    )
     runs.add_argument("--slips", type=float, default=0.0)
     runs.add_argument("--misreads", type=float, default=0.0)
     runs.add_argument("--walks", type=int, default=100, help="walks from each start, where chance has a part")

@@ -76,6 +76,31 @@ def test_what_is_read_where_another_part_of_the_policy_acts_counts_too() -> None
     assert model._beliefs[0].probabilities.tolist() == belief.probabilities.tolist()
 
 
+def test_more_trials_make_no_model_forget_what_its_plan_avoids() -> None:
+    """The last trials alone hold little but the ways that were best before."""
+    found = learn(AMBIGUOUS, Named(), GridLearning(learner="clones"), 3, trials=750).frozen_steps(AMBIGUOUS)
+    assert found.reaches == 1.0
+    assert found.steps <= 1.05 * float(belief_optimum(AMBIGUOUS))
+
+
+@pytest.mark.parametrize(
+    ("memory_trials", "random_kept", "due", "fitted"),
+    [
+        (40, True, 60, [*range(20), *range(40, 60)]),
+        (100, True, 150, [*range(30), *range(80, 150)]),
+        (100, True, 60, [*range(60)]),
+        (100, False, 150, [*range(50, 150)]),
+    ],
+)
+def test_a_model_is_fitted_to_the_random_trials_and_to_the_last(
+    memory_trials: int, random_kept: bool, due: int, fitted: list[int]
+) -> None:
+    parameters = MemoryParameters(memory_trials=memory_trials, random_kept=random_kept)
+    learner = MemoryLearner(AMBIGUOUS.symbols, grid_actions(), parameters)
+    learner.use((), [RecordedTrial((0,) * (k + 1), (0,) * (k + 1), True) for k in range(due)])
+    assert [len(trial.actions) - 1 for trial in learner._fitting(due)] == fitted
+
+
 def test_the_same_trials_are_not_fitted_again() -> None:
     learner = learn(AMBIGUOUS, Named(), OFFSET, seed=3, trials=31).learner
     before, state = learner.models, learner.get_state()
