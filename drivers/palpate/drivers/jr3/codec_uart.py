@@ -18,9 +18,6 @@ from palpate.drivers.errors import RefusedError
 from palpate.drivers.jr3.codec_can import pack_arguments
 from palpate.drivers.jr3.messages import Ack, Bootup, Message, Op, Reading, Request, TransportCounts
 
-BAUD_RATE = 115_200
-"""Bit/s, 8N1. FACT."""
-
 MAX_FRAME = 18
 """Bytes of the longest frame from the board, a reading. FACT."""
 

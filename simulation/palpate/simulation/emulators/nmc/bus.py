@@ -40,7 +40,7 @@ class NmcChain:
         for byte in data:
             frame = self._parser.push(byte)
             if frame is not None:
-                replies += self._dispatch(frame, now_ns)
+                replies += self._dispatch(frame)
         return replies
 
     def advance(self, now_ns: int) -> bytes:
@@ -49,7 +49,7 @@ class NmcChain:
             self._next_tick_ns = now_ns + TICK_NS
         while self._next_tick_ns <= now_ns:
             for module in self.modules:
-                module.tick(self._next_tick_ns)
+                module.tick()
             self._next_tick_ns += TICK_NS
         return b""
 
@@ -58,7 +58,7 @@ class NmcChain:
         for module in self.modules:
             module.servo.set_power(powered=powered)
 
-    def _dispatch(self, frame: Frame, now_ns: int) -> bytes:
+    def _dispatch(self, frame: Frame) -> bytes:
         baud = self.baud
         # Which modules listen is settled before any of them acts: SET_ADDR opens the next module for later frames.
         listeners = [
@@ -69,7 +69,7 @@ class NmcChain:
         replies = []
         for index, module in listeners:
             answers = module.address == frame.address or module.leader
-            reply = module.execute(frame, now_ns)
+            reply = module.execute(frame)
             if answers and reply and not module.muted:
                 replies.append(reply)
             if frame.intact and frame.command is CommandCode.SET_ADDR and index + 1 < len(self.modules):

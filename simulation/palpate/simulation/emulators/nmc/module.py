@@ -19,7 +19,7 @@ from palpate.simulation.emulators.nmc.frames import (
     sealed,
 )
 from palpate.simulation.emulators.nmc.servo import PicServo
-from palpate.simulation.emulators.nmc.settings import WATCHDOG_UNIT_NS, GainParameters, ModuleSettings, WatchdogAction
+from palpate.simulation.emulators.nmc.settings import GainParameters, ModuleSettings
 
 _SERVO_TYPE: Final = 0
 _GROUP_BIT: Final = 0x80
@@ -47,12 +47,9 @@ class NmcModule:
     def __init__(self, axis: int, plant: Plant, settings: ModuleSettings | None = None) -> None:
         self._axis, self._plant, self._settings = axis, plant, settings or ModuleSettings()
         self.servo = PicServo(axis, plant, self._settings)
-        self._has_watchdog = self._settings.watchdog_action is not WatchdogAction.OFF
         self.rejected = 0
         self.muted = False
         self._ticks = 0
-        self._watched_ns: int | None = None
-        self._expired = False
         self._power_up()
 
     def power_up(self) -> None:
@@ -66,20 +63,17 @@ class NmcModule:
         """State of the two limit switches."""
         self.servo.limits = (limit1, limit2)
 
-    def tick(self, now_ns: int) -> None:
+    def tick(self) -> None:
         """One tick of 0.512 ms; the servo calculates at every SR-th."""
         self._ticks += 1
         if self._ticks >= self.servo.gains.rate_divisor:
             self._ticks = 0
             self.servo.tick()
-        if self._has_watchdog:
-            self._watch(now_ns)
 
-    def execute(self, frame: Frame, now_ns: int) -> bytes:
+    def execute(self, frame: Frame) -> bytes:
         """Carry out a command that is addressed to this module and return the reply that it would send."""
         once = self.mask
         if frame.intact:
-            self._watched_ns, self._expired = now_ns, False
             if frame.command is CommandCode.HARD_RESET:
                 self.power_up()
                 return b""
@@ -194,20 +188,6 @@ class NmcModule:
             | Auxiliary.SLEWED * servo.profile.slewed
             | Auxiliary.SERVO_OVERRUN * servo.overrun
         )
-
-    def _watch(self, now_ns: int) -> None:
-        """The watchdog runs from the first intact command on (assumed)."""
-        if self._watched_ns is None:
-            return
-        action, servo = self._settings.watchdog_action, self.servo
-        if not self._expired:
-            self._expired = now_ns - self._watched_ns > self._settings.watchdog_units * WATCHDOG_UNIT_NS
-            if self._expired and action is WatchdogAction.DISABLE:
-                servo.switch_off()
-            elif self._expired:
-                servo.stop_smoothly()
-        elif action is WatchdogAction.SMOOTH_STOP_AND_DISABLE and servo.on and servo.profile.done:
-            servo.switch_off()
 
 
 def _int16(value: int) -> bytes:

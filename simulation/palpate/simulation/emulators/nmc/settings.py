@@ -2,22 +2,8 @@
 
 from __future__ import annotations
 
-import enum
 import struct
 from dataclasses import dataclass
-from typing import Final
-
-WATCHDOG_UNIT_NS: Final = 8_192_000
-"""Unit of the watchdog's time (FACT, Logosol manuals: 8192 us)."""
-
-
-class WatchdogAction(enum.Enum):
-    """What an expired watchdog does (FACT, Logosol manuals)."""
-
-    OFF = "off"
-    DISABLE = "disable"
-    SMOOTH_STOP_AND_DISABLE = "smooth stop and disable"
-    SMOOTH_STOP = "smooth stop"
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,21 +11,13 @@ class ModuleSettings:
     """How a module is built and wired.
 
     Attributes:
-        watchdog_units: Time without an intact command after which the watchdog acts, in units of 8192 us.
-        watchdog_action: What it does then. The classic command set has none, so it is off by default.
         analog: The A/D item, 0 to 255 (assumed constant).
         index_counts: Encoder counts between index pulses (INFERENCE: 500 lines, quadrature).
     """
 
     version: int = 10
-    watchdog_units: int = 0
-    watchdog_action: WatchdogAction = WatchdogAction.OFF
     analog: int = 0
     index_counts: int = 2000
-
-    def __post_init__(self) -> None:
-        if self.watchdog_action is not WatchdogAction.OFF and self.watchdog_units < 1:
-            raise ValueError("a watchdog that acts needs watchdog_units of at least 1")
 
 
 @dataclass(frozen=True, slots=True)

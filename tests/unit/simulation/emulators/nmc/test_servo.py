@@ -2,7 +2,6 @@ import struct
 
 import pytest
 
-from palpate.simulation.emulators.nmc.settings import ModuleSettings, WatchdogAction
 from tests.unit.simulation.emulators.nmc_host import ALL, GAINS, TICK_NS, Bench, command, trajectory
 
 MOVE_DONE, OVERCURRENT, POWER, POSITION_ERROR, LIMIT1 = 0x01, 0x04, 0x08, 0x10, 0x20
@@ -10,8 +9,8 @@ WRAP, SERVO_ON, ACCELERATED, SLEWED, OVERRUN = 0x02, 0x04, 0x08, 0x10, 0x20
 VELOCITY, ACCELERATION = 1_025_348, 5_250  # 1 rad/s and 10 rad/s^2 on joint 1
 
 
-def bench_of_one(settings: ModuleSettings | None = None) -> Bench:
-    return Bench(settings, modules=1).running()
+def bench_of_one() -> Bench:
+    return Bench(modules=1).running()
 
 
 def moving(bench: Bench, target: int = 30_558, control: int = 0x97) -> Bench:
@@ -196,42 +195,6 @@ def test_the_rate_divisor_slows_the_servo() -> None:
     bench.ask(1, 0x4, trajectory(0xB6, 1 << 16, 1 << 16))
     bench.wait(400)
     assert bench.position(1) == 100
-
-
-def watchdog(action: WatchdogAction) -> Bench:
-    bench = bench_of_one(ModuleSettings(watchdog_units=10, watchdog_action=action))
-    bench.ask(1, 0x4, trajectory(0xB6, 16 << 16, 1 << 14))
-    return bench
-
-
-@pytest.mark.parametrize(
-    ("action", "servo_on"),
-    [
-        (WatchdogAction.SMOOTH_STOP, True),
-        (WatchdogAction.DISABLE, False),
-        (WatchdogAction.SMOOTH_STOP_AND_DISABLE, False),
-    ],
-)
-def test_the_watchdog_stops_a_silent_hosts_arm(action: WatchdogAction, servo_on: bool) -> None:
-    bench = watchdog(action)
-    for _ in range(5):
-        bench.wait(159)  # 10 units are 160 ticks
-        bench.raw(command(1, 0xE))
-    running = bench.bus.modules[0].servo
-    assert running.velocity_counts == 16
-    bench.wait(162)
-    assert (running.profile.velocity < 16 << 16) or not running.on
-    bench.wait(100)
-    assert running.velocity_counts == 0
-    assert running.on is servo_on
-
-
-def test_without_watchdog_a_silent_host_changes_nothing() -> None:
-    bench = watchdog(WatchdogAction.OFF)
-    bench.wait(5_000)
-    assert bench.bus.modules[0].servo.velocity_counts == 16
-    with pytest.raises(ValueError, match="watchdog_units"):
-        ModuleSettings(watchdog_action=WatchdogAction.DISABLE)
 
 
 def test_hard_reset_of_a_moving_module() -> None:
