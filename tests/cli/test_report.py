@@ -95,6 +95,8 @@ def test_a_training_run_has_equal_bytes_in_any_process_and_its_results_stay(run:
     assert (line["policy"], line["trials"], line["counted"]) == ("q-learning", "3", "1")
     last = lines_of(run / "trials.csv")[-1]
     assert float(line["mean_s"]) == pytest.approx(float(last["exploration_time_s"]), abs=1e-4)
+    # Trials are counted as in trials.csv, in the names of logs and on the pictures' axes.
+    assert "Trial 0 (first" in page.text
     # Every trial of this short run is the first, the last or the one with the highest force.
     assert {"force-01.png", "force-02.png"} <= {path.name for path in (run / "report").iterdir()}
     first, results = files_in(run), files_in(trained)

@@ -172,7 +172,7 @@ def drawn_values(rows: Sequence[TrialRow]) -> list[PageTable]:
     table = []
     for name in rows[0].drawn:
         values = [row.drawn[name] for row in rows]
-        failed = [f"{row.drawn[name]:.3g} (trial {row.trial + 1})" for row in rows if not row.success]
+        failed = [f"{row.drawn[name]:.3g} (trial {row.trial})" for row in rows if not row.success]
         listed = ", ".join(failed[:_MOST_FAILED]) + (" ..." if len(failed) > _MOST_FAILED else "")
         table.append((name, f"{min(values):.3g}", f"{max(values):.3g}", listed or "none failed"))
     head = ("drawn for a trial or its batch", "lowest", "highest", "where trials failed")
@@ -193,6 +193,5 @@ def _drawn_trials(run: RunSource) -> list[tuple[Path, str]]:
     for row, words in ((first, "first"), (last, "last"), (peak, "highest force")):
         chosen[row.trial] = f"{chosen[row.trial]} and {words}" if row.trial in chosen else words
     return [
-        (run.path / "logs" / f"trial-{trial:05d}.mcap", f"Trial {trial + 1} ({words})")
-        for trial, words in chosen.items()
+        (run.path / "logs" / f"trial-{trial:05d}.mcap", f"Trial {trial} ({words})") for trial, words in chosen.items()
     ]

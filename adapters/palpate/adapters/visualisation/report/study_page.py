@@ -145,7 +145,7 @@ def _figures(study: StudySource) -> PageSection:
     head = ("policy and settings", "seeds", "success", "mean [s]", "median [s]", "peak force [N]")
     caption = (
         "Brackets: 95 % intervals, Wilson's of success over all trials, Student's t of the mean over seeds. Of policies"
-        " that learn, the last trials count"
+        " that learn, the last trials count; the peak force is that of all trials"
     )
     return PageSection("In figures", tables=(PageTable(caption, head, tuple(rows)),))
 

@@ -10,5 +10,5 @@ def test_what_was_drawn_is_told_with_what_it_was_where_trials_failed() -> None:
         for row in trial_rows(1.0, 2.0, 3.0)
     ]
     (table,) = drawn_values(rows)
-    assert table.rows == (("hole_yaw_deg", "-4", "-2", "-2 (trial 3)"),)
+    assert table.rows == (("hole_yaw_deg", "-4", "-2", "-2 (trial 2)"),)
     assert drawn_values(trial_rows(1.0)) == []
