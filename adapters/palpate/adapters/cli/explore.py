@@ -99,7 +99,8 @@ def _write(
             document_of(run.learner, created_with=made_with(), perception=world).save(path)
         else:
             MemoryDocument.of(run.learner, created_with=made_with(), world=world).save(path)
-    curves = Panel(f"map {options.map}, {options.state}", _curves(runs), bounds_of(grid, options.learning.step_limit))
+    title = f"map {options.map}, {options.learning.learner}; states: {options.state}"
+    curves = Panel(title, _curves(runs), bounds_of(grid, options.learning.step_limit))
     (folder / "trials.csv").write_text(trials_csv(grid, runs), encoding="utf-8", newline="\n")
     (folder / "table.txt").write_text(text, encoding="utf-8", newline="\n")
     (folder / "learning_curve.png").write_bytes(learning_figure([[curves]], "png"))

@@ -90,6 +90,13 @@ def test_an_svg_has_every_curve_and_is_the_same_again() -> None:
         assert len(re.findall(f"stroke: {colour}", text)) == 4
 
 
+@pytest.mark.parametrize(("trials", "told"), [(150, True), (20, False)])
+def test_the_axis_says_how_many_trials_a_curve_is_the_mean_of(trials: int, told: bool) -> None:
+    curves = tuple(steps[:trials] for steps in CURVES)
+    text = learning_figure([[Panel("alone", curves, Bounds(1.0, 3.0, 9.0))]], "svg").decode()
+    assert ("moving average of 25 trials" in text) == told
+
+
 @pytest.mark.parametrize("belief", [None, 3.0])
 def test_one_panel_alone(belief: float | None) -> None:
     assert learning_figure([[Panel("alone", CURVES[:1], Bounds(1.0, belief, 9.0))]], "png")
