@@ -102,7 +102,7 @@ def memory_picture(
             _cell(axes, (0, 0), "black", 0.9, "")
             axes.set_aspect("equal")
             axes.autoscale_view()
-            axes.set_xlabel("from the goal along x, in steps")
+            axes.set(xlabel="from the goal along x, in steps", ylabel="along y, in steps")
     return canvas.content
 
 

@@ -144,6 +144,7 @@ def test_text_and_picture_show_what_is_read_where_and_the_belief() -> None:
     # Four places read B one step right of an A; from the start each is as likely as the other.
     assert sorted(belief[belief > 0.01].round(3)) == [0.25] * 4
     assert memory_picture(document, belief, "A +x B", "png").startswith(b"\x89PNG")
+    assert b"along y, in steps" in memory_picture(document, belief, "A +x B", "svg")
     with pytest.raises(ConfigurationError, match="a file with a model"):
         believed(document_of("pairs"), "A")
     for words, says in (("A +x", "a symbol behind"), ("A A", "one of"), ("D", "one of A B C")):
