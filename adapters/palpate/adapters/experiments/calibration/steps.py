@@ -268,15 +268,15 @@ def measure_rest(clock: Clock, sensor: ForceSensor, seconds: float) -> tuple[Res
     """
     wrenches: list[tuple[float, ...]] = []
     times: list[int] = []
-    last = -1
+    numbers: list[int] = []
     end_ns = clock.now_ns() + round(seconds * 1e9)
     while clock.now_ns() < end_ns:
         sample = sensor.read()
-        if sample.validity is Validity.VALID and sample.sequence != last:
-            last = sample.sequence
+        if sample.validity is Validity.VALID and sample.sequence not in numbers[-1:]:
+            numbers.append(sample.sequence)
             wrenches.append((*sample.force_N, *sample.torque_Nm))
             times.append(sample.source_time_ns)
         clock.sleep_until(clock.now_ns() + round(PERIOD_S * 1e9))
     if not wrenches:
         raise DeviceError("force sensor", f"no valid sample in {seconds:g} s; the last was {sample.validity.value}")
-    return at_rest(np.array(wrenches), times), np.array(wrenches)
+    return at_rest(np.array(wrenches), times, numbers), np.array(wrenches)
