@@ -6,7 +6,7 @@ gives (c fx + s fy, c fy - s fx) for the (fx, fy) of the tool.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import degrees, hypot, inf, radians, sqrt
+from math import degrees, floor, hypot, inf, log10, radians, sqrt
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -39,8 +39,10 @@ class Estimate:
     sd: float
 
     def text(self, unit: str, scale: float = 1.0) -> str:
-        """As a person reads it: two standard deviations."""
-        return f"{self.value * scale:.4g} ± {2.0 * self.sd * scale:.2g} {unit}"
+        """As a person reads it: two standard deviations, to two digits, and the value as far as they reach."""
+        spread = 2.0 * self.sd * scale
+        places = max(0, 1 - floor(log10(spread))) if 0.0 < spread < inf else 3
+        return f"{self.value * scale:.{places}f} ± {spread:.{places}f} {unit}"
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ def rest_picture(wrenches: Array, rest: Rest) -> bytes:
             panel.axhspan(-2.0 * noise.value, 2.0 * noise.value, color="0.9", zorder=0)
             panel.set(xlabel="sample", ylabel=label)
         panel.legend()
+        canvas.figure.suptitle("less the mean; grey: two standard deviations", fontsize=8)
     return canvas.content
 
 
@@ -37,6 +38,7 @@ def weigh_picture(load: ToolLoad, down_in_tool: Array, means: Array) -> bytes:
                 panel.plot(means[:, part][:, k], "o", ms=4, color=f"C{k}", label=axis)
             panel.set(xlabel="pose", ylabel=label)
         panel.legend()
+        canvas.figure.suptitle("dots: measured; lines: the tool that was found", fontsize=8)
     return canvas.content
 
 
@@ -51,6 +53,7 @@ def touch_picture(touched: Touched) -> bytes:
         ends = np.array([depth_m, depth_m + most / touched.stiffness_N_per_m.value]) * 1e3
         panel.plot(ends, (0.0, most), "k", lw=0.8)
         panel.set(xlabel="depth below the believed plate, mm", ylabel="force, N")
+        panel.set_title("line: the spring that was found; its foot is the plate", fontsize=8)
         panel.legend()
     return canvas.content
 
@@ -62,5 +65,6 @@ def hole_picture(places_m: Sequence[tuple[float, float]], x: Estimate, y: Estima
         panel.plot(*(np.array(places_m).T * 1e3), "o", ms=4)
         panel.errorbar(x.value * 1e3, y.value * 1e3, yerr=2e3 * y.sd, xerr=2e3 * x.sd, color="k")
         panel.set(xlabel="x, mm", ylabel="y, mm", aspect="equal")
+        panel.set_title("dots: where the peg came to rest\ncross: mean, two standard deviations", fontsize=8)
         panel.ticklabel_format(useOffset=False)
     return canvas.content

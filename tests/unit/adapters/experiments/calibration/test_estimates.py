@@ -103,6 +103,21 @@ def test_what_is_no_press_no_hole_and_no_rest_is_refused() -> None:
         at_rest(noise * [1, 1, 1, 1, 0, 1], times, times)
 
 
+@pytest.mark.parametrize(
+    ("estimate", "unit", "scale", "told"),
+    [
+        (Estimate(0.400671, 4.47e-5), "mm", 1e3, "400.671 ± 0.089 mm"),
+        (Estimate(6.4802, 0.00803), "N", 1.0, "6.480 ± 0.016 N"),
+        (Estimate(123.4, 26.0), "N", 1.0, "123 ± 52 N"),
+        (Estimate(1.5, 0.0), "N", 1.0, "1.500 ± 0.000 N"),
+    ],
+)
+def test_a_value_is_told_as_far_as_its_deviation_reaches(
+    estimate: Estimate, unit: str, scale: float, told: str
+) -> None:
+    assert estimate.text(unit, scale) == told
+
+
 def test_a_drift_is_not_noise_and_samples_that_were_not_read_count_for_the_rate() -> None:
     wrenches = np.random.default_rng(0).standard_normal((1000, 6)) * ([0.1] * 3 + [0.004] * 3)
     drifting, times_ns = wrenches + np.linspace(0.0, 5.0, 1000)[:, None], range(0, 1000 * 8_000_000, 8_000_000)
