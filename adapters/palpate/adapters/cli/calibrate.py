@@ -99,7 +99,7 @@ class _Bench:
                 _TABLE: {"force_rate_Hz": rest.rate_Hz},
             },
             rest_picture(wrenches, rest),
-            f"noise {rest.noise_N.text('N')}, {rest.noise_Nm.text('N m')}; {rest.rate_Hz:.1f} samples a second",
+            f"noise {rest.noise_N.text('N')}, {rest.noise_Nm.text('N m')}; {rest.rate_Hz:.1f} new samples a second",
         )
 
     def _moved(self, step: str) -> None:

@@ -41,7 +41,7 @@ class CalibrationTable(Settings):
     """Stiffness along the tool, of gripper, arm and plate; instead of control.axial_stiffness_N_per_mm."""
     axial_stiffness_sd_N_per_mm: _Spread | None = None
     force_rate_Hz: _Spread | None = None
-    """Rate at which the force sensor makes samples."""
+    """Rate of new samples of the force sensor, as far as they reach a loop of 140 Hz."""
     joint_rate_Hz: _Spread | None = None
     """Rate of new samples of the encoders."""
 

@@ -90,11 +90,8 @@ class Press:
     stiffness_N_per_m: Estimate
 
 
-def at_rest(wrenches: Array, times_ns: Sequence[int], numbers: Sequence[int]) -> Rest:
+def at_rest(wrenches: Array, times_ns: Sequence[int]) -> Rest:
     """Noise and rate of samples, (n, 6), of a sensor that nothing moves; a drift is not taken for noise.
-
-    Args:
-        numbers: Of each sample its sequence number: those that were not read count for the rate.
 
     Raises:
         UndeterminedError: They are too few, or a channel never changes.
@@ -110,7 +107,7 @@ def at_rest(wrenches: Array, times_ns: Sequence[int], numbers: Sequence[int]) ->
     noise = (wrenches - wrenches.mean(axis=0) - trend).std(axis=0, ddof=2)
     force, torque = (float(np.sqrt(np.mean(noise[part] ** 2))) for part in (slice(3), slice(3, 6)))
     share = 1.0 / sqrt(6.0 * count)
-    rate = (numbers[-1] - numbers[0]) * 1e9 / (times_ns[-1] - times_ns[0])
+    rate = (count - 1) * 1e9 / (times_ns[-1] - times_ns[0])
     return Rest(Estimate(force, force * share), Estimate(torque, torque * share), rate)
 
 

@@ -261,22 +261,24 @@ class Commissioning:
 
 
 def measure_rest(clock: Clock, sensor: ForceSensor, seconds: float) -> tuple[Rest, Array]:
-    """Noise and real rate of an active sensor that nothing moves; the wrenches, (n, 6), beside it.
+    """Noise of an active sensor that nothing moves, and its rate in a loop of 140 Hz; beside it the wrenches, (n, 6).
 
     Raises:
         DeviceError: The sensor gives nothing that is valid.
     """
     wrenches: list[tuple[float, ...]] = []
     times: list[int] = []
-    numbers: list[int] = []
-    end_ns = clock.now_ns() + round(seconds * 1e9)
+    last = -1
+    slot_ns = clock.now_ns()
+    end_ns = slot_ns + round(seconds * 1e9)
     while clock.now_ns() < end_ns:
         sample = sensor.read()
-        if sample.validity is Validity.VALID and sample.sequence not in numbers[-1:]:
-            numbers.append(sample.sequence)
+        if sample.validity is Validity.VALID and sample.sequence != last:
+            last = sample.sequence
             wrenches.append((*sample.force_N, *sample.torque_Nm))
             times.append(sample.source_time_ns)
-        clock.sleep_until(clock.now_ns() + round(PERIOD_S * 1e9))
+        slot_ns += round(PERIOD_S * 1e9)
+        clock.sleep_until(slot_ns)
     if not wrenches:
         raise DeviceError("force sensor", f"no valid sample in {seconds:g} s; the last was {sample.validity.value}")
-    return at_rest(np.array(wrenches), times, numbers), np.array(wrenches)
+    return at_rest(np.array(wrenches), times), np.array(wrenches)

@@ -1,19 +1,26 @@
 """A commissioning in the simulated cell, in virtual time, of values that nobody told it."""
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from palpate.adapters.config import overlay, scenario
-from palpate.adapters.experiments.calibration import Commissioning, hole_picture, touch_picture, weigh_picture
+from palpate.adapters.experiments.calibration import (
+    Commissioning,
+    hole_picture,
+    measure_rest,
+    touch_picture,
+    weigh_picture,
+)
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import DeviceError, UndeterminedError
 from palpate.core.motion import InverseKinematics
-from palpate.core.ports import Life, WrenchSample
+from palpate.core.ports import ForceSensor, Life, WrenchSample
 from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell import HiddenValues
+from tests.virtual_time import VirtualTime
 
 CONFIG = replace(scenario("paper"), seed=7)
 READY = find_ready_pose(CONFIG.arm, CONFIG.task)
@@ -103,3 +110,23 @@ def test_a_force_that_nobody_expects_stops_the_arm(monkeypatch: pytest.MonkeyPat
         with pytest.raises(DeviceError, match="changed by more than 10 N: the arm was stopped"):
             Commissioning(rig, CONFIG).weigh()
         assert rig.cell.ticks < 110
+
+
+class _SlowlyRead:
+    """A force sensor of 200 Hz; reading it takes 3 ms."""
+
+    def __init__(self, clock: VirtualTime) -> None:
+        self._clock, self._rng = clock, np.random.default_rng(0)
+
+    def read(self) -> WrenchSample:
+        self._clock.sleep_until(self._clock.now_ns() + 3_000_000)
+        number = self._clock.now_ns() // 5_000_000
+        fx, fy, fz, tx, ty, tz = self._rng.standard_normal(6).tolist()
+        return WrenchSample((fx, fy, fz), (tx, ty, tz), 5_000_000 * number, self._clock.now_ns(), number)
+
+
+def test_a_sensor_at_rest_is_read_140_times_a_second_however_long_that_takes() -> None:
+    clock = VirtualTime()
+    rest, wrenches = measure_rest(clock, cast("ForceSensor", _SlowlyRead(clock)), 2.0)
+    assert rest.rate_Hz == pytest.approx(140.0, rel=0.01)
+    assert wrenches.shape == (281, 6)
