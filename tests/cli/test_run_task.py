@@ -19,7 +19,9 @@ SQUARE = f"{SPATIAL} --policy corner-first --task.options corners 4"
 
 def test_a_surface_is_followed_recorded_and_replayed(palpate: CommandLine, tmp_path: Path) -> None:
     out = tmp_path / "run"
-    assert "success 100.0%" in palpate.succeed("run", *SHORT.split(), "--arm", "ur5", "--trials", 1, "--out", out)
+    told = palpate.succeed("run", *SHORT.split(), "--arm", "ur5", "--trials", 1, "--out", out)
+    assert told.startswith("surface-follow, ur5, scenario paper")
+    assert "success 100.0%" in told
     # All options are told, those too that nobody gave.
     assert '"speed_mm_s" = 20.0' in (out / "run.toml").read_text()
     assert "1 of 1 equal" in palpate.succeed("replay", out, "--jobs", 1)

@@ -65,7 +65,8 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
     folder.seal()
     low, high = summary["success_95"]
     sys.stdout.write(
-        f"{named}, {config.arm}, scenario {config.scenario}, seed {config.seed}: {len(rows)} trials\n"
+        f"{options.policy or chosen.label}, {config.arm}, scenario {config.scenario}, seed {config.seed}:"
+        f" {len(rows)} trials\n"
         f"success {summary['success']:.1%} (95 % interval {low:.1%} to {high:.1%})\n"
         f"time median {summary['median_s']:.2f} s, 95th percentile {summary['p95_s']:.2f} s\n"
         f"peak force {summary['peak_force_N']:.1f} N; outcomes {summary['outcomes']}\n"

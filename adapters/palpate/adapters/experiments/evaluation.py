@@ -128,7 +128,7 @@ class ChosenPolicy:
         self.document: PolicyDocument | None = None
         self.perception: Perception
         if self.name in (*COMPARATORS, NO_POLICY):
-            self.label = self.name
+            self.label = config.task.name if self.name == NO_POLICY else self.name
             self.perception = plain_perception(config)
             self._made(tuple)
         else:

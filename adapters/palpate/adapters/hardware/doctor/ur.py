@@ -1,5 +1,6 @@
 """An arm of Universal Robots. Nothing is switched on here."""
 
+from collections.abc import Sequence
 from typing import Final
 
 from palpate.adapters.hardware.doctor.findings import Notebook
@@ -8,6 +9,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, Clock
 from palpate.drivers.ur import UrArm
 
 _CABLE: Final = "connect controller and computer directly, or through one switch that carries nothing else"
+_OTHER_WORK: Final = "end other work on this computer; ask for real-time scheduling"
 _FRESH_SHARE: Final = 0.99
 
 
@@ -40,7 +42,12 @@ def examine_ur(arm: UrArm, clock: Clock, seconds: float, notes: Notebook) -> Non
     notes.table(("joint", "angle (rad)", "limits (rad)"), rows)
     if (spread := spread_of(ages_ns)) is not None:
         notes.fact("age of the angles", str(spread))
-    got_Hz = rate_Hz(begun)
+    judge_angles(fresh, rate_Hz(begun), wanted_Hz, notes)
+
+
+def judge_angles(fresh: Sequence[bool], got_Hz: float, wanted_Hz: float, notes: Notebook) -> None:
+    """Whether cycles came at their rate and each brought new angles; none waits for data, so a late one is ours."""
     told = f"{sum(fresh)} of {len(fresh)} cycles brought new angles, at {got_Hz:.1f} of {wanted_Hz:.1f} Hz"
-    good = sum(fresh) >= _FRESH_SHARE * len(fresh) and got_Hz > 0.97 * wanted_Hz
-    notes.judge(good, told, told, f"{_CABLE}; or [arm] divider = 2, {CONTROL_RATE_HZ / 2:g} Hz")
+    all_fresh = sum(fresh) >= _FRESH_SHARE * len(fresh)
+    remedy = f"{_OTHER_WORK if all_fresh else _CABLE}; or [arm] divider = 2, {CONTROL_RATE_HZ / 2:g} Hz"
+    notes.judge(all_fresh and got_Hz > 0.97 * wanted_Hz, told, told, remedy)
