@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import time
@@ -25,24 +26,25 @@ PACKAGE = Path(__file__).parents[2] / "examples" / "third_party_rig"
 
 
 @pytest.fixture
-def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The package with its entry points, as pip leaves it."""
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The package with its entry points, as pip leaves it: nothing that lies beside it comes along."""
     project = tomllib.loads((PACKAGE / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     info = tmp_path / "site" / "third_party_rig-1.0.0.dist-info"
     info.mkdir(parents=True)
     (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n")
     rows = (f"{name} = {place}\n" for name, place in project["entry-points"]["palpate.adapters"].items())
     (info / "entry_points.txt").write_text("[palpate.adapters]\n" + "".join(rows))
+    shutil.copytree(PACKAGE / "third_party_rig", info.parent / "third_party_rig")
     monkeypatch.syspath_prepend(str(info.parent))
-    monkeypatch.syspath_prepend(str(PACKAGE))
+    return info.parent
 
 
 @pytest.fixture
-def rig(tmp_path: Path, installed: None) -> Iterator[Path]:
+def rig(tmp_path: Path, installed: Path) -> Iterator[Path]:
     """The rig file of devices that are served; the arm by its place, the sensor by its entry point."""
     path = tmp_path / "rig.toml"
     words = [sys.executable, "-W", "error", "-m", "third_party_rig.fake", "--rig-file", str(path)]
-    paths = {**os.environ, "PYTHONPATH": str(PACKAGE)}
+    paths = {**os.environ, "PYTHONPATH": str(installed)}
     process = subprocess.Popen(words, env=paths, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         wait_until(lambda: path.exists() and "[force_sensor]" in path.read_text(), process)

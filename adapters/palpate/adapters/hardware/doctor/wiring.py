@@ -42,7 +42,7 @@ class Wiring:
 
 
 def wiring_of(entry: DeviceEntry) -> Wiring:
-    """The wire of a device; of a stranger's adapter by the usual names ``port``, ``interface`` and ``channel``."""
+    """The wire of a device; of a stranger's by the usual names: ``host``, ``port``, ``interface``, ``channel``."""
     return _KNOWN.get(entry.adapter, _guessed)(entry.settings)
 
 
@@ -89,7 +89,10 @@ def _guessed(settings: Mapping[str, Any]) -> Wiring:
     port, interface, channel = (settings.get(name) for name in ("port", "interface", "channel"))
     if isinstance(interface, str) and isinstance(channel, str):
         return replace(_can({**settings, "bitrate": 0}, ""), told=f"{interface} {channel}")
-    return Wiring(port, told=port) if isinstance(port, str) else Wiring()
+    if isinstance(port, str):
+        return Wiring(port, told=port)
+    host = settings.get("host")
+    return Wiring(told=f"{host}, port {port}") if isinstance(host, str) and isinstance(port, int) else Wiring()
 
 
 _KNOWN: Final[Mapping[str, Callable[[Mapping[str, Any]], Wiring]]] = {

@@ -58,3 +58,4 @@ def test_where_a_rig_file_says_that_a_device_hangs() -> None:
     assert wiring_of(DeviceEntry("strange", {"port": "/dev/ttyS1"})).serial == "/dev/ttyS1"
     assert wiring_of(DeviceEntry("strange", {"interface": "socketcan", "channel": "can1"})).network == "can1"
     assert wiring_of(DeviceEntry("strange", {"host": 3})) == Wiring()
+    assert wiring_of(DeviceEntry("strange", {"host": "10.0.0.5", "port": 5800})).told == "10.0.0.5, port 5800"
