@@ -23,8 +23,11 @@ def _forget_modules() -> Iterator[None]:
     """A process of its own imports each adapter anew; here that has to be seen to."""
     before = set(sys.modules)
     yield
+    # What is installed stays: who has it already would see two of it.
     for name in set(sys.modules) - before:
-        if not name.startswith("palpate."):
+        if not name.startswith("palpate.") and "site-packages" not in (
+            getattr(sys.modules[name], "__file__", "") or ""
+        ):
             del sys.modules[name]
 
 
