@@ -211,7 +211,8 @@ def write_evaluation(
     """Write ``summary.json``, times and forces as a picture, and the policy; gives the figures of the summary."""
     summary = policy_summary(config, name, rows, trials)
     folder.write_json("summary.json", summary)
-    folder.write("trials.png", trials_picture(rows, f"{name}, {config.scenario}"))
+    told = config.task.name if name == NO_POLICY else name
+    folder.write("trials.png", trials_picture(rows, f"{told}, {config.scenario}"))
     if document is not None:
         document.save(folder.path / "policy.json")
     return summary

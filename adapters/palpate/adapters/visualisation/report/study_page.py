@@ -211,7 +211,7 @@ def _policies(study: StudySource, settings: list[Setting]) -> list[PageSection]:
         machine = machine_in(document)
         if machine is not None:
             machines.setdefault(machine, shown_setting(setting))
-    text = ("The policy of the first seed of each choice of settings.",)
+    text = ("The policy of the first seed of each choice of settings.",) if arrows else ()
     sections = [PageSection("Policies", text, pictures=tuple(arrows)), PageSection("Q values", pictures=tuple(values))]
     for number, (machine, served) in enumerate(list(machines.items())[:_MOST_AUTOMATA], 1):
         sections.append(
