@@ -47,6 +47,19 @@ def test_every_command_explains_itself(palpate: CommandLine, words: str, shown: 
     assert [word for word in shown if word not in done.stdout] == []
 
 
+@pytest.mark.parametrize(
+    ("wide", "line"),
+    [(80, "'palpate[rerun]'. What it is too slow"), (200, "What it is too slow for is dropped and counted;")],
+)
+def test_help_is_broken_where_the_terminal_ends_and_samples_are_not(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, wide: int, line: str
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(wide))
+    told = palpate.succeed("study", "--help")
+    assert line in told
+    assert '["q-learning", "torque"]    # learners are trained; comparators and policy files run as they are\n' in told
+
+
 def test_palpate_alone_lists_its_commands(palpate: CommandLine) -> None:
     printed = palpate.succeed()
     for name in ("train", "run", "compare", "study", "show", "replay", "report", "log", "doctor", "version"):

@@ -9,7 +9,9 @@ import io
 import itertools
 import os
 import re
+import shutil
 import sys
+import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import is_dataclass, replace
 from pathlib import Path
@@ -73,7 +75,7 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
             )
     except SystemExit as end:
         if not end.code:
-            sys.stdout.write(output.getvalue())
+            sys.stdout.write(_reflowed(output.getvalue()))
             raise
         raise UsageError(_one_line(output.getvalue())) from None
     if unknown:
@@ -238,6 +240,30 @@ def _value_of(flag: str, arguments: Sequence[str]) -> str:
         elif word.startswith(flag + "="):
             value = word.split("=", 1)[1]
     return value
+
+
+_HELP_COLUMN: Final = 8
+"""Help texts begin here, or farther to the right."""
+
+
+def _reflowed(text: str) -> str:
+    """Help as wide as the terminal: the parser keeps the line ends of docstrings, and breaks their lines once more."""
+    paragraphs: list[tuple[int, str]] = []
+    for line in map(str.rstrip, text.splitlines()):
+        begins = len(line) - len(line.lstrip())
+        if line and begins >= _HELP_COLUMN and begins == paragraphs[-1][0]:
+            paragraphs[-1] = begins, f"{paragraphs[-1][1]} {line.lstrip()}"
+        else:
+            flag = re.match(r"  (?:-|STR|\[\[STR).*?\s{2,}(?=\S)", line)
+            paragraphs.append((flag.end() if flag else begins, line))
+    wide = shutil.get_terminal_size().columns
+    lines = [
+        textwrap.fill(line, wide, subsequent_indent=" " * column, break_long_words=False, break_on_hyphens=False)
+        if column == 0 or column >= _HELP_COLUMN
+        else line
+        for column, line in paragraphs
+    ]
+    return "\n".join((*lines, ""))
 
 
 def _one_line(boxed: str) -> str:

@@ -15,7 +15,7 @@ from palpate.core.ports import Range, Settings
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BeliefParameters(Settings):
-    """What does not follow from the task."""
+    """Of the learner belief: what does not follow from the task."""
 
     TABLE: ClassVar[str] = "learning.belief"
     UNTOLD: ClassVar[Mapping[str, Any]] = MappingProxyType(
