@@ -119,6 +119,8 @@ def open_task(config: RunConfig) -> OpenTask:
     task = build_task(config, ready, build_perception(config), walk)
     task.__class__ = OpenTask
     assert isinstance(task, OpenTask)
+    # Loops without trials have its account, too.
+    task.begin(trial_setup(config, 0))
     return task
 
 
