@@ -1,7 +1,6 @@
 """``palpate calibrate``."""
 
 import os
-import signal
 import sys
 from collections.abc import Mapping
 from contextlib import ExitStack
@@ -12,7 +11,7 @@ from typing import Any, Final
 from palpate.adapters.cli.notices import print_grants, say
 from palpate.adapters.cli.options import CalibrateOptions
 from palpate.adapters.config import CalibrationTable, RigFile, overlay, write_into
-from palpate.adapters.experiments import on_signals, warm_up
+from palpate.adapters.experiments import warm_up
 from palpate.adapters.experiments.calibration import (
     Commissioning,
     Estimate,
@@ -113,7 +112,6 @@ class _Bench:
         ready = find_ready_pose(config.arm, config.task)
         warm_up(config, ready)
         with (
-            on_signals(signal.default_int_handler),
             HardwareRig(file, config, find_approach(config, ready)) as rig,
             RealTimeSession(config.real_time) as session,
         ):

@@ -1,6 +1,5 @@
 """``palpate doctor``."""
 
-import signal
 import sys
 from pathlib import Path
 
@@ -39,8 +38,6 @@ def doctor(options: DoctorOptions) -> int:
     file = RigFile.load(Path(options.rig))
     wishes = Wishes(options.seconds, _Terminal() if options.push else None, options.move)
     examination = Examination(file, RigContext.of(file.model or options.arm, MonotonicClock()), wishes, System())
-    # An end from outside must close the devices as Ctrl-C does.
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     sections: list[FindingsSection] = []
     try:
         for section in examination.sections():
@@ -49,8 +46,6 @@ def doctor(options: DoctorOptions) -> int:
     except KeyboardInterrupt:
         sys.stderr.write("\npalpate: stopped; every device is closed\n")
         return 130
-    finally:
-        signal.signal(signal.SIGTERM, before)
     _print(summary_text(sections))
     return 1 if any(section.count(Level.WRONG) for section in sections) else 0
 

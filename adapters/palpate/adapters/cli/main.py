@@ -8,6 +8,7 @@ from contextlib import suppress
 from typing import Final
 
 from palpate.adapters.cli.commands import GROUPS, commands_of, help_of, loaded, options_of
+from palpate.adapters.cli.interrupts import Interrupts
 from palpate.core.errors import ConfigurationError, LogError, OutputError, PalpateError, UsageError, one_line
 
 _LEFT_OUT: Final = ("torch",)
@@ -27,6 +28,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     if words[0] == "--version":
         words[0] = "version"
+    with Interrupts(last=arguments is None) as interrupts:
+        return _ended(words, interrupts)
+
+
+def _ended(words: Sequence[str], interrupts: Interrupts) -> int:
     try:
         _require_text((*words, _working_folder()))
         code = _run(words[0], words[1:])
@@ -42,8 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         text = f"this needs {error.name}, which a slim install leaves out: pip install {error.name}"
         return _fail(UsageError(text), 2)
     except KeyboardInterrupt:
-        sys.stderr.write("\npalpate: stopped at once; finished trials are kept\n")
-        return 130
+        return _stopped()
     except BrokenPipeError:
         # The reader of our output went away (as `| head` does): nothing to say and nobody to say it to.
         sys.stderr.close()
@@ -53,6 +58,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout = open(os.devnull, "w")
         told = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
         return _fail(PalpateError(f"{told}; what was finished before is kept"), 1)
+    except Exception:
+        if not interrupts.raised:
+            raise
+        # Extension modules and callbacks make errors of their own of an interruption.
+        return _stopped()
+
+
+def _stopped() -> int:
+    sys.stderr.write("\npalpate: stopped at once; finished trials are kept\n")
+    return 130
 
 
 def _fail(error: PalpateError, code: int) -> int:

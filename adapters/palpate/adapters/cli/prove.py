@@ -2,7 +2,6 @@
 
 import os
 import shlex
-import signal
 import sys
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 from palpate.adapters.cli.notices import print_untold_tool, print_weakened, say
 from palpate.adapters.cli.study import CellProgress, jobs_of
 from palpate.adapters.cli.study_options import ProveOptions
-from palpate.adapters.experiments import ChosenPolicy, ClaimVerdict, RunFolder, on_signals, policy_for
+from palpate.adapters.experiments import ChosenPolicy, ClaimVerdict, RunFolder, policy_for
 from palpate.adapters.experiments.study import (
     Processes,
     Sequential,
@@ -47,8 +46,7 @@ def prove(options: ProveOptions) -> int:
         jobs = jobs_of(asked, folder, missing, files)
         progress, count = CellProgress(len(cells), len(finished)), options.jobs or os.cpu_count() or 1
         try:
-            with on_signals(signal.default_int_handler):
-                progress.follow(Sequential() if count == 1 else Processes(count), jobs)
+            progress.follow(Sequential() if count == 1 else Processes(count), jobs)
         finally:
             folder.clear(cells, folder.finished(cells))
             folder.write_table(asked, cells)

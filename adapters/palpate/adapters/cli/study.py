@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shlex
-import signal
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 from palpate.adapters.cli.notices import print_weakened, say, watched
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.cli.study_options import StudyOptions
-from palpate.adapters.experiments import RunFolder, on_signals
+from palpate.adapters.experiments import RunFolder
 from palpate.adapters.experiments.study import (
     MOST_CELLS,
     CellJob,
@@ -70,8 +69,7 @@ def study(options: StudyOptions) -> int:
         jobs = jobs_of(asked, folder, [cell for cell in cells if cell.name not in finished], files)
         progress = CellProgress(len(cells), len(finished), lambda name: _show(live, folder, name))
         try:
-            with on_signals(signal.default_int_handler):
-                progress.follow(engine, jobs)
+            progress.follow(engine, jobs)
         finally:
             # What workers left that died, or that were ended now.
             folder.clear(cells, folder.finished(cells))

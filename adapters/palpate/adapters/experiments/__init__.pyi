@@ -68,7 +68,6 @@ from .training import write_training as write_training
 from .trial import ScoredTrial as ScoredTrial
 from .trial import fit_of as fit_of
 from .trial import interrupting as interrupting
-from .trial import on_signals as on_signals
 from .trial import require_sound as require_sound
 from .trial import run_scored_trial as run_scored_trial
 from .trial import score as score

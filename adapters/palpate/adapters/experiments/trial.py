@@ -185,19 +185,8 @@ def require_sound(scored: ScoredTrial, first: int = 0) -> None:
 
 
 @contextmanager
-def on_signals(handle: Callable[[int, FrameType | None], object]) -> Iterator[None]:
-    """While inside, SIGINT and SIGTERM are handled by this, also where a shell lets them be ignored."""
-    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-@contextmanager
 def interrupting(request_end: Callable[[], None]) -> Iterator[None]:
-    """While inside, the first SIGINT or SIGTERM asks for an orderly end; a second SIGINT stops at once.
+    """While inside, the first SIGINT or SIGTERM asks for an orderly end; a second SIGINT does what one does outside.
 
     Signals reach a program's main thread only: in any other one this does nothing.
     """
@@ -206,8 +195,14 @@ def interrupting(request_end: Callable[[], None]) -> Iterator[None]:
         return
 
     def handle(number: int, frame: FrameType | None) -> None:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGINT, before[signal.SIGINT])
         request_end()
 
-    with on_signals(handle):
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
         yield
+    finally:
+        for number, handler in before.items():
+            # Interrupted on its way here, this may come late: then what was set since stays.
+            if signal.getsignal(number) is handle:
+                signal.signal(number, handler)

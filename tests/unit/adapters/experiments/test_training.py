@@ -122,6 +122,17 @@ def test_the_second_ctrl_c_does_not_wait() -> None:
     assert asked == [1]
 
 
+def test_a_handler_that_was_set_since_stays() -> None:
+    before, left = signal.getsignal(signal.SIGINT), interrupting(lambda: None)
+    left.__enter__()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        del left
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def test_sigterm_ends_in_order_too() -> None:
     asked = []
     with interrupting(lambda: asked.append(1)):

@@ -1,0 +1,109 @@
+"""Ctrl-C ends a command once, however often it comes; what is closed meanwhile is closed whole."""
+
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from palpate.adapters.cli import interrupts, main
+from palpate.adapters.cli.commands import COMMANDS, Command
+from palpate.adapters.cli.interrupts import QUIET_S, Interrupts
+from palpate.adapters.log import TrialRecorder
+from palpate.simulation.work_cell import WorkCell
+from tests.command_line import CommandLine
+
+
+def press(times: int = 1, number: signal.Signals = signal.SIGINT) -> None:
+    for _ in range(times):
+        signal.raise_signal(number)
+
+
+@pytest.fixture
+def now(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """The clock's reading in s, to be set by a test."""
+    reading = [1000.0]
+    monkeypatch.setattr(interrupts, "monotonic", lambda: reading[0])
+    return reading
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_what_is_closed_meanwhile_is_not_interrupted(number: signal.Signals, now: list[float]) -> None:
+    closed = False
+    with Interrupts() as seen, pytest.raises(KeyboardInterrupt):
+        try:
+            press(1, number)
+        finally:
+            press(3)
+            closed = True
+    assert closed
+    assert seen.raised
+
+
+def test_who_still_waits_is_heard_again(now: list[float]) -> None:
+    with Interrupts():
+        with pytest.raises(KeyboardInterrupt):
+            press()
+        now[0] += QUIET_S + 1.0
+        with pytest.raises(KeyboardInterrupt):
+            press()
+
+
+def put_in(monkeypatch: pytest.MonkeyPatch, name: str, function: Callable[[object], object]) -> None:
+    """A command of that name that calls a function."""
+    monkeypatch.setitem(COMMANDS, name, Command("for a test", "here:here"))
+    monkeypatch.setattr(main, "loaded", lambda place: function)
+
+
+def test_the_end_of_the_interpreter_is_not_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "argv", ["palpate", "ending"])
+    put_in(monkeypatch, "ending", lambda _: press())
+    before = signal.getsignal(signal.SIGINT)
+    try:
+        assert main.main() == 130
+        press(3)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_an_import_that_is_interrupted_is_no_error_of_its_own(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def half_imported(_: object) -> None:
+        # As extension modules have it.
+        try:
+            press()
+        except KeyboardInterrupt as error:
+            raise ImportError("initialization failed") from error
+
+    put_in(monkeypatch, "importing", half_imported)
+    done = palpate("importing")
+    assert (done.code, done.stderr) == (130, "\npalpate: stopped at once; finished trials are kept\n")
+
+
+def test_ctrl_c_again_and_again_leaves_one_line_and_a_log_that_replays(
+    palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    passed, advance_once, fail_once = 0, WorkCell.advance, TrialRecorder.fail
+
+    def advance(self: WorkCell) -> None:
+        nonlocal passed
+        passed += 1
+        if passed == 600:
+            press(2)
+        advance_once(self)
+
+    def fail(self: TrialRecorder, *told: Any) -> None:
+        press(2)
+        fail_once(self, *told)
+        press(2)
+
+    monkeypatch.setattr(WorkCell, "advance", advance)
+    monkeypatch.setattr(TrialRecorder, "fail", fail)
+    done = palpate("run", "--task.time-limit-s", 1, "--policy", "random", "--trials", 50, "--out", tmp_path / "run")
+    assert done.code == 130
+    assert [line for line in done.stderr.splitlines() if line] == ["palpate: stopped at once; finished trials are kept"]
+    logs = sorted((tmp_path / "run/logs").glob("*.mcap"))
+    assert f"{len(logs)} of {len(logs)} equal" in palpate.succeed("replay", *logs, "--jobs", 1)
