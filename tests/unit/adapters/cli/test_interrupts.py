@@ -31,14 +31,18 @@ def now(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_what_is_closed_meanwhile_is_not_interrupted(number: signal.Signals, now: list[float]) -> None:
-    closed = False
-    with Interrupts() as seen, pytest.raises(KeyboardInterrupt):
+    closed = []
+
+    def work() -> None:
         try:
             press(1, number)
         finally:
             press(3)
-            closed = True
-    assert closed
+            closed.append(now[0])
+
+    with Interrupts() as seen, pytest.raises(KeyboardInterrupt):
+        work()
+    assert closed == now
     assert seen.raised
 
 
