@@ -14,7 +14,7 @@ from palpate.adapters.config import AdmissionConfig, RunConfig, task_kind
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder, trial_name, world_of
 from palpate.core.control_loop import LoopObserver, run_trial
-from palpate.core.errors import DeviceError
+from palpate.core.errors import DeviceError, require_whole
 from palpate.core.ports import Rig, Truth
 from palpate.core.supervision import Supervisor
 from palpate.core.trial import Fit, Outcome, Supervised, Task, TrialReport, TrialSetup, Trip, TripReason
@@ -41,6 +41,7 @@ class ScoredTrial:
     blamed: str = ""
 
 
+_MOST_TRIALS: Final = 10**9
 _OF_THE_ARM: Final = (
     TripReason.JOINT_POSITION, TripReason.JOINT_VELOCITY, TripReason.TRACKING_ERROR, TripReason.WORKSPACE,
     TripReason.EXPLORATION_AREA, TripReason.PLATE_NOT_FELT,
@@ -69,8 +70,10 @@ def run_scored_trial(
         recorder: Records it; prepared with what the trials are trials of.
 
     Raises:
+        ConfigurationError: The trial's number is none from 0 to 10^9.
         FaultLatchedError: A trip or fault on this rig has not been acknowledged.
     """
+    require_whole("trial", trial, 0, _MOST_TRIALS)
     # Making ready moves an arm, too.
     rig.latch.require_free()
     rig.prepare(trial)

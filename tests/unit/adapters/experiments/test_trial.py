@@ -9,6 +9,7 @@ import pytest
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import fit_of, run_scored_trial, trial_setup, truth_fields
 from palpate.adapters.experiments import trial as experiment
+from palpate.core.errors import ConfigurationError
 from palpate.core.ports import FaultLatch, Truth
 from palpate.core.tasks.insertion.kind import INSERTION
 from palpate.core.trial.report import Outcome
@@ -29,6 +30,12 @@ def test_starts_keep_within_their_uncertainty_and_use_all_of_it() -> None:
     assert max(radii) <= 3e-3
     assert max(radii) > 2.8e-3
     assert sum(radius < 3e-3 / 2**0.5 for radius in radii) == pytest.approx(150, abs=35)  # uniform by area
+
+
+@pytest.mark.parametrize("trial", [-1, 1.5, 2**70])
+def test_a_trial_that_has_no_number_leaves_the_rig_as_it_is(trial: Any) -> None:
+    with pytest.raises(ConfigurationError, match=r"trial = .* a whole number from 0"):
+        run_scored_trial(RunConfig(), None, None, trial)  # type: ignore[arg-type]
 
 
 class StandIn:
