@@ -37,13 +37,14 @@ class RawMessage(NamedTuple):
 
 def bytes_of(path: str | Path) -> bytes:
     """A log's file, whole."""
-    # A pipe or a device need not have an end.
-    if os.path.exists(path) and not os.path.isfile(path):
-        raise LogError(str(path), "", "is no file", "name a log")
     try:
+        # A pipe or a device need not have an end.
+        if os.path.exists(path) and not os.path.isfile(path):
+            raise LogError(str(path), "", "is no file", "name a log")
         return Path(path).read_bytes()
-    except OSError as error:
-        raise LogError(str(path), "", f"cannot be read ({error.strerror})", "name a log that is there") from error
+    except (OSError, TypeError, ValueError) as error:
+        reason = getattr(error, "strerror", error)
+        raise LogError(str(path), "", f"cannot be read ({reason})", "name a log that is there") from error
 
 
 def require_mcap(path: str, data: bytes) -> int:

@@ -16,10 +16,11 @@ from palpate.adapters.replay.engine import Replay, Verdict, replay
 from palpate.adapters.replay.handover import WhatIfRecording
 from palpate.adapters.replay.lesson import values_digest
 from palpate.adapters.replay.rebuild import Changes, Rebuilder
-from palpate.core.errors import LogError, OutputError, PalpateError, one_line
+from palpate.core.errors import LogError, OutputError, PalpateError, one_line, require_whole
 from palpate.core.policy import PolicyDocument
 
-_MOST_PER_TASK = 16
+_MOST_PER_TASK: Final = 16
+_MOST_JOBS: Final = 1024
 
 
 def find_logs(names: Sequence[str]) -> list[Path]:
@@ -38,9 +39,9 @@ def find_logs(names: Sequence[str]) -> list[Path]:
         elif os.path.lexists(name):
             found[Path(name)] = None
         else:
-            matches = sorted(Path(match) for match in glob.glob(name, recursive=True))
+            matches = sorted(Path(match) for match in glob.glob(str(name), recursive=True))
             if not matches:
-                raise LogError(name, "", "is not there", "name a log, a folder of logs, or a pattern in quotes")
+                raise LogError(str(name), "", "is not there", "name a log, a folder of logs, or a pattern in quotes")
             for match in matches:
                 found.update(dict.fromkeys(find_logs([str(match)])))
     return list(found)
@@ -73,7 +74,12 @@ class WhatIf:
 
 
 def replay_files(paths: Sequence[Path], what_if: WhatIf, jobs: int) -> Iterator[list[Replay]]:
-    """Replay logs in their order, some at a time; the results do not depend on the number of processes."""
+    """Replay logs in their order, some at a time; the results do not depend on the number of processes.
+
+    Raises:
+        ConfigurationError: ``jobs`` is none of 1 to 1024.
+    """
+    require_whole("jobs", jobs, 1, _MOST_JOBS)
     size = max(1, min(_MOST_PER_TASK, -(-len(paths) // (4 * jobs))))
     named = list(zip(paths, names_for(paths), strict=True))
     parts = [named[i : i + size] for i in range(0, len(named), size)]

@@ -3,6 +3,7 @@
 import random
 import re
 import struct
+from typing import Any
 
 import pytest
 import zstandard
@@ -11,10 +12,16 @@ from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC
 
-from palpate.adapters.log import container
+from palpate.adapters.log import container, read_log
 from palpate.adapters.log.container import outer_records
 from palpate.core.errors import LogError
 from tests.unit.adapters.log.crafted import SMALL, complaint, log_bytes, read
+
+
+@pytest.mark.parametrize("path", [None, "a\0b"])
+def test_what_names_no_file_is_refused(path: Any) -> None:
+    with pytest.raises(LogError, match="cannot be read"):
+        read_log(path)
 
 
 def test_cut_at_any_byte_it_is_noticed() -> None:

@@ -3,8 +3,11 @@
 from dataclasses import replace
 from pathlib import Path
 
-from palpate.adapters.replay import Replay, Verdict, find_logs, learning_problems
+import pytest
+
+from palpate.adapters.replay import Replay, Verdict, WhatIf, find_logs, learning_problems, replay_files
 from palpate.adapters.replay.lesson import Lesson
+from palpate.core.errors import ConfigurationError, LogError
 
 GOLDEN = Path(__file__).parents[3] / "golden"
 
@@ -18,6 +21,13 @@ def test_files_folders_and_patterns_once_each(tmp_path: Path) -> None:
     assert [path.name for path in find_logs(names)] == ["b.mcap", "a.mcap", "c.mcap"]
     # What is named outright is taken, whatever it is called.
     assert len(find_logs([str(tmp_path / "notes.txt")])) == 1
+
+
+def test_calls_that_are_none_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="jobs = 0 is refused: a whole number from 1 to 1024"):
+        next(replay_files([], WhatIf(), 0))
+    with pytest.raises(LogError, match="nowhere: is not there"):
+        find_logs([tmp_path / "nowhere"])  # type: ignore[list-item]
 
 
 def lesson(trial: int, before: str, after: str, *, run: str = "r", folder: str = "logs") -> Replay:
