@@ -10,26 +10,26 @@ from typing import Any, TypeVar
 
 from palpate.adapters.config.renames import now_called
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import Settings, fitted, kinds_of, table_beside
+from palpate.core.ports import Settings, fitted, kinds_of, table_beside, whole_text
 
 T = TypeVar("T", bound=Settings)
 
 
-def read_toml(path: Path, named: str = "config") -> dict[str, Any]:
+def read_toml(path: str | Path, named: str = "config") -> dict[str, Any]:
     """The table in a TOML file. The URDF of its arm is looked for from the file's folder.
 
     Raises:
         ConfigurationError: No such file, or it is not TOML.
     """
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = tomllib.loads(whole_text(path).read())
     except OSError as error:
         raise ConfigurationError(named, str(path), f"a readable file ({error.strerror})") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ConfigurationError(named, str(path), f"a TOML file ({error})") from error
     arm = table.get("arm")
     if isinstance(arm, dict) and isinstance(urdf := arm.get("urdf"), str) and urdf and "://" not in urdf:
-        arm["urdf"] = str(path.resolve().parent / urdf)
+        arm["urdf"] = str(Path(path).resolve().parent / urdf)
     return table
 
 

@@ -27,7 +27,7 @@ import pinocchio as pin
 from palpate.core.errors import AssetError, ConfigurationError
 from palpate.core.motion.arm import ArmDescription
 from palpate.core.motion.filler import filler
-from palpate.core.ports import JointVector, Vector3
+from palpate.core.ports import JointVector, Vector3, whole_file
 
 
 def load_model(arm: ArmDescription) -> tuple[pin.Model, pin.Frame]:
@@ -40,7 +40,7 @@ def load_model(arm: ArmDescription) -> tuple[pin.Model, pin.Frame]:
     """
     path = arm.find_urdf()
     try:
-        model, flange = _parsed(arm, path, path.read_bytes())
+        model, flange = _parsed(arm, path, whole_file(path))
     except OSError as error:
         raise AssetError("arm", str(path), f"a readable URDF ({error.strerror})") from error
     return model.copy(), flange

@@ -16,6 +16,8 @@ from .files import put_folder_in_place as put_folder_in_place
 from .files import read_text as read_text
 from .files import require_free_folder as require_free_folder
 from .files import require_no_file as require_no_file
+from .files import whole_file as whole_file
+from .files import whole_text as whole_text
 from .files import write_whole as write_whole
 from .json_files import json_of_file as json_of_file
 from .json_files import load_json as load_json

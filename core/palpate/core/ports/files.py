@@ -1,12 +1,35 @@
 """Files and folders that are whole or not there: made under another name beside their place, renamed when complete."""
 
+import errno
+import io
 import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Final
 
 from palpate.core.errors import ConfigurationError, OutputError
+
+_MOST_BYTES: Final = 1 << 28
+
+
+def whole_file(path: str | Path) -> bytes:
+    """All that a file holds, a pipe's and a device's too.
+
+    Raises:
+        OSError: It cannot be read, or holds more than 2^28 bytes: a device need not have an end.
+    """
+    with Path(path).open("rb") as stream:
+        data = stream.read(_MOST_BYTES + 1)
+    if len(data) > _MOST_BYTES:
+        raise OSError(errno.EFBIG, f"more than {_MOST_BYTES >> 20} MiB", str(path))
+    return data
+
+
+def whole_text(path: str | Path, encoding: str = "utf-8", newline: str | None = None) -> io.TextIOWrapper:
+    """A text file, read as :func:`whole_file` does."""
+    return io.TextIOWrapper(io.BytesIO(whole_file(path)), encoding=encoding, newline=newline)
 
 
 def read_text(path: Path, field: str, accepted: str = "a readable text file") -> str:
@@ -16,7 +39,7 @@ def read_text(path: Path, field: str, accepted: str = "a readable text file") ->
         ConfigurationError: It cannot be read, or is not in UTF-8.
     """
     try:
-        return path.read_text(encoding="utf-8")
+        return whole_text(path).read()
     except UnicodeDecodeError as error:
         raise ConfigurationError(field, str(path), f"a text file in UTF-8; its byte {error.start} is not") from error
     except OSError as error:

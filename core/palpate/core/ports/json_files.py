@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
 from palpate.core.errors import ConfigurationError
+from palpate.core.ports.files import whole_text
 
 T = TypeVar("T")
 
@@ -17,7 +18,7 @@ def load_json(path: str | Path, whole: str, read: Callable[[str], T]) -> T:
         ConfigurationError: The file cannot be read, or ``read`` refuses it.
     """
     try:
-        return read(Path(path).read_text(encoding="utf-8"))
+        return read(whole_text(path).read())
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigurationError(whole, str(path), f"a readable file in UTF-8 ({error})") from error
     except ConfigurationError as error:
@@ -31,7 +32,7 @@ def json_of_file(path: str | Path) -> Any:
         OSError: It cannot be read.
         ValueError: It is no JSON in UTF-8.
     """
-    text = Path(path).read_text(encoding="utf-8")
+    text = whole_text(path).read()
     try:
         return json.loads(text)
     except RecursionError as error:

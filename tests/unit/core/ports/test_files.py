@@ -6,8 +6,34 @@ from pathlib import Path
 
 import pytest
 
-from palpate.core.errors import LogError, OutputError
-from palpate.core.ports import new_file, new_folder, put_folder_in_place, require_free_folder, write_whole
+from palpate.core.errors import ConfigurationError, LogError, OutputError
+from palpate.core.ports import (
+    new_file,
+    new_folder,
+    put_folder_in_place,
+    read_text,
+    require_free_folder,
+    whole_file,
+    whole_text,
+    write_whole,
+)
+
+
+def test_a_file_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("palpate.core.ports.files._MOST_BYTES", 5 << 20)
+    with pytest.raises(OSError, match="more than 5 MiB"):
+        whole_file("/dev/zero")
+    with pytest.raises(ConfigurationError, match=r"map = '/dev/zero' is refused: .*\(more than 5 MiB\)"):
+        read_text(Path("/dev/zero"), "map")
+
+
+def test_what_has_an_end_is_read_whole(tmp_path: Path) -> None:
+    end, begin = os.pipe()
+    os.write(begin, b"a\r\nb")
+    os.close(begin)
+    assert whole_text(f"/dev/fd/{end}").read() == "a\nb"
+    os.close(end)
+    assert whole_file("/dev/null") == b""
 
 
 @pytest.mark.parametrize("durable", [True, False])

@@ -27,7 +27,7 @@ from palpate.adapters.experiments.study.fields import configured, with_learner
 from palpate.adapters.experiments.training import Trainer, run_toml, write_training
 from palpate.adapters.log import LOG_FOLDER, TrialRecorder
 from palpate.core.errors import ConfigurationError, OutputError, PalpateError, one_line
-from palpate.core.ports import Rig, put_folder_in_place
+from palpate.core.ports import Rig, put_folder_in_place, whole_file
 from palpate.core.trial import ReadyPose
 
 UNFINISHED: Final = ".unfinished"
@@ -129,7 +129,7 @@ def digest_of(name: str, setting: str) -> str:
         ConfigurationError: It cannot be read.
     """
     try:
-        return hashlib.sha256(Path(name).read_bytes()).hexdigest()
+        return hashlib.sha256(whole_file(name)).hexdigest()
     except OSError as error:
         raise ConfigurationError(setting, name, f"a readable file ({error.strerror})") from error
 
