@@ -78,7 +78,11 @@ def test_what_is_read_where_another_part_of_the_policy_acts_counts_too() -> None
 
 def test_more_trials_make_no_model_forget_what_its_plan_avoids() -> None:
     """The last trials alone hold little but the ways that were best before."""
-    found = learn(AMBIGUOUS, Named(), GridLearning(learner="clones"), 3, trials=750).frozen_steps(AMBIGUOUS)
+    parameters = MemoryParameters(kind="clones", memory_trials=150)
+    learner, identity = MemoryLearner(AMBIGUOUS.symbols, grid_actions(), parameters), IdentityState(AMBIGUOUS.symbols)
+    for trial in range(250):
+        run_trial(AMBIGUOUS, identity, learner, 3, trial)
+    found = walked_steps(AMBIGUOUS, identity, learner.as_frozen(), PATIENCE, seed=1)
     assert found.reaches == 1.0
     assert found.steps <= 1.05 * float(belief_optimum(AMBIGUOUS))
 
