@@ -19,7 +19,6 @@ from palpate.adapters.replay.rebuild import Changes, Rebuilder
 from palpate.core.errors import LogError, OutputError, PalpateError, one_line, require_whole
 from palpate.core.policy import PolicyDocument
 
-_MOST_PER_TASK: Final = 16
 _MOST_JOBS: Final = 1024
 
 
@@ -80,7 +79,8 @@ def replay_files(paths: Sequence[Path], what_if: WhatIf, jobs: int) -> Iterator[
         ConfigurationError: ``jobs`` is none of 1 to 1024.
     """
     require_whole("jobs", jobs, 1, _MOST_JOBS)
-    size = max(1, min(_MOST_PER_TASK, -(-len(paths) // (4 * jobs))))
+    # Long parts: of a learner by a model each part fits it anew.
+    size = max(1, -(-len(paths) // (4 * jobs)))
     named = list(zip(paths, names_for(paths), strict=True))
     parts = [named[i : i + size] for i in range(0, len(named), size)]
     if jobs == 1:
