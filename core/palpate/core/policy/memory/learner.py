@@ -70,7 +70,7 @@ class MemoryParameters(Settings):
 
     TABLE: ClassVar[str] = "learning.memory"
     UNTOLD: ClassVar[Mapping[str, Any]] = MappingProxyType(
-        {"lattice": 0, "random_kept": False, "merging": False, "misreading": False, "commuting": False}
+        {"lattice": 0, "first_kept": False, "merging": False, "misreading": False, "commuting": False}
     )
 
     kind: Annotated[str, OneOf(*REFITS)] = OFFSET
@@ -83,11 +83,11 @@ class MemoryParameters(Settings):
     to whole ones; 0: all have to be whole multiples of the shortest."""
     exploration: Annotated[float, Range(0.0, 1.0)] = 0.1
     """Share of random actions once there is a model; before, all are."""
-    memory_trials: Annotated[int, Range(10, 100_000)] = 500
-    """So many trials a model is fitted to: the last ones, and what random_kept adds."""
-    random_kept: bool = True
-    """A model is fitted to the random trials of the beginning as well, at most half of memory_trials, and to as many
-    fewer of the last: these avoid what the plan avoids, and alone they would let a model forget it."""
+    memory_trials: Annotated[int, Range(10, 100_000)] = 1000
+    """So many trials a model is fitted to, at most."""
+    first_kept: bool = True
+    """Half of these are the first trials, whose actions were random or poor yet, rather than all the last: those avoid
+    what the plan avoids, and alone they would let a model forget it."""
     merging: bool = True
     """Of the kind clones: where moves fail, hidden states of one place are merged and those of several divided, if
     held-out trials are foretold the better for it."""
@@ -167,10 +167,9 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
 
     def _fitting(self, due: int) -> list[RecordedTrial]:
         """What of the first so many trials a model is fitted to."""
-        settings = self.parameters
-        first = min(REFITS[settings.kind][0], settings.memory_trials // 2) if settings.random_kept else 0
-        last = max(first, due - settings.memory_trials + first)
-        return self._trials[:first] + self._trials[last:due]
+        most = min(due, self.parameters.memory_trials)
+        first = most // 2 if self.parameters.first_kept else 0
+        return self._trials[:first] + self._trials[due - most + first : due]
 
     def _models_of(self, trials: Sequence[RecordedTrial], seed: int) -> tuple[WorldModel, ...]:
         if self.parameters.kind == CLONES:

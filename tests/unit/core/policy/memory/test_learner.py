@@ -88,18 +88,11 @@ def test_more_trials_make_no_model_forget_what_its_plan_avoids() -> None:
 
 
 @pytest.mark.parametrize(
-    ("memory_trials", "random_kept", "due", "fitted"),
-    [
-        (40, True, 60, [*range(20), *range(40, 60)]),
-        (100, True, 150, [*range(30), *range(80, 150)]),
-        (100, True, 60, [*range(60)]),
-        (100, False, 150, [*range(50, 150)]),
-    ],
+    ("first_kept", "due", "fitted"),
+    [(True, 150, [*range(50), *range(100, 150)]), (True, 60, [*range(60)]), (False, 150, [*range(50, 150)])],
 )
-def test_a_model_is_fitted_to_the_random_trials_and_to_the_last(
-    memory_trials: int, random_kept: bool, due: int, fitted: list[int]
-) -> None:
-    parameters = MemoryParameters(memory_trials=memory_trials, random_kept=random_kept)
+def test_a_model_is_fitted_to_the_first_trials_and_to_the_last(first_kept: bool, due: int, fitted: list[int]) -> None:
+    parameters = MemoryParameters(memory_trials=100, first_kept=first_kept)
     learner = MemoryLearner(AMBIGUOUS.symbols, grid_actions(), parameters)
     learner.use((), [RecordedTrial((0,) * (k + 1), (0,) * (k + 1), True) for k in range(due)])
     assert [len(trial.actions) - 1 for trial in learner._fitting(due)] == fitted
