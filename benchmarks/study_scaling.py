@@ -107,7 +107,7 @@ def kill_in_the_middle(file: Path, out: Path, total: int) -> dict[str, object]:
     wait_for(lambda: len(finished(out)) >= total // 2 and any(out.glob("cells/*.unfinished")), running)
     before = finished(out)
     children = Path(f"/proc/{running.pid}/task/{running.pid}/children").read_text().split()
-    worker = next(c for c in children if b"LokyProcess" in Path(f"/proc/{c}/cmdline").read_bytes())
+    worker = next(c for c in children if b"spawn_main" in Path(f"/proc/{c}/cmdline").read_bytes())
     os.kill(int(worker), signal.SIGKILL)
     _, complaint = running.communicate()
     after = finished(out)
