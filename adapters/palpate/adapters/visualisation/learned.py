@@ -41,6 +41,8 @@ def hidden_picture(inference: Inference) -> bytes:
 
 def training_picture(inference: Inference) -> bytes:
     """Lowest and median loss of each batch of networks, by step; a PNG file."""
+    from matplotlib.ticker import LogFormatter
+
     with drawing(7.0, 4.2, 110) as canvas:
         axes = canvas.figure.add_subplot()
         curve = inference.training.curve
@@ -55,6 +57,9 @@ def training_picture(inference: Inference) -> bytes:
         axes.set_xlabel("step")
         axes.set_ylabel("training loss, nats")
         axes.set_yscale("log")
+        # 1.2, and not 1.2 x 10^0; over two decades and more powers of ten alone.
+        axes.yaxis.set_major_formatter(LogFormatter())
+        axes.yaxis.set_minor_formatter(LogFormatter(minor_thresholds=(2.0, 0.5)))
         axes.grid(visible=True, color="0.9")
         axes.legend(fontsize=8)
         axes.set_title(inference.training.summary, fontsize=9)
