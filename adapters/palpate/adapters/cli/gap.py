@@ -32,7 +32,7 @@ def gap(options: GapOptions) -> int:
             found = gap_of(paths, bar.update)
     say("\n".join(_report(found)))
     if other:
-        say("\n".join([*_came_late(other), f"{other.logs} trials of {options.reference}"]))
+        say("\n".join([*_doubted(other), f"{other.logs} trials of {options.reference}"]))
         sd = hypot(found.wrench_late_sd_ms, other.wrench_late_sd_ms)
         later = f"{found.cycle_late_ms - other.cycle_late_ms:.1f} ± {2.0 * sd:.2g} ms later"
         say(f"wrenches come {later} than in {options.reference}, where it is {other.wrench_late_ms:.1f} ms")
@@ -46,8 +46,8 @@ def gap(options: GapOptions) -> int:
 
 
 def _report(found: Gap) -> Iterator[str]:
-    """Who came late; axis by axis; then what was fitted."""
-    yield from _came_late(found)
+    """What is doubted; axis by axis; then what was fitted."""
+    yield from _doubted(found)
     units = ("N",) * 3 + ("N m",) * 3
     rows = [["axis", "as configured", "fitted", "unit"]]
     for axis, unit, before, after in zip(WRENCH_AXES, units, found.before.wrench, found.after.wrench, strict=True):
@@ -68,9 +68,12 @@ def _report(found: Gap) -> Iterator[str]:
         yield f"{knob.name}: {value:.4g} ± {2.0 * sd:.2g}{doubt}"
 
 
-def _came_late(found: Gap) -> Iterator[str]:
-    for who, count in found.late.items():
-        yield f"{count} logs of {who} that came late, left out if there are others: such a cell reads softer than it is"
+def _doubted(found: Gap) -> Iterator[str]:
+    for why, count in found.doubted.items():
+        told = f"{why} that came late, left out if there are others: such a cell reads softer than it is"
+        if why == "hole":
+            told = "pegs that sank and were not inserted, left out if there are others: nobody knows where the hole was"
+        yield f"{count} logs of {told}"
 
 
 def _toml(found: Gap) -> Iterator[str]:

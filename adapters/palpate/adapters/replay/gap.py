@@ -60,7 +60,8 @@ class Gap:
 
     Attributes:
         config: What the first log was recorded with.
-        late: Logs of trials in which somebody came late, loop or devices. They are left out, where there are others.
+        doubted: Logs of trials in which the loop or devices came late, or a peg sank that was not inserted. They are
+            left out, where there are others.
         before: Errors of the cell as it is configured, with offsets in time taken out.
         cycle_late_ms: By how much wrenches are behind, and the age of the encoders' angles besides. A bus that tells
             set-points and reads angles once in a cycle makes a command wait the longer the younger its angles are, and
@@ -75,7 +76,7 @@ class Gap:
 
     config: RunConfig
     logs: int
-    late: Mapping[str, int]
+    doubted: Mapping[str, int]
     before: AxisErrors
     after: AxisErrors
     values: Array
@@ -168,8 +169,8 @@ def _fitted(trials: Sequence[Driven], lag: float, gone_through: Callable[[], obj
         same: What is told of the same cell: friction, stiffnesses and damping are taken from there.
     """
     config, lag_ms = trials[0].config, lag * 1e3 / CONTROL_RATE_HZ
-    came_late = Counter(trial.late for trial in trials if trial.late)
-    trials = [trial for trial in trials if not trial.late] or trials
+    doubted = Counter(trial.doubted for trial in trials if trial.doubted)
+    trials = [trial for trial in trials if not trial.doubted] or trials
     fit = CellFit(trials, gone_through)
     configured = fit.values.copy()
     if same is None:
@@ -201,7 +202,7 @@ def _fitted(trials: Sequence[Driven], lag: float, gone_through: Callable[[], obj
     return Gap(
         config,
         len(trials),
-        came_late,
+        doubted,
         _errors(trials, fit.traces(configured), values[LATE], joints_late),
         _errors(trials, fit.traces(values), values[LATE], joints_late),
         values,
@@ -242,7 +243,7 @@ def _followed(trials: Sequence[Driven], gone_through: Callable[[], object]) -> t
     fit = CellFit(trials, gone_through) if lag else fit
     ticks, step_rad = fit.joints_late(), min(arm_named(trials[0].config.arm).encoder_step_rad)
     marked = [
-        replace(trial, late=trial.late or "devices")
+        replace(trial, doubted=trial.doubted or "devices")
         if falls_behind(trial.joints_rad[begun:], late(q_rad, ticks)[begun:], step_rad)
         else trial
         for trial, (_, q_rad) in zip(trials, fit.traces(fit.values), strict=True)

@@ -80,7 +80,8 @@ class Driven:
         hole_m: Where the peg came to rest in the hole, (2,), task frame; the goal where it did not.
         walled: What it met in the hole; None where it was not inserted.
         joints_age_ticks: How old angles are when they are read, by their times of measurement, on average.
-        late: Who came late: ``loop``, ``devices``, or nobody.
+        doubted: Why others are preferred to it: ``loop`` or ``devices`` came late; ``hole``, the peg sank and was not
+            inserted, so nobody knows where the hole is; empty where nothing is wrong.
     """
 
     path: str
@@ -92,7 +93,7 @@ class Driven:
     hole_m: tuple[float, float]
     walled: Walled | None = None
     joints_age_ticks: float = 0.0
-    late: str = ""
+    doubted: str = ""
 
 
 class UntouchedError(LogError):
@@ -141,7 +142,8 @@ def driven_from(path: Path) -> Driven:
     part = {slot: each for slot, each in by_slot.items() if begin <= slot < count}
     return Driven(
         str(path), config, ready, command[begin:], places[begin:], wrench[begin:], place,
-        walled_from(log, config, by_slot, bias), _joints_age_ticks(part.values()), comes_late(part),
+        walled_from(log, config, by_slot, bias), _joints_age_ticks(part.values()),
+        comes_late(part) or ("hole" if Phase.INSERT.value in first and not _is_inserted(log) else ""),
     )  # fmt: skip
 
 
@@ -150,8 +152,12 @@ def _joints_age_ticks(records: Iterable[TickRecord]) -> float:
     return float(np.mean(ages_ns)) * CONTROL_RATE_HZ / 1e9
 
 
+def _is_inserted(log: TrialLog) -> bool:
+    return log.end is not None and log.end.outcome == Outcome.INSERTED.value
+
+
 def _rest_place(log: TrialLog, config: RunConfig) -> tuple[float, float]:
-    if log.end is None or log.end.outcome != Outcome.INSERTED.value:
+    if not _is_inserted(log):
         return 0.0, 0.0
     last: JointVector = ()
     for record in log.records():

@@ -31,6 +31,7 @@ from palpate.core.errors import ConfigurationError, LogError
 from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell import HiddenValues
 from tests.command_line import CommandLine
+from tests.log_surgery import changed, indices, messages_of, write_log
 
 CONFIG = replace(scenario("paper"), seed=11)
 READY = find_ready_pose(CONFIG.arm, CONFIG.task)
@@ -93,6 +94,15 @@ def test_a_reference_tells_how_much_later_wrenches_come(logs: list[Path], palpat
     left = re.search(r"([\d.]+) N along the tool are left there, ([\d.]+) N here", told)
     assert left is not None, told
     assert float(left[1]) < 1.5 * float(left[2])
+
+
+def test_a_peg_that_sank_and_was_not_inserted_is_doubted(logs: list[Path], tmp_path: Path) -> None:
+    """Its hole is taken to be at the goal: pegs that came to rest 0.07 mm beside it made friction 0.07 of 0.35."""
+    messages = messages_of(logs[0])
+    (end,) = indices(messages, "/end")
+    tripped = changed(messages, end, lambda made: setattr(made, "outcome", "safety trip"))
+    found = gap_cell.driven_from(write_log(tmp_path / "tripped.mcap", tripped))
+    assert (gap_cell.driven_from(logs[0]).doubted, found.doubted) == ("", "hole")
 
 
 @pytest.mark.usefixtures("hurried")
