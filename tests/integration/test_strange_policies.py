@@ -153,6 +153,7 @@ def test_one_changed_bit_is_found_in_either_way(
 
 
 BAD = """
+import os
 from palpate.core.policy import Action, Decision, FixedPolicy
 
 class Bad(FixedPolicy):
@@ -160,6 +161,12 @@ class Bad(FixedPolicy):
         if observation.action_number == 1:
             {does}
         return Decision(Action("own", (1e-4, 0.0)), None, "bad")
+
+class Wanderer(Bad):
+    def __init__(self):
+        os.chdir("/")
+
+    begin_trial = learn = lambda self, *_: os.chdir("/")
 
 class Unfinished(Bad):
     choose = None
@@ -191,15 +198,34 @@ def test_one_that_fails_in_a_trial_stops_the_arm_and_leaves_a_log_that_says_whos
     assert (alone.verdict, "ended by PolicyError" in alone.note) == (Verdict.EQUAL, True)
 
 
+def test_one_that_changes_the_working_folder_moves_no_result(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(Path.cwd()))
+    Path("badly_made.py").write_text(BAD.format(does="pass"))
+    quick = ("--policy", "badly_made:Wanderer", "--task.time-limit-s", 0.5)
+    palpate.succeed("run", *quick, "--trials", 2, "--out", "run")
+    assert {"trials.csv", "manifest.json"} <= {path.name for path in Path("run").iterdir()}
+    logs = sorted(Path("run/logs").iterdir())
+    printed = palpate.succeed("replay", *logs, "--jobs", 1, "--markdown", "table.md")
+    assert "2 of 2 equal in every bit" in printed
+    assert Path("table.md").is_file()
+    words = ("--fault", "repeat", "--phase", "explore", "--most", 1, "--jobs", 1, "--out", "faults.csv")
+    palpate("faults", *quick, *words)
+    assert Path("faults.csv").is_file()
+
+
 def test_one_that_cannot_even_begin_is_refused_before_a_folder_is_made(
     palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.syspath_prepend(str(Path.cwd()))
     Path("ill_made.py").write_text(BAD.format(does="pass"))
     Path("broken.py").write_text("1 / 0\n")
+    Path("leaving.py").write_text("raise GeneratorExit\n")
     for name, reason in (
         ("nowhere:Bad", "No module named 'nowhere'"),
         ("broken:Bad", "imports without failing (ZeroDivisionError"),
+        ("leaving:Bad", "imports without failing (GeneratorExit"),
         ("ill_made:Good", "a name in ill_made; it has no Good"),
         ("ill_made:Unfinished", "its Unfinished lacks choose"),
         ("ill_made:Stillborn", "it failed with OSError: no weights"),

@@ -125,6 +125,15 @@ def one_line(said: object) -> str:
     return "".join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in told)
 
 
+def told(error: BaseException) -> str:
+    """Kind and text of an error that is not palpate's own, on one line of some 200 signs; the text may fail as well."""
+    try:
+        said = one_line(error)[:200]
+    except Exception:
+        said = "its text cannot be told"
+    return f"{type(error).__name__}: {said}"
+
+
 def _shown(value: object) -> str:
     text = repr(value)
     # Both ends: of a long path the end says most.

@@ -9,6 +9,7 @@ from .learning import LearnedWith as LearnedWith
 from .learning import LearningConfig as LearningConfig
 from .learning import learner_in as learner_in
 from .plugins import entries as entries
+from .plugins import folder_kept as folder_kept
 from .plugins import from_here as from_here
 from .plugins import imported as imported
 from .real_time import FROZEN as FROZEN

@@ -1,6 +1,7 @@
 """What others bring: found by the name of an entry point, or by ``package.module:Name``."""
 
 import importlib
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,7 +9,7 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, told
 
 
 def entries(group: str) -> dict[str, EntryPoint]:
@@ -22,9 +23,22 @@ def from_here() -> Iterator[None]:
     before = list(sys.path)
     sys.path.insert(0, str(Path.cwd()))
     try:
-        yield
+        with folder_kept():
+            yield
     finally:
         sys.path[:] = before
+
+
+@contextmanager
+def folder_kept() -> Iterator[None]:
+    """Put the working folder back: others' code may change it, and places of results may be told from it."""
+    # By its number: it may have been moved meanwhile.
+    here = os.open(".", os.O_PATH)
+    try:
+        yield
+    finally:
+        os.fchdir(here)
+        os.close(here)
 
 
 def imported(field: str, place: str, accepted: str) -> Any:
@@ -43,9 +57,11 @@ def imported(field: str, place: str, accepted: str) -> Any:
         module = importlib.import_module(module_name)
     except ImportError as error:
         raise ConfigurationError(field, place, f"a module that can be imported ({error})") from error
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
         # Whatever a stranger's module does as it is imported.
-        raise ConfigurationError(field, place, f"a module that imports without failing ({error!r})") from error
+        raise ConfigurationError(field, place, f"a module that imports without failing ({told(error)})") from error
     if not hasattr(module, attribute):
         raise ConfigurationError(field, place, f"a name in {module_name}; it has no {attribute}")
     return getattr(module, attribute)

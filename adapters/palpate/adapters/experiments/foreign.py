@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, entries, from_here, imported
 from palpate.adapters.experiments.build import plain_perception, task_actions, task_reach
-from palpate.core.errors import ConfigurationError, one_line
+from palpate.core.errors import ConfigurationError, told
 from palpate.core.perception import Perception
 from palpate.core.policy import ForeignEntry, ForeignPolicy, Learner, PolicyContext, guarded
 
@@ -57,9 +57,10 @@ def foreign_policy(entry: ForeignEntry, config: RunConfig, perception: Perceptio
         # A class that needs nothing of the task need not take it.
         with from_here():
             made = maker(context) if inspect.signature(maker).parameters else maker()
-    except (Exception, SystemExit) as error:
-        said = one_line(error)[:200]
-        accepted = f"code that makes a policy; it failed with {type(error).__name__}: {said}"
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        accepted = f"code that makes a policy; it failed with {told(error)}"
         raise ConfigurationError("policy", entry.code, accepted) from error
     now = replace(foreign_entry(entry.code), trials_learned=entry.trials_learned, state=entry.state)
     return guarded(made, now, context, frozen=frozen)

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from typing_extensions import override
 
-from palpate.adapters.config import AdmissionConfig, RunConfig, task_kind
+from palpate.adapters.config import AdmissionConfig, RunConfig, folder_kept, task_kind
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder, trial_name, world_of
 from palpate.core.control_loop import LoopObserver, run_trial
@@ -84,7 +84,7 @@ def run_scored_trial(
     if session is not None:
         observers = session.timed(observers)
     try:
-        with nullcontext() if session is None else session.loop():
+        with nullcontext() if session is None else session.loop(), folder_kept():
             report = run_trial(task, rig.ports, setup, supervisor, observers)
     except BaseException as error:
         if recorder is not None:

@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
-from palpate.adapters.config import RecordingConfig
+from palpate.adapters.config import RecordingConfig, folder_kept
 from palpate.adapters.experiments import in_processes
 from palpate.adapters.log import TrialRecorder, names_for, read_log
 from palpate.adapters.replay.engine import Replay, Verdict, replay
@@ -51,7 +51,8 @@ def replay_file(
 ) -> Replay:
     """Replay one log; what is wrong with it is the result, not an error."""
     try:
-        return replay(read_log(path), rebuilder, in_mujoco=in_mujoco, recording=recording)
+        with folder_kept():
+            return replay(read_log(path), rebuilder, in_mujoco=in_mujoco, recording=recording)
     except LogError as error:
         return Replay(str(path), Verdict.REFUSED, problem=one_line(error))
     except PalpateError as error:

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Final, Self, TypeVar
 import numpy as np
 from typing_extensions import override
 
-from palpate.core.errors import ConfigurationError, PolicyError, one_line
+from palpate.core.errors import ConfigurationError, PolicyError, one_line, told
 from palpate.core.policy.base import Action, Decision, Hindsight, Observation, Policy, Transition
 from palpate.core.policy.learner import Learner
 from palpate.core.policy.model_entry import Reach
@@ -81,13 +81,16 @@ class ForeignPolicy(Policy):
     """
 
     def __init__(self, policy: Any, entry: ForeignEntry, context: PolicyContext, *, frozen: bool) -> None:
-        missing = [name for name in _NEEDED if not callable(getattr(policy, name, None))]
-        missing += [] if hasattr(policy, "temperature") else ["temperature"]
+        self._policy, self._entry, self.context, self.frozen = policy, entry, context, frozen
+        self.now_ns: Callable[[], int] | None = None
+        missing = self._called("being looked at", self._missing)
         if missing:
             kind = type(policy).__name__
             raise ConfigurationError("policy", entry.code, f"code that makes a policy; its {kind} lacks {missing[0]}")
-        self._policy, self._entry, self.context, self.frozen = policy, entry, context, frozen
-        self.now_ns: Callable[[], int] | None = None
+
+    def _missing(self) -> list[str]:
+        missing = [name for name in _NEEDED if not callable(getattr(self._policy, name, None))]
+        return missing + ([] if hasattr(self._policy, "temperature") else ["temperature"])
 
     @property
     def entry(self) -> ForeignEntry:
@@ -152,10 +155,11 @@ class ForeignPolicy(Policy):
     def _called(self, name: str, call: Callable[[], T]) -> T:
         try:
             return call()
-        except (Exception, SystemExit) as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             # A stranger's code may fail in any way.
-            said = one_line(error)[:200]
-            raise PolicyError(self._entry.code, f"{name} failed with {type(error).__name__}: {said}") from error
+            raise PolicyError(self._entry.code, f"{name} failed with {told(error)}") from error
 
 
 class ForeignLearner(ForeignPolicy, Learner):

@@ -53,6 +53,13 @@ class StrangeLearner(Strange):
         self.asked = state["asked"]
 
 
+class MuteError(Exception):
+    """One whose text fails."""
+
+    def __str__(self) -> str:
+        raise self
+
+
 def policy(made: Any, frozen: bool = True) -> ForeignPolicy:
     return guarded(made, ENTRY, CONTEXT, frozen=frozen)
 
@@ -69,6 +76,8 @@ def raising(error: BaseException) -> Any:
     [
         (raising(ValueError("two\nlines")), "choose failed with ValueError: two lines"),
         (raising(SystemExit("bye")), "choose failed with SystemExit: bye"),
+        (raising(GeneratorExit("over")), "choose failed with GeneratorExit: over"),
+        (raising(MuteError()), "choose failed with MuteError: its text cannot be told"),
         ("-x", "choose gave '-x'; a Decision with an Action is needed"),
         (Decision("-x", 0, "strange"), "a Decision with an Action is needed"),  # type: ignore[arg-type]
         (lambda: Decision(Action("far", (nan, 0.0)), None, "strange"), "two finite lengths in m"),
@@ -116,6 +125,16 @@ def test_what_lacks_a_method_is_no_policy(name: str) -> None:
         ConfigurationError, match=rf"'strange\.module:Strange' is refused: .*SimpleNamespace lacks {name}"
     ):
         policy(SimpleNamespace(**parts))
+
+
+def test_a_member_that_fails_is_the_policy_s_fault() -> None:
+    class Shy(Strange):
+        @property
+        def serves(self) -> Any:
+            raise GeneratorExit
+
+    with pytest.raises(PolicyError, match="being looked at failed with GeneratorExit"):
+        policy(Shy())
 
 
 @pytest.mark.parametrize(("given", "shown"), [(None, None), (1, 1.0), (np.float32(0.5), 0.5)])

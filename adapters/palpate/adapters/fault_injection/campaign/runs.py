@@ -8,7 +8,7 @@ from math import dist
 from pathlib import Path
 from typing import Final
 
-from palpate.adapters.config import RunConfig, task_kind
+from palpate.adapters.config import RunConfig, folder_kept, task_kind
 from palpate.adapters.experiments import (
     ChosenPolicy,
     build_supervisor,
@@ -118,7 +118,7 @@ class Bench:
         """The ticks of each phase of the trial of this seed, without any fault; a phase may come again."""
         task, _ = self._parts()
         self._rig.prepare(seed)
-        with self._loop():
+        with self._loop(), folder_kept():
             report = run_trial(task, self._rig.ports, trial_setup(self.config, seed))
         begins = [(event.detail, event.tick) for event in report.events if event.name == "phase"]
         ends = [tick for _, tick in begins[1:]] + [report.ticks]
@@ -155,7 +155,7 @@ class Bench:
             )
             observer = recorder.begin(setup, world_of(self._rig), "run")
             try:
-                with self._loop():
+                with self._loop(), folder_kept():
                     report = run_trial(task, bad, setup, supervisor, (observer,))
                 scored = score(self.config, report, self._rig.truth())
                 recorder.end(report, truth_fields(scored))
