@@ -17,6 +17,8 @@ _WIDTH_IN: Final = 4.6
 _COLOUR_MAP: Final = "viridis"
 _NOT_LEARNED: Final = {"programmed": "#fbe3c0", "examples": "#e3d9f2"}
 _NEVER: Final = "#ececec"
+_UPRIGHT: Final = 6
+"""Longer names of actions are turned, or they lie upon each other."""
 
 
 def arrows_pictures(name: str, document: PolicyDocument, title: str) -> tuple[Picture, ...]:
@@ -43,7 +45,7 @@ def arrows_pictures(name: str, document: PolicyDocument, title: str) -> tuple[Pi
             _frame(axes, block)
             for state, (column, row) in block.places.items():
                 _tile(axes, column, row, rows[state], shades)
-                _arrow(axes, column, row, rows[state], steps, longest)
+                _action(axes, column, row, rows[state], steps, longest, shades.of(rows[state])[1])
             if shades.map is not None:
                 bar = canvas.figure.colorbar(
                     shades.map, ax=axes, orientation="horizontal", shrink=0.7, aspect=40, ticks=MaxNLocator(5)
@@ -87,7 +89,8 @@ def q_picture(name: str, document: PolicyDocument, title: str) -> Picture | None
                 column, line, f"{value:.1f}", ha="center", va="center", fontsize=9, color=_ink(value, low, high),
                 fontweight="bold" if best else "normal",
             )  # fmt: skip
-        axes.set_xticks(range(len(actions)), actions)
+        turned = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"} if max(map(len, actions)) > _UPRIGHT else {}
+        axes.set_xticks(range(len(actions)), actions, **turned)
         axes.set_yticks(range(len(rows)), [row.state for row in rows])
         axes.tick_params(length=0.0)
         axes.set(xlabel="action", ylabel="state")
@@ -178,14 +181,23 @@ def _untried(entry: TableRow) -> bool:
     return best is not None and visits is not None and not visits[best]
 
 
-def _arrow(
-    axes: Any, column: int, row: int, entry: TableRow, steps: dict[str, tuple[float, float]], longest: float
+def _action(
+    axes: Any,
+    column: int,
+    row: int,
+    entry: TableRow,
+    steps: dict[str, tuple[float, float]],
+    longest: float,
+    ink: str,
 ) -> None:
+    """An arrow; the name of an action that leads nowhere, such as a skill."""
     if entry.source == LEARNED and not entry.visits:
         # All actions are equal there: an arrow would show what was never learned.
         return
     x, y = (0.24 * value / longest for value in steps[entry.action])
     if hypot(x, y) == 0.0:
+        words = "\n".join(wrap(entry.action, 12))
+        axes.text(column, row + 0.1, words, ha="center", va="center", fontsize=9, fontweight="bold", color=ink)
         return
     from matplotlib.patheffects import withStroke
 
@@ -217,7 +229,8 @@ def _alt(rows: list[TableRow], title: str) -> str:
 def _caption(document: PolicyDocument, block: Block, rows: list[TableRow], title: str) -> str:
     text = f"{title}. {block.title + '. ' if block.title else ''}{block.caption}"
     if not block.rows:
-        text += "Arrows: x to the right, y down."
+        directed = any(any(action.displacement_mm[:2]) for action in document.actions)
+        text += "Arrows: x to the right, y down." if directed else "Bold: the best action."
         if len(rows) < len(document.states):
             text += f" {_some(len(rows), len(document.states))}"
     if any(row.source == LEARNED and row.visits and _untried(row) for row in rows):

@@ -31,6 +31,18 @@ def test_arrows_point_as_the_action_goes(action: str) -> None:
             assert abs(found[axis]) < 2
 
 
+def test_an_action_that_leads_nowhere_is_named() -> None:
+    document = policy(row("s", "+x"))
+    skills = replace(document, actions=tuple(replace(each, displacement_mm=(0.0, 0.0)) for each in document.actions))
+    (arrow,), (name,) = (arrows_pictures("p", each, "t") for each in (document, skills))
+    assert ("Arrows" in arrow.caption, "Bold: the best action" in name.caption) == (True, True)
+    assert "Arrows" not in name.caption
+    assert arrow.png != name.png
+    dark = pixels(name.png).sum(axis=-1) < 60
+    third = dark.shape[0] // 3
+    assert dark[third : 2 * third].any()
+
+
 def test_two_maps_and_what_they_say() -> None:
     document = policy(*(row(state, "-x+y", -1.0 - n) for n, state in enumerate((*POSITION, *TORQUE))))
     position, torque = arrows_pictures("policy", document, "q-learning")
