@@ -17,6 +17,8 @@ _WIDTH_IN: Final = 4.6
 _COLOUR_MAP: Final = "viridis"
 _NOT_LEARNED: Final = {"programmed": "#fbe3c0", "examples": "#e3d9f2"}
 _NEVER: Final = "#ececec"
+_ONE_LINE: Final = 12
+"""Longer names of states are broken."""
 _UPRIGHT: Final = 6
 """Longer names of actions are turned, or they lie upon each other."""
 
@@ -157,7 +159,7 @@ def _tile(axes: Any, column: int, row: int, entry: TableRow, shades: _Shades) ->
     colour, ink = shades.of(entry)
     axes.add_patch(Rectangle((column - 0.48, row - 0.48), 0.96, 0.96, facecolor=colour, linewidth=0.0))
     # A state with a memory has a line for each of its symbols.
-    lines = [line for part in entry.state.replace(" > ", "\n> ").split("\n") for line in wrap(part, 12)]
+    lines = [line for part in entry.state.replace(" > ", "\n> ").split("\n") for line in wrap(part, _ONE_LINE)]
     size = 9 if len(lines) == 1 and len(lines[0]) <= 9 else 7
     axes.text(column, row - 0.45, "\n".join(lines[:3]), ha="center", va="top", fontsize=size, color=ink)
     words = f"{entry.value:.1f}" if entry.visits and entry.value is not None else ""
@@ -194,7 +196,9 @@ def _action(
     if entry.source == LEARNED and not entry.visits:
         # All actions are equal there: an arrow would show what was never learned.
         return
-    x, y = (0.24 * value / longest for value in steps[entry.action])
+    # Below a name of several lines there is less room.
+    reach, below = (0.24, 0.0) if len(entry.state) <= _ONE_LINE else (0.17, 0.12)
+    x, y = (reach * value / longest for value in steps[entry.action])
     if hypot(x, y) == 0.0:
         words = "\n".join(wrap(entry.action, 12))
         axes.text(column, row + 0.1, words, ha="center", va="center", fontsize=9, fontweight="bold", color=ink)
@@ -205,7 +209,7 @@ def _action(
     colour = "#767676" if entry.source == LEARNED and _untried(entry) else "black"
 
     axes.annotate(
-        "", (column + x, row + y), (column - x, row - y),
+        "", (column + x, row + below + y), (column - x, row + below - y),
         arrowprops={
             "arrowstyle": "-|>,head_length=0.5,head_width=0.28", "color": colour, "linewidth": 2.4,
             "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11,
