@@ -127,6 +127,7 @@ COMMANDS = (
         # Unknown words.
         ("frobnicate", COMMANDS),
         ("train --scenario dark", "scenario = 'dark' is refused: one of paper, blind"),
+        ("train --scenario bilnd", "blind-keyed; did you mean blind?"),
         ("train --learner cat", "learner = 'cat' is refused: one of q-learning, sarsa, belief"),
         ("train --learner sarsa --learning.back-off-visits 5", "q-learning, which learning.back_off_visits"),
         ("train --learning.belief.patience 5", "learner = 'q-learning' is refused: belief, which learning.belief"),

@@ -19,6 +19,7 @@
 Each error says what happened, the offending value, and what would have been right.
 """
 
+import difflib
 from collections.abc import Sequence
 from math import isfinite
 
@@ -155,4 +156,10 @@ def require_whole(field: str, value: int, low: int, high: int) -> None:
 def require_one_of(field: str, value: str, accepted: Sequence[str]) -> None:
     """The value must be one of the names."""
     if value not in accepted:
-        raise ConfigurationError(field, value, f"one of {', '.join(accepted)}")
+        raise ConfigurationError(field, value, f"one of {', '.join(accepted)}{did_you_mean(value, accepted)}")
+
+
+def did_you_mean(value: str, accepted: Sequence[str]) -> str:
+    """The nearest of the names, as the end of a sentence; empty where none is near."""
+    near = difflib.get_close_matches(value, accepted, n=1, cutoff=0.5)
+    return f"; did you mean {near[0]}?" if near else ""

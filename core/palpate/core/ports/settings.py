@@ -13,7 +13,6 @@ The annotation holds type and range, the assignment the default, the docstring t
 class, by whatever way, has every field checked; what concerns several fields stands in :meth:`Settings.check`.
 """
 
-import difflib
 import operator
 import types
 from collections.abc import Callable, Mapping, Sequence
@@ -22,7 +21,7 @@ from functools import cache
 from math import inf, isfinite
 from typing import Annotated, Any, ClassVar, Self, Union, get_args, get_origin, get_type_hints
 
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, did_you_mean
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,8 +281,7 @@ def _shown(key: str) -> str:
 def _suggestion(value: Any, mark: Mark) -> str:
     if not isinstance(mark, OneOf) or not isinstance(value, str):
         return ""
-    near = difflib.get_close_matches(value, map(str, mark.values), n=1, cutoff=0.5)
-    return f"; did you mean {near[0]}?" if near else ""
+    return did_you_mean(value, list(map(str, mark.values)))
 
 
 def _is_a(value: Any, origin: Any, items: tuple[Any, ...]) -> bool:
