@@ -135,7 +135,7 @@ def learning_figure(panels: Sequence[Sequence[Panel]], kind: str) -> bytes:
         # Only now: a limit that is set before the last curve is drawn holds for that curve too.
         axes[0, 0].set_ylim(bottom=0.0)
         windows = {window_of(len(steps)) for line in panels for panel in line for steps in panel.curves} - {1}
-        smoothed = "".join(f",\nmoving average of {window} trials" for window in windows)
+        smoothed = "".join(f",\nmoving average of {window} trials" for window in sorted(windows))
         for row in range(rows):
             axes[row, 0].set_ylabel(f"steps to the goal{smoothed}")
         for column in range(columns):
