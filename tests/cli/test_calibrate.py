@@ -32,6 +32,14 @@ def test_refusals(palpate: CommandLine, words: tuple[str, ...], problem: str) ->
     assert Path("rig.toml").read_text() == RIG
 
 
+def test_a_rig_file_that_is_to_be_read_only_is_left_alone(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Path("rig.toml").write_text(RIG)
+    monkeypatch.setattr("os.access", lambda path, mode: Path(path).is_dir())
+    assert "rig.toml: is to be read only; make it writable" in palpate.refusal("calibrate", "--rig", "rig.toml")
+
+
 def test_who_confirms_no_step_opens_no_device(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("rig.toml").write_text(RIG)
     # Left out three times, then neither confirmed nor ended, then ended.

@@ -67,7 +67,9 @@ class _Bench:
             raise UsageError(f"--yes is for emulated rigs only: at {self._file.name} a person confirms each step")
         self._out = Path(options.out) if options.out else self._path.with_name(f"{self._path.stem}-calibration")
         # Steps take minutes: what they find must have a place before the first of them.
-        _require_writable(self._path.parent, "rig")
+        _require_writable(self._path.resolve().parent, "rig")
+        if not os.access(self._path, os.W_OK):
+            raise OutputError(options.rig, "is to be read only", "make it writable, or name a copy with --rig")
         _require_writable(self._out, "out")
         if "hole" in options.steps and "weigh" not in options.steps:
             _require_turn(self._file)

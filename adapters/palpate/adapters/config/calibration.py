@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeAlias
 
+from palpate.core.errors import OutputError
 from palpate.core.ports import Range, Settings, Vector3, read_text, write_whole
 
 _Spread: TypeAlias = Annotated[float, Range(0.0)]
@@ -60,17 +61,23 @@ def write_into(path: Path, tables: Mapping[str, Mapping[str, Any]]) -> None:
     """Put values into a TOML file: what else is in it stays, comments too. The old file is there until the new one is.
 
     Raises:
-        OutputError: It cannot be written.
+        OutputError: It cannot be written, or is no TOML file with such tables any more.
     """
     import tomlkit
+    from tomlkit.items import InlineTable
 
-    document = tomlkit.parse(read_text(path, "rig"))
-    for name, values in tables.items():
-        table: Any = document
-        for part in name.split("."):
-            if part not in table:
-                table[part] = tomlkit.table()
-            table = table[part]
-        for key, value in values.items():
-            table[key] = list(value) if isinstance(value, tuple) else value
-    write_whole(path, tomlkit.dumps(document))
+    try:
+        document = tomlkit.parse(read_text(path, "rig"))
+        for name, values in tables.items():
+            table: Any = document
+            for part in name.split("."):
+                if part not in table:
+                    table[part] = tomlkit.inline_table() if isinstance(table, InlineTable) else tomlkit.table()
+                table = table[part]
+            for key, value in values.items():
+                table[key] = list(value) if isinstance(value, tuple) else value
+    except (ValueError, TypeError) as error:
+        problem = f"takes no values, for it was changed meanwhile ({error})"
+        raise OutputError(str(path), problem, "mend it, and do the step again") from error
+    # The file itself, where it is a link.
+    write_whole(path.resolve(), tomlkit.dumps(document))

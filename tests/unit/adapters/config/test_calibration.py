@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.config import RigFile, write_into
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, OutputError
 
 RIG = """# the bench by the window
 [rig]
@@ -35,6 +35,32 @@ def test_results_are_put_in_and_nothing_is_lost(tmp_path: Path) -> None:
     goal = {"x_mm": 401.0, "y_mm": -1.5, "z_mm": 21.25}
     assert rig.calibration.run_settings() == {"task": {"goal": goal}}
     assert [each.name for each in tmp_path.iterdir()] == ["rig.toml"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ['arm = {adapter = "a"}\nforce_sensor = {adapter = "f"}\n', 'arm.adapter = "a"\nforce_sensor.adapter = "f"\n'],
+)
+def test_tables_may_stand_in_one_line_and_the_file_be_a_link(tmp_path: Path, text: str) -> None:
+    (tmp_path / "bench.toml").write_text(text)
+    path = tmp_path / "rig.toml"
+    path.symlink_to("bench.toml")
+    write_into(path, {"force_sensor.facts": {"noise_N": 0.08}, "calibration": {"plate_mm": 21.5}})
+    assert path.is_symlink()
+    rig = RigFile.load(tmp_path / "bench.toml")
+    assert (rig.facts.noise_N, rig.calibration.plate_mm) == (0.08, 21.5)
+
+
+@pytest.mark.parametrize("text", ["[arm\n", "calibration = 3\n", None])
+def test_a_file_that_was_spoiled_meanwhile_stays_as_it_is(tmp_path: Path, text: str | None) -> None:
+    path = tmp_path / "rig.toml"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(
+        OutputError, match=r"rig\.toml: takes no values, for it was changed meanwhile .*do the step again"
+    ):
+        write_into(path, {"calibration": {"plate_mm": 21.5}})
+    assert (path.read_text() if path.exists() else None) == text
 
 
 def test_a_table_that_says_what_no_calibration_finds_is_refused(tmp_path: Path) -> None:
