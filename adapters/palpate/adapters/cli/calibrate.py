@@ -159,10 +159,13 @@ class _Bench:
 
     def _keep(self, step: str, tables: Mapping[str, Mapping[str, Any]], picture: bytes, text: str) -> None:
         """Into the rig file at once: a later step may fail."""
-        write_into(self._path, {name: {k: _short(v) for k, v in table.items()} for name, table in tables.items()})
-        self._out.mkdir(parents=True, exist_ok=True)
-        write_whole(self._out / f"{step}.png", picture)
-        say(f"{step}: {text}")
+        try:
+            write_into(self._path, {name: {k: _short(v) for k, v in table.items()} for name, table in tables.items()})
+            self._out.mkdir(parents=True, exist_ok=True)
+            write_whole(self._out / f"{step}.png", picture)
+        finally:
+            # Where the disk is full, too: it took minutes to find.
+            say(f"{step}: {text}")
 
     def _confirmed(self, step: str) -> bool:
         sys.stderr.write(f"{step}: {STEPS[step]}\n")

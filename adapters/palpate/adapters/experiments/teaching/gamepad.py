@@ -22,6 +22,8 @@ _LEAST: Final = 0.5
 _STICKS: Final = ((0, 1), (6, 7))
 """Axes to the right and towards the person: of the left stick, and of a cross of buttons."""
 _POLL_S: Final = 0.1
+_MOST_READS: Final = 256
+"""A person moves a stick more slowly than this is read; a device without end would hold up the arm's loop."""
 
 
 class Gamepad(Hand):
@@ -114,7 +116,9 @@ class Gamepad(Hand):
     def _take(self) -> None:
         """Take in the events that came since."""
         try:
-            while data := os.read(self._fd, 64 * _EVENT.size):
+            for _ in range(_MOST_READS):
+                if not (data := os.read(self._fd, 64 * _EVENT.size)):
+                    raise DeviceError("gamepad", f"{self._path} is gone: plug it in again")
                 self._torn += data
                 whole = len(self._torn) - len(self._torn) % _EVENT.size
                 for _, value, kind, number in _EVENT.iter_unpack(self._torn[:whole]):
@@ -124,7 +128,7 @@ class Gamepad(Hand):
             return
         except OSError as error:
             raise DeviceError("gamepad", f"{self._path} cannot be read ({error.strerror}): plug it in again") from error
-        raise DeviceError("gamepad", f"{self._path} is gone: plug it in again")
+        raise DeviceError("gamepad", f"{self._path} gives records without end: name a gamepad's device")
 
     def _note(self, kind: int, number: int, value: int) -> None:
         if kind == _AXIS:

@@ -73,6 +73,11 @@ def test_a_person_who_pushes_the_tool_leads_it_while_the_button_is_held(pad: Pad
         assert gamepad.step(replace(HERE, force_N=(2.0, 2.0, -5.0))) is None
 
 
+def test_a_device_without_end_is_no_gamepad() -> None:
+    with Gamepad("/dev/zero", 4) as gamepad, pytest.raises(DeviceError, match="gives records without end"):
+        _ = gamepad.held
+
+
 def test_a_gamepad_that_is_gone_is_a_device_s_error(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match="/dev/input/js0"):
         Gamepad(str(tmp_path / "js9"), 4)
