@@ -1,6 +1,7 @@
 """``palpate calibrate``: what it refuses, and that it moves nothing unasked."""
 
 import io
+import sys
 from pathlib import Path
 
 import pytest
@@ -48,6 +49,14 @@ def test_who_confirms_no_step_opens_no_device(palpate: CommandLine, monkeypatch:
     assert done.code == 130
     assert done.stderr.count("Enter does it, s leaves it out, q ends") == 6
     assert Path("rig.toml").read_text() == RIG
+
+
+def test_where_input_is_closed_nobody_answers(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("rig.toml").write_text(RIG)
+    monkeypatch.setattr("sys.stdin", None)
+    done = palpate("calibrate", "--rig", "rig.toml")
+    assert (done.code, "Enter does it" in done.stderr) == (130, True)
+    sys.stdin.close()
 
 
 def test_a_run_on_a_rig_takes_the_goal_that_was_measured(palpate: CommandLine) -> None:

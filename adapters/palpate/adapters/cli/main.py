@@ -78,6 +78,9 @@ def _fail(error: PalpateError, code: int) -> int:
 
 def _open_streams() -> None:
     """Make sure that something takes what is printed, whatever the terminal's characters, and that no file does."""
+    if sys.stdin is None:
+        # Closed as well: whoever asks a person is answered by nobody.
+        sys.stdin = open(os.devnull)
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         if stream is None:
