@@ -21,6 +21,7 @@ RIG = '[rig]\nname = "bench"\n[arm]\nadapter = "zebra-nmc"\n[force_sensor]\nadap
             "steps = 'dance' is refused: some of rest, weigh, touch, hole",
         ),
         (("--rig", "rig.toml", "--arm", "ur9"), "arm = 'ur9' is refused"),
+        (("--rig", "rig.toml", "--steps"), "steps = '' is refused: some of rest, weigh, touch, hole"),
         (("--rig", "rig.toml", "--steps", "hole"), "calibration.mounting_deg = None is refused"),
         (("--rig", "rig.toml", "--out", "rig.toml"), "rig.toml: cannot be written there"),
         (("--rig", "rig.toml", "--out", "rig.toml/pictures"), "name another folder with --out"),

@@ -66,7 +66,7 @@ def _ended(words: Sequence[str], interrupts: Interrupts) -> int:
 
 
 def _stopped() -> int:
-    sys.stderr.write("\npalpate: stopped at once; finished trials are kept\n")
+    sys.stderr.write("\npalpate: stopped at once; what was finished is kept\n")
     return 130
 
 

@@ -84,7 +84,7 @@ def test_an_import_that_is_interrupted_is_no_error_of_its_own(
 
     put_in(monkeypatch, "importing", half_imported)
     done = palpate("importing")
-    assert (done.code, done.stderr) == (130, "\npalpate: stopped at once; finished trials are kept\n")
+    assert (done.code, done.stderr) == (130, "\npalpate: stopped at once; what was finished is kept\n")
 
 
 def test_ctrl_c_again_and_again_leaves_one_line_and_a_log_that_replays(
@@ -108,6 +108,8 @@ def test_ctrl_c_again_and_again_leaves_one_line_and_a_log_that_replays(
     monkeypatch.setattr(TrialRecorder, "fail", fail)
     done = palpate("run", "--task.time-limit-s", 1, "--policy", "random", "--trials", 50, "--out", tmp_path / "run")
     assert done.code == 130
-    assert [line for line in done.stderr.splitlines() if line] == ["palpate: stopped at once; finished trials are kept"]
+    assert [line for line in done.stderr.splitlines() if line] == [
+        "palpate: stopped at once; what was finished is kept"
+    ]
     logs = sorted((tmp_path / "run/logs").glob("*.mcap"))
     assert f"{len(logs)} of {len(logs)} equal" in palpate.succeed("replay", *logs, "--jobs", 1)
