@@ -43,7 +43,7 @@ def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are
     assert end is not None
     assert end.outcome == Outcome.INSERTED.value
     trial = gap_cell.driven_from(path)
-    assert trial.late == ""
+    assert trial.doubted == ""
     assert age_ticks[0] < trial.joints_age_ticks < age_ticks[1]
 
 
