@@ -159,7 +159,7 @@ def require_one_of(field: str, value: str, accepted: Sequence[str]) -> None:
         raise ConfigurationError(field, value, f"one of {', '.join(accepted)}{did_you_mean(value, accepted)}")
 
 
-def did_you_mean(value: str, accepted: Sequence[str]) -> str:
-    """The nearest of the names, as the end of a sentence; empty where none is near."""
-    near = difflib.get_close_matches(value, accepted, n=1, cutoff=0.5)
+def did_you_mean(value: object, accepted: Sequence[str]) -> str:
+    """The nearest of the names, as the end of a sentence; empty where none is near, or the value is no text."""
+    near = difflib.get_close_matches(value, accepted, n=1, cutoff=0.5) if isinstance(value, str) else []
     return f"; did you mean {near[0]}?" if near else ""

@@ -279,9 +279,7 @@ def _shown(key: str) -> str:
 
 
 def _suggestion(value: Any, mark: Mark) -> str:
-    if not isinstance(mark, OneOf) or not isinstance(value, str):
-        return ""
-    return did_you_mean(value, list(map(str, mark.values)))
+    return did_you_mean(value, list(map(str, mark.values))) if isinstance(mark, OneOf) else ""
 
 
 def _is_a(value: Any, origin: Any, items: tuple[Any, ...]) -> bool:
