@@ -17,6 +17,14 @@ from palpate.core.ports import new_file, require_no_file
 _ROUNDS: Final = 20
 """Of a fit, about."""
 
+_SOFTER: Final = "such a cell reads softer than it is"
+_DOUBTS: Final = {
+    "loop": ("loop that came late", _SOFTER),
+    "devices": ("devices that came late", _SOFTER),
+    "hole": ("pegs that sank and were not inserted", "nobody knows where the hole was"),
+}
+"""Of each reason to doubt a log which logs these are, and what is wrong with them."""
+
 
 def gap(options: GapOptions) -> int:
     """Fit, report and save; returns the exit code."""
@@ -70,10 +78,8 @@ def _report(found: Gap) -> Iterator[str]:
 
 def _doubted(found: Gap) -> Iterator[str]:
     for why, count in found.doubted.items():
-        told = f"{why} that came late, left out if there are others: such a cell reads softer than it is"
-        if why == "hole":
-            told = "pegs that sank and were not inserted, left out if there are others: nobody knows where the hole was"
-        yield f"{count} logs of {told}"
+        which, reason = _DOUBTS[why]
+        yield f"{count} logs of {which}, left out if there are others: {reason}"
 
 
 def _toml(found: Gap) -> Iterator[str]:

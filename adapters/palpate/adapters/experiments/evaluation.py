@@ -128,7 +128,7 @@ class ChosenPolicy:
         self.document: PolicyDocument | None = None
         self.perception: Perception
         if self.name in (*COMPARATORS, NO_POLICY):
-            self.label = config.task.name if self.name == NO_POLICY else self.name
+            self.label = _who(config, self.name)
             self.perception = plain_perception(config)
             self._made(tuple)
         else:
@@ -211,11 +211,15 @@ def write_evaluation(
     """Write ``summary.json``, times and forces as a picture, and the policy; gives the figures of the summary."""
     summary = policy_summary(config, name, rows, trials)
     folder.write_json("summary.json", summary)
-    told = config.task.name if name == NO_POLICY else name
-    folder.write("trials.png", trials_picture(rows, f"{told}, {config.scenario}"))
+    folder.write("trials.png", trials_picture(rows, f"{_who(config, name)}, {config.scenario}"))
     if document is not None:
         document.save(folder.path / "policy.json")
     return summary
+
+
+def _who(config: RunConfig, policy: str) -> str:
+    """What ran: a policy, or the task by itself."""
+    return config.task.name if policy == NO_POLICY else policy
 
 
 def true_hole_m(rig: Rig) -> Sequence[float]:
