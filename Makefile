@@ -6,10 +6,12 @@ STAMP := $(VENV)/.installed
 RUN ?= runs/paper
 BENCH ?= runs/bench.json
 
-# PyPI's torch for Linux brings gigabytes of CUDA, which nothing here uses.
+# PyPI's torch for Linux installs gigabytes of CUDA, which nothing here uses.
 TORCH_CPU ?= https://download.pytorch.org/whl/cpu
+TORCH := $(shell grep '^torch==' constraints.txt)
+QUIET := --quiet --disable-pip-version-check
 
-.PHONY: help setup train test suite lint style types docs docs-setup golden browser browser-check foxglove-check bench bench-full clean
+.PHONY: help setup train test suite lint style types docs docs-setup golden browser browser-check foxglove-check bench bench-full count clean
 
 help:
 	@echo "make setup   create .venv and install pinned dependencies (does nothing when nothing changed)"
@@ -21,6 +23,7 @@ help:
 	@echo "make foxglove-check  a recorded trial in Foxglove Studio, its numbers held against the log (the same, and npm)"
 	@echo "make bench   benchmarks beside floors and peers, under three minutes; figures also in $(BENCH)"
 	@echo "make bench-full  the full form, which also writes its section of docs/results.md"
+	@echo "make count   lines of source, tests and benchmarks, words of documents"
 	@echo "make golden  record the logs in tests/golden anew, after a change that is meant to change behaviour"
 
 setup: $(STAMP)
@@ -28,10 +31,12 @@ setup: $(STAMP)
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "palpate needs Python 3.11 or newer, this is " + sys.version.split()[0])'
 	$(PYTHON) -m venv $(VENV)
-	@[ "$$(uname -s)" != Linux ] || $(BIN)/pip install --quiet --disable-pip-version-check --retries 0 --timeout 10 \
-		--no-deps --index-url $(TORCH_CPU) "$$(grep '^torch==' constraints.txt)" 2>/dev/null \
-		|| echo "torch: no build for CPUs alone at $(TORCH_CPU); the index's own is taken"
-	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@$(BIN)/pip install $(QUIET) uv || echo "uv cannot be had; pip installs, more slowly"
+	@[ "$$(uname -s)" != Linux ] || UV_HTTP_TIMEOUT=10 $(BIN)/python -m uv pip install --quiet --no-deps --index $(TORCH_CPU) "$(TORCH)" 2>/dev/null \
+		|| $(BIN)/pip install $(QUIET) --no-deps "$(TORCH)"
+	@if $(BIN)/python -c 'import uv' 2>/dev/null; \
+	then $(BIN)/python -m uv pip install --quiet --python $(BIN)/python -c constraints.txt -e '.[dev]'; \
+	else $(BIN)/pip install $(QUIET) -c constraints.txt -e '.[dev]'; fi
 	@touch $@
 
 train: setup
@@ -107,6 +112,14 @@ bench: setup
 
 bench-full: setup
 	$(BIN)/python -m benchmarks.suite --json $(BENCH) --write docs/results.md
+
+# What a reader has to read: lines of Python by source root, words of documents, golden logs.
+count:
+	@lines() { git ls-files -- "$$@" | grep '\.py$$' | tr '\n' '\0' | xargs -0 -r cat | wc -l; }; \
+	for root in core adapters drivers simulation tests benchmarks examples; do printf '%-12s %6d lines\n' $$root $$(lines $$root); done; \
+	printf '%-12s %6d lines\n' source $$(lines core adapters drivers simulation)
+	@printf '%-12s %6d words\n' documents $$(git ls-files -- '*.md' | grep -vE '^(examples|tests)/' | tr '\n' '\0' | xargs -0 -r cat | wc -w)
+	@printf '%-12s %6d files\n' 'golden logs' $$(git ls-files -- 'tests/golden/*.mcap' | wc -l)
 
 clean:
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
