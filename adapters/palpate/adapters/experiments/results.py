@@ -24,7 +24,7 @@ from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.writer_lock import only_writer
 from palpate.adapters.log import LOG_FOLDER, Sink, TrialRecorder, csv_text
 from palpate.core.errors import OutputError
-from palpate.core.ports import write_whole
+from palpate.core.ports import whole_text, write_whole
 
 _OF_DECISION: Final = ("tick", "symbol", "state", "action", "source", "reinforcement")
 
@@ -237,7 +237,7 @@ class RunFolder:
         if not path.exists():
             return []
         try:
-            with path.open(encoding="utf-8", newline="") as stream:
+            with whole_text(path, newline="") as stream:
                 return [TrialRow.read(cells) for cells in csv.DictReader(stream)]
         except (KeyError, ValueError, TypeError, OSError) as error:
             raise OutputError(str(path), f"cannot be read ({error})", "mend it or begin a new run") from error
@@ -247,7 +247,7 @@ class RunFolder:
         for name in ("trials.csv", "decisions.csv"):
             path = self.path / name
             if path.exists():
-                lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+                lines = whole_text(path).read().splitlines(keepends=True)
                 whole = [line for line in lines if line.endswith("\n")]
                 try:
                     kept = [line for line in whole[1:] if int(line.split(",", 1)[0]) < trials]

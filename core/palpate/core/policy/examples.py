@@ -54,7 +54,7 @@ def load_examples(
         ConfigurationError: The file cannot be used; with the file and the line.
     """
     try:
-        with whole_text(path, "utf-8-sig", newline="") as lines:
+        with whole_text(path, newline="") as lines:
             return _read_examples(csv.DictReader(lines, strict=True), str(path), states, actions)
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigurationError(_FIELD, str(path), f"a readable CSV file in UTF-8 ({error})") from error

@@ -27,9 +27,9 @@ def whole_file(path: str | Path) -> bytes:
     return data
 
 
-def whole_text(path: str | Path, encoding: str = "utf-8", newline: str | None = None) -> io.TextIOWrapper:
-    """A text file, read as :func:`whole_file` does."""
-    return io.TextIOWrapper(io.BytesIO(whole_file(path)), encoding=encoding, newline=newline)
+def whole_text(path: str | Path, newline: str | None = None) -> io.TextIOWrapper:
+    """A text file in UTF-8, read as :func:`whole_file` does, without the byte-order mark that it may begin with."""
+    return io.TextIOWrapper(io.BytesIO(whole_file(path)), encoding="utf-8-sig", newline=newline)
 
 
 def read_text(path: Path, field: str, accepted: str = "a readable text file") -> str:

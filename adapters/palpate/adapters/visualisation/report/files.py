@@ -32,7 +32,7 @@ def read_bytes(path: Path) -> bytes:
 def read_text(path: Path) -> str:
     """A whole text file."""
     try:
-        return read_bytes(path).decode("utf-8")
+        return read_bytes(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise OutputError(str(path), f"is no text in UTF-8 ({error.reason})", "make the run again") from error
 
