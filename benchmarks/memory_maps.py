@@ -1,7 +1,7 @@
 """Learners with a memory on random grid maps, beside each other, against the exact optimum of the belief.
 
     python -m benchmarks.memory_maps run --out memory.jsonl --maps 3000-3029 --seeds 0 1 2 --jobs 1
-    python -m benchmarks.memory_maps run --out noise.jsonl --maps 3000-3029 --seeds 0 --learners offset-500 --slips 0.1
+    python -m benchmarks.memory_maps run --out noise.jsonl --maps 3000-3029 --seeds 0 --learners hmm-500 --slips 0.1
     python -m benchmarks.memory_maps table memory.jsonl
 
 Maps of 5 x 5 to 11 x 11 cells, 3 to 8 symbols drawn for each cell alone, in two of five maps 12 % of walls; 1, 2 and
@@ -50,16 +50,9 @@ LEARNERS: dict[str, tuple[str, GridLearning, int]] = {
     "symbols": ("symbols", Q_FROM_0, 500),
     "last-2": ("last-2", Q_FROM_0, 500),
     "last-3": ("last-3", Q_FROM_0, 500),
-    "pairs-2": ("symbols", replace(Q_FROM_0, learner="pairs", look_back=2), 500),
-    "pairs": ("symbols", replace(Q_FROM_0, learner="pairs"), 500),
-    "offset-100": ("symbols", replace(Q_FROM_0, learner="offset"), 100),
-    "offset-500": ("symbols", replace(Q_FROM_0, learner="offset"), 500),
-    "clones-500": ("symbols", replace(Q_FROM_0, learner="clones"), 500),
-    "automaton-500": ("symbols", replace(Q_FROM_0, learner="automaton"), 500),
-    "pairs-1500": ("symbols", replace(Q_FROM_0, learner="pairs"), 1500),
-    "offset-1500": ("symbols", replace(Q_FROM_0, learner="offset"), 1500),
-    "clones-1500": ("symbols", replace(Q_FROM_0, learner="clones"), 1500),
-    "automaton-1500": ("symbols", replace(Q_FROM_0, learner="automaton"), 1500),
+    "hmm-100": ("symbols", replace(Q_FROM_0, learner="hmm"), 100),
+    "hmm-500": ("symbols", replace(Q_FROM_0, learner="hmm"), 500),
+    "hmm-1500": ("symbols", replace(Q_FROM_0, learner="hmm"), 1500),
 }
 """States, settings and trials of each."""
 

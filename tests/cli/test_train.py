@@ -156,12 +156,7 @@ def test_a_memory_is_trained_resumed_used_replayed_and_shown(palpate: CommandLin
     held = policy["memory"]
     held["trials"], held["trials_learned"] = 10 * held["trials"], 30
     (tmp_path / "taught.json").write_text(json.dumps(policy))
-    shown = palpate.succeed("show", "taught.json", "--after", "x+_y0 +x x+_y0")
-    assert "8 actions; memory, 30 trials learned" in shown
-    assert "hidden states" in shown
-    assert "A x- y-, B x- y0" in shown
-    palpate.succeed("show", "taught.json", "--out", "map.png")
-    assert (tmp_path / "map.png").stat().st_size > 1000
+    assert "8 actions; memory, 30 trials learned" in palpate.succeed("show", "taught.json")
     palpate.succeed("run", "--policy", "taught.json", "--trials", 1, *QUICK, "--out", "used")
     assert "1 of 1 equal" in palpate.succeed("replay", tmp_path / "used")
     palpate.succeed("report", "run")

@@ -26,10 +26,9 @@ from palpate.adapters.experiments.grid import (
 from palpate.core.automata import write_strings
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.perception import stage_to_dict
-from palpate.core.policy import TabularLearner, document_of
-from palpate.core.policy.memory import MemoryDocument
+from palpate.core.policy import MixedPolicy, Policy, ProgrammedPolicy, TabularLearner, document_of
 from palpate.core.ports import new_file, new_folder, require_free_folder, require_no_file
-from palpate.simulation.grid import GridMap, walk_strings
+from palpate.simulation.grid import GridMap, grid_actions, walk_strings
 
 _PICTURES: Final = ("svg", "png")
 
@@ -94,11 +93,8 @@ def _write(
     settings = {"map": list(grid.rows), "state": options.state, "trials": options.trials, "learning": learning}
     for run in runs:
         world = {"grid": list(grid.rows), "identifier": stage_to_dict(run.identifier)}
-        path = folder / f"policy-{run.seed}.json"
-        if isinstance(run.learner, TabularLearner):
-            document_of(run.learner, created_with=made_with(), perception=world).save(path)
-        else:
-            MemoryDocument.of(run.learner, created_with=made_with(), world=world).save(path)
+        document = document_of(_named(run), created_with=made_with(), perception=world)
+        document.save(folder / f"policy-{run.seed}.json")
     title = f"map {options.map}, {options.learning.learner}; states: {options.state}"
     curves = Panel(title, _curves(runs), bounds_of(grid, options.learning.step_limit))
     (folder / "trials.csv").write_text(trials_csv(grid, runs), encoding="utf-8", newline="\n")
@@ -108,6 +104,14 @@ def _write(
     (folder / "summary.json").write_text(
         json.dumps(whole, indent=1, ensure_ascii=False) + "\n", encoding="utf-8", newline="\n"
     )
+
+
+def _named(run: LearningRun) -> Policy:
+    """The policy of a run with names for its states and actions, without which it cannot be written."""
+    if isinstance(run.learner, TabularLearner):
+        return run.learner
+    symbols = run.identifier.symbols
+    return MixedPolicy(symbols, [ProgrammedPolicy(symbols, grid_actions(), {}), run.learner])
 
 
 def _figure(options: ExploreOptions, path: Path) -> int:
@@ -148,7 +152,7 @@ def _panel(options: ExploreOptions, grid: GridMap, make: StateMaker, title: str)
 def _strings(options: ExploreOptions, path: Path) -> int:
     require_no_file(path)
     grid = grid_named(options.map, options.size)
-    strings = walk_strings(grid, options.walks, options.seed, options.longest, with_actions=options.with_actions)
+    strings = walk_strings(grid, options.walks, options.seed, options.longest)
     with new_file(path) as file:
         write_strings(strings, file)
     sys.stdout.write(f"{len(strings.words)} walks, {strings.symbols} symbols, saved as {path}\n")

@@ -44,6 +44,4 @@ class ExploreOptions(Settings):
     walks: int = 1000
     """Number of random walks, for --strings and for inference."""
     longest: int = 30
-    """Walks with more steps are left out, or with actions cut off."""
-    with_actions: bool = False
-    """For --strings: pairs, of an action and the symbol it led to."""
+    """Walks with more steps are left out."""

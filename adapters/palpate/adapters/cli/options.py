@@ -122,15 +122,10 @@ class FitTouchOptions(Settings):
 
 @dataclass(frozen=True)
 class ShowOptions(Settings):
-    """Print what a policy file holds: states, best actions, values, visits; or a memory file: models and belief."""
+    """Print what a policy file holds: states, best actions, values, visits."""
 
     file: Annotated[str, tyro.conf.Positional]
     """The policy file."""
-    after: str = ""
-    """Of a memory: show the belief after these symbols and actions, in turns, such as "A +x B"; names with a blank in
-    them have _ there."""
-    out: str = ""
-    """Of a memory of offsets: draw it instead; a file, .svg or .png."""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import MemoryParameters, QParameters, SarsaParameters, TemperatureSchedule
-from palpate.core.policy.memory import AUTOMATON, CLONES, LONGEST, OFFSET, PAIRS
 from palpate.core.ports import (
     Discount,
     HalvingVisits,
@@ -29,7 +28,9 @@ RATES: Final = {"q": (0.5, 20.0, 0.05), "sarsa": (0.1, 0.0, 0.0)}
 Chosen on seeds 0 to 3 of networks and 1000 to 1003 of learning.
 """
 
-LEARNERS: Final = (*RATES, OFFSET, CLONES, AUTOMATON, PAIRS)
+HMM: Final = "hmm"
+"""The learner with the displacement HMM."""
+LEARNERS: Final = (*RATES, HMM)
 BACK_OFF: Final = {"q": 20.0, "sarsa": 0.0}
 """Of each learner the visits after which a state counts as much as its symbol.
 
@@ -42,10 +43,8 @@ class GridLearning(Settings):
     """How the agent learns. The penalty of an action is 1 and exploration is Boltzmann's, as in the insertion task."""
 
     learner: Annotated[str, OneOf(*LEARNERS)] = "q"
-    """q: Q-learning; sarsa: Sarsa(lambda) with replacing traces; offset: a model of the offset from the goal, a belief
-    over it and a plan, from symbols and the actions' displacements; clones: the same with hidden copies of the symbols,
-    from symbols and actions alone; automaton: the same with the states of automata with actions; pairs: values after
-    the last four symbols and the actions between them."""
+    """q: Q-learning; sarsa: Sarsa(lambda) with replacing traces; hmm: a hidden Markov model over the displacement from
+    the goal, with a belief and a plan."""
     alpha: LearningRate | None = None
     """Learning rate of the first visit. Without it: q 0.5, halved by 20 visits, down to 0.05; sarsa 0.1 throughout."""
     alpha_visits: HalvingVisits = 0.0
@@ -68,25 +67,18 @@ class GridLearning(Settings):
     step_limit: Annotated[int, Range(1, 1_000_000)] = STEP_LIMIT
     """Steps after which a trial ends without the goal."""
     reach: Annotated[int, Range(1, 200)] = 10
-    """Largest offset from the goal along x or y that the learner offset considers, in cells."""
-    look_back: Annotated[int, Range(1, 8)] = LONGEST
-    """Most symbols that the learner pairs looks back on."""
+    """Largest displacement from the goal along x or y that the learner hmm considers, in cells."""
 
     @override
     def check(self) -> None:
         if self.alpha is None and (self.alpha_visits or self.alpha_floor):
             raise ConfigurationError("alpha", None, "a learning rate, if it is told how to fall")
-        if self.alpha is not None and self.models:
-            raise ConfigurationError("alpha", self.alpha, f"none; {self.learner} learns a model, not a table")
+        if self.alpha is not None and self.learner == HMM:
+            raise ConfigurationError("alpha", self.alpha, f"none; {HMM} learns a model, not a table")
         if self.back_off and self.learner != "q":
             raise ConfigurationError("back_off", self.back_off, "0; only the learner q can back off")
         require_floor("temperature_floor", self.temperature_floor, self.temperature, "temperature")
         require_floor("alpha_floor", self.alpha_floor, 1.0 if self.alpha is None else self.alpha, "alpha")
-
-    @property
-    def models(self) -> bool:
-        """Whether the learner is one that models hidden states, rather than one with a table of its states."""
-        return self.learner not in RATES
 
     @property
     def back_off_visits(self) -> float:
@@ -108,4 +100,4 @@ class GridLearning(Settings):
 
     def memory(self) -> MemoryParameters:
         """Settings of a learner that models hidden states."""
-        return MemoryParameters(kind=self.learner, reach=self.reach)
+        return MemoryParameters(reach=self.reach)

@@ -7,7 +7,6 @@ from typing import Any, Final
 from palpate.adapters.config.renames import RENAMED
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.config.toml import overlay
-from palpate.core.policy import MemoryParameters
 from palpate.core.policy.belief import BeliefParameters
 from palpate.core.supervision import SupervisionConfig, weaker_settings
 
@@ -65,9 +64,7 @@ UNTOLD: Final[Mapping[str, Any]] = {
     "task.moving_share": 0.8,
     "task.play_mm": 0.6,
     "task.directions": 8,
-    **{
-        kind.dotted(name): value for kind in (BeliefParameters, MemoryParameters) for name, value in kind.UNTOLD.items()
-    },
+    **{BeliefParameters.dotted(name): value for name, value in BeliefParameters.UNTOLD.items()},
 }
 """What a record means that lacks one of these settings: what was done before there was such a setting.
 

@@ -1,6 +1,5 @@
 from .automaton import machine_picture as machine_picture
 from .learned import hidden_picture as hidden_picture
-from .learned import memory_picture as memory_picture
 from .learned import training_picture as training_picture
 from .viewer import ShownClock as ShownClock
 from .viewer import Viewer as Viewer

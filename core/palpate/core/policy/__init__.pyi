@@ -36,7 +36,6 @@ from .foreign import guarded as guarded
 from .learner import Learner as Learner
 from .memory import MemoryLearner as MemoryLearner
 from .memory import MemoryParameters as MemoryParameters
-from .memory import PairsLearner as PairsLearner
 from .model_entry import BeliefEntry as BeliefEntry
 from .model_entry import MemoryEntry as MemoryEntry
 from .model_entry import Reach as Reach

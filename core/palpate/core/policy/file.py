@@ -97,7 +97,7 @@ class PolicyDocument(Settings):
         if read.model is not None and read.learner is not None:
             raise ConfigurationError("learner", read.learner.kind, "null beside a belief; one of them learns")
         if read.belief is not None and read.memory is not None:
-            raise ConfigurationError("memory", read.memory.parameters.kind, "none beside a belief; one of them learns")
+            raise ConfigurationError("memory", read.memory.TABLE, "none beside a belief; one of them learns")
         if read.foreign is not None and (read.table or read.learner or read.model):
             raise ConfigurationError("foreign", read.foreign.code, "nothing beside an empty table")
         if read.memory is not None:

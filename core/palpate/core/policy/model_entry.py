@@ -98,7 +98,7 @@ class MemoryEntry(ModelEntry):
         """The learner that has learned this, at work in a task with these states and actions.
 
         Raises:
-            ConfigurationError: Trials with others, or displacements that do not fit the kind of model.
+            ConfigurationError: Trials with others, or displacements on no lattice.
         """
         learner = MemoryLearner(states, actions, self.parameters, frozen=frozen)
         learner.set_state(self.state())

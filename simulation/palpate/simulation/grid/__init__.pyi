@@ -18,5 +18,4 @@ from .trial import Disturbance as Disturbance
 from .trial import Walk as Walk
 from .trial import Walker as Walker
 from .trial import run_trial as run_trial
-from .trial import strings_of_walks as strings_of_walks
 from .trial import walk_strings as walk_strings

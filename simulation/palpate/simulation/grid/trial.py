@@ -4,7 +4,6 @@ What :class:`~palpate.core.tasks.insertion.agent.Agent` does above a force senso
 its state, what the last action came to, the next action, in this order.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Final
 
@@ -187,20 +186,17 @@ def run_trial(
     return walker.walk
 
 
-def walk_strings(
-    grid: GridMap, count: int, seed: int, longest: int = STEP_LIMIT, *, with_actions: bool = False
-) -> Strings:
+def walk_strings(grid: GridMap, count: int, seed: int, longest: int = STEP_LIMIT) -> Strings:
     """Readings of random walks that ended at the goal, the start's first; the goal itself has none.
 
     The walks are trials 0, 1, 2, ... of :func:`run_trial` under a random policy; those
     that have not reached the goal after ``longest`` steps are left out, and the next trial takes their place. Files of
-    such strings are those of :mod:`palpate.core.automata.strings`. With actions those are cut off there and kept.
+    such strings are those of :mod:`palpate.core.automata.strings`.
 
     Args:
         count: How many strings, from 1.
         seed: Gives the walks, which have nothing in common with learning runs of the same seed.
         longest: Most symbols of a string, which is the most steps of a walk.
-        with_actions: Strings of pairs, of an action and the reading it led to.
 
     Raises:
         ConfigurationError: A number is out of its range, or the walks show a single symbol only.
@@ -214,13 +210,6 @@ def walk_strings(
     while len(walks) < count:
         walk = run_trial(grid, identifier, policy, own_seed, trial, step_limit=longest)
         trial += 1
-        if walk.reached or with_actions:
+        if walk.reached:
             walks.append(walk)
-    if with_actions:
-        return strings_of_walks(grid, walks)
     return Strings(grid.symbols, tuple(walk.symbols for walk in walks))
-
-
-def strings_of_walks(grid: GridMap, walks: Iterable[Walk]) -> Strings:
-    """Trials as strings of pairs; those that did not reach the goal are cut off."""
-    return Strings.of_walks(grid.symbols, COMPASS_NAMES, [(walk.symbols, walk.actions) for walk in walks])

@@ -1,10 +1,6 @@
 from .learning import LearningRun as LearningRun
 from .learning import StateMaker as StateMaker
 from .learning import learn as learn
-from .memory_text import believed as believed
-from .memory_text import labels as labels
-from .memory_text import policy_memory as policy_memory
-from .memory_text import render_memory as render_memory
 from .report import Panel as Panel
 from .report import Score as Score
 from .report import learning_figure as learning_figure

@@ -2,16 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, TypeAlias
+from typing import TypeAlias
 
 from threadpoolctl import threadpool_limits
 
 from palpate.adapters.config import TRIALS, GridLearning
+from palpate.adapters.config.grid import HMM
 from palpate.core.automata import AutomatonState
 from palpate.core.errors import ConfigurationError, require_whole
 from palpate.core.perception import IdentityState, StateIdentifier
-from palpate.core.policy import BackOff, MemoryLearner, PairsLearner, TabularLearner, new_learner
-from palpate.core.policy.memory import PAIRS
+from palpate.core.policy import BackOff, MemoryLearner, TabularLearner, new_learner
 from palpate.simulation.grid import (
     STEP_LIMIT,
     UNDISTURBED,
@@ -26,24 +26,21 @@ from palpate.simulation.grid import (
     walked_steps,
 )
 
-_WALKS: Final = 20  # from each cell, of a policy that draws
 StateMaker: TypeAlias = Callable[[GridMap], StateIdentifier]
 """Makes the states of a map: each run gets an identifier of its own."""
-GridLearner: TypeAlias = TabularLearner | MemoryLearner | PairsLearner
+GridLearner: TypeAlias = TabularLearner | MemoryLearner
 
 
 def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> GridLearner:
     """A learner on these states that has learned nothing.
 
     Raises:
-        ConfigurationError: One that finds hidden states itself is to learn on others than the symbols.
+        ConfigurationError: The learner hmm is to learn on other states than the symbols.
     """
-    if learning.models:
+    if learning.learner == HMM:
         if not isinstance(identifier, IdentityState):
-            accepted = f"symbols, with the learner {learning.learner}: it finds the hidden states itself"
+            accepted = f"symbols, with the learner {HMM}: it finds the hidden states itself"
             raise ConfigurationError("state", type(identifier).__name__, accepted)
-        if learning.learner == PAIRS:
-            return PairsLearner(identifier.symbols, grid_actions(), longest=learning.look_back)
         return MemoryLearner(identifier.symbols, grid_actions(), learning.memory())
     back_off = BackOff.of(learning.back_off_visits, identifier.symbol_of)
     return new_learner(learning.parameters(), identifier.states, grid_actions(), back_off=back_off)
@@ -77,8 +74,7 @@ class LearningRun:
         with _one_thread():
             if isinstance(self.learner, TabularLearner):
                 return expected_steps(grid, self.identifier, greedy(self.learner.q), step_limit)
-            walks = 1 if self.learner.temperature is None else _WALKS
-            return walked_steps(grid, self.identifier, self.learner.as_frozen(), step_limit, walks=walks)
+            return walked_steps(grid, self.identifier, self.learner.as_frozen(), step_limit)
 
 
 def learn(

@@ -1,4 +1,4 @@
-"""A world with hidden states as numbers: what every learned model comes to, for beliefs and planners."""
+"""A world with hidden states as numbers, for beliefs and planners."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -113,8 +113,3 @@ class FinitePomdp:
             None if _SPARSE * len(before) > moves.size else (before, to, moves[before, to])
             for moves, (before, to) in zip(self.transitions, places, strict=True)
         ]
-
-    def emission(self, symbol: int) -> Floats:
-        """Probability of a symbol in each state, (states,)."""
-        column: Floats = self.emissions[:, symbol]
-        return column

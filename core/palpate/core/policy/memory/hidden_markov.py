@@ -1,4 +1,4 @@
-"""Forward and backward messages over many trials at once: the expectation step of every model here.
+"""Forward and backward messages over many trials at once: the expectation step.
 
 A model says how a message goes through one action; what is common to all is said here: the scaling, the ends of trials
 of different lengths, the posterior of the hidden states. Sums run in one order on every processor: no BLAS.
@@ -22,13 +22,13 @@ class Chain(Protocol):
     def first(self, symbols: Numbers) -> Floats:
         """Probability of the first reading with each state, (trials, states)."""
 
-    def forward(self, before: Floats, actions: Numbers, symbols: Numbers, following: Numbers) -> Floats:
+    def forward(self, before: Floats, actions: Numbers, following: Numbers) -> Floats:
         """Probability of the next reading with each state after it, (trials, states)."""
 
-    def backward(self, after: Floats, actions: Numbers, symbols: Numbers, following: Numbers) -> Floats:
+    def backward(self, after: Floats, actions: Numbers, following: Numbers) -> Floats:
         """Probability of the next reading and all that follows, from each state before it, (trials, states)."""
 
-    def goal(self, actions: Numbers, symbols: Numbers) -> Floats:
+    def goal(self, actions: Numbers) -> Floats:
         """Probability that the action leads to the goal, from each state, (trials, states)."""
 
 
@@ -69,8 +69,7 @@ def forward(batch: Batch, chain: Chain) -> Passed:
             message = chain.first(batch.symbols[:, 0])
         else:
             rows = slice(0, running)
-            around = batch.symbols[rows, time - 1], batch.symbols[rows, time]
-            message = chain.forward(messages[-1][rows], batch.actions[rows, time - 1], *around)
+            message = chain.forward(messages[-1][rows], batch.actions[rows, time - 1], batch.symbols[rows, time])
         scale = message.sum(axis=1)
         scales[:running, time] = np.maximum(scale, LEAST)
         message[scale < LEAST] = 1.0  # lost: anywhere
@@ -93,8 +92,7 @@ def expect(batch: Batch, chain: Chain, counts: Counts) -> float:
         here = ends
         if longer:
             rows = slice(0, longer)
-            around = batch.symbols[rows, time], batch.symbols[rows, time + 1]
-            moved = chain.backward(after, batch.actions[rows, time], *around)
+            moved = chain.backward(after, batch.actions[rows, time], batch.symbols[rows, time + 1])
             here = np.concatenate((moved, ends))
         joint = message * here
         share = (weights / np.maximum(joint.sum(axis=1), LEAST * LEAST)).astype(joint.dtype)
@@ -110,8 +108,7 @@ def _last(messages: list[Floats], batch: Batch) -> Floats:
 
 
 def _goals(batch: Batch, chain: Chain) -> Floats:
-    rows, last = np.arange(len(batch.lengths)), batch.lengths - 1
-    return chain.goal(batch.actions[rows, last], batch.symbols[rows, last])
+    return chain.goal(batch.actions[np.arange(len(batch.lengths)), batch.lengths - 1])
 
 
 def sums_by(keys: Numbers, rows: Floats, groups: int) -> Floats:

@@ -16,7 +16,7 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import Action
 from palpate.core.policy.belief import Floats, exponential
 from palpate.core.policy.memory.finite_pomdp import FinitePomdp, require_room, rounded
-from palpate.core.policy.memory.hidden_markov import expect, forward, sums_by
+from palpate.core.policy.memory.hidden_markov import expect, sums_by
 from palpate.core.policy.memory.point_based import PointBasedPlan, perseus
 from palpate.core.policy.memory.recorded import Batch, Numbers, RecordedTrial
 
@@ -166,12 +166,6 @@ class OffsetModel:
         """As a file holds it."""
         return type(self)(self.steps, self.offsets, rounded(self.start), rounded(self.blocked), rounded(self.emissions))
 
-    def log_loss(self, trials: Sequence[RecordedTrial]) -> float:
-        """Nats a reading that these trials cost under the model; an arrival at the goal counts as one."""
-        batch = Batch.of(trials)
-        log_likelihood = forward(batch, _Shifts(self)).log_likelihood
-        return -float((log_likelihood * batch.weights).sum()) / batch.readings
-
 
 def fit_offsets(
     trials: Sequence[RecordedTrial], steps: tuple[Offset, ...], reach: int, symbols: int, *, seed: int = 0
@@ -229,14 +223,14 @@ class _Shifts:
         joint: Floats = self._start * self.emitted[symbols]
         return joint
 
-    def forward(self, before: Floats, actions: Numbers, symbols: Numbers, following: Numbers) -> Floats:
+    def forward(self, before: Floats, actions: Numbers, following: Numbers) -> Floats:
         moved = _padded(before * self._free[actions])
         joint = before * self.blocked[actions]
         joint += np.take_along_axis(moved, self._sources[actions], axis=1)
         joint *= self.emitted[following]
         return joint
 
-    def backward(self, after: Floats, actions: Numbers, symbols: Numbers, following: Numbers) -> Floats:
+    def backward(self, after: Floats, actions: Numbers, following: Numbers) -> Floats:
         joint = after * self.emitted[following]
         moved = np.take_along_axis(_padded(joint), self._targets[actions], axis=1)
         moved *= self._free[actions]
@@ -244,7 +238,7 @@ class _Shifts:
         joint += moved
         return joint
 
-    def goal(self, actions: Numbers, symbols: Numbers) -> Floats:
+    def goal(self, actions: Numbers) -> Floats:
         return self._goal[actions]
 
 

@@ -9,12 +9,11 @@ matrix product has the same bits whatever the order in which a processor takes i
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final, Protocol, Self
+from typing import Final
 
 import numpy as np
 
 from palpate.core.policy.belief import Floats
-from palpate.core.policy.memory.belief import HiddenWorld
 from palpate.core.policy.memory.finite_pomdp import FinitePomdp
 from palpate.core.policy.memory.recorded import Numbers
 
@@ -49,55 +48,6 @@ def qmdp(model: FinitePomdp) -> Floats:
     return costs
 
 
-class Plan(Protocol):
-    """What a learner acts by."""
-
-    @property
-    def model(self) -> HiddenWorld:
-        """What it is a plan of."""
-
-    def costs(self, probabilities: Floats) -> Floats:
-        """Discounted steps to the goal if an action is taken now and all goes as planned after it, (actions,).
-
-        Args:
-            probabilities: Of the hidden states, (states,).
-        """
-
-
-@dataclass(frozen=True, eq=False)
-class StatePlan:
-    """By what each action costs in each state, which is all where one state follows from what is read.
-
-    Attributes:
-        table: Discounted steps to the goal, (states, actions).
-    """
-
-    model: HiddenWorld
-    table: Floats
-
-    @classmethod
-    def of(cls, model: HiddenWorld, targets: Numbers, shares: Floats) -> Self:
-        """By value iteration.
-
-        Args:
-            targets: State after each state, action and symbol, (states, actions, symbols); -1, where none is known,
-                costs as much as never to arrive.
-            shares: Probability of each of them.
-        """
-        values = np.zeros(len(targets) + 1)
-        values[-1] = 1.0 / (1.0 - DISCOUNT)
-        costs = np.zeros(targets.shape[:2])
-        for _ in range(_SWEEPS):
-            costs = 1.0 + DISCOUNT * np.einsum("sao,sao->sa", shares, values[targets])
-            values[:-1] = costs.min(axis=1)
-        return cls(model, costs)
-
-    def costs(self, probabilities: Floats) -> Floats:
-        """Of a plan: the mean over the states."""
-        costs: Floats = np.einsum("s,sa->a", probabilities, self.table)
-        return costs
-
-
 @dataclass(frozen=True, eq=False)
 class PointBasedPlan:
     """Vectors over a model.
@@ -114,7 +64,11 @@ class PointBasedPlan:
         return _on_grid(self.vectors, _COST)
 
     def costs(self, probabilities: Floats) -> Floats:
-        """Of a plan: by one step, and the best of the vectors for each symbol that may be read after it."""
+        """Discounted steps to the goal if an action is taken now and all goes as planned after it, (actions,).
+
+        Args:
+            probabilities: Of the hidden states, (states,).
+        """
         moved = np.stack([self.model.moved(probabilities, action) for action in range(self.model.actions)])
         some = np.flatnonzero(moved.max(axis=0) > 0.5 / _SHARE)  # the others are nothing on the grid
         joint = _on_grid(moved[:, None, some] * self.model.emissions[some].T, _SHARE)

@@ -97,11 +97,6 @@ class Batch:
             tuple(int((lengths > time).sum()) for time in range(longest)),
         )
 
-    @property
-    def readings(self) -> float:
-        """Number of readings, and of arrivals at the goal, in all trials."""
-        return float((self.weights * (self.lengths + self.reached)).sum())
-
 
 def _one_each(actions: int) -> str:
     return f"one for each of the {actions} actions, and the last one unless the goal was reached"

@@ -16,17 +16,16 @@ from palpate.core.policy import (
     Transition,
 )
 from palpate.core.policy.memory import RecordedTrial, StateBelief
-from palpate.core.policy.memory.clone_model import CloneModel
 from palpate.core.policy.memory.learner import PATIENCE, fitted_after
 from palpate.simulation.grid import GridMap, belief_optimum, grid_actions, run_trial, walked_steps
 from tests.unit.core.policy.bench import observation
 from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_trials, true_offsets
 
-OFFSET = GridLearning(learner="offset", reach=3)
+HMM = GridLearning(learner="hmm", reach=3)
 
 
 def test_after_forty_trials_it_is_near_the_optimum_and_a_state_goes_on_as_the_learner_it_is_of() -> None:
-    run = learn(AMBIGUOUS, Named(), OFFSET, seed=3, trials=45)
+    run = learn(AMBIGUOUS, Named(), HMM, seed=3, trials=45)
     found, optimum = run.frozen_steps(AMBIGUOUS), float(belief_optimum(AMBIGUOUS))
     assert found.reaches == 1.0
     assert optimum - 1e-9 <= found.steps <= 1.2 * optimum
@@ -40,7 +39,7 @@ def test_after_forty_trials_it_is_near_the_optimum_and_a_state_goes_on_as_the_le
 
 
 def test_frozen_it_learns_nothing_and_trials_of_another_alphabet_are_refused() -> None:
-    learner = learn(AMBIGUOUS, Named(), OFFSET, seed=3, trials=2).learner
+    learner = learn(AMBIGUOUS, Named(), HMM, seed=3, trials=2).learner
     frozen, before = learner.as_frozen(), learner.get_state()
     run_trial(AMBIGUOUS, IdentityState(AMBIGUOUS.symbols), frozen, 3, 0)
     assert frozen.get_state() == before
@@ -61,7 +60,7 @@ def test_a_trial_that_was_cut_off_is_remembered_up_to_its_last_whole_action() ->
 
 
 def test_what_is_read_where_another_part_of_the_policy_acts_counts_too() -> None:
-    learner, programmed = learn(AMBIGUOUS, Named(), OFFSET, seed=3, trials=31).learner, {"B": "+x"}
+    learner, programmed = learn(AMBIGUOUS, Named(), HMM, seed=3, trials=31).learner, {"B": "+x"}
     policy = MixedPolicy(
         AMBIGUOUS.symbols, [ProgrammedPolicy(AMBIGUOUS.symbols, grid_actions(), programmed), learner.as_frozen()]
     )
@@ -69,60 +68,45 @@ def test_what_is_read_where_another_part_of_the_policy_acts_counts_too() -> None
     walk = run_trial(AMBIGUOUS, identity, policy, 3, 40)
     model = policy.parts[1]
     assert isinstance(model, MemoryLearner)
-    belief = StateBelief(model.models[0].pomdp(), walk.symbols[0])
+    belief = StateBelief(model.model.pomdp(), walk.symbols[0])
     for action, symbol in zip(walk.actions, walk.symbols[1:], strict=False):
         belief.update(action, symbol)
     assert "B" in [AMBIGUOUS.symbols[symbol] for symbol in walk.symbols]
-    assert model._beliefs[0].probabilities.tolist() == belief.probabilities.tolist()
+    assert model._belief.probabilities.tolist() == belief.probabilities.tolist()
 
 
-def test_more_trials_make_no_model_forget_what_its_plan_avoids() -> None:
-    """The last trials alone hold little but the ways that were best before."""
-    parameters = MemoryParameters(kind="clones", memory_trials=150)
-    learner, identity = MemoryLearner(AMBIGUOUS.symbols, grid_actions(), parameters), IdentityState(AMBIGUOUS.symbols)
-    for trial in range(250):
-        run_trial(AMBIGUOUS, identity, learner, 3, trial)
-    found = walked_steps(AMBIGUOUS, identity, learner.as_frozen(), PATIENCE, seed=1)
-    assert found.reaches == 1.0
-    assert found.steps <= 1.05 * float(belief_optimum(AMBIGUOUS))
-
-
-@pytest.mark.parametrize(
-    ("first_kept", "due", "fitted"),
-    [(True, 150, [*range(50), *range(100, 150)]), (True, 60, [*range(60)]), (False, 150, [*range(50, 150)])],
-)
-def test_a_model_is_fitted_to_the_first_trials_and_to_the_last(first_kept: bool, due: int, fitted: list[int]) -> None:
-    parameters = MemoryParameters(memory_trials=100, first_kept=first_kept)
+@pytest.mark.parametrize(("due", "fitted"), [(150, [*range(50), *range(100, 150)]), (60, [*range(60)])])
+def test_a_model_is_fitted_to_the_first_trials_and_to_the_last(due: int, fitted: list[int]) -> None:
+    parameters = MemoryParameters(memory_trials=100)
     learner = MemoryLearner(AMBIGUOUS.symbols, grid_actions(), parameters)
-    learner.use((), [RecordedTrial((0,) * (k + 1), (0,) * (k + 1), True) for k in range(due)])
+    learner.use(None, [RecordedTrial((0,) * (k + 1), (0,) * (k + 1), True) for k in range(due)])
     assert [len(trial.actions) - 1 for trial in learner._fitting(due)] == fitted
 
 
 def test_the_same_trials_are_not_fitted_again() -> None:
-    learner = learn(AMBIGUOUS, Named(), OFFSET, seed=3, trials=31).learner
-    before, state = learner.models, learner.get_state()
+    learner = learn(AMBIGUOUS, Named(), HMM, seed=3, trials=31).learner
+    before, state = learner.model, learner.get_state()
     learner.set_state(state)
-    assert learner.models is before
+    assert learner.model is before
     state["trials"][0] = state["trials"][1]
     learner.set_state(state)
-    assert learner.models == ()
+    assert learner.model is None
 
 
 def test_models_are_fitted_anew_after_ever_more_trials() -> None:
-    told = [fitted_after("offset", n) for n in (0, 29, 30, 99, 100, 749, 750, 2000)]
+    told = [fitted_after(n) for n in (0, 29, 30, 99, 100, 749, 750, 2000)]
     assert told == [0, 0, 30, 60, 100, 500, 750, 1687]
-    assert fitted_after("clones", 59) == 0
 
 
 def test_hidden_states_are_found_on_symbols_alone() -> None:
-    with pytest.raises(ConfigurationError, match="symbols, with the learner offset"):
-        learn(AMBIGUOUS, Named("last-2"), GridLearning(learner="offset"), 0, 1)
+    with pytest.raises(ConfigurationError, match="symbols, with the learner hmm"):
+        learn(AMBIGUOUS, Named("last-2"), GridLearning(learner="hmm"), 0, 1)
 
 
 def test_a_frozen_learner_whose_model_is_wrong_goes_round_in_circles_but_not_for_ever() -> None:
     here, elsewhere = GridMap.from_text("AAB·"), GridMap.from_text("B·AA")
     learner = MemoryLearner(here.symbols, grid_actions(), MemoryParameters(), frozen=True)
-    learner.use([true_offsets(elsewhere)], random_trials(here, 30))
+    learner.use(true_offsets(elsewhere), random_trials(here, 30))
     found = walked_steps(here, IdentityState(here.symbols), learner, walks=2)
     assert found.reaches == 1.0
     assert found.steps > PATIENCE
@@ -133,7 +117,7 @@ def test_a_frozen_learner_whose_model_is_wrong_goes_round_in_circles_but_not_for
 def test_where_a_frozen_plan_failed_chance_is_tried_and_then_the_plan_anew() -> None:
     here, elsewhere = GridMap.from_text("AAB·"), GridMap.from_text("·AAB")
     learner = MemoryLearner(here.symbols, grid_actions(), MemoryParameters(), frozen=True)
-    learner.use([true_offsets(elsewhere)], random_trials(here, 30))
+    learner.use(true_offsets(elsewhere), random_trials(here, 30))
     rng = np.random.default_rng(0)
     learner.begin_trial(0, rng)
     drawn = []
@@ -144,16 +128,3 @@ def test_where_a_frozen_plan_failed_chance_is_tried_and_then_the_plan_anew() -> 
         learner.learn(Transition(0, decision.index, -1.0, 0))
         drawn.append(rng.bit_generator.state != before)
     assert drawn == [False] * PATIENCE + [True] * 4 * PATIENCE + [False] * PATIENCE
-
-
-def test_what_clones_did_in_vain_in_this_trial_they_leave_before_long() -> None:
-    grid, states = GridMap.from_text("AAB·"), 2
-    learner = MemoryLearner(grid.symbols, grid_actions(), MemoryParameters(kind="clones"), frozen=True)
-    goal = np.full((8, states), 0.1)
-    goal[4] = 0.9  # said of an action that leads nowhere
-    moves = np.repeat(((1.0 - goal) / states)[:, :, None], states, axis=2)
-    model = CloneModel((0, 1), states, np.full(states, 0.5), moves, goal)
-    learner.use([model], random_trials(grid, 100))
-    walk = run_trial(grid, IdentityState(grid.symbols), learner, 0, 0, start=0, step_limit=PATIENCE)
-    assert walk.actions[:3] == (4, 4, 4)
-    assert set(walk.actions) == set(range(8))

@@ -1,7 +1,5 @@
 """The offset model: Baum-Welch gains, the map comes out, and what is no lattice or too large is refused."""
 
-from math import log
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -46,8 +44,6 @@ def test_the_map_is_found_from_random_walks() -> None:
     place = {offset: number for number, offset in enumerate(found.offsets)}
     told = [found.emissions[place[offset]].argmax() for offset in truth.offsets]
     assert told == list(truth.emissions.argmax(axis=1))
-    held = random_trials(AMBIGUOUS, 40, seed=1)
-    assert found.log_loss(held) < log(3)
 
 
 def test_trials_that_never_arrived_fill_no_offsets_of_their_own() -> None:

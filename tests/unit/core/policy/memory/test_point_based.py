@@ -17,7 +17,7 @@ MAPS = [AMBIGUOUS, GridMap.from_regions(SCENARIO_1), GridMap.from_regions(SCENAR
 @pytest.mark.parametrize("grid", MAPS, ids=["walls", "1", "2"])
 def test_on_the_true_model_a_policy_comes_within_a_hundredth_of_the_optimum_of_the_belief(grid: GridMap) -> None:
     learner = MemoryLearner(grid.symbols, grid_actions(), MemoryParameters(), frozen=True)
-    learner.use([true_offsets(grid)], random_trials(grid, 30))
+    learner.use(true_offsets(grid), random_trials(grid, 30))
     steps = walked_steps(grid, IdentityState(grid.symbols), learner).steps
     optimum = float(belief_optimum(grid))
     assert optimum - 1e-9 <= steps <= 1.01 * optimum

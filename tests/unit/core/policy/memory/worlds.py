@@ -4,7 +4,7 @@ import numpy as np
 
 from palpate.core.perception import IdentityState
 from palpate.core.policy import RandomWalkPolicy
-from palpate.core.policy.memory import AutomatonModel, FinitePomdp, OffsetModel, RecordedTrial
+from palpate.core.policy.memory import FinitePomdp, OffsetModel, RecordedTrial
 from palpate.core.policy.memory.offset_model import lattice_steps
 from palpate.simulation.grid import UNDISTURBED, Disturbance, GridMap, grid_actions, run_trial
 
@@ -39,15 +39,6 @@ def true_offsets(grid: GridMap) -> OffsetModel:
         np.full(len(grid.cells), 1.0 / len(grid.cells)),
         blocked,
         np.eye(len(grid.symbols))[list(grid.readings)],
-    )
-
-
-def small_automaton() -> AutomatonModel:
-    """The automaton of the last symbol of three, which every action leads to alike, or to the goal."""
-    targets = np.broadcast_to([1, 2, 3], (4, 8, 3))
-    jumps = np.broadcast_to([0.0, 0.4, 0.3, 0.3], (8, 4))
-    return AutomatonModel(
-        np.array([-1, 0, 1, 2]), jumps[0], targets, np.broadcast_to([0.3, 0.3, 0.3, 0.1], (4, 8, 4)), jumps
     )
 
 
