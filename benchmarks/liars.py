@@ -26,19 +26,18 @@ from palpate.adapters.fault_injection.campaign.runs import HARDWARE_LIMIT_N, Cla
 from palpate.core.ports import write_whole
 
 ARMS: Final = ("zebra-zero", "ur5")
-TASKS: Final = ("insertion", "insertion-6dof", "hole-survey", "surface-follow")
+TASKS: Final = ("insertion", "insertion-6dof", "surface-follow")
 POLICIES: Final = {"insertion": "torque", "insertion-6dof": "corner-first"}
 
 
 def config_of(task: str, arm: str, policy: str) -> RunConfig:
-    """The world in which a task is lied to; one hole, as others are alike.
+    """The world in which a task is lied to.
 
     In six degrees of freedom a square peg for the policy that needs corners, a round one for any other.
     """
     if task == "insertion-6dof":
         return insertion_6dof.config_of("square" if policy == POLICIES[task] else "round", "asked", arm, {})
-    config = overlay(overlay(RunConfig(), task_kind(task).preset), {"arm": arm, "task": {"name": task}})
-    return overlay(config, {"task": {"more_goals_mm": ()}, "cell": {"more_holes_mm": ()}})
+    return overlay(overlay(RunConfig(), task_kind(task).preset), {"arm": arm, "task": {"name": task}})
 
 
 def loose(run: FaultRun) -> bool:

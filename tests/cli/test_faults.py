@@ -43,15 +43,6 @@ def test_the_campaign_fails_without_a_supervisor(palpate: CommandLine) -> None:
     assert "failed: 0" not in done.stdout
 
 
-def test_the_campaign_strikes_in_the_phases_of_any_task(palpate: CommandLine) -> None:
-    chosen = ("faults", "--task", "hole-survey", "--group", "liars", "--fault", "times 0.1", "--jobs", 1)
-    done = palpate(*chosen, "--phase", "travel", "--by-phase", "--most", 1, "--task.time-limit-s", 0.5)
-    assert "liar: force times 0.1  travel" in done.stdout
-    assert "one of lift, transfer, settle, travel, plate, search, floor, wall" in palpate.refusal(
-        *chosen, "--phase", "explore"
-    )
-
-
 def test_a_leaning_corner_is_not_pushed_on_by_a_sensor_that_shows_a_tenth_of_the_force_turned_round(
     palpate: CommandLine, tmp_path: Path
 ) -> None:

@@ -30,17 +30,6 @@ def test_a_surface_is_followed_recorded_and_replayed(palpate: CommandLine, tmp_p
     assert "asks no policy" in palpate("replay", out, "--jobs", 1, "--policy", "torque").stdout
 
 
-def test_holes_are_surveyed_recorded_and_replayed(palpate: CommandLine, tmp_path: Path) -> None:
-    out = tmp_path / "run"
-    quick = ("plate_touches", "2", "floor_touches", "2", "wall_touches", "5", "pitch_mm", "0.7", "aside_mm", "5")
-    cell = ("--cell.peg.clearance-mm", "0.5", "--cell.hole-uncertainty-mm", "0.5", "--task.ready-height-mm", "1")
-    survey = ("--task", "hole-survey", "--trials", 1, "--task.options", *quick, *cell)
-    palpate.succeed("run", *survey, "--task.more-goals-mm", "--cell.more-holes-mm", "--out", out)
-    (log,) = (out / "logs").iterdir()
-    assert "measured       hole 1: x " in palpate.succeed("log", "info", log)
-    assert "1 of 1 equal" in palpate.succeed("replay", out, "--jobs", 1)
-
-
 def test_who_knows_the_pose_of_hole_and_grip_goes_straight_in_and_is_replayed(palpate: CommandLine) -> None:
     words = ("--scenario", "blind-square", "--policy", "omniscient-pose", "--trials", 1, "--out", "run")
     assert "success 100.0%" in palpate.succeed("run", "--task", "insertion-6dof", *words)
@@ -88,8 +77,6 @@ def test_a_task_of_another_package_is_run_and_replayed(
         (f"run {SHORT} --cell.contacts listed", "searched, beside a contour"),
         ("run --policy none", "a policy file, or one of omniscient"),
         ("run --policy torque --task.options way_mm 9", "no option of insertion"),
-        ("run --task hole-survey --task.options wall_touches 7.5", "a whole number"),
-        ("run --task hole-survey --cell.more-holes-mm 20 0", "places at least"),
         (f"train {SHORT}", "a task that lets a policy choose"),
         (f"compare {SHORT}", "asks no policy"),
         ("compare --policy corner-first", "one of --task insertion-6dof"),

@@ -54,27 +54,6 @@ def _give_way(tilt_mrad: float = 0.0, **task: Any) -> dict[str, Any]:
     return {"task": settings | {"insertion_depth_mm": 2.0} | task, "cell": cell}
 
 
-EVEN: Final = {"unanswered_N": 0.0}
-
-
-def _survey(
-    options: dict[str, float] | None = None,
-    cell: dict[str, Any] | None = None,
-    control: dict[str, float] | None = None,
-    **task: Any,
-) -> dict[str, Any]:
-    """A survey of one shallow hole where it is thought to be, with as few touches as can be, and an even heave."""
-    few = {"plate_touches": 2.0, "floor_touches": 2.0, "wall_touches": 4.0, "pitch_mm": 0.7, "aside_mm": 4.5}
-    settings: dict[str, Any] = {
-        "name": "hole-survey", "goal": {"x_mm": 410.0}, "more_goals_mm": [], "area_half_width_mm": 9.0,
-        "max_force_N": 20.0, "ready_height_mm": 0.8, "tare_ticks": 4, "travel_speed_mm_s": 60.0,
-        "insertion_depth_mm": 1.0, "press_kgf": 0.25, "time_limit_s": 60.0, "options": EVEN | few | (options or {}),
-    }  # fmt: skip
-    peg = {"diameter_mm": 6.0, "clearance_mm": 0.3, "hole_depth_mm": 1.2} | (cell or {}).pop("peg", {})
-    world = {"hole_uncertainty_mm": 0.0, "more_holes_mm": []} | (cell or {}) | {"peg": peg}
-    return {"task": settings | task, "cell": world, "control": {"damping_N_s_per_m": 100.0} | (control or {})}
-
-
 def _pushed(**options: float) -> dict[str, Any]:
     """On the edge of what may be explored; a force sensor may repeat itself."""
     own = {"push_N": 2.0, "down_share": 0.5, "inside_mm": 0.5} | options
@@ -312,82 +291,4 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         )
         for name, tick, magnitude in (("seating", 63, -14.0), ("of-the-floor", 75, -11.0))
     },
-    # The plate on three sides, a search, down to the floor, the walls all round; encoders drift, so that it scatters.
-    "hole-survey": Mishap(
-        tuple(joints("bias-drift", 60, magnitude=7e-5, channels=(joint,)) for joint in (0, 1)),
-        {
-            **_survey(
-                {"unanswered_N": 25.0, "plate_touches": 3.0, "tolerance_mm": 0.3},
-                {"hole_uncertainty_mm": 0.6},
-                press_kgf=0.35,
-            ),
-            **_FOLLOWED,
-        },
-        policy="none",
-    ),
-    "survey-no-plate": Mishap(
-        settings=_survey(cell={"hole_height_error_mm": -2.0}, surface_uncertainty_mm=0.2), policy="none"
-    ),
-    # On its way a force that could only be a spring's, and then none.
-    "survey-unfelt": Mishap(
-        (force("offset", 224, magnitude=-1.0, channels=(2,), duration_ticks=30), *dead(250)),
-        _survey(
-            {"search_mm": 2.0},
-            {"hole_uncertainty_mm": 4.0},
-            {"axial_stiffness_N_per_mm": 7.0, "lateral_stiffness_N_per_mm": 40.0},
-        ),
-        policy="none",
-    ),
-    # Nearly as much as the friction of a wall may pull.
-    "survey-pulled": Mishap(
-        (*shove(31, 4.0, 4.0), force("offset", 31, magnitude=3.9, channels=(2,))),
-        _survey(),
-        (40, "stop"),
-        policy="none",
-    ),
-    "survey-no-life": Mishap(dead(225), _survey({"unanswered_N": 25.0}), policy="none"),
-    "survey-no-hole": Mishap(settings=_survey({"search_mm": 0.4}, {"hole_uncertainty_mm": 4.0}), policy="none"),
-    # With little noise, and a force on the way down with which the tool seems to be borne a little; and out of time on
-    # the way to the second.
-    "survey-no-floor": Mishap(
-        (force("offset", 252, magnitude=-1.6, channels=(2,), duration_ticks=30),),
-        _survey(
-            {"deepest_mm": 6.5},
-            {
-                "peg": {"hole_depth_mm": 15.0},
-                "more_holes_mm": [25.0, 0.0],
-                "sensor": {"force_noise_N": 0.04, "torque_noise_Nm": 0.0016},
-            },
-            more_goals_mm=[25.0, 0.0],
-            time_limit_s=2.9,
-        ),
-        policy="none",
-    ),
-    # A hole no deeper than its edge may be: borne there twice at one depth, and at another.
-    **{
-        f"survey-edge{name}": Mishap(
-            faults,
-            {**_survey(cell={"peg": {"hole_depth_mm": 0.8}}, insertion_depth_mm=0.7), **_FOLLOWED},
-            policy="none",
-        )
-        for name, faults in {
-            "": (),
-            "-moved": (joints("offset", 326, magnitude=-5e-4, channels=(1,)),),
-        }.items()
-    },
-    # The plate is lost before its first lift.
-    "survey-no-wall": Mishap(
-        (force("offset", 63, magnitude=2.4, channels=(2,), duration_ticks=12),),
-        _survey({"widest_mm": 6.05}),
-        policy="none",
-    ),
-    # A force that no wall gives: all round, and so that all places lie on a line.
-    "survey-held-aside": Mishap(shove(440, 5.0, 0.5), _survey(), policy="none"),
-    "survey-no-circle": Mishap(
-        (*({**each, "duration_ticks": 23} for each in shove(438, 5.5, 0.01)), *shove(516, 5.5, 0.01)),
-        _survey(),
-        policy="none",
-    ),
-    # And the sensor dies on the slow way to the wall, which ends where no force comes.
-    "survey-other-gripper": Mishap(dead(758), _survey(control={"lateral_stiffness_N_per_mm": 20.0}), policy="none"),
 }

@@ -40,8 +40,6 @@ UNTOLD: Final[Mapping[str, Any]] = {
     "cell.peg.corner_radius_mm": 3.0,
     "cell.peg.flat_mm": 3.0,
     "cell.peg.chamfer_mm": 0.0,
-    "cell.more_holes_mm": (),
-    "task.more_goals_mm": (),
     "cell.peg.outer_boxes": 0,
     "cell.peg.upper_spheres": 0,
     "cell.substeps": 5,
@@ -74,7 +72,6 @@ lacking a setting never means a new default.
 
 _OPTIONS_UNTOLD: Final[Mapping[str, Mapping[str, float]]] = {
     "insertion-6dof": {"down_share": 0.0, "wobble_deg_s": 0.0, "unanswered_N": 0.0},
-    "hole-survey": {"unanswered_N": 0.0},
 }
 """The same of options of a task, by its name."""
 

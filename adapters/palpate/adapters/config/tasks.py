@@ -28,7 +28,6 @@ _OWN: Final[Mapping[str, str]] = {
     INSERTION: "palpate.core.tasks.insertion:INSERTION",
     "insertion-6dof": "palpate.core.tasks.insertion_6dof:INSERTION_6DOF",
     "surface-follow": "palpate.core.tasks.surface_follow:SURFACE_FOLLOW",
-    "hole-survey": "palpate.core.tasks.hole_survey:HOLE_SURVEY",
 }
 """Found without a look at what is installed."""
 

@@ -16,7 +16,6 @@ from palpate.adapters.log.records import TickRecord
 from palpate.adapters.log.schema import CHANNELS
 from palpate.core.errors import LogError
 from palpate.core.ports import CommandReason, JointSample, Validity, WrenchSample
-from palpate.core.trial import MEASURED
 
 NS: Final = 1e-9
 LATE_S: Final = 0.001
@@ -173,7 +172,6 @@ def _what(log: TrialLog) -> dict[str, Any]:
         "schema": start.schema,
         "derived_from": start.derived_from,
         "what_if": bool(log.end is not None and log.end.counterfactual) or bool(start.derived_from),
-        "measured": [event.detail for event in log.events if event.name == MEASURED],
         "drawn": json_in(log, "start.world_json", start.world_json).get("drawn", {}),
     }
 

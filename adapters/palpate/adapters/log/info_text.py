@@ -23,7 +23,6 @@ def describe(info: LogInfo) -> str:
     ]  # fmt: skip
     if what["drawn"]:
         lines.append(_line("drawn", ", ".join(f"{name} {value}" for name, value in what["drawn"].items())))
-    lines += [_line("" if n else "measured", each) for n, each in enumerate(what["measured"])]
     if what["derived_from"]:
         lines.append(_line("made from", what["derived_from"]))
     lines += [

@@ -15,7 +15,7 @@ from palpate.core.errors import LogError, PalpateError
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named, wrench_about
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Vector3
 from palpate.core.trial import goal_in_base, wander_m
-from palpate.simulation.work_cell import build_work_cell, plate_bodies, quaternion, trial_world
+from palpate.simulation.work_cell import build_work_cell, quaternion, trial_world
 
 
 @dataclass(frozen=True)
@@ -99,10 +99,9 @@ class DrawnCell:
         self.peg = cell.peg
         self.plate_depth_m = cell.peg.hole_depth_mm * 1e-3 + 0.005
         self._compliance, self._tool = cell.compliance, kinematics.tool
-        plates, more = plate_bodies(self.model), world.more_holes_in_task_m
-        for plate, place in zip(plates, (self.mouth_m, *(goal.act(np.array(each)) for each in more)), strict=True):
-            self.model.body_pos[plate] = place
-        self.model.body_quat[plates] = quaternion(goal.rotation @ pin.exp3(np.array(world.hole_turn_rad)))
+        plate = self.model.body("plate").id
+        self.model.body_pos[plate] = self.mouth_m
+        self.model.body_quat[plate] = quaternion(goal.rotation @ pin.exp3(np.array(world.hole_turn_rad)))
         self._springs = [int(self.model.joint(name).qposadr[0]) for name in _SPRINGS]
         self._path, self.contour = log.path, cell.contour.shape != "none"
 
@@ -218,12 +217,12 @@ class Stage:
         model.vis.headlight.ambient[:] = 0.42
         model.vis.headlight.diffuse[:] = 0.38
         model.vis.headlight.specular[:] = 0.1
-        plates, sensor, peg = plate_bodies(model), model.body("sensor").id, model.body("peg").id
-        # Of a plate's two rings of boxes the inner one, which comes first, is the hole's wall; a contour has none.
+        plate, sensor, peg = (model.body(name).id for name in ("plate", "sensor", "peg"))
+        # Of the plate's two rings of boxes the inner one, which comes first, is the hole's wall; a contour has none.
         walls = 0 if cell.contour else cell.peg.walls
         for geom in range(model.ngeom):
             body = int(model.geom_bodyid[geom])
-            if body in plates:
+            if body == plate:
                 model.geom_rgba[geom] = _WALL if geom - int(model.body_geomadr[body]) < walls else _METAL
                 # The plate's y is the base's -y: towards the camera.
                 model.geom_group[geom] = _CUT_GROUP if model.geom_pos[geom][1] > 1e-6 else 0

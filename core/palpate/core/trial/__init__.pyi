@@ -24,7 +24,6 @@ from .ready_pose import require_speed as require_speed
 from .ready_pose import require_turns as require_turns
 from .ready_pose import wander_m as wander_m
 from .report import INTERRUPT as INTERRUPT
-from .report import MEASURED as MEASURED
 from .report import TRIALS_OF_A_SERIES as TRIALS_OF_A_SERIES
 from .report import DecisionRecord as DecisionRecord
 from .report import Event as Event

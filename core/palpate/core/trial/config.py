@@ -34,13 +34,11 @@ class TaskConfig(Settings):
     TABLE: ClassVar[str] = "task"
 
     name: str = "insertion"
-    """What is to be done: insertion, insertion-6dof, surface-follow, hole-survey, or a task of another package; --task
-    NAME for short."""
+    """What is to be done: insertion, insertion-6dof, surface-follow, or a task of another package; --task NAME for
+    short."""
     options: dict[str, float] = field(default_factory=dict)
     """What only that task has, by name."""
     goal: GoalConfig = GoalConfig()
-    more_goals_mm: tuple[float, ...] = ()
-    """x and y of each further place, from the goal, for tasks that go to several."""
     start_uncertainty_mm: Annotated[float, Range(0.0, 50.0)] = 3.0
     """A trial starts anywhere within this distance of the nominal goal."""
     start_shape: Annotated[str, OneOf("disc", "ball")] = "disc"
@@ -91,16 +89,8 @@ class TaskConfig(Settings):
         """How far a wall of the hole is looked for."""
         return (self.play_mm or LEAST_PLAY_MM) * 1e-3
 
-    @property
-    def more_places_m(self) -> list[tuple[float, float]]:
-        """The further places, (x, y), task frame."""
-        ways = [way * 1e-3 for way in self.more_goals_mm]
-        return list(zip(ways[::2], ways[1::2], strict=True))
-
     @override
     def check(self) -> None:
-        if len(self.more_goals_mm) % 2:
-            raise ConfigurationError("task.more_goals_mm", list(self.more_goals_mm), "x and y of each further place")
         if self.press_kgf <= self.contact_kgf:
             raise ConfigurationError(
                 "task.press_kgf", self.press_kgf, f"more than task.contact_kgf = {self.contact_kgf:g}"

@@ -142,10 +142,6 @@ INTERRUPT: Final = "interrupt"
 """Name of the event at the tick in which an interruption was first seen."""
 
 
-MEASURED: Final = "measured"
-"""Name of an event that is a result of the trial: what a task was there to find out, in words, with units."""
-
-
 class Purpose(enum.IntEnum):
     """What random numbers are drawn for. The values are part of every log: never renumber them."""
 

@@ -7,6 +7,5 @@ from .cross_section import KEYED as KEYED
 from .cross_section import SIDES as SIDES
 from .hidden import HiddenValues as HiddenValues
 from .model import build_work_cell as build_work_cell
-from .model import plate_bodies as plate_bodies
 from .model import quaternion as quaternion
 from .trial_world import trial_world as trial_world

@@ -3,8 +3,8 @@
 import hashlib
 from collections.abc import Iterator, Sequence
 from functools import partial
-from itertools import chain, combinations
-from math import copysign, dist, remainder
+from itertools import chain
+from math import copysign, remainder
 from operator import sub
 from struct import Struct
 from typing import Final, TypeAlias
@@ -14,7 +14,6 @@ import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 
-from palpate.core.errors import ConfigurationError
 from palpate.core.motion import Kinematics, filler
 from palpate.core.ports import JointVector, Truth, axis_of
 from palpate.core.trial import Purpose, generator
@@ -23,7 +22,7 @@ from palpate.simulation.work_cell.contact_pairs import NEAR_M, Leeway
 from palpate.simulation.work_cell.contact_search import ContactSearch
 from palpate.simulation.work_cell.contact_shapes import outermost_m, peg_rings
 from palpate.simulation.work_cell.hidden import HiddenValues, SampleDelay
-from palpate.simulation.work_cell.model import build_work_cell, plate_bodies, quaternion
+from palpate.simulation.work_cell.model import build_work_cell, quaternion
 from palpate.simulation.work_cell.trial_world import trial_world
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -74,7 +73,6 @@ class WorkCell:
         # Where the peg may be led, seen from the true hole, and a little more: springs give.
         self._far_m = wander_m + config.hole_reach_mm * 1e-3 + 1e-3
         reach_m = config.plate_reach_m(wander_m)
-        _require_apart(config, reach_m)
         self._model_of = partial(
             build_work_cell,
             kinematics,
@@ -106,12 +104,10 @@ class WorkCell:
         self._begun, self._loaded = self.ticks, self.ticks - _RELIEF_TICKS
         self._axis = axis_of(self._world.hole_turn_rad)
         mujoco.mj_resetData(self.model, self.data)
-        holes = (self._world.hole_in_task_m, *self._world.more_holes_in_task_m)
-        for plate, hole in zip(self._plates, holes, strict=True):
-            self.model.body_pos[plate] = self._goal.act(np.array(hole))
+        self.model.body_pos[self._plate] = self._goal.act(np.array(self._world.hole_in_task_m))
         if any(self._world.hole_turn_rad):
             turned = self._goal.rotation @ pin.exp3(np.array(self._world.hole_turn_rad))
-            self.model.body_quat[self._plates] = quaternion(turned)
+            self.model.body_quat[self._plate] = quaternion(turned)
         self.place(self._ready)
         self._forces.clear()
         self._peak_square = 0.0
@@ -197,8 +193,8 @@ class WorkCell:
     def pose(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Let another model of this cell, with its state, stand as this one does, for pictures."""
         data.qpos[:] = self.data.qpos
-        model.body_pos[self._plates] = self.model.body_pos[self._plates]
-        model.body_quat[self._plates] = self.model.body_quat[self._plates]
+        model.body_pos[self._plate] = self.model.body_pos[self._plate]
+        model.body_quat[self._plate] = self.model.body_quat[self._plate]
         mujoco.mj_kinematics(model, data)
         mujoco.mj_camlight(model, data)
 
@@ -231,7 +227,7 @@ class WorkCell:
             listed = [(leeway, self._model_of(cell, listed=leeway)) for leeway in leeways]
             radius_m = outermost_m(peg_rings(cell.peg)[0])
             self.contacts = ContactSearch(self.model, listed, self.data, radius_m, self._yaw_rad)
-        self._plates = plate_bodies(self.model)
+        self._plate = self.model.body("plate").id
         start = int(self.model.sensor_historyadr[0]) + _HISTORY_HEADER + cell.substeps
         # Views into MuJoCo's memory, which stays where it is.
         self._wrench: Array = self.data.sensordata[:6]
@@ -266,14 +262,3 @@ class WorkCell:
         spread = np.array([sensor.force_noise_N] * 3 + [sensor.torque_noise_Nm] * 3)
         while True:
             yield _SIX.iter_unpack(rng.standard_normal((_NOISE_BLOCK, 6)) * spread + bias)
-
-
-def _require_apart(config: CellConfig, reach_m: float) -> None:
-    """Refuse holes so near each other that the surface round one would close another."""
-    radius_mm = 0.5 * config.peg.diameter_mm + config.worn_clearance_mm
-    # The surface's boxes end at tangents, a little farther out than they reach.
-    least_mm = 2.0 * radius_mm + 1.03 * reach_m * 1e3 + 2.0 * config.hole_uncertainty_mm
-    for one, other in combinations([(0.0, 0.0), *config.more_places_m], 2):
-        if dist(one, other) * 1e3 < least_mm:
-            accepted = f"places at least {least_mm:.1f} mm from each other and from the goal"
-            raise ConfigurationError("cell.more_holes_mm", list(config.more_holes_mm), accepted)

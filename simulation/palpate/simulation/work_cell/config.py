@@ -173,8 +173,6 @@ class CellConfig(Settings):
     conditions: ConditionsConfig = field(default_factory=ConditionsConfig)
     hole_uncertainty_mm: Annotated[float, Range(0.0, 50.0)] = 0.0
     """The true hole lies anywhere within this distance of the nominal goal, drawn anew for each trial."""
-    more_holes_mm: tuple[float, ...] = ()
-    """x and y of each further hole, from the nominal goal; each is as deep and wide, and lies off as the first does."""
     hole_height_error_mm: Annotated[float, Range(-5.0, 5.0)] = 0.0
     """How much higher the plate really is than believed."""
     tilt_mrad: Annotated[float, Range(0.0, 100.0)] = 0.0
@@ -218,18 +216,8 @@ class CellConfig(Settings):
         """The clearance once all wear is done."""
         return self.peg.clearance_mm + self.conditions.wear_mm
 
-    @property
-    def more_places_m(self) -> list[tuple[float, float]]:
-        """Where further holes are expected, (x, y), task frame."""
-        ways = [way * 1e-3 for way in self.more_holes_mm]
-        return list(zip(ways[::2], ways[1::2], strict=True))
-
     @override
     def check(self) -> None:
-        if len(self.more_holes_mm) % 2:
-            raise ConfigurationError("cell.more_holes_mm", list(self.more_holes_mm), "x and y of each further hole")
-        if self.more_holes_mm and self.contour.shape != FLAT:
-            raise ConfigurationError("cell.more_holes_mm", list(self.more_holes_mm), "none, beside a contour")
         if self.contour.shape != FLAT and self.contacts != "searched":
             raise ConfigurationError("cell.contacts", self.contacts, "searched, beside a contour")
         if not 0.001 <= self.worn_clearance_mm <= 5.0:

@@ -13,7 +13,6 @@ import numpy as np
 
 from palpate.simulation.work_cell.contact_pairs import Leeway
 from palpate.simulation.work_cell.contact_shapes import UPPER_RING_M
-from palpate.simulation.work_cell.model import plate_bodies
 
 _CLEAR_M: Final = 1e-3
 
@@ -56,15 +55,15 @@ class ContactSearch:
         self._state = data.qpos, data.qvel, data.act, data.history, data.qacc_warmstart
         # As bytes, one by one: mj_getState takes 3 us more between steps of physics, a twentieth of a tick.
         self._kept = tuple(each.tobytes for each in self._state)
-        self._plates = plate_bodies(model)
+        self._plate = model.body("plate").id
         self.level = self._next = self._highest = len(listed) + 1
 
     def begin(self) -> None:
         """Find out all about a state that was just set; the plate is where it is in the model that finds everything."""
         everything = self.models[-1]
         for model in self.models:
-            model.body_pos[self._plates] = everything.body_pos[self._plates]
-            model.body_quat[self._plates] = everything.body_quat[self._plates]
+            model.body_pos[self._plate] = everything.body_pos[self._plate]
+            model.body_quat[self._plate] = everything.body_quat[self._plate]
         mujoco.mj_forward(everything, self._data)
         self._next = self._needed()
 

@@ -252,31 +252,22 @@ def _add_cylinder(body: mujoco.MjsBody, config: CellConfig, length: float) -> No
 
 
 def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, boxes: list[Box]) -> None:
-    """The plate with its hole, in the task frame: z into the hole, surface at 0. Each further hole has its own."""
+    """The plate with its hole, in the task frame: z into the hole, surface at 0."""
     upright = quaternion(goal_in_base.rotation)
     plate = spec.worldbody.add_body(name="plate", pos=goal_in_base.translation, quat=upright)
     touching = {"contype": _PLATE, "conaffinity": _PEG, "rgba": _PLATE_RGBA, **_touching(config)}
     if config.contour.shape != FLAT:
         add_contour(plate, config.contour, **touching)
         return
-    plates = [plate]
-    for number, (x, y) in enumerate(config.more_places_m, 2):
-        pos = goal_in_base.act(np.array([x, y, 0.0]))
-        plates.append(spec.worldbody.add_body(name=f"plate_{number}", pos=pos, quat=upright))
-    for body, box in ((body, box) for body in plates for box in boxes):
+    for box in boxes:
         half_heading = box.heading_rad / 2
-        body.add_geom(
+        plate.add_geom(
             type=mujoco.mjtGeom.mjGEOM_BOX,
             size=box.half_m,
             pos=(cos(box.heading_rad) * box.distance_m, sin(box.heading_rad) * box.distance_m, box.depth_m),
             quat=(cos(half_heading), 0.0, 0.0, sin(half_heading)),
             **touching,
         )
-
-
-def plate_bodies(model: mujoco.MjModel) -> list[int]:
-    """Numbers of the bodies that are plates, each with one hole, the goal's first."""
-    return [body for body in range(model.nbody) if model.body(body).name.split("_")[0] == "plate"]
 
 
 def _touching(config: CellConfig) -> dict[str, Any]:

@@ -25,7 +25,6 @@ class TrialWorld:
     Attributes:
         cell: The cell as it stands then: heading of the tilt and clearance are this trial's.
         hole_in_task_m: Centre of the hole's mouth, (3,), task frame.
-        more_holes_in_task_m: Those of further holes.
         zero_shift: By what the sensor's zero is off under load, (6,), N and N m, sensor frame.
         zero_drift_per_s: How fast it drifts, (6,), N/s and N m/s, sensor frame.
         hole_turn_rad: Rotation vector from the task's axes to the hole's, (3,), rad, task frame.
@@ -34,7 +33,6 @@ class TrialWorld:
 
     cell: CellConfig
     hole_in_task_m: Place
-    more_holes_in_task_m: tuple[Place, ...]
     zero_shift: Wrench
     zero_drift_per_s: Wrench
     hole_turn_rad: Vector3
@@ -50,9 +48,7 @@ def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
     """
     conditions, peg, drawn = config.conditions, config.peg, dict[str, float]()
     count = trial % TRIALS_OF_A_SERIES
-    rng, radius_m, dx, dy = generator(seed, Purpose.HOLE, trial), config.hole_uncertainty_mm * 1e-3, 0.0, 0.0
-    x, y = draw_in_disc(rng, radius_m, "disc")
-    more = [(place, draw_in_disc(rng, radius_m, "disc")) for place in config.more_places_m]
+    x, y = draw_in_disc(generator(seed, Purpose.HOLE, trial), config.hole_uncertainty_mm * 1e-3, "disc")
     if conditions.hole_shift_mm:
         rng = generator(seed, Purpose.HOLE_SHIFT, _batch(trial, conditions.hole_shift_trials))
         dx, dy = draw_in_disc(rng, conditions.hole_shift_mm * 1e-3, "disc")
@@ -78,15 +74,11 @@ def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
         drawn |= {"hole_yaw_deg": degrees(yaw_rad)} if conditions.yaw_deg else {}
         drawn |= {"plate_heading_deg": degrees(heading_rad)} if conditions.plate_lean_mrad else {}
     z = -config.hole_height_error_mm * 1e-3
-    holes = tuple((at_x + off_x + dx, at_y + off_y + dy, z) for (at_x, at_y), (off_x, off_y) in more)
-    for number, (hole_x, hole_y, _) in enumerate(holes, 2):
-        drawn |= {f"hole_{number}_x_mm": hole_x * 1e3, f"hole_{number}_y_mm": hole_y * 1e3}
     # Most cells are the same in every trial, and making one checks all its settings.
     same = peg is config.peg and tilt_deg == config.tilt_heading_deg
     return TrialWorld(
         config if same else replace(config, peg=peg, tilt_heading_deg=tilt_deg),
         (x, y, z),
-        holes,
         _across(conditions.zero_shift_N, conditions.zero_shift_Nm, zero_deg),
         _across(conditions.zero_drift_N_s, conditions.zero_drift_Nm_s, zero_deg),
         turn_rad,

@@ -51,7 +51,6 @@ def test_options_that_a_record_of_a_task_lacks_are_those_of_then() -> None:
     told = {"task": {"name": "insertion-6dof", "options": {"corners": 4.0, "down_share": 0.5}}}
     untold = {"wobble_deg_s": 0.0, "unanswered_N": 0.0}
     assert recorded_config(told).task.options == {"corners": 4.0, "down_share": 0.5} | untold
-    assert recorded_config({"task": {"name": "hole-survey"}}).task.options == {"unanswered_N": 0.0}
     # Nothing of one record is left for the next.
     assert recorded_config({}).task.options == {}
 

@@ -26,17 +26,6 @@ def test_without_conditions_only_the_hole_is_drawn_and_as_ever() -> None:
         assert (plain.drawn, plain.zero_shift, plain.zero_drift_per_s) == ({}, (0.0,) * 6, (0.0,) * 6)
 
 
-def test_further_holes_lie_off_their_own_places_and_change_nothing_for_the_first() -> None:
-    one = CellConfig(hole_uncertainty_mm=3.0)
-    first, three = (trial_world(config, 5, 7) for config in (one, replace(one, more_holes_mm=(40.0, 0.0, 0.0, 40.0))))
-    assert three.hole_in_task_m == first.hole_in_task_m
-    offsets = [hypot(x - at_x, y - at_y) for (x, y, _), (at_x, at_y) in
-               zip(three.more_holes_in_task_m, ((0.04, 0.0), (0.0, 0.04)), strict=True)]  # fmt: skip
-    assert 0.0 < min(offsets) <= max(offsets) <= 3e-3
-    assert offsets[0] != offsets[1]
-    assert three.drawn["hole_3_y_mm"] == pytest.approx(1e3 * three.more_holes_in_task_m[1][1], abs=1e-5)
-
-
 @pytest.mark.parametrize(
     ("name", "batch", "conditions"),
     [

@@ -4,7 +4,6 @@ from .axial_check import LOWEST_SHARE as LOWEST_SHARE
 from .axial_check import AxialCheck as AxialCheck
 from .axial_check import Mean as Mean
 from .both_walls import BothWallsCheck as BothWallsCheck
-from .felt_way import FeltWay as FeltWay
 from .first_touch import FirstTouch as FirstTouch
 from .lift_check import LiftCheck as LiftCheck
 from .proof import PAST_PLATE_M as PAST_PLATE_M

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
-from math import ceil, hypot, inf
+from math import ceil, hypot
 from typing import Final
 
 from palpate.core.motion import limited
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, STILL, Vector3
-from palpate.core.tasks.contact.felt_way import FeltWay
 from palpate.core.tasks.contact.heave_answer import HeaveAnswer
 from palpate.core.tasks.contact.recurrence import Recurrence
 from palpate.core.tasks.contact.restless import RestlessForce
@@ -17,7 +16,7 @@ from palpate.core.tasks.contact.uneven_heave import UnevenHeave
 from palpate.core.trial import ControlConfig, Measurement, Purpose, Trip, TripReason, generator
 
 _FEWEST: Final = 8
-_MORE_STOPPED: Final = 4
+_FEWEST_STOPPED: Final = 12
 """Samples of a look; a tool that had to stop is to be surer."""
 _LOOKS: Final = 8
 _ANSWERED: Final = 4
@@ -47,8 +46,8 @@ class AnsweredForce:
     """Stops a tool that pushes where the force does not answer its heave, and lets it go back and heave until it does.
 
     Scatter is no answer, as it is to :class:`~palpate.core.tasks.contact.restless.RestlessForce`: a recording
-    scatters, and so does noise. Only where the arm does not heave as it is told, by its own encoders, that, or what a
-    task has in its place, takes over for the rest of the trial.
+    scatters, and so does noise. Only where the arm does not heave as it is told, by its own encoders, that takes over
+    for the rest of the trial.
 
     Args:
         control: Its stiffnesses are those of the gripper.
@@ -56,11 +55,6 @@ class AnsweredForce:
         most_N: What the springs of the gripper may come to, at most, by the way from where it was answered last.
         mass_kg: Of all that the force sensor carries.
         step_m: Standard deviation of the depth by the encoders' steps.
-        otherwise: What takes over; None for scatter.
-        borne_N: A force that shows more has to follow by the spring.
-        fewest: Samples of a look, at least, where time allows for more than it takes otherwise; 4 more once it stopped.
-        led: Between heaves the tool is led elsewhere: the way back is only that since, but all the way counts. It waits
-            for twice as long, for nothing else moves it.
     """
 
     def __init__(
@@ -72,28 +66,19 @@ class AnsweredForce:
         most_N: float,
         mass_kg: float,
         step_m: float,
-        otherwise: FeltWay | None = None,
-        borne_N: float = inf,
-        fewest: int = _FEWEST,
-        led: bool = False,
     ) -> None:
         self._state, self._measured, self._most_N = state, measurement, most_N
         self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
-        self._axial_N_per_m, self._led = measurement.axial_N_per_m, led
-        self._longest_ticks = (2 if led else 1) * _LONGEST_TICKS
-        self._mass_kg = mass_kg
+        self._axial_N_per_m, self._mass_kg = measurement.axial_N_per_m, mass_kg
         # A turn changes the speed by twice that in a tick, and every third tick has one.
         self._least_shown_N2 = _SHOWN_SHARE * (2.0 * mass_kg * speed_m_s * CONTROL_RATE_HZ) ** 2 / 3.0
         # Three places tell it with six times the square of a single one.
         hidden = 6.0 * (mass_kg * step_m * CONTROL_RATE_HZ**2) ** 2 / (_HIDDEN * self._least_shown_N2)
         self._apart_ticks = apart_ticks = min(max(ceil(hidden**0.25), 1), _MOST_APART_TICKS)
-        # Samples of places that are further apart count once each of these.
-        self._fewest = max(ceil(fewest / apart_ticks), _FEWEST)
-        self._fewest_stopped = max(ceil((fewest + _MORE_STOPPED) / apart_ticks), _FEWEST + _MORE_STOPPED)
         self._heave = UnevenHeave(speed_m_s)
-        self._answer = HeaveAnswer(mass_kg, self._axial_N_per_m, apart_ticks, borne_N)
+        self._answer = HeaveAnswer(mass_kg, self._axial_N_per_m, apart_ticks)
         self._recurrence = Recurrence()
-        self._otherwise = otherwise or RestlessForce(state, measurement, control, speed_m_s)
+        self._otherwise = RestlessForce(state, measurement, control, speed_m_s)
 
     def begin(self) -> None:
         """A trial begins."""
@@ -113,7 +98,7 @@ class AnsweredForce:
         self._answered()
 
     def _answered(self) -> None:
-        self._way_m, self._before_N, self._stopped = (0.0, 0.0, 0.0), 0.0, False
+        self._way_m, self._stopped = (0.0, 0.0, 0.0), False
 
     @property
     def waits(self) -> bool:
@@ -136,11 +121,11 @@ class AnsweredForce:
         if not answer.paired(self._tick == state.tick - 1):
             return
         if self._stopped and (shown_N2 := answer.shown_N2) is not None and shown_N2 < self._least_shown_N2:
-            text = f"the encoders show less of a heave than is commanded: {self._otherwise.COUNTS} counts instead"
+            text = "the encoders show less of a heave than is commanded: scatter of the force counts instead"
             state.event("heave", text)
             self._follows_heaves = False
             return
-        follows = answer.follows(self._fewest_stopped if self._stopped else self._fewest, state.noise[2])
+        follows = answer.follows(_FEWEST_STOPPED if self._stopped else _FEWEST, state.noise[2])
         if follows is None:
             return
         follows = follows and not self._recurrence.comes_again(state.noise[2])
@@ -171,11 +156,11 @@ class AnsweredForce:
     @property
     def _bend_N(self) -> float:
         x, y, z = self._way_m
-        return self._before_N + hypot(x, y) * self._lateral_N_per_m + abs(z) * self._axial_N_per_m
+        return hypot(x, y) * self._lateral_N_per_m + abs(z) * self._axial_N_per_m
 
     def _back_m_s(self) -> Vector3:
         """Velocity of a tool that waits: it stands, and then goes back."""
-        if self._waited_ticks >= self._longest_ticks * max(self._state.noise[2] / _QUIET_N, 1.0):
+        if self._waited_ticks >= _LONGEST_TICKS * max(self._state.noise[2] / _QUIET_N, 1.0):
             text = "the force does not answer the heave of a tool that pushed: the force sensor does not show what is"
             if self._answer.other_kg is not None:
                 carried_kg = f"{self._answer.other_kg:.2f} kg by its inertia"
@@ -191,8 +176,6 @@ class AnsweredForce:
         return limited((-x / PERIOD_S, -y / PERIOD_S, -z / PERIOD_S), _BACK_M_S)
 
     def _begin_heave(self) -> None:
-        if self._led:
-            self._before_N, self._way_m = self._bend_N, (0.0, 0.0, 0.0)
         self._heave.begin()
         self._answer.begin()
         # What went before was proved; a sensor that has lied since is found by the next looks.

@@ -1,8 +1,6 @@
 """The stiffness with which the plate was first met, from the samples of the touch itself."""
 
 from collections import deque
-from collections.abc import Sequence
-from math import sqrt
 from typing import Final
 
 from palpate.core.ports import Snapshot
@@ -13,12 +11,6 @@ _LEAST_SHARE: Final = 0.15
 _LEAST_WAY_SHARE: Final = 0.25
 """A touch that went less deep, as a share of the spring's way under the pressing force, determines no stiffness."""
 _FEWEST: Final = 8
-_STEPS_SHARE: Final = 0.06
-"""Of the way's square sum; with as much the force seems to follow the way by so much less than it does."""
-_ALIKE: Final = 4.0
-"""So many samples are off by the same step, more or less."""
-_COMMANDED_ERROR: Final = 1.0
-"""Of a share by the commanded speed: an arm that is pushed back, or speeds up, shows 0.4 to 0.9 of what it is."""
 
 
 class FirstTouch:
@@ -53,50 +45,21 @@ class FirstTouch:
     @property
     def share(self) -> float | None:
         """Measured stiffness as a share of the gripper's; None where the samples do not determine it."""
-        touched = self._touched()
-        return self._share(touched) if self._determines(touched) else None
-
-    def steady_share(self, noise_N: float, speed_m_s: float) -> tuple[float, float] | None:
-        """The same of a touch at a steady speed, and its standard error by a noise of the force.
-
-        Encoders that count in steps scatter the way, and a force that is held against it seems to follow less than it
-        does. Where they do so much, force and way are each held against the time, which is the instrument of
-        instrumental variables (Fuller, Measurement Error Models, 1987, section 1.4). Where they hide it the commanded
-        speed stands for the way, and the error is as large as the share.
-        """
-        touched = self._touched()
-        if len(touched) < _FEWEST:
-            return None
-        depths, forces, times = zip(*touched, strict=True)
-        square, time_square, way = _square(depths), _square(times), _product(times, depths)
-        if not self._determines(touched) or way <= 0.0:
-            return -_product(times, forces) / time_square / speed_m_s / self._stiffness, _COMMANDED_ERROR
-        steps = square - way * way / time_square
-        if steps <= _STEPS_SHARE * square:
-            return self._share(touched), noise_N / sqrt(square) / self._stiffness
-        share = -_product(times, forces) / way / self._stiffness
-        step_N2 = _ALIKE * (share * self._stiffness) ** 2 * steps / (len(times) - 2)
-        return share, sqrt((noise_N * noise_N + step_N2) * time_square) / way / self._stiffness
-
-    def _share(self, touched: list[tuple[float, float, float]]) -> float:
-        depths, forces, _ = zip(*touched, strict=True)
-        return -_product(depths, forces) / _square(depths) / self._stiffness
-
-    def _touched(self) -> list[tuple[float, float, float]]:
-        """Depths, forces and times since it touches, m, N, s."""
-        touched: list[tuple[float, float, float]] = []
+        touched: list[tuple[float, float]] = []
         for time_ns, force_N in self._forces:
             if force_N > -_LEAST_SHARE * self._press_N:
                 touched.clear()
             elif (depth_m := self._depth_at(time_ns)) is not None:
-                touched.append((depth_m, force_N, time_ns * 1e-9))
-        return touched
-
-    def _determines(self, touched: list[tuple[float, float, float]]) -> bool:
+                touched.append((depth_m, force_N))
         if len(touched) < _FEWEST:
-            return False
-        depths = [depth for depth, _, _ in touched]
-        return max(depths) - min(depths) >= _LEAST_WAY_SHARE * self._press_N / self._stiffness
+            return None
+        depths = [depth for depth, _ in touched]
+        if max(depths) - min(depths) < _LEAST_WAY_SHARE * self._press_N / self._stiffness:
+            return None
+        mean_m = sum(depths) / len(depths)
+        square = sum((depth - mean_m) ** 2 for depth in depths)
+        product = sum((depth - mean_m) * force for depth, force in touched)
+        return -product / square / self._stiffness
 
     def _depth_at(self, time_ns: int) -> float | None:
         before: tuple[int, float] | None = None
@@ -107,15 +70,3 @@ class FirstTouch:
                 return before[1] + (depth_m - before[1]) * (time_ns - before[0]) / (then_ns - before[0])
             before = (then_ns, depth_m)
         return None
-
-
-def _square(values: Sequence[float]) -> float:
-    """Sum of the squares of what each is away from their mean."""
-    mean = sum(values) / len(values)
-    return sum((value - mean) ** 2 for value in values)
-
-
-def _product(values: Sequence[float], others: Sequence[float]) -> float:
-    """Sum of the products of what each is away from their mean, and the other."""
-    mean = sum(values) / len(values)
-    return sum((value - mean) * other for value, other in zip(values, others, strict=True))

@@ -51,14 +51,12 @@ class HeaveAnswer:
         mass_kg: Of all that the force sensor carries.
         stiffness_N_per_m: Of the gripper, along the tool axis.
         apart_ticks: The three places are at least so far apart.
-        borne_N: A force that shows more on average is no inertia's: the spring has to have its part in it.
 
     Attributes:
         other_kg: What the sensor would carry, by the newest force of this trial that was all inertia, and another's.
     """
 
-    def __init__(self, mass_kg: float, stiffness_N_per_m: float, apart_ticks: int, borne_N: float) -> None:
-        self._borne_N = borne_N
+    def __init__(self, mass_kg: float, stiffness_N_per_m: float, apart_ticks: int) -> None:
         self._mass, self._stiffness, self._apart_ticks = mass_kg, stiffness_N_per_m, apart_ticks
         self._apart_s = (apart_ticks - 0.5) * PERIOD_S if apart_ticks > 1 else 0.0
 
@@ -160,8 +158,8 @@ class HeaveAnswer:
             return False
         # A weighed mean is less noisy than a force.
         noise, gain = _NOISE_SHARE * noise_N * noise_N * squares / count, af / aa
-        borne, explained = f < -self._borne_N * count, gain * af
-        for share, shown in ((sf / ss, sf * sf / ss), (gain, explained))[: 1 if borne else 2]:
+        explained = gain * af
+        for share, shown in ((sf / ss, sf * sf / ss), (gain, explained)):
             known = _LEAST_GAIN < share < _MOST_GAIN and shown > least
             if known and ff - shown < noise * (count - 2) + _LEFT_ALONE * shown:
                 return True
@@ -184,7 +182,6 @@ class HeaveAnswer:
         return (
             min(inertia, friction, spring) > _BACKWARDS
             and max(inertia, spring) < _MOST_GAIN
-            and (spring > _LEAST_GAIN or not borne)
             and explained > max(least, _LEAST_GAIN * _LEAST_GAIN * aa)
             and ff - explained < noise * (count - 4) + _LEFT * explained
         )

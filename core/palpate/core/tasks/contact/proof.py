@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from math import inf, sqrt
+from math import inf
 from typing import Final, Protocol
 
 from typing_extensions import override
@@ -88,15 +88,14 @@ class ContactProof(Proof):
 
     Args:
         task: Pressing force, play of the hole.
-        wall_friction: Highest coefficient with which a wall may pull a tool that is pushed against it.
 
     Attributes:
         life: Travel since the sensor's last sign of life.
     """
 
-    def __init__(self, task: TaskConfig, control: ControlConfig, wall_friction: float = 0.0) -> None:
+    def __init__(self, task: TaskConfig, control: ControlConfig) -> None:
         stiffness_N_per_m, press_N = control.axial_stiffness_N_per_mm * 1e3, task.press_kgf * N_PER_KGF
-        self._pull_N, self._wall_friction = _PULL_SHARE * press_N, wall_friction
+        self._pull_N = _PULL_SHARE * press_N
         self.deepest_plate_m = task.surface_uncertainty_mm * 1e-3 + PAST_PLATE_M
         self.touch = FirstTouch(stiffness_N_per_m, press_N)
         speed_m_s = task.travel_speed_mm_s * 1e-3
@@ -128,8 +127,7 @@ class ContactProof(Proof):
         if not tared:
             return None
         if self.new:
-            x, y, z = measured.force_N
-            self._pulls = self._pulls + 1 if z > self._pull_N + self._wall_friction * sqrt(x * x + y * y) else 0
+            self._pulls = self._pulls + 1 if measured.force_N[2] > self._pull_N else 0
             self._torque_Nm = measured.torque_across_at_tip_Nm
             self._torque_limit_Nm = _TORQUE_NM + _ARM_M * measured.force_norm_N
             self._misfits = self._misfits + 1 if self._torque_Nm > self._torque_limit_Nm else 0

@@ -20,9 +20,9 @@ _SHOWN: Final = 1.6
 class Recurrence:
     """Holds the newest forces against those of before, at any distance.
 
-    The heave of a tool is drawn anew all the time, so what a sound sensor shows of it does not come again: in 18
-    surveys without a fault, of 6700 answered looks, it seemed to once. In surveys that recordings of 0.1 and 1 s had
-    misled it did in nearly all looks, half a second after the recording had come round.
+    The heave of a tool is drawn anew all the time, so what a sound sensor shows of it does not come again: in trials
+    without a fault, of 6700 answered looks, it seemed to once. In trials that recordings of 0.1 and 1 s had misled it
+    did in nearly all looks, half a second after the recording had come round.
     """
 
     def begin_trial(self) -> None:

@@ -2,7 +2,7 @@
 
 from collections import deque
 from math import hypot
-from typing import ClassVar, Final
+from typing import Final
 
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
 from palpate.core.tasks.contact.sign_of_life import SignOfLife
@@ -27,17 +27,10 @@ _LONGEST_TICKS: Final = CONTROL_RATE_HZ
 class RestlessForce:
     """Stops a tool that pushes where no channel of its sensor shows more than noise, and lets it heave until one does.
 
-    Unlike :class:`~palpate.core.tasks.contact.felt_way.FeltWay` it adds nothing to a motion that is felt.
-
     Args:
         control: Its stiffnesses are those of the gripper.
         speed_m_s: The heave is no faster.
-
-    Attributes:
-        COUNTS: What is a sign of life.
     """
-
-    COUNTS: ClassVar = "scatter of the force"
 
     def __init__(self, state: TrialState, measurement: Measurement, control: ControlConfig, speed_m_s: float) -> None:
         self._state, self._measured = state, measurement

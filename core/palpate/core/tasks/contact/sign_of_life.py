@@ -64,10 +64,8 @@ class SignOfLife:
 
     Args:
         swing_N: Force that comes and goes with a heave of a tool that is borne.
-        free_way_m: Travel without a sign of life after which a check is due.
         in_air: The tool may be in free air. By its inertia it follows the flange there too: with no share that is
             known beforehand, but it does.
-        borne_N: In air, a force that shows more on average is no inertia's: it has to follow by the spring's share.
         uneven: It heaves by strokes of a length that is drawn for each, so that what was recorded in one heave does not
             follow the next, and the force may not be much earlier or later than when it followed first.
     """
@@ -78,13 +76,10 @@ class SignOfLife:
         swing_N: float,
         speed_m_s: float,
         *,
-        free_way_m: float = FREE_WAY_M,
         in_air: bool = False,
-        borne_N: float = inf,
         uneven: bool = False,
     ) -> None:
-        self._stiffness, self._free_way_m, self._in_air = stiffness_N_per_m, free_way_m, in_air
-        self._borne_N = borne_N
+        self._stiffness, self._in_air = stiffness_N_per_m, in_air
         # Inertia pushes where the flange turns upwards, a spring where it comes down; late enough, each does both.
         self._fewest, self._deviations, self._sign = (
             (_FEWEST_IN_AIR, _DEVIATIONS_IN_AIR, -1.0) if in_air else (_FEWEST, _DEVIATIONS, 1.0)
@@ -176,7 +171,7 @@ class SignOfLife:
     @property
     def due(self) -> bool:
         """Whether the tool has gone as far as it may without a sign of life."""
-        return self.travel_m > self._free_way_m
+        return self.travel_m > FREE_WAY_M
 
     def _add_up(self) -> None:
         """Take the samples that wait into the sums: several at once, for alone each takes twice as long."""
@@ -196,9 +191,6 @@ class SignOfLife:
     def _answer(self) -> _Answer:
         """What the force does with the motion, by the lag at which it follows best."""
         count, force, sign = self._count, self._force, self._sign
-        borne = force < -self._borne_N * count
-        if borne:
-            sign = 1.0
         follows, best, everywhere = -inf, 0, [0.0] * len(self._sums)
         for lag, (depth, square, product) in enumerate(self._sums):
             square -= depth * depth / count
@@ -212,8 +204,7 @@ class SignOfLife:
         left = max(self._force_square - force * force / count - follows * follows, 0.0)
         error = self._deviations * sqrt(left / (spread * (count - 2)))
         if self._in_air:
-            known = LOWEST_SHARE <= share <= HIGHEST_SHARE or not borne
-            return _ALIVE if known and share > error else _NONE
+            return _ALIVE if share > error else _NONE
         if share > error and LOWEST_SHARE <= share <= HIGHEST_SHARE:
             if self._uneven is not None:
                 if self._comes_again(best, share, follows * follows):

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointSample, Snapshot, WrenchSample
-from palpate.core.tasks.contact import AnsweredForce, FeltWay, TrialState
+from palpate.core.tasks.contact import AnsweredForce, TrialState
 from palpate.core.trial import ControlConfig, TrialSetup
 
 NOISE = (0.1, 0.1, 0.1, 0.004, 0.004, 0.004)
@@ -51,7 +51,6 @@ def pushed(
     each_ticks: tuple[int, int] = (1, 1),
     heaves: float = 1.0,
     step_m: float = 0.0,
-    evenly: bool = False,
     tared_N: float = NOISE[2],
     ticks: int = TICKS,
 ) -> tuple[float, list[str]]:
@@ -62,16 +61,13 @@ def pushed(
         each_ticks: In every so many-th tick there is a new force, and a new place.
         heaves: The share that the arm makes of what it is told along the tool.
         step_m: Of an encoder, along the tool.
-        evenly: What takes over where the arm does not heave as it is told is an even heave, and not scatter.
         tared_N: Noise of the axial force, as the tare showed it; that of an honest one, too.
     """
     state, chance, control = TrialState(), random.Random(trial), ControlConfig()
     measured = SimpleNamespace(axial_N_per_m=control.axial_stiffness_N_per_mm * 1e3)
     state.begin(TrialSetup(trial, 7, (0.0, 0.0)))
     state.noise = (*NOISE[:2], tared_N, *NOISE[3:])
-    proof = SimpleNamespace(new=True)
-    even = FeltWay(state, measured, proof, control, 1.0, 0.02, 1.0) if evenly else None  # type: ignore[arg-type]
-    answered = AnsweredForce(state, measured, control, 0.02, MOST_N, MASS_KG, step_m / 12**0.5, even)  # type: ignore[arg-type]
+    answered = AnsweredForce(state, measured, control, 0.02, MOST_N, MASS_KG, step_m / 12**0.5)  # type: ignore[arg-type]
     answered.begin()
     heights_m, felt_N, way_m, furthest_m = [0.0] * 4, list[float](), 0.0, 0.0
     places_m, (force_late, late), (force_each, each) = list[float](), late_ticks, each_ticks
@@ -148,12 +144,6 @@ def test_an_arm_that_does_not_heave_as_it_is_told_is_asked_for_scatter_instead()
     assert "the force sensor is dead" in told[-1]
 
 
-def test_an_arm_that_does_not_heave_as_it_is_told_may_be_asked_by_an_even_heave_instead() -> None:
-    _, told = pushed(still, heaves=0.0, evenly=True)
-    assert "a force that follows the commands counts instead" in told[0]
-    assert "does not follow the tool as it heaves" in told[-1]
-
-
 @pytest.mark.parametrize("trial", range(3))
 @pytest.mark.parametrize(
     ("lie", "noise"),
@@ -194,22 +184,3 @@ def test_a_tool_that_stands_is_asked_for_nothing() -> None:
 def test_each_trial_heaves_in_its_own_way_and_in_the_same_again() -> None:
     ways = [pushed(inertia, lambda _, felt_N: felt_N[-140], trial=trial)[0] for trial in (0, 0, 1)]
     assert ways[0] == ways[1] != ways[2]
-
-
-def test_a_tool_that_was_led_elsewhere_goes_back_only_over_the_way_since() -> None:
-    state, measured = TrialState(), SimpleNamespace(axial_N_per_m=5e3, force_N=(0.0,) * 3, position_m=(0.0,) * 3)
-    state.begin(TrialSetup(0, 7, (0.0, 0.0)))
-    state.noise = NOISE
-    state.snapshot = Snapshot(0, 0, WrenchSample((0.0,) * 3, (0.0,) * 3, 0, 0, 0), JointSample((0.0,), 0, 0, 0))
-    answered = AnsweredForce(state, measured, ControlConfig(), 0.02, MOST_N, MASS_KG, 0.0, led=True)  # type: ignore[arg-type]
-    answered.begin()
-    ways_m = list[float]()
-    for state.tick in (*range(6), *range(20, 100)):
-        if state.tick in (0, 20):
-            ways_m = [0.0]
-        answered.watch()
-        ways_m.append(ways_m[-1] + answered.velocity_m_s((SPEED_M_S, 0.0, 0.0))[0] * PERIOD_S)
-    # What it went before counts.
-    assert max(ways_m) * 40e3 < 0.6 * MOST_N
-    assert min(ways_m) > -1e-9
-    assert ways_m[-1] == pytest.approx(0.0, abs=1e-9)

@@ -63,41 +63,6 @@ def test_noise_moves_the_share_little(noise_N: float) -> None:
     assert LOWEST_SHARE < share < HIGHEST_SHARE
 
 
-def slowly(seed: int, noise_N: float, step_m: float, counted_m: float = 1e-9) -> tuple[float, float] | None:
-    """The share of a touch at a steady speed, by encoders with such steps, and its error.
-
-    Args:
-        step_m: Of many joints, whose steps come at different places.
-        counted_m: Of one.
-    """
-    first, rng = FirstTouch(STIFFNESS_N_PER_M, PRESS_N), np.random.default_rng(seed)
-    for tick in range(64):
-        way_m = 2e-5 * (tick - 30)
-        seen_m = counted_m * round(way_m / counted_m) + step_m * rng.uniform(-0.5, 0.5)
-        force_N = -STIFFNESS_N_PER_M * max(way_m, 0.0) + noise_N * rng.standard_normal()
-        now_ns = tick * TICK_NS
-        wrench = WrenchSample((0.0, 0.0, force_N), (0.0, 0.0, 0.0), now_ns, now_ns, tick)
-        first.watch(Snapshot(tick, now_ns, wrench, JointSample((0.0,), now_ns, now_ns, tick)), force_N, seen_m)
-    return first.steady_share(noise_N, 2e-5 * 1e9 / TICK_NS)
-
-
-@pytest.mark.parametrize(("step_m", "sure"), [(0.0, 1.0), (4e-4, 2.0)])
-def test_steps_of_encoders_take_nothing_of_a_steady_share_which_scatters_by_its_error_or_less(
-    step_m: float, sure: float
-) -> None:
-    found = [share for seed in range(60) if (share := slowly(seed, 0.3, step_m)) is not None]
-    shares, errors = np.transpose(found)
-    assert np.mean(shares) == pytest.approx(1.0, abs=0.05)
-    assert np.std(shares) == pytest.approx(np.mean(errors) / sure, rel=0.25)
-
-
-def test_steps_that_hide_a_way_leave_what_is_commanded() -> None:
-    for seed in range(10):
-        assert slowly(seed, 0.1, 1e-9, counted_m=5e-3) == (pytest.approx(1.0, abs=0.05), 1.0)
-    assert touch(depth_m=0.15e-3, scale=4.0).steady_share(0.3, 1.0) == (pytest.approx(0.0, abs=0.01), 1.0)
-    assert FirstTouch(STIFFNESS_N_PER_M, PRESS_N).steady_share(0.3, 1.0) is None
-
-
 @pytest.mark.parametrize("late_ns", [0, 20_000_000])
 @pytest.mark.parametrize("every", [2, 5])
 def test_slow_and_late_encoders_are_aligned_by_the_samples_times(every: int, late_ns: int) -> None:

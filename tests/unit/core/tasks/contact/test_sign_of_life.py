@@ -165,26 +165,6 @@ def test_a_heave_is_bounded_in_way_force_and_speed(stiffness_N_per_m: float, spe
     assert ways[-1] == pytest.approx(0.0, abs=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("share", "mean_N", "follows"),
-    [
-        pytest.param(0.3, 0.0, True, id="in air the inertia has any share"),
-        pytest.param(0.3, -2.6, False, id="a third of the spring's bears nothing"),
-        pytest.param(1.0, -2.6, True, id="the spring does"),
-    ],
-)
-def test_a_probe_that_is_borne_shows_it_by_the_spring_alone(share: float, mean_N: float, follows: bool) -> None:
-    life = SignOfLife(STIFFNESS_N_PER_M, SWING_N, SPEED_M_S, in_air=True, borne_N=1.2)
-    life.begin()
-    rng, depth_m, due = np.random.default_rng(3), 0.0, 0
-    for tick in range(400):
-        force_N = mean_N - share * STIFFNESS_N_PER_M * depth_m + 0.05 * rng.standard_normal()
-        life.watch(force_N, True, (STEP_M * tick, 0.0, depth_m))
-        due += life.due
-        depth_m += life.heave_m_s() / CONTROL_RATE_HZ
-    assert (due == 0) is follows
-
-
 def test_a_demanded_check_is_due_until_it_is_proved() -> None:
     life = SignOfLife(STIFFNESS_N_PER_M, SWING_N, SPEED_M_S)
     life.begin()
