@@ -25,6 +25,7 @@ import pytest
 
 from palpate.adapters.cli.main import main
 from palpate.adapters.log import writer_client, writer_process
+from palpate.adapters.signals import ENDING
 
 QUICK = ("--task.time-limit-s", "0.5")
 """Trials with little learning end at the time limit: an early one keeps them short."""
@@ -133,7 +134,7 @@ class CommandLine:
 
 def _process_state() -> dict[str, Any]:
     """What a command might leave changed behind it."""
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1, signal.SIGPIPE, signal.SIGCHLD)
+    numbers = (*ENDING, signal.SIGPIPE, signal.SIGCHLD)
     state = {
         "signal handlers": [signal.getsignal(number) for number in numbers],
         # Libraries set variables of their own when they are imported.

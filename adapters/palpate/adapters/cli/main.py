@@ -19,7 +19,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command.
 
     Returns:
-        0: done; 1: the run failed; 2: something in the call, a file or a folder is wrong; 130: ended by Ctrl-C.
+        0: done; 1: the run failed; 2: something in the call, a file or a folder is wrong; 130: ended by Ctrl-C or
+            another signal.
     """
     _open_streams()
     words = list(sys.argv[1:] if arguments is None else arguments)
@@ -66,7 +67,8 @@ def _ended(words: Sequence[str], interrupts: Interrupts) -> int:
 
 
 def _stopped() -> int:
-    sys.stderr.write("\npalpate: stopped at once; what was finished is kept\n")
+    with suppress(OSError):
+        sys.stderr.write("\npalpate: stopped at once; what was finished is kept\n")
     return 130
 
 

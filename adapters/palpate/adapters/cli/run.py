@@ -59,10 +59,10 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
                 chosen, config, ready, rig, options.trials,
                 folder=folder, recorder=recorder, session=session, on_trial=bar.update,
             )  # fmt: skip
-        if session is not None:
-            sys.stdout.write(session.report() + "\n")
     summary = write_evaluation(config, folder, named, chosen.document, rows, options.trials)
     folder.seal()
+    if session is not None:
+        sys.stdout.write(session.report() + "\n")
     low, high = summary["success_95"]
     sys.stdout.write(
         f"{options.policy or chosen.label}, {config.arm}, scenario {config.scenario}, seed {config.seed}:"

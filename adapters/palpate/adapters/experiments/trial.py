@@ -1,11 +1,9 @@
 """Runs trials one after the other and scores them against the truth."""
 
 import signal
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
-from types import FrameType
 from typing import Any, Final
 
 from typing_extensions import override
@@ -13,6 +11,7 @@ from typing_extensions import override
 from palpate.adapters.config import AdmissionConfig, RunConfig, folder_kept, task_kind
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder, trial_name, world_of
+from palpate.adapters.signals import on_ending_signal
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError, require_whole
 from palpate.core.ports import Rig, Truth
@@ -189,23 +188,15 @@ def require_sound(scored: ScoredTrial, first: int = 0) -> None:
 
 @contextmanager
 def interrupting(request_end: Callable[[], None]) -> Iterator[None]:
-    """While inside, the first SIGINT or SIGTERM asks for an orderly end; a second SIGINT does what one does outside.
+    """While inside, a signal that would end the process requests an orderly end; from then on SIGINT acts as outside.
 
     Signals reach a program's main thread only: in any other one this does nothing.
     """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
 
-    def handle(number: int, frame: FrameType | None) -> None:
-        signal.signal(signal.SIGINT, before[signal.SIGINT])
+    def act(number: int) -> None:
+        signal.signal(signal.SIGINT, before)
         request_end()
 
-    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
+    before = signal.getsignal(signal.SIGINT)
+    with on_ending_signal(act):
         yield
-    finally:
-        for number, handler in before.items():
-            # Interrupted on its way here, this may come late: then what was set since stays.
-            if signal.getsignal(number) is handle:
-                signal.signal(number, handler)

@@ -5,14 +5,12 @@ shows it; the loop hardly waits for the agent (:mod:`~palpate.adapters.gymnasium
 """
 
 import queue
-import signal
 import sys
 import threading
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
-from types import FrameType
 from typing import Any, Final
 
 from typing_extensions import override
@@ -39,6 +37,7 @@ from palpate.adapters.gymnasium_envs.episode import MOST_SKIPPED, SOURCE, Episod
 from palpate.adapters.gymnasium_envs.handover import Handover
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
+from palpate.adapters.signals import on_ending_signal
 from palpate.core.errors import LifecycleError, require_in
 from palpate.core.policy import Decision
 from palpate.core.ports import Rig
@@ -110,9 +109,8 @@ class RigEpisodes(Episodes):
             self._loop = threading.Thread(target=self._serve, name="control loop", daemon=True)
             self._loop.start()
             opened.callback(self._end_loop)
-            if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
-                # By default the process would be gone at once, and the arm left at its last set-point.
-                opened.callback(signal.signal, signal.SIGTERM, signal.signal(signal.SIGTERM, _terminate))
+            # By default the process would be gone at once, and the arm left at its last set-point.
+            opened.enter_context(on_ending_signal(_terminate, always=False))
             self._kept, self._opened = kept.pop_all(), opened.pop_all()
 
     # The agent's side.
@@ -223,10 +221,12 @@ class RigEpisodes(Episodes):
         return self.observe(self.task), {**known, **late}
 
 
-def _terminate(number: int, frame: FrameType | None) -> None:
+def _terminate(number: int) -> None:
     """The program ends, but in order."""
     sys.exit(128 + number)
 
 
 def _tell(text: str) -> None:
-    sys.stderr.write(f"palpate: {text}\n")
+    # The loop's thread must not end because the terminal was closed.
+    with suppress(OSError):
+        sys.stderr.write(f"palpate: {text}\n")

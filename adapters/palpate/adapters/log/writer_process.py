@@ -4,7 +4,6 @@ It ends when its input does. Whoever fed it may be gone by then: the log that is
 """
 
 import json
-import signal
 import struct
 import sys
 from collections.abc import Callable
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, Final
 
 from palpate.adapters.log.file import LogFile, NewFile
+from palpate.adapters.signals import ignore_ending_signals
 
 FRAME: Final = struct.Struct("<cBqI")
 """Kind of frame, channel, time, length of what follows."""
@@ -164,8 +164,7 @@ def _reason(error: Exception) -> str:
 def main() -> None:
     """Serve standard input."""
     # An end is asked of the run; it ends us by ending our input.
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)
+    ignore_ending_signals()
 
     def report(path: str, problem: str, **more: Any) -> None:
         try:

@@ -1,5 +1,7 @@
 """Ctrl-C ends a command once, however often it comes; what is closed meanwhile is closed whole."""
 
+import errno
+import io
 import signal
 import sys
 from collections.abc import Callable
@@ -29,7 +31,7 @@ def now(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     return reading
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
 def test_what_is_closed_meanwhile_is_not_interrupted(number: signal.Signals, now: list[float]) -> None:
     closed = []
 
@@ -85,6 +87,16 @@ def test_an_import_that_is_interrupted_is_no_error_of_its_own(
     put_in(monkeypatch, "importing", half_imported)
     done = palpate("importing")
     assert (done.code, done.stderr) == (130, "\npalpate: stopped at once; what was finished is kept\n")
+
+
+def test_a_closed_terminal_hides_the_last_line_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Gone(io.StringIO):
+        def write(self, text: str) -> int:
+            raise OSError(errno.EIO, "Input/output error")
+
+    put_in(monkeypatch, "hanging", lambda _: press(1, signal.SIGHUP))
+    monkeypatch.setattr(sys, "stderr", Gone())
+    assert main.main(["hanging"]) == 130
 
 
 def test_ctrl_c_again_and_again_leaves_one_line_and_a_log_that_replays(

@@ -114,7 +114,10 @@ def test_a_fault_is_a_typed_error_and_latches(episodes: RigEpisodes, monkeypatch
     assert episodes.running
 
 
-@pytest.mark.parametrize(("number", "error"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)])
+@pytest.mark.parametrize(
+    ("number", "error"),
+    [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit), (signal.SIGHUP, SystemExit)],
+)
 def test_a_signal_while_a_step_is_waited_for_leaves_the_arm_stopped(
     episodes: RigEpisodes, monkeypatch: pytest.MonkeyPatch, number: signal.Signals, error: type[BaseException]
 ) -> None:

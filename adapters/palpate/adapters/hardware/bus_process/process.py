@@ -20,6 +20,7 @@ from palpate.adapters.hardware.bus_process.wire import Board, Wire
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.plugins import RigContext, arm_maker
 from palpate.adapters.hardware.real_time import LoopAccount, RealTime, take_real_time
+from palpate.adapters.signals import ignore_ending_signals
 from palpate.core.errors import DeviceError
 from palpate.core.motion import ArmDescription
 from palpate.core.ports import JointVector
@@ -127,8 +128,7 @@ def _hurrying(real_time: RealTimeConfig) -> Callable[[], object]:
 def main() -> None:
     """Be the arm's process; arguments are the numbers of the socket and of the memory."""
     # Whoever wants an end asks the loop for it; it ends this process by ending its line.
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)
+    ignore_ending_signals()
     end, memory = socket.socket(fileno=int(sys.argv[1])), int(sys.argv[2])
     board = Board(mmap.mmap(memory, Board.BYTES))
     os.close(memory)

@@ -3,12 +3,13 @@
 import importlib
 import os
 import select
-import signal
 import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Final
+
+from palpate.adapters.signals import ignore_ending_signals
 
 FED: Final = b"f"
 RESTING: Final = b"r"
@@ -75,8 +76,7 @@ def stop_function(name: str) -> Callable[[], object] | None:
 def main() -> None:
     """Watch the parent: arguments are the time limit in s, its process number, a signal for it, and a function."""
     # An end is asked of the run; it ends us by ending our input.
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)
+    ignore_ending_signals()
     timeout_s, host, signal_number = float(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
     try:
         stop = stop_function(sys.argv[4])

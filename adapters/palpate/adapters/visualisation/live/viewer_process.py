@@ -3,12 +3,12 @@
 import json
 import os
 import select
-import signal
 import socket
 import sys
 from typing import Final
 
 from palpate.adapters.log import FRAME, MESSAGE, QUIT, RawMessage
+from palpate.adapters.signals import ignore_ending_signals
 from palpate.adapters.visualisation.live.display import Display, LearningSoFar
 from palpate.adapters.visualisation.live.trial_stream import TrialStream
 from palpate.core.errors import LogError
@@ -94,8 +94,7 @@ def _show(kind: bytes, message: RawMessage, stream: TrialStream, display: Displa
 def main() -> None:
     """Serve standard input: ``VIEWER PORT``."""
     # Whoever wants an end asks the run for it; it ends us by ending our input.
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)
+    ignore_ending_signals()
     # The run comes first.
     os.nice(10)
 

@@ -1,0 +1,90 @@
+"""A closed terminal and signals that end a process, in the middle of a trial on an emulated arm."""
+
+import os
+import signal
+import subprocess
+import threading
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.config import EmulationConfig, scenario
+from palpate.adapters.experiments import ready_pose
+from palpate.adapters.hardware import EmulatedCell
+from palpate.adapters.log import read_log
+from palpate.simulation.emulators.nmc.servo import PicServo
+from tests.command_line import PATIENCE_S, CommandLine, command, wait_until
+from tests.wall_clock.host import Host
+from tests.wall_clock.test_rigs import ALLOWED_S, PATIENT, logs, relax, require_in_time
+
+
+@pytest.fixture
+def stops(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Every stop command that reaches an emulated motor adds an entry."""
+    seen: list[int] = []
+    stop = PicServo.stop
+
+    def noted(self: PicServo, *words: int) -> None:
+        seen.append(1)
+        stop(self, *words)
+
+    monkeypatch.setattr(PicServo, "stop", noted)
+    return seen
+
+
+@pytest.fixture
+def rig(tmp_path: Path, stops: list[int]) -> Iterator[Path]:
+    """The rig file of an emulated arm and force sensor that live in this process."""
+    config, ended = scenario("paper"), threading.Event()
+    with EmulatedCell(config, ready_pose(config), EmulationConfig(), str(tmp_path / "counts.json")) as cell:
+        life = threading.Thread(target=cell.run, args=(ended.is_set, lambda truth: None), daemon=True)
+        life.start()
+        path = tmp_path / "rig.toml"
+        path.write_text(cell.rig_toml())
+        relax(path)
+        yield path
+        ended.set()
+        life.join()
+
+
+@pytest.mark.parametrize("number", [None, signal.SIGUSR2])
+def test_the_arm_is_stopped_and_the_log_is_whole(
+    tmp_path: Path, rig: Path, stops: list[int], host: Host, number: signal.Signals | None
+) -> None:
+    """Without a number, the terminal is closed."""
+    out = tmp_path / "out"
+    words = ("run", "--rig", rig, "--policy", "random", "--trials", 9, "--out", out, *PATIENT)
+    master, slave = os.openpty()
+    with host.judged(ALLOWED_S):
+        process = subprocess.Popen(
+            command(*words), stdin=slave, stdout=slave, stderr=slave, text=True, preexec_fn=lambda: os.login_tty(slave)
+        )
+        os.close(slave)
+        try:
+            if number is not None:
+                threading.Thread(target=_read_all, args=(master,), daemon=True).start()
+            wait_until(lambda: bool(logs(out)) and logs(out)[-1].stat().st_size > 30_000, process)
+            before = len(stops)
+            if number is None:
+                os.close(master)
+            else:
+                process.send_signal(number)
+            code = process.wait(PATIENCE_S)
+        finally:
+            process.kill()
+            process.wait()
+        end = read_log(logs(out)[-1]).end
+        assert end is not None, f"the log has no end; exit code {code}"
+        if end.outcome not in ("interrupted", "stopped from outside"):
+            require_in_time(f"{end.outcome} {end.error} {end.stopped_by}")
+    assert code in (1, 130)
+    assert len(stops) > before
+    assert "equal in every bit" in CommandLine().succeed("replay", *logs(out), "--jobs", 1)
+
+
+def _read_all(fd: int) -> None:
+    with suppress(OSError):
+        while os.read(fd, 4096):
+            pass
