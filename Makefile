@@ -21,8 +21,8 @@ help:
 	@echo "make docs    the documentation site in runs/site/html, strictly: a lost link or any other warning is an error"
 	@echo "make browser-check   reports in a headless browser, at laptop and phone width (Debian, needs root to install it)"
 	@echo "make foxglove-check  a recorded trial in Foxglove Studio, its numbers held against the log (the same, and npm)"
-	@echo "make bench   benchmarks beside floors and peers, under three minutes; figures also in $(BENCH)"
-	@echo "make bench-full  the full form, which also writes its section of docs/results.md"
+	@echo "make bench   costs of the framework next to their floors, under three minutes; figures also in $(BENCH)"
+	@echo "make bench-full  the same over 350 trials"
 	@echo "make count   lines of source, tests and benchmarks, words of documents"
 	@echo "make golden  record the logs in tests/golden anew, after a change that is meant to change behaviour"
 
@@ -111,7 +111,7 @@ bench: setup
 	$(BIN)/python -m benchmarks.suite --quick --json $(BENCH)
 
 bench-full: setup
-	$(BIN)/python -m benchmarks.suite --json $(BENCH) --write docs/results.md
+	$(BIN)/python -m benchmarks.suite --json $(BENCH)
 
 # What a reader has to read: lines of Python by source root, words of documents, golden logs.
 count:

@@ -1,4 +1,4 @@
-"""The belief learner under each condition of issue 19: success, times from trial 11 on, trials to converge, forces.
+"""The belief learner under each condition: success, times from trial 11 on, trials to converge, forces.
 
     python -m benchmarks.belief --seeds 10 --trials 50 --jobs 2 --out belief.jsonl
 

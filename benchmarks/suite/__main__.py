@@ -1,11 +1,10 @@
-"""All benchmarks, each figure beside a floor or a peer of the same run.
+"""Costs of the framework, each next to a floor of the same run.
 
-    python -m benchmarks.suite --quick                            under three minutes (make bench)
-    python -m benchmarks.suite --json FILE --write docs/results.md    the full form (make bench-full)
-    python -m benchmarks.suite --from FILE --write docs/results.md    writes figures that are there already
+    python -m benchmarks.suite --quick         under three minutes (make bench)
+    python -m benchmarks.suite --json FILE     the full form (make bench-full)
+    python -m benchmarks.suite --quick --only throughput
 
-A benchmark that needs what is not installed is left out, and the table says so. One that breaks does not keep the
-others from being measured; the exit code is then 1.
+A benchmark that fails does not stop the others; the exit code is then 1.
 """
 
 from __future__ import annotations
@@ -15,83 +14,55 @@ import json
 import os
 import sys
 import time
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from benchmarks.suite import automata, pictures, processes, ticks
-from benchmarks.suite.machine import machine
-from benchmarks.suite.rows import FULL, QUICK, Benchmark, Form, Group, MissingError, Suite
-from benchmarks.suite.text import rewrite, section, table
+from benchmarks.suite import processes, ticks
+from benchmarks.suite.figures import FULL, QUICK, Benchmark, Form, Group, as_dict, machine, table
 
 ALL = (
-    Benchmark("ticks", "Control tick by stage", ticks.stages, "Medians, wall time."),
-    Benchmark("throughput", "Trials against bare physics", ticks.throughput),
-    Benchmark("replay", "Replay", processes.replayed),
-    Benchmark("recording", "Recording", ticks.recorded, "Turn by turn in one process, wall time."),
-    Benchmark("automata", "Automata from strings", automata.inferred),
-    Benchmark("minimise", "Minimisation and comparison of automata", automata.minimised, "Wall time."),
-    Benchmark("scaling", "Studies on several processes", processes.scaling),
-    Benchmark("environment", "Gymnasium environments", processes.environment),
-    Benchmark("pictures", "Pictures of a trial", pictures.painted),
-    Benchmark("start-up", "Start-up and imports", processes.start_up, "Whole processes, wall time; medians."),
-    Benchmark("memory", "Memory", processes.memory, "Largest resident memory of a process."),
+    Benchmark("throughput", "Trials and their bare physics, CPU time", ticks.throughput),
+    Benchmark("tick", "Control tick without physics, wall time", ticks.tick),
+    Benchmark("supervisor", "Supervisor over recorded snapshots, wall time", ticks.supervisor),
+    Benchmark("recording", "Recording, trial by trial in one process, wall time", ticks.recording),
+    Benchmark("replay", "Replay, CPU time", processes.replayed),
+    Benchmark("automata", "Automata from strings, CPU time", processes.inferred),
+    Benchmark("environment", "Gymnasium environments, CPU time", processes.environment),
+    Benchmark("start-up", "Start-up of whole processes, wall time", processes.start_up),
+    Benchmark("memory", "Largest resident memory of a process", processes.memory),
 )
 
 
-def measure(benchmarks: Sequence[Benchmark], form: Form) -> Suite:
-    """Run benchmarks one after the other."""
-    busy, facts = os.getloadavg()[0], machine()
-    groups = []
-    for benchmark in benchmarks:
-        began = time.perf_counter()
-        sys.stderr.write(f"{benchmark.name} ... ")
-        sys.stderr.flush()
-        group = Group(benchmark.title, notes=benchmark.notes)
-        try:
-            group = replace(group, rows=tuple(benchmark.measure(form)))
-        except MissingError as error:
-            group = replace(group, missing=str(error))
-        except (Exception, SystemExit) as error:
-            # Whatever broke, the figures before and after it are worth having.
-            group = replace(group, missing=f"{type(error).__name__}: {error}", failed=True)
-        group = replace(group, seconds=time.perf_counter() - began)
-        sys.stderr.write(f"{group.seconds:.0f} s{' ' + group.missing if group.missing else ''}\n")
-        groups.append(group)
-    return Suite(form.name, facts, tuple(groups), busy)
+def measured(benchmark: Benchmark, form: Form) -> Group:
+    """The figures of one benchmark, or why there are none."""
+    began = time.perf_counter()
+    sys.stderr.write(f"{benchmark.name} ... ")
+    sys.stderr.flush()
+    group = Group(benchmark.title)
+    try:
+        group = replace(group, rows=tuple(benchmark.measure(form)))
+    except (Exception, SystemExit) as error:
+        group = replace(group, missing=f"{type(error).__name__}: {error}")
+    group = replace(group, seconds=time.perf_counter() - began)
+    sys.stderr.write(f"{group.seconds:.0f} s{' ' + group.missing if group.missing else ''}\n")
+    return group
 
 
-def main(words: Sequence[str] | None = None) -> int:
-    """Returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.suite", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+def main() -> int:
     names = [benchmark.name for benchmark in ALL]
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="the quick form")
     parser.add_argument("--only", nargs="+", choices=names, default=names, metavar="NAME", help=", ".join(names))
-    parser.add_argument("--cache", default="", help="folder with virtual environments of peers, made if need be")
-    parser.add_argument("--json", type=Path, help="write the figures here")
-    parser.add_argument("--write", type=Path, help="document whose marked section is written anew")
-    parser.add_argument("--from", dest="source", type=Path, help="figures of an earlier --json; nothing is measured")
-    options = parser.parse_args(words)
-    if options.source is not None:
-        try:
-            suite = Suite.of(json.loads(options.source.read_text(encoding="utf-8")))
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            parser.error(f"{options.source} holds no figures of this suite ({error})")
-    else:
-        form = replace(QUICK if options.quick else FULL, cache=options.cache)
-        suite = measure([benchmark for benchmark in ALL if benchmark.name in options.only], form)
-    sys.stdout.write(table(suite))
+    parser.add_argument("--cache", default="", help="folder with environments of others, made if need be")
+    parser.add_argument("--json", type=Path, help="write the figures to this file")
+    options = parser.parse_args()
+    form, facts, load = replace(QUICK if options.quick else FULL, cache=options.cache), machine(), os.getloadavg()[0]
+    groups = [measured(benchmark, form) for benchmark in ALL if benchmark.name in options.only]
+    sys.stdout.write(table(form, facts, load, groups))
     if options.json is not None:
         options.json.parent.mkdir(parents=True, exist_ok=True)
-        options.json.write_text(json.dumps(suite.as_dict(), indent=1) + "\n", encoding="utf-8")
-    if options.write is not None:
-        try:
-            rewrite(options.write, section(suite))
-        except (OSError, ValueError) as error:
-            parser.error(str(error))
-    return int(any(group.failed for group in suite.groups))
+        options.json.write_text(json.dumps(as_dict(form, facts, load, groups), indent=1) + "\n", encoding="utf-8")
+    return int(any(group.missing for group in groups))
 
 
 if __name__ == "__main__":

@@ -1,146 +1,254 @@
-"""What a control tick costs, stage by stage, and what a run costs beside its physics."""
+"""Costs of a control tick: a run over its bare physics, the tick without physics, the supervisor, recording."""
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
-from itertools import chain
+import time
+from itertools import pairwise
 from pathlib import Path
-from time import perf_counter_ns, process_time_ns
+from typing import Any
 
+import mujoco
 import numpy as np
-import pinocchio as pin
 
-from benchmarks import cost, recording, supervision
-from benchmarks.suite.rows import Form, Row
-from palpate.adapters.config.run import scenario
-from palpate.adapters.experiments.build import build_perception, build_task
-from palpate.adapters.experiments.policies import learning_policy
-from palpate.adapters.experiments.trial import trial_setup
-from palpate.adapters.hardware.real_time import BUSY, Stopwatch, TickSection
+from benchmarks.suite.figures import Form, Row
+from palpate.adapters.config import scenario
+from palpate.adapters.experiments import (
+    build_perception,
+    build_supervisor,
+    build_task,
+    comparator,
+    learning_policy,
+    run_scored_trial,
+    trial_setup,
+)
 from palpate.adapters.log.trial_recorder import TrialRecorder
 from palpate.adapters.log.writer_client import ProcessSink
-from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import run_trial
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics, ToolGeometry
-from palpate.core.trial import find_ready_pose
+from palpate.core.policy import Observation
+from palpate.core.ports.values import CONTROL_RATE_HZ, JointCommand, Snapshot
+from palpate.core.supervision.supervisor import Supervisor
+from palpate.core.tasks.insertion import InsertionTask
+from palpate.core.trial import Supervised, find_ready_pose
 
-STAGES = {
-    TickSection.FORCE: "read the force sensor",
-    TickSection.JOINTS: "read the encoders",
-    TickSection.PERCEIVE: "kinematics, tare, filter, phase, motion law",
-    TickSection.CONTROL: "inverse kinematics",
-    TickSection.SEND: "send the command",
-    TickSection.RECORD: "record",
-}
+CONFIG = scenario("paper")
 
 
-def stages(form: Form) -> list[Row]:
-    """Medians of each stage, beside the physics of a tick and beside what Pinocchio alone takes."""
-    stopwatch, physics_us = _timed_run(max(form.trials // 3, 2))
-    floor = "physics of a tick"
-    rows = [
-        Row(name, stopwatch.spread(section).median_ns * 1e-3, "us", floor, physics_us)
-        for section, name in STAGES.items()
-    ]
-    deciding_us = stopwatch.spread(TickSection.DECIDE).median_ns * 1e-3
-    rows.append(Row("choice of an action, when one is due (median)", deciding_us, "us", floor, physics_us))
-    supervised = supervision.measured(2, form.rounds)
-    rows.append(Row("supervise", _median(supervised.checks_us), "us", floor, physics_us))
-    rows.append(
-        Row(
-            "whole tick, recording and stopwatch included",
-            stopwatch.spread(BUSY).median_ns * 1e-3,
-            "us",
-            floor,
-            physics_us,
-        )
-    )
-    bare = bare_kinematics_us(form.rounds)
-    named = "Pinocchio's Jacobian and one 6x6 solve"
-    rows.append(
-        Row(STAGES[TickSection.CONTROL], stopwatch.spread(TickSection.CONTROL).median_ns * 1e-3, "us", named, bare)
-    )
-    return rows
+class Recorded:
+    """The state at each reset and the servo commands of each tick, for the bare physics of the same run."""
+
+    def __init__(self, rig: SimulatedRig) -> None:
+        self.cell = rig.cell
+        self.trials: list[tuple[np.ndarray, np.ndarray, list[tuple[np.ndarray, mujoco.MjModel]]]] = []
+        self._reset, self._advance = rig.cell.reset, rig.cell.advance
+        rig.cell.reset = self.reset  # type: ignore[method-assign]
+        rig.cell.advance = self.advance  # type: ignore[method-assign]
+
+    def reset(self, seed: int, trial: int) -> None:
+        self._reset(seed, trial)
+        self.trials.append((self.cell.data.qpos.copy(), self.cell.model.body_pos.copy(), []))
+
+    def advance(self) -> None:
+        command = self.cell.data.ctrl.copy()
+        self._advance()
+        self.trials[-1][2].append((command, self.cell.stepped))
+
+    def bare_s(self, calls_per_tick: int) -> float:
+        """CPU time of the same physics alone, in so many calls of ``mj_step`` a tick."""
+        steps = self.cell.config.substeps // calls_per_tick
+        data = mujoco.MjData(self.cell.model)
+        total = 0.0
+        for qpos, body_pos, commands in self.trials:
+            mujoco.mj_resetData(self.cell.model, data)
+            for each in self.cell.models:
+                each.body_pos[:] = body_pos
+            data.qpos[:] = qpos
+            data.ctrl[:] = qpos[: len(data.ctrl)]
+            mujoco.mj_forward(self.cell.model, data)
+            began = time.process_time()
+            for command, stepped in commands:
+                data.ctrl[:] = command
+                for _ in range(calls_per_tick):
+                    mujoco.mj_step(stepped, data, steps)
+            total += time.process_time() - began
+        return total
+
+
+def learning_task() -> Any:
+    """A task that learns, from the beginning."""
+    ready, perception = find_ready_pose(CONFIG.arm, CONFIG.task), build_perception(CONFIG)
+    return build_task(CONFIG, ready, perception, learning_policy(CONFIG, perception))
+
+
+def simulated() -> SimulatedRig:
+    return SimulatedRig(CONFIG, find_ready_pose(CONFIG.arm, CONFIG.task))
 
 
 def throughput(form: Form) -> list[Row]:
-    """A whole training run against its physics."""
-    found = cost.throughput(form.trials)
-    per_tick = 1e6 / found.ticks
-    ticks = cost.tick_us(max(form.trials // 4, 4))
-    rows = [
-        Row("training run", found.run_s * per_tick, "us a tick", "the same mj_step calls", found.floor_s * per_tick),
-        Row("training run", found.run_s * per_tick, "us a tick", "one mj_step call a tick", found.strict_s * per_tick),
-        Row("times real time, one core", found.ticks / cost.RATE_HZ / found.run_s, "(more is better)"),
+    """A training run, once to be timed and once, equal to the bit, to keep its commands."""
+    task = learning_task()
+    with simulated() as rig:
+        began = time.process_time()
+        ticks = sum(run_scored_trial(CONFIG, rig, task, k).report.ticks for k in range(form.trials))
+        run_s = time.process_time() - began
+    task = learning_task()
+    with simulated() as rig:
+        kept = Recorded(rig)
+        if sum(run_scored_trial(CONFIG, rig, task, k).report.ticks for k in range(form.trials)) != ticks:
+            raise RuntimeError("the two runs differ")
+        same_s, single_s = kept.bare_s(CONFIG.cell.substeps), kept.bare_s(1)
+    us = 1e6 / ticks
+    return [
+        Row("training run", run_s * us, "us a tick", "the same mj_step calls", same_s * us),
+        Row("training run", run_s * us, "us a tick", "one mj_step call a tick", single_s * us),
+        Row("times real time, one core", ticks / CONTROL_RATE_HZ / run_s, "(more is better)"),
     ]
-    for name, us in ticks.items():
-        rows.append(Row(f"{name}, median", _median(us), "us"))
+
+
+class TimedTask(InsertionTask):
+    """Times the core's share of each tick."""
+
+    durations_us: list[float]
+
+    def sense(self, snapshot: Snapshot) -> Observation | None:
+        self._began = time.perf_counter()
+        return super().sense(snapshot)
+
+    def act(self) -> JointCommand:
+        command = super().act()
+        self.durations_us.append(1e6 * (time.perf_counter() - self._began))
+        return command
+
+
+class Marked:
+    """When each stretch of physics began and ended."""
+
+    def __init__(self, rig: SimulatedRig) -> None:
+        self.marks: list[tuple[float, float]] = []
+        self._advance = rig.cell.advance
+        rig.cell.advance = self.advance  # type: ignore[method-assign]
+
+    def advance(self) -> None:
+        began = time.perf_counter()
+        self._advance()
+        self.marks.append((began, time.perf_counter()))
+
+    def between_us(self) -> list[float]:
+        """Read, filter, kinematics, symbols, command: from the end of physics to its next beginning."""
+        return [1e6 * (after[0] - before[1]) for before, after in pairwise(self.marks)]
+
+
+def tick(form: Form) -> list[Row]:
+    """Each tick between two stretches of physics, in all and of the core alone."""
+    task = learning_task()
+    task.__class__ = TimedTask
+    task.durations_us = []
+    whole_us: list[float] = []
+    with simulated() as rig:
+        marked = Marked(rig)
+        for trial in range(max(form.trials // 4, 4)):
+            marked.marks.clear()
+            run_scored_trial(CONFIG, rig, task, trial)
+            whole_us += marked.between_us()
+    rows = []
+    for name, us in {"ports and core": whole_us, "core alone": task.durations_us}.items():
+        rows.append(Row(f"{name}, median", float(np.median(us)), "us"))
         rows.append(Row(f"{name}, 99.9th percentile", float(np.quantile(us, 0.999)), "us"))
     return rows
 
 
-def recorded(form: Form) -> list[Row]:
-    """Training with recording against the same without."""
-    _, found = recording.measured(max(form.trials * 2 // 3, 4), ("none", "process"), paced=False)
-    without, with_ = found["none"], found["process"]
-    return [
-        Row("wall time of training, recorded", with_.whole_s, "s", "not recorded", without.whole_s),
-        Row("tick's median, recorded", _median(with_.tick_us), "us", "not recorded", _median(without.tick_us)),
-    ]
-
-
-def _median(values: np.ndarray) -> float:
-    return float(np.median(values))
-
-
-def bare_kinematics_us(rounds: int, calls: int = 2000) -> float:
-    """Microseconds of what inverse kinematics cannot do without: a Jacobian of the tip, and a linear system."""
-    kinematics = Kinematics(arm_named("zebra-zero"), ToolGeometry())
-    model, data = kinematics.model, kinematics.model.createData()
-    tip, q, twist = model.getFrameId("tip"), np.array(kinematics.arm.posture_rad), np.ones(6)
-    took = []
-    for _ in range(rounds):
-        began = process_time_ns()
-        for _ in range(calls):
-            pin.computeJointJacobians(model, data, q)
-            pin.updateFramePlacement(model, data, tip)
-            jacobian = pin.getFrameJacobian(model, data, tip, pin.ReferenceFrame.LOCAL)
-            np.linalg.solve(jacobian @ jacobian.T + 1e-6 * np.eye(6), twist)
-        took.append((process_time_ns() - began) * 1e-3 / calls)
-    return float(np.median(took))
-
-
-def _timed_run(trials: int) -> tuple[Stopwatch, float]:
-    """A recorded training with a stopwatch in it, and the median of its physics a tick, in microseconds."""
-    config = scenario("paper")
-    ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
-    policy, stopwatch = learning_policy(config, perception), Stopwatch()
-    task = build_task(config, ready, perception, policy)
-    physics: list[list[float]] = []
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        SimulatedRig(config, ready) as rig,
-        TrialRecorder(
-            lambda: ProcessSink(queue_bytes=4_096_000, patient=True), Path(folder), config.recording
-        ) as recorder,
-    ):
-        recorder.of("bench", config, ready, task, perception, policy, frozen=False)
-        rig.cell.advance = _watched(rig.cell.advance, physics)  # type: ignore[method-assign]
-        for trial in range(trials):
+def supervisor(form: Form) -> list[Row]:
+    """The supervisor and the task's own step over the same snapshots, in turns."""
+    ready, perception = find_ready_pose(CONFIG.arm, CONFIG.task), build_perception(CONFIG)
+    task = build_task(CONFIG, ready, perception, comparator("torque", CONFIG, tuple))
+    trials = []
+    with simulated() as rig:
+        for trial in range(2):
             rig.prepare(trial)
-            physics.append([])
-            setup = trial_setup(config, trial)
-            observers = (stopwatch, recorder.begin(setup, rig.world(), f"{trial}"), stopwatch.recording)
-            recorder.end(run_trial(task, rig.ports, setup, None, observers), {})
-    return stopwatch, float(np.median(list(chain.from_iterable(physics))))
+            watching = build_supervisor(CONFIG, ready, rig.sensor_facts)
+            trials.append(_calls_of(watching))
+            run_trial(task, rig.ports, trial_setup(CONFIG, trial), watching)
+    ticks = sum(map(len, trials))
+    checks_us, steps_us = [], []
+    for _ in range(form.rounds):
+        checking_ns = stepping_ns = 0
+        for number, calls in enumerate(trials):
+            watching = build_supervisor(CONFIG, ready, rig.sensor_facts)
+            watching.begin()
+            began = time.perf_counter_ns()
+            for call in calls:
+                watching.check(*call)
+            checking_ns += time.perf_counter_ns() - began
+            task.begin(trial_setup(CONFIG, number))
+            began = time.perf_counter_ns()
+            for snapshot, *_ in calls:
+                task.step(snapshot)
+            stepping_ns += time.perf_counter_ns() - began
+        checks_us.append(checking_ns * 1e-3 / ticks)
+        steps_us.append(stepping_ns * 1e-3 / ticks)
+    return [Row("supervise", float(np.median(checks_us)), "us a tick", "the task's step", float(np.median(steps_us)))]
 
 
-def _watched(advance: Callable[[], None], physics: list[list[float]]) -> Callable[[], None]:
-    def watched() -> None:
-        began = perf_counter_ns()
-        advance()
-        physics[-1].append((perf_counter_ns() - began) * 1e-3)
+def _calls_of(watching: Supervisor) -> list[tuple[Any, ...]]:
+    """What it is asked to check from now on."""
+    calls: list[tuple[Any, ...]] = []
+    check = watching.check
 
-    return watched
+    def listening(*call: Any) -> Supervised:
+        calls.append(call)
+        return check(*call)
+
+    watching.check = listening  # type: ignore[method-assign]
+    return calls
+
+
+class Course:
+    """One training, recorded or not, timed trial by trial."""
+
+    def __init__(self, folder: Path | None) -> None:
+        self.seconds, self.ticks_us = 0.0, list[float]()
+        self.task, self.rig = learning_task(), simulated().__enter__()
+        self.recorder: TrialRecorder | None = None
+        if folder is not None:
+            sink = lambda: ProcessSink(queue_bytes=4_096_000, patient=True)  # noqa: E731
+            self.recorder = TrialRecorder(sink, folder, CONFIG.recording).__enter__()
+            ready, perception = find_ready_pose(CONFIG.arm, CONFIG.task), build_perception(CONFIG)
+            policy = learning_policy(CONFIG, perception)
+            self.task = build_task(CONFIG, ready, perception, policy)
+            self.recorder.of("bench", CONFIG, ready, self.task, perception, policy, frozen=False)
+        self.marked = Marked(self.rig)
+
+    def run(self, trial: int) -> int:
+        self.marked.marks.clear()
+        began = time.perf_counter()
+        report = run_scored_trial(CONFIG, self.rig, self.task, trial, self.recorder).report
+        self.seconds += time.perf_counter() - began
+        self.ticks_us += self.marked.between_us()
+        return report.ticks
+
+    def close(self) -> None:
+        began = time.perf_counter()
+        if self.recorder is not None:
+            self.recorder.__exit__()
+            self.seconds += time.perf_counter() - began
+        self.rig.__exit__(None, None, None)
+
+
+def recording(form: Form) -> list[Row]:
+    """The same trials with and without recording, in turns, so that a slower machine slows both."""
+    with tempfile.TemporaryDirectory() as folder:
+        courses = [Course(None), Course(Path(folder))]
+        for trial in range(max(form.trials * 2 // 3, 4)):
+            # Back and forth, so that neither always comes second.
+            order = courses if trial % 2 == 0 else courses[::-1]
+            if len({course.run(trial) for course in order}) != 1:
+                raise RuntimeError(f"trial {trial} differs with recording")
+        for course in courses:
+            course.close()
+    without, with_ = courses
+    medians = [float(np.median(course.ticks_us)) for course in courses]
+    return [
+        Row("training, recorded", with_.seconds, "s", "not recorded", without.seconds),
+        Row("median tick, recorded", medians[1], "us", "not recorded", medians[0]),
+    ]

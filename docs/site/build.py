@@ -35,7 +35,7 @@ MOVED: Final = {
     "rigs": "examples/index.md",
 }
 """Pages whose place on the site is another one than below docs/."""
-SHOWN: Final = ("examples/**/*.py", "examples/**/*.toml", "rigs/*.toml", "benchmarks/study_scaling.py")
+SHOWN: Final = ("examples/**/*.py", "examples/**/*.toml", "rigs/*.toml")
 
 
 def sources() -> dict[str, str]:

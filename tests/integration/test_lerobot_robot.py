@@ -1,7 +1,7 @@
 """The package by which LeRobot has palpate as a robot.
 
 Where LeRobot is not installed, a STAND-IN of its two base classes takes its place: that shows what the package does,
-not that LeRobot finds it. ``benchmarks/lerobot_robot.py`` does that with an unmodified LeRobot.
+not that LeRobot finds it.
 """
 
 import importlib

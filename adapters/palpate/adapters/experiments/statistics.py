@@ -55,8 +55,7 @@ def exact_interval(successes: int, trials: int, confidence: float) -> tuple[floa
 def quantile_interval(values: Sequence[float], quantile: float) -> tuple[float, float] | None:
     """The interval of a quantile that ends at two of the values, chosen by exact binomial chances.
 
-    It holds for any distribution, and covers the true quantile with at least 95 %; the bootstrap does not (``python
-    benchmarks/intervals.py`` compares them).
+    It holds for any distribution, and covers the true quantile with at least 95 %; the bootstrap does not.
 
     Returns:
         None where there are too few values for such an interval: fewer than 6 for the median, fewer than 72 for the

@@ -1,7 +1,8 @@
-"""The golden logs, replayed in a fork of this process: whether the core that is loaded there gives them again."""
+"""Golden logs and unit tests in a fork of this process, with a mutant in place of a file of the core."""
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import json
 import os
@@ -10,13 +11,14 @@ import resource
 import signal
 import sys
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
-from types import CodeType, FrameType
+from types import CodeType, FrameType, FunctionType
 from typing import Any, Final
 
-from benchmarks.house import ROOTS
-
+ROOTS: Final = ("core", "adapters", "drivers", "simulation")
 _CORE: Final = "core/palpate/core"
 _CPU_S: Final = 30
 _TRACED_CPU_S: Final = 900
@@ -159,3 +161,78 @@ def _traced(checkout: Path, logs: Sequence[Path]) -> dict[str, dict[int, list[st
         if problem:
             raise SystemExit(f"the golden logs do not replay: {problem}")
     return {file: {line: sorted(ran) for line, ran in found[file].items()} for file in sorted(in_trials)}
+
+
+@contextmanager
+def loaded_as(path: str, text: str) -> Iterator[None]:
+    """What is imported from now on of palpate is loaded anew, this file with another text."""
+    for name in [name for name in sys.modules if name.partition(".")[0] == "palpate"]:
+        del sys.modules[name]
+    get_data, path_stats = SourceFileLoader.get_data, SourceFileLoader.path_stats
+
+    def data(self: SourceFileLoader, file: str) -> bytes:
+        return text.encode() if file == path else get_data(self, file)
+
+    def stats(self: SourceFileLoader, file: str) -> Any:
+        if file == path:
+            raise OSError("its bytecode is that of another text")
+        return path_stats(self, file)
+
+    SourceFileLoader.get_data, SourceFileLoader.path_stats = data, stats  # type: ignore[method-assign, assignment]
+    try:
+        yield
+    finally:
+        SourceFileLoader.get_data, SourceFileLoader.path_stats = get_data, path_stats  # type: ignore[method-assign]
+
+
+def swapped(path: str, name: str, source: str) -> bool:
+    """Give a function of the file the code that it has in another text of the file; nothing is imported anew.
+
+    Returns:
+        Whether it has other code now; not so where the texts differ in what is run at the import, such as a default.
+    """
+    compiled = compile(source, path, "exec", dont_inherit=True)
+    others = {code.co_firstlineno: code for code in _codes(compiled) if code.co_qualname == name}
+    found = False
+    for function in [one for one in gc.get_objects() if type(one) is FunctionType]:
+        code = function.__code__
+        if code.co_filename == path and code.co_qualname == name:
+            other = others.get(code.co_firstlineno)
+            if other is not None and other != code:
+                function.__code__, found = other, True
+    return found
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _codes(constant)
+
+
+def unit_tests(checkout: Path, package: str) -> list[str]:
+    """Where the tests of a package of the core are."""
+    folder = checkout / "tests" / "unit" / "core"
+    return [str(path) for path in [folder / package, *folder.glob(f"test_{package}*.py")] if path.exists()]
+
+
+def failed_test(checkout: Path, package: str) -> str:
+    """The first unit test of a package that fails with the core as it is loaded here; empty if none does."""
+    import pytest
+
+    class Failures:
+        first = ""
+
+        def pytest_runtest_logreport(self, report: Any) -> None:
+            if report.failed and not self.first:
+                self.first = report.nodeid
+
+        def pytest_collectreport(self, report: Any) -> None:
+            self.pytest_runtest_logreport(report)
+
+    tests, failures = unit_tests(checkout, package), Failures()
+    if not tests:
+        return ""
+    words = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", f"--rootdir={checkout}"]
+    code = pytest.main([*words, *tests], plugins=[failures])
+    return failures.first or ("" if code == 0 else f"pytest ended with {int(code)}")

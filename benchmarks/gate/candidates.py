@@ -9,10 +9,9 @@ from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-from benchmarks.mutants.functions import functions_in, normalised
-from benchmarks.mutants.operators import Place, places
+from benchmarks.gate.operators import FunctionNode, Place, places, without_docstring
 
 _REFUSING: Final = ("check", "_check_index", "__post_init__", "require", "_require")
 """How functions are called, or begin, that refuse what was set before any trial."""
@@ -28,20 +27,22 @@ _MODULE: Final = "<module>"
 
 
 @dataclass(frozen=True)
-class CoreMutant:
+class Mutant:
     """One small change of the core.
 
     Attributes:
         id: The same for the same change of the same function.
+        package: Of the core, such as ``tasks``.
         file: Relative to the checkout.
         line: Where the change is.
-        function: In which function; ``<module>`` for none.
+        function: With its classes; ``<module>`` for none.
         operator: Kind of the change.
         was: What is replaced.
         becomes: By this.
     """
 
     id: str
+    package: str
     file: str
     line: int
     function: str
@@ -52,65 +53,73 @@ class CoreMutant:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A mutant, how it is made, and the lines of which a log runs one if it can show it; none if every log can."""
+    """A mutant, its place, and the lines of which a log has to run one to show it; none if every log can."""
 
-    mutant: CoreMutant
+    mutant: Mutant
     place: Place
     variant: int
     lines: frozenset[int]
 
 
-def candidates(checkout: Path, lines: Mapping[str, Collection[int]]) -> dict[str, list[Candidate]]:
-    """All mutants of lines that are run, by file."""
-    found: dict[str, list[Candidate]] = {}
+def candidates(checkout: Path, lines: Mapping[str, Collection[int]], packages: Collection[str]) -> list[Candidate]:
+    """All mutants of lines that are run, in these packages; in all of them if there are none."""
+    found: list[Candidate] = []
     for file, run in sorted(lines.items()):
-        source = (checkout / file).read_text(encoding="utf-8")
-        ours = list(_candidates(file, source, run))
-        if ours:
-            found[file] = ours
+        package = Path(file).parts[3].removesuffix(".py")
+        if not packages or package in packages:
+            found += _candidates(package, file, (checkout / file).read_text(encoding="utf-8"), run)
     return found
 
 
-def _candidates(file: str, source: str, run: Collection[int]) -> Iterator[Candidate]:
-    named = functions_in(source, file)
-    bodies: list[tuple[str, str, Any]] = [(f.name, normalised(f.node), f.node) for f in named]
-    inside = {node for _, _, function in bodies for node in ast.walk(function)}
+def draw(found: Collection[Candidate], count: int, seed: int) -> list[Candidate]:
+    """Places by their digests with the seed, one change at each, so that changes elsewhere draw no others."""
+    by_place: dict[int, list[Candidate]] = defaultdict(list)
+    for one in found:
+        by_place[id(one.place)].append(one)
+    ranked = sorted(((_rank(seed, ones[0].mutant.id), ones) for ones in by_place.values()), key=lambda pair: pair[0])
+    return [ones[rank % len(ones)] for rank, ones in ranked[:count]]
+
+
+def _rank(seed: int, id_: str) -> int:
+    return int.from_bytes(hashlib.sha256(f"{seed} {id_}".encode()).digest(), "big")
+
+
+def _candidates(package: str, file: str, source: str, run: Collection[int]) -> Iterator[Candidate]:
     module = ast.parse(source)
-    # Texts of a module's own statements are told apart by where they stand among them.
+    bodies: list[tuple[str, ast.AST]] = list(_functions(module, ""))
+    inside = {node for _, function in bodies for node in ast.walk(function)}
     bodies += [
-        (_MODULE, ast.unparse(one), one)
+        (_MODULE, one)
         for one in module.body
         if isinstance(one, ast.Assign | ast.AnnAssign) and one not in inside and not _unread(one, module, run)
     ]
-    for name, text, node in bodies:
+    for name, node in bodies:
         if name.rpartition(".")[2].startswith(_REFUSING):
             continue
-        starts, idle = _statement_lines(node), _idle(node)
+        text, starts, idle = ast.unparse(node), _statement_lines(node), _idle(node)
         for operator, ones in sorted(places(node).items()):
             if operator == "statement" and name == _MODULE:
                 continue  # without it nothing can even be imported
             for number, place in enumerate(ones):
-                if place.node in idle:
-                    continue
                 ours = frozenset({place.node.lineno, starts.get(place.node, -1)} & set(run))
-                if name != _MODULE and not ours:
+                if place.node in idle or (name != _MODULE and not ours):
                     continue
                 for variant, becomes in enumerate(place.variants):
                     key = "\0".join((Path(file).name, name, text, operator, str(number), str(variant)))
-                    yield Candidate(
-                        CoreMutant(
-                            hashlib.sha256(key.encode()).hexdigest()[:10],
-                            file,
-                            place.node.lineno,
-                            name,
-                            operator,
-                            ast.unparse(place.node),
-                            becomes,
-                        ),
-                        place,
-                        variant,
-                        frozenset() if name == _MODULE else ours,
-                    )
+                    digest = hashlib.sha256(key.encode()).hexdigest()[:10]
+                    was, line = ast.unparse(place.node), place.node.lineno
+                    mutant = Mutant(digest, package, file, line, name, operator, was, becomes)
+                    yield Candidate(mutant, place, variant, frozenset() if name == _MODULE else ours)
+
+
+def _functions(body: ast.Module | ast.ClassDef, within: str) -> Iterator[tuple[str, FunctionNode]]:
+    """Functions and methods that do anything; functions within functions are part of the outer one."""
+    for node in body.body:
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            if without_docstring(node):
+                yield within + node.name, node
+        elif isinstance(node, ast.ClassDef):
+            yield from _functions(node, f"{within}{node.name}.")
 
 
 def _unread(constant: ast.Assign | ast.AnnAssign, module: ast.Module, run: Collection[int]) -> bool:
@@ -174,25 +183,3 @@ def _statement_lines(function: ast.AST) -> dict[ast.AST, int]:
 
     walk(function, getattr(function, "lineno", -1))
     return found
-
-
-def draw(found: dict[str, list[Candidate]], one_in: int, seed: int) -> list[Candidate]:
-    """One place in so many, by its own digest with the seed, and one of every file; one change at each place.
-
-    What changes in one function leaves the places of the others drawn or not, as they were. Only of a file that would
-    have none is that of the least digest drawn, whichever function it is in.
-    """
-    most, chosen = 2**256 // one_in, list[Candidate]()
-    for ones in found.values():
-        by_place: dict[int, list[Candidate]] = defaultdict(list)
-        for one in ones:
-            by_place[id(one.place)].append(one)
-        ranked = [(_rank(seed, variants[0].mutant.id), variants) for variants in by_place.values()]
-        kept = [one for one in ranked if one[0] < most] or [min(ranked, key=lambda one: one[0])]
-        drawn = (variants[rank % len(variants)] for rank, variants in kept)
-        chosen += sorted(drawn, key=lambda one: one.mutant.line)
-    return chosen
-
-
-def _rank(seed: int, id_: str) -> int:
-    return int.from_bytes(hashlib.sha256(f"{seed} {id_}".encode()).digest(), "big")

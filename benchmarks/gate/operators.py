@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from textwrap import indent
 from typing import Final, TypeAlias
 
-from benchmarks.mutants.functions import FunctionNode, without_docstring
-
+FunctionNode: TypeAlias = ast.FunctionDef | ast.AsyncFunctionDef
 _Found: TypeAlias = Iterator[tuple[str, "Place"]]
 
 _COMPARISONS: Final[dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]]] = {
@@ -69,7 +68,12 @@ class Place:
         return (data[:begin] + self.variants[variant].encode() + data[end:]).decode()
 
 
-def places(function: FunctionNode) -> dict[str, list[Place]]:
+def without_docstring(node: FunctionNode | ast.ClassDef) -> list[ast.stmt]:
+    """What a body does."""
+    return node.body[1:] if ast.get_docstring(node, clean=False) is not None else node.body
+
+
+def places(function: ast.AST) -> dict[str, list[Place]]:
     """Every place by operator, in the order of the text; the same for functions whose normalised text is equal."""
     found: dict[str, list[Place]] = defaultdict(list)
     elifs: set[ast.AST] = set()
