@@ -31,7 +31,7 @@ from palpate.adapters.config import GridLearning
 from palpate.adapters.experiments.grid import LearningRun, Named, bounds_of, grid_named, learn
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import TabularLearner, boltzmann_probabilities
-from palpate.core.policy.memory import PATIENCE
+from palpate.core.policy.hmm import PATIENCE
 from palpate.simulation.grid import (
     GOAL,
     SCENARIOS,

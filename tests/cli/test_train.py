@@ -144,8 +144,8 @@ def test_a_belief_is_trained_resumed_used_replayed_and_shown(palpate: CommandLin
     assert "touch model of " in (tmp_path / "run" / "report.html").read_text()
 
 
-def test_a_memory_is_trained_resumed_used_replayed_and_shown(palpate: CommandLine, tmp_path: Path) -> None:
-    learn = ("train", "--learner", "memory", "--learning.memory.reach", 4, *QUICK)
+def test_an_hmm_is_trained_resumed_used_replayed_and_shown(palpate: CommandLine, tmp_path: Path) -> None:
+    learn = ("train", "--learner", "hmm", "--learning.hmm.reach", 4, *QUICK)
     palpate.succeed(*learn, "--trials", 3, "--out", "whole")
     palpate.succeed(*learn, "--trials", 2, "--out", "run")
     palpate.succeed("train", "--resume", "--trials", 3, "--out", "run")
@@ -153,17 +153,15 @@ def test_a_memory_is_trained_resumed_used_replayed_and_shown(palpate: CommandLin
     assert "3 of 3 equal" in palpate.succeed("replay", tmp_path / "whole")
     # As if it had been taught for so long that a model is fitted.
     policy = json.loads((tmp_path / "run" / "policy.json").read_text())
-    held = policy["memory"]
+    held = policy["hmm"]
     held["trials"], held["trials_learned"] = 10 * held["trials"], 30
     (tmp_path / "taught.json").write_text(json.dumps(policy))
-    assert "8 actions; memory, 30 trials learned" in palpate.succeed("show", "taught.json")
+    assert "8 actions; hmm, 30 trials learned" in palpate.succeed("show", "taught.json")
     palpate.succeed("run", "--policy", "taught.json", "--trials", 1, *QUICK, "--out", "used")
     assert "1 of 1 equal" in palpate.succeed("replay", tmp_path / "used")
     palpate.succeed("report", "run")
-    palpate.succeed(
-        "train", "--policy", "taught.json", "--learning.memory.reach", 4, "--trials", 1, *QUICK, "--out", "on"
-    )
-    learned = json.loads((tmp_path / "on" / "policy.json").read_text())["memory"]["trials_learned"]
+    palpate.succeed("train", "--policy", "taught.json", "--learning.hmm.reach", 4, "--trials", 1, *QUICK, "--out", "on")
+    learned = json.loads((tmp_path / "on" / "policy.json").read_text())["hmm"]["trials_learned"]
     assert learned == 31
     assert "0.7, 0.0) is refused: (0.5, 0.0)" in palpate.refusal(
         "run", "--policy", "taught.json", "--task.step-mm", 0.5

@@ -2,6 +2,7 @@ from .calibration import CalibrationTable as CalibrationTable
 from .calibration import write_into as write_into
 from .emulation import EMULATED_ARMS as EMULATED_ARMS
 from .emulation import EmulationConfig as EmulationConfig
+from .grid import HMM as HMM
 from .grid import TRIALS as TRIALS
 from .grid import GridLearning as GridLearning
 from .learning import OF_SOME as OF_SOME

@@ -6,7 +6,7 @@ from typing import Annotated, Final
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy import MemoryParameters, QParameters, SarsaParameters, TemperatureSchedule
+from palpate.core.policy import HmmParameters, QParameters, SarsaParameters, TemperatureSchedule
 from palpate.core.ports import (
     Discount,
     HalvingVisits,
@@ -98,6 +98,6 @@ class GridLearning(Settings):
             )  # fmt: skip
         return QParameters(alpha=alpha, gamma=self.gamma, temperature=schedule, alpha_visits=visits, alpha_floor=floor)
 
-    def memory(self) -> MemoryParameters:
+    def hmm(self) -> HmmParameters:
         """Settings of a learner that models hidden states."""
-        return MemoryParameters(reach=self.reach)
+        return HmmParameters(reach=self.reach)

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Final, NamedTuple
 from typing_extensions import override
 
 from palpate.adapters.config.scenarios import BEFORE_SLIDING, Table
-from palpate.core.policy import MemoryParameters
+from palpate.core.policy import HmmParameters
 from palpate.core.policy.belief import BeliefParameters
 from palpate.core.ports import (
     Discount,
@@ -30,7 +30,7 @@ OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {
     "rule_lead": ("skills",),
     "trace_decay": ("sarsa", "skills"),
     "belief": ("belief",),
-    "memory": ("memory",),
+    "hmm": ("hmm",),
     **dict.fromkeys(
         (
             "alpha", "alpha_visits", "alpha_floor", "gamma", "initial_value", "temperature", "temperature_decay",
@@ -62,8 +62,8 @@ def learner_in(path: str) -> LearnedWith:
         return LearnedWith("", {})
     if not isinstance(document, dict) or not str(document.get("schema")).startswith("palpate.policy/"):
         return LearnedWith("", {})
-    if document.get("memory"):
-        return LearnedWith("memory", {})
+    if document.get("hmm"):
+        return LearnedWith("hmm", {})
     if belief := document.get("belief"):
         parameters = belief.get("parameters") if isinstance(belief, dict) else None
         return LearnedWith(
@@ -115,7 +115,7 @@ class LearningConfig(Settings):
     effort_per_N_s: Annotated[float, Range(-1e6, 0.0)] = -1.0
     """Reward per newton second of that excess."""
     belief: BeliefParameters = field(default_factory=BeliefParameters)
-    memory: MemoryParameters = field(default_factory=MemoryParameters)
+    hmm: HmmParameters = field(default_factory=HmmParameters)
     programmed: dict[str, str] = field(default_factory=dict)
     """State name to action name: these states are programmed, not learned."""
     examples: str = ""

@@ -124,7 +124,7 @@ class RunConfig(Settings):
     blind-5 (mm), blind-grip, blind-plate, blind-yaw; and with all three of these a peg that is not round:
     blind-triangle, blind-square, blind-hexagon, blind-rounded-square, blind-keyed."""
     learner: Annotated[str, OneOf(*LEARNERS)] = "q-learning"
-    """What learns: q-learning, sarsa, belief, memory or skills; a preset, as the scenario is."""
+    """What learns: q-learning, sarsa, belief, hmm or skills; a preset, as the scenario is."""
     arm: str | ArmDescription = "zebra-zero"
     """Arm: zebra-zero, ur3, ur5, ur10, panda, z1, xarm7, or one that another package brings; in TOML a table [arm] as
     well, with urdf, flange and posture_rad of an arm of your own."""
@@ -142,8 +142,8 @@ class RunConfig(Settings):
 
     @override
     def check(self) -> None:
-        if self.learner == "memory" and self.perception.memory != "none":
-            accepted = "none beside the learner memory, which finds hidden states itself"
+        if self.learner == "hmm" and self.perception.memory != "none":
+            accepted = "none with the learner hmm, which finds hidden states itself"
             raise ConfigurationError("perception.memory", self.perception.memory, accepted)
         if self.cell.hole_height_error_mm > self.task.ready_height_mm - 0.5:
             raise ConfigurationError(

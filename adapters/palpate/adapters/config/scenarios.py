@@ -62,7 +62,7 @@ LEARNERS: Final[Mapping[str, Table]] = {
         "task": {"ticks_per_action": 4, "moving_share": 1.0, "uneven_heave": False},
         "perception": {"cutoff_Hz": 10.0},
     },
-    "memory": {"learning": {"memory": {"reach": 20, "lattice": 3}}},
+    "hmm": {"learning": {"hmm": {"reach": 20, "lattice": 3}}},
     "skills": {
         "perception": {"symbols": "skills", "memory": "last-action"},
         "learning": {

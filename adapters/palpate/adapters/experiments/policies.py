@@ -20,7 +20,7 @@ from palpate.core.policy import (
     BackOff,
     ExamplesPolicy,
     FixedPolicy,
-    MemoryLearner,
+    HmmLearner,
     MixedPolicy,
     OptionParameters,
     Policy,
@@ -215,13 +215,13 @@ def learning_policy(config: RunConfig, perception: Perception, code: str = "") -
         # In the configuration the setting has another name than in the core.
         field = error.field.replace("policy.", "learning.", 1)
         raise ConfigurationError(field, error.value, error.accepted) from error
-    if config.learner in ("belief", "memory"):
+    if config.learner in ("belief", "hmm"):
         reach, none = task_reach(config), ProgrammedPolicy(perception.states, actions, {})
-        model: BeliefLearner | MemoryLearner
+        model: BeliefLearner | HmmLearner
         if config.learner == "belief":
             model = BeliefLearner(learning.belief, reach.half_width_m, reach.action_s, frozen=False)
         else:
-            model = MemoryLearner(perception.states, actions, learning.memory)
+            model = HmmLearner(perception.states, actions, learning.hmm)
         return MixedPolicy(perception.states, [*(parts or [none]), model])
     back_off = BackOff.of(learning.back_off_visits, perception.identifier.symbol_of)
     learner = new_learner(learning_parameters(config), perception.states, actions, back_off=back_off)
@@ -312,8 +312,8 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
         raise ConfigurationError("learner", config.learner, f"{kind!r}, as in the policy file")
     if not frozen and document.belief is not None:
         document = replace(document, belief=replace(document.belief, parameters=config.learning.belief))
-    if not frozen and document.memory is not None:
-        document = replace(document, memory=replace(document.memory, parameters=config.learning.memory))
+    if not frozen and document.hmm is not None:
+        document = replace(document, hmm=replace(document.hmm, parameters=config.learning.hmm))
     if not frozen and document.learner is not None:
         document = replace(document, learner=replace(document.learner, parameters=learning_parameters(config)))
     return policy_from(document, perception.states, task_actions(config), frozen=frozen, reach=task_reach(config))

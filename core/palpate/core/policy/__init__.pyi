@@ -33,11 +33,11 @@ from .foreign import ForeignEntry as ForeignEntry
 from .foreign import ForeignPolicy as ForeignPolicy
 from .foreign import PolicyContext as PolicyContext
 from .foreign import guarded as guarded
+from .hmm import HmmLearner as HmmLearner
+from .hmm import HmmParameters as HmmParameters
 from .learner import Learner as Learner
-from .memory import MemoryLearner as MemoryLearner
-from .memory import MemoryParameters as MemoryParameters
 from .model_entry import BeliefEntry as BeliefEntry
-from .model_entry import MemoryEntry as MemoryEntry
+from .model_entry import HmmEntry as HmmEntry
 from .model_entry import Reach as Reach
 from .model_learner import ModelLearner as ModelLearner
 from .options import OptionLearning as OptionLearning

@@ -11,9 +11,9 @@ from palpate.core.policy.entries import ActionEntry, BackOffEntry, LearnerEntry,
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.file import PolicyDocument
 from palpate.core.policy.foreign import ForeignPolicy
+from palpate.core.policy.hmm import HmmLearner
 from palpate.core.policy.learner import Learner
-from palpate.core.policy.memory import MemoryLearner
-from palpate.core.policy.model_entry import BeliefEntry, MemoryEntry, Reach
+from palpate.core.policy.model_entry import BeliefEntry, HmmEntry, Reach
 from palpate.core.policy.options import OptionLearning, OptionParameters
 from palpate.core.policy.programmed import AssignedPolicy, MixedPolicy, ProgrammedPolicy
 from palpate.core.policy.sarsa import Sarsa, SarsaParameters
@@ -46,13 +46,13 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
             foreign=policy.entry,
         )
     parts: list[AssignedPolicy | TabularLearner] = []
-    models = [part for part in _parts_of(policy) if isinstance(part, BeliefLearner | MemoryLearner)]
+    models = [part for part in _parts_of(policy) if isinstance(part, BeliefLearner | HmmLearner)]
     for part in _parts_of(policy):
-        if isinstance(part, BeliefLearner | MemoryLearner) and len(_parts_of(policy)) > 1:
+        if isinstance(part, BeliefLearner | HmmLearner) and len(_parts_of(policy)) > 1:
             continue
         if not isinstance(part, AssignedPolicy | TabularLearner):
             accepted = (
-                "programmed, examples, Q-learning, Sarsa, mixed a belief or memory; nothing else fits a policy file"
+                "programmed, examples, Q-learning, Sarsa, mixed a belief or an HMM; nothing else fits a policy file"
             )
             raise ConfigurationError("policy", type(part).__name__, accepted)
         parts.append(part)
@@ -76,7 +76,7 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
         if learner is None
         else LearnerEntry(learner.parameters, learner.trials_learned, _backing(learner)),
         belief=next((BeliefEntry.of(one) for one in models if isinstance(one, BeliefLearner)), None),
-        memory=next((MemoryEntry.of(one) for one in models if isinstance(one, MemoryLearner)), None),
+        hmm=next((HmmEntry.of(one) for one in models if isinstance(one, HmmLearner)), None),
     )
 
 
@@ -125,8 +125,8 @@ def policy_from(
         if reach is None:
             raise ConfigurationError("policy.belief", None, "the area and the time of an action of a task")
         parts.append(document.belief.learner(reach, frozen=frozen))
-    if document.memory is not None:
-        parts.append(document.memory.learner(states, actions, frozen=frozen))
+    if document.hmm is not None:
+        parts.append(document.hmm.learner(states, actions, frozen=frozen))
     return parts[0] if len(parts) == 1 else MixedPolicy(states, parts)
 
 

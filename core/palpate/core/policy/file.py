@@ -19,7 +19,7 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import LEARNED, Action
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.policy.foreign import ForeignEntry
-from palpate.core.policy.model_entry import BeliefEntry, MemoryEntry
+from palpate.core.policy.model_entry import BeliefEntry, HmmEntry
 from palpate.core.ports import OneOf, Settings, load_json, parse_json, require_names, write_whole
 
 SCHEMA: Final = "palpate.policy/1"
@@ -51,7 +51,7 @@ class PolicyDocument(Settings):
     """The learner of the table; None when nothing was learned there."""
     belief: BeliefEntry | None = None
     """The belief that acts in the states without a row; None without."""
-    memory: MemoryEntry | None = None
+    hmm: HmmEntry | None = None
     """The model of hidden states that does so; None without."""
     foreign: ForeignEntry | None = None
     """The policy of others' code that acts in all states, instead of all these; None without."""
@@ -64,19 +64,19 @@ class PolicyDocument(Settings):
             object.__setattr__(self, name, _plain(name, getattr(self, name)))
 
     @property
-    def model(self) -> BeliefEntry | MemoryEntry | None:
+    def model(self) -> BeliefEntry | HmmEntry | None:
         """What learns by a model, instead of values in the table; None without."""
-        return self.belief or self.memory
+        return self.belief or self.hmm
 
     def to_json_text(self) -> str:
         """The text of the file; floats are written so that they read back exactly."""
-        content = asdict(replace(self, belief=None, memory=None)) | {
+        content = asdict(replace(self, belief=None, hmm=None)) | {
             "actions": [action.content() for action in self.actions],
             "learner": None if self.learner is None else self.learner.content(),
             "belief": None if self.belief is None else self.belief.content(),
-            "memory": None if self.memory is None else self.memory.content(),
+            "hmm": None if self.hmm is None else self.hmm.content(),
         }
-        for name in ("belief", "memory", "foreign"):
+        for name in ("belief", "hmm", "foreign"):
             if content[name] is None:
                 del content[name]
         return json.dumps(content, indent=1, allow_nan=False) + "\n"
@@ -96,12 +96,12 @@ class PolicyDocument(Settings):
             row.require_consistent(f"table[{number}]", names, read.learner is not None)
         if read.model is not None and read.learner is not None:
             raise ConfigurationError("learner", read.learner.kind, "null beside a belief; one of them learns")
-        if read.belief is not None and read.memory is not None:
-            raise ConfigurationError("memory", read.memory.TABLE, "none beside a belief; one of them learns")
+        if read.belief is not None and read.hmm is not None:
+            raise ConfigurationError("hmm", read.hmm.TABLE, "none beside a belief; one of them learns")
         if read.foreign is not None and (read.table or read.learner or read.model):
             raise ConfigurationError("foreign", read.foreign.code, "nothing beside an empty table")
-        if read.memory is not None:
-            read.memory.learner(read.states, [action.step() for action in read.actions], frozen=True)
+        if read.hmm is not None:
+            read.hmm.learner(read.states, [action.step() for action in read.actions], frozen=True)
         whole = read.model is None and read.foreign is None
         read = replace(read, table=_ordered(read.table, read.states, whole=whole))
         if read.learner is not None and read.learner.back_off is not None:
@@ -141,8 +141,8 @@ class PolicyDocument(Settings):
         """The same policy before it learned anything: what was programmed and set up, with initial values."""
         if self.belief is not None:
             return replace(self, belief=self.belief.unlearned())
-        if self.memory is not None:
-            return replace(self, memory=self.memory.unlearned())
+        if self.hmm is not None:
+            return replace(self, hmm=self.hmm.unlearned())
         if self.foreign is not None:
             return replace(self, foreign=self.foreign.unlearned())
         if self.learner is None:

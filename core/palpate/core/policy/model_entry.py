@@ -8,7 +8,7 @@ from typing_extensions import override
 
 from palpate.core.policy.base import Action
 from palpate.core.policy.belief import BeliefLearner, BeliefParameters, TouchedTrial, TouchModel
-from palpate.core.policy.memory import MemoryLearner, MemoryParameters
+from palpate.core.policy.hmm import HmmLearner, HmmParameters
 from palpate.core.ports import Range, Settings
 
 
@@ -28,7 +28,7 @@ class Reach:
 class ModelEntry(Settings):
     """Such a learner as the file has it. What it has fitted follows from the trials, and is not in it."""
 
-    parameters: BeliefParameters | MemoryParameters
+    parameters: BeliefParameters | HmmParameters
     """Its settings."""
     trials_learned: Annotated[int, Range(0)]
     """Number of trials that it learned from."""
@@ -82,24 +82,24 @@ class BeliefEntry(ModelEntry):
 
 
 @dataclass(frozen=True, slots=True)
-class MemoryEntry(ModelEntry):
-    """A model of hidden states; of its trials see :class:`~palpate.core.policy.memory.RecordedTrial`."""
+class HmmEntry(ModelEntry):
+    """A model of hidden states; of its trials see :class:`~palpate.core.policy.hmm.RecordedTrial`."""
 
-    TABLE: ClassVar[str] = "memory"
+    TABLE: ClassVar[str] = "hmm"
 
-    parameters: MemoryParameters
+    parameters: HmmParameters
 
     @classmethod
-    def of(cls, learner: MemoryLearner) -> Self:
+    def of(cls, learner: HmmLearner) -> Self:
         """What a live one has learned."""
         return cls(learner.parameters, **learner.get_state())
 
-    def learner(self, states: Sequence[str], actions: Sequence[Action], *, frozen: bool) -> MemoryLearner:
+    def learner(self, states: Sequence[str], actions: Sequence[Action], *, frozen: bool) -> HmmLearner:
         """The learner that has learned this, at work in a task with these states and actions.
 
         Raises:
             ConfigurationError: Trials with others, or displacements on no lattice.
         """
-        learner = MemoryLearner(states, actions, self.parameters, frozen=frozen)
+        learner = HmmLearner(states, actions, self.parameters, frozen=frozen)
         learner.set_state(self.state())
         return learner

@@ -78,7 +78,7 @@ def test_a_flag_is_refused_by_the_same_words() -> None:
         name = table.dotted(field)
         value = next(v for v in reversed(wrong_values(kind)) if isinstance(v, (int, float, str)))
         expected = refusal(lambda t=table, f=field, v=value: replace(t, **{f: v}))
-        learner = next((one for one in ("belief", "memory") if f".{one}." in name), "q-learning")
+        learner = next((one for one in ("belief", "hmm") if f".{one}." in name), "q-learning")
         with pytest.raises((UsageError, ConfigurationError)) as caught:
             parse(TrainOptions, "train", [f"--{name.replace('_', '-')}={value}", f"--learner={learner}"])
         assert str(caught.value) == str(expected)

@@ -11,8 +11,8 @@ import pytest
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import (
     Hindsight,
-    MemoryLearner,
-    MemoryParameters,
+    HmmLearner,
+    HmmParameters,
     MixedPolicy,
     PolicyDocument,
     ProgrammedPolicy,
@@ -64,8 +64,8 @@ def test_a_belief_goes_on_from_its_file_with_what_is_programmed_beside_it() -> N
 
 
 def test_a_model_of_hidden_states_goes_on_from_its_file(tmp_path: Path) -> None:
-    parameters = MemoryParameters(reach=3)
-    learner = MemoryLearner(STATES, TWO, parameters)
+    parameters = HmmParameters(reach=3)
+    learner = HmmLearner(STATES, TWO, parameters)
     policy = MixedPolicy(STATES, [ProgrammedPolicy(STATES, TWO, {"a": LEFT}), learner])
     for trial in range(31):
         policy.begin_trial(trial, np.random.default_rng(trial))
@@ -83,7 +83,7 @@ def test_a_model_of_hidden_states_goes_on_from_its_file(tmp_path: Path) -> None:
     again = policy_from(read, STATES, TWO, frozen=True)
     again.begin_trial(31, np.random.default_rng(31))
     model = learner_of(again)
-    assert isinstance(model, MemoryLearner)
+    assert isinstance(model, HmmLearner)
     assert model.parameters == parameters
     learner.begin_trial(31, np.random.default_rng(31))
     assert [one.to_dict() for one in model.trials] == [one.to_dict() for one in learner.trials]
@@ -93,7 +93,7 @@ def test_a_model_of_hidden_states_goes_on_from_its_file(tmp_path: Path) -> None:
     damaged = json.loads(made.to_json_text())
     with pytest.raises(ConfigurationError, match="none beside a belief"):
         PolicyDocument.from_json_text(json.dumps(damaged | {"belief": json.loads(written().to_json_text())["belief"]}))
-    damaged["memory"]["trials"][4]["symbols"][0] = 2
+    damaged["hmm"]["trials"][4]["symbols"][0] = 2
     with pytest.raises(ConfigurationError, match=r"trials\[4\].symbols = 2 is refused: numbers from 0 to 1"):
         PolicyDocument.from_json_text(json.dumps(damaged))
 

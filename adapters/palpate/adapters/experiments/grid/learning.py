@@ -6,12 +6,11 @@ from typing import TypeAlias
 
 from threadpoolctl import threadpool_limits
 
-from palpate.adapters.config import TRIALS, GridLearning
-from palpate.adapters.config.grid import HMM
+from palpate.adapters.config import HMM, TRIALS, GridLearning
 from palpate.core.automata import AutomatonState
 from palpate.core.errors import ConfigurationError, require_whole
 from palpate.core.perception import IdentityState, StateIdentifier
-from palpate.core.policy import BackOff, MemoryLearner, TabularLearner, new_learner
+from palpate.core.policy import BackOff, HmmLearner, TabularLearner, new_learner
 from palpate.simulation.grid import (
     STEP_LIMIT,
     UNDISTURBED,
@@ -28,7 +27,7 @@ from palpate.simulation.grid import (
 
 StateMaker: TypeAlias = Callable[[GridMap], StateIdentifier]
 """Makes the states of a map: each run gets an identifier of its own."""
-GridLearner: TypeAlias = TabularLearner | MemoryLearner
+GridLearner: TypeAlias = TabularLearner | HmmLearner
 
 
 def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> GridLearner:
@@ -41,7 +40,7 @@ def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> Gri
         if not isinstance(identifier, IdentityState):
             accepted = f"symbols, with the learner {HMM}: it finds the hidden states itself"
             raise ConfigurationError("state", type(identifier).__name__, accepted)
-        return MemoryLearner(identifier.symbols, grid_actions(), learning.memory())
+        return HmmLearner(identifier.symbols, grid_actions(), learning.hmm())
     back_off = BackOff.of(learning.back_off_visits, identifier.symbol_of)
     return new_learner(learning.parameters(), identifier.states, grid_actions(), back_off=back_off)
 

@@ -96,7 +96,7 @@ def policy_sections(document: PolicyDocument, title: str) -> list[PageSection]:
         text = f"A belief over the hole's place, {counted(document.belief.trials_learned, 'trial')} learned."
         pictures = touch_pictures("touch-policy", document.belief, title)
         return [PageSection("Policy", (text,), pictures=pictures, listing=render_table(document))]
-    if document.foreign is not None or document.memory is not None:
+    if document.foreign is not None or document.hmm is not None:
         return [PageSection("Policy", listing=render_table(document))]
     text = f"{counted(len(document.states), 'state')}, {counted(len(document.actions), 'action')}; "
     text += f"{learner.kind}, {counted(learner.trials_learned, 'trial')} learned." if learner else "nothing learned."

@@ -15,10 +15,10 @@ import numpy as np
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import Action
 from palpate.core.policy.belief import Floats, exponential
-from palpate.core.policy.memory.finite_pomdp import FinitePomdp, require_room, rounded
-from palpate.core.policy.memory.hidden_markov import expect, sums_by
-from palpate.core.policy.memory.point_based import PointBasedPlan, perseus
-from palpate.core.policy.memory.recorded import Batch, Numbers, RecordedTrial
+from palpate.core.policy.hmm.finite_pomdp import FinitePomdp, require_room, rounded
+from palpate.core.policy.hmm.hidden_markov import expect, sums_by
+from palpate.core.policy.hmm.point_based import PointBasedPlan, perseus
+from palpate.core.policy.hmm.recorded import Batch, Numbers, RecordedTrial
 
 Offset = tuple[int, int]
 
@@ -58,7 +58,7 @@ def lattice_steps(actions: Sequence[Action], longest: int = 0) -> tuple[Offset, 
 
 
 @dataclass(frozen=True, eq=False)
-class OffsetModel:
+class DisplacementHmm:
     """What was learned of each offset.
 
     Attributes:
@@ -167,9 +167,9 @@ class OffsetModel:
         return type(self)(self.steps, self.offsets, rounded(self.start), rounded(self.blocked), rounded(self.emissions))
 
 
-def fit_offsets(
+def fit_displacement_hmm(
     trials: Sequence[RecordedTrial], steps: tuple[Offset, ...], reach: int, symbols: int, *, seed: int = 0
-) -> OffsetModel:
+) -> DisplacementHmm:
     """Fit a model from scratch.
 
     Trials that reached the goal are fitted first: each ends at a known offset, while the others fit in anywhere, and
@@ -178,7 +178,7 @@ def fit_offsets(
     Args:
         trials: What was read and done, at least one trial.
     """
-    model = OffsetModel.blank(steps, reach, symbols, np.random.default_rng(seed))
+    model = DisplacementHmm.blank(steps, reach, symbols, np.random.default_rng(seed))
     if anchored := [trial for trial in trials if trial.reached]:
         batch = Batch.of(anchored)
         for _ in range(_ANCHORED):
@@ -205,7 +205,7 @@ def _expected_starts(offsets: Sequence[Offset]) -> Floats:
 class _Shifts:
     """How messages go through the model: shifted by the displacement, or left where they are."""
 
-    def __init__(self, model: OffsetModel) -> None:
+    def __init__(self, model: DisplacementHmm) -> None:
         count = len(model.offsets)
         targets = model.targets()
         self.blocked = np.where(targets == count + 1, 1.0, model.blocked)
@@ -251,7 +251,7 @@ def _padded(rows: Floats) -> Floats:
 class _OffsetCounts:
     """Posteriors of a batch, summed by symbol and by action."""
 
-    def __init__(self, model: OffsetModel, batch: Batch, chain: _Shifts) -> None:
+    def __init__(self, model: DisplacementHmm, batch: Batch, chain: _Shifts) -> None:
         self._batch, self._chain = batch, chain
         self._actions, self._symbols = len(model.steps), model.emissions.shape[1]
         self._keys: list[Numbers] = []

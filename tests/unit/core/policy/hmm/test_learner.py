@@ -9,17 +9,17 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState
 from palpate.core.policy import (
     Hindsight,
-    MemoryLearner,
-    MemoryParameters,
+    HmmLearner,
+    HmmParameters,
     MixedPolicy,
     ProgrammedPolicy,
     Transition,
 )
-from palpate.core.policy.memory import RecordedTrial, StateBelief
-from palpate.core.policy.memory.learner import PATIENCE, fitted_after
+from palpate.core.policy.hmm import RecordedTrial, StateBelief
+from palpate.core.policy.hmm.learner import PATIENCE, fitted_after
 from palpate.simulation.grid import GridMap, belief_optimum, grid_actions, run_trial, walked_steps
 from tests.unit.core.policy.bench import observation
-from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_trials, true_offsets
+from tests.unit.core.policy.hmm.worlds import AMBIGUOUS, random_trials, true_offsets
 
 HMM = GridLearning(learner="hmm", reach=3)
 
@@ -30,7 +30,7 @@ def test_after_forty_trials_it_is_near_the_optimum_and_a_state_goes_on_as_the_le
     assert found.reaches == 1.0
     assert optimum - 1e-9 <= found.steps <= 1.2 * optimum
     # A learner that is set to a state goes on as the one that it is of.
-    other = MemoryLearner(AMBIGUOUS.symbols, grid_actions(), run.learner.parameters)
+    other = HmmLearner(AMBIGUOUS.symbols, grid_actions(), run.learner.parameters)
     other.set_state(run.learner.get_state())
     assert other.trials_learned == 45
     identity = IdentityState(AMBIGUOUS.symbols)
@@ -43,13 +43,13 @@ def test_frozen_it_learns_nothing_and_trials_of_another_alphabet_are_refused() -
     frozen, before = learner.as_frozen(), learner.get_state()
     run_trial(AMBIGUOUS, IdentityState(AMBIGUOUS.symbols), frozen, 3, 0)
     assert frozen.get_state() == before
-    other = MemoryLearner(("A", "B"), grid_actions(), learner.parameters)
+    other = HmmLearner(("A", "B"), grid_actions(), learner.parameters)
     with pytest.raises(ConfigurationError, match=r"learner.trials\[\d+\].symbols = 2 is refused: numbers from 0 to 1"):
         other.set_state(before)
 
 
 def test_a_trial_that_was_cut_off_is_remembered_up_to_its_last_whole_action() -> None:
-    learner = MemoryLearner(AMBIGUOUS.symbols, grid_actions(), MemoryParameters())
+    learner = HmmLearner(AMBIGUOUS.symbols, grid_actions(), HmmParameters())
     learner.begin_trial(0, np.random.default_rng(0))
     for symbol in (0, 1):
         learner.choose(observation(symbol))
@@ -67,7 +67,7 @@ def test_what_is_read_where_another_part_of_the_policy_acts_counts_too() -> None
     identity = IdentityState(AMBIGUOUS.symbols)
     walk = run_trial(AMBIGUOUS, identity, policy, 3, 40)
     model = policy.parts[1]
-    assert isinstance(model, MemoryLearner)
+    assert isinstance(model, HmmLearner)
     belief = StateBelief(model.model.pomdp(), walk.symbols[0])
     for action, symbol in zip(walk.actions, walk.symbols[1:], strict=False):
         belief.update(action, symbol)
@@ -77,8 +77,8 @@ def test_what_is_read_where_another_part_of_the_policy_acts_counts_too() -> None
 
 @pytest.mark.parametrize(("due", "fitted"), [(150, [*range(50), *range(100, 150)]), (60, [*range(60)])])
 def test_a_model_is_fitted_to_the_first_trials_and_to_the_last(due: int, fitted: list[int]) -> None:
-    parameters = MemoryParameters(memory_trials=100)
-    learner = MemoryLearner(AMBIGUOUS.symbols, grid_actions(), parameters)
+    parameters = HmmParameters(memory_trials=100)
+    learner = HmmLearner(AMBIGUOUS.symbols, grid_actions(), parameters)
     learner.use(None, [RecordedTrial((0,) * (k + 1), (0,) * (k + 1), True) for k in range(due)])
     assert [len(trial.actions) - 1 for trial in learner._fitting(due)] == fitted
 
@@ -105,7 +105,7 @@ def test_hidden_states_are_found_on_symbols_alone() -> None:
 
 def test_a_frozen_learner_whose_model_is_wrong_goes_round_in_circles_but_not_for_ever() -> None:
     here, elsewhere = GridMap.from_text("AAB·"), GridMap.from_text("B·AA")
-    learner = MemoryLearner(here.symbols, grid_actions(), MemoryParameters(), frozen=True)
+    learner = HmmLearner(here.symbols, grid_actions(), HmmParameters(), frozen=True)
     learner.use(true_offsets(elsewhere), random_trials(here, 30))
     found = walked_steps(here, IdentityState(here.symbols), learner, walks=2)
     assert found.reaches == 1.0
@@ -116,7 +116,7 @@ def test_a_frozen_learner_whose_model_is_wrong_goes_round_in_circles_but_not_for
 
 def test_where_a_frozen_plan_failed_chance_is_tried_and_then_the_plan_anew() -> None:
     here, elsewhere = GridMap.from_text("AAB·"), GridMap.from_text("·AAB")
-    learner = MemoryLearner(here.symbols, grid_actions(), MemoryParameters(), frozen=True)
+    learner = HmmLearner(here.symbols, grid_actions(), HmmParameters(), frozen=True)
     learner.use(true_offsets(elsewhere), random_trials(here, 30))
     rng = np.random.default_rng(0)
     learner.begin_trial(0, rng)

@@ -4,8 +4,8 @@ import numpy as np
 
 from palpate.core.perception import IdentityState
 from palpate.core.policy import RandomWalkPolicy
-from palpate.core.policy.memory import FinitePomdp, OffsetModel, RecordedTrial
-from palpate.core.policy.memory.offset_model import lattice_steps
+from palpate.core.policy.hmm import DisplacementHmm, FinitePomdp, RecordedTrial
+from palpate.core.policy.hmm.displacement_hmm import lattice_steps
 from palpate.simulation.grid import UNDISTURBED, Disturbance, GridMap, grid_actions, run_trial
 
 STEPS = lattice_steps(grid_actions())
@@ -28,12 +28,12 @@ def recorded(walk: object) -> RecordedTrial:
     return RecordedTrial(walk.symbols, walk.actions, walk.reached)  # type: ignore[attr-defined]
 
 
-def true_offsets(grid: GridMap) -> OffsetModel:
+def true_offsets(grid: GridMap) -> DisplacementHmm:
     """The model that a map is of."""
     row = next(y for y, line in enumerate(grid.rows) if "·" in line)
     column = grid.rows[row].index("·")
     blocked = np.array([[float(moves[action] == cell) for cell, moves in enumerate(grid.moves)] for action in range(8)])
-    return OffsetModel(
+    return DisplacementHmm(
         STEPS,
         tuple((x - column, row - y) for x, y in grid.cells),
         np.full(len(grid.cells), 1.0 / len(grid.cells)),

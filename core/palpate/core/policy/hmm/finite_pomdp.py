@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.belief import Floats
-from palpate.core.policy.memory.recorded import Numbers
+from palpate.core.policy.hmm.recorded import Numbers
 
 _SPARSE: Final = 8  # an action that leads to so many times fewer states than there are is not multiplied out
 MOST_BYTES: Final = 512 * 2**20

@@ -5,9 +5,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from palpate.core.policy.memory import FinitePomdp
-from palpate.core.policy.memory.belief import StateBelief
-from tests.unit.core.policy.memory.worlds import random_pomdp
+from palpate.core.policy.hmm import FinitePomdp
+from palpate.core.policy.hmm.belief import StateBelief
+from tests.unit.core.policy.hmm.worlds import random_pomdp
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -1,7 +1,7 @@
 from .belief import StateBelief as StateBelief
+from .displacement_hmm import DisplacementHmm as DisplacementHmm
 from .finite_pomdp import FinitePomdp as FinitePomdp
 from .learner import PATIENCE as PATIENCE
-from .learner import MemoryLearner as MemoryLearner
-from .learner import MemoryParameters as MemoryParameters
-from .offset_model import OffsetModel as OffsetModel
+from .learner import HmmLearner as HmmLearner
+from .learner import HmmParameters as HmmParameters
 from .recorded import RecordedTrial as RecordedTrial

@@ -17,11 +17,11 @@ from palpate.core.policy.base import (
     check_names,
     drawing_from,
 )
-from palpate.core.policy.memory.belief import StateBelief
-from palpate.core.policy.memory.finite_pomdp import require_room
-from palpate.core.policy.memory.offset_model import OffsetModel, fit_offsets, lattice_steps
-from palpate.core.policy.memory.point_based import PointBasedPlan
-from palpate.core.policy.memory.recorded import RecordedTrial
+from palpate.core.policy.hmm.belief import StateBelief
+from palpate.core.policy.hmm.displacement_hmm import DisplacementHmm, fit_displacement_hmm, lattice_steps
+from palpate.core.policy.hmm.finite_pomdp import require_room
+from palpate.core.policy.hmm.point_based import PointBasedPlan
+from palpate.core.policy.hmm.recorded import RecordedTrial
 from palpate.core.policy.model_learner import ModelLearner
 from palpate.core.ports import Range, Settings, require_keys
 
@@ -38,10 +38,10 @@ miss."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MemoryParameters(Settings):
+class HmmParameters(Settings):
     """Settings of the learner that models hidden states: offsets from the goal in steps."""
 
-    TABLE: ClassVar[str] = "learning.memory"
+    TABLE: ClassVar[str] = "learning.hmm"
 
     reach: Annotated[int, Range(1, 200)] = 10
     """Largest offset from the goal along x or y, in steps."""
@@ -63,7 +63,7 @@ def fitted_after(trials: int) -> int:
     return last
 
 
-class MemoryLearner(ModelLearner[RecordedTrial]):
+class HmmLearner(ModelLearner[RecordedTrial]):
     """Learns hidden states from pairs of actions and symbols, and acts by a plan on its belief over them.
 
     The first trials are random. A model is fitted after :data:`REFITS` trials, from scratch: so it follows from the
@@ -78,7 +78,7 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
     """
 
     def __init__(
-        self, symbols: Sequence[str], actions: Sequence[Action], parameters: MemoryParameters, *, frozen: bool = False
+        self, symbols: Sequence[str], actions: Sequence[Action], parameters: HmmParameters, *, frozen: bool = False
     ) -> None:
         check_names(symbols, actions)
         super().__init__(frozen=frozen)
@@ -87,7 +87,7 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
         require_room("reach", (2 * parameters.reach + 1) ** 2 - 1, len(actions))
         self._fitted = 0
         self._plan: PointBasedPlan | None = None
-        self.model: OffsetModel | None = None
+        self.model: DisplacementHmm | None = None
         self._rng: np.random.Generator | None = None
         self._forget()
 
@@ -104,7 +104,7 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
         return other
 
     def use(
-        self, model: OffsetModel | None, trials: Sequence[RecordedTrial], plan: PointBasedPlan | None = None
+        self, model: DisplacementHmm | None, trials: Sequence[RecordedTrial], plan: PointBasedPlan | None = None
     ) -> None:
         """Act by this model, which was fitted to these trials; the plan is made when it is needed, if not here."""
         self._trials, self._fitted_to, self._trials_learned = list(trials), list(trials), len(trials)
@@ -116,7 +116,7 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
         due = fitted_after(len(self._trials))
         if due == self._fitted:
             return
-        model = fit_offsets(self._fitting(due), self._steps, self.parameters.reach, len(self.states), seed=due)
+        model = fit_displacement_hmm(self._fitting(due), self._steps, self.parameters.reach, len(self.states), seed=due)
         self.use(model, self._trials)
 
     def _fitting(self, due: int) -> list[RecordedTrial]:

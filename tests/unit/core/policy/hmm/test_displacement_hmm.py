@@ -7,14 +7,14 @@ from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import Action, compass_actions
-from palpate.core.policy.memory import OffsetModel
-from palpate.core.policy.memory.offset_model import fit_offsets, lattice_steps
-from palpate.core.policy.memory.recorded import Batch
+from palpate.core.policy.hmm import DisplacementHmm
+from palpate.core.policy.hmm.displacement_hmm import fit_displacement_hmm, lattice_steps
+from palpate.core.policy.hmm.recorded import Batch
 from palpate.simulation.grid import GridMap, grid_actions
-from tests.unit.core.policy.memory.worlds import AMBIGUOUS, STEPS, random_trials, true_offsets
+from tests.unit.core.policy.hmm.worlds import AMBIGUOUS, STEPS, random_trials, true_offsets
 
 
-def log_prior(model: OffsetModel) -> float:
+def log_prior(model: DisplacementHmm) -> float:
     """What the pseudo-counts add: the quantity that Baum-Welch never lowers has them in it."""
     n = len(model.offsets)
     squares = np.array([u * u + v * v for u, v in model.offsets])
@@ -28,7 +28,7 @@ def log_prior(model: OffsetModel) -> float:
 @settings(max_examples=8, deadline=None)
 def test_no_iteration_loses_likelihood(seed: int) -> None:
     batch = Batch.of(random_trials(AMBIGUOUS, 12, seed))
-    model = OffsetModel.blank(STEPS, 4, 3, np.random.default_rng(seed))
+    model = DisplacementHmm.blank(STEPS, 4, 3, np.random.default_rng(seed))
     before = -np.inf
     for _ in range(6):
         prior = log_prior(model)
@@ -39,7 +39,7 @@ def test_no_iteration_loses_likelihood(seed: int) -> None:
 
 def test_the_map_is_found_from_random_walks() -> None:
     trials = random_trials(AMBIGUOUS, 150)
-    found, truth = fit_offsets(trials, STEPS, 6, 3), true_offsets(AMBIGUOUS)
+    found, truth = fit_displacement_hmm(trials, STEPS, 6, 3), true_offsets(AMBIGUOUS)
     assert set(truth.offsets) <= set(found.offsets)
     place = {offset: number for number, offset in enumerate(found.offsets)}
     told = [found.emissions[place[offset]].argmax() for offset in truth.offsets]
@@ -49,7 +49,7 @@ def test_the_map_is_found_from_random_walks() -> None:
 def test_trials_that_never_arrived_fill_no_offsets_of_their_own() -> None:
     rows = "AEAFDBAD ADFDGEEF GCBBEFEC BCCBAAGB BBBCFDFB GEDAGEGG GCGCEDGB GACABDED FBABFDCD C·DADFBD EFFCCGDB"
     grid = GridMap.from_text(rows.replace(" ", "\n"))
-    found = fit_offsets(random_trials(grid, 60, limit=60), STEPS, 10, 7)
+    found = fit_displacement_hmm(random_trials(grid, 60, limit=60), STEPS, 10, 7)
     assert len(found.offsets) < 1.2 * len(grid.cells)
 
 
@@ -62,4 +62,4 @@ def test_actions_on_no_lattice_are_refused_and_a_model_too_large_before_it_is_bu
     with pytest.raises(ConfigurationError, match="at least half a step along x or y, the longest side being 1 steps"):
         lattice_steps((*compass_actions(1e-3), Action("nudge", (4e-4, 0.0))), 1)
     with pytest.raises(ConfigurationError, match="'40400 hidden states' is refused: at most 2896"):
-        OffsetModel.blank(STEPS, 100, 3, np.random.default_rng(0))
+        DisplacementHmm.blank(STEPS, 100, 3, np.random.default_rng(0))

@@ -10,7 +10,7 @@ from typing import Final, Protocol
 import numpy as np
 
 from palpate.core.policy.belief import Floats, logarithm
-from palpate.core.policy.memory.recorded import Batch, Numbers
+from palpate.core.policy.hmm.recorded import Batch, Numbers
 
 LEAST: Final = 1e-12
 """No reading is taken for less likely than this: a trial that a model holds for impossible must not end the fit."""

@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 
 from palpate.core.perception import IdentityState
-from palpate.core.policy import MemoryLearner, MemoryParameters
-from palpate.core.policy.memory import FinitePomdp
-from palpate.core.policy.memory.point_based import perseus, qmdp
+from palpate.core.policy import HmmLearner, HmmParameters
+from palpate.core.policy.hmm import FinitePomdp
+from palpate.core.policy.hmm.point_based import perseus, qmdp
 from palpate.simulation.grid import GridMap, belief_optimum, grid_actions, walked_steps
 from palpate.simulation.grid.maps import SCENARIO_1, SCENARIO_2
-from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_pomdp, random_trials, true_offsets
+from tests.unit.core.policy.hmm.worlds import AMBIGUOUS, random_pomdp, random_trials, true_offsets
 
 MAPS = [AMBIGUOUS, GridMap.from_regions(SCENARIO_1), GridMap.from_regions(SCENARIO_2)]
 
 
 @pytest.mark.parametrize("grid", MAPS, ids=["walls", "1", "2"])
 def test_on_the_true_model_a_policy_comes_within_a_hundredth_of_the_optimum_of_the_belief(grid: GridMap) -> None:
-    learner = MemoryLearner(grid.symbols, grid_actions(), MemoryParameters(), frozen=True)
+    learner = HmmLearner(grid.symbols, grid_actions(), HmmParameters(), frozen=True)
     learner.use(true_offsets(grid), random_trials(grid, 30))
     steps = walked_steps(grid, IdentityState(grid.symbols), learner).steps
     optimum = float(belief_optimum(grid))

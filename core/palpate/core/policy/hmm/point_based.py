@@ -14,8 +14,8 @@ from typing import Final
 import numpy as np
 
 from palpate.core.policy.belief import Floats
-from palpate.core.policy.memory.finite_pomdp import FinitePomdp
-from palpate.core.policy.memory.recorded import Numbers
+from palpate.core.policy.hmm.finite_pomdp import FinitePomdp
+from palpate.core.policy.hmm.recorded import Numbers
 
 DISCOUNT: Final = 0.98
 _SWEEPS: Final = 150

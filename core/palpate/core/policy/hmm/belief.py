@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from palpate.core.policy.belief import Floats
-from palpate.core.policy.memory.finite_pomdp import FinitePomdp
+from palpate.core.policy.hmm.finite_pomdp import FinitePomdp
 
 IMPOSSIBLE: Final = 1e-7
 """A reading less likely than this refutes the belief: it restarts with that reading."""
