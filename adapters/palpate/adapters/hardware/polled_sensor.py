@@ -7,7 +7,6 @@ from typing import ClassVar, Final, Generic, TypeVar
 
 from palpate.adapters.hardware.errors import lately, told, translated, translating
 from palpate.adapters.hardware.lateness import Lateness
-from palpate.adapters.hardware.repetition import Repetition
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, Validity, WrenchSample
 from palpate.drivers.device import ForceSample, PolledSensor
@@ -35,13 +34,12 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         self, name: str, clock: Clock, *, max_age_ns: int, start_timeout_s: float, max_late_ns: int = 0
     ) -> None:
         super().__init__(name)
-        self._lateness, self._repetition = Lateness(max_late_ns), Repetition(max_late_ns)
+        self._lateness = Lateness(max_late_ns)
         self._clock, self._max_age_ns, self._start_timeout_s = clock, max_age_ns, start_timeout_s
         self._close_wire: Callable[[], None] | None = None
         self.device: DriverT | None = None
         self._polled_ns = 0
         self._undated: int | None = None
-        self._repeated: str | None = None
 
     @property
     @abstractmethod
@@ -66,7 +64,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
             self._require_active("read()")
         device = self._polled()
         late = self._lateness.told(device, self._polled_ns)
-        surprise = self._surprise(device) or late or self._repeated
+        surprise = self._surprise(device) or late
         if surprise is not None:
             self._fail(surprise)
         sample = device.latest
@@ -95,7 +93,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         device = self.opened()
         try:
             now_ns = self._clock.now_ns()
-            self._repeated = self._repetition.told(device.poll(now_ns), self.period_ns)
+            device.poll(now_ns)
             device.check()
             if now_ns - self._polled_ns > self._max_age_ns:
                 self._look_for_news(device)
