@@ -26,7 +26,7 @@ from palpate.adapters.fault_injection.campaign.runs import HARDWARE_LIMIT_N, Cla
 from palpate.core.ports import write_whole
 
 ARMS: Final = ("zebra-zero", "ur5")
-TASKS: Final = ("insertion", "insertion-6dof", "surface-follow")
+TASKS: Final = ("insertion", "insertion-6dof")
 POLICIES: Final = {"insertion": "torque", "insertion-6dof": "corner-first"}
 
 

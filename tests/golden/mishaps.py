@@ -360,9 +360,6 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "shoved": Mishap(
         (*shove(90, 8.0, 16.0), *shove(122, 0.5, -12.0)), {"task": SOON | {"play_mm": 0.1}}, (130, "stop")
     ),
-    "surface-interrupted": Mishap(
-        settings={"task": SOON | {"name": "surface-follow", "options": {"stroke_mm": 14.0}}}, at=(12, "interrupt")
-    ),
     # Borne by less than a peg rests with, which shows when the tool is held.
     "freed-at-rest": Mishap(
         (force("offset", 72, magnitude=-1.5, channels=(2,)),),

@@ -22,7 +22,6 @@ SHALLOW = (
     "--task.insertion-depth-mm", "2", "--cell.peg.hole-depth-mm", "2", "--task.ready-height-mm", "1",
     "--task.tare-ticks", "7",
 )  # fmt: skip
-FOLLOW = ("run", "--task", "surface-follow", "--trials", "1", "--seed", "31", "--task.tare-ticks", "7")
 SKILLS = (
     "train", "--task", "insertion-6dof", "--learner", "skills", "--scenario", "blind-square",
     "--task.ready-height-mm", "1", "--task.tare-ticks", "7", "--learning.rule-lead", "0",
@@ -126,19 +125,6 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     "random-blind": (
         "run", "--policy", "random", "--trials", "1", "--seed", "7", "--scenario", "blind", *SHALLOW,
         "--task.time-limit-s", "0.5",
-    ),
-    # A slope up and down, a turn, and a lift at each end, within a few seconds.
-    "surface-follow": (
-        *FOLLOW, "--task.options", "stroke_mm", "14", "way_mm", "20", "--task.ready-height-mm", "4",
-    ),
-    "surface-lost": (*FOLLOW, "--task.options", "stroke_mm", "14", "relief_mm", "1.6", "--task.ready-height-mm", "2"),
-    "surface-too-low": (
-        *FOLLOW, "--task.options", "stroke_mm", "14", "relief_mm", "0.1", "--task.ready-height-mm", "2",
-    ),
-    # A gain with which a stroke ends in its very end.
-    "surface-late": (
-        *FOLLOW, "--task.options", "stroke_mm", "2", "--task.ready-height-mm", "1", "--task.time-limit-s", "0.6",
-        "--control.position-gain-per-s", "140",
     ),
     # A policy with a programmed part, saved and read again.
     "frozen-mixed": (

@@ -27,7 +27,6 @@ INSERTION: Final = "insertion"
 _OWN: Final[Mapping[str, str]] = {
     INSERTION: "palpate.core.tasks.insertion:INSERTION",
     "insertion-6dof": "palpate.core.tasks.insertion_6dof:INSERTION_6DOF",
-    "surface-follow": "palpate.core.tasks.surface_follow:SURFACE_FOLLOW",
 }
 """Found without a look at what is installed."""
 

@@ -20,7 +20,6 @@ from .measurement import Measurement as Measurement
 from .measurement import require_place as require_place
 from .ready_pose import ReadyPose as ReadyPose
 from .ready_pose import find_ready_pose as find_ready_pose
-from .ready_pose import require_speed as require_speed
 from .ready_pose import require_turns as require_turns
 from .ready_pose import wander_m as wander_m
 from .report import INTERRUPT as INTERRUPT

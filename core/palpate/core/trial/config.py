@@ -34,8 +34,7 @@ class TaskConfig(Settings):
     TABLE: ClassVar[str] = "task"
 
     name: str = "insertion"
-    """What is to be done: insertion, insertion-6dof, surface-follow, or a task of another package; --task NAME for
-    short."""
+    """What is to be done: insertion, insertion-6dof, or a task of another package; --task NAME for short."""
     options: dict[str, float] = field(default_factory=dict)
     """What only that task has, by name."""
     goal: GoalConfig = GoalConfig()

@@ -80,25 +80,6 @@ def find_ready_pose(arm: str | ArmDescription, task: TaskConfig, workspace: Work
     return ready
 
 
-def require_speed(arm: str | ArmDescription, ready: ReadyPose, along_x_m_s: float) -> None:
-    """Refuse a speed of the tip along the task's x that the arm cannot give at its ready pose.
-
-    Raises:
-        UnreachableError: A joint would have to be faster than it can be.
-    """
-    kinematics = Kinematics(arm_named(arm), ToolGeometry())
-    velocity = np.zeros(6)
-    # The task's x is the base's; the Jacobian's is the tip's.
-    velocity[:3] = ready.tip_rotation.T @ np.array([along_x_m_s, 0.0, 0.0])
-    speeds = np.linalg.lstsq(kinematics.tip_jacobian(ready.q_rad), velocity, rcond=None)[0]
-    share = float((np.abs(speeds) / kinematics.velocity_limit_rad_s).max())
-    if share > 1.0:
-        accepted = (
-            f"at most {along_x_m_s * 1e3 / share:.4g} mm/s, where a joint of {kinematics.arm.name} is at its limit"
-        )
-        raise UnreachableError("task.options.speed_mm_s", along_x_m_s * 1e3, accepted)
-
-
 def require_turns(
     arm: str | ArmDescription, ready: ReadyPose, task: TaskConfig, turns_deg: tuple[float, float]
 ) -> None:

@@ -72,7 +72,7 @@ def test_stages_that_do_not_fit_together_are_refused(perception: dict[str, Any],
     assert caught.value.field == field
 
 
-@pytest.mark.parametrize("name", ["insertion", "insertion-6dof", "surface-follow"])
+@pytest.mark.parametrize("name", ["insertion", "insertion-6dof"])
 def test_a_force_that_ends_a_trial_latches_as_the_task_comes(name: str) -> None:
     config = overlay(RunConfig(), task_kind(name).preset)
     assert config.supervision.max_force_N <= config.task.max_force_N

@@ -1,77 +1,84 @@
-"""The task: down to the first contact, then to and fro along x, pressing along the surface's normal.
+"""A task in a package of its own: slide along an unknown surface and press along its normal with an even force.
 
-The contour is known to nobody. Its slope is that of the way that the tip was led in the last hundredth of a second or
-so: as long as the force is even, the gripper's springs are bent evenly, and flange and tip move alike. The force along
-the normal is regulated by the damping law alone, or with the slope led ahead of it.
+pip install examples/surface_follow
+palpate run --task surface-follow --trials 3 --out runs/follow
+palpate replay runs/follow
+
+The tool goes straight down to the first contact, then back and forth along x. The slope of the surface is that of the
+commanded path, averaged over some ten ticks: while the force is even, the gripper's springs are bent evenly, and flange
+and tip move alike. A damping law regulates the force along the normal; the slope is fed forward.
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from math import sqrt
-from typing import Annotated, ClassVar, Final
+from typing import Annotated, Any, ClassVar, Final
 
 from typing_extensions import override
 
-from palpate.core.motion import DampingControl, PositionControl, TipMotion
-from palpate.core.ports import PERIOD_S, STILL, Range, Settings, Vector3
+from palpate.core.motion import ArmDescription, DampingControl, PositionControl, TipMotion
+from palpate.core.ports import PERIOD_S, STILL, Range, Settings, Truth, Vector3
 from palpate.core.tasks.contact import ContactProof, LiftCheck, RunningPhase, TouchTask, TrialState
 from palpate.core.trial import (
     N_PER_KGF,
     ControlConfig,
+    Fit,
     Measurement,
     Outcome,
     Phase,
+    ReadyPose,
     TaskConfig,
+    TaskKind,
+    TaskParts,
+    TrialReport,
     TrialSetup,
     Trip,
     TripReason,
+    Workspace,
+    find_ready_pose,
     options_of,
 )
 
 _APPROACH_M_S: Final = 0.008
 _YIELD_M_S: Final = 0.01
+"""Highest speed along the normal, which bounds what a dead sensor can do until the next lift."""
 _ARRIVED_M: Final = 5e-5
 _SLOPE_SHARE: Final = 0.1
-"""Of the newest tick in the slope: it is a mean over some ten ticks."""
+"""Weight of the newest tick in the slope, which is a mean over some ten ticks."""
 _STEEPEST: Final = 1.0
 
 
 @dataclass(frozen=True)
 class FollowOptions(Settings):
-    """What only this task has."""
+    """Settings of this task; `--task.options NAME VALUE` sets them. Each has a range and a default."""
 
     TABLE: ClassVar[str] = "task.options"
 
     stroke_mm: Annotated[float, Range(1.0, 1000.0)] = 100.0
-    """Length of the way from one turn to the next, along x, with the nominal goal in its middle."""
+    """Distance between turning points along x, centred at the nominal goal."""
     way_mm: Annotated[float, Range(1.0, 100_000.0)] = 1000.0
-    """Length of the whole way, to and fro."""
-    speed_mm_s: Annotated[float, Range(0.1, 200.0)] = 20.0
+    """Length of the whole path."""
+    speed_mm_s: Annotated[float, Range(0.1, 100.0)] = 20.0
     """Speed along x."""
     lead_ahead: Annotated[float, Range(0.0, 1.0)] = 1.0
-    """Share of the slope that the tool is led by before the force shows it; 0 leaves all to the damping law."""
+    """Share of the slope that is fed forward; 0 leaves all to the damping law."""
     relief_mm: Annotated[float, Range(0.1, 50.0)] = 8.0
-    """How far the surface may lie above or below the nominal plane; a tip farther off has lost it."""
+    """Largest distance of the surface from the nominal plane; beyond it the force sensor is doubted."""
     tolerance_N: Annotated[float, Range(0.01, 100.0)] = 0.5
-    """Root mean square of the normal force less the one asked for, at most."""
+    """Largest root mean square of the force error."""
 
 
 class FollowPhase(Enum):
-    """What follows on the tare."""
+    """The phases of a task have names of their own; they appear in the events of the log."""
 
     FOLLOW = "follow"
 
 
 class FollowTask(TouchTask):
-    """A tool that slides along a surface.
-
-    Args:
-        task: The settings; ``press_kgf`` is the force asked for.
-        measurement: From snapshots to the task frame.
-
-    Raises:
-        ConfigurationError: An option or a gain is refused.
-    """
+    """The base class lifts, moves to the start, tares and holds every limit; what comes after is in `_follow`."""
 
     def __init__(self, task: TaskConfig, control: ControlConfig, measurement: Measurement, motion: TipMotion) -> None:
         free = PositionControl(control.position_gain_per_s, task.travel_speed_mm_s * 1e-3, PERIOD_S)
@@ -87,6 +94,7 @@ class FollowTask(TouchTask):
 
     @override
     def _follow(self) -> None:
+        """Enter the phase that follows the one that is over."""
         if self._state.phase is Phase.SETTLE:
             self._enter(Phase.APPROACH, self._approach)
         else:
@@ -95,7 +103,7 @@ class FollowTask(TouchTask):
 
 
 def _press(task: TaskConfig, control: ControlConfig, measurement: Measurement, speed_m_s: float) -> DampingControl:
-    """The law along the normal; a force that presses has a negative z."""
+    """The controller along the normal; a pressing force has a negative z."""
     pressing = (0.0, 0.0, -task.press_kgf * N_PER_KGF)
     return DampingControl(control.damping_N_s_per_m, pressing, speed_m_s, measurement.axial_N_per_m, PERIOD_S)
 
@@ -109,7 +117,7 @@ class ContourApproach(RunningPhase):
         self._measurement, self._motion, self._state = measurement, motion, state
         self._law = _press(task, control, measurement, _APPROACH_M_S)
         self._contact_N = task.contact_kgf * N_PER_KGF
-        # By the reference, so that the search also ends for an arm that does not follow.
+        # Compared with the commanded depth, so that the search also ends for an arm that does not follow.
         self._deepest_m = options_of(FollowOptions, task).relief_mm * 1e-3
 
     @override
@@ -124,7 +132,7 @@ class ContourApproach(RunningPhase):
 
 
 class Follow(RunningPhase):
-    """To and fro along x, with a lift before each stroke that shows whether the force follows the gripper's spring."""
+    """Back and forth along x; a lift before each stroke checks that the force follows the gripper's spring."""
 
     over = False
 
@@ -141,7 +149,6 @@ class Follow(RunningPhase):
         speed_m_s = own.speed_mm_s * 1e-3
         self._measurement, self._motion, self._state = measurement, motion, state
         self._across = PositionControl(control.position_gain_per_s, speed_m_s, PERIOD_S)
-        # A sensor that has died lets the tool run no faster, until a watch or the next lift finds it.
         self._along = _press(task, control, measurement, _YIELD_M_S)
         self._lift = LiftCheck(state, measurement, motion, proof)
         self._press_N = task.press_kgf * N_PER_KGF
@@ -150,20 +157,20 @@ class Follow(RunningPhase):
         self._time_limit_s, self._proof = task.time_limit_s, proof
 
     def enter(self) -> None:
-        """The surface was touched: press, lift to prove it, and go."""
+        """Begin after the first contact."""
         self._begun, self._heading, self._gone_m, self._slope = self._state.tick, 1.0, 0.0, 0.0
         self._square_sum, self._ticks, self._worst_N = 0.0, 0, 0.0
         self._lift.running = self._lifted = False
 
     @property
     def normal_force_N(self) -> float:
-        """Force of the surface on the tool along the surface's normal; positive while pressing."""
+        """Force on the tool along the surface's normal; positive while pressing."""
         x, _, z = self._measurement.force_N
         return (self._slope * x - z) / sqrt(1.0 + self._slope * self._slope)
 
     @override
     def step(self) -> Vector3:
-        """On along the surface; or a lift."""
+        """Return the velocity along the surface, or that of a lift."""
         state, reference_m = self._state, self._motion.reference_m
         pressed_N = self.normal_force_N
         depth_m = self._measurement.tip_depth_m
@@ -195,7 +202,7 @@ class Follow(RunningPhase):
         return vx, vy, vz
 
     def _prove(self, pressed_N: float) -> Vector3:
-        """At rest: press, and lift a little to see that the force follows."""
+        """Press at rest, then lift a little to check that the force follows."""
         reference_m = self._motion.reference_m
         if not self._lift.running:
             yielding = self._along.velocity_m_s(reference_m, reference_m, (0.0, 0.0, -pressed_N))[2]
@@ -220,3 +227,46 @@ class Follow(RunningPhase):
             " plane: the surface is elsewhere, or the force sensor does not show what there is"
         )
         return Trip(TripReason.PLATE_NOT_FELT, self._state.tick, text)
+
+
+class SurfaceFollow(TaskKind):
+    """What palpate asks of a kind of task; the entry point leads to the one object of this class."""
+
+    preset: Mapping[str, Any] = {
+        "task": {"goal": {"x_mm": 430.0}, "ready_height_mm": 8.0, "time_limit_s": 120.0},
+        "control": {"damping_N_s_per_m": 100.0},
+        # Sliding with friction chatters at coarser steps of physics: 0.55 N RMS at 4, 0.20 at 16, 0.16 at 32.
+        "cell": {
+            "contacts": "searched",
+            "substeps": 16,
+            "hole_uncertainty_mm": 40.0,
+            "contour": {"shape": "sine"},
+        },
+    }
+    asks_policy = False
+    options = FollowOptions
+
+    @override
+    def workspace(self, task: TaskConfig) -> Workspace:
+        own = options_of(FollowOptions, task)
+        return Workspace((0.5 * own.stroke_mm, 0.0), task.ready_height_mm, own.relief_mm)
+
+    @override
+    def ready(self, arm: str | ArmDescription, task: TaskConfig) -> ReadyPose:
+        return find_ready_pose(arm, task, self.workspace(task))
+
+    @override
+    def setup(self, task: TaskConfig, seed: int, trial: int) -> TrialSetup:
+        return TrialSetup(trial, seed, (-0.5e-3 * options_of(FollowOptions, task).stroke_mm, 0.0))
+
+    @override
+    def make(self, parts: TaskParts) -> FollowTask:
+        return FollowTask(parts.task, parts.control, parts.measurement, parts.motion)
+
+    @override
+    def achieved(self, task: TaskConfig, report: TrialReport, truth: Truth, fit: Fit) -> bool:
+        """Return whether all of the path was within the tolerance and the true peak force below the limit."""
+        return report.outcome is Outcome.DONE and truth.peak_force_N < task.max_force_N
+
+
+SURFACE_FOLLOW: Final = SurfaceFollow()
