@@ -83,10 +83,6 @@ COMMANDS: dict[str, Command] = {
         "how far the simulated cell is from a rig, by its logs, and the cell that fits best",
         "gap:gap", "options:GapOptions",
     ),
-    "faults": Command(
-        "trials in which something goes wrong on purpose, and what came of each",
-        "faults:faults", "options:FaultsOptions",
-    ),
     "examples": Command("copy examples, rig files and documents out of the installed package"),
     "completion": Command("what bash and zsh complete: eval \"$(palpate completion)\"", "completion:completion"),
     "version": Command("versions of palpate and of what its results depend on", "version:version"),

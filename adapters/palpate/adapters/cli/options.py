@@ -271,35 +271,3 @@ class EmulateOptions(LiveSettings, EmulationConfig):
     priority: Annotated[int, Range(0, 99)] = 0
     """Real-time priority (SCHED_FIFO) of the emulated devices, 1 to 99: other work on this machine then does not hold
     them up, which real devices would not know either. 0 asks for none; a refusal is told."""
-
-
-@dataclass(frozen=True)
-class FaultsOptions(RunSettings):
-    """Trials in which every kind of fault strikes in every phase, and a table of what came of it.
-
-    Exit code 0: every fault was tolerable, or stopped in time with a readable log; 1: one was not, or the trial said
-    of itself what was not so.
-    """
-
-    policy: str = ""
-    """The policy in these trials: as palpate run takes it; torque if none is named and the task asks one."""
-    seeds: Annotated[int, Range(1, 100_000)] = 1
-    """Seeds; each gives every fault in every phase, at a tick of its own."""
-    rig: str = ""
-    """Rig file: run on its devices in real time instead of in the simulator."""
-    most: Annotated[int, Range(0, 10_000_000)] = 0
-    """Make only so many of the runs, spread evenly; 0 makes all."""
-    group: Annotated[str, OneOf("all", "devices", "liars")] = "all"
-    """devices: those that fail openly; liars: sensors whose every sample could be true."""
-    phase: str = ""
-    """Strike in this phase of the task only; lift is the first tick, for liars."""
-    fault: str = ""
-    """Only faults with this in their name."""
-    by_phase: bool = False
-    """Print a line for each phase of each fault."""
-    supervisor: bool = True
-    """Whether the supervisor stands between the task and the arm; without it the campaign should fail."""
-    out: str = ""
-    """CSV file with a line for every run; it must not be there yet."""
-    jobs: Jobs = 0
-    """Processes in the simulator; 0 takes one per core."""

@@ -6,7 +6,6 @@ from typing import Any, get_args, get_origin
 
 from palpate.adapters.config import GridLearning, RealTimeConfig, RunConfig
 from palpate.adapters.config.rig import OperatorTable, WatchdogTable
-from palpate.adapters.fault_injection import FaultPlan
 from palpate.adapters.hardware.ati import NetFtTable
 from palpate.adapters.hardware.cia402 import Cia402Table
 from palpate.adapters.hardware.jr3 import Jr3CanTable, Jr3UartTable
@@ -24,7 +23,6 @@ TABLES: dict[str, Settings] = {
     "infer": InferenceSettings(),
     "extract": ExtractionSettings(),
     "train an automaton": TrainingSettings(),
-    "fault": FaultPlan("drop", "force_sensor"),
     "real time": RealTimeConfig(),
     "rig operator": OperatorTable(),
     "rig watchdog": WatchdogTable(),

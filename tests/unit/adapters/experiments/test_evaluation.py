@@ -17,8 +17,6 @@ from palpate.adapters.experiments import (
     run_policy,
 )
 from palpate.adapters.experiments.policies import perception_settings
-from palpate.adapters.fault_injection import FaultPlan, faulty
-from palpate.adapters.fault_injection.campaign.runs import read_back
 from palpate.adapters.log import MemorySink, TrialRecorder, describe, info_of, read_log, recorded_sensor
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.adapters.replay.batch import replay_file
@@ -26,6 +24,7 @@ from palpate.adapters.replay.engine import Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.errors import DeviceError, FaultLatchedError
 from palpate.core.policy import document_of
+from tests.support.faults import FaultPlan, faulty
 from tests.unit.adapters.samples import QUICK, ready_pose
 
 
@@ -49,7 +48,7 @@ def test_after_a_trip_or_a_device_s_error_nothing_moves_on_the_same_rig_until_it
     with SimulatedRig(QUICK, ready_pose()) as rig:
         sound = rig.ports
         if broken is not None:
-            rig.ports = faulty(sound, (broken,), lambda delivery: None)
+            rig.ports = faulty(sound, (broken,))
         with pytest.raises(DeviceError, match=cause):
             run(QUICK if broken else strict)
         rig.ports = sound
@@ -60,8 +59,8 @@ def test_after_a_trip_or_a_device_s_error_nothing_moves_on_the_same_rig_until_it
         sink = MemorySink()
         with TrialRecorder(lambda: sink, tmp_path, QUICK.recording) as recorder:
             run(QUICK, Recorded(recorder, "run", "random"))
-    log = read_back(sink.logs)
-    assert log is not None
+    (tmp_path / "log.mcap").write_bytes(sink.logs[0])
+    log = read_log(tmp_path / "log.mcap")
     world = json.loads(log.start.world_json)
     (acknowledged,) = world["acknowledged"]
     assert (acknowledged["by"], acknowledged["reason"]) == ("Ada", "the limit was a joke")

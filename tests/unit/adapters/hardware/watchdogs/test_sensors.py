@@ -10,7 +10,6 @@ import pytest
 
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import build_perception, build_task, comparator, run_scored_trial, supervisor_of
-from palpate.adapters.fault_injection import FaultPlan, FaultyForceSensor
 from palpate.adapters.hardware.watchdogs import WatchdogTrip, WatchedForceSensor, WatchedJointEncoder
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
@@ -18,6 +17,7 @@ from palpate.core.ports import JointEncoder, JointSample, SensorDecorator, Valid
 from palpate.core.ports.contracts import TICK_NS, FakeClock
 from palpate.core.trial import Outcome, TripReason
 from tests.fake_devices import FakeForceSensor, FakeJointEncoder
+from tests.support.faults import FaultPlan, FaultyForceSensor
 from tests.unit.adapters.samples import ready_pose
 
 NEVER_NS = 10**15

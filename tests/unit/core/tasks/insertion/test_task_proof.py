@@ -7,12 +7,12 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from benchmarks.liars import config_of
-from palpate.adapters.fault_injection.campaign.campaign import Case, all_variants, run_cases
+from palpate.adapters.config import RunConfig, overlay, task_kind
 from palpate.core.control_loop import run_trial
 from palpate.core.ports.values import WrenchSample
 from palpate.core.tasks.insertion import InsertionTask
 from palpate.core.trial import Outcome, Phase, TaskConfig, TrialReport, TrialSetup
+from tests.support.fault_trials import Case, run_cases, sensor_faults
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 
 HOLE = Pit(1.2e-3, -0.7e-3)
@@ -173,11 +173,9 @@ def test_no_liar_passes_for_an_insertion_that_was_none(name: str, phase: Phase) 
 def test_a_lie_that_bent_the_gripper_in_the_campaign_is_latched(
     phase: str, seed: int, fault: str, limit_N: float
 ) -> None:
-    config = config_of("insertion", "zebra-zero", "torque")
-    [liar] = [
-        each for each in all_variants(config.supervision) if each.name.endswith(fault) and "encoder" not in each.name
-    ]
-    [[run]] = run_cases(config, [Case(liar, phase, seed)], policy="torque", rig_file="", supervised=True, jobs=1)
+    config = overlay(RunConfig(), task_kind("insertion").preset)
+    [chosen] = [each for each in sensor_faults() if each.name.endswith(fault) and "encoder" not in each.name]
+    [[run]] = run_cases(config, [Case(chosen, phase, seed)], "torque")
     assert run.latched
     assert run.peak_force_N < limit_N
 

@@ -4,7 +4,7 @@ import pytest
 
 from benchmarks.insertion_6dof import config_of, trials
 from palpate.adapters.config import overlay
-from palpate.adapters.fault_injection.campaign.campaign import Case, all_variants, run_cases
+from tests.support.fault_trials import Case, run_cases, sensor_faults
 
 
 @pytest.mark.parametrize(
@@ -49,8 +49,8 @@ def test_a_repeated_force_that_is_turned_bends_the_gripper_no_further(
     arm: str, phase: str, seed: int, fault: str
 ) -> None:
     config = config_of("square", "asked", arm, {})
-    [liar] = [each for each in all_variants(config.supervision) if each.name.endswith(f"{fault}, fresh noise")]
-    [[run]] = run_cases(config, [Case(liar, phase, seed)], policy="corner-first", rig_file="", supervised=True, jobs=1)
+    [chosen] = [each for each in sensor_faults() if each.name.endswith(f"{fault}, fresh noise")]
+    [[run]] = run_cases(config, [Case(chosen, phase, seed)], "corner-first")
     assert run.latched
     assert run.peak_force_N < 60.0
 
@@ -58,8 +58,7 @@ def test_a_repeated_force_that_is_turned_bends_the_gripper_no_further(
 def test_a_tool_that_waits_does_so_though_it_seems_to_be_out_of_the_hole() -> None:
     """The gripper was drawn out by 1.3 mm, no lie was looked for any more, and it was bent across by 107 N."""
     config = overlay(config_of("square", "asked", "zebra-zero", {}), {"task": {"uneven_heave": False}})
-    [liar] = [v for v in all_variants(config.supervision) if v.name.endswith("of 1 s, sign flipped, fresh noise")]
-    case = Case(liar, "explore", 97321)
-    [[run]] = run_cases(config, [case], policy="corner-first", rig_file="", supervised=True, jobs=1)
+    [chosen] = [each for each in sensor_faults() if each.name.endswith("of 1 s, sign flipped, fresh noise")]
+    [[run]] = run_cases(config, [Case(chosen, "explore", 97321)], "corner-first")
     assert run.latched
     assert run.peak_force_N < 60.0

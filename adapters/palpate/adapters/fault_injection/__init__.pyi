@@ -1,9 +1,0 @@
-from .arm import FaultyArm as FaultyArm
-from .plan import KINDS as KINDS
-from .plan import PORTS as PORTS
-from .plan import FaultPlan as FaultPlan
-from .ports import FaultyClock as FaultyClock
-from .ports import FaultyForceSensor as FaultyForceSensor
-from .ports import FaultyJointEncoder as FaultyJointEncoder
-from .ports import faulty as faulty
-from .schedule import FaultDelivery as FaultDelivery

@@ -1,0 +1,137 @@
+"""Simulated trials in which devices fail or a sensor shows what is not so, in every phase, on two arms.
+
+    python -m benchmarks.faults --seeds 10 --jobs 2 --out FAULTS.md
+    python -m benchmarks.faults --group sensors --task insertion-6dof --policy corner-first --seeds 2
+    python -m benchmarks.faults --group devices --no-supervisor
+
+Required: no trial reports a success that was none; every device that fails is tolerable or stops the trial in time;
+every sensor fault is latched or tolerable (a true force that never exceeded the task's limit), and no true force is
+above the hardware's limit. Faults without a physical mechanism are listed without these requirements.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from benchmarks import insertion_6dof
+from palpate.adapters.config import RunConfig, overlay, task_kind
+from palpate.core.ports import write_whole
+from tests.support.fault_trials import HARDWARE_LIMIT_N, Case, FaultRun, Verdict, cases, run_cases, sensor_faults
+
+ARMS: Final = ("zebra-zero", "ur5")
+TASKS: Final = ("insertion", "insertion-6dof")
+POLICIES: Final = {"insertion": "torque", "insertion-6dof": "corner-first"}
+
+
+def config_of(task: str, arm: str, policy: str) -> RunConfig:
+    """Return the settings: in six degrees of freedom a square peg for corner-first, a round one for any other."""
+    if task == "insertion-6dof":
+        return insertion_6dof.config_of("square" if policy == POLICIES[task] else "round", "asked", arm, {})
+    return overlay(overlay(RunConfig(), task_kind(task).preset), {"arm": arm, "task": {"name": task}})
+
+
+def loose(run: FaultRun) -> bool:
+    """Return whether a sensor fault was neither latched nor tolerable."""
+    return run.fault.plausible and run.delivered and not run.latched and run.verdict is not Verdict.TOLERABLE
+
+
+def bad(run: FaultRun) -> bool:
+    """Return whether a run misses a requirement."""
+    if not run.delivered or run.fault.adversarial:
+        return False
+    too_high = run.fault.plausible and run.peak_force_N > HARDWARE_LIMIT_N
+    return loose(run) or too_high or run.verdict in (Verdict.FALSE_SUCCESS, Verdict.FAILED)
+
+
+def table(runs: Sequence[FaultRun]) -> str:
+    """Return a Markdown table with one line a fault."""
+    lines = [
+        "| fault | runs | struck | latched | tolerable | detected | neither | failed | false success |"
+        " slowest stop, ticks | highest, N |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for name in dict.fromkeys(run.fault.name for run in runs):
+        own = [run for run in runs if run.fault.name == name and run.delivered]
+        stops = [run.ticks_to_stop for run in own if run.ticks_to_stop is not None]
+        cells = (
+            name,
+            sum(run.fault.name == name for run in runs),
+            len(own),
+            sum(run.latched for run in own),
+            sum(run.verdict is Verdict.TOLERABLE for run in own),
+            sum(run.verdict is Verdict.DETECTED for run in own),
+            sum(map(loose, own)),
+            sum(run.verdict is Verdict.FAILED for run in own),
+            sum(run.verdict is Verdict.FALSE_SUCCESS for run in own),
+            max(stops, default="-"),
+            f"{max((run.peak_force_N for run in own), default=0.0):.1f}",
+        )
+        lines.append("| " + " | ".join(map(str, cells)) + " |")
+    return "\n".join(lines)
+
+
+def verdict(runs: Sequence[FaultRun]) -> str:
+    """Return the totals, and each run that misses a requirement."""
+    struck = [run for run in runs if run.delivered]
+    peaks_N = [run.peak_force_N for run in struck]
+    text = (
+        f"{len(runs)} runs, struck in {len(struck)}; false success"
+        f" {sum(run.verdict is Verdict.FALSE_SUCCESS for run in struck)}, neither latched nor tolerable"
+        f" {sum(map(loose, struck))}, failed {sum(run.verdict is Verdict.FAILED for run in struck)}, above"
+        f" {HARDWARE_LIMIT_N:g} N {sum(peak > HARDWARE_LIMIT_N for peak in peaks_N)}, highest true force"
+        f" {max(peaks_N, default=0.0):.1f} N\n"
+    )
+    return text + "".join(
+        f"- {run.fault.name}, {run.phase}, seed {run.seed}: {run.outcome}, {run.cause or 'not stopped'},"
+        f" {run.peak_force_N:.1f} N, {run.verdict.value}\n"
+        for run in filter(bad, runs)
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--task", default="insertion", choices=TASKS)
+    parser.add_argument("--policy", default="", help="corner-first in six degrees of freedom, torque in insertions")
+    parser.add_argument("--group", default="all", choices=("all", "devices", "sensors"))
+    parser.add_argument("--phase", default="", help="only in this phase")
+    parser.add_argument("--fault", default="", help="only faults with this in their name")
+    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--first", type=int, default=0, help="the first seed")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--arms", nargs="+", default=ARMS, choices=ARMS)
+    parser.add_argument("--no-supervisor", action="store_true", help="let every command through: runs must then fail")
+    parser.add_argument("--out", type=Path, help="new Markdown file for the tables")
+    options = parser.parse_args()
+
+    of_sensors = {fault.name for fault in sensor_faults()}
+
+    def kept(case: Case) -> bool:
+        group = "sensors" if case.fault.name in of_sensors else "devices"
+        return (
+            options.group in ("all", group) and options.phase in ("", case.phase) and options.fault in case.fault.name
+        )
+
+    text, good = "", True
+    for arm in options.arms:
+        policy = options.policy or POLICIES[options.task]
+        config, begin_s = config_of(options.task, arm, policy), time.monotonic()
+        chosen = cases(config, range(options.first, options.first + options.seeds), kept)
+        parts = run_cases(config, chosen, policy, jobs=options.jobs, supervised=not options.no_supervisor)
+        runs = [run for part in parts for run in part]
+        minutes = (time.monotonic() - begin_s) / 60.0
+        good = good and not any(map(bad, runs))
+        seeds = f"{options.seeds} seeds from {options.first} on"
+        text += f"{options.task}, {arm}, {seeds}, {minutes:.1f} min\n\n{table(runs)}\n\n{verdict(runs)}\n"
+    sys.stdout.write(text)
+    if options.out is not None:
+        write_whole(options.out, text, remedy="name another file with --out")
+    raise SystemExit(0 if good else "a requirement is not met")
+
+
+if __name__ == "__main__":
+    main()

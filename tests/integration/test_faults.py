@@ -1,0 +1,56 @@
+"""Simulated trials with injected faults: every fault stops the trial in time, or does no harm."""
+
+from collections.abc import Callable
+
+import pytest
+
+from benchmarks.insertion_6dof import config_of
+from palpate.adapters.config import RunConfig, overlay
+from palpate.core.ports import SensorFacts
+from tests.support.fault_trials import Case, Fault, FaultRun, Verdict, cases, device_faults, run_cases, sensor_faults
+
+CONFIG = RunConfig()
+DEVICES = device_faults(CONFIG.supervision)
+
+
+def run(keep: Callable[[Case], bool], config: RunConfig = CONFIG, *, supervised: bool = True) -> list[FaultRun]:
+    return [
+        run for runs in run_cases(config, cases(config, [0], keep), "torque", supervised=supervised) for run in runs
+    ]
+
+
+@pytest.mark.parametrize("fault", DEVICES[::3], ids=lambda fault: fault.name)
+def test_a_device_that_fails_stops_the_trial_in_time_or_does_no_harm(fault: Fault) -> None:
+    [one] = run(lambda case: case.fault == fault and case.phase == "explore")
+    assert one.delivered
+    assert one.safe_stop
+    assert one.verdict in (Verdict.TOLERABLE, Verdict.DETECTED, Verdict.UNOBSERVABLE)
+    assert bool(one.cause) is (one.verdict is Verdict.DETECTED)
+
+
+def test_without_the_supervisor_faults_do_harm() -> None:
+    spike = "joint_encoder spike 0.1 rad"
+    [one] = run(lambda case: case.fault.name == spike and case.phase == "explore", supervised=False)
+    assert one.verdict is Verdict.FAILED
+
+
+def test_an_unverified_contact_of_a_scaled_force_is_a_false_success() -> None:
+    unverified = overlay(CONFIG, {"task": {"prove_contact": False}})
+    [one] = run(lambda case: case.fault.name == "force times 2" and case.phase == "lift", unverified, supervised=False)
+    assert one.verdict is Verdict.FALSE_SUCCESS
+
+
+def test_a_tilted_corner_is_not_pushed_on_when_the_sensor_shows_a_tenth_of_the_force_inverted() -> None:
+    config = config_of("square", "asked", "zebra-zero", {})
+    [fault] = [each for each in sensor_faults() if each.name == "sign flipped and times 0.1"]
+    [[one]] = run_cases(config, [Case(fault, "explore", 0)], "corner-first")
+    assert one.latched
+    assert one.peak_force_N < 60.0
+
+
+def test_fresh_noise_is_added_after_the_fault_on_every_channel() -> None:
+    noisy = [fault for fault in sensor_faults() if fault.name.endswith("fresh noise")]
+    for fault in noisy:
+        *_, force, torque = fault.at(5, 0, SensorFacts(0.1, 0.004))
+        assert (force.kind, force.channels, force.magnitude) == ("noise", (0, 1, 2), fault.noise_share * 0.1)
+        assert (torque.kind, torque.channels, torque.magnitude) == ("noise", (3, 4, 5), fault.noise_share * 0.004)
