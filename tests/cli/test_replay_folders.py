@@ -22,7 +22,6 @@ from tests.log_surgery import Change, changed, in_start, indices, messages_of, o
 
 Tampering: TypeAlias = Callable[[Path], None]
 GOLDEN = Path(__file__).parents[1] / "golden"
-BEFORE = GOLDEN / "before" / "run"
 
 
 @pytest.fixture(scope="session")
@@ -227,20 +226,6 @@ def test_in_a_run_that_was_cut_short_logs_before_the_newest_trial_s_are_missed(p
     assert "cut short after 3 trials" in palpate.succeed("replay", "run", "--jobs", 1)
     gone("logs/trial-00001.mcap")(run)
     assert "trial-00001.mcap: is missing" in palpate("replay", "run", "--jobs", 1).stdout
-
-
-def test_an_older_folder_is_told_so_and_used(palpate: CommandLine, tmp_path: Path) -> None:
-    printed = palpate.succeed("replay", BEFORE, "--jobs", 1)
-    assert "has no manifest: an older run" in printed
-    assert "the core's code is not the one that recorded 3 of them, and yet gives the same" in printed
-    # Its table tells how many logs there should be.
-    shutil.copytree(BEFORE, tmp_path / "run")
-    (tmp_path / "run/logs/trial-00001.mcap").unlink()
-    done = palpate("replay", "run", "--jobs", 1)
-    assert done.code == 1
-    assert "trial-00001.mcap: is missing" in done.stdout
-    assert "nothing is known of what came between trials 0 and 2" in done.stdout
-    assert "each trial begins" not in done.stdout
 
 
 def test_what_a_single_log_cannot_be_checked_for_is_named(palpate: CommandLine, trained: Path) -> None:

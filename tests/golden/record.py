@@ -117,10 +117,10 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     ),
     "train-examples": (
         "train", "--trials", "2", "--seed", "24", *SHORT, "--scenario", "blind", "--learning.examples",
-        str(HERE / "before" / "run" / "decisions.csv"),
+        "tests/golden/examples.csv",
     ),
     "frozen-policy": (
-        "run", "--trials", "1", "--seed", "25", *SHORT, "--policy", str(HERE / "before" / "run" / "policy.json"),
+        "run", "--trials", "1", "--seed", "25", *SHORT, "--policy", "train-paper",
     ),
     "random-blind": (
         "run", "--policy", "random", "--trials", "1", "--seed", "7", "--scenario", "blind", *SHALLOW,

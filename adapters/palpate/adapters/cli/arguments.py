@@ -25,15 +25,13 @@ from palpate.adapters.config import (
     INSERTION,
     LEARNERS,
     OF_SOME,
-    RENAMED,
     LearnedWith,
     RigFile,
     RunConfig,
     learner_in,
-    now_called,
     overlay,
     read_toml,
-    recorded,
+    run_facts,
     scenario,
     task_kind,
     with_options,
@@ -162,9 +160,7 @@ def _base(arguments: Sequence[str]) -> tuple[RunConfig, dict[str, Any], bool]:
     path = _value_of("--config", arguments) or _resumed_run(arguments)
     if path:
         table = read_toml(Path(path))
-        if "run" in table:
-            facts = table.pop("run")
-            table = recorded(table)
+        facts = run_facts(table, path)
     learned = _learner_of_policies(arguments)
     presets = {
         "scenario": _preset("scenario", "paper", arguments, table, path),
@@ -177,7 +173,7 @@ def _base(arguments: Sequence[str]) -> tuple[RunConfig, dict[str, Any], bool]:
     if (task := _task(arguments, table, path)) != INSERTION:
         config = overlay(overlay(config, task_kind(task).preset), {"task": {"name": task}})
     config = overlay(config, {**table, **presets})
-    return config, facts if isinstance(facts, dict) else {}, "cell" in table
+    return config, facts, "cell" in table
 
 
 def _preset(kind: str, usual: str, arguments: Sequence[str], table: Mapping[str, Any], path: str) -> str:
@@ -316,9 +312,6 @@ def _require_once(arguments: Sequence[str], flags: Mapping[str, bool]) -> None:
 
 def _suggestion(flags: Iterable[str], word: str) -> str:
     word = word.split("=", 1)[0].replace("_", "-")
-    old = {f"--{name.replace('_', '-')}": name for name in RENAMED}
-    if word in old:
-        return f"; it is called {now_called(old[word])} now"
     near = difflib.get_close_matches(word, flags, n=1, cutoff=0.6)
     places = {name: command.options for name, command in COMMANDS.items() if command.options}
     others = [name for name, place in places.items() if word in flags_of(options_of(place))] if word[:2] == "--" else []

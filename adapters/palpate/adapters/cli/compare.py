@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.cli.notices import print_troubles, print_untold_tool, print_weakened, unrecorded
+from palpate.adapters.cli.notices import print_troubles, print_weakened, unrecorded
 from palpate.adapters.cli.options import CompareOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments import (
@@ -38,8 +38,6 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
     folder = RunFolder(Path(options.out or f"runs/{config.scenario}-compare"))
     folder.require_free()
     chosen = [ChosenPolicy(name, config) for name in (*options.policy, *comparators_of(config))]
-    for policy in chosen:
-        print_untold_tool(policy.document)
     ready = ready_pose(config)
     require_usable(config, ready)
     print_weakened(config)

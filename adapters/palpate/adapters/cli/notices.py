@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from palpate.adapters.cli.options import LiveSettings
 from palpate.adapters.config import RunConfig
-from palpate.adapters.experiments import tool_in
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
-from palpate.core.policy import PolicyDocument
 from palpate.core.supervision import limits_line, weakened_lines
 from palpate.simulation.work_cell import accuracy_lines
 
@@ -56,12 +54,6 @@ def print_weakened(config: RunConfig) -> None:
     """Print what is set weaker than it comes, the supervisor's limits or the cell; that shall not be overlooked."""
     for line in (*weakened_lines(config.supervision), *accuracy_lines(config.cell)):
         sys.stderr.write(f"palpate: {line}\n")
-
-
-def print_untold_tool(document: PolicyDocument | None) -> None:
-    """Print that a policy file of before does not tell which tool its touch model is of."""
-    if document is not None and document.belief is not None and tool_in(document) is None:
-        sys.stderr.write("palpate: the policy file does not tell which peg its touch model is of: taken for this one\n")
 
 
 def marked_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> str:

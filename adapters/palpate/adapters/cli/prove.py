@@ -6,10 +6,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.cli.notices import print_untold_tool, print_weakened, say
+from palpate.adapters.cli.notices import print_weakened, say
 from palpate.adapters.cli.study import CellProgress, jobs_of
 from palpate.adapters.cli.study_options import ProveOptions
-from palpate.adapters.experiments import ChosenPolicy, ClaimVerdict, RunFolder, policy_for
+from palpate.adapters.experiments import ClaimVerdict, RunFolder, policy_for
 from palpate.adapters.experiments.study import (
     Processes,
     Sequential,
@@ -38,7 +38,6 @@ def prove(options: ProveOptions) -> int:
     folder.require_fits(asked, cells, files)
     with folder.opened(asked, files):
         print_weakened(config)
-        print_untold_tool(ChosenPolicy(policy, config).document)
         finished = folder.finished(cells)
         folder.clear(cells, finished)
         missing = [cell for cell in cells if cell.name not in finished]

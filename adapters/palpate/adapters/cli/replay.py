@@ -10,7 +10,7 @@ from typing import Final
 from palpate.adapters.cli.options import ReplayOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.cli.watch import watch
-from palpate.adapters.config import RunConfig, overlay, read_toml, recorded_config
+from palpate.adapters.config import RunConfig, overlay, read_toml, run_facts
 from palpate.adapters.experiments import COMPARATORS, accepted_policies, foreign_code, foreign_entry
 from palpate.adapters.log import aligned
 from palpate.adapters.replay import (
@@ -89,7 +89,8 @@ def read_changes(options: ReplayOptions) -> Changes:
     config = None
     if options.config:
         table = read_toml(Path(options.config))
-        config = overlay(RunConfig(), table) if table.pop("run", None) is None else recorded_config(table)
+        run_facts(table, options.config)
+        config = overlay(RunConfig(), table)
     policy: PolicyDocument | ForeignEntry | str | None = None
     if options.policy in COMPARATORS:
         policy = options.policy

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from palpate.adapters.cli.notices import (
     marked_line,
-    print_untold_tool,
     print_weakened,
     unrecorded,
 )
@@ -46,7 +45,6 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
     ready = ready_pose(config)
     require_usable(config, ready, options.rig)
     print_weakened(config)
-    print_untold_tool(chosen.document)
     with ExitStack() as opened:
         live, rig = opened_rig(opened, options, config, ready)
         # Only now are words, files and devices known to be good: a refused call must not leave a folder in the way.

@@ -10,7 +10,6 @@ from pathlib import Path
 
 from palpate.adapters.cli.notices import (
     marked_line,
-    print_untold_tool,
     print_weakened,
     say,
     unrecorded,
@@ -18,7 +17,7 @@ from palpate.adapters.cli.notices import (
 from palpate.adapters.cli.opening import opened_recorder, opened_rig
 from palpate.adapters.cli.options import TrainOptions
 from palpate.adapters.cli.progress import progress
-from palpate.adapters.config import LEARNERS, RunConfig, read_toml, recorded_config, task_kind, to_toml
+from palpate.adapters.config import LEARNERS, RunConfig, overlay, read_toml, run_facts, task_kind, to_toml
 from palpate.adapters.experiments import (
     WINDOW,
     Checkpoint,
@@ -109,7 +108,6 @@ class _Subject:
         perception = configured_perception(config)
         if self.document is not None:
             perception = perception_of(self.document, config, perception)
-            print_untold_tool(self.document)
         return perception if checkpoint is None else perception_from_dict(checkpoint.perception)
 
     def policy(self, config: RunConfig, perception: Perception, rig: Rig) -> Policy:
@@ -190,22 +188,23 @@ def _from(options: TrainOptions) -> str:
 
 def _require_same(options: TrainOptions, folder: RunFolder) -> None:
     config, named = options.run, _from(options)
-    table = read_toml(folder.path / "run.toml")
-    facts = table.pop("run", {})
+    path = folder.path / "run.toml"
+    table = read_toml(path)
+    facts = run_facts(table, path)
     if facts.get("policy") != named:
         raise ConfigurationError("policy", named, f"{facts.get('policy')!r}, with which the run began")
     for name, version in made_with().items():
         began = facts.get("versions", {}).get(name)
         if began != version:
             raise ConfigurationError(f"run.versions.{name}", version, f"{began!r}, with which the run began")
-    saved = recorded_config(table)
+    saved = overlay(RunConfig(), table)
     if saved != config:
         old, new = to_toml(saved).splitlines(), to_toml(config).splitlines()
         line = next(
             (f"{b} (was {a})" for a, b in zip(old, new, strict=False) if a != b),
             "a setting that was not there",
         )
-        raise ConfigurationError("resume", line, f"the configuration that the run began with, {folder.path}/run.toml")
+        raise ConfigurationError("resume", line, f"the configuration that the run began with, {path}")
 
 
 def _announce(config: RunConfig, folder: RunFolder, trials: int, first: int) -> None:

@@ -16,10 +16,6 @@ from .plugins import imported as imported
 from .real_time import FROZEN as FROZEN
 from .real_time import OFF as OFF
 from .real_time import RealTimeConfig as RealTimeConfig
-from .records import recorded as recorded
-from .records import recorded_config as recorded_config
-from .renames import RENAMED as RENAMED
-from .renames import now_called as now_called
 from .rig import DeviceEntry as DeviceEntry
 from .rig import RigFile as RigFile
 from .rig import SensorFactsTable as SensorFactsTable
@@ -28,6 +24,8 @@ from .run import PerceptionConfig as PerceptionConfig
 from .run import RecordingConfig as RecordingConfig
 from .run import RunConfig as RunConfig
 from .run import scenario as scenario
+from .run_file import RUN_FORMAT as RUN_FORMAT
+from .run_file import run_facts as run_facts
 from .scenarios import BEFORE_SLIDING as BEFORE_SLIDING
 from .scenarios import LEARNERS as LEARNERS
 from .tasks import INSERTION as INSERTION

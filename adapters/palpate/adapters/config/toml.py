@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-from palpate.adapters.config.renames import now_called
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import Settings, fitted, kinds_of, table_beside, whole_text
 
@@ -93,8 +92,6 @@ def to_toml(config: Any, prefix: str = "") -> str:
 
 
 def _unknown(table: type[Settings], name: str, value: Any, key: str) -> ConfigurationError:
-    if now := now_called(name):
-        return ConfigurationError(name, value, f"it is called {now} now")
     known = kinds_of(table)
     near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
     hint = f"; did you mean {table.dotted(near[0])}?" if near else ""

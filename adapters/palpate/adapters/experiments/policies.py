@@ -280,7 +280,7 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
         document.check_matches(configured.states, task_actions(config))
     # Stages that had to be fitted are the file's; what the configuration fixes must be the same in both.
     mine, theirs = dict(document.perception), perception_settings(config, own if configured is None else configured)
-    # Another tool has a remedy of its own, and older files do not tell theirs.
+    # Another tool has a remedy of its own.
     for each in (mine, theirs):
         each["signal"] = {name: value for name, value in dict(each.get("signal", {})).items() if name != "tool"}
     if mine != theirs:

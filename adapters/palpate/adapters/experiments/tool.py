@@ -19,9 +19,9 @@ def tool_of(config: RunConfig) -> dict[str, Any]:
 
 
 def tool_in(document: PolicyDocument) -> dict[str, Any] | None:
-    """The tool of a policy file's touch model; None where the file does not tell, or has no such model."""
-    tool = dict(document.perception.get("signal", {})).get("tool")
-    return None if tool is None or document.belief is None else dict(tool)
+    """The tool of a policy file's touch model; None where it has no such model."""
+    signal = dict(document.perception.get("signal", {}))
+    return None if document.belief is None else dict(signal.get("tool", {}))
 
 
 def require_same_tool(document: PolicyDocument, config: RunConfig) -> None:

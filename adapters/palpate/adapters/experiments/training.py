@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
-from palpate.adapters.config import RunConfig, to_toml
+from palpate.adapters.config import RUN_FORMAT, RunConfig, to_toml
 from palpate.adapters.experiments.build import build_task, supervisor_of
 from palpate.adapters.experiments.figure import learning_curve
 from palpate.adapters.experiments.policies import perception_settings
@@ -21,8 +21,6 @@ from palpate.core.perception import Perception, perception_to_dict
 from palpate.core.policy import Policy, document_of, learner_of
 from palpate.core.ports import Rig, json_of_file
 from palpate.core.trial import Outcome, ReadyPose
-
-CHECKPOINT_SCHEMA: Final = "palpate.checkpoint/1"
 
 
 @dataclass(frozen=True)
@@ -42,7 +40,7 @@ class Checkpoint:
     def save(self, folder: RunFolder) -> None:
         """Write it into the folder, whole."""
         # After every trial: waiting for the disk would take a twentieth of a simulated one.
-        folder.write_json("checkpoint.json", {"schema": CHECKPOINT_SCHEMA, **vars(self)}, durable=False)
+        folder.write_json("checkpoint.json", vars(self), durable=False)
 
     @classmethod
     def load(cls, folder: RunFolder) -> Checkpoint:
@@ -54,8 +52,6 @@ class Checkpoint:
         path = folder.path / "checkpoint.json"
         try:
             content = json_of_file(path)
-            if content["schema"] != CHECKPOINT_SCHEMA:
-                raise OutputError(str(path), f"has schema {content['schema']!r}", f"{CHECKPOINT_SCHEMA!r} is needed")
             return cls(
                 int(content["next_trial"]),
                 dict(content["learner"]),
@@ -68,7 +64,7 @@ class Checkpoint:
 
 def run_toml(config: RunConfig, command: str, **facts: Any) -> str:
     """The text of ``run.toml``: the resolved configuration, and how it came about; ``--config`` takes it again."""
-    lines = [to_toml(config), "\n[run]\n", f"command = {json.dumps(command)}\n"]
+    lines = [to_toml(config), "\n[run]\n", f"format = {json.dumps(RUN_FORMAT)}\ncommand = {json.dumps(command)}\n"]
     lines += [f"{name} = {json.dumps(value, ensure_ascii=False)}\n" for name, value in facts.items()]
     lines += ["\n[run.versions]\n", *(f"{name} = {json.dumps(v)}\n" for name, v in made_with().items())]
     return "".join(lines)

@@ -16,7 +16,7 @@ import gymnasium.error
 import numpy as np
 from typing_extensions import override
 
-from palpate.adapters.config import RunConfig, overlay, read_toml, recorded, scenario, task_kind
+from palpate.adapters.config import RunConfig, overlay, read_toml, run_facts, scenario, task_kind
 from palpate.adapters.experiments import (
     OUTSIDE,
     build_insertion,
@@ -314,9 +314,8 @@ def run_config(scenario_name: str, arm: str, settings: Settings, task: str = "")
         ConfigurationError: A setting is unknown or refused, or the file cannot be read.
     """
     table = _table(settings)
-    if table.pop("run", None) is not None:
-        # How the run of a run.toml came about is no setting.
-        table = recorded(table)
+    # How the run of a run.toml came about is no setting.
+    run_facts(table, str(settings))
     name = scenario_name or table.get("scenario", "paper")
     config = scenario(name, table.get("learner", "q-learning"))
     told = table.get("task", {})

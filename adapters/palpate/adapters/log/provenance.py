@@ -42,8 +42,7 @@ def arm_sha256(named: str | ArmDescription) -> str:
     """Digest of what the kinematics are made of: the arm's URDF, where the tool is on it, and its encoders."""
     arm = arm_named(named)
     own = (arm.tool_axis, arm.lower_rad, arm.upper_rad, arm.velocity_limit_rad_s)
-    # Digests of before there were these must stay what they are.
-    facts = (arm.flange, arm.encoder_step_rad, ToolGeometry(), *(() if own == ("z", (), (), ()) else (own,)))
+    facts = (arm.flange, arm.encoder_step_rad, ToolGeometry(), own)
     return hashlib.sha256(arm.find_urdf().read_bytes() + b"\0" + repr(facts).encode()).hexdigest()
 
 

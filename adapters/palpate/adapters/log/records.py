@@ -1,7 +1,6 @@
 """The messages of a log as plain values.
 
-The schema is made of them: a field's place in its class is its number on the wire. A new field comes last, and none is
-ever taken away.
+The schema is made of them: a field's place in its class is its number on the wire.
 """
 
 from __future__ import annotations
@@ -72,10 +71,7 @@ class StartRecord:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class DecisionEntry:
-    """One choice of an action, and the numbers that it was chosen by.
-
-    Logs of before they were kept have no displacement, no place in the action set, and no grounds.
-    """
+    """One choice of an action, and the numbers that it was chosen by."""
 
     tick: int
     number: int
@@ -148,9 +144,9 @@ class EndRecord:
 
     ``stopped_by`` is what stopped the arm besides core and supervisor; ``timing_json`` tells, on rigs, what each
     section of a tick took, from the run's start to this trial's end. Four are the core's own count of how regular its
-    ticks and samples were; None in logs from before they were kept. ``raised_by`` is who raised ``error``: core, port,
-    policy (a foreign one) or outside (observers, the clock, signals); empty in logs from before it was kept.
-    ``policy_sha256`` is :func:`policy_digest` where the policy is a foreign one.
+    ticks and samples were. ``raised_by`` is who raised ``error``: core, port, policy (a foreign one) or outside
+    (observers, the clock, signals); empty without an error. ``policy_sha256`` is
+    :func:`policy_digest` where the policy is a foreign one.
     """
 
     tick: int
@@ -172,10 +168,10 @@ class EndRecord:
     counterfactual: bool = False
     stopped_by: str = ""
     timing_json: str = ""
-    worst_late_ns: int | None = None
-    late_ticks: int | None = None
-    skipped_slots: int | None = None
-    repeated_samples: int | None = None
+    worst_late_ns: int = 0
+    late_ticks: int = 0
+    skipped_slots: int = 0
+    repeated_samples: int = 0
     raised_by: str = ""
     policy_sha256: str = ""
 
@@ -186,8 +182,7 @@ def policy_digest(decisions: Sequence[DecisionEntry], before: str, after: str) -
     Args:
         before: The learner's state as the trial began, JSON.
     """
-    # Steps across count as they did before there was anything else.
-    rows = [dataclasses.astuple(each) if each.law else dataclasses.astuple(each)[:-2] for each in decisions]
+    rows = [dataclasses.astuple(each) for each in decisions]
     return hashlib.sha256(repr((rows, before, after)).encode()).hexdigest()
 
 

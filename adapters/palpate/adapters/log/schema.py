@@ -2,8 +2,7 @@
 
 Numbers that must come back bit for bit are ``double`` and ``sfixed64``: a fixed width on the wire, NaN and -0.0
 kept. Everything is SI and says so in its name. Every field is optional in the protobuf sense: what was not there
-is absent, not zero. Field numbers are never used again for something else; a new field means no new version, a
-changed meaning does.
+is absent, not zero. A changed field or meaning takes another version; a version is never used again.
 """
 
 from collections.abc import Mapping
@@ -26,7 +25,7 @@ from palpate.adapters.log.records import (
 )
 from palpate.core.ports import AppliedCommand, CommandReason, JointSample, Validity, WrenchKind, WrenchSample
 
-SCHEMA: Final = "palpate.log/1"
+SCHEMA: Final = "palpate.log/2"
 PACKAGE: Final = "palpate.log"
 
 ENUMS: Final[Mapping[str, tuple[tuple[Any, ...], str]]] = {

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from palpate.adapters.config import RunConfig, recorded_config
+from palpate.adapters.config import RunConfig, overlay
 from palpate.adapters.log.info import NS
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.records import TickRecord
@@ -107,7 +107,7 @@ def config_of(log: TrialLog) -> RunConfig:
         LogError: The log holds none that this palpate can use.
     """
     try:
-        return recorded_config(tomllib.loads(log.start.config_toml))
+        return overlay(RunConfig(), tomllib.loads(log.start.config_toml))
     except (tomllib.TOMLDecodeError, ConfigurationError) as error:
         raise LogError(
             log.path, "start.config_toml", f"is no configuration of this palpate ({error})", "use the one that wrote it"

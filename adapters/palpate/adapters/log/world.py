@@ -21,15 +21,13 @@ def world_of(rig: Rig) -> World:
     return replace(world, facts=world.facts | facts | ({_ACKNOWLEDGED: acknowledged} if acknowledged else {}))
 
 
-def recorded_sensor(world_json: str) -> SensorFacts | None:
-    """The facts of the force sensor that a log holds; None in a log from before they were recorded.
+def recorded_sensor(world_json: str) -> SensorFacts:
+    """The facts of the force sensor that a log holds.
 
     Raises:
         ConfigurationError: They are no facts of a sensor.
     """
     facts: Any = _world(world_json).get(_SENSOR)
-    if facts is None:
-        return None
     try:
         ranges = {name: tuple(inf if each is None else each for each in facts[name]) for name in _RANGES}
         return SensorFacts(**(facts | ranges))

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Any, TypeAlias
 
 from typing_extensions import override
@@ -15,7 +15,6 @@ from palpate.adapters.log import (
     EventEntry,
     ReinforcementEntry,
     TrialLog,
-    core_sha256,
     dump_json,
     end_of,
     learner_of_json,
@@ -74,8 +73,6 @@ def compare_start(differences: Differences, log: TrialLog, rebuilt: Rebuilt, beg
     if start.policy_json and not rebuilt.recorded_decisions:
         document = document_of(rebuilt.policy, created_with={}, perception={}).unlearned()
         written, now = json.loads(start.policy_json), json.loads(document.to_json_text())
-        # Documents of older code have fewer fields.
-        now = now if of_this_code(log) else _as_told(written, now)
         differences.compare(0, "/start", "policy", written, now)
     state = dump_json(generator(setup.seed, Purpose.POLICY, setup.index).bit_generator.state)
     if state != start.generator_json:
@@ -94,13 +91,6 @@ def compare_start(differences: Differences, log: TrialLog, rebuilt: Rebuilt, beg
     differences.compare(0, "/start", "ready pose", recorded, _ready_pose(rebuilt.config))
 
 
-def _as_told(told: Any, now: Any) -> Any:
-    """What there is now of the fields that were recorded."""
-    if not isinstance(told, dict) or not isinstance(now, dict):
-        return now
-    return {name: _as_told(told[name], value) for name, value in now.items() if name in told}
-
-
 def _ready_pose(config: RunConfig) -> list[float] | None:
     """Joint angles and orientation of the tool above the goal, as they are found now; None where they are not."""
     try:
@@ -108,11 +98,6 @@ def _ready_pose(config: RunConfig) -> list[float] | None:
     except UnreachableError:
         return None
     return [*ready.q_rad.tolist(), *ready.tip_rotation.reshape(-1).tolist()]
-
-
-def of_this_code(log: TrialLog) -> bool:
-    """Whether the core's code as it is recorded a log: then it lacks nothing that older ones do."""
-    return log.start.core_sha256 == core_sha256()
 
 
 def decisions_of(report: TrialReport) -> list[DecisionEntry]:
@@ -129,11 +114,8 @@ def compare_reports(
         whole: The log goes to the trial's end. Else it may lack what came of its last tick, for that is written after
             the tick, and what the last decision earned.
     """
-    surely, ours = None if whole else len(log.ticks) - 1, of_this_code(log)
-    for recorded, replayed in zip(log.decisions, decisions, strict=False):
-        # Logs of before it was kept say nothing of where an action leads, or what it was chosen by.
-        now = replayed if ours or recorded.displacement_m else replace(replayed, displacement_m=(), index=None)
-        now = now if ours or recorded.grounds else replace(now, grounds=())
+    surely = None if whole else len(log.ticks) - 1
+    for recorded, now in zip(log.decisions, decisions, strict=False):
         _compare_fields(differences, "/decision", recorded.tick, recorded, now)
     _compare_counts(differences, "/decision", "decisions", log.decisions, decisions, surely)
     _compare_reinforcements(differences, log, report, surely)
@@ -190,20 +172,16 @@ def _compare_reinforcements(differences: Differences, log: TrialLog, report: Tri
 
 def compare_ends(differences: Differences, log: TrialLog, report: TrialReport, config: RunConfig) -> None:
     """What the trial came to by the core's own account, and whether the score follows from the recorded truth."""
-    end, replayed, ours = log.end, end_of(report), of_this_code(log)
+    end, replayed = log.end, end_of(report)
     if end is None:
         return
     for name in (
         "outcome", "exploration_time_s", "actions", "peak_force_N", "depth_m", "ticks", "clamped_ticks", "tick",
+        "worst_late_ns", "late_ticks", "skipped_slots", "repeated_samples",
     ):  # fmt: skip
         differences.compare(end.tick, "/end", name, getattr(end, name), getattr(replayed, name))
-    for name in ("worst_late_ns", "late_ticks", "skipped_slots", "repeated_samples"):
-        if ours or getattr(end, name) is not None:
-            differences.compare(end.tick, "/end", name, getattr(end, name), getattr(replayed, name))
-    # The score of a leaning peg was another once.
-    scored_before = config.cell.tilt_mrad > 0.0 and not ours
     scored = end.success is not None or end.true_depth_m is not None
-    if differences.count == 0 and scored and not scored_before:
+    if differences.count == 0 and scored:
         now = scored_again(log, end, report, config)
         differences.compare(end.tick, "/end", "success", end.success, now.success if now.truth else None)
     if not log.start.derived_from and _claims_what_if(log):

@@ -3,7 +3,7 @@
 from typing import Final
 
 from palpate.adapters.log import BY_CORE, BY_POLICY, BY_PORT, TickRecord, raised_by
-from palpate.adapters.replay.compare import Beginning, of_this_code
+from palpate.adapters.replay.compare import Beginning
 from palpate.adapters.replay.rebuild import Rebuilt
 from palpate.adapters.replay.tape import Tape, TapeEndError
 from palpate.core.errors import DeviceError
@@ -28,7 +28,7 @@ def compare_ending(tape: Tape, rebuilt: Rebuilt, error: BaseException | None, fa
         told, now = "" if end is None else f"{end.error}: {end.text}", f"{type(error).__name__}: {error}"
         if told != now:
             differences.add(tick, "/end", "error", told or None, now)
-        elif end is not None and (end.raised_by or of_this_code(tape.log)):
+        elif end is not None:
             now = raised_by(error, failed_port)
             if now != end.raised_by:
                 differences.add(tick, "/end", "raised_by", end.raised_by or None, now)

@@ -1,7 +1,6 @@
 """Whole run folders: whether all is there that belongs to a run, and nothing else."""
 
 import os
-import tomllib
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -9,8 +8,8 @@ from pathlib import Path
 from typing import Final
 
 from palpate.adapters.experiments import MANIFEST, RunFolder, read_manifest
-from palpate.adapters.log import LOG_FOLDER, read_log, trial_name
-from palpate.core.errors import LogError, OutputError
+from palpate.adapters.log import LOG_FOLDER, trial_name
+from palpate.core.errors import OutputError
 
 _SIGNS: Final = (MANIFEST, "run.toml", "trials.csv")
 """What shows that a folder is that of a run; the last of them only beside logs."""
@@ -34,10 +33,7 @@ def judge_folders(names: Sequence[str]) -> FolderFindings:
     for folder in _run_folders(names):
         manifest = read_manifest(folder)
         if manifest is None:
-            if _keeps_manifest(folder):
-                found.problems.append(f"{folder / MANIFEST}: is missing; the version that recorded the logs writes one")
-            else:
-                found.notices.append(f"{folder} has no manifest: an older run; its files are taken as they are")
+            found.problems.append(f"{folder / MANIFEST}: is missing")
             try:
                 trials = [row.trial for row in RunFolder(folder).read_trials()]
             except OutputError as error:
@@ -63,15 +59,6 @@ def judge_folders(names: Sequence[str]) -> FolderFindings:
                 f"{folder} is of a run that is under way, or was cut short after {manifest.trials} trials"
             )
     return found
-
-
-def _keeps_manifest(folder: Path) -> bool:
-    """Whether the newest sound log is of a version that keeps manifests of run folders."""
-    for path in sorted((folder / LOG_FOLDER).rglob("*.mcap"), reverse=True):
-        with suppress(LogError, ValueError):
-            # There have been manifests for longer than tasks have had names.
-            return "name" in tomllib.loads(read_log(path).start.config_toml)["task"]
-    return False
 
 
 def _run_folders(names: Sequence[str]) -> list[Path]:

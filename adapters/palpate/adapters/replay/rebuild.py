@@ -29,7 +29,6 @@ from palpate.adapters.log import (
     recorded_sensor,
     recorded_turn,
 )
-from palpate.adapters.mujoco import simulated_sensor
 from palpate.adapters.replay.recorded_decisions import RecordedDecisions
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
 from palpate.core.perception import Perception, perception_from_dict
@@ -171,7 +170,7 @@ class Rebuilder:
         if self._kept is None or key != self._key:
             self._kept, self._key, self._supervisor = self._build(log), key, None
         config, ready, perception, policy, task = self._kept
-        sensor = _sensor(log, config)
+        sensor = _sensor(log)
         if self._supervisor is None or sensor != self._sensor:
             self._supervisor, self._sensor = build_supervisor(config, ready, sensor), sensor
         if isinstance(policy, RecordedDecisions):
@@ -260,13 +259,12 @@ class Rebuilder:
         return RecordedDecisions(task_actions(config), problem, 6 + len(perception.extractor.names))
 
 
-def _sensor(log: TrialLog, config: RunConfig) -> SensorFacts:
-    """What was known of the force sensor; once that was the noise of the configured cell, on real rigs, too."""
+def _sensor(log: TrialLog) -> SensorFacts:
+    """What was known of the force sensor."""
     try:
-        recorded = recorded_sensor(log.start.world_json)
+        return recorded_sensor(log.start.world_json)
     except (PalpateError, ValueError) as error:
         raise LogError(log.path, "/start", f"cannot be rebuilt ({error})", "it was altered") from error
-    return simulated_sensor(config.cell.sensor) if recorded is None else recorded
 
 
 def _hole(log: TrialLog, world: Mapping[str, Any]) -> Sequence[float]:

@@ -38,7 +38,7 @@ class RecordedDecisions(FixedPolicy):
             return Decision(self._actions[told.index], told.index, told.source, told.grounds[self._observed :])
         if len(told.displacement_m) != 2 or told.index is not None:
             problem = "does not say where the action leads"
-            raise LogError(self.log.path, f"decision {told.number}", problem, "it can be replayed by its policy only")
+            raise LogError(self.log.path, f"decision {told.number}", problem, "it was altered")
         x, y = told.displacement_m
         spatial = Spatial.of(told.law, told.spatial) if told.law else None
         return Decision(Action(told.action, (x, y), spatial), None, told.source, told.grounds[self._observed :])

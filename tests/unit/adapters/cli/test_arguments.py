@@ -17,7 +17,7 @@ def toml(tmp_path: Path) -> str:
     path = tmp_path / "my.toml"
     path.write_text(
         'scenario = "blind"\nseed = 5\n[task]\nstep_mm = 0.25\n[cell]\nhole_uncertainty_mm = 2.0\n'
-        '[run]\ncommand = "train"\n'
+        '[run]\nformat = "palpate.run/1"\ncommand = "train"\n'
     )
     return str(path)
 
@@ -55,7 +55,7 @@ def test_a_file_s_settings_of_another_learner_are_refused_but_not_a_record_s(tmp
     file.write_text('learner = "sarsa"\n[learning]\nback_off_visits = 3.0\n')
     with pytest.raises(ConfigurationError, match="q-learning, which learning"):
         config("--config", str(file))
-    file.write_text(file.read_text() + '[run]\ncommand = "train"\n')
+    file.write_text(file.read_text() + '[run]\nformat = "palpate.run/1"\ncommand = "train"\n')
     assert config("--config", str(file)).learner == "sarsa"
 
 
@@ -90,14 +90,9 @@ def test_what_may_be_given_several_times_may() -> None:
         ("--resume", "--resume is not an option of palpate run, but of palpate train"),
         ("--strict", "--strict is not an option of palpate run, but of palpate replay"),
         ("--fps 3", "--fps is not an option of palpate run, but of palpate render, log export"),
-        (
-            "--supervision.max-sample-age-ms 40",
-            "--supervision.max-sample-age-ms is not an option of palpate run; it is called"
-            " supervision.max_force_age_ms and supervision.max_joint_age_ms now",
-        ),
     ],
 )
-def test_a_setting_of_another_command_or_of_an_old_name_is_told_where_it_belongs(words: str, message: str) -> None:
+def test_a_setting_of_another_command_is_told_where_it_belongs(words: str, message: str) -> None:
     with pytest.raises(UsageError) as caught:
         parse(RunOptions, "run", words.split())
     assert str(caught.value).startswith(message)
@@ -111,21 +106,17 @@ def test_the_flags_are_those_of_the_help(kind: type, capsys: pytest.CaptureFixtu
     assert told - {"--help", "--task"} <= set(flags_of(kind))  # --task is short for --task.name
 
 
-def test_settings_of_a_run_s_own_record_may_have_old_names(tmp_path: Path) -> None:
+def test_a_run_toml_of_another_format_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "run.toml"
-    old = "[supervision]\nmax_sample_age_ms = 40.0\n"
-    path.write_text(old + '[run]\ncommand = "train"\n')
-    limits = config("--config", str(path)).supervision
-    assert (limits.max_force_age_ms, limits.max_joint_age_ms) == (40.0, 40.0)
-    path.write_text(old)
-    with pytest.raises(ConfigurationError, match=r"it is called supervision\.max_force_age_ms and") as caught:
-        config("--config", str(path))
-    assert caught.value.field == "supervision.max_sample_age_ms"
+    for told, found in (('format = "palpate.run/0"\n', "'palpate.run/0'"), ("", "None")):
+        path.write_text(f'seed = 3\n[run]\n{told}command = "train"\n')
+        with pytest.raises(ConfigurationError, match=f"run.format = {found} is refused: 'palpate.run/1', which this"):
+            config("--config", str(path))
 
 
 def test_a_run_toml_repeats_trials_and_policy_of_the_same_command(tmp_path: Path) -> None:
     path = tmp_path / "run.toml"
-    path.write_text('[run]\ncommand = "compare"\ntrials = 7\npolicy = ["a", "b"]\n')
+    path.write_text('[run]\nformat = "palpate.run/1"\ncommand = "compare"\ntrials = 7\npolicy = ["a", "b"]\n')
     again = parse(CompareOptions, "compare", ["--config", str(path)])
     assert (again.trials, again.policy) == (7, ("a", "b"))
     assert parse(RunOptions, "run", ["--config", str(path)]).trials == RunOptions().trials

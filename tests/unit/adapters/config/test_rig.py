@@ -24,3 +24,12 @@ def test_the_arm_of_a_rig_is_parted_from_what_its_adapter_is_told(tmp_path: Path
     path.write_text(RIG + ARM.replace("flange", "flansch"))
     with pytest.raises(ConfigurationError, match="missing flange"):
         RigFile.load(path)
+
+
+def test_a_rig_file_of_another_format_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "rig.toml"
+    path.write_text("format = 1\n" + RIG)
+    assert RigFile.load(path).arm.adapter == "cia402"
+    path.write_text("format = 2\n" + RIG)
+    with pytest.raises(ConfigurationError, match="format = 2 is refused: 1, which this palpate reads"):
+        RigFile.load(path)

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from palpate.adapters.cli.notices import print_untold_tool
 from palpate.adapters.config import RunConfig, overlay, scenario
 from palpate.adapters.experiments import build_perception, learning_policy, loaded_policy, perception_of, tool_in
 from palpate.adapters.experiments.policies import perception_settings
@@ -56,19 +55,6 @@ def test_a_touch_model_of_another_peg_is_refused_unless_it_is_asked_for(
 
 def test_another_arm_or_clearance_may_begin_with_it(learned: PolicyDocument) -> None:
     load(learned, replace(overlay(ROUND, {"cell": {"peg": {"clearance_mm": 0.04}}}), arm="ur5"))
-
-
-def test_what_an_older_file_does_not_tell_is_not_asked_but_said(
-    learned: PolicyDocument, capsys: pytest.CaptureFixture[str]
-) -> None:
-    print_untold_tool(learned)
-    assert capsys.readouterr().err == ""
-    signal = {name: value for name, value in learned.perception["signal"].items() if name != "tool"}
-    older = replace(learned, perception={**learned.perception, "signal": signal})
-    assert tool_in(older) is None
-    load(older, overlay(ROUND, {"cell": {"peg": {"cross_section": "square"}}}))
-    print_untold_tool(older)
-    assert "does not tell which peg its touch model is of" in capsys.readouterr().err
 
 
 def test_a_table_is_of_no_tool() -> None:

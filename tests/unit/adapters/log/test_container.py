@@ -103,5 +103,5 @@ def test_offsets_in_complaints_are_those_of_the_file() -> None:
 
 def test_a_checksum_of_the_data_covers_what_lies_between_chunks() -> None:
     data = log_bytes(SMALL)
-    at = data.index(b"palpate.log/1")  # in the metadata, which no chunk's checksum covers
+    at = data.index(b"palpate.log/2")  # in the metadata, which no chunk's checksum covers
     assert "the checksum of the data section is wrong" in complaint(data[:at] + b"X" + data[at + 1 :])

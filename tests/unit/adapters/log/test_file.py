@@ -70,7 +70,7 @@ def test_other_tools_see_topics_and_metadata() -> None:
     assert summary is not None
     assert {channel.topic for channel in summary.channels.values()} >= {"/start", "/tick", "/end"}
     assert all(channel.metadata["about"] for channel in summary.channels.values())
-    assert [record.metadata for record in reader.iter_metadata()] == [{"schema": "palpate.log/1"}]
+    assert [record.metadata for record in reader.iter_metadata()] == [{"schema": "palpate.log/2"}]
     assert len(list(reader.iter_messages(topics="/tick"))) == 40
 
 

@@ -30,12 +30,9 @@ def test_they_come_back_as_they_were() -> None:
     assert "acknowledged" not in world.facts
 
 
-@pytest.mark.parametrize("world_json", ["", "{}", '{"ticks": 0}'])
-def test_a_log_from_before_holds_none(world_json: str) -> None:
-    assert recorded_sensor(world_json) is None
-
-
-@pytest.mark.parametrize("facts", ["3", "{}", '{"noise_N": -1, "noise_Nm": 0, "range_N": [1], "range_Nm": [1]}'])
+@pytest.mark.parametrize(
+    "facts", ["null", "3", "{}", '{"noise_N": -1, "noise_Nm": 0, "range_N": [1], "range_Nm": [1]}']
+)
 def test_what_is_altered_is_refused(facts: str) -> None:
     with pytest.raises(ConfigurationError):
         recorded_sensor(f'{{"force_sensor_facts": {facts}}}')

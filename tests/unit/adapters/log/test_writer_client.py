@@ -50,7 +50,7 @@ def kill(sink: ProcessSink) -> None:
 
 
 def test_memory_and_process_write_the_same_bytes(tmp_path: Path, sink: ProcessSink) -> None:
-    memory, opening = MemorySink(), Opening(tmp_path / "1.mcap", {"schema": "palpate.log/1"})
+    memory, opening = MemorySink(), Opening(tmp_path / "1.mcap", {"schema": "palpate.log/2"})
     for each in (memory, sink):
         each.open(opening)
         assert each.put(FRAMES[:0])
@@ -129,7 +129,7 @@ def test_a_full_queue_refuses_and_keeps_what_it_has(tmp_path: Path) -> None:
 
 def test_an_empty_queue_takes_more_than_its_size(tmp_path: Path, sink: ProcessSink) -> None:
     small = ProcessSink(queue_bytes=10, patient=False)
-    small.open(Opening(tmp_path / "1.mcap", {"schema": "palpate.log/1"}))
+    small.open(Opening(tmp_path / "1.mcap", {"schema": "palpate.log/2"}))
     assert small.put(FRAMES)
     small.close(b"")
     assert small.shut() is None
@@ -198,7 +198,7 @@ def test_more_reports_than_a_pipe_holds_do_not_hang(tmp_path: Path) -> None:
 
 
 def test_signals_for_the_run_do_not_end_the_writer(tmp_path: Path, sink: ProcessSink) -> None:
-    sink.open(Opening(tmp_path / "1.mcap", {"schema": "palpate.log/1"}))
+    sink.open(Opening(tmp_path / "1.mcap", {"schema": "palpate.log/2"}))
     for number in ENDING:
         os.kill(sink.process_id, number)
     sink.close(FRAMES)

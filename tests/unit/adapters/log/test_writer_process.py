@@ -17,7 +17,7 @@ from tests.unit.adapters.log.crafted import log_bytes, messages, tick_record
 
 
 def opening(path: Path) -> bytes:
-    return frame(OPEN, json.dumps({"path": str(path), "metadata": {"schema": "palpate.log/1"}}).encode())
+    return frame(OPEN, json.dumps({"path": str(path), "metadata": {"schema": "palpate.log/2"}}).encode())
 
 
 HEAD = frame(OPEN, json.dumps(describe_channels()).encode())

@@ -11,7 +11,7 @@ from palpate.core.errors import CommandError, DeviceError, LifecycleError, LogEr
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointSample, WrenchSample
 
 START = StartRecord(
-    schema="palpate.log/1", command="test", config_toml="", arm="", model_sha256="", core_sha256="", seed=0, trial=0,
+    schema="palpate.log/2", command="test", config_toml="", arm="", model_sha256="", core_sha256="", seed=0, trial=0,
     start_m=(0.0, 0.0), ready_rad=(), tip_rotation=(), perception_json="", policy="",
 )  # fmt: skip
 

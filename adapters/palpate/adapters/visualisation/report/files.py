@@ -9,6 +9,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from palpate.adapters.config import run_facts
 from palpate.adapters.experiments import RunFolder, TrialRow
 from palpate.core.errors import OutputError
 
@@ -57,8 +58,8 @@ def read_run_toml(folder: Path) -> tuple[dict[str, Any], dict[str, Any]]:
         settings = tomllib.loads(read_text(path))
     except tomllib.TOMLDecodeError as error:
         raise OutputError(str(path), f"is no TOML file ({error})", "make the run again") from error
-    facts = settings.pop("run", {})
-    return settings, facts if isinstance(facts, dict) else {}
+    facts = run_facts(settings, path)
+    return settings, facts
 
 
 def read_trials(folder: Path) -> tuple[TrialRow, ...]:

@@ -39,6 +39,6 @@ def test_what_is_none(tmp_path: Path) -> None:
 
 
 def test_a_comparison_under_way(tmp_path: Path) -> None:
-    (tmp_path / "run.toml").write_text('[run]\ncommand = "compare"\n')
+    (tmp_path / "run.toml").write_text('[run]\nformat = "palpate.run/1"\ncommand = "compare"\n')
     with pytest.raises(OutputError, match="not come to its end"):
         maker_of(tmp_path)

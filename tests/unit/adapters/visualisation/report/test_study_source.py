@@ -23,7 +23,7 @@ def cell(
         RunFolder(folder).append_trial(scored_trial(index))
     (folder / "summary.json").write_text("{}")
     command = "train" if policy == "q-learning" else "run"
-    (folder / "run.toml").write_text(f'{settings}\n[run]\ncommand = "{command}"\n')
+    (folder / "run.toml").write_text(f'{settings}\n[run]\nformat = "palpate.run/1"\ncommand = "{command}"\n')
     document = {"fields": fields, "policy": policy, "seed": seed, "format": 1}
     (folder / "cell.json").write_text(json.dumps(document))
     return folder
