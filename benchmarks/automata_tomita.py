@@ -125,12 +125,13 @@ def merged(method: str, strings: Strings) -> Machine:
         warnings.simplefilter("ignore", UserWarning)
         model = learn(data, "dfa", print_info=False)
     number = {state: place for place, state in enumerate(model.states)}
-    rows = tuple(
-        tuple(number[state.transitions[symbol]] if symbol in state.transitions else None for symbol in (0, 1))
+    sink = len(model.states)
+    rows = [
+        tuple(number[state.transitions[symbol]] if symbol in state.transitions else sink for symbol in (0, 1))
         for state in model.states
-    )
-    outputs = tuple(bool(state.is_accepting) for state in model.states)
-    return Machine(Kind.DFA, BINARY, rows, outputs, start=number[model.initial_state]).completed(False)
+    ]
+    outputs = (*(bool(state.is_accepting) for state in model.states), False)
+    return Machine(Kind.DFA, BINARY, (*rows, (sink, sink)), outputs, start=number[model.initial_state])
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ A line for each kind of state and learner on each map: mean and median over seed
 last 100 of 1500 trials, with bootstrap intervals (95 %), and the exact cost of the greedy policy that was learned.
 Then, for symbols only, the best action of each symbol over seeds. "Hot" are the settings that were best for symbols
 only in scenario 2, where nothing but chance leads out of circles; other Q-learning has a constant rate of 0.2.
-Falling rates, and automata, are in automata_learners.py. The seeds are 100, 101, ...: none of them was used
+The seeds are 100, 101, ...: none of them was used
 while settings were chosen (those were 0, 1 and 2). Equal seeds give equal tables, whatever the number of processes.
 """
 

@@ -1,4 +1,4 @@
-"""``palpate infer`` and ``palpate automaton``, from strings to a policy's states."""
+"""``palpate infer``: from strings to a policy's states; automata shown and compared."""
 
 import json
 from pathlib import Path
@@ -33,7 +33,8 @@ def desk(tmp_path: Path) -> Path:
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "file").touch()
     (tmp_path / "one.txt").write_text("AAA\n")
-    (tmp_path / "broken.json").write_text('{"schema": "palpate.automaton/1"')
+    (tmp_path / "old.json").write_text('{"schema": "palpate.automaton/1", "kind": "mealy"}')
+    (tmp_path / "broken.json").write_text('{"schema": "palpate.automaton/2"')
     return tmp_path
 
 
@@ -55,7 +56,7 @@ def test_an_automaton_comes_of_walks(palpate: CommandLine, desk: Path, monkeypat
     assert machine.state_after([machine.symbol(name) for name in "AABBC"]) is not None
     # No walk begins twice with C and goes on to A, so what comes of that is unknown.
     assert not machine.complete
-    assert "saved in" in palpate.succeed("automaton", "show", "one/automaton.json", "--out", "drawn.svg")
+    assert "saved in" in palpate.succeed("infer", "--show", "one/automaton.json", "--out", "drawn.svg")
     assert (desk / "drawn.svg").read_bytes().startswith(b"<?xml")
 
 
@@ -70,26 +71,19 @@ def test_of_strings_that_no_network_learns_the_best_is_kept(palpate: CommandLine
 
 @pytest.mark.usefixtures("desk")
 def test_automata_are_compared_by_what_they_answer(palpate: CommandLine) -> None:
-    done = palpate("automaton", "compare", "even.json", "all.json")
+    done = palpate("infer", "--compare", "even.json", "all.json")
     assert done.code == 1
     assert "they differ, first in the word a" in done.stdout
-    assert "answer every word alike" in palpate.succeed("automaton", "compare", "even.json", "wasteful.json")
-
-
-@pytest.mark.usefixtures("desk")
-def test_minimising_goes_beside_the_file_and_never_over_one(palpate: CommandLine) -> None:
-    palpate.succeed("automaton", "minimise", "wasteful.json")
-    palpate.succeed("automaton", "compare", "wasteful.json", "wasteful.minimal.json")
-    assert "is there already" in palpate.refusal("automaton", "minimise", "wasteful.json")
+    assert "answer every word alike" in palpate.succeed("infer", "--compare", "even.json", "wasteful.json")
 
 
 @pytest.mark.usefixtures("desk")
 def test_a_table_for_reading(palpate: CommandLine) -> None:
-    printed = palpate.succeed("automaton", "show", "even.json")
+    printed = palpate.succeed("infer", "--show", "even.json")
     assert printed.splitlines()[0] == "dfa, 2 states, 2 symbols"
     assert "s0 (start)" in printed
-    palpate.succeed("automaton", "show", "even.json", "--out", "even.dot")
-    line = palpate.refusal("automaton", "compare", "even.json", "even.dot")
+    palpate.succeed("infer", "--show", "even.json", "--out", "even.dot")
+    line = palpate.refusal("infer", "--compare", "even.json", "even.dot")
     assert "even.dot' is refused: the automaton's .json file" in line
 
 
@@ -117,10 +111,14 @@ def test_recorded_trials_are_strings_and_the_automaton_is_a_memory(palpate: Comm
         ("infer walks.txt --out full", "full", "holds something"),
         ("infer walks.txt labelled.txt --out x", "walks.txt", "either one text file"),
         ("infer one.txt --out x", "strings", "symbols"),
-        ("automaton draw even.json", "draw", "show, compare, minimise"),
-        ("automaton show broken.json", "broken.json", "JSON"),
-        ("automaton show even.json --out even.pdf", "even.pdf", ".svg"),
-        ("automaton show even.json --out all.json", "all.json", "already"),
+        ("infer --show broken.json", "broken.json", "JSON"),
+        ("infer --show old.json", "palpate.automaton/1", "palpate.automaton/2"),
+        ("infer --show even.json --out even.pdf", "even.pdf", ".svg"),
+        ("infer --show even.json --out all.json", "all.json", "already"),
+        ("infer --show even.json all.json", "--show", "1 automaton file (got 2)"),
+        ("infer --compare even.json", "--compare", "2 automaton files (got 1)"),
+        ("infer --compare even.json all.json --out x", "--compare", "leave out --out"),
+        ("infer --compare --show even.json all.json", "--show or --compare", "not both"),
         ("train --out x --perception.memory even.json", "perception.memory", "symbols of the machine"),
         ("train --out x --perception.memory sometimes", "perception.memory", "last-2"),
     ],

@@ -19,7 +19,7 @@ from palpate.core.ports import json_of_file
 from tests.unit.core.motion.test_model_urdf import urdf
 
 AUTOMATON = (
-    '{"schema": "palpate.automaton/1", "kind": "dfa", "alphabet": ["a"], "start": "even",'
+    '{"schema": "palpate.automaton/2", "kind": "dfa", "alphabet": ["a"], "start": "even",'
     ' "states": [{"name": "even", "output": true, "next": {"a": "even"}}]}'
 )
 POLICY = '{"schema": "palpate.policy/2", "learner": {"kind": "sarsa"}}'

@@ -50,10 +50,9 @@ COMMANDS: dict[str, Command] = {
         "explore:explore", "explore_options:ExploreOptions",
     ),
     "infer": Command(
-        "an automaton from symbol strings, or from the symbols of recorded trials",
-        "infer:infer_command", "automaton_options:InferOptions",
+        "infer an automaton from symbol strings or recorded trials; show or compare automata",
+        "infer:infer_command", "infer:InferOptions",
     ),
-    "automaton": Command("show, compare or minimise automata"),
     "replay": Command(
         "feed recorded trials back through the core; every command and decision must be equal",
         "replay:replay", "options:ReplayOptions",
@@ -107,24 +106,9 @@ COMMANDS: dict[str, Command] = {
         "a layout for Foxglove or Rerun: cell, wrench, decisions, learning",
         "log:layout", "log_options:LayoutOptions",
     ),
-    "automaton show": Command(
-        "print one; or write it as DOT, or draw it", "automaton:show", "automaton_options:ShowAutomatonOptions"
-    ),
-    "automaton compare": Command(
-        "do two answer every word alike? if not, the shortest word that tells",
-        "automaton:compare", "automaton_options:CompareAutomataOptions",
-    ),
-    "automaton minimise": Command(
-        "write the smallest one that answers every word alike",
-        "automaton:minimise", "automaton_options:MinimiseOptions",
-    ),
 }  # fmt: skip
 
 GROUPS: dict[str, tuple[str, str]] = {
-    "automaton": (
-        "Work with automata in JSON files, as palpate infer writes them.",
-        "palpate infer makes automata from strings.",
-    ),
     "examples": ("What comes with palpate beside its code.", "The documents are the same in every copy."),
     "log": ("Look at recorded trials.", "Logs are the .mcap files in the folder logs of a run."),
 }

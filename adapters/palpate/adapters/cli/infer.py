@@ -1,56 +1,89 @@
-"""``palpate infer``."""
+"""``palpate infer``: infer an automaton, show one, compare two."""
 
 import json
 import sys
+from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from palpate.adapters.cli.automaton_options import InferOptions
+import tyro
+
 from palpate.adapters.cli.progress import progress
-from palpate.adapters.log import strings_from
+from palpate.adapters.log import aligned, strings_from
 from palpate.adapters.visualisation import hidden_picture, machine_picture, training_picture
 from palpate.core.automata import (
-    NORMALISED,
     Inference,
+    InferenceSettings,
+    Machine,
     Progress,
+    difference,
     infer,
+    load,
     save_network,
+    shown_output,
     to_dot_text,
     to_json_text,
 )
-from palpate.core.errors import UsageError
-from palpate.core.ports import new_folder, require_free_folder
+from palpate.core.errors import ConfigurationError, UsageError
+from palpate.core.ports import Settings, new_file, new_folder, require_free_folder, require_no_file
+
+
+@dataclass(frozen=True)
+class InferOptions(Settings):
+    """Infer an automaton from symbol strings, with an Elman network and dynamic state partitioning.
+
+    Strings are a text file with one string a line (palpate explore --strings writes such), or logs of insertion trials,
+    or folders with logs: there, each trial that ended in the hole is a string. Strings with labels give an acceptor,
+    others a machine that says what may come next.
+    """
+
+    files: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
+    """A text file; or logs, and folders with logs; with --show or --compare automata, JSON files."""
+    out: str = ""
+    """New or empty folder for automaton, network, report and pictures; with --show a new file, by its ending .dot,
+    .svg, .png or .json."""
+    show: bool = False
+    """Instead: print an automaton, or write it to --out."""
+    compare: bool = False
+    """Instead: compare two automata; exit code 0 if they answer every word alike, else 1 and the shortest word on
+    which they differ."""
+    settings: Annotated[InferenceSettings, tyro.conf.arg(name="")] = field(default_factory=InferenceSettings)
 
 
 def infer_command(options: InferOptions) -> int:
     """Infer, report and save; 0, or 2 when no network became consistent with labelled strings."""
+    if options.show and options.compare:
+        raise UsageError("palpate infer takes --show or --compare, not both")
+    if options.show:
+        return _show(options)
+    if options.compare:
+        return _compare(options)
     if not options.out:
         raise UsageError("palpate infer needs --out, a folder for what comes of it")
     out = Path(options.out)
     require_free_folder(out)
-    strings = strings_from(options.files, with_actions=options.with_actions)
+    strings = strings_from(options.files)
     training = options.settings.training
-    networks = training.networks(normalised=options.settings.activation == NORMALISED)
     with ExitStack() as opened:
         bars: list[Any] = []
 
         def show(point: Progress) -> None:
             if not bars:
                 # Not before training really goes on: settings may still be refused.
-                total = networks * training.steps
+                total = training.restarts * training.steps
                 bars.append(opened.enter_context(progress(total, "step", "training")))
             (bar,) = bars
-            batch = min(training.batch, networks - point.restart)
+            batch = min(training.batch, training.restarts - point.restart)
             bar.update(point.restart * training.steps + batch * point.step - bar.n)
             bar.set_postfix_str(f"lowest loss {point.best_loss:.4g}")
 
         found = infer(strings, options.settings, progress=show)
     with new_folder(out) as folder:
         _save(found, folder)
-    actions = f", {len(strings.actions)} actions" if strings.actions else ""
     sys.stdout.write(
-        f"{len(strings.words)} strings, {len(strings.names)} symbols{actions}\n{found.summary}\nsaved in {out}\n"
+        f"{len(strings.words)} strings, {len(strings.alphabet)} symbols\n{found.summary}\nsaved in {out}\n"
     )
     if found.consistent is False:
         sys.stderr.write(
@@ -88,3 +121,67 @@ def _report(found: Inference) -> dict[str, object]:
 def _figures(extract: Any) -> dict[str, object]:
     names = ("raw_states", "states", "wrong", "agreement", "loss")
     return {"q": extract.intervals, **{name: getattr(extract, name) for name in names}}
+
+
+def _show(options: InferOptions) -> int:
+    (machine,) = _automata(options.files, 1, "--show")
+    if options.out:
+        _write(machine, Path(options.out))
+        sys.stdout.write(f"{_size(machine)}; saved in {options.out}\n")
+    else:
+        sys.stdout.write(f"{_size(machine)}\n\n{_table(machine)}")
+    return 0
+
+
+def _compare(options: InferOptions) -> int:
+    if options.out:
+        raise UsageError("palpate infer --compare writes nothing: leave out --out")
+    one, other = _automata(options.files, 2, "--compare")
+    found = difference(one, other)
+    if found is None:
+        sys.stdout.write(f"they answer every word alike ({_size(one)}; {_size(other)})\n")
+        return 0
+    sys.stdout.write(f"they differ, first in {found}\n")
+    return 1
+
+
+def _automata(files: tuple[str, ...], count: int, flag: str) -> list[Machine]:
+    if len(files) != count:
+        raise UsageError(f"palpate infer {flag} needs {count} automaton file{'s' * (count > 1)} (got {len(files)})")
+    for path in files:
+        if path.endswith(".dot"):
+            accepted = "the automaton's .json file: DOT is written for Graphviz and not read back"
+            raise ConfigurationError("automaton", path, accepted)
+    return [load(path) for path in files]
+
+
+def _write(machine: Machine, path: Path) -> None:
+    """Write an automaton, or draw it, by the ending of the file's name."""
+    makers: dict[str, Callable[[], bytes]] = {
+        ".json": lambda: to_json_text(machine).encode(),
+        ".dot": lambda: to_dot_text(machine).encode(),
+        ".svg": lambda: machine_picture(machine, path.stem, "svg"),
+        ".png": lambda: machine_picture(machine, path.stem, "png"),
+    }
+    if path.suffix not in makers:
+        raise ConfigurationError("out", str(path), f"a name that ends in one of {', '.join(makers)}")
+    require_no_file(path)
+    content = makers[path.suffix]()
+    with new_file(path) as passing:
+        passing.write_bytes(content)
+
+
+def _table(machine: Machine) -> str:
+    """States with their outputs, and where each symbol leads."""
+    names = machine.names
+    rows = [["state", "output", *machine.alphabet]]
+    for state, row in enumerate(machine.transitions):
+        name = f"{names[state]} (start)" if state == machine.start else names[state]
+        targets = ("-" if target is None else names[target] for target in row)
+        rows.append([name, shown_output(machine.state_outputs[state]), *targets])
+    return aligned(rows)
+
+
+def _size(machine: Machine) -> str:
+    states, known = len(machine.transitions), "" if machine.complete else ", incomplete"
+    return f"{machine.kind.value}, {states} state{'s' * (states != 1)}, {len(machine.alphabet)} symbols{known}"

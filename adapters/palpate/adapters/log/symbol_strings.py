@@ -9,14 +9,13 @@ from palpate.adapters.log.reader import TrialLog, read_log
 from palpate.core.automata import Strings, read_strings
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import perception_from_dict
-from palpate.core.policy import COMPASS_NAMES
 from palpate.core.trial import Outcome
 
 _LOG: Final = ".mcap"
 _FIELD: Final = "strings"
 
 
-def strings_from(paths: Sequence[str], *, with_actions: bool = False) -> Strings:
+def strings_from(paths: Sequence[str]) -> Strings:
     """Read one text file of strings, or logs of insertion trials.
 
     Of logs those trials count that ended in the hole: each gives the symbols at its decisions, in their order. The
@@ -24,8 +23,6 @@ def strings_from(paths: Sequence[str], *, with_actions: bool = False) -> Strings
 
     Args:
         paths: A text file; or logs, and folders that hold logs, of trials with the same symbols.
-        with_actions: Of logs, make strings of pairs of an action and the symbol it led to. Then trials that did not end
-            in the hole count too, as strings that were cut off; those of actions outside the compass do not.
 
     Raises:
         ConfigurationError: There is nothing to infer from, or the trials do not go together.
@@ -40,7 +37,7 @@ def strings_from(paths: Sequence[str], *, with_actions: bool = False) -> Strings
     if len(logs) < len(files):
         other = next(file for file in files if file.suffix != _LOG)
         raise ConfigurationError(_FIELD, str(other), "either one text file, or logs (.mcap) and folders of logs alone")
-    return _strings_of_logs(logs, with_actions)
+    return _strings_of_logs(logs)
 
 
 def _files(path: Path) -> list[Path]:
@@ -52,27 +49,18 @@ def _files(path: Path) -> list[Path]:
     return found
 
 
-def _strings_of_logs(files: Sequence[Path], with_actions: bool) -> Strings:
+def _strings_of_logs(files: Sequence[Path]) -> Strings:
     alphabet: tuple[str, ...] | None = None
     words: list[tuple[str, ...]] = []
-    walks: list[tuple[list[int], list[int]]] = []
     for file in files:
         log = read_log(file)
         symbols = _alphabet(log)
         if alphabet is not None and symbols != alphabet:
             raise ConfigurationError(_FIELD, str(file), f"logs of trials with the same symbols: {', '.join(alphabet)}")
         alphabet = symbols
-        made = [decision for decision in log.decisions if not decision.counterfactual]
-        word = tuple(decision.symbol for decision in made)
-        inserted = log.end is not None and log.end.outcome == Outcome.INSERTED.value
-        done = [decision.action for decision in made]
-        if word and set(done) <= set(COMPASS_NAMES):
-            numbers = [COMPASS_NAMES.index(action) for action in done]
-            walks.append(([symbols.index(symbol) for symbol in word], numbers if inserted else numbers[:-1]))
-        if word and inserted:
+        word = tuple(decision.symbol for decision in log.decisions if not decision.counterfactual)
+        if word and log.end is not None and log.end.outcome == Outcome.INSERTED.value:
             words.append(word)
-    if with_actions and walks and alphabet is not None:
-        return Strings.of_walks(alphabet, COMPASS_NAMES, walks)
     if not words:
         accepted = f"logs of trials that chose actions and ended in the hole; none of {len(files)} did"
         raise ConfigurationError(_FIELD, str(files[0]), accepted)

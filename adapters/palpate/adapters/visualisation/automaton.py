@@ -87,7 +87,7 @@ def _extent(layout: Layout) -> tuple[float, float, float, float]:
 
 
 def _label_end(curve: Curve) -> Point:
-    length_in = _LETTER_IN * max(map(len, curve.edge.lines))
+    length_in = _LETTER_IN * len(curve.edge.label)
     x, y = curve.label_at
     return x + length_in * cos(curve.label_angle), y + length_in * sin(curve.label_angle)
 
@@ -96,17 +96,16 @@ def _draw_curve(axes: Any, curve: Curve, colour: str) -> None:
     from matplotlib.path import Path
 
     _draw_arrow(axes, colour, path=Path(curve.points, [Path.MOVETO, Path.CURVE4, Path.CURVE4, Path.CURVE4]))
-    text = "\n".join(curve.edge.lines)
     leftwards = cos(curve.label_angle) < -1e-9
     axes.text(
         *curve.label_at,
-        text,
+        curve.edge.label,
         color=colour,
         fontsize=_LABEL_PT,
         rotation=degrees(curve.label_angle) + (180.0 if leftwards else 0.0),
         rotation_mode="anchor",
         ha="right" if leftwards else "left",
-        va="center_baseline" if "\n" not in text else "center",
+        va="center_baseline",
         bbox={"boxstyle": "square,pad=0.08", "facecolor": "white", "edgecolor": "none"},
         zorder=3,
         parse_math=False,

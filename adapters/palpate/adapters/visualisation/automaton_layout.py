@@ -119,7 +119,7 @@ def _ports(
                 (x, y), (far_x, far_y) = centres[here], centres[there]
                 turn = _wrapped(atan2(far_y - y, far_x - x) - outward[here] - pi)
                 # Rounded, so that of two edges between the same states the one that leaves is on the same side always.
-                width_in = line_in * len(edge.lines) if leaves else _ARRIVING_IN
+                width_in = line_in if leaves else _ARRIVING_IN
                 ends[here].append((round(_LEAN * turn, 9), leaves, number, width_in))
     found = {}
     for here, wanted in enumerate(ends):

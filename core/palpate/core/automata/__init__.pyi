@@ -1,7 +1,6 @@
 from .document import load as load
 from .document import to_json_text as to_json_text
 from .elman import MOST_HIDDEN as MOST_HIDDEN
-from .elman import NORMALISED as NORMALISED
 from .elman import Architecture as Architecture
 from .elman import Network as Network
 from .elman import Readout as Readout
@@ -9,7 +8,6 @@ from .elman import save_network as save_network
 from .infer import Inference as Inference
 from .infer import InferenceSettings as InferenceSettings
 from .infer import infer as infer
-from .letters import letters_of as letters_of
 from .machine import Kind as Kind
 from .machine import Machine as Machine
 from .minimise import difference as difference
@@ -27,6 +25,5 @@ from .texts import shown_name as shown_name
 from .texts import shown_output as shown_output
 from .texts import to_dot_text as to_dot_text
 from .tracker import AutomatonState as AutomatonState
-from .tracker import AutomatonWithActions as AutomatonWithActions
 from .training import Progress as Progress
 from .training import TrainingSettings as TrainingSettings

@@ -3,7 +3,7 @@
 For acceptance: the smallest q whose automaton is right about every training string (Giles and others, 1992).
 
 For prediction there is no right or wrong. The automaton is taken as a model of its own: in each state the next symbol,
-or the end, has the probability with which it followed there in the training strings; with actions, after each action.
+or the end, has the probability with which it followed there in the training strings.
 Its cross-entropy on held-out strings falls as q grows, ever more slowly, while each state must be filled with
 experience by whoever learns on it. So a state has its price, one nat for each of its probabilities (Akaike, 1974), and
 the lowest sum is chosen. On two-unit networks of two maps learners did best with such numbers of states; cross-entropy
@@ -20,11 +20,11 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.core.automata.elman import Array, Network, Readout
-from palpate.core.automata.letters import END
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import different
 from palpate.core.automata.partition import LEAST_SHARE, MOST_STATES, Partition, bounded_partition
 from palpate.core.automata.prefix_tree import UNLABELLED, PrefixTree
+from palpate.core.automata.strings import END
 from palpate.core.automata.tracker import AutomatonState
 from palpate.core.errors import ConfigurationError, require_whole
 from palpate.core.ports import Range, Settings
@@ -164,8 +164,7 @@ def predicting_extracts(
     found = []
     for cells in settings.partitions(network, training):
         machine = cells.minimal(settings.least_share)
-        predicted = cells.predicted(machine) if network.architecture.normalised else None
-        loss, price = model_loss(machine, training, held_out, predicted), price_of(machine, training)
+        loss, price = model_loss(machine, training, held_out), price_of(machine, training)
         found.append(Extract(cells, machine, loss=loss, price=price))
     return tuple(found)
 
@@ -175,59 +174,49 @@ def cheapest(extracts: Iterable[Extract]) -> Extract:
     return min(extracts, key=lambda extract: extract.cost)
 
 
-def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree, predicted: Array | None = None) -> float:
+def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree) -> float:
     """Cross-entropy on held-out strings, nats a symbol, of an automaton with probabilities from training.
 
     It is followed as a learner's state follows it. Half a count for each outcome is added, so that nothing is held to
     be impossible because it never followed (Krichevsky and Trofimov, 1981): to those of a symbol alike, and to those of
     a state in proportion to what follows its symbol.
-
-    Args:
-        predicted: What a network predicts in each state, (states, outcomes), which then stands for what follows the
-            symbol; transitions that no string took are followed too, for the network tried what is possible only.
     """
-    follower = AutomatonState.of(machine, training if predicted is None else None)
-    table, width = follower.table(), len(machine.symbols) + 1
-
-    def counted(tree: PrefixTree) -> Array:
-        """How often each outcome followed, (states, actions, outcomes)."""
-        counts = np.zeros((follower.lost + 1, tree.counts.shape[1]))
-        np.add.at(counts, np.minimum(tree.states(table, machine.start), follower.lost), tree.counts)
-        return counts.reshape(len(counts), -1, width)
-
-    counts, drawn = counted(training), counted(held_out)
+    follower = AutomatonState.of(machine, training)
+    counts, drawn = _followed(follower, training, machine.start), _followed(follower, held_out, machine.start)
+    width = len(machine.alphabet) + 1
     last = np.array([width - 1 if symbol is None else symbol for symbol in follower.symbol_of])
-    pooled = np.zeros((width, *counts.shape[1:]))
+    pooled = np.zeros((width, width))
     np.add.at(pooled, last, counts)
-    pooled = (pooled + 0.5) / (pooled + 0.5).sum(axis=2, keepdims=True)
-    before = pooled[last]
-    if predicted is not None:
-        before[: follower.lost] = predicted.reshape(-1, *counts.shape[1:])
-    smoothed = counts + 0.5 * width * before
-    return float(-(drawn * np.log(smoothed / smoothed.sum(axis=2, keepdims=True))).sum() / drawn.sum())
+    pooled = (pooled + 0.5) / (pooled + 0.5).sum(axis=1, keepdims=True)
+    smoothed = counts + 0.5 * width * pooled[last]
+    return float(-(drawn * np.log(smoothed / smoothed.sum(axis=1, keepdims=True))).sum() / drawn.sum())
+
+
+def _followed(follower: AutomatonState, tree: PrefixTree, start: int) -> Array:
+    """How often each symbol, and the end, followed in each state of the follower, (states, symbols + 1)."""
+    counts = np.zeros((follower.lost + 1, tree.counts.shape[1]))
+    np.add.at(counts, np.minimum(tree.states(follower.table(), start), follower.lost), tree.counts)
+    return counts
 
 
 def price_of(machine: Machine, training: PrefixTree) -> float:
-    """What the states of an automaton are charged with, in nats a symbol of the training strings.
-
-    Nothing with actions: whoever has counted what follows each of them plans, and need not fill each state by trying.
-    """
-    return 0.0 if machine.actions else len(machine.transitions) * len(machine.symbols) / int(training.counts.sum())
+    """What the states of an automaton are charged with, in nats a symbol of the training strings."""
+    return len(machine.transitions) * len(machine.alphabet) / int(training.counts.sum())
 
 
-def last_letters(tree: PrefixTree, count: int, actions: tuple[str, ...] = ()) -> Machine:
-    """The automaton whose states are the last ``count`` letters of the strings, fewer at the beginning; 0 for one."""
+def last_symbols(tree: PrefixTree, count: int) -> Machine:
+    """The automaton whose states are the last ``count`` symbols of the strings, fewer at the beginning; 0 for one."""
     words: list[tuple[int, ...]] = [()]
     number: dict[tuple[int, ...], int] = {(): 0}
     rows: list[list[int | None]] = [[None] * len(tree.alphabet)]
-    for parent, letter in zip(tree.parents[1:].tolist(), tree.symbols[1:].tolist(), strict=True):
-        word = (*words[parent], letter)[-count:] if count else ()
+    for parent, symbol in zip(tree.parents[1:].tolist(), tree.symbols[1:].tolist(), strict=True):
+        word = (*words[parent], symbol)[-count:] if count else ()
         words.append(word)
         if word not in number:
             number[word] = len(number)
             rows.append([None] * len(tree.alphabet))
-        rows[number[words[parent]]][letter] = number[word]
-    return Machine(Kind.MOORE, tree.alphabet, tuple(map(tuple, rows)), ("",) * len(rows), actions=actions)
+        rows[number[words[parent]]][symbol] = number[word]
+    return Machine(Kind.MOORE, tree.alphabet, tuple(map(tuple, rows)), ("",) * len(rows))
 
 
 def labelled(machine: Machine, tree: PrefixTree) -> Machine:
@@ -235,17 +224,13 @@ def labelled(machine: Machine, tree: PrefixTree) -> Machine:
 
     Likely ones are those of a tenth or more of what followed in the strings, at most three, the likeliest first.
     """
-    follower, width = AutomatonState.of(machine, tree), len(machine.symbols) + 1
-    counts = np.zeros((follower.lost + 1, width), dtype=np.int64)
-    at = np.minimum(tree.states(follower.table(), machine.start), follower.lost)
-    np.add.at(counts, at, tree.counts.reshape(len(at), -1, width).sum(axis=1))
+    follower, names = AutomatonState.of(machine, tree), (*machine.alphabet, END)
+    counts = _followed(follower, tree, machine.start)
     labels = []
     for last, after in zip(follower.symbol_of[: follower.lost], counts.tolist(), strict=False):
-        likely = sorted(
-            (symbol for symbol in range(width) if 10 * after[symbol] >= max(1, sum(after))), key=lambda s: -after[s]
-        )
-        names = " ".join((*machine.symbols, END)[symbol] for symbol in likely[:3])
-        labels.append(f"{'start' if last is None else machine.symbols[last]} > {names}")
+        likely = [name for name, count in zip(names, after, strict=True) if 10 * count >= max(1, sum(after))]
+        likely.sort(key=lambda name: -after[names.index(name)])
+        labels.append(f"{'start' if last is None else names[last]} > {' '.join(likely[:3])}")
     return replace(machine, labels=different(labels))
 
 

@@ -1,9 +1,9 @@
-"""The automaton file: a machine as JSON, a line for each state, with schema id ``palpate.automaton/1``.
+"""The automaton file: a machine as JSON, a line for each state, with schema id ``palpate.automaton/2``.
 
 ::
 
     {
-     "schema": "palpate.automaton/1",
+     "schema": "palpate.automaton/2",
      "kind": "dfa",
      "alphabet": ["a", "b"],
      "start": "even",
@@ -13,11 +13,9 @@
      ]
     }
 
-``next`` has each symbol of the alphabet; null where nothing is known. In a Mealy machine (``"kind": "mealy"``) a state
-has ``outputs``, by symbol as well, instead of ``output``. An output is true, false, a name, or a list of names. The
-order of states and symbols is kept, and equal machines give equal bytes. A machine with inputs has ``"actions"`` beside
-the alphabet of its symbols, and ``next`` and ``outputs`` by letters such as ``"+x:a"``, without those for which nothing
-is known.
+``next`` has each symbol of the alphabet; null where nothing is known. An output is true or false in an acceptor, and a
+name or a list of names in a Moore machine (``"kind": "moore"``). The order of states and symbols is kept, and equal
+machines give equal bytes.
 """
 
 from __future__ import annotations
@@ -27,7 +25,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final
 
-from palpate.core.automata.letters import letters_of
 from palpate.core.automata.machine import Kind, Machine, Output
 from palpate.core.automata.texts import shown_name
 from palpate.core.errors import ConfigurationError
@@ -43,7 +40,7 @@ from palpate.core.ports import (
     write_whole,
 )
 
-SCHEMA: Final = "palpate.automaton/1"
+SCHEMA: Final = "palpate.automaton/2"
 
 _WHOLE: Final = "automaton file"
 
@@ -57,20 +54,9 @@ _Output = Annotated[Any, Holds(_is_output, "true, false, a name, or a list of na
 
 @dataclass(frozen=True)
 class _State(Settings):
-    """A state of an acceptor or a Moore machine."""
-
     name: str
     output: _Output
     next: dict[str, str | None]
-
-
-@dataclass(frozen=True)
-class _MealyState(Settings):
-    """A state of a Mealy machine."""
-
-    name: str
-    next: dict[str, str | None]
-    outputs: dict[str, _Output | None]
 
 
 @dataclass(frozen=True)
@@ -82,7 +68,6 @@ class _AutomatonFile(Settings):
     alphabet: tuple[str, ...]
     start: str
     states: tuple[Any, ...]
-    actions: tuple[str, ...] | None = None
 
 
 def to_json_text(machine: Machine) -> str:
@@ -91,8 +76,7 @@ def to_json_text(machine: Machine) -> str:
     head = {
         "schema": SCHEMA,
         "kind": machine.kind.value,
-        "alphabet": machine.symbols,
-        **({"actions": machine.actions} if machine.actions else {}),
+        "alphabet": machine.alphabet,
         "start": names[machine.start],
     }
     lines = [f" {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
@@ -101,15 +85,8 @@ def to_json_text(machine: Machine) -> str:
         following = {
             symbol: None if target is None else names[target]
             for symbol, target in zip(machine.alphabet, row, strict=True)
-            if target is not None or not machine.actions
         }
-        entry: dict[str, Any] = {"name": names[state]}
-        if machine.kind is Kind.MEALY:
-            answers = dict(zip(machine.alphabet, machine.edge_outputs[state], strict=True))
-            outputs = {symbol: answers[symbol] for symbol in following}
-            entry |= {"next": following, "outputs": outputs}
-        else:
-            entry |= {"output": machine.state_outputs[state], "next": following}
+        entry = {"name": names[state], "output": machine.state_outputs[state], "next": following}
         states.append(f"  {json.dumps(entry)}")
     return "\n".join(["{", *lines, ' "states": [', ",\n".join(states), " ]", "}", ""])
 
@@ -122,8 +99,6 @@ def from_json_text(text: str) -> Machine:
     """
     file = _AutomatonFile.read(parse_json(text, _WHOLE, SCHEMA))
     require_names("alphabet", file.alphabet, printable=False)
-    if file.actions:
-        require_names("actions", file.actions, printable=False)
     return _machine(file)
 
 
@@ -147,42 +122,25 @@ def load(path: str | Path) -> Machine:
 
 def _machine(file: _AutomatonFile) -> Machine:
     kind = Kind(file.kind)
-    entry_kind = _MealyState if kind is Kind.MEALY else _State
-    entries: list[Any] = [fitted(f"states[{n}]", entry, entry_kind) for n, entry in enumerate(file.states)]
+    entries: list[_State] = [fitted(f"states[{n}]", entry, _State) for n, entry in enumerate(file.states)]
     labels = tuple(entry.name for entry in entries)
-    alphabet = letters_of(file.alphabet, file.actions or ())
     require_names("states", labels, printable=False)
     number = {name: state for state, name in enumerate(labels)}
-    rows, state_outputs, edge_outputs = [], [], []
+    rows = []
     for n, entry in enumerate(entries):
-        following = _by_symbol(f"states[{n}].next", entry.next, alphabet, file.actions)
-        row = tuple(None if name is None else _number(where, name, number) for where, name in following)
-        rows.append(row)
-        if kind is Kind.MEALY:
-            outputs = _by_symbol(f"states[{n}].outputs", entry.outputs, alphabet, file.actions)
-            edge_outputs.append(tuple(_edge_output(*spot, to) for spot, to in zip(outputs, row, strict=True)))
-        else:
-            if kind is Kind.DFA and not isinstance(entry.output, bool):
-                raise ConfigurationError(f"states[{n}].output", entry.output, "true or false")
-            state_outputs.append(_output(entry.output))
+        require_keys(f"states[{n}].next", entry.next, file.alphabet)
+        targets = [(f"states[{n}].next.{shown_name(symbol)}", entry.next[symbol]) for symbol in file.alphabet]
+        rows.append(tuple(None if name is None else _number(where, name, number) for where, name in targets))
+        if kind is Kind.DFA and not isinstance(entry.output, bool):
+            raise ConfigurationError(f"states[{n}].output", entry.output, "true or false")
     return Machine(
         kind,
-        alphabet,
+        file.alphabet,
         transitions=tuple(rows),
-        state_outputs=tuple(state_outputs),
-        edge_outputs=tuple(edge_outputs),
+        state_outputs=tuple(_output(entry.output) for entry in entries),
         start=_number("start", file.start, number),
         labels=labels,
-        actions=file.actions or (),
     )
-
-
-def _by_symbol(
-    where: str, entries: dict[str, Any], alphabet: tuple[str, ...], actions: tuple[str, ...] | None
-) -> list[tuple[str, Any]]:
-    """Where each entry is and what it holds, in the order of the alphabet; None for letters that are left out."""
-    require_keys(where, dict.fromkeys(alphabet) | entries if actions else entries, alphabet)
-    return [(f"{where}.{shown_name(symbol)}", entries.get(symbol)) for symbol in alphabet]
 
 
 def _number(where: str, name: str, number: dict[str, int]) -> int:
@@ -194,9 +152,3 @@ def _number(where: str, name: str, number: dict[str, int]) -> int:
 def _output(value: Any) -> Output:
     output: Output = tuple(value) if isinstance(value, list) else value
     return output
-
-
-def _edge_output(where: str, value: Any, target: int | None) -> Output | None:
-    if (value is None) != (target is None):
-        raise ConfigurationError(where, value, "an output where there is a next state, and null where there is none")
-    return None if value is None else _output(value)

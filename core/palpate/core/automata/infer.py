@@ -2,8 +2,8 @@
 
 Networks are trained on the strings, automata made of the best of them by dynamic state partitioning, and the best
 automaton is minimised. Labelled strings give an acceptor; positive ones, a Moore machine whose states give what may
-come next. Beside the held-out loss of such a machine stand those of none of, and the last one, two and three symbols,
-or pairs of action and symbol: an automaton that is no better than these holds nothing that they do not. Where nothing
+come next. Beside the held-out loss of such a machine stand those of none of, and the last one, two and three symbols:
+an automaton that is no better than these holds nothing that they do not. Where nothing
 can be foretold, the last symbol itself is worse than none: what is counted behind each is counted less often.
 """
 
@@ -17,7 +17,7 @@ from palpate.core.automata.choice import (
     accepting_extract,
     cheapest,
     labelled,
-    last_letters,
+    last_symbols,
     looseness,
     model_loss,
     predicting_extracts,
@@ -37,13 +37,13 @@ class InferenceSettings(Settings):
 
     TABLE: ClassVar[str] = "inference"
 
-    hidden: Annotated[int, Range(1, MOST_HIDDEN)] | None = None
-    """Number of hidden units. Without it: 2, as in the paper, and 6 with actions."""
+    hidden: Annotated[int, Range(1, MOST_HIDDEN)] = 2
+    """Number of hidden units; the paper has 2."""
     activation: Annotated[str, OneOf(*RANGES)] = "sigmoid"
-    """sigmoid or tanh; or normalised, of second order with actions, and then of many units: such as 80."""
+    """Activation function: sigmoid or tanh."""
     order: Annotated[int, OneOf(1, 2)] | None = None
     """1 for Elman networks, in which all symbols share the recurrent weights; 2 for second-order ones, in which each
-    (or each action) has its own. Without it: 2 for labelled strings and with actions, else 1."""
+    has its own. Without it: 2 for labelled strings, else 1."""
     training: TrainingSettings = field(default_factory=TrainingSettings)
     """How to train."""
     extraction: ExtractionSettings = field(default_factory=ExtractionSettings)
@@ -63,7 +63,7 @@ class Inference:
         chosen: The automaton with its q, its raw and minimal numbers of states and its loss. For prediction it is made
             of all strings that were not given to hold out, after those that were split off had chosen its q.
         extracts: Those of the same network that it was chosen from, by q; for acceptance itself alone.
-        beside: For prediction, what the last none, one, two and three letters lose on the held-out strings, by name.
+        beside: For prediction, what the last none, one, two and three symbols lose on the held-out strings, by name.
         hidden: For a picture: hidden states at all prefixes of the training strings, (n, hidden units).
         cells: State, before minimisation, of the automaton at the same prefixes, (n,).
     """
@@ -127,10 +127,9 @@ def infer(
     shape = Architecture(
         alphabet=strings.alphabet,
         reading=reading,
-        hidden=settings.hidden or (6 if strings.actions else 2),
+        hidden=settings.hidden,
         activation=settings.activation,
-        order=settings.order or (2 if strings.labelled or strings.actions else 1),
-        actions=strings.actions,
+        order=settings.order or (2 if strings.labelled else 1),
     )
     tree = PrefixTree.of(strings)
     held_tree = None if held_out is None else PrefixTree.of(held_out)
@@ -141,7 +140,7 @@ def infer(
     beside: dict[str, float] = {}
     if held_tree is not None and reading is Readout.PREDICTION:
         network, extracts = _predictor(finalists, tree, held_tree, settings.extraction)
-        machines = {f"last {count}": last_letters(tree, count, strings.actions) for count in range(4)}
+        machines = {f"last {count}": last_symbols(tree, count) for count in range(4)}
         beside = {name: model_loss(machine, tree, held_tree) for name, machine in machines.items()}
         tree = PrefixTree.of(whole)
         chosen = _whole(cheapest(extracts), tree, settings.extraction)

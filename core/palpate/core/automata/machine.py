@@ -1,32 +1,26 @@
-"""Deterministic finite machines as values: acceptors, Moore machines and Mealy machines."""
+"""Deterministic finite machines as values: acceptors and Moore machines."""
 
 from __future__ import annotations
 
 import enum
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Final, TypeAlias
+from dataclasses import dataclass
+from typing import TypeAlias
 
-from palpate.core.automata.letters import symbols_in
 from palpate.core.errors import CommandError, ConfigurationError
 
 Output: TypeAlias = bool | str | tuple[str, ...]
 """An output: accepted or not, a name, or a set of names in the order of the alphabet."""
 
-SINK: Final = "sink"
-"""Label of the state that :meth:`Machine.completed` adds."""
-
 
 class Kind(enum.Enum):
-    """Where the outputs are."""
+    """What the outputs of the states are."""
 
     DFA = "dfa"
-    """On states, and they are true or false: the words that end in a true one are accepted."""
+    """True or false: the words that end in a true one are accepted."""
     MOORE = "moore"
-    """On states."""
-    MEALY = "mealy"
-    """On transitions."""
+    """Names, or sets of names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,12 +29,9 @@ class Machine:
 
     Attributes:
         transitions: Next state by state and symbol, (states, symbols); None where none is known.
-        state_outputs: Output of each state; empty for a Mealy machine.
-        edge_outputs: Output of each transition, (states, symbols), None where there is none; empty for the others.
+        state_outputs: Output of each state.
         labels: Readable names of the states; numbered ones if empty, and left empty if they are just these. They are
             no part of what the machine does.
-        actions: For a machine with inputs: names of the actions that its letters hold
-            (:mod:`palpate.core.automata.letters`).
 
     Raises:
         ConfigurationError: The parts do not fit together.
@@ -49,15 +40,12 @@ class Machine:
     kind: Kind
     alphabet: tuple[str, ...]
     transitions: tuple[tuple[int | None, ...], ...]
-    state_outputs: tuple[Output, ...] = ()
-    edge_outputs: tuple[tuple[Output | None, ...], ...] = ()
+    state_outputs: tuple[Output, ...]
     start: int = 0
     labels: tuple[str, ...] = ()
-    actions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         self._check_names()
-        symbols_in(self.alphabet, self.actions, "automaton.alphabet")
         states, symbols = len(self.transitions), len(self.alphabet)
         if not states:
             raise ConfigurationError("automaton.transitions", (), "at least one state")
@@ -80,11 +68,6 @@ class Machine:
     def complete(self) -> bool:
         """Whether every state has a transition for every symbol."""
         return all(target is not None for row in self.transitions for target in row)
-
-    @property
-    def symbols(self) -> tuple[str, ...]:
-        """Names of the symbols, without actions."""
-        return self.alphabet[: len(self.alphabet) // (len(self.actions) + 1)]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -112,15 +95,9 @@ class Machine:
         return state
 
     def output_of(self, word: Sequence[int]) -> Output | None:
-        """The output at the end of a word; None if it leaves what is known.
-
-        A Mealy machine has no output for the empty word.
-        """
-        if self.kind is not Kind.MEALY:
-            state = self.state_after(word)
-            return None if state is None else self.state_outputs[state]
-        before = self.state_after(word[:-1]) if len(word) else None
-        return None if before is None else self.edge_outputs[before][word[-1]]
+        """The output at the end of a word; None if it leaves what is known."""
+        state = self.state_after(word)
+        return None if state is None else self.state_outputs[state]
 
     def reachable(self) -> tuple[int, ...]:
         """States that some word leads to, breadth first from the start, symbols in order."""
@@ -132,34 +109,8 @@ class Machine:
                     queue.append(target)
         return tuple(found)
 
-    def completed(self, output: Output) -> Machine:
-        """The same with a sink for all that is not known; itself if it is complete.
-
-        Args:
-            output: The sink's output, or the transitions that lead into it and stay there.
-        """
-        if self.complete:
-            return self
-        sink = len(self.transitions)
-        rows = [tuple(sink if target is None else target for target in row) for row in self.transitions]
-        rows.append((sink,) * len(self.alphabet))
-        edges: tuple[tuple[Output | None, ...], ...] = ()
-        if self.kind is Kind.MEALY:
-            known = [tuple(output if one is None else one for one in row) for row in self.edge_outputs]
-            edges = (*known, (output,) * len(self.alphabet))
-        return replace(
-            self,
-            transitions=tuple(rows),
-            state_outputs=(*self.state_outputs, output) if self.state_outputs else (),
-            edge_outputs=edges,
-            labels=(*self.labels, self._free(SINK)) if self.labels else (),
-        )
-
     def _numbered(self) -> tuple[str, ...]:
         return tuple(f"s{number}" for number in range(len(self.transitions)))
-
-    def _free(self, name: str) -> str:
-        return name if name not in self.labels else self._free(f"{name}'")
 
     def _check_names(self) -> None:
         if not self.alphabet:
@@ -172,27 +123,15 @@ class Machine:
 
     def _check_outputs(self) -> None:
         states = len(self.transitions)
-        if self.kind is Kind.MEALY:
-            if self.state_outputs or len(self.edge_outputs) != states:
-                accepted = f"outputs on the transitions of {states} states, and none on states"
-                raise ConfigurationError("automaton.edge_outputs", len(self.edge_outputs), accepted)
-            for state, (outputs, targets) in enumerate(zip(self.edge_outputs, self.transitions, strict=True)):
-                name = f"automaton.edge_outputs[{state}]"
-                if [output is None for output in outputs] != [target is None for target in targets]:
-                    raise ConfigurationError(name, outputs, "an output for each transition, and for no other symbol")
-                _require_outputs(name, [output for output in outputs if output is not None])
-            return
-        if self.edge_outputs or len(self.state_outputs) != states:
-            accepted = f"an output for each of {states} states, and none on transitions"
-            raise ConfigurationError("automaton.state_outputs", len(self.state_outputs), accepted)
+        if len(self.state_outputs) != states:
+            raise ConfigurationError(
+                "automaton.state_outputs", len(self.state_outputs), f"one for each of {states} states"
+            )
         if self.kind is Kind.DFA and not all(isinstance(output, bool) for output in self.state_outputs):
             raise ConfigurationError("automaton.state_outputs", self.state_outputs, "true or false for each state")
-        _require_outputs("automaton.state_outputs", self.state_outputs)
-
-
-def _require_outputs(field: str, outputs: Sequence[Output]) -> None:
-    for output in outputs:
-        if not isinstance(output, bool | str) and not (
-            isinstance(output, tuple) and all(isinstance(name, str) for name in output)
-        ):
-            raise ConfigurationError(field, output, "true, false, a name, or a tuple of names")
+        for output in self.state_outputs:
+            if not isinstance(output, bool | str) and not (
+                isinstance(output, tuple) and all(isinstance(name, str) for name in output)
+            ):
+                accepted = "true, false, a name, or a tuple of names"
+                raise ConfigurationError("automaton.state_outputs", output, accepted)

@@ -5,8 +5,7 @@ Hopcroft's partition refinement: O(k n log n) steps for n states and k symbols.
 Where nothing is known. :meth:`Machine.output_of` returns None for a word that leaves what is known, and here None is
 an output like any other: two states are merged only if the same words are known from both. A state without some
 transition is therefore never merged with one that has it, whatever the latter leads to, and the result is as
-incomplete as the machine was. To have "not known" mean "not accepted" (or some other output) instead, complete the
-machine first: ``minimised(machine.completed(False))``.
+incomplete as the machine was.
 """
 
 from collections import deque
@@ -15,7 +14,7 @@ from dataclasses import dataclass, replace
 from itertools import count
 from typing import TypeAlias
 
-from palpate.core.automata.machine import Kind, Machine, Output
+from palpate.core.automata.machine import Machine, Output
 from palpate.core.automata.texts import shown_name, shown_output
 from palpate.core.errors import ConfigurationError
 
@@ -62,12 +61,13 @@ def equivalent_states(machine: Machine, apart: Sequence[Hashable] | None = None)
 
 def _refined(machine: Machine, states: Sequence[int], apart: Sequence[Hashable] | None) -> dict[int, int]:
     """Number of the block of each of these states; they must be all that are reachable from any of them."""
-    outputs = machine.edge_outputs if machine.kind is Kind.MEALY else machine.state_outputs
     into: list[dict[int, list[int]]] = [{state: [] for state in states} for _ in machine.alphabet]
     first: dict[Hashable, set[int]] = {}
     for state in states:
         known = tuple(target is not None for target in machine.transitions[state])
-        first.setdefault((outputs[state], known, None if apart is None else apart[state]), set()).add(state)
+        first.setdefault((machine.state_outputs[state], known, None if apart is None else apart[state]), set()).add(
+            state
+        )
         for symbol, target in enumerate(machine.transitions[state]):
             if target is not None:
                 into[symbol][target].append(state)
@@ -103,8 +103,7 @@ def _merged(machine: Machine, classes: Classes) -> Machine:
     return replace(
         machine,
         transitions=tuple(tuple(None if target is None else number[target] for target in row) for row in rows),
-        state_outputs=tuple(machine.state_outputs[state] for state in firsts) if machine.state_outputs else (),
-        edge_outputs=tuple(machine.edge_outputs[state] for state in firsts) if machine.edge_outputs else (),
+        state_outputs=tuple(machine.state_outputs[state] for state in firsts),
         start=number[machine.start],
         labels=different(_joined(machine.labels, states) for states in classes) if machine.labels else (),
     )
@@ -151,8 +150,7 @@ def difference(one: Machine, other: Machine) -> AutomatonDifference | None:
     """The shortest word for which two machines have different outputs, of several the first in the alphabet's order.
 
     The output is that of :meth:`Machine.output_of`: what is not known differs from every output, so an incomplete
-    machine differs from any completion of it. Complete both first, ``machine.completed(False)``, where "not known" is
-    to mean "not accepted". Mealy machines have no output for the empty word, so they never differ on it.
+    machine differs from any completion of it.
 
     Args:
         one: Any machine, complete or not, minimal or not.
@@ -165,10 +163,9 @@ def difference(one: Machine, other: Machine) -> AutomatonDifference | None:
         ConfigurationError: They are of different kinds, or their alphabets differ, be it in the order alone.
     """
     _require_comparable(one, other)
-    if one.kind is not Kind.MEALY:
-        at_once = one.state_outputs[one.start], other.state_outputs[other.start]
-        if at_once[0] != at_once[1]:
-            return AutomatonDifference((), (), at_once)
+    at_once = one.state_outputs[one.start], other.state_outputs[other.start]
+    if at_once[0] != at_once[1]:
+        return AutomatonDifference((), (), at_once)
     # Breadth first over pairs of states, so each pair is found by its first word. A pair of a state and nothing never
     # enters the queue: it differs already.
     begin = (one.start, other.start)
@@ -189,8 +186,6 @@ def difference(one: Machine, other: Machine) -> AutomatonDifference | None:
 
 
 def _answer(machine: Machine, state: int, symbol: int) -> Output | None:
-    if machine.kind is Kind.MEALY:
-        return machine.edge_outputs[state][symbol]
     target = machine.transitions[state][symbol]
     return None if target is None else machine.state_outputs[target]
 

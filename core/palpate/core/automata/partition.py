@@ -6,8 +6,7 @@ transition only, and is not pursued. So the hidden state of the first visit stan
 middle of the cell does (Blair and Pollack, 1997), which tests whether the network behaves as an automaton at all.
 
 Where strings are given, nothing is tried but what they do: a network answers everything, also what it was never trained
-on, and letters of actions are many. Then every state is one that a string comes to. Only what a normalised network
-itself holds to be possible after these is tried too: it predicts what it feeds back.
+on. Then every state is one that a string comes to.
 """
 
 from dataclasses import dataclass
@@ -17,10 +16,10 @@ from typing import Final
 import numpy as np
 
 from palpate.core.automata.elman import RANGES, Array, Network, Readout
-from palpate.core.automata.letters import END, letters_of
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import minimised
 from palpate.core.automata.prefix_tree import Integers, PrefixTree
+from palpate.core.automata.strings import END
 from palpate.core.errors import require_in, require_whole
 
 LEAST_SHARE: Final = 0.02
@@ -31,7 +30,6 @@ ACCEPTED_FROM: Final = 0.5
 
 MOST_INTERVALS: Final = 1000
 MOST_STATES: Final = 100_000
-_AT_ONCE: Final = 32
 NONE: Final = -1
 """Where there is no state, or no symbol before the first."""
 
@@ -41,7 +39,7 @@ class Partition:
     """What was found with one q: n states in the order of their first visits, the start state being number 0.
 
     Attributes:
-        network: The network, with s symbols or letters and h hidden units.
+        network: The network, with s symbols and h hidden units.
         intervals: Number of intervals of each hidden unit, q.
         vectors: Hidden state that stands for each state, (n, h).
         transitions: State after each state and symbol, (n, s); -1 where no string went.
@@ -70,32 +68,12 @@ class Partition:
         rows = tuple(tuple(None if to == NONE else to for to in row) for row in self.transitions.tolist())
         if shape.reading is Readout.ACCEPTANCE:
             return Machine(Kind.DFA, shape.alphabet, rows, tuple((shares[:, 0] > ACCEPTED_FROM).tolist()))
-        symbols = (*shape.names, END)
-        names = letters_of(symbols, shape.actions)[len(symbols) :] if shape.actions else symbols
+        names = (*shape.alphabet, END)
         outputs = tuple(
             tuple(name for name, possible in zip(names, row, strict=True) if possible)
             for row in (shares > least_share).tolist()
         )
-        return Machine(Kind.MOORE, shape.alphabet, rows, outputs, actions=shape.actions)
-
-    def predicted(self, machine: Machine) -> Array:
-        """What the network predicts in each state of the minimised automaton, (states, outcomes).
-
-        Args:
-            machine: What :meth:`minimal` gave; of states that were merged into one the mean counts.
-        """
-        becomes, waiting = {0: machine.start}, [0]
-        for state in waiting:
-            for letter, target in enumerate(self.transitions[state].tolist()):
-                merged = machine.transitions[becomes[state]][letter]
-                if target != NONE and target not in becomes and merged is not None:
-                    becomes[target] = merged
-                    waiting.append(target)
-        raw, merged_into = np.array(list(becomes.items())).T
-        sums = np.zeros((len(machine.transitions), self.network.architecture.outcomes))
-        np.add.at(sums, merged_into, self.network.read(self.vectors[raw]))
-        means: Array = sums / np.bincount(merged_into, minlength=len(sums))[:, None]
-        return means
+        return Machine(Kind.MOORE, shape.alphabet, rows, outputs)
 
     def minimal(self, least_share: float = LEAST_SHARE) -> Machine:
         """The automaton, minimised.
@@ -139,16 +117,13 @@ def bounded_partition(
         while known < len(search.vectors) <= most_states:
             # A level of the search at once; the order of first visits is that of one after the other.
             fresh, known = np.arange(known, len(search.vectors)), len(search.vectors)
-            search.go(np.repeat(fresh, search.letters), np.tile(np.arange(search.letters), len(fresh)))
+            search.go(np.repeat(fresh, search.symbols), np.tile(np.arange(search.symbols), len(fresh)))
     else:
         at = np.zeros(len(tree.parents), dtype=np.int64)
         for first, last in pairwise(tree.levels[1:].tolist()):
             at[first:last] = search.go(at[tree.parents[first:last]], tree.symbols[first:last])
             if len(search.vectors) > most_states:
                 break
-        if network.architecture.normalised and len(search.vectors) <= most_states:
-            search.go_where_possible(most_states)
-            return search.partition()
     return search.partition() if len(search.vectors) <= most_states else None
 
 
@@ -159,42 +134,32 @@ class _Search:
         self._network, self._intervals, self._centres = network, intervals, centres
         self._low, high = RANGES[network.architecture.activation]
         self._width = (high - self._low) / intervals
-        self._symbols = len(network.architecture.names) if by_symbol else 0
-        self.letters = len(network.architecture.alphabet)
+        self._by_symbol, self.symbols = by_symbol, len(network.architecture.alphabet)
         self._cell_of: dict[bytes, int] = {}
         self._state_of: dict[tuple[int, int], int] = {}
         self._target_of: dict[int, int] = {}
         self.vectors: list[Array] = []
         self._enter(network.start_state, self._cells(network.start_state), NONE)
 
-    def go(self, states: Integers, letters: Integers) -> Integers:
-        """States after one letter each, in the order of first visits; all three (m,)."""
-        codes = states * self.letters + letters
+    def go(self, states: Integers, symbols: Integers) -> Integers:
+        """States after one symbol each, in the order of first visits; all three (m,)."""
+        codes = states * self.symbols + symbols
         listed = codes.tolist()
         fresh = list(dict.fromkeys(code for code in listed if code not in self._target_of))
         if fresh:
-            sources, taken = np.divmod(np.array(fresh), self.letters)
+            sources, taken = np.divmod(np.array(fresh), self.symbols)
             hidden = self._network.after(np.array([self.vectors[source] for source in sources]), taken)
-            symbols = (taken % self._symbols).tolist() if self._symbols else [NONE] * len(fresh)
-            for code, *found in zip(fresh, hidden, self._cells(hidden), symbols, strict=True):
+            last = taken.tolist() if self._by_symbol else [NONE] * len(fresh)
+            for code, *found in zip(fresh, hidden, self._cells(hidden), last, strict=True):
                 self._target_of[code] = self._enter(*found)
         return np.array([self._target_of[code] for code in listed], dtype=np.int64)
 
-    def go_where_possible(self, most_states: int) -> None:
-        """Try, from every state, each letter that is held to be possible there, until there are about so many."""
-        names, known = len(self._network.architecture.names), 0
-        while known < len(self.vectors) < most_states:
-            fresh, known = self.vectors[known : known + _AT_ONCE], min(known + _AT_ONCE, len(self.vectors))
-            shares = self._network.read(np.array(fresh)).reshape(len(fresh), -1, names + 1)[:, :, :-1]
-            places, actions, symbols = np.nonzero(shares > LEAST_SHARE)
-            self.go(known - len(fresh) + places, (1 + actions) * names + symbols)
-
     def partition(self) -> Partition:
         """All of it."""
-        transitions = np.full(len(self.vectors) * self.letters, NONE)
+        transitions = np.full(len(self.vectors) * self.symbols, NONE)
         transitions[list(self._target_of)] = list(self._target_of.values())
         cells, last = np.array(list(self._state_of)).T
-        shaped = transitions.reshape(-1, self.letters)
+        shaped = transitions.reshape(-1, self.symbols)
         return Partition(self._network, self._intervals, np.array(self.vectors), shaped, cells, last)
 
     def _cells(self, hidden: Array) -> Integers:

@@ -26,8 +26,7 @@ class PrefixTree:
         parents: Node without the last symbol, (n,); -1 for the root.
         symbols: Last symbol, (n,); -1 for the root.
         levels: Where each level begins, (longest string + 2,), the last entry being n.
-        counts: How often each outcome follows, (n, outcomes): the symbols and, last, the end; with actions so for each
-            action, (action, symbol) by action.
+        counts: How often each symbol follows and, last, how often the string ends, (n, symbols + 1).
         passes: How many strings pass through, or end at, each node, (n,).
         labels: 1 for an accepted string, 0 for a rejected one, -1 for a mere prefix, (n,).
         nodes: Node of each string of the set, in its order, (strings,).
@@ -81,16 +80,10 @@ class PrefixTree:
         # From the longest to the shortest: a node's strings are those that end there or below.
         for first, last in reversed(list(pairwise(levels[1:]))):
             np.add.at(passes, parent[first:last], passes[first:last])
-        # With actions what comes first is no outcome of any.
-        width, first = len(strings.names), len(strings.names) if strings.actions else 0
-        goes = np.flatnonzero(symbol >= first)
-        group, column = np.divmod(symbol[goes] - first, width)
-        counts = np.zeros((total, max(1, len(strings.actions)), width + 1), dtype=np.int64)
-        counts[parent[goes], group, column] = passes[goes]
-        ends = strings.ends if strings.actions else (0,) * len(nodes)
-        over = [(node, end, width) for node, end in zip(nodes.tolist(), ends, strict=True) if end is not None]
-        np.add.at(counts, tuple(np.array(over, dtype=np.int64).reshape(-1, 3).T), 1)
+        counts = np.zeros((total, len(strings.alphabet) + 1), dtype=np.int64)
+        counts[parent[1:], symbol[1:]] = passes[1:]
+        np.add.at(counts[:, -1], nodes, 1)
         labels = np.full(total, UNLABELLED, dtype=np.int64)
         if strings.labelled:
             labels[nodes] = strings.labels
-        return cls(strings.alphabet, parent, symbol, np.array(levels), counts.reshape(total, -1), passes, labels, nodes)
+        return cls(strings.alphabet, parent, symbol, np.array(levels), counts, passes, labels, nodes)

@@ -23,14 +23,14 @@ _AT_ONCE: Final = 2048
 
 @dataclass(frozen=True, slots=True)
 class TreeLevel:
-    """Nodes of one length: places of their parents in the level before, last letters, and cuts.
+    """Nodes of one length: places of their parents in the level before, last symbols, and blocks of equal ones.
 
-    A cut is a matrix of recurrent weights, and the first node and the one after the last that it leads to.
+    A block is a symbol, and the first node and the one after the last that it leads to.
     """
 
     parents: Tensor
     symbols: Tensor
-    cuts: tuple[tuple[int, int, int], ...]
+    blocks: tuple[tuple[int, int, int], ...]
 
 
 class Restarts:
@@ -68,12 +68,11 @@ class Restarts:
             states.append(activate(drives))
         return torch.cat(states, 2)
 
-    def readings(self, hidden: Tensor, outcomes: slice = slice(None)) -> Tensor:
-        """Outputs before the last function, all or some: (R, h, n) to (R, k, n)."""
+    def readings(self, hidden: Tensor) -> Tensor:
+        """Outputs before the last function: (R, h, n) to (R, k, n)."""
         import torch
 
-        bias, output = self.parameters["bias"][:, outcomes], self.parameters["output"][:, outcomes]
-        return torch.baddbmm(bias.unsqueeze(2), output, hidden)
+        return torch.baddbmm(self.parameters["bias"].unsqueeze(2), self.parameters["output"], hidden)
 
     def clip(self, most: float) -> None:
         """Shorten each network's gradient to a length of at most ``most``, and drop one that is not finite."""
@@ -85,14 +84,6 @@ class Restarts:
             factors = torch.where(lengths > most, most / lengths, torch.ones_like(lengths))
             for gradient in gradients:
                 gradient.mul_(factors.view(-1, *[1] * (gradient.dim() - 1))).nan_to_num_(0.0, 0.0, 0.0)
-
-    def price(self, symbols: int) -> Tensor | float:
-        """What the parameters themselves cost each network in training, nats a symbol; (R,), or 0 for none.
-
-        Args:
-            symbols: How many there are to train on.
-        """
-        return 0.0
 
     def network(self, place: int) -> Network:
         """One of the networks."""
@@ -108,32 +99,27 @@ class Restarts:
         if self.architecture.order == 1:
             shared = torch.bmm(recurrent[:, 0], before)
             return shared.index_select(2, level.parents) + inputs.index_select(2, level.symbols)
-        # Where a block is one symbol its input is one column, which is added to all without being copied first.
-        whole = not self.architecture.actions
         parts = [
             torch.baddbmm(
-                inputs[:, :, matrix].unsqueeze(2) if whole else inputs.index_select(2, level.symbols[low:high]),
-                recurrent[:, matrix],
+                inputs[:, :, symbol].unsqueeze(2),
+                recurrent[:, symbol],
                 before.index_select(2, level.parents[low:high]),
             )
-            for matrix, low, high in level.cuts
+            for symbol, low, high in level.blocks
         ]
         return torch.cat(parts, 2)
 
 
-def levels_of(tree: PrefixTree, architecture: Architecture) -> list[TreeLevel]:
+def levels_of(tree: PrefixTree) -> list[TreeLevel]:
     """A prefix tree in the form that :meth:`Restarts.hidden_states` takes."""
     import torch
 
     found, before = [], 0
     for blocks in tree.blocks():
         first, last = blocks[0][1], blocks[-1][2]
-        symbols = tree.symbols[first:last]
-        matrices, begins = np.unique(architecture.matrix_of(symbols), return_index=True)
-        cuts = zip(matrices.tolist(), begins.tolist(), [*begins[1:].tolist(), last - first], strict=True)
-        found.append(
-            TreeLevel(torch.from_numpy(tree.parents[first:last] - before), torch.from_numpy(symbols), tuple(cuts))
-        )
+        parents, symbols = tree.parents[first:last] - before, tree.symbols[first:last]
+        placed = tuple((symbol, low - first, high - first) for symbol, low, high in blocks)
+        found.append(TreeLevel(torch.from_numpy(parents), torch.from_numpy(symbols), placed))
         before = first
     return found
 
@@ -148,17 +134,13 @@ class TrainingTask:
     def __init__(self, tree: PrefixTree, architecture: Architecture) -> None:
         import torch
 
-        self.reading, self.levels = architecture.reading, levels_of(tree, architecture)
-        self.symbols = int(tree.counts.sum())
-        self._parts: list[tuple[slice, Tensor, Tensor]] = []
+        self.reading, self.levels = architecture.reading, levels_of(tree)
+        self._parts: list[tuple[Tensor, Tensor]] = []
         if self.reading is Readout.PREDICTION:
-            width, weights = len(architecture.names) + 1, tree.counts / tree.counts.sum()
-            for first in range(0, architecture.outcomes, width):
-                outcomes = slice(first, first + width)
-                # After a prefix hardly any action was taken, so most of the outputs need not be computed.
-                for nodes in torch.split(torch.from_numpy(np.flatnonzero(weights[:, outcomes].any(axis=1))), _AT_ONCE):
-                    counts = torch.from_numpy(weights[nodes.numpy(), outcomes].T.copy()).to(torch.float32)
-                    self._parts.append((outcomes, nodes, counts))
+            weights = tree.counts / tree.counts.sum()
+            for nodes in torch.split(torch.arange(len(weights)), _AT_ONCE):
+                counts = torch.from_numpy(weights[nodes.numpy()].T.copy()).to(torch.float32)
+                self._parts.append((nodes, counts))
             return
         ended = np.flatnonzero(tree.labels != UNLABELLED)
         ends = tree.counts[ended, -1]
@@ -175,8 +157,8 @@ class TrainingTask:
 
         if self.reading is Readout.PREDICTION:
             losses = torch.zeros(restarts.count)
-            for outcomes, nodes, counts in self._parts:
-                drives = restarts.readings(hidden.index_select(2, nodes), outcomes)
+            for nodes, counts in self._parts:
+                drives = restarts.readings(hidden.index_select(2, nodes))
                 chosen = torch.tensordot(drives, counts, dims=([1, 2], [0, 1]))
                 losses = losses + torch.mv(drives.logsumexp(1), counts.sum(0)) - chosen
             return losses, None

@@ -4,41 +4,38 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
-from palpate.core.automata.letters import letters_of, symbols_in
 from palpate.core.errors import ConfigurationError
 
-_LISTED = 12
+END: Final = "<end>"
+"""What follows the last symbol of a string, among the symbols that may come next."""
+
+_LISTED: Final = 12
 """Symbols and strings are shown in messages up to this length."""
 
 
 @dataclass(frozen=True, slots=True)
 class Strings:
-    """A set of strings over one alphabet, of one of three sorts.
+    """A set of strings over one alphabet, with or without labels.
 
     Without labels every string is a positive one, for example a walk that ended at the goal; repeated strings count
-    repeatedly. With labels each string is accepted or rejected. With actions a string is a symbol and then pairs of an
-    action and the symbol it led to; such a walk may also be one that was cut off.
+    repeatedly. With labels each string is accepted or rejected.
 
     Attributes:
-        alphabet: Names of the symbols, in order; two or more. Not every one need occur. With actions, of the letters
-            (:mod:`palpate.core.automata.letters`).
+        alphabet: Names of the symbols, in order; two or more. Not every one need occur.
         labels: For each string, whether it is accepted; empty where all are positive.
-        ends: With actions, for each string the action that ended it; None if it was cut off. Else empty.
 
     Raises:
         ConfigurationError: No strings, a symbol outside the alphabet, fewer than two different symbols, a string that
-            is accepted and rejected, an empty positive string, labels for other than all strings, a pair at the start
-            or a symbol without action after it, or ends that do not fit.
+            is accepted and rejected, an empty positive string, or labels for other than all strings.
     """
 
     alphabet: tuple[str, ...]
     words: tuple[tuple[int, ...], ...]
     labels: tuple[bool, ...] = ()
-    actions: tuple[str, ...] = ()
-    ends: tuple[int | None, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.words:
@@ -57,12 +54,6 @@ class Strings:
                 "strings", self._shown(self.words[0]), "strings in which two different symbols occur, or more"
             )
         self._check_labels()
-        self._check_actions()
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the symbols, without actions."""
-        return self.alphabet[: len(self.alphabet) // (len(self.actions) + 1)]
 
     @property
     def labelled(self) -> bool:
@@ -122,54 +113,9 @@ class Strings:
             accepted = f"another share, or more strings: one part would not be {error.accepted}"
             raise ConfigurationError("strings.held_out", share, accepted) from error
 
-    @classmethod
-    def of_walks(
-        cls,
-        symbols: Sequence[str],
-        actions: Sequence[str],
-        walks: Iterable[tuple[Sequence[int], Sequence[int]]],
-    ) -> Strings:
-        """Strings of pairs.
-
-        Args:
-            walks: Of each its symbols and its actions in turn, as numbers. With as many actions as symbols the last
-                action ended it, with one less it was cut off.
-
-        Raises:
-            ConfigurationError: An action is missing or unknown; and as for the class.
-        """
-        words, ends, count = [], [], len(symbols)
-        for place, (read, done) in enumerate(walks):
-            if not 0 <= len(read) - len(done) <= 1:
-                accepted = f"an action between each two of {len(read)} symbols, and one more if it ended there"
-                raise ConfigurationError(f"strings[{place}].actions", len(done), accepted)
-            if any(not 0 <= action < len(actions) for action in done) or any(not 0 <= s < count for s in read):
-                accepted = f"symbols below {count} and actions below {len(actions)}"
-                raise ConfigurationError(f"strings[{place}]", (*read, *done), accepted)
-            words.append((*read[:1], *((1 + a) * count + s for a, s in zip(done, read[1:], strict=False))))
-            ends.append(done[-1] if len(done) == len(read) and done else None)
-        return cls(letters_of(symbols, actions), tuple(words), actions=tuple(actions), ends=tuple(ends))
-
     def _part(self, places: list[int]) -> Strings:
         labels = tuple(self.labels[n] for n in places) if self.labels else ()
-        ends = tuple(self.ends[n] for n in places) if self.ends else ()
-        return Strings(self.alphabet, tuple(self.words[n] for n in places), labels, self.actions, ends)
-
-    def _check_actions(self) -> None:
-        if not self.actions:
-            if self.ends:
-                raise ConfigurationError("strings.ends", self.ends, "none, for there are no actions")
-            return
-        count = symbols_in(self.alphabet, self.actions, "strings.alphabet")
-        if self.labels or len(self.ends) != len(self.words):
-            accepted = f"one for each of {len(self.words)} strings, an action or none; and no labels"
-            raise ConfigurationError("strings.ends", len(self.ends), accepted)
-        for place, (word, end) in enumerate(zip(self.words, self.ends, strict=True)):
-            if word[0] >= count or any(letter < count for letter in word[1:]):
-                accepted = "a symbol, and then pairs of an action and a symbol"
-                raise ConfigurationError(f"strings[{place}]", self._shown(word), accepted)
-            if end is not None and not 0 <= end < len(self.actions):
-                raise ConfigurationError(f"strings.ends[{place}]", end, f"an action below {len(self.actions)}, or none")
+        return Strings(self.alphabet, tuple(self.words[n] for n in places), labels)
 
     def _check_labels(self) -> None:
         if not self.labels:

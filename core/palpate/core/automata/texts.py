@@ -1,8 +1,7 @@
 """Names and outputs of a machine as people read them in pictures and tables, and the machine in the DOT language.
 
 A name stands as it is when nothing can be mistaken in it, otherwise in quotes as in JSON. Sets stand in braces. Symbols
-that lead from one state to the same next one share an edge: ``a, b``; in a Mealy machine with a line for each output:
-``a, b / x``.
+that lead from one state to the same next one share an edge: ``a, b``.
 """
 
 import json
@@ -21,26 +20,23 @@ class Edge:
     """All transitions from one state to another.
 
     Attributes:
-        lines: The symbols, and in a Mealy machine the outputs.
+        label: The symbols.
     """
 
     source: int
     target: int
-    lines: tuple[str, ...]
+    label: str
 
 
 def edges(machine: Machine) -> tuple[Edge, ...]:
     """The edges, by state and by the first symbol of each."""
     found: list[Edge] = []
     for source, row in enumerate(machine.transitions):
-        groups: dict[int, dict[Output | None, list[str]]] = {}
+        groups: dict[int, list[str]] = {}
         for symbol, target in enumerate(row):
             if target is not None:
-                output = machine.edge_outputs[source][symbol] if machine.kind is Kind.MEALY else None
-                groups.setdefault(target, {}).setdefault(output, []).append(machine.alphabet[symbol])
-        for target, by_output in groups.items():
-            lines = (shown_names(names) + _behind_a_slash(output) for output, names in by_output.items())
-            found.append(Edge(source, target, tuple(lines)))
+                groups.setdefault(target, []).append(machine.alphabet[symbol])
+        found += [Edge(source, target, shown_names(names)) for target, names in groups.items()]
     return tuple(found)
 
 
@@ -64,10 +60,6 @@ def shown_output(output: Output) -> str:
     return json.dumps(output) if output in _TRUTH else shown_name(output)
 
 
-def _behind_a_slash(output: Output | None) -> str:
-    return "" if output is None else f" / {shown_output(output)}"
-
-
 def to_dot_text(machine: Machine) -> str:
     """The text of a DOT file; equal machines give equal texts."""
     lines = [
@@ -86,7 +78,7 @@ def to_dot_text(machine: Machine) -> str:
         lines.append(f"  q{state} [shape={shape}, label={_quoted(label)}];")
     lines.append(f"  start -> q{machine.start};")
     for edge in edges(machine):
-        lines.append(f"  q{edge.source} -> q{edge.target} [label={_quoted(chr(10).join(edge.lines))}];")
+        lines.append(f"  q{edge.source} -> q{edge.target} [label={_quoted(edge.label)}];")
     return "\n".join([*lines, "}", ""])
 
 

@@ -7,9 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
 import numpy as np
-from typing_extensions import override
 
-from palpate.core.automata.letters import letters_of
 from palpate.core.automata.machine import Machine
 from palpate.core.automata.prefix_tree import Integers, PrefixTree
 from palpate.core.automata.strings import Strings
@@ -60,14 +58,14 @@ class AutomatonState:
         self.automaton = names(f"{_FIELD}.automaton", self.automaton)
         if LOST in self.automaton:
             raise ConfigurationError(f"{_FIELD}.automaton", LOST, "another name; this one means that none is known")
-        states, letters = len(self.automaton), self._letters
+        states, symbols = len(self.automaton), len(self.symbols)
         rows = self.transitions
         if not isinstance(rows, (list, tuple)) or len(rows) != states:
             raise ConfigurationError(f"{_FIELD}.transitions", rows, f"{states} rows, one a state")
         self.transitions = tuple(
-            _known(f"{_FIELD}.transitions[{n}]", row, letters, states) for n, row in enumerate(rows)
+            _known(f"{_FIELD}.transitions[{n}]", row, symbols, states) for n, row in enumerate(rows)
         )
-        self.anchors = _known(f"{_FIELD}.anchors", self.anchors, letters, states)
+        self.anchors = _known(f"{_FIELD}.anchors", self.anchors, symbols, states)
         self.start = integer(f"{_FIELD}.start", self.start, 0, states - 1)
         self.reset()
 
@@ -79,7 +77,7 @@ class AutomatonState:
         *,
         symbols: Iterable[str] | None = None,
     ) -> AutomatonState:
-        """Follow a machine; one with inputs as an :class:`AutomatonWithActions`.
+        """Follow a machine.
 
         Args:
             machine: Any machine; only its transitions matter.
@@ -91,22 +89,19 @@ class AutomatonState:
         Raises:
             ConfigurationError: The symbols are not those of the machine, or the strings are of another alphabet.
         """
-        given = machine.symbols if symbols is None else tuple(symbols)
-        if sorted(given) != sorted(machine.symbols):
+        given = machine.alphabet if symbols is None else tuple(symbols)
+        if sorted(given) != sorted(machine.alphabet):
             # One that the machine lacks would lead to ``lost`` wherever it comes.
-            accepted = f"all symbols of the machine and no others: {', '.join(machine.symbols)}"
+            accepted = f"all symbols of the machine and no others: {', '.join(machine.alphabet)}"
             raise ConfigurationError(f"{_FIELD}.symbols", given, accepted)
         taken = _taken(machine, PrefixTree.of(strings) if isinstance(strings, Strings) else strings)
-        place = {name: number for number, name in enumerate(machine.alphabet)}
-        order = [place[name] for name in letters_of(given, machine.actions)]
+        order = [machine.symbol(name) for name in given]
         rows = tuple(
-            tuple(row[letter] if taken[state, letter] else None for letter in order)
+            tuple(row[symbol] if taken[state, symbol] else None for symbol in order)
             for state, row in enumerate(machine.transitions)
         )
         entered = _entered(machine, taken)
-        anchors = tuple(_likeliest(entered, letter, len(given)) for letter in order)
-        if machine.actions:
-            return AutomatonWithActions(given, machine.names, rows, anchors, machine.start, machine.actions)
+        anchors = tuple(int(counts.argmax()) if counts.any() else None for counts in entered[order])
         return AutomatonState(given, machine.names, rows, anchors, machine.start)
 
     @property
@@ -122,9 +117,9 @@ class AutomatonState:
         """
         entered = [[0] * len(self.symbols) for _ in self.states]
         for row in self.transitions:
-            for letter, target in enumerate(row):
+            for symbol, target in enumerate(row):
                 if target is not None:
-                    entered[target][letter % len(self.symbols)] += 1
+                    entered[target][symbol] += 1
         return tuple(counts.index(max(counts)) if any(counts) else None for counts in entered)
 
     @property
@@ -142,10 +137,7 @@ class AutomatonState:
         self._now, self._last, self._lost_steps = self.start, _NONE, 0
 
     def update(self, symbol: int, action: str | None = None) -> int:
-        """State after one more symbol.
-
-        Args:
-            action: Name of the action that led to it; it counts only with inputs.
+        """State after one more symbol; the action that led to it does not count.
 
         Raises:
             CommandError: No such symbol.
@@ -156,30 +148,22 @@ class AutomatonState:
         return self._enter(None if source is None else self.transitions[source][symbol], symbol)
 
     def table(self) -> Integers:
-        """Next state by state and letter, where being lost is a state for each letter that led there.
+        """Next state by state and symbol, where being lost is a state for each symbol that led there.
 
         Returns:
-            (states + letters, letters); those from :attr:`lost` on are being lost.
+            (states + symbols, symbols); those from :attr:`lost` on are being lost.
         """
-        known, lost, anchors = self._arrays()
+        known = np.array([[_NONE if to is None else to for to in row] for row in self.transitions])
+        anchors = np.array([_NONE if to is None else to for to in self.anchors])
+        lost = self.lost + np.arange(len(self.symbols))
         after = np.where(known >= 0, known, lost)
         return np.concatenate((after, np.where(anchors[:, None] >= 0, after[anchors], lost)))
-
-    @property
-    def _letters(self) -> int:
-        return len(self.symbols)
 
     def _enter(self, target: int | None, symbol: int) -> int:
         self._last = symbol
         self._lost_steps += target is None
         self._now = self.lost if target is None else target
         return self._now
-
-    def _arrays(self) -> tuple[Integers, Integers, Integers]:
-        """Transitions and anchors with -1 for none, and between them where each letter is lost."""
-        known = np.array([[_NONE if to is None else to for to in row] for row in self.transitions])
-        anchors = np.array([_NONE if to is None else to for to in self.anchors])
-        return known, self.lost + np.arange(self._letters), anchors
 
     def get_state(self) -> list[float]:
         """State, last symbol (-1 for none) and number of lost steps, for :meth:`set_state`."""
@@ -202,52 +186,8 @@ class AutomatonState:
         self._now, self._last, self._lost_steps = now, last, lost_steps
 
 
-@dataclass
-class AutomatonWithActions(AutomatonState):
-    """Follows an automaton with inputs, by the last action and what it led to.
-
-    Of so many pairs many are rare. So where no transition is known it goes on at once as if it had been where such a
-    pair leads most often, or if there was none, such a symbol. That counts as a lost step too; it is in ``lost`` where
-    not even that is known.
-
-    Attributes:
-        transitions: Next state by state and letter, (states, letters); see :mod:`palpate.core.automata.letters`.
-        anchors: For each letter the state that it leads to where no transition is known, (letters,).
-    """
-
-    actions: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        self.actions = names(f"{_FIELD}.actions", self.actions)
-        self._action = {action: place for place, action in enumerate(self.actions)}
-        super().__post_init__()
-
-    @override
-    def update(self, symbol: int, action: str | None = None) -> int:
-        if not 0 <= symbol < len(self.symbols):
-            raise CommandError(f"a symbol must be from 0 to {len(self.symbols) - 1}", symbol)
-        letter = symbol + len(self.symbols) * (self._action.get(action, _NONE) + 1 if action is not None else 0)
-        target = None if self._now == self.lost else self.transitions[self._now][letter]
-        if target is not None:
-            return self._enter(target, symbol)
-        state = self._enter(self.anchors[letter], symbol)
-        self._lost_steps += state != self.lost
-        return state
-
-    @override
-    def table(self) -> Integers:
-        known, lost, anchors = self._arrays()
-        instead = np.where(anchors >= 0, anchors, lost)
-        return np.concatenate((np.where(known >= 0, known, instead), np.tile(instead, (self._letters, 1))))
-
-    @property
-    @override
-    def _letters(self) -> int:
-        return len(self.symbols) * (len(self.actions) + 1)
-
-
 def _taken(machine: Machine, tree: PrefixTree | None) -> Integers:
-    """How often each transition is taken, (states, letters): by the strings, or else once where there is one."""
+    """How often each transition is taken, (states, symbols): by the strings, or else once where there is one."""
     off = len(machine.transitions)
     known = np.array([[off if target is None else target for target in row] for row in machine.transitions])
     if tree is None:
@@ -261,27 +201,20 @@ def _taken(machine: Machine, tree: PrefixTree | None) -> Integers:
 
 
 def _entered(machine: Machine, taken: Integers) -> Integers:
-    """How often each letter leads to each state, (letters, states)."""
+    """How often each symbol leads to each state, (symbols, states)."""
     entered = np.zeros(taken.T.shape, dtype=np.int64)
     for row, counts in zip(machine.transitions, taken, strict=True):
-        for letter, target in enumerate(row):
+        for symbol, target in enumerate(row):
             if target is not None:
-                entered[letter, target] += counts[letter]
+                entered[symbol, target] += counts[symbol]
     return entered
 
 
-def _likeliest(entered: Integers, letter: int, symbols: int) -> int | None:
-    """State that a letter, or else its symbol, leads to most often, of several the first; None if it leads nowhere."""
-    counts = entered[letter] if entered[letter].any() else entered[letter % symbols :: symbols].sum(axis=0)
-    return int(counts.argmax()) if counts.any() else None
-
-
-def _known(where: str, value: object, letters: int, states: int) -> Known:
+def _known(where: str, value: object, symbols: int, states: int) -> Known:
     """A row of states, None where none is known."""
-    if not isinstance(value, (list, tuple)) or len(value) != letters:
-        raise ConfigurationError(where, value, f"{letters} states or none, one a symbol")
+    if not isinstance(value, (list, tuple)) or len(value) != symbols:
+        raise ConfigurationError(where, value, f"{symbols} states or none, one a symbol")
     return tuple(None if item is None else integer(where, item, 0, states - 1) for item in value)
 
 
 register_stage("automaton", AutomatonState)
-register_stage("automaton with actions", AutomatonWithActions)

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final, TypeAlias
 
 from palpate.core.automata.elman import Architecture, Network, Readout
-from palpate.core.automata.normalised import NormalisedRestarts
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.automata.restarts import Restarts, TrainingTask
 from palpate.core.automata.strings import Strings
@@ -30,9 +29,8 @@ class TrainingSettings(Settings):
 
     TABLE: ClassVar[str] = "training"
 
-    restarts: Annotated[int, Range(1, 100_000)] | None = None
-    """Most networks that are trained. Without it: 64, and 2 with a normalised hidden layer, each of which takes as long
-    as some thirty of the others."""
+    restarts: Annotated[int, Range(1, 100_000)] = 64
+    """Most networks that are trained."""
     batch: Annotated[int, Range(1, 4096)] = 64
     """How many of them at once."""
     steps: Annotated[int, Range(0, 1_000_000)] = 500
@@ -55,10 +53,6 @@ class TrainingSettings(Settings):
     """Steps from one look at the losses, and the progress, to the next."""
     seed: Annotated[int, Range(0, 2**32 - 1)] = 0
     """Equal seeds give equal networks, to the last bit."""
-
-    def networks(self, *, normalised: bool = False) -> int:
-        """Most networks that are trained, with or without a normalised hidden layer."""
-        return self.restarts or (2 if normalised else 64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,8 +151,7 @@ def train(
     found: list[TrainedNetwork] = []
     curve: list[Progress] = []
     with _one_thread():
-        most = settings.networks(normalised=architecture.normalised)
-        while len(found) < most and sum(network.consistent for network in found) < settings.enough:
+        while len(found) < settings.restarts and sum(network.consistent for network in found) < settings.enough:
             consistent = sum(network.consistent for network in found)
             batch = _Batch(architecture, settings, len(found), consistent, judged)
             for point in batch.run(task):
@@ -183,11 +176,9 @@ class _Batch:
     ) -> None:
         import torch
 
-        most = settings.networks(normalised=architecture.normalised)
-        count = min(settings.batch, most - first)
+        count = min(settings.batch, settings.restarts - first)
         self._settings, self._first, self._before, self._judged = settings, first, consistent, judged
-        kind = NormalisedRestarts if architecture.normalised else Restarts
-        self._restarts = kind(architecture, count, seed=settings.seed, scale=settings.scale, skip=first)
+        self._restarts = Restarts(architecture, count, seed=settings.seed, scale=settings.scale, skip=first)
         self._best = {name: value.detach().clone() for name, value in self._restarts.parameters.items()}
         self._losses = torch.full((count,), torch.inf)
         self._right = torch.zeros(count, dtype=torch.bool)
@@ -207,7 +198,7 @@ class _Batch:
             hidden = restarts.hidden_states(task.levels, noise=settings.noise, generator=generator)
             losses, _ = task.losses(restarts, hidden)
             # A sum, so that a network moves as if it were alone.
-            (losses + restarts.price(task.symbols)).sum().backward()
+            losses.sum().backward()
             restarts.clip(settings.clip)
             optimiser.step()
             if step % settings.look_every == 0 or step == settings.steps:

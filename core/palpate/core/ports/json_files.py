@@ -69,7 +69,7 @@ def parse_json(text: str, whole: str, *schemas: str) -> dict[str, Any]:
         raise ConfigurationError(whole, raw, "an object")
     if raw.get("schema") not in schemas:
         known, found = " or ".join(map(repr, schemas)), raw.get("schema")
-        newer = isinstance(found, str) and found.split("/")[0] in {schema.split("/")[0] for schema in schemas}
-        accepted = f"{known}; a newer schema needs a newer palpate" if newer else f"{known}: this is no {whole}"
+        ours = isinstance(found, str) and found.split("/")[0] in {schema.split("/")[0] for schema in schemas}
+        accepted = f"{known}; another version of palpate wrote this file" if ours else f"{known}: this is no {whole}"
         raise ConfigurationError("schema", found, accepted)
     return raw

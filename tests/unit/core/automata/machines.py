@@ -13,7 +13,6 @@ KINDS = list(Kind)
 OUTPUTS: dict[Kind, list[Output]] = {
     Kind.DFA: [False, True],
     Kind.MOORE: ["x", "y", ("x", "y")],
-    Kind.MEALY: ["x", "y", ()],
 }
 
 
@@ -37,19 +36,16 @@ def random_machine(rng: random.Random, kind: Kind, states: int, symbols: int, mi
     choices = OUTPUTS[kind]
     alphabet = tuple("abcdef"[:symbols])
     start = rng.randrange(states)
-    if kind is Kind.MEALY:
-        edges = tuple(tuple(None if target is None else rng.choice(choices) for target in row) for row in rows)
-        return Machine(kind, alphabet, rows, edge_outputs=edges, start=start)
     return Machine(kind, alphabet, rows, tuple(rng.choice(choices) for _ in rows), start=start)
 
 
 @st.composite
-def machines(draw: st.DrawFn, kind: Kind | None = None, symbols: int | None = None, complete: bool = False) -> Machine:
+def machines(draw: st.DrawFn, kind: Kind | None = None, symbols: int | None = None) -> Machine:
     """Small machines of every sort, often with states that do the same."""
     kind = draw(st.sampled_from(KINDS)) if kind is None else kind
     states = draw(st.integers(1, 7))
     symbols = draw(st.integers(1, 3)) if symbols is None else symbols
-    missing = 0.0 if complete else draw(st.sampled_from([0.0, 0.3]))
+    missing = draw(st.sampled_from([0.0, 0.3]))
     return random_machine(random.Random(draw(st.integers(0, 2**32))), kind, states, symbols, missing)
 
 
@@ -66,8 +62,6 @@ def classes_by_table(machine: Machine, apart: Sequence[Hashable] | None = None) 
     def differ_at_once(one: int, other: int) -> bool:
         if apart is not None and apart[one] != apart[other]:
             return True
-        if machine.kind is Kind.MEALY:
-            return machine.edge_outputs[one] != machine.edge_outputs[other]
         return machine.state_outputs[one] != machine.state_outputs[other]
 
     differ = {(one, other): differ_at_once(one, other) for one in states for other in states}

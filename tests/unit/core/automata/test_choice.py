@@ -7,7 +7,7 @@ from palpate.core.automata.choice import (
     accepting_extract,
     cheapest,
     labelled,
-    last_letters,
+    last_symbols,
     looseness,
     model_loss,
     predicting_extracts,
@@ -93,12 +93,12 @@ def test_where_an_incomplete_automaton_is_lost_it_goes_on_as_its_follower_does()
     # After b there is no way on: all else is being lost, in one state of its own.
     lost = Machine(Kind.MOORE, ("a", "b"), ((0, None),), (("a",),))
     assert 0.0 < model_loss(lost, AB, HELD) < 2.0
-    assert model_loss(last_letters(AB, 1), AB, HELD) < model_loss(lost, AB, HELD)
+    assert model_loss(last_symbols(AB, 1), AB, HELD) < model_loss(lost, AB, HELD)
 
 
 def test_states_are_named_by_their_last_symbol_and_what_follows() -> None:
-    assert last_letters(AB, 1).transitions == ((1, 2), (None, 2), (1, None))
-    assert labelled(last_letters(AB, 1), AB).labels == ("start > a b", "a > b", f"b > {END} a")
+    assert last_symbols(AB, 1).transitions == ((1, 2), (None, 2), (1, None))
+    assert labelled(last_symbols(AB, 1), AB).labels == ("start > a b", "a > b", f"b > {END} a")
 
 
 def test_a_q_of_too_many_states_is_left_out() -> None:

@@ -1,17 +1,14 @@
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.errors import CommandError, ConfigurationError
-from tests.unit.core.automata.machines import dfa, machines, words
+from tests.unit.core.automata.machines import dfa
 
 PARITY = dfa([[1, 0], [0, 1]], [0])
 HOLES = dfa([[1, None], [None, None]], [1])
 MOORE = Machine(Kind.MOORE, ("a",), ((1,), (0,)), ("x", ("y", "z")))
-MEALY = Machine(Kind.MEALY, ("a", "b"), ((0, None),), edge_outputs=(("x", None),))
 
 
 def test_a_word_leads_to_a_state_and_an_output():
@@ -23,8 +20,6 @@ def test_a_word_leads_to_a_state_and_an_output():
 def test_beyond_what_is_known_there_is_no_state_and_no_output():
     assert HOLES.state_after((0, 0, 1)) is None
     assert HOLES.output_of((1,)) is None
-    assert MEALY.output_of((0, 1)) is None
-    assert MEALY.output_of((1, 0)) is None
 
 
 def test_symbols_have_numbers():
@@ -33,28 +28,9 @@ def test_symbols_have_numbers():
         PARITY.symbol("c")
 
 
-def test_a_complete_machine_stays_itself():
+def test_a_complete_machine_has_every_transition():
     assert PARITY.complete
-    assert PARITY.completed(False) is PARITY
-
-
-def test_a_sink_takes_all_that_is_not_known():
-    full = replace(HOLES, labels=("p", "sink")).completed(False)
-    assert full.complete
-    assert full.transitions == ((1, 2), (2, 2), (2, 2))
-    assert full.state_outputs == (False, True, False)
-    assert full.labels == ("p", "sink", "sink'")
-    assert HOLES.completed(False).labels == ()
-
-
-@given(machines(), st.booleans())
-def test_completing_changes_nothing_that_was_known(machine, accept):
-    output = accept if machine.kind is Kind.DFA else "new"
-    full = machine.completed(output)
-    for word in words(len(machine.alphabet), 4):
-        before = machine.output_of(word)
-        unanswered = machine.kind is Kind.MEALY and not word
-        assert full.output_of(word) == (output if before is None and not unanswered else before)
+    assert not HOLES.complete
 
 
 def test_numbered_labels_are_no_labels():
@@ -79,15 +55,9 @@ def test_numbered_labels_are_no_labels():
         (PARITY, {"start": -1}, "start"),
         (PARITY, {"state_outputs": (True,)}, "state_outputs"),
         (PARITY, {"state_outputs": (True, "x")}, "state_outputs"),
-        (PARITY, {"edge_outputs": (("x", "y"), ("x", "y"))}, "state_outputs"),
         (MOORE, {"state_outputs": ("x", 1.5)}, "state_outputs"),
         (MOORE, {"state_outputs": ("x", None)}, "state_outputs"),
         (MOORE, {"state_outputs": ("x", ("y", 1))}, "state_outputs"),
-        (MEALY, {"state_outputs": ("x",)}, "edge_outputs"),
-        (MEALY, {"edge_outputs": ()}, "edge_outputs"),
-        (MEALY, {"edge_outputs": (("x", "y"),)}, "edge_outputs[0]"),
-        (MEALY, {"edge_outputs": ((None, None),)}, "edge_outputs[0]"),
-        (MEALY, {"edge_outputs": ((1, None),)}, "edge_outputs[0]"),
     ],
 )
 def test_parts_that_do_not_fit_are_refused(machine, changes, field):

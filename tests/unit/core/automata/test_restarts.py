@@ -40,7 +40,7 @@ def test_a_batch_does_what_its_networks_do_one_by_one(shape) -> None:
     strings = LABELLED if shape.reading is Readout.ACCEPTANCE else POSITIVE
     tree = PrefixTree.of(strings)
     task, restarts = TrainingTask(tree, shape), Restarts(shape, 5, seed=3)
-    hidden = restarts.hidden_states(levels_of(tree, shape))
+    hidden = restarts.hidden_states(levels_of(tree))
     losses, right = task.losses(restarts, hidden)
     for place in range(5):
         network = restarts.network(place)
@@ -76,7 +76,7 @@ def test_gradients_are_clipped_network_by_network() -> None:
 def test_noise_comes_from_its_generator() -> None:
     import torch
 
-    levels, restarts = levels_of(PrefixTree.of(POSITIVE), SHAPES[0]), Restarts(SHAPES[0], 2, seed=0)
+    levels, restarts = levels_of(PrefixTree.of(POSITIVE)), Restarts(SHAPES[0], 2, seed=0)
     drawn = [
         restarts.hidden_states(levels, noise=0.5, generator=torch.Generator().manual_seed(seed)) for seed in (1, 1, 2)
     ]

@@ -58,14 +58,6 @@ def test_digits_with_blanks_are_symbols_if_the_alphabet_says_so() -> None:
     assert strings_of("# alphabet: 0 1\n1 0\n0 1 1\n") == Strings.of(["10", "011"])
 
 
-def test_pairs_without_their_header_are_no_symbols() -> None:
-    pairs = "A\nA +x:B -x:A\nB +x:<end>\n"
-    with pytest.raises(ConfigurationError, match=r"'# alphabet: \.\.\.' and '# actions: \.\.\.' above") as refused:
-        strings_of(pairs)
-    assert "\n" not in str(refused.value)
-    assert strings_of("# alphabet: A B +x:B -x:A +x:<end>\n" + pairs).words[1] == (0, 2, 3)
-
-
 letters = st.sampled_from([("A", "B", "C"), ("0", "1"), ("x- y0", "x0 y+", "tx-"), ("é", "ß", "long name")])
 
 

@@ -4,7 +4,7 @@ from typing import Final
 
 from palpate.adapters.visualisation.automaton import machine_picture
 from palpate.adapters.visualisation.report.page import PageSection, PageTable, Picture, counted
-from palpate.core.automata import AutomatonState, AutomatonWithActions, Kind, Machine, letters_of, shown_name
+from palpate.core.automata import AutomatonState, Kind, Machine, shown_name
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import stage_from_dict
 from palpate.core.policy import PolicyDocument
@@ -21,16 +21,14 @@ def machine_in(document: PolicyDocument) -> Machine | None:
     state = stage_from_dict(data, "perception.identifier")
     if not isinstance(state, AutomatonState):
         raise ConfigurationError("perception.identifier.kind", data["kind"], "an automaton")
-    actions = state.actions if isinstance(state, AutomatonWithActions) else ()
     return Machine(
         kind=Kind.DFA,
-        alphabet=letters_of(state.symbols, actions),
+        alphabet=state.symbols,
         transitions=state.transitions,
         # Its outputs have no importance here: its state is the input of the policy.
         state_outputs=(False,) * len(state.automaton),
         start=state.start,
         labels=state.automaton,
-        actions=actions,
     )
 
 
