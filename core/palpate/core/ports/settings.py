@@ -62,14 +62,6 @@ class Range:
             return f"{number} {begin} and {'below' if self.below else 'at most'} {high}"
         return f"{number} {begin} to {high}"
 
-    def schema(self) -> dict[str, Any]:
-        """The keywords of JSON schema for it."""
-        ends = {
-            "exclusiveMinimum" if self.above else "minimum": self.low,
-            "exclusiveMaximum" if self.below else "maximum": self.high,
-        }
-        return {key: end for key, end in ends.items() if isfinite(end)} | ({"unit": self.unit} if self.unit else {})
-
 
 class OneOf:
     """One of a few values."""
@@ -84,10 +76,6 @@ class OneOf:
     def words(self, base: Any) -> str:
         """The values as a message lists them."""
         return f"one of {', '.join(str(value) for value in self.values if value != '')}"
-
-    def schema(self) -> dict[str, Any]:
-        """The keyword of JSON schema for it."""
-        return {"enum": list(self.values)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,10 +92,6 @@ class Holds:
     def words(self, base: Any) -> str:
         """What would be right."""
         return self.text
-
-    def schema(self) -> dict[str, Any]:
-        """JSON schema has no keyword for it."""
-        return {"$comment": self.text}
 
 
 Mark = Range | OneOf | Holds

@@ -1,5 +1,6 @@
 import json
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 
 import pytest
@@ -14,8 +15,7 @@ from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.file import SCHEMA, SPATIAL_SCHEMA, PolicyDocument
 from palpate.core.policy.sarsa import SarsaParameters
 from palpate.core.policy.tabular import QParameters
-from palpate.core.ports.json_schema import json_schema
-from palpate.core.ports.settings import kinds_of
+from palpate.core.ports.settings import Range, kinds_of, parts_of
 from tests.unit.core.json_changes import put, remove, repeat, require_refused
 
 ACTIONS = compass_actions(0.001)
@@ -109,13 +109,20 @@ def test_the_file_looks_as_documented():
     assert made["learner"]["trials_learned"] == 12
 
 
+def _ends(mark):
+    if not isinstance(mark, Range):
+        return {}
+    low, high = "exclusiveMinimum" if mark.above else "minimum", "exclusiveMaximum" if mark.below else "maximum"
+    return {key: end for key, end in ((low, mark.low), (high, mark.high)) if -inf < end < 1e6}
+
+
 def test_the_json_schema_has_the_declared_ranges_of_a_learner():
     written = FORMAT["properties"]["learner"]["properties"]
     # In the file a rate that stays is null, and what is not set is not there.
     declared = {"alpha_visits": {"exclusiveMinimum": 0}, "in_use": {"minimum": 0}}
     for table, schema in ((SarsaParameters, written), (TemperatureSchedule, written["temperature"]["properties"])):
         for name, kind in kinds_of(table).items():
-            ends = {key: value for key, value in json_schema(kind).items() if "imum" in key and value < 1e6}
+            ends = {key: value for mark in parts_of(kind)[1] for key, value in _ends(mark).items()}
             given = {key: value for key, value in schema[name].items() if "imum" in key}
             assert given == declared.get(name, ends), name
 
