@@ -78,9 +78,7 @@ def config_of(shape: str, conditions: str, arm: str, options: Mapping[str, Any])
     own |= {"inside_mm": 8.0} if shape == "triangle" else {}
     if shape == "keyed":
         own = {"corner_mm": corner_mm, "flat_deg": 37.5, "inside_mm": 7.0, "lean_deg": 7.0}
-    beside_mm = options.get("level_beside_mm", 0.0)
-    wide = {"area_half_width_mm": beside_mm + 4.0} if beside_mm else {}
-    return overlay(config, {"task": {"options": {**own, **options}, **wide}})
+    return overlay(config, {"task": {"options": {**own, **options}}})
 
 
 Row = tuple[int, str, bool, float, float, int, str]

@@ -47,10 +47,10 @@ def _keyed() -> dict[str, Any]:
     return corner
 
 
-def _give_way(tilt_mrad: float = 0.0, **task: Any) -> dict[str, Any]:
+def _give_way(**task: Any) -> dict[str, Any]:
     """A round peg in a grip that may give way."""
     settings = {"name": "insertion-6dof", "ticks_per_action": 8, "tare_ticks": 7, "ready_height_mm": 1.0}
-    cell = {"peg": {"hole_depth_mm": 2.0}, "contacts": "searched", "tilt_mrad": tilt_mrad}
+    cell = {"peg": {"hole_depth_mm": 2.0}, "contacts": "searched"}
     return {"task": settings | {"insertion_depth_mm": 2.0} | task, "cell": cell}
 
 
@@ -185,21 +185,6 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         _corner(time_limit_s=3.0, travel_speed_mm_s=30.0, options={"down_share": 0.5}),
         policy="corner-first",
     ),
-    # Levelled on the plate beside the hole, before it searches; a torque about its axis has nothing to do with that.
-    "levelled": Mishap(
-        (force("offset", 45, magnitude=0.04, channels=(5,)),),
-        _corner(ticks_per_action=5, area_half_width_mm=12.0, time_limit_s=2.2, options={"level_beside_mm": 3.0}),
-        (196, "stop"),
-        policy="corner-first",
-    ),
-    # And of a round peg in a grip that leans, which then gives way on the spot.
-    "levelled-giving-way": Mishap(
-        settings=_give_way(
-            4.0, ticks_per_action=5, area_half_width_mm=12.0, time_limit_s=2.2, options={"level_beside_mm": 6.0}
-        ),
-        at=(240, "stop"),
-        policy="give-way",
-    ),
     # Walls that are not at right angles; as it stands upright, its encoders say that it is on the plate.
     "corner-triangle": Mishap(
         (joints("offset", 150, magnitude=-0.002, channels=(1,)),), _triangle(), (157, "stop"), policy="corner-first"
@@ -280,14 +265,14 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     "seated-late": Mishap(
         (force("noise", 66, magnitude=0.15, channels=(3, 4)),),
         _give_way(start_uncertainty_mm=0.0, options={"wobble_deg_s": 0.0}),
-        policy="give-way",
+        policy="hypotheses",
     ),
     # A force along the axis that nothing gives leads the peg out again, as it seats and on what was the floor.
     **{
         f"led-out-{name}": Mishap(
             (force("offset", tick, magnitude=magnitude, channels=(2,)),),
             _give_way(start_uncertainty_mm=0.0, options={"wobble_deg_s": 0.0}),
-            policy="give-way",
+            policy="hypotheses",
         )
         for name, tick, magnitude in (("seating", 63, -14.0), ("of-the-floor", 75, -11.0))
     },

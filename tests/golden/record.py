@@ -131,12 +131,6 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "run", "--trials", "1", "--seed", "45", "--task.time-limit-s", "0.4", "--perception.filter-order", "1",
         "--policy", "train-mixed",
     ),
-    # A round peg in six degrees of freedom: gives way in tilt, steps, and does not know where to.
-    "give-way": (
-        "run", "--task", "insertion-6dof", "--policy", "give-way", "--trials", "1", "--seed", "36", *SHALLOW,
-        "--task.time-limit-s", "0.55", "--task.start-uncertainty-mm", "1", "--cell.tilt-mrad", "4",
-        "--task.ticks-per-action", "8", "--perception.torque-threshold-kgf-mm", "5",
-    ),
     # Hypotheses that are drawn anew, and steps that turn.
     "hypotheses": (
         "run", "--task", "insertion-6dof", "--policy", "hypotheses", "--trials", "1", "--seed", "36", *SHALLOW,

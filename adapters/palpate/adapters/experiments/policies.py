@@ -19,7 +19,6 @@ from palpate.core.policy import (
     Action,
     BackOff,
     ExamplesPolicy,
-    FixedPolicy,
     HmmLearner,
     MixedPolicy,
     OptionParameters,
@@ -38,7 +37,7 @@ from palpate.core.policy import (
 )
 from palpate.core.policy.belief import BeliefLearner
 from palpate.core.ports import CONTROL_RATE_HZ
-from palpate.core.tasks.insertion_6dof import CornerFirst, GiveWay, Hypotheses, Levelled, SpatialOptions
+from palpate.core.tasks.insertion_6dof import CornerFirst, Hypotheses, SpatialOptions
 from palpate.core.trial import N_PER_KGF, options_of
 
 SPIRAL_PITCH_M: Final = 0.30e-3
@@ -71,9 +70,8 @@ _MAKERS: Final[dict[str, Callable[[RunConfig, Hole], Policy]]] = {
     "spiral-10": lambda config, _: Spiral("spiral-10", SPIRAL_PITCH_M, 0.010 * _action_s(config)),
     "spiral-5": lambda config, _: Spiral("spiral-5", SPIRAL_PITCH_M, 0.005 * _action_s(config)),
     "random": lambda config, _: RandomWalkPolicy(_plain_actions(config)),
-    "give-way": lambda config, _: _levelled(config, GiveWay(_plain_actions(config), _threshold_Nm(config))),
     "hypotheses": lambda config, _: Hypotheses(config.task, spatial_options(config, "hypotheses")),
-    "corner-first": lambda config, _: _levelled(config, CornerFirst(spatial_options(config))),
+    "corner-first": lambda config, _: CornerFirst(spatial_options(config)),
     "omniscient-pose": lambda config, pose: _omniscient_pose(config, pose),
 }
 COMPARATORS: Final = tuple(_MAKERS)
@@ -146,22 +144,6 @@ def _omniscient_pose(config: RunConfig, pose: Hole) -> OmniscientPose:
 
 def _threshold_Nm(config: RunConfig) -> float:
     return config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF
-
-
-def _levelled(config: RunConfig, search: FixedPolicy) -> Policy:
-    """The policy after a levelling touch, where one is asked for.
-
-    Raises:
-        ConfigurationError: It is to be made outside the exploration area.
-    """
-    beside_mm, most_mm = spatial_options(config).level_beside_mm, config.task.area_half_width_mm
-    if not beside_mm:
-        return search
-    least_mm = beside_mm + config.task.start_uncertainty_mm
-    if most_mm < least_mm:
-        accepted = f"at least {least_mm:g}, for the levelling touch of task.options.level_beside_mm = {beside_mm:g}"
-        raise ConfigurationError("task.area_half_width_mm", most_mm, accepted)
-    return Levelled(config.task, beside_mm * 1e-3, search)
 
 
 def spatial_options(config: RunConfig, policy: str = "corner-first") -> SpatialOptions:

@@ -52,9 +52,6 @@ class SpatialOptions(Settings):
     unanswered_N: Annotated[float, Range(0.0, 40.0)] = 28.0
     """A tool that pushes heaves, and goes no further from where the force answered that than bends the gripper by this;
     0: it heaves only where nothing is felt, and any scatter counts."""
-    level_beside_mm: Annotated[float, Range(0.0, 50.0)] = 0.0
-    """So far beside, along the task's x, corner-first and give-way press the tool on the plate and turn it level before
-    they search; task.area_half_width_mm has to reach there. 0: they do not."""
     most_lean_deg: Annotated[float, Range(1.0, 30.0)] = 8.0
     """The tool may lean no further."""
     most_yaw_deg: Annotated[float, Range(1.0, 45.0)] = 20.0
