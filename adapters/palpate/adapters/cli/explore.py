@@ -53,7 +53,7 @@ def _learn(options: ExploreOptions) -> int:
     if not runs:
         return 130
     bounds = bounds_of(grid, options.learning.step_limit)
-    scores = [Score.of(grid, run, options.learning.step_limit) for run in runs]
+    scores = [Score.of(run) for run in runs]
     head = f"map {options.map}, {len(grid.cells)} cells; states: {options.state}, {len(runs[0].identifier.states)}; "
     head += f"{options.learning.learner}, {options.trials} trials\n\n"
     text = head + score_table(scores, bounds, options.trials)
@@ -144,7 +144,7 @@ def _panel(options: ExploreOptions, grid: GridMap, make: StateMaker, title: str)
         return None
     title += f" ({len(runs[0].identifier.states)} states)"
     bounds = bounds_of(grid, options.learning.step_limit)
-    scores = [Score.of(grid, run, options.learning.step_limit) for run in runs]
+    scores = [Score.of(run) for run in runs]
     sys.stdout.write(f"\n{title}\n{score_table(scores, bounds, options.trials)}")
     return Panel(title, _curves(runs), bounds)
 

@@ -1,8 +1,3 @@
-from .chain import ExpectedSteps as ExpectedSteps
-from .chain import expected_steps as expected_steps
-from .chain import greedy as greedy
-from .chain import uniform as uniform
-from .chain import walked_steps as walked_steps
 from .maps import COMPASS as COMPASS
 from .maps import GOAL as GOAL
 from .maps import SCENARIOS as SCENARIOS
@@ -11,11 +6,11 @@ from .maps import GridMap as GridMap
 from .maps import grid_actions as grid_actions
 from .optimum import belief_optimum as belief_optimum
 from .optimum import full_information_optimum as full_information_optimum
+from .optimum import random_walk_steps as random_walk_steps
 from .trial import PENALTY as PENALTY
 from .trial import STEP_LIMIT as STEP_LIMIT
-from .trial import UNDISTURBED as UNDISTURBED
-from .trial import Disturbance as Disturbance
 from .trial import Walk as Walk
 from .trial import Walker as Walker
 from .trial import run_trial as run_trial
 from .trial import walk_strings as walk_strings
+from .trial import walks_from_all_cells as walks_from_all_cells

@@ -1,4 +1,4 @@
-"""What is possible: the fewest steps with full information, and with the map known but not the place.
+"""Yardsticks: the fewest steps with full information, and with the map known but not the place; the random walk.
 
 Moves and readings are certain here, so all that can be known is which cells are still possible, and how often: where
 the walls push two possible places together, one cell stands for both. Such beliefs are finite in number, and no optimal
@@ -15,6 +15,8 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Final, TypeAlias
 
+import numpy as np
+
 from palpate.core.errors import ConfigurationError
 from palpate.simulation.grid.maps import COMPASS, GridMap
 
@@ -22,6 +24,18 @@ from palpate.simulation.grid.maps import COMPASS, GridMap
 def full_information_optimum(grid: GridMap) -> Fraction:
     """Mean length of the shortest ways to the goal, from a uniformly random start."""
     return Fraction(sum(grid.distances.values()), len(grid.cells))
+
+
+def random_walk_steps(grid: GridMap, step_limit: int) -> float:
+    """Mean steps of the random walk from a uniformly random start, cut off at the limit; exact."""
+    goal = len(grid.cells)
+    targets = np.array([[goal if target is None else target for target in row] for row in grid.moves])
+    here, steps = np.full(goal, 1.0 / goal), 0.0
+    for _ in range(step_limit):
+        steps += float(here.sum())
+        arriving = np.repeat(here / len(COMPASS), len(COMPASS))
+        here = np.bincount(targets.ravel(), arriving, goal + 1)[:goal]
+    return steps
 
 
 Belief: TypeAlias = tuple[tuple[int, int], ...]

@@ -5,7 +5,7 @@ its state, what the last action came to, the next action, in this order.
 """
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Final
+from typing import Final
 
 from palpate.core.automata import Strings
 from palpate.core.errors import CommandError, ConfigurationError, require_whole
@@ -19,7 +19,7 @@ from palpate.core.policy import (
     RandomWalkPolicy,
     Transition,
 )
-from palpate.core.ports import Range, Settings, Vector3
+from palpate.core.ports import Vector3
 from palpate.core.trial import Purpose, generator
 from palpate.simulation.grid.maps import GridMap, grid_actions
 
@@ -49,21 +49,6 @@ class Walk:
         return len(self.actions)
 
 
-@dataclass(frozen=True, slots=True)
-class Disturbance(Settings):
-    """What chance does to moves and readings; nothing without it."""
-
-    TABLE: ClassVar[str] = "grid"
-
-    slips: Annotated[float, Range(0.0, 1.0, below=True)] = 0.0
-    """Share of the moves that fail: the agent stays."""
-    misreads: Annotated[float, Range(0.0, 1.0)] = 0.0
-    """Share of the readings, the start's too, in whose place any symbol is read, each as likely as any other."""
-
-
-UNDISTURBED: Final = Disturbance()
-
-
 class Walker:
     """The agent in its map during one trial, move by move; the caller chooses the moves.
 
@@ -72,7 +57,6 @@ class Walker:
         identifier: From readings to states; it is reset first.
         trial: Index of the trial; with the seed it gives the start.
         start: Number of the cell in which it begins; None for the one that seed and trial give.
-        disturbance: What is left to chance; with the seed the trial gives its random numbers.
 
     Attributes:
         cell: Where it is; None at the goal.
@@ -89,16 +73,13 @@ class Walker:
         seed: int,
         trial: int,
         start: int | None = None,
-        disturbance: Disturbance = UNDISTURBED,
     ) -> None:
         if identifier.symbols != grid.symbols:
             accepted = f"the symbols of the map, {', '.join(grid.symbols)}"
             raise ConfigurationError("grid.state", identifier.symbols, accepted)
         self._grid, self._identifier = grid, identifier
         self._start = int(generator(seed, Purpose.START, trial).integers(len(grid.cells))) if start is None else start
-        self._disturbance = disturbance
-        self._chance = generator(seed, Purpose.SENSOR, trial) if disturbance != UNDISTURBED else None
-        self._symbols, self._actions = [self._read(self._start)], list[int]()
+        self._symbols, self._actions = [grid.readings[self._start]], list[int]()
         identifier.reset()
         self.cell: int | None = self._start
         self.state = identifier.update(self._symbols[0])
@@ -131,18 +112,12 @@ class Walker:
         if self.cell is None:
             raise CommandError("at the goal there is no move", action)
         self._actions.append(action)
-        if self._chance is None or self._chance.random() >= self._disturbance.slips:
-            self.cell = self._grid.moves[self.cell][action]
+        self.cell = self._grid.moves[self.cell][action]
         if self.cell is None:
             return None
-        self._symbols.append(self._read(self.cell))
+        self._symbols.append(self._grid.readings[self.cell])
         self.state = self._identifier.update(self._symbols[-1], COMPASS_NAMES[action])
         return self.state
-
-    def _read(self, cell: int) -> int:
-        if self._chance is not None and self._chance.random() < self._disturbance.misreads:
-            return int(self._chance.integers(len(self._grid.symbols)))
-        return self._grid.readings[cell]
 
 
 def run_trial(
@@ -154,7 +129,6 @@ def run_trial(
     *,
     step_limit: int = STEP_LIMIT,
     start: int | None = None,
-    disturbance: Disturbance = UNDISTURBED,
 ) -> Walk:
     """One trial from a random cell to the goal, or to the limit.
 
@@ -171,7 +145,7 @@ def run_trial(
         CommandError: The policy chose something that is not of the action set.
     """
     require_whole("grid.step_limit", step_limit, 1, 10_000_000)
-    walker = Walker(grid, identifier, seed, trial, start, disturbance)
+    walker = Walker(grid, identifier, seed, trial, start)
     policy.begin_trial(trial, generator(seed, Purpose.POLICY, trial))
     for _ in range(step_limit):
         observation = walker.observation()
@@ -184,6 +158,28 @@ def run_trial(
             break
     policy.end_trial(Hindsight(walker.walk.reached, _NOWHERE, 0.0))
     return walker.walk
+
+
+def walks_from_all_cells(
+    grid: GridMap,
+    identifier: StateIdentifier,
+    policy: Policy,
+    *,
+    step_limit: int = STEP_LIMIT,
+    walks: int = 1,
+    seed: int = 0,
+) -> list[Walk]:
+    """Trials from every cell, as many from each: what a frozen policy costs.
+
+    With one walk a cell the mean is exact where the policy leaves nothing to chance.
+
+    Args:
+        policy: A frozen one.
+    """
+    return [
+        run_trial(grid, identifier, policy, seed, trial, step_limit=step_limit, start=trial // walks)
+        for trial in range(walks * len(grid.cells))
+    ]
 
 
 def walk_strings(grid: GridMap, count: int, seed: int, longest: int = STEP_LIMIT) -> Strings:

@@ -6,7 +6,7 @@ import pytest
 
 from palpate.core.errors import ConfigurationError
 from palpate.simulation.grid.maps import SCENARIO_1, SCENARIO_2, SCENARIOS, TWIN, GridMap
-from palpate.simulation.grid.optimum import belief_optimum, full_information_optimum
+from palpate.simulation.grid.optimum import belief_optimum, full_information_optimum, random_walk_steps
 
 
 @pytest.mark.parametrize(("size", "steps"), [(3, Fraction(1)), (5, Fraction(5, 3)), (7, Fraction(7, 3))])
@@ -51,6 +51,13 @@ def test_places_that_walls_push_together_count_together() -> None:
     # place is done, the other is the end before it.
     grid = GridMap.from_text("AA·A")
     assert belief_optimum(grid) == Fraction(1 + 2 + 3, 3)
+
+
+def test_the_random_walk_by_hand_and_cut_off() -> None:
+    # One of eight actions leads to the goal.
+    grid = GridMap.from_text("A·")
+    assert random_walk_steps(grid, 2) == pytest.approx(1.0 + 7.0 / 8.0)
+    assert random_walk_steps(grid, 1000) == pytest.approx(8.0)
 
 
 def test_a_search_that_becomes_too_long_says_so() -> None:

@@ -6,7 +6,7 @@ import pytest
 from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.perception import IdentityState, LastSymbols
 from palpate.core.policy import Observation, QLearning, QParameters, RandomWalkPolicy, TemperatureSchedule, Transition
-from palpate.simulation.grid import Disturbance, GridMap, Walker, grid_actions, run_trial, walked_steps
+from palpate.simulation.grid import GridMap, Walker, grid_actions, run_trial, walks_from_all_cells
 from palpate.simulation.grid.maps import SCENARIO_1
 from tests.unit.core.policy.bench import Diary
 
@@ -105,18 +105,10 @@ def test_a_walker_is_the_same_trial_for_a_decider_outside() -> None:
         walker.move(RIGHT)
 
 
-def test_moves_fail_and_readings_are_wrong_in_the_share_that_is_asked_for() -> None:
+def test_all_cells_are_starts_as_often_as_is_asked() -> None:
     identity = IdentityState(CORRIDOR.symbols)
-    slipping = walked_steps(CORRIDOR, identity, Diary(), walks=300, disturbance=Disturbance(slips=0.2))
-    assert slipping.steps == pytest.approx(2.0 / 0.8, rel=0.05)
-    wrong = [
-        run_trial(CORRIDOR, identity, Diary(), 0, trial, start=2, disturbance=Disturbance(misreads=0.4)).symbols[0] == 0
-        for trial in range(1000)
-    ]
-    # A wrong reading is any symbol, so of two it is the right one half of the time.
-    assert np.mean(wrong) == pytest.approx(0.2, abs=0.04)
-
-
-def test_a_policy_that_never_arrives_is_told_so_from_those_starts() -> None:
-    found = walked_steps(CORRIDOR, IdentityState(CORRIDOR.symbols), Diary((LEFT,)), 5)
-    assert (found.steps, found.reaches, found.limited_steps, found.reaches_in_time) == (float("inf"), 0.0, 5.0, 0.0)
+    walks = walks_from_all_cells(CORRIDOR, identity, Diary(), walks=2)
+    assert [(walk.start, walk.steps, walk.reached) for walk in walks[::2]] == [(0, 3, True), (1, 2, True), (2, 1, True)]
+    assert walks[1::2] == walks[::2]
+    never = walks_from_all_cells(CORRIDOR, identity, Diary((LEFT,)), step_limit=5)
+    assert [(walk.steps, walk.reached) for walk in never] == [(5, False)] * 3

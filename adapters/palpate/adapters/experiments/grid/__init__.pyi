@@ -8,6 +8,7 @@ from .report import score_table as score_table
 from .report import summary as summary
 from .report import trials_csv as trials_csv
 from .worlds import SYMBOLS as SYMBOLS
+from .worlds import Bounds as Bounds
 from .worlds import Followed as Followed
 from .worlds import Named as Named
 from .worlds import bounds_of as bounds_of

@@ -7,23 +7,10 @@ from typing import TypeAlias
 from threadpoolctl import threadpool_limits
 
 from palpate.adapters.config import HMM, TRIALS, GridLearning
-from palpate.core.automata import AutomatonState
 from palpate.core.errors import ConfigurationError, require_whole
 from palpate.core.perception import IdentityState, StateIdentifier
 from palpate.core.policy import BackOff, HmmLearner, TabularLearner, new_learner
-from palpate.simulation.grid import (
-    STEP_LIMIT,
-    UNDISTURBED,
-    Disturbance,
-    ExpectedSteps,
-    GridMap,
-    Walk,
-    expected_steps,
-    greedy,
-    grid_actions,
-    run_trial,
-    walked_steps,
-)
+from palpate.simulation.grid import GridMap, Walk, grid_actions, run_trial
 
 StateMaker: TypeAlias = Callable[[GridMap], StateIdentifier]
 """Makes the states of a map: each run gets an identifier of its own."""
@@ -47,15 +34,10 @@ def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> Gri
 
 @dataclass(frozen=True)
 class LearningRun:
-    """One run: every trial of it, and what was learned.
-
-    Attributes:
-        lost_steps: Of each trial the symbols that its automaton had no transition for; 0 where the states are others.
-    """
+    """One run: every trial of it, and what was learned."""
 
     seed: int
     walks: tuple[Walk, ...]
-    lost_steps: tuple[int, ...]
     temperatures: tuple[float | None, ...]
     learner: GridLearner
     identifier: StateIdentifier
@@ -65,16 +47,6 @@ class LearningRun:
         """Steps of each trial."""
         return [walk.steps for walk in self.walks]
 
-    def frozen_steps(self, grid: GridMap, step_limit: int = STEP_LIMIT) -> ExpectedSteps:
-        """What the policy that was learned costs when it learns no more: exact, unless the learner draws its actions.
-
-        Of a table the best action is taken.
-        """
-        with _one_thread():
-            if isinstance(self.learner, TabularLearner):
-                return expected_steps(grid, self.identifier, greedy(self.learner.q), step_limit)
-            return walked_steps(grid, self.identifier, self.learner.as_frozen(), step_limit)
-
 
 def learn(
     grid: GridMap,
@@ -83,7 +55,6 @@ def learn(
     seed: int,
     trials: int = TRIALS,
     on_trial: Callable[[Walk], None] = lambda walk: None,
-    disturbance: Disturbance = UNDISTURBED,
 ) -> LearningRun:
     """Learn from scratch. Start and choices of a trial follow from the seed and its index, and from nothing else.
 
@@ -93,17 +64,14 @@ def learn(
     require_whole("trials", trials, 1, 1_000_000)
     identifier = make_identifier(grid)
     learner = new_grid_learner(learning, identifier)
-    walks, lost_steps, temperatures = [], [], []
+    walks, temperatures = [], []
     with _one_thread():
         for trial in range(trials):
-            walk = run_trial(
-                grid, identifier, learner, seed, trial, step_limit=learning.step_limit, disturbance=disturbance
-            )
+            walk = run_trial(grid, identifier, learner, seed, trial, step_limit=learning.step_limit)
             walks.append(walk)
-            lost_steps.append(identifier.lost_steps if isinstance(identifier, AutomatonState) else 0)
             temperatures.append(learner.temperature)
             on_trial(walk)
-    return LearningRun(seed, tuple(walks), tuple(lost_steps), tuple(temperatures), learner, identifier)
+    return LearningRun(seed, tuple(walks), tuple(temperatures), learner, identifier)
 
 
 def _one_thread() -> threadpool_limits:

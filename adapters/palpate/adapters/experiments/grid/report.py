@@ -16,7 +16,7 @@ from palpate.adapters.experiments.grid.learning import LearningRun
 from palpate.adapters.experiments.grid.worlds import Bounds
 from palpate.adapters.experiments.statistics import mean_with_interval, moving_average, window_of
 from palpate.adapters.log import aligned, csv_text, drawing
-from palpate.simulation.grid import STEP_LIMIT, GridMap
+from palpate.simulation.grid import GridMap
 
 LAST: Final = 100
 """Trials at either end of a run that are averaged."""
@@ -25,51 +25,36 @@ _COLUMNS: Final = ("seed", "trial", "steps", "reached", "start_column", "start_r
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """What one run came to.
-
-    Attributes:
-        lost: Mean steps of the last trials on which the automaton was lost.
-    """
+    """What one run came to."""
 
     seed: int
     first: float
     last: float
     reached: float
-    greedy: float
-    greedy_reaches: float
-    lost: float = 0.0
 
     @classmethod
-    def of(cls, grid: GridMap, run: LearningRun, step_limit: int = STEP_LIMIT) -> Score:
+    def of(cls, run: LearningRun) -> Score:
         """Score a run."""
-        exact = run.frozen_steps(grid, step_limit)
         last = run.walks[-LAST:]
         return cls(
             seed=run.seed,
             first=_mean(run.steps[:LAST]),
             last=_mean([walk.steps for walk in last]),
             reached=_mean([walk.reached for walk in last]),
-            greedy=exact.limited_steps,
-            greedy_reaches=exact.reaches_in_time,
-            lost=_mean(run.lost_steps[-LAST:]),
         )
 
 
 def score_table(scores: Sequence[Score], bounds: Bounds, trials: int) -> str:
     """A line for each run, their mean, and what is possible."""
     count = min(LAST, trials)
-    lines = [("seed", f"first {count}", f"last {count}", "goal reached", "greedy, exact")]
-    lines += [(str(s.seed), *_cells(s.first, s.last, s.reached, s.greedy)) for s in scores]
+    lines = [("seed", f"first {count}", f"last {count}", "goal reached")]
+    lines += [(str(s.seed), *_cells(s.first, s.last, s.reached)) for s in scores]
     if len(scores) > 1:
-        means = [_mean([getattr(s, name) for s in scores]) for name in ("first", "last", "reached", "greedy")]
+        means = [_mean([getattr(s, name) for s in scores]) for name in ("first", "last", "reached")]
         lines.append(("mean", *_cells(*means)))
-    lost = _mean([score.lost for score in scores])
-    was_lost = (
-        f"lost, for the automaton has no transition: {lost:.2f} steps a trial of the last {count}\n" if lost else ""
-    )
     belief = "not found: it takes too long" if bounds.belief is None else f"{bounds.belief:.2f}"
     return (
-        f"{aligned(lines, left=0)}\n{was_lost}"
+        f"{aligned(lines, left=0)}\n"
         "what is possible, mean steps\n"
         f"  full information      {bounds.full:.2f}\n"
         f"  belief-state optimum  {belief}\n"
@@ -85,7 +70,6 @@ def summary(scores: Sequence[Score], bounds: Bounds) -> dict[str, Any]:
         "mean_last_95": [None if end is None else round(end, 4) for end in ends],
         "mean_first": round(_mean([score.first for score in scores]), 4),
         "reached_last": round(_mean([score.reached for score in scores]), 4),
-        "greedy_exact": round(_mean([score.greedy for score in scores]), 4),
         "full_information": round(bounds.full, 4),
         "belief_optimum": None if bounds.belief is None else round(bounds.belief, 4),
         "random_walk": round(bounds.random_walk, 4),
@@ -102,8 +86,8 @@ def trials_csv(grid: GridMap, runs: Sequence[LearningRun]) -> str:
     return csv_text(rows)
 
 
-def _cells(first: float, last: float, reached: float, exact: float) -> tuple[str, str, str, str]:
-    return f"{first:.2f}", f"{last:.2f}", f"{reached:.0%}", f"{exact:.2f}"
+def _cells(first: float, last: float, reached: float) -> tuple[str, str, str]:
+    return f"{first:.2f}", f"{last:.2f}", f"{reached:.0%}"
 
 
 def _mean(values: Sequence[float]) -> float:

@@ -9,16 +9,15 @@ from typing import Final
 from palpate.adapters.experiments.build import NONE, identifier
 from palpate.core.automata import AutomatonState, Machine, Strings
 from palpate.core.errors import ConfigurationError
-from palpate.core.perception import IdentityState, StateIdentifier
+from palpate.core.perception import StateIdentifier
 from palpate.core.ports import read_text
 from palpate.simulation.grid import (
     SCENARIOS,
     STEP_LIMIT,
     GridMap,
     belief_optimum,
-    expected_steps,
     full_information_optimum,
-    uniform,
+    random_walk_steps,
     walk_strings,
 )
 
@@ -59,9 +58,7 @@ def bounds_of(grid: GridMap, step_limit: int = STEP_LIMIT) -> Bounds:
         belief = float(belief_optimum(grid))
     except ConfigurationError:
         belief = None
-    identity = IdentityState(grid.symbols)
-    walk = expected_steps(grid, identity, uniform(len(grid.symbols)), step_limit)
-    return Bounds(float(full_information_optimum(grid)), belief, walk.limited_steps)
+    return Bounds(float(full_information_optimum(grid)), belief, random_walk_steps(grid, step_limit))
 
 
 SYMBOLS: Final = "symbols"

@@ -6,47 +6,29 @@ import pytest
 
 from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.experiments.grid import Panel, Score, learn, learning_figure, score_table, summary
-from palpate.adapters.experiments.grid.worlds import Bounds, Followed, Named, bounds_of
-from palpate.core.automata import Kind, Machine
+from palpate.adapters.experiments.grid.worlds import Bounds, Named, bounds_of
 from palpate.simulation.grid.maps import GridMap
 
 GRID = GridMap.from_text("ABC·")
-SCORES = [Score(7, 40.0, 3.5, 1.0, 3.25, 1.0), Score(8, 50.0, 4.5, 0.5, 30.0, 0.75)]
+SCORES = [Score(7, 40.0, 3.5, 1.0), Score(8, 50.0, 4.5, 0.5)]
 BOUNDS = Bounds(2.333, 3.208, 48.27)
 
 
 def test_a_run_is_scored() -> None:
     run = learn(GRID, Named(), GridLearning(alpha=0.5), 0, 300)
-    score = Score.of(GRID, run)
+    score = Score.of(run)
     assert score.seed == 0
     assert score.first == sum(run.steps[:100]) / 100
     assert score.last == sum(run.steps[-100:]) / 100
-    assert (score.reached, score.greedy, score.greedy_reaches) == (1.0, pytest.approx(2.0), 1.0)
+    assert score.reached == 1.0
     assert score.last < 2.6
-
-
-def test_steps_on_which_the_automaton_was_lost_are_told() -> None:
-    # Its one state is that after A: B and C are not known there.
-    machine = Machine(Kind.MOORE, ("A", "B", "C"), ((0, None, None),), ("",))
-    run = learn(GRID, Followed(machine), GridLearning(), 0, 120)
-    assert sum(run.lost_steps) > 120
-    text = score_table([Score.of(GRID, run)], BOUNDS, 120)
-    assert f"lost, for the automaton has no transition: {sum(run.lost_steps[-100:]) / 100:.2f} steps a trial" in text
-    assert "lost" not in score_table(SCORES, BOUNDS, 120)
-
-
-def test_the_limit_holds_for_the_exact_cost_too() -> None:
-    learning = GridLearning(step_limit=2)
-    score = Score.of(GRID, learn(GRID, Named(), learning, 0, 50), 2)
-    assert score.greedy <= 2.0
-    assert score.greedy_reaches < 1.0
 
 
 def test_what_is_possible_always_stands_beside_what_was_learned() -> None:
     lines = score_table(SCORES, BOUNDS, 1500).splitlines()
-    assert lines[0].split("  ")[-1] == "greedy, exact"
-    assert lines[1].split() == ["7", "40.00", "3.50", "100%", "3.25"]
-    assert lines[3].split() == ["mean", "45.00", "4.00", "75%", "16.62"]
+    assert lines[0].split("  ")[-1] == "goal reached"
+    assert lines[1].split() == ["7", "40.00", "3.50", "100%"]
+    assert lines[3].split() == ["mean", "45.00", "4.00", "75%"]
     assert lines[-3:] == [
         "  full information      2.33",
         "  belief-state optimum  3.21",
@@ -67,7 +49,7 @@ def test_the_summary_says_the_same_with_intervals() -> None:
     assert (figures["mean_last"], figures["mean_last_95"]) == (4.0, [0.0, pytest.approx(4.0 + 12.7062 * 0.5)])
     assert summary(SCORES[:1], BOUNDS)["mean_last_95"] == [None, None]
     assert (figures["full_information"], figures["belief_optimum"]) == (2.333, 3.208)
-    assert figures["runs"][1]["greedy_reaches"] == 0.75
+    assert figures["runs"][1]["reached"] == 0.5
     assert summary(SCORES, Bounds(1.0, None, 9.0))["belief_optimum"] is None
 
 

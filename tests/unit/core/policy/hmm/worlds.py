@@ -6,26 +6,17 @@ from palpate.core.perception import IdentityState
 from palpate.core.policy import RandomWalkPolicy
 from palpate.core.policy.hmm import DisplacementHmm, FinitePomdp, RecordedTrial
 from palpate.core.policy.hmm.displacement_hmm import lattice_steps
-from palpate.simulation.grid import UNDISTURBED, Disturbance, GridMap, grid_actions, run_trial
+from palpate.simulation.grid import GridMap, grid_actions, run_trial
 
 STEPS = lattice_steps(grid_actions())
 AMBIGUOUS = GridMap.from_text("ABACB\nCA#BA\nBC·AC\nABCAB\nCBABA")
 
 
-def random_trials(
-    grid: GridMap, count: int, seed: int = 0, limit: int = 40, disturbance: Disturbance = UNDISTURBED
-) -> list[RecordedTrial]:
+def random_trials(grid: GridMap, count: int, seed: int = 0, limit: int = 40) -> list[RecordedTrial]:
     """Random walks on a map."""
     identity, policy = IdentityState(grid.symbols), RandomWalkPolicy(grid_actions())
-    walks = (
-        run_trial(grid, identity, policy, seed, trial, step_limit=limit, disturbance=disturbance)
-        for trial in range(count)
-    )
-    return [recorded(walk) for walk in walks]
-
-
-def recorded(walk: object) -> RecordedTrial:
-    return RecordedTrial(walk.symbols, walk.actions, walk.reached)  # type: ignore[attr-defined]
+    walks = [run_trial(grid, identity, policy, seed, trial, step_limit=limit) for trial in range(count)]
+    return [RecordedTrial(walk.symbols, walk.actions, walk.reached) for walk in walks]
 
 
 def true_offsets(grid: GridMap) -> DisplacementHmm:
