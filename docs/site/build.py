@@ -137,14 +137,12 @@ def write_pages(pages: Path) -> list[dict[str, object]]:
     first = ["index.md", "tutorial.md", "glossary.md"]
     how_to = sorted(place for place in places.values() if place.startswith("how-to/"))
     decisions = sorted(place for place in places.values() if place.startswith("decisions/"))
-    history = sorted(place for place in places.values() if place.startswith("history/"))
-    known = {*first, *how_to, *decisions, *history, *shown, "examples/index.md"}
+    known = {*first, *how_to, *decisions, *shown, "examples/index.md"}
     more = sorted(set(places.values()) - known)
     return [
         {"To begin": [*first, "examples/index.md"]},
         {"How to": how_to},
         {"To know": more},
-        {"Earlier figures": history},
         {"Reference": [{root: found} for root, found in api.items()]},
         {"Decisions": decisions},
         {"Files": [{place.removesuffix(".md"): place} for place in shown]},
