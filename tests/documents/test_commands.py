@@ -7,17 +7,14 @@ themselves: they run in the order of the page, in a folder that has what `desk` 
 import re
 import shlex
 import shutil
-from collections.abc import Iterator
 from glob import glob
 from itertools import groupby
 from pathlib import Path
 
 import pytest
 
-from palpate.adapters.cli.arguments import flags_of
-from palpate.adapters.cli.commands import COMMANDS, GROUPS, options_of
 from tests.command_line import CommandLine
-from tests.integration.test_docs import PAGES, ROOT, blocks
+from tests.integration.test_docs import PAGES, ROOT, commands_in
 from tests.unit.adapters.visualisation.film.trials import require_graphics
 
 NEEDS = {
@@ -37,9 +34,6 @@ NEEDS = {
 }
 """What is not run here, and why."""
 
-OURS = ("palpate ", "python ", "pytest ", "make ")
-"""Beginnings of lines that are about palpate; a shell's other words are not tried."""
-
 TRIALS = ("--task.time-limit-s", "0.5", "--trials", "1")
 FEW = {
     "train": TRIALS,
@@ -53,18 +47,8 @@ FEW = {
 """Words that keep a command short, in place of the page's own."""
 
 
-def lines_of(page: Path) -> Iterator[str]:
-    """Commands of a page, whole and without comments."""
-    for language, lines in blocks(page):
-        text = "\n".join(lines).replace("\\\n", " ")
-        for line in text.splitlines() if language == "sh" else []:
-            if line := re.sub(r"\s+(#.*|&.*|> \S+)$", "", re.sub(r"\s+#.*$", "", line)).strip():
-                if line.startswith(OURS):
-                    yield line
-
-
 COMMANDS_SHOWN = [
-    (page, line) for page in PAGES if page.stem not in ("tutorial", "your-own-policy") for line in lines_of(page)
+    (page, line) for page in PAGES if page.stem not in ("tutorial", "your-own-policy") for line in commands_in(page)
 ]
 RUN = [pair for pair in COMMANDS_SHOWN if not any(re.match(need, pair[1]) for need in NEEDS)]
 
@@ -86,17 +70,6 @@ def short(line: str) -> str:
     for flag in words[::2]:
         line = re.sub(rf" {re.escape(flag)} \S+", "", line)
     return " ".join((line, *words))
-
-
-def test_what_is_not_run_needs_what_it_says_and_has_its_options() -> None:
-    unused = [need for need in NEEDS if not any(re.match(need, line) for _, line in COMMANDS_SHOWN)]
-    assert unused == []
-    for page, line in COMMANDS_SHOWN:
-        words = line.split()
-        if (page, line) not in RUN and words[0] == "palpate":
-            name = " ".join(words[1:3]) if words[1] in GROUPS else words[1]
-            flags = flags_of(options_of(COMMANDS[name].options))
-            assert [word for word in words if word.startswith("--") and word not in flags] == [], (page.name, line)
 
 
 @pytest.fixture
