@@ -28,7 +28,7 @@ from unittest.mock import patch
 import numpy as np
 
 from benchmarks.seeds import gone_on_with
-from palpate.adapters.config import BEFORE_SLIDING, overlay, scenario
+from palpate.adapters.config import overlay, scenario
 from palpate.adapters.experiments import build_perception, build_task, comparator, learning_policy, run_scored_trial
 from palpate.adapters.experiments.statistics import wilson_interval
 from palpate.adapters.mujoco import SimulatedRig
@@ -105,7 +105,8 @@ def run(job: tuple[str, str, int, int]) -> dict[str, Any]:
     if policy in ("belief-double", "belief-bias"):  # No bias is a precision whose square no single can hold.
         config = overlay(config, {"learning": {"belief": {"single_precision": False}}})
     if policy not in ABLATIONS:
-        config = overlay(config, BEFORE_SLIDING)
+        quick = {"task": {"ticks_per_action": 7, "moving_share": 0.8}, "perception": {"cutoff_Hz": 7.0}}
+        config = overlay(config, quick)
     ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
     rows = []
     decisions_s: list[float] = []

@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.adapters.config import BEFORE_SLIDING, RunConfig, overlay, scenario
+from palpate.adapters.config import RunConfig, overlay, scenario
 from palpate.adapters.experiments import (
     build_perception,
     build_task,
@@ -135,7 +135,8 @@ def main() -> None:
     options = parser.parse_args()
     paced = replace(scenario(options.scenario), seed=options.seed)
     sliding = replace(scenario(options.scenario, "belief"), seed=options.seed)
-    quick = overlay(sliding, BEFORE_SLIDING)
+    paced_twice = {"task": {"ticks_per_action": 7, "moving_share": 0.8}, "perception": {"cutoff_Hz": 7.0}}
+    quick = overlay(sliding, paced_twice)
     tabular, belief = map(of_file, options.policies)
     cap_mm_s, travel_mm_s = sliding.learning.belief.speed_mm_s, sliding.task.travel_speed_mm_s
     chosen: list[tuple[str, RunConfig, Make]] = [

@@ -25,7 +25,6 @@ from palpate.adapters.config import (
     INSERTION,
     LEARNERS,
     OF_SOME,
-    LearnedWith,
     RigFile,
     RunConfig,
     learner_in,
@@ -164,12 +163,10 @@ def _base(arguments: Sequence[str]) -> tuple[RunConfig, dict[str, Any], bool]:
     learned = _learner_of_policies(arguments)
     presets = {
         "scenario": _preset("scenario", "paper", arguments, table, path),
-        "learner": _preset("learner", learned.learner or "q-learning", arguments, table, path),
+        "learner": _preset("learner", learned or "q-learning", arguments, table, path),
     }
     _require_of_learner(presets["learner"], arguments, {} if facts else table.get("learning", {}))
     config = scenario(*presets.values())
-    if presets["learner"] == learned.learner:
-        config = overlay(config, learned.preset)
     if (task := _task(arguments, table, path)) != INSERTION:
         config = overlay(overlay(config, task_kind(task).preset), {"task": {"name": task}})
     config = overlay(config, {**table, **presets})
@@ -196,16 +193,16 @@ def _task(arguments: Sequence[str], table: Mapping[str, Any], path: str) -> str:
     )
 
 
-def _learner_of_policies(arguments: Sequence[str]) -> LearnedWith:
-    """What all policy files after ``--policy`` were learned with; nothing where they do not agree."""
+def _learner_of_policies(arguments: Sequence[str]) -> str:
+    """Return the learner of all policy files after ``--policy``; empty where they do not agree."""
     files: list[str] = []
     for i, word in enumerate(arguments):
         if word.startswith("--policy="):
             files.append(word.partition("=")[2])
         elif word == "--policy":
             files += itertools.takewhile(lambda one: not one.startswith("-"), arguments[i + 1 :])
-    found = [learner_in(file) for file in files]
-    return found[0] if found and all(one == found[0] for one in found) else LearnedWith("", {})
+    found = {learner_in(file) for file in files}
+    return found.pop() if len(found) == 1 else ""
 
 
 def _require_of_learner(learner: str, arguments: Sequence[str], learning: Any) -> None:

@@ -6,7 +6,6 @@ from .grid import HMM as HMM
 from .grid import TRIALS as TRIALS
 from .grid import GridLearning as GridLearning
 from .learning import OF_SOME as OF_SOME
-from .learning import LearnedWith as LearnedWith
 from .learning import LearningConfig as LearningConfig
 from .learning import learner_in as learner_in
 from .plugins import entries as entries
@@ -26,7 +25,6 @@ from .run import RunConfig as RunConfig
 from .run import scenario as scenario
 from .run_file import RUN_FORMAT as RUN_FORMAT
 from .run_file import run_facts as run_facts
-from .scenarios import BEFORE_SLIDING as BEFORE_SLIDING
 from .scenarios import LEARNERS as LEARNERS
 from .tasks import INSERTION as INSERTION
 from .tasks import require_corners as require_corners

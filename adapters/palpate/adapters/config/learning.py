@@ -2,11 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, ClassVar, Final, NamedTuple
+from typing import Annotated, ClassVar, Final
 
 from typing_extensions import override
 
-from palpate.adapters.config.scenarios import BEFORE_SLIDING, Table
 from palpate.core.policy import HmmParameters
 from palpate.core.policy.belief import BeliefParameters
 from palpate.core.ports import (
@@ -42,36 +41,20 @@ OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {
 """Settings of learning that not every learner has, and the learners that do."""
 
 
-class LearnedWith(NamedTuple):
-    """What the policy of a policy file was learned with.
-
-    Attributes:
-        learner: The learner; empty where nothing says so. A run of that policy begins from its preset.
-        preset: What of the preset was different then, over it.
-    """
-
-    learner: str
-    preset: Table
-
-
-def learner_in(path: str) -> LearnedWith:
-    """What the policy of a policy file was learned with; nothing where it is no policy file."""
+def learner_in(path: str) -> str:
+    """Return the learner that the policy of a policy file was trained with; empty where it is no policy file."""
     try:
         document = json_of_file(path)
     except (OSError, ValueError):
-        return LearnedWith("", {})
+        return ""
     if not isinstance(document, dict) or not str(document.get("schema")).startswith("palpate.policy/"):
-        return LearnedWith("", {})
-    if document.get("hmm"):
-        return LearnedWith("hmm", {})
-    if belief := document.get("belief"):
-        parameters = belief.get("parameters") if isinstance(belief, dict) else None
-        return LearnedWith(
-            "belief", BEFORE_SLIDING if isinstance(parameters, dict) and "kept" not in parameters else {}
-        )
+        return ""
+    for model in ("hmm", "belief"):
+        if document.get(model):
+            return model
     learner = document.get("learner")
     kind = learner.get("kind") if isinstance(learner, dict) else ""
-    return LearnedWith(str(kind or "").partition(" of ")[0], {})
+    return str(kind or "").partition(" of ")[0]
 
 
 @dataclass(frozen=True)

@@ -74,8 +74,3 @@ LEARNERS: Final[Mapping[str, Table]] = {
 """What each learner begins with: time of an action, filter, states and rates that suit it, over the scenario's."""
 SUITED: Final[Mapping[tuple[str, str], Table]] = {("blind-noise", "belief"): {"task": {"press_kgf": 0.8}}}
 """The same in one scenario: a torque grows with the pressing force, and the noise of the sensor does not."""
-BEFORE_SLIDING: Final[Table] = {
-    "task": {"ticks_per_action": 7, "moving_share": 0.8},
-    "perception": {"cutoff_Hz": 7.0},
-}
-"""What a belief began with whose file says nothing of ``kept``: steps with a rest, and touches felt so."""

@@ -15,6 +15,8 @@ from palpate.core.trial import N_PER_KGF, TaskConfig
 _NOISE: Final = 9.0
 """The difference of two samples of three channels stays below so many standard deviations of one of them."""
 _PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
+WITHDRAWAL_SHARE: Final = 2.0
+"""Force allowed while a tool is drawn out of a hole, over the limit: what had pressed lets go."""
 
 
 def require_fitting(
@@ -76,3 +78,16 @@ def _require_retraction(config: SupervisionConfig, kinematics: Kinematics, ready
     if way_mm < 0.99 * config.retract_mm:
         accepted = f"at most {way_mm:.4g} mm, the way that {kinematics.arm.name} has above its ready pose"
         raise ConfigurationError("supervision.retract_mm", config.retract_mm, accepted)
+
+
+def limits_line(supervision: SupervisionConfig, task: TaskConfig) -> str:
+    """Return the limits of the force in the order in which they stop the arm, shown when a run on a rig starts."""
+    limits = [
+        (supervision.unexpected_contact_N, "supervision.unexpected_contact_N"),
+        (task.max_force_N, "task.max_force_N"),
+        (supervision.max_force_N, "supervision.max_force_N"),
+        (WITHDRAWAL_SHARE * task.max_force_N, f"{WITHDRAWAL_SHARE:g} x task.max_force_N"),
+    ]
+    # The sort is stable: of two equal limits the task's own is checked first.
+    limits.sort(key=lambda limit: limit[0])
+    return "limits of the force: " + ", ".join(f"{limit_N:g} N ({setting})" for limit_N, setting in limits)

@@ -24,7 +24,6 @@ class Phase(enum.Enum):
     INSERT = "insert"
     PROVE = "prove"
     DONE = "done"
-    OUT_OF_TOLERANCE = "out of tolerance"
 
 
 class Outcome(enum.Enum):

@@ -10,7 +10,7 @@ import pytest
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import ArmDescription, Kinematics, arm_named
 from palpate.core.ports import JointVector, SensorFacts
-from palpate.core.supervision import SupervisionConfig, require_fitting, weakened_lines, weaker_settings
+from palpate.core.supervision import SupervisionConfig, limits_line, require_fitting, weakened_lines, weaker_settings
 from palpate.core.supervision.config import DEFAULTS
 from palpate.core.trial.config import TaskConfig
 from tests.unit.core.fake_world import TOOL, ready_pose
@@ -148,3 +148,11 @@ def test_a_retraction_longer_than_the_arm_is_refused() -> None:
     arm = replace(ARM, posture_rad=home, lower_rad=(-3.14, 0.59, -0.91, -3.14, -3.14, -3.14))
     with pytest.raises(ConfigurationError, match=r"retract_mm = 200.* the way that zebra-zero has"):
         fit(SupervisionConfig(retract_mm=200.0), arm=arm, home=home)
+
+
+def test_the_limits_of_the_force_are_shown_in_the_order_in_which_they_stop_the_arm() -> None:
+    supervision = SupervisionConfig(max_force_N=20.0)
+    assert limits_line(supervision, TaskConfig(max_force_N=25.0)) == (
+        "limits of the force: 3 N (supervision.unexpected_contact_N), 20 N (supervision.max_force_N),"
+        " 25 N (task.max_force_N), 50 N (2 x task.max_force_N)"
+    )

@@ -86,8 +86,7 @@ def with_learner(settings: Mapping[str, Any], policy: str, folder: str) -> dict[
     if policy in LEARNERS:
         return {**settings, "learner": policy}
     learned = learner_in(os.path.join(folder, policy))
-    preset = {f"{table}.{name}": value for table, held in learned.preset.items() for name, value in held.items()}
-    return {"learner": learned.learner, **preset, **settings} if learned.learner else dict(settings)
+    return {"learner": learned, **settings} if learned else dict(settings)
 
 
 def names_file(field: str, value: Any) -> bool:

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from enum import Enum
-from math import copysign, hypot, inf, radians, sin
+from math import copysign, hypot, radians, sin
 from typing import Final
 
 import numpy as np
@@ -63,8 +63,6 @@ class CornerFirst(FixedPolicy):
         self._on_plate_m, self._caught_m = ON_PLATE_M - height_m, CAUGHT_M
         if down_m:
             self._on_plate_m, self._caught_m = 0.5 * down_m - height_m, down_m - height_m - HANGS_M
-        # Before tools wobbled, they were inserted until the time was up.
-        self._sunk_m = _SUNK_M if options.wobble_deg_s else inf
 
     @override
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
@@ -88,7 +86,7 @@ class CornerFirst(FixedPolicy):
             self._stage = _Act.WITHDRAW
             if corner.clear(observation):
                 self._begin_corner(corner.number + 1)
-        stuck = lean < STAND_RAD and observation.depth_m > self._sunk_m
+        stuck = lean < STAND_RAD and observation.depth_m > _SUNK_M
         if self._stage is _Act.STAND and (stuck or lean < UPRIGHT_RAD):
             self._stage = _Act.INSERT
             if observation.depth_m < 0.5 * CAUGHT_M:
