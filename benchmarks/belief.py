@@ -33,8 +33,7 @@ from palpate.adapters.experiments import build_perception, build_task, comparato
 from palpate.adapters.experiments.statistics import wilson_interval
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.policy import Decision, Observation
-from palpate.core.policy.belief import TouchedTrial, fit, lean, learner, planner
-from palpate.core.policy.belief.lean import LeanModel
+from palpate.core.policy.belief import fit, learner, planner
 from palpate.core.policy.belief.places import Places
 from palpate.core.trial import find_ready_pose
 
@@ -43,14 +42,9 @@ CONDITIONS = (
     "blind-corner", "blind-smooth", "blind-rough", "blind-tight", "blind-5", "blind-grip", "ur5",
 )  # fmt: skip
 FIRST_SEED = 1900
-PAPER_BAND_NM = 0.006865
 _NOTHING = 1e12
 """A prior count against which no touch counts."""
 FAILED_S = 20.0
-
-
-def _without_bias(trials: Sequence[TouchedTrial]) -> LeanModel:
-    return replace(lean.fit_lean_model(trials), bias_Nm=1e-9, spread_Nm=1e-9)
 
 
 def _anywhere(holes: Sequence[object], places: Places) -> np.ndarray:
@@ -59,18 +53,12 @@ def _anywhere(holes: Sequence[object], places: Places) -> np.ndarray:
 
 ABLATIONS: dict[str, Sequence[Any]] = {
     "belief": (),
-    "belief-symbols": (),
-    "belief-lean": (),
-    "belief-double": (),
     "belief-symmetry": (patch.object(fit, "_CUE_COUNT", _NOTHING),),
-    "belief-residual": (patch.object(lean, "_RESIDUAL_SHARE", 1e-9),),
-    "belief-bias": (patch.object(learner, "fit_lean_model", _without_bias),),
+    "belief-residual": (patch.object(fit, "_RESIDUAL_SHARE", 1e-9),),
     "belief-prior": (patch.object(learner, "place_prior", _anywhere),),
     "belief-lengths": (patch.object(planner, "_LENGTHS_M", ()), patch.object(planner, "_HEADINGS", 8)),
 }
-"""What each leaves out; ``symbols`` the size of the torque, of which only the paper's bands are left; ``lean`` that a
-tool may lean, and be gripped anew; ``double`` nothing, and reckons in double precision; ``lengths`` all ways but eight
-headings of one length."""
+"""What each leaves out; ``lengths`` all ways but eight headings of one length."""
 
 
 def _timed(into: list[float]) -> Any:
@@ -98,12 +86,6 @@ def run(job: tuple[str, str, int, int]) -> dict[str, Any]:
     condition, policy, seed, trials = job
     name, arm = ("blind", "ur5") if condition == "ur5" else (condition, "zebra-zero")
     config = replace(scenario(name, "belief"), arm=arm, seed=seed)
-    if policy == "belief-symbols":
-        config = overlay(config, {"learning": {"belief": {"symbol_Nm": PAPER_BAND_NM}}})
-    if policy == "belief-lean":
-        config = overlay(config, {"learning": {"belief": {"regrip_share": 0.0}}})
-    if policy in ("belief-double", "belief-bias"):  # No bias is a precision whose square no single can hold.
-        config = overlay(config, {"learning": {"belief": {"single_precision": False}}})
     if policy not in ABLATIONS:
         quick = {"task": {"ticks_per_action": 7, "moving_share": 0.8}, "perception": {"cutoff_Hz": 7.0}}
         config = overlay(config, quick)

@@ -51,10 +51,6 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     "train-belief-blind": (
         "train", "--learner", "belief", "--scenario", "blind", "--trials", "4", "--seed", "28", *SHALLOW,
     ),
-    "train-belief-symbols": (
-        "train", "--learner", "belief", "--scenario", "blind", "--trials", "3", "--seed", "34", *SHALLOW,
-        "--learning.belief.symbol-Nm", "0.006865",
-    ),
     # A belief that is soon given up, in much noise: searches round the likeliest place, then of everything.
     "train-belief-lost": (
         "train", "--learner", "belief", "--scenario", "blind-noise", "--trials", "7", "--seed", "29", *SHALLOW,
@@ -66,10 +62,10 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "train", "--learner", "belief", "--scenario", "blind-5", "--trials", "5", "--seed", "30", *SHALLOW,
         "--cell.tilt-mrad", "2", "--cell.tilt-heading-deg", "40",
     ),
-    # Beside programmed states; in double precision.
+    # Beside programmed states.
     "train-belief-mixed": (
         "train", "--learner", "belief", "--scenario", "blind", "--trials", "3", "--seed", "61", *SHALLOW,
-        "--learning.programmed", "x- y0", "+x", "--learning.belief.no-single-precision",
+        "--learning.programmed", "x- y0", "+x",
     ),
     "torque-ur5": ("run", "--policy", "torque", "--trials", "1", "--seed", "3", "--arm", "ur5", *SHALLOW),
     "omniscient-blind": (

@@ -17,7 +17,7 @@ from palpate.adapters.experiments import (
 )
 from palpate.adapters.experiments.build import task_reach
 from palpate.adapters.experiments.policies import loaded_policy, perception_settings
-from palpate.adapters.experiments.study.fields import configured, with_learner
+from palpate.adapters.experiments.study.fields import with_learner
 from palpate.adapters.log.provenance import made_with
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import PolicyDocument, QLearning, Reach, Sarsa, document_of, learner_of
@@ -132,12 +132,9 @@ def test_a_belief_covers_the_area_of_the_task_in_its_time_of_an_action(centre: s
     assert task_reach(config) == Reach(pytest.approx(half_width_m), 4 / 140)
 
 
-def test_a_belief_that_was_learned_with_rests_goes_on_with_them(tmp_path: Path) -> None:
+def test_a_study_begins_with_the_learner_of_its_policy(tmp_path: Path) -> None:
     file = tmp_path / "policy.json"
-    file.write_text('{"schema": "palpate.policy/1", "belief": {"parameters": {"patience": 20}}}')
-    config = configured(with_learner({}, file.name, str(tmp_path)), str(tmp_path))
-    assert (config.learner, config.task.ticks_per_action, config.task.moving_share) == ("belief", 7, 0.8)
-    file.write_text('{"schema": "palpate.policy/1", "belief": {"parameters": {"kept": 0.985}}}')
+    document(scenario("paper", "belief")).save(file)
     assert with_learner({}, file.name, str(tmp_path)) == {"learner": "belief"}
 
 

@@ -47,7 +47,7 @@ class _Format:
         cls, size: type[np.float64 | np.float32], mantissa_bits: int, ln2: tuple[float, float], least: float, terms: int
     ) -> _Format:
         """That of floats of this size, with an exponential of so many terms."""
-        root_half_bits = bits_of(np.array(sqrt(0.5), size))
+        root_half_bits = _bits_of(np.array(sqrt(0.5), size))
         return cls(
             root_half_bits.dtype,
             np.array(1.0 / log(2.0), size),
@@ -63,7 +63,7 @@ class _Format:
         )
 
 
-def bits_of(x: Floats) -> np.ndarray:
+def _bits_of(x: Floats) -> np.ndarray:
     """The same memory as whole numbers."""
     bits: np.ndarray = x.view(f"i{x.itemsize}")
     return bits

@@ -5,7 +5,7 @@ No matrix is solved and no random number drawn, so the same touches give the sam
 
 from collections.abc import Sequence
 from math import sqrt
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -16,20 +16,26 @@ from palpate.core.policy.belief.touches import Examples, TouchedTrial
 
 FEWEST_TOUCHES: Final = 6
 """Below this many nothing is fitted."""
-LAGS: Final = (0.0, 0.2, 0.4, 0.6, 0.8)
+_LAGS: Final = (0.0, 0.2, 0.4, 0.6, 0.8)
 """Shares of the last step by which the torque may be behind."""
 _SWEEPS: Final = 8
 _CUE_COUNT: Final = 2.0
 """The cue of a ring is shrunk to that of all rings as if so many touches had shown it."""
-_RESIDUAL_COUNT: Final = 2.0
-"""A residual is shrunk to 0 likewise."""
+_RESIDUAL_SHARE: Final = 0.12
+"""What breaks the symmetry is little: its standard deviation beforehand is this share of all torques'."""
+_GAIN: Final = 0.5
+"""Standard deviation of a gain, as it is believed beforehand."""
+_UPRIGHT_TRIALS: Final = 1.0
+"""So many trials without a lean are believed to have been before the first."""
+_RECENT: Final = 0.7
+"""Of the leans so far each counts less by this than the next one: the last grip is the likeliest."""
 _NOISE_COUNT: Final = 5.0
 """The noise of a ring is shrunk to that of all rings likewise."""
 _BORROWED: Final = 0.1
 """Share of its neighbours' touches that a ring takes for its own."""
 _BIAS_TRIALS: Final = 2.0
 """What is believed of the bias beforehand, that it is as large as the noise, is worth so many trials."""
-LEAST_NM: Final = 1e-4
+_LEAST_NM: Final = 1e-4
 """Nothing is less noisy than this."""
 
 
@@ -37,31 +43,22 @@ def fit_touch_model(trials: Sequence[TouchedTrial]) -> TouchModel:
     """The touch model that these trials show.
 
     Raises:
-        ConfigurationError: They hold too few touches.
+        ConfigurationError: They hold fewer than ``FEWEST_TOUCHES``.
     """
     examples = Examples.of(trials)
-    require_touches(len(examples.trial))
-    fits = [TouchFit(examples, lag) for lag in LAGS]
-    return min(fits, key=lambda fit: fit.pooled).model()
-
-
-def require_touches(count: int) -> None:
-    """Refuse to fit anything to too few touches.
-
-    Raises:
-        ConfigurationError: There are fewer than ``FEWEST_TOUCHES``.
-    """
-    if count < FEWEST_TOUCHES:
+    if (count := len(examples.trial)) < FEWEST_TOUCHES:
         accepted = f"at least {FEWEST_TOUCHES} touches in trials that ended in the hole"
         raise ConfigurationError("touch model", f"{count} touches", accepted)
+    return min((_TouchFit(examples, lag) for lag in _LAGS), key=lambda fit: fit.pooled).model()
 
 
-class TouchFit:
+class _TouchFit:
     """The fit at one lag."""
 
-    _residual_count = _RESIDUAL_COUNT
-
     def __init__(self, examples: Examples, lag: float) -> None:
+        self._gain = np.zeros((len(RINGS_M), 2))
+        self._offset = np.zeros(2)
+        self._spread_Nm = max(sqrt(float(np.square(examples.torque_Nm).mean())), _LEAST_NM)
         self._lag, self._torque, self._trial = lag, examples.torque_Nm, examples.trial
         self._load = examples.load[:, None]
         self._weight = self._load * self._load
@@ -69,29 +66,34 @@ class TouchFit:
         place = examples.to_hole_m + lag * examples.step_m
         self._at = Directions.of(place[:, 0], place[:, 1])
         self._trials = int(self._trial.max()) + 1
-        self._per_trial = np.bincount(self._trial, minlength=self._trials).astype(float)
         self._cues = self._residuals = np.zeros((len(self._torque), 2))
-        self.pooled = max(float(np.square(self._torque).mean()), LEAST_NM**2)
+        self.pooled = max(float(np.square(self._torque).mean()), _LEAST_NM**2)
         self._bias_variance = self.pooled
         for _ in range(_SWEEPS):
             self._sweep()
 
     def _sweep(self) -> None:
-        self._fit_offset_and_bias(self._torque - self._load * (self._cues + self._residuals))
-        left = self._torque - self._offset - self._bias[self._trial]
+        gains = self._at.between(self._gain)
+        self._fit_leans(self._torque - self._load * (self._cues + self._residuals), 1.0 + self._load * gains)
+        lean = self._bias[self._trial]
+        facing = self._at.turned_back(lean)
+        left = self._torque - lean
+        swayed = left - self._load * self._at.turned(gains * facing)
         # What is borne with a greater load shows more: least squares weight a lever by the load's square.
-        self._fit_cue(self._load * left - self._weight * self._residuals)
+        self._fit_cue(self._load * swayed - self._weight * self._residuals)
+        rest = self._at.turned_back(left - self._load * (self._cues + self._residuals))
+        shown, counts = self._by_ring(self._load * facing * rest), self._by_ring(self._weight * facing * facing)
+        self._gain = _borrowing(shown) / (_borrowing(counts) + self.pooled / _GAIN**2)
+        left = left - self._load * self._at.turned(self._at.between(self._gain) * facing)
         self._fit_residual(self._load * left - self._weight * self._cues)
-        self._take_left(left - self._load * (self._cues + self._residuals))
-
-    def _take_left(self, unexplained: Floats) -> None:
+        unexplained = left - self._load * (self._cues + self._residuals)
         self._left = np.square(unexplained).mean(axis=1)
-        self.pooled = max(float(self._left.mean()), LEAST_NM**2)
+        self.pooled = max(float(self._left.mean()), _LEAST_NM**2)
 
     def _fit_cue(self, weighted: Floats) -> None:
         sums, counts = self._by_ring(self._at.turned_back(weighted)), self._by_ring(self._weight)
         common = sums.sum(axis=0) / (counts.sum() + _CUE_COUNT)
-        sums, counts = borrowing(sums), borrowing(counts)
+        sums, counts = _borrowing(sums), _borrowing(counts)
         self._cue = (sums + _CUE_COUNT * common) / (counts + _CUE_COUNT)
         self._cues = self._at.turned(self._at.between(self._cue))
 
@@ -102,26 +104,30 @@ class TouchFit:
         for column, values in enumerate((weighted[:, 0], weighted[:, 1], self._weight[:, 0])):
             table[:, column] = np.bincount(cells, low * values, size)
             table[:, column] += np.bincount(cells + SECTORS, high * values, size)
-        means = table[:, :2] / (table[:, 2:] + self._residual_count)
+        count = self.pooled / (_RESIDUAL_SHARE * self._spread_Nm) ** 2
+        means = table[:, :2] / (table[:, 2:] + count)
         self._residual = means.reshape(len(RINGS_M), SECTORS, 2)
         self._residuals = self._at.between_cells(self._residual)
 
-    def _fit_offset_and_bias(self, left: Floats) -> None:
-        """An offset and a random intercept a trial; the variance of these by expectation maximisation."""
-        sums = np.stack([np.bincount(self._trial, left[:, k], self._trials) for k in (0, 1)], axis=1)
-        means = sums / self._per_trial[:, None]
-        noise = self.pooled / self._per_trial
-        # A trial of a hundred touches says no more of the offset than its own bias leaves.
-        weights = 1.0 / (self._bias_variance + noise)
-        self._offset = (weights[:, None] * means).sum(axis=0) / weights.sum()
-        shrink = self._bias_variance * weights
-        self._bias = shrink[:, None] * (means - self._offset)
-        spread = float((np.square(self._bias).mean(axis=1) + shrink * noise).sum())
-        self._bias_variance = self._shrunk_variance(spread)
-
-    def _shrunk_variance(self, spread: float) -> float:
+    def _fit_leans(self, left: Floats, gains: Floats) -> None:
+        """Each trial's lean, as a random intercept; mean and variance of these by expectation maximisation."""
+        weights = gains * gains
+        xx, xy, yy = (self._by_trial(part) / self.pooled for part in _turned_square(weights, self._at.unit))
+        pulls = self._at.turned(gains * self._at.turned_back(left)) / self.pooled
+        precision = 1.0 / self._bias_variance
+        xx, yy = xx + precision, yy + precision
+        x, y = (self._by_trial(pulls[:, k]) + precision * self._offset[k] for k in (0, 1))
+        det = xx * yy - xy * xy
+        self._bias = np.stack(((yy * x - xy * y) / det, (xx * y - xy * x) / det), axis=1)
+        half_trace = 0.5 * (xx + yy)
+        trusted = 1.0 - precision / half_trace
+        self._offset = (trusted[:, None] * self._bias).sum(axis=0) / (trusted.sum() + _UPRIGHT_TRIALS)
+        spread = float((0.5 * np.square(self._bias - self._offset).sum(axis=1) + half_trace / det).sum())
         before = _BIAS_TRIALS * self.pooled
-        return max((spread + before) / (self._trials + _BIAS_TRIALS), LEAST_NM**2)
+        self._bias_variance = max((spread + before) / (self._trials + _BIAS_TRIALS), _LEAST_NM**2)
+
+    def _by_trial(self, values: Floats) -> Floats:
+        return np.bincount(self._trial, values, self._trials).astype(np.float64)
 
     def _by_ring(self, values: Floats) -> Floats:
         """Sums of values (n, k) by ring, each value shared between the two rings it lies between."""
@@ -135,23 +141,24 @@ class TouchFit:
 
     def model(self) -> TouchModel:
         """What was fitted."""
-        return TouchModel(**self._parts())
-
-    def _parts(self) -> dict[str, Any]:
+        recent = np.array([_RECENT**age for age in reversed(range(self._trials))])
+        offset = (recent[:, None] * self._bias).sum(axis=0) / recent.sum()
         counts = self._by_ring(np.ones((len(self._left), 1)))[:, 0]
         variance = (self._by_ring(self._left[:, None])[:, 0] + _NOISE_COUNT * self.pooled) / (counts + _NOISE_COUNT)
-        return {
-            "lag": self._lag,
-            "offset_Nm": as_pair(self._offset),
-            "cue_Nm": tuple(map(as_pair, self._cue)),
-            "residual_Nm": tuple(tuple(map(as_pair, ring)) for ring in self._residual),
-            "noise_Nm": tuple(sqrt(max(float(value), LEAST_NM**2)) for value in variance),
-            "bias_Nm": sqrt(self._bias_variance),
-            "touches": len(self._left),
-        }
+        return TouchModel(
+            lag=self._lag,
+            offset_Nm=_as_pair(offset),
+            cue_Nm=tuple(map(_as_pair, self._cue)),
+            residual_Nm=tuple(tuple(map(_as_pair, ring)) for ring in self._residual),
+            noise_Nm=tuple(sqrt(max(float(value), _LEAST_NM**2)) for value in variance),
+            bias_Nm=sqrt(self._bias_variance),
+            touches=len(self._left),
+            gain=tuple(map(_as_pair, self._gain)),
+            spread_Nm=self._spread_Nm,
+        )
 
 
-def borrowing(table: Floats) -> Floats:
+def _borrowing(table: Floats) -> Floats:
     """A table by rings (rings, k), each with a share of its neighbours'."""
     lent = _BORROWED * table
     table = table.copy()
@@ -160,6 +167,13 @@ def borrowing(table: Floats) -> Floats:
     return table
 
 
-def as_pair(values: Floats) -> Pair:
+def _as_pair(values: Floats) -> Pair:
     """Two numbers, (2,), as a pair."""
     return float(values[0]), float(values[1])
+
+
+def _turned_square(weights: Floats, unit: Floats) -> tuple[Floats, Floats, Floats]:
+    """Weights along and across headings, (n, 2), as symmetric matrices in x and y: xx, xy, yy."""
+    c, s = unit[:, 0], unit[:, 1]
+    along, across = weights[:, 0], weights[:, 1]
+    return along * c * c + across * s * s, (along - across) * c * s, along * s * s + across * c * c

@@ -13,14 +13,12 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import LEARNED, Action, Decision, Hindsight, Observation
 from palpate.core.policy.belief.arithmetic import Floats, logarithm
 from palpate.core.policy.belief.fit import FEWEST_TOUCHES, fit_touch_model
-from palpate.core.policy.belief.lean import fit_lean_model
-from palpate.core.policy.belief.lean_belief import LeanTable
 from palpate.core.policy.belief.model import TouchModel
-from palpate.core.policy.belief.places import ALIKE, GRADED, PlaceBelief, Places, TouchTable
+from palpate.core.policy.belief.place_belief import MISSED, PlaceBelief, TouchTable
+from palpate.core.policy.belief.places import SINGLE, Places
 from palpate.core.policy.belief.planner import Planner, SpiralSearch
 from palpate.core.policy.belief.prior import place_prior
 from palpate.core.policy.belief.settings import BeliefParameters
-from palpate.core.policy.belief.symbols import SymbolTable, fit_symbol_model
 from palpate.core.policy.belief.touches import LENGTH_M, Touch, TouchedTrial, place_of
 from palpate.core.policy.model_learner import ModelLearner
 
@@ -66,12 +64,12 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         super().__init__(frozen=frozen)
         self.parameters = parameters
         self._half_width_m = half_width_m
-        self._search_step_m = (parameters.search_speed_mm_s or parameters.speed_mm_s) * 1e-3 * action_s
-        self._places = Places(half_width_m, single=parameters.single_precision)
+        self._search_step_m = parameters.search_speed_mm_s * 1e-3 * action_s
+        self._places = Places(half_width_m)
         self._planner = Planner(self._places, parameters.capture_mm * 1e-3, parameters.speed_mm_s * 1e-3 * action_s)
         self._actions = {way: Action(_name(*way), way) for way in self._planner.ways}
         self._model: TouchModel | None
-        self._table: TouchTable | SymbolTable | None
+        self._table: TouchTable | None
         self._lag: float
         self._touches: list[Touch]
         self._belief: PlaceBelief | None
@@ -94,7 +92,8 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
 
     def _start_anew(self) -> None:
         """Forget the evidence of the trial so far."""
-        self._belief = None if self._table is None else self._table.begin(self._log_prior, self.parameters.kept)
+        table, kept = self._table, self.parameters.kept
+        self._belief = None if table is None else PlaceBelief(table, self._log_prior, kept)
         self._search, self._steps = None, 0
 
     @override
@@ -103,21 +102,14 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self._model = self._table = None
         if sum(len(trial.touches) for trial in self._trials) < FEWEST_TOUCHES:
             return
-        if self.parameters.regrip_share > 0.0:
-            self._model = leaning = fit_lean_model(self._trials)
-            self._table = LeanTable(leaning, self._places, self.parameters.regrip_share)
-        else:
-            self._model = fit_touch_model(self._trials)
-            self._table = TouchTable(self._model, self._places)
+        self._model = fit_touch_model(self._trials)
+        self._table = TouchTable(self._model, self._places, self.parameters.regrip_share)
         self._lag = self._model.lag
-        if self.parameters.symbol_Nm > 0.0:
-            symbols = fit_symbol_model(self._trials, self.parameters.symbol_Nm)
-            self._table, self._lag = SymbolTable(symbols, self._places), symbols.lag
 
     def _expect_place(self) -> None:
         """The prior over places and its centre, by where the hole was so far."""
         prior = place_prior([trial.hole_m for trial in self._trials], self._places)
-        self._log_prior, self._centre_m = logarithm(prior).astype(self._places.dtype), self._places.mean_m(prior)
+        self._log_prior, self._centre_m = logarithm(prior).astype(SINGLE), self._places.mean_m(prior)
 
     @override
     def foresee(self, place_m: tuple[float, float]) -> None:
@@ -164,12 +156,11 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         """The way from the last touch, at which so much was passed, to one at this place, in ``LENGTH_M``."""
         before = self._touches[-1].place if self._touches else place
         (x, y), (px, py) = ((a * LENGTH_M, b * LENGTH_M) for a, b in (place, before))
-        graded = GRADED if self.parameters.graded_misses else ALIKE
-        widths_m = [widths * (self.parameters.capture_mm * 1e-3) for widths, _ in graded]
+        widths_m = [widths * (self.parameters.capture_mm * 1e-3) for widths, _ in MISSED]
         box, off_m2 = self._places.near_way((px, py), (x - px, y - py), max(widths_m))
         if self._touches:
             passed = passed.copy()
-            for width_m, (_, log_weight) in zip(widths_m, graded, strict=True):
+            for width_m, (_, log_weight) in zip(widths_m, MISSED, strict=True):
                 passed[box][off_m2 <= width_m * width_m] += log_weight
         felt_m = self._inside((x - self._lag * (x - px), y - self._lag * (y - py)))
         return _Way(place, passed, self._places.cell(*felt_m))
@@ -182,9 +173,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
 
     def _begin_search(self, centre_m: tuple[float, float]) -> SpiralSearch:
         pitch_m = self.parameters.pitch_mm * 1e-3
-        self._search = SpiralSearch(
-            centre_m, pitch_m, self._search_step_m, self._half_width_m, even=self.parameters.even_search
-        )
+        self._search = SpiralSearch(centre_m, pitch_m, self._search_step_m, self._half_width_m)
         return self._search
 
     def _searching(self, search: SpiralSearch, touch: Touch) -> Decision:

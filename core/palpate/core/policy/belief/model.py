@@ -2,12 +2,18 @@
 
 ::
 
-    torque = load * (cue(distance) turned to the hole's heading + residual(distance, sector))
-             + offset + bias of the trial + noise
+    torque = load * (cue(distance) turned to the hole's heading + residual(distance, sector)) + noise
+             + (1 + load * gain(distance)) times the lean's torque, along and across that heading
 
 The load is the pressing force as a share of 4.9 N. Nothing in it says which torque means which direction: the cue is
-learned, and shared over all headings, which is what a round peg gives; the residual takes what breaks that symmetry,
-such as a peg that leans in its grip. Over distance all are given at a few rings and linear between.
+learned, and shared over all headings, which is what a round peg gives; the residual takes what breaks that symmetry.
+Over distance all are given at a few rings and linear between.
+
+A tool that leans in its grip touches with an edge, which gives every touch a torque, the trial's bias; where the hole
+is under that edge another one bears. To first order in the lean a round peg leaves nothing else: by symmetry the torque
+is linear in that bias, and only its parts along and across the heading can count differently. So whatever one heading
+of the lean shows holds for all: a tool that is gripped anew is known but for two numbers, which a belief has
+integrated out. A sensor's zero that is off is such a bias without a gain.
 """
 
 from __future__ import annotations
@@ -91,11 +97,14 @@ class TouchModel:
 
     Attributes:
         lag: Share of the last step by which the torque is behind the commanded tip.
-        offset_Nm: Torque of every touch, (2,).
+        offset_Nm: Torque of the lean of the last trials, (2,).
         cue_Nm: Along and across the heading of the hole, at each ring, (rings, 2).
         residual_Nm: What the cue leaves, at each ring and sector, (rings, sectors, 2).
         noise_Nm: Standard deviation of each component, at each ring, (rings,).
-        bias_Nm: Standard deviation of the offset from trial to trial, of each component.
+        bias_Nm: Standard deviation of the lean's torque from trial to trial, of each component.
+        gain: How much more of the lean's torque there is along and across the heading of the hole, at each ring,
+            (rings, 2).
+        spread_Nm: Standard deviation of each component of a lean's torque of which nothing is known.
     """
 
     lag: float
@@ -105,11 +114,20 @@ class TouchModel:
     noise_Nm: tuple[float, ...]
     bias_Nm: float
     touches: int
+    gain: tuple[Pair, ...]
+    spread_Nm: float
 
-    def expected_Nm(self, directions: Directions) -> Floats:
-        """Torque at these displacements and a pressing force of 4.9 N, without the offset, (n, 2)."""
+    def upright_Nm(self, directions: Directions) -> Floats:
+        """Torque of an upright tool at these displacements and a pressing force of 4.9 N, (n, 2)."""
         cue = directions.turned(directions.between(np.array(self.cue_Nm)))
         expected: Floats = cue + directions.between_cells(np.array(self.residual_Nm))
+        return expected
+
+    def expected_Nm(self, directions: Directions) -> Floats:
+        """Torque of a tool that leans as in the last trials, without the offset, (n, 2)."""
+        lean = np.broadcast_to(np.array(self.offset_Nm), directions.unit.shape)
+        gained = directions.between(np.array(self.gain)) * directions.turned_back(lean)
+        expected: Floats = self.upright_Nm(directions) + directions.turned(gained)
         return expected
 
     def variance(self, directions: Directions) -> Floats:

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from palpate.core.policy.belief.arithmetic import Floats
-from palpate.core.policy.belief.places import PITCH_M, Places, off_way_m2
+from palpate.core.policy.belief.places import PITCH_M, SINGLE, Places, off_way_m2
 
 _HEADINGS: Final = 16
 _LENGTHS_M: Final = (2e-4, 4e-4)
@@ -42,14 +42,14 @@ class Planner:
                 ((off_way_m2(x, y, dx, dy) <= capture_m * capture_m) * self._cost(x - dx, y - dy)).reshape(-1)
                 for dx, dy in self.ways
             ]
-        ).astype(places.dtype)
+        ).astype(SINGLE)
         blocks = -(-places.size // _BLOCK)
         # Middles of the blocks, in x as in y; the last one may reach over the edge.
         self._middle_m = (np.arange(blocks) * _BLOCK + (_BLOCK - 1) / 2) * PITCH_M + float(places.axis_m[0])
-        self._far = np.empty((len(self.ways), blocks, blocks), places.dtype)
+        self._far = np.empty((len(self.ways), blocks, blocks), SINGLE)
         # Room for a belief with nothing around it, as far as a way reaches and up to the edge of a block.
         self._margin = -(-reach // _BLOCK)
-        self._room = np.zeros(((self._margin + blocks + self._margin) * _BLOCK,) * 2, places.dtype)
+        self._room = np.zeros(((self._margin + blocks + self._margin) * _BLOCK,) * 2, SINGLE)
         self._saves = np.empty_like(self._saved)
         self._from_m: tuple[float, float] | None = None
 
@@ -85,21 +85,12 @@ class Planner:
         self._from_m = None
         # The way to places far off is as long to the middle of their block.
         far = self._far.reshape(len(self.ways), -1)
-        margin, edge, size = self._margin, self._margin * _BLOCK, len(belief)
+        edge, size = self._margin * _BLOCK, len(belief)
         self._room[edge : edge + size, edge : edge + size] = belief
         rows = self._room[edge:-edge]
-        if rows.dtype == np.float64:
-            # In one piece with the margins, which numpy goes through as one long row.
-            rows = _in_threes(rows.reshape(-1, _BLOCK).T).reshape(-1, _BLOCK, len(rows) // _BLOCK + 2 * margin)
-            weights = _in_threes(rows.swapaxes(0, 1))[:, margin:-margin].reshape(-1)
-            likely = np.nonzero(weights > _UNLIKELY * weights.max())[0]
-            if len(likely) < len(weights):
-                far, weights = far.take(likely, axis=1), weights[likely]
-        else:
-            # The same sooner, rounded otherwise.
-            rows = _in_threes(rows.reshape(-1, _BLOCK, rows.shape[1]).swapaxes(0, 1))
-            weights = _in_threes(rows[:, edge:-edge].reshape(-1, _BLOCK).T)
-            weights *= weights > _UNLIKELY * weights.max()
+        rows = _in_threes(rows.reshape(-1, _BLOCK, rows.shape[1]).swapaxes(0, 1))
+        weights = _in_threes(rows[:, edge:-edge].reshape(-1, _BLOCK).T)
+        weights *= weights > _UNLIKELY * weights.max()
         far *= weights
         row, column = self._places.cell(*from_m)
         beside, length = edge - self._reach, 2 * self._reach + 1
@@ -124,18 +115,15 @@ class SpiralSearch:
     """An Archimedean spiral about a point, in chords short enough to leave no gap; and again, between its turns.
 
     Args:
+        step_m: No step is longer.
         radius_m: Where a spiral ends and the next one begins: a hole may be passed without a drop.
-        even: No step is longer than ``step_m``; else steps far out are up to 1.5 times as long, as they were once.
     """
 
     _SAGITTA_M: Final = 3e-5
     _INCREMENT: Final = 0.05
 
-    def __init__(
-        self, centre_m: tuple[float, float], pitch_m: float, step_m: float, radius_m: float, *, even: bool
-    ) -> None:
+    def __init__(self, centre_m: tuple[float, float], pitch_m: float, step_m: float, radius_m: float) -> None:
         self._centre, self._pitch_m, self._step_m, self._radius_m = centre_m, pitch_m, step_m, radius_m
-        self._even = even
         self._angle = self._phase = 0.0
 
     def next_m(self, from_m: tuple[float, float]) -> tuple[float, float]:
@@ -156,7 +144,7 @@ class SpiralSearch:
             left, per_radian = chord - travelled, hypot(radius, per_angle)
             if left <= 0.0:
                 break
-            if self._even and left < self._INCREMENT * per_radian:
+            if left < self._INCREMENT * per_radian:
                 target += left / per_radian
                 break
             travelled += self._INCREMENT * per_radian

@@ -2,7 +2,7 @@ import numpy as np
 
 from palpate.core.policy.belief.places import Places, off_way_m2
 
-PLACES = Places(1e-3, single=False)
+PLACES = Places(1e-3)
 
 
 def test_what_is_near_a_way_lies_in_its_box_beyond_the_edge_too() -> None:
