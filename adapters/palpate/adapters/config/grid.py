@@ -8,7 +8,6 @@ from typing_extensions import override
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import HmmParameters, QParameters, SarsaParameters, TemperatureSchedule
 from palpate.core.ports import (
-    Discount,
     HalvingVisits,
     LearningRate,
     OneOf,
@@ -46,13 +45,7 @@ class GridLearning(Settings):
     """q: Q-learning; sarsa: Sarsa(lambda) with replacing traces; hmm: a hidden Markov model over the displacement from
     the goal, with a belief and a plan."""
     alpha: LearningRate | None = None
-    """Learning rate of the first visit. Without it: q 0.5, halved by 20 visits, down to 0.05; sarsa 0.1 throughout."""
-    alpha_visits: HalvingVisits = 0.0
-    """Visits that halve the learning rate given by alpha; 0 keeps it constant."""
-    alpha_floor: Annotated[float, Range(0.0, 1.0)] = 0.0
-    """Lowest learning rate, beside alpha."""
-    gamma: Discount = 1.0
-    """Discount."""
+    """Constant learning rate. Without it: q 0.5, halved by 20 visits, down to 0.05; sarsa 0.1 throughout."""
     temperature: Temperature = 0.5
     """Exploration temperature of the first trial."""
     temperature_decay: TemperatureDecay = 0.995
@@ -71,14 +64,11 @@ class GridLearning(Settings):
 
     @override
     def check(self) -> None:
-        if self.alpha is None and (self.alpha_visits or self.alpha_floor):
-            raise ConfigurationError("alpha", None, "a learning rate, if it is told how to fall")
         if self.alpha is not None and self.learner == HMM:
             raise ConfigurationError("alpha", self.alpha, f"none; {HMM} learns a model, not a table")
         if self.back_off and self.learner != "q":
             raise ConfigurationError("back_off", self.back_off, "0; only the learner q can back off")
         require_floor("temperature_floor", self.temperature_floor, self.temperature, "temperature")
-        require_floor("alpha_floor", self.alpha_floor, 1.0 if self.alpha is None else self.alpha, "alpha")
 
     @property
     def back_off_visits(self) -> float:
@@ -87,16 +77,14 @@ class GridLearning(Settings):
 
     def parameters(self) -> QParameters:
         """Settings of a learner with a table."""
-        alpha, visits, floor = self.alpha, self.alpha_visits, self.alpha_floor
-        if alpha is None:
-            alpha, visits, floor = RATES[self.learner]
+        alpha, visits, floor = RATES[self.learner] if self.alpha is None else (self.alpha, 0.0, 0.0)
         schedule = TemperatureSchedule(self.temperature, self.temperature_decay, self.temperature_floor)
         if self.learner == "sarsa":
             return SarsaParameters(
-                alpha=alpha, gamma=self.gamma, temperature=schedule, alpha_visits=visits, alpha_floor=floor,
+                alpha=alpha, gamma=1.0, temperature=schedule, alpha_visits=visits, alpha_floor=floor,
                 trace_decay=self.trace_decay,
             )  # fmt: skip
-        return QParameters(alpha=alpha, gamma=self.gamma, temperature=schedule, alpha_visits=visits, alpha_floor=floor)
+        return QParameters(alpha=alpha, gamma=1.0, temperature=schedule, alpha_visits=visits, alpha_floor=floor)
 
     def hmm(self) -> HmmParameters:
         """Settings of a learner that models hidden states."""

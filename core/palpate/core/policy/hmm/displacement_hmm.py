@@ -15,7 +15,7 @@ import numpy as np
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import Action
 from palpate.core.policy.belief import Floats, exponential
-from palpate.core.policy.hmm.finite_pomdp import FinitePomdp, require_room, rounded
+from palpate.core.policy.hmm.finite_pomdp import FinitePomdp, rounded
 from palpate.core.policy.hmm.hidden_markov import expect, sums_by
 from palpate.core.policy.hmm.point_based import PointBasedPlan, perseus
 from palpate.core.policy.hmm.recorded import Batch, Numbers, RecordedTrial
@@ -66,9 +66,6 @@ class DisplacementHmm:
         start: Probability of each at the start, (offsets,).
         blocked: Probability that an action leaves it where it is, (actions, offsets).
         emissions: Probability of each symbol, (offsets, symbols).
-
-    Raises:
-        ConfigurationError: An offset twice, or shapes that do not fit.
     """
 
     steps: tuple[Offset, ...]
@@ -76,19 +73,6 @@ class DisplacementHmm:
     start: Floats
     blocked: Floats
     emissions: Floats
-
-    def __post_init__(self) -> None:
-        if len(set(self.offsets)) != len(self.offsets) or (0, 0) in self.offsets or not self.offsets:
-            raise ConfigurationError(
-                "model.offsets", self.offsets, "at least one, none twice, and not the goal's (0, 0)"
-            )
-        shapes = {"start": (len(self.offsets),), "blocked": (len(self.steps), len(self.offsets))}
-        for name, shape in shapes.items():
-            values: Floats = getattr(self, name)
-            if values.shape != shape:
-                raise ConfigurationError(f"model.{name}", f"shape {values.shape}", f"shape {shape}")
-        if not ((self.blocked >= 0.0) & (self.blocked <= 1.0)).all():
-            raise ConfigurationError("model.blocked", "a number outside", "probabilities from 0 to 1")
 
     def targets(self) -> Numbers:
         """Where each action leads from each offset, (actions, offsets): its place, n at the goal, n + 1 nowhere."""
@@ -102,13 +86,8 @@ class DisplacementHmm:
         return perseus(self.pomdp(), np.random.default_rng(0))
 
     def pomdp(self) -> FinitePomdp:
-        """The same as a world with hidden states.
-
-        Raises:
-            ConfigurationError: It would be too large, or holds what is no probability.
-        """
+        """The same as a world with hidden states."""
         states = len(self.offsets)
-        require_room("model.offsets", states, len(self.steps))
         targets = self.targets()
         stays = np.where(targets == states + 1, 1.0, self.blocked)
         transitions = np.zeros((len(self.steps), states, states + 2))
@@ -120,12 +99,7 @@ class DisplacementHmm:
 
     @classmethod
     def blank(cls, steps: tuple[Offset, ...], reach: int, symbols: int, rng: np.random.Generator) -> Self:
-        """Before anything was learned: every offset within ``reach`` steps, symbols alike but for a little noise.
-
-        Raises:
-            ConfigurationError: It would be too large.
-        """
-        require_room("reach", (2 * reach + 1) ** 2 - 1, len(steps))
+        """Before anything was learned: every offset within ``reach`` steps, symbols alike but for a little noise."""
         sides = range(-reach, reach + 1)
         offsets = tuple((u, v) for v in sides for u in sides if (u, v) != (0, 0))
         emissions = 1.0 + _NOISE * rng.random((len(offsets), symbols))
@@ -163,7 +137,7 @@ class DisplacementHmm:
         return type(self)(self.steps, offsets, start / start.sum(), self.blocked[:, kept], self.emissions[kept])
 
     def rounded(self) -> Self:
-        """As a file holds it."""
+        """With probabilities to six decimals."""
         return type(self)(self.steps, self.offsets, rounded(self.start), rounded(self.blocked), rounded(self.emissions))
 
 

@@ -11,10 +11,8 @@ from palpate.core.policy.belief import Floats
 from palpate.core.policy.hmm.recorded import Numbers
 
 _SPARSE: Final = 8  # an action that leads to so many times fewer states than there are is not multiplied out
-MOST_BYTES: Final = 512 * 2**20
-"""A model whose transitions would take more is refused before it is built."""
-DECIMALS: Final = 6
-"""Probabilities are rounded to so many: a file holds them exactly, and in few digits."""
+_MOST_BYTES: Final = 512 * 2**20  # of the transitions of a model
+_DECIMALS: Final = 6
 
 
 def require_room(where: str, states: int, actions: int) -> None:
@@ -23,17 +21,17 @@ def require_room(where: str, states: int, actions: int) -> None:
     Raises:
         ConfigurationError: With the number of states that there is room for.
     """
-    if 8 * actions * states * states > MOST_BYTES:
-        most = int((MOST_BYTES / (8 * actions)) ** 0.5)
+    if 8 * actions * states * states > _MOST_BYTES:
+        most = int((_MOST_BYTES / (8 * actions)) ** 0.5)
         accepted = (
-            f"at most {most} with {actions} actions: more than {MOST_BYTES // 2**20} MB are not set aside for one"
+            f"at most {most} with {actions} actions: more than {_MOST_BYTES // 2**20} MB are not set aside for one"
         )
         raise ConfigurationError(where, f"{states} hidden states", accepted)
 
 
 def rounded(probabilities: Floats) -> Floats:
-    """Probabilities as a file holds them."""
-    result: Floats = np.round(probabilities, DECIMALS)
+    """Probabilities without what is as good as nothing, so that few states follow on each."""
+    result: Floats = np.round(probabilities, _DECIMALS)
     return result
 
 
@@ -48,38 +46,12 @@ class FinitePomdp:
         transitions: Probability of each state after an action, (actions, states before, states after).
         goal: Probability that an action leads to the goal, (actions, states).
         emissions: Probability of each symbol, (states, symbols).
-
-    Raises:
-        ConfigurationError: Shapes that do not fit, a number that is none or below 0, or a state without a way out.
     """
 
     start: Floats
     transitions: Floats
     goal: Floats
     emissions: Floats
-
-    def __post_init__(self) -> None:
-        states = len(self.start)
-        actions = len(self.goal)
-        shapes = {
-            "start": (states,),
-            "transitions": (actions, states, states),
-            "goal": (actions, states),
-            "emissions": (states, self.emissions.shape[-1]),
-        }
-        for name, shape in shapes.items():
-            values: Floats = getattr(self, name)
-            if values.shape != shape:
-                raise ConfigurationError(f"model.{name}", f"shape {values.shape}", f"shape {shape}")
-            if not (np.isfinite(values).all() and (values >= 0.0).all()):
-                bad = values[~(np.isfinite(values) & (values >= 0.0))].flat[0]
-                raise ConfigurationError(f"model.{name}", float(bad), "finite probabilities")
-        sums = (self.transitions.sum(axis=2) + self.goal, self.emissions.sum(axis=1), self.start.sum())
-        for name, total in zip(("transitions", "emissions", "start"), sums, strict=True):
-            if (np.abs(total - 1.0) > 0.01).any():
-                raise ConfigurationError(
-                    f"model.{name}", float(np.max(np.abs(total - 1.0)) + 1.0), "rows that sum to 1"
-                )
 
     @property
     def states(self) -> int:

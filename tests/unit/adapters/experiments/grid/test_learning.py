@@ -16,8 +16,8 @@ GRID = GridMap.from_regions(SCENARIO_1, 5)
 
 def test_settings_become_those_of_the_learner() -> None:
     schedule = TemperatureSchedule(2.0, 0.9, 0.5)
-    common = {"alpha": 0.3, "gamma": 0.9, "alpha_visits": 7.0, "alpha_floor": 0.1}
-    flags = common | {"temperature": 2.0, "temperature_decay": 0.9, "temperature_floor": 0.5, "trace_decay": 0.4}
+    common = {"alpha": 0.3, "gamma": 1.0, "alpha_visits": 0.0, "alpha_floor": 0.0}
+    flags = {"alpha": 0.3, "temperature": 2.0, "temperature_decay": 0.9, "temperature_floor": 0.5, "trace_decay": 0.4}
     assert GridLearning(**flags).parameters() == QParameters(**common, temperature=schedule)
     assert GridLearning(**flags, learner="sarsa").parameters() == SarsaParameters(
         **common, temperature=schedule, trace_decay=0.4
@@ -63,8 +63,7 @@ def test_a_shorter_run_is_the_beginning_of_a_longer_one() -> None:
     ("settings", "says"),
     [
         ({"temperature_floor": 2.0}, "temperature_floor = 2"),
-        ({"alpha": 0.5, "alpha_floor": 0.9}, "alpha_floor = 0.9"),
-        ({"alpha_visits": 5.0}, "alpha = None is refused: a learning rate, if it is told how to fall"),
+        ({"alpha": 0.5, "learner": "hmm"}, "alpha = 0.5 is refused: none; hmm learns a model, not a table"),
         ({"back_off": 9.0, "learner": "sarsa"}, "back_off = 9.0 is refused: 0; only the learner q can back off"),
     ],
 )

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy import Action, compass_actions
+from palpate.core.policy import Action, HmmLearner, HmmParameters, compass_actions
 from palpate.core.policy.hmm import DisplacementHmm
 from palpate.core.policy.hmm.displacement_hmm import fit_displacement_hmm, lattice_steps
 from palpate.core.policy.hmm.recorded import Batch
@@ -62,4 +62,4 @@ def test_actions_on_no_lattice_are_refused_and_a_model_too_large_before_it_is_bu
     with pytest.raises(ConfigurationError, match="at least half a step along x or y, the longest side being 1 steps"):
         lattice_steps((*compass_actions(1e-3), Action("nudge", (4e-4, 0.0))), 1)
     with pytest.raises(ConfigurationError, match="'40400 hidden states' is refused: at most 2896"):
-        DisplacementHmm.blank(STEPS, 100, 3, np.random.default_rng(0))
+        HmmLearner(("A", "B"), grid_actions(), HmmParameters(reach=100))
