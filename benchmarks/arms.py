@@ -1,109 +1,131 @@
-"""One touch model on many arms: what the belief learner made of ten trials on the Zebra Zero, frozen, on the others.
+"""One contact model on many arms: a belief of ten trials on the Zebra Zero, on other arms and in other cells.
 
-    python -m benchmarks.arms --trials 100 --jobs 2 --out arms
+    python -m benchmarks.arms --trials 100 --jobs 2 --out arms.jsonl
+    python -m benchmarks.arms --transfer --seeds 10 --trials 15 --jobs 2 --out transfer.jsonl
 
-``--out`` is a folder: the policy of ``palpate train`` goes there, and one line for each block of ten trials as soon as
-it is there; a second call goes on where the first was ended. Times are seconds of exploration; a failure counts 20.
+Without ``--transfer`` the policy is frozen and runs ``--trials`` trials on each arm, in blocks of ten. With it, the
+learner goes on learning in other cells, once from nothing and once from what it learned in ``blind``. Times are seconds
+of exploration; a failure counts 20.
 """
 
 from __future__ import annotations
 
-import argparse
-import subprocess
-import sys
 from dataclasses import replace
-from operator import itemgetter
-from pathlib import Path
+from functools import cache
 from typing import Any, Final
 
 import numpy as np
 
-from benchmarks.seeds import gone_on_with
-from palpate.adapters.config import scenario
-from palpate.adapters.experiments import build_task, loaded_policy, perception_of, run_scored_trial
+from benchmarks.common import Cell, Row, Trials, parser_of, seeds_of, share, sweep, table
+from palpate.adapters.config import RunConfig, scenario
+from palpate.adapters.experiments import loaded_policy
 from palpate.adapters.experiments.evaluation import FIRST_EVALUATION_TRIAL
-from palpate.adapters.experiments.statistics import wilson_interval
-from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.motion.arm import ARMS
-from palpate.core.policy import PolicyDocument
-from palpate.core.trial import find_ready_pose
+from palpate.core.policy import PolicyDocument, document_of, learner_of
 
 BLOCK: Final = 10
-FAILED_S: Final = 20.0
-TRAINED_TRIALS: Final = 10
+TRAINED: Final = 10
+WORLDS: Final = {
+    "ur5": ("blind", "ur5"),
+    "clearance 0.04 mm": ("blind-tight", "zebra-zero"),
+    "tilt 4 mrad": ("blind-tilt-4", "zebra-zero"),
+}
 
 
-def run(job: tuple[Path, str, str, int, int]) -> dict[str, Any]:
-    """One block of trials of an arm in a scenario: times, successes, outcomes, true peak forces."""
-    policy_file, name, arm, seed, block = job
-    config = replace(scenario(name, "belief"), arm=arm, seed=seed)
-    document = PolicyDocument.load(policy_file)
-    ready, perception = find_ready_pose(config.arm, config.task), perception_of(document, config, None)
-    policy = loaded_policy(document, config, perception, frozen=True)
+@cache
+def trained(name: str, seed: int) -> tuple[PolicyDocument, dict[str, Any]]:
+    """The policy after ten trials on the Zebra Zero in a scenario, and the learner's state."""
+    with Trials(replace(scenario(name, "belief"), seed=seed)) as trials:
+        trials.run(range(TRAINED))
+        return document_of(trials.policy, created_with={}, perception={}), _state(trials)
+
+
+def _state(trials: Trials) -> dict[str, Any]:
+    learner = learner_of(trials.policy)
+    if learner is None:
+        raise SystemExit("the policy does not learn")
+    return learner.get_state()
+
+
+def block(cell: Cell) -> dict[str, Any]:
+    """Ten trials of the frozen policy on an arm."""
+    document, _ = trained(cell["scenario"], cell["train_seed"])
+    config = replace(scenario(cell["scenario"], "belief"), arm=cell["arm"], seed=cell["seed"])
+    first = FIRST_EVALUATION_TRIAL + cell["block"] * BLOCK
+    make = lambda config, perception, _: loaded_policy(document, config, perception, frozen=True)  # noqa: E731
+    with Trials(config, make) as trials:
+        return {"trials": trials.run(range(first, first + BLOCK))}
+
+
+def transferred(cell: Cell) -> dict[str, Any]:
+    """Learning in another cell, from nothing and from ``blind``."""
+    _, state = trained("blind", cell["seed"])
+    preset, arm = WORLDS[cell["world"]]
+    config: RunConfig = replace(scenario(preset, "belief"), arm=arm, seed=cell["seed"] + 5000)
+    found = {}
+    for name in ("from nothing", "from blind"):
+        with Trials(config) as trials:
+            learner = learner_of(trials.policy)
+            if learner is not None and name == "from blind":
+                learner.set_state(state)
+            found[name] = trials.run(range(cell["trials"]))
+    return found
+
+
+def frozen_lines(options: Any) -> list[tuple[object, ...]]:
+    # Blocks first: an early end leaves some of each arm.
+    cells = [
+        {"scenario": name, "arm": arm, "train_seed": options.train_seed, "seed": options.first_seed, "block": number}
+        for number in range(-(-options.trials // BLOCK))
+        for name in options.scenarios
+        for arm in options.arms
+    ]
+    found = sweep(options, block, cells)
     rows = []
-    with SimulatedRig(config, ready) as rig:
-        task = build_task(config, ready, perception, policy)
-        first = FIRST_EVALUATION_TRIAL + block * BLOCK
-        for trial in range(first, first + BLOCK):
-            scored = run_scored_trial(config, rig, task, trial)
-            time_s = round(scored.report.exploration_time_s, 4) if scored.success else FAILED_S
-            outcome = scored.report.outcome
-            rows.append((time_s, scored.success, outcome and outcome.value, round(rig.truth().peak_force_N, 2)))
-    return {"scenario": name, "arm": arm, "seed": seed, "block": block, "trials": rows}
+    for name in options.scenarios:
+        for arm in options.arms:
+            trials = [
+                Row(*row)
+                for cell, one in found
+                for row in one["trials"]
+                if (cell["scenario"], cell["arm"]) == (name, arm)
+            ]
+            times_s = [row.time_s for row in trials]
+            joints = Kinematics(arm_named(arm), ToolGeometry()).joints
+            good = share(sum(row.success for row in trials), len(trials))
+            spread = (float(np.median(times_s)), float(np.mean(times_s)), float(np.quantile(times_s, 0.95)))
+            rows.append((name, arm, joints, good, *spread, max(row.peak_N for row in trials)))
+    return rows
 
 
-def train(out: Path, name: str, seed: int) -> Path:
-    """The policy of ten trials on the Zebra Zero in a scenario; trained once."""
-    folder = out / f"trained-{name}-{seed}"
-    if not (folder / "policy.json").exists():
-        words = ("train", "--learner", "belief", "--scenario", name, "--trials", TRAINED_TRIALS, "--seed", seed)
-        call = [sys.executable, "-m", "palpate.adapters.cli.main", *map(str, words), "--out", str(folder)]
-        subprocess.run(call, check=True)
-    return folder / "policy.json"
-
-
-def line(name: str, arm: str, trials: list[Any]) -> str:
-    """A row of the table."""
-    times, wins = np.array([trial[0] for trial in trials]), [bool(trial[1]) for trial in trials]
-    low, high = wilson_interval(sum(wins), len(wins))
-    joints = Kinematics(arm_named(arm), ToolGeometry()).joints
-    cells = (
-        name, arm, str(joints), f"{sum(wins)} of {len(wins)} ({100 * low:.1f} to {100 * high:.1f} %)",
-        f"{np.median(times):.2f}", f"{times.mean():.2f}", f"{np.quantile(times, 0.95):.2f}",
-        f"{max(trial[3] for trial in trials):.1f}",
-    )  # fmt: skip
-    return "| " + " | ".join(cells) + " |"
+def transfer_lines(options: Any) -> list[tuple[object, ...]]:
+    cells = [{"world": world, "seed": seed, "trials": options.trials} for seed in seeds_of(options) for world in WORLDS]
+    found = sweep(options, transferred, cells)
+    rows = []
+    for world in WORLDS:
+        for name in ("from nothing", "from blind"):
+            trials = [[Row(*row) for row in one[name]] for cell, one in found if cell["world"] == world]
+            times_s = np.array([[row.time_s for row in rows] for rows in trials])
+            failed = sum(not row.success for rows in trials for row in rows)
+            means = [float(times_s[:, part].mean()) if times_s[:, part].size else float("nan")
+                     for part in (slice(0, 1), slice(1, 5), slice(5, None))]  # fmt: skip
+            rows.append((world, name, *means, f"{failed} of {times_s.size}"))
+    return rows
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_of(__doc__, seeds=1, first_seed=2201, trials=100)
     parser.add_argument("--arms", nargs="+", default=tuple(ARMS), choices=tuple(ARMS))
     parser.add_argument("--scenarios", nargs="+", default=("blind", "paper"))
     parser.add_argument("--train-seed", type=int, default=2200)
-    parser.add_argument("--seed", type=int, default=2201)
-    parser.add_argument("--trials", type=int, default=100)
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--transfer", action="store_true", help="go on learning in other cells")
     options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
-    lines = options.out / "arms.jsonl"
-    policies = {name: train(options.out, name, options.train_seed) for name in options.scenarios}
-    # Blocks first: an early end leaves some of each arm.
-    jobs = {
-        (name, arm, options.seed, block): (policies[name], name, arm, options.seed, block)
-        for block in range(-(-options.trials // BLOCK))
-        for name in options.scenarios
-        for arm in options.arms
-    }
-    done = gone_on_with(lines, options.jobs, run, jobs, itemgetter("scenario", "arm", "seed", "block"))
-    print("| scenario | arm | joints | inserted | median s | mean s | p95 s | highest true force, N |")
-    print("|---" * 8 + "|")
-    for name in options.scenarios:
-        for arm in options.arms:
-            blocks = [b for b in done if (b["scenario"], b["arm"], b["seed"]) == (name, arm, options.seed)]
-            if blocks:
-                print(line(name, arm, [trial for block in blocks for trial in block["trials"]]))
+    if options.transfer:
+        print(table(("cell", "start", "trial 1, s", "2-5, s", "6-, s", "failed"), transfer_lines(options)))
+    else:
+        head = ("scenario", "arm", "joints", "success", "median, s", "mean, s", "p95, s", "highest true force, N")
+        print(table(head, frozen_lines(options)))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Tomita's seven languages from random strings: Elman networks and partitioning beside RPNI and EDSM (AALpy).
 
-    python -m benchmarks.automata_tomita --draws 20 --jobs 2 --out runs/tomita.csv
+    python -m benchmarks.automata_tomita --seeds 20 --jobs 2 --out tomita.jsonl
 
 A draw is n strings of length 0 to 15, half of them accepted: the length uniform over those that the language (or what
 it rejects) has, then the string uniform over those of that length; short ones repeat. Everybody gets the same strings
@@ -12,20 +12,18 @@ what was found judges N more strings of length 50 to 1000, half of them accepted
 
 from __future__ import annotations
 
-import argparse
-import csv
 import re
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import groupby, pairwise, product
-from multiprocessing import Pool
-from pathlib import Path
 from statistics import mean
 from time import process_time
+from typing import Any
 
 import numpy as np
 
+from benchmarks.common import Cell, parser_of, seeds_of, sweep, table
 from palpate.core.automata.infer import InferenceSettings, infer
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import difference, minimised
@@ -134,81 +132,51 @@ def merged(method: str, strings: Strings) -> Machine:
     return Machine(Kind.DFA, BINARY, (*rows, (sink, sink)), outputs, start=number[model.initial_state])
 
 
-@dataclass(frozen=True)
-class Row:
-    strings: int
-    method: str
-    language: int
-    seed: int
-    exact: bool
-    states: int
-    seconds: float
-    restarts: int = 0
-    consistent: int = 0
-    intervals: int = 0
-    raw_states: int = 0
-    long_right: int = 0
-
-
-def run(job: tuple[int, str, int, int, int]) -> Row:
-    count, method, number, seed, far = job
-    strings = draw(LANGUAGES[number], count, seed)
+def run(cell: Cell) -> dict[str, Any]:
+    """One draw of one language, by one method."""
+    language, method = LANGUAGES[cell["language"]], cell["method"]
+    strings = draw(language, cell["strings"], cell["seed"])
     began = process_time()
+    found: dict[str, Any] = {}
     if method in MERGERS:
         machine = minimised(merged(method, strings))
-        about = {}
     else:
-        found = infer(strings, NETWORKS[method])
-        machine, chosen = found.machine, found.chosen
-        about = {
-            "restarts": len(found.training.networks),
-            "consistent": found.training.consistent,
-            "intervals": chosen.intervals,
-            "raw_states": chosen.raw_states,
-        }
+        inferred = infer(strings, NETWORKS[method])
+        machine = inferred.machine
+        found = {"restarts": len(inferred.training.networks), "consistent": inferred.training.consistent}
     seconds = process_time() - began
-    exact = difference(machine, LANGUAGES[number].machine) is None
     right = 0
-    if far:
-        long = draw(LANGUAGES[number], far, seed, *LONG)
+    if cell["long"]:
+        long = draw(language, cell["long"], cell["seed"], *LONG)
         right = sum(machine.output_of(word) is label for word, label in zip(long.words, long.labels, strict=True))
-    return Row(count, method, number, seed, exact, len(machine.transitions), seconds, **about, long_right=right)
+    exact = difference(machine, language.machine) is None
+    return {**found, "exact": exact, "states": len(machine.transitions), "seconds": seconds, "long_right": right}
 
 
-def table(rows: list[Row], draws: int) -> str:
-    lines = [f"exact in {draws} draws, by language; mean CPU seconds of one draw of all eight, on one core"]
-    for count, method in dict.fromkeys((row.strings, row.method) for row in rows):
-        mine = [row for row in rows if (row.strings, row.method) == (count, method)]
-        exact = [sum(row.exact for row in mine if row.language == number) for number in LANGUAGES]
-        seconds = sum(mean(row.seconds for row in mine if row.language == number) for number in LANGUAGES)
-        numbers = " ".join(f"{hits:3d}" for hits in exact)
-        right = sum(row.long_right for row in mine)
-        lines.append(f"{count:4d} strings  {method:22s} {numbers}   {seconds:6.1f} s   {right} long strings right")
-    return "\n".join(lines)
+def lines(found: list[tuple[Cell, dict[str, Any]]]) -> list[tuple[object, ...]]:
+    """A row for each number of strings and method: exact draws by language, and CPU seconds of a draw of all."""
+    rows = []
+    for count, method in dict.fromkeys((cell["strings"], cell["method"]) for cell, _ in found):
+        ours = [(cell["language"], one) for cell, one in found if (cell["strings"], cell["method"]) == (count, method)]
+        exact = [sum(one["exact"] for number, one in ours if number == language) for language in LANGUAGES]
+        seconds = sum(mean(one["seconds"] for number, one in ours if number == language) for language in LANGUAGES)
+        rows.append((count, method, *exact, seconds, sum(one["long_right"] for _, one in ours)))
+    return rows
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--draws", type=int, default=20)
-    parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
+    parser = parser_of(__doc__, seeds=20, first_seed=FIRST_SEED, trials=0)
     parser.add_argument("--strings", type=int, nargs="+", default=[200, 100, 50])
     parser.add_argument("--methods", nargs="+", default=[*NETWORKS, *MERGERS], choices=[*NETWORKS, *MERGERS])
-    parser.add_argument("--long", type=int, default=0)
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--out", type=Path, help="every run as CSV")
+    parser.add_argument("--long", type=int, default=0, help="long strings that each automaton classifies")
     options = parser.parse_args()
     check_languages()
-    seeds = range(options.first_seed, options.first_seed + options.draws)
-    jobs = list(product(options.strings, options.methods, LANGUAGES, seeds, [options.long]))
-    with Pool(options.jobs) as pool:
-        rows = list(pool.imap(run, jobs))
-    print(table(rows, options.draws))
-    if options.out:
-        options.out.parent.mkdir(parents=True, exist_ok=True)
-        with options.out.open("w", newline="") as file:
-            writer = csv.writer(file)
-            writer.writerow(Row.__dataclass_fields__)
-            writer.writerows([getattr(row, name) for name in Row.__dataclass_fields__] for row in rows)
+    cells = [
+        {"strings": count, "method": method, "language": language, "seed": seed, "long": options.long}
+        for count, method, language, seed in product(options.strings, options.methods, LANGUAGES, seeds_of(options))
+    ]
+    head = ("strings", "method", *(f"T{number}" for number in LANGUAGES), "CPU s a draw", "long strings right")
+    print(table(head, lines(sweep(options, run, cells))))
 
 
 if __name__ == "__main__":

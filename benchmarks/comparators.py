@@ -1,4 +1,4 @@
-"""Who inserts how fast: rules, searches, learners and who is told the hole, on the same trials, in one table.
+"""Rules, searches, learners and oracles on the same trials, in one table.
 
     palpate train --scenario paper --seed 7 --out runs/tabular
     palpate train --scenario paper --learner belief --trials 10 --seed 7 --out runs/belief
@@ -17,33 +17,21 @@ from __future__ import annotations
 
 import argparse
 import runpy
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.common import FAILED_S, Make, Trials, table
 from palpate.adapters.config import RunConfig, overlay, scenario
-from palpate.adapters.experiments import (
-    build_perception,
-    build_task,
-    comparator,
-    loaded_policy,
-    run_scored_trial,
-    task_actions,
-)
+from palpate.adapters.experiments import comparator, loaded_policy, task_actions
 from palpate.adapters.experiments.comparators import Omniscient
-from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import LoopObserver
-from palpate.core.perception import Perception
-from palpate.core.policy import Decision, FixedPolicy, Observation, Policy, PolicyDocument
+from palpate.core.policy import Decision, FixedPolicy, Observation, PolicyDocument
 from palpate.core.ports import CONTROL_RATE_HZ, WrenchSample
-from palpate.core.trial import find_ready_pose
 
-FAILED_S = 20.0
-Hole = Callable[[], Sequence[float]]
-Make = Callable[[RunConfig, Perception, Hole], Policy]
+HEAD = ("policy", "success", "search s: mean, median, p95", "cycle s: mean, p95", "mean force N", "peak N: mean, most")
 
 
 class Forces(LoopObserver):
@@ -57,7 +45,7 @@ class Forces(LoopObserver):
 
 
 class Agent(FixedPolicy):
-    """An agent of Stable-Baselines3 as a policy: it is told the number of the state."""
+    """An agent of Stable-Baselines3 as a policy: it gets the number of the state."""
 
     def __init__(self, model: Any, config: RunConfig) -> None:
         super().__init__()
@@ -68,25 +56,27 @@ class Agent(FixedPolicy):
         return Decision(self._actions[index], index, "dqn")
 
 
-def rows(config: RunConfig, make: Make, trials: int) -> np.ndarray:
-    """Each trial's success, search, cycle, mean force and peak force, (n, 5); NaN where it was not seated."""
-    ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
-    table = []
-    with SimulatedRig(config, ready) as rig:
-        task = build_task(config, ready, perception, make(config, perception, lambda: rig.truth().hole_in_task_m))
-        for trial in range(trials):
+def figures(name: str, config: RunConfig, make: Make, count: int) -> tuple[object, ...]:
+    """A row of the table; cycle and mean force are of the trials that ended at full depth."""
+    cycles_s, means_N, rows = [], [], []
+    with Trials(config, make) as trials:
+        for number in range(count):
             seen = Forces()
-            scored = run_scored_trial(config, rig, task, trial, watching=(seen,))
-            begins = {event.detail: event.tick for event in scored.report.events if event.name == "phase"}
-            search_s = scored.report.exploration_time_s if scored.success else FAILED_S
-            cycle_s = mean_N = np.nan
-            if scored.success:
+            row, scored = trials.scored(number, watching=(seen,))
+            rows.append(row)
+            if row.success:
+                begins = {event.detail: event.tick for event in scored.report.events if event.name == "phase"}
                 forces_N, touched, seated = np.array(seen.forces_N), begins["explore"], begins["prove"]
                 air_N = forces_N[begins["settle"] : begins["approach"]].mean(axis=0)
-                cycle_s = (seated - touched) / CONTROL_RATE_HZ
-                mean_N = np.linalg.norm(forces_N[touched:seated] - air_N, axis=1).mean()
-            table.append((scored.success, search_s, cycle_s, mean_N, rig.truth().peak_force_N))
-    return np.array(table, dtype=float)
+                cycles_s.append((seated - touched) / CONTROL_RATE_HZ)
+                means_N.append(np.linalg.norm(forces_N[touched:seated] - air_N, axis=1).mean())
+    search_s, peaks_N = np.array([row.time_s for row in rows]), np.array([row.peak_N for row in rows])
+    cycle = f"{np.mean(cycles_s):.2f}, {np.percentile(cycles_s, 95):.2f}" if cycles_s else ""
+    return (
+        name, f"{sum(row.success for row in rows)} of {count}",
+        f"{search_s.mean():.2f}, {np.median(search_s):.2f}, {np.percentile(search_s, 95):.2f}", cycle,
+        f"{np.mean(means_N):.1f}" if means_N else "", f"{peaks_N.mean():.1f}, {peaks_N.max():.1f}",
+    )  # fmt: skip
 
 
 def of_file(folder: Path) -> Make:
@@ -116,15 +106,6 @@ def trained_agent(seed: int, trials: int) -> Any:
     return model
 
 
-def line(name: str, table: np.ndarray) -> str:
-    success, search_s, cycle_s, mean_N, peak_N = table.T
-    return (
-        f"| {name} | {int(success.sum())} of {len(table)} | {search_s.mean():.2f}, {np.median(search_s):.2f},"
-        f" {np.percentile(search_s, 95):.2f} | {np.nanmean(cycle_s):.2f}, {np.nanpercentile(cycle_s, 95):.2f} |"
-        f" {np.nanmean(mean_N):.1f} | {peak_N.mean():.1f}, {peak_N.max():.1f} |"
-    )
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenario", default="paper")
@@ -140,9 +121,9 @@ def main() -> None:
     tabular, belief = map(of_file, options.policies)
     cap_mm_s, travel_mm_s = sliding.learning.belief.speed_mm_s, sliding.task.travel_speed_mm_s
     chosen: list[tuple[str, RunConfig, Make]] = [
-        (f"told the hole, {travel_mm_s:g} mm/s, the travel's limit", sliding, omniscient(travel_mm_s)),
-        (f"told the hole, {cap_mm_s:g} mm/s, as the belief", sliding, omniscient(cap_mm_s)),
-        ("told the hole, 10 mm/s, as the table", paced, omniscient(10.0)),
+        (f"oracle, {travel_mm_s:g} mm/s, the limit of travel", sliding, omniscient(travel_mm_s)),
+        (f"oracle, {cap_mm_s:g} mm/s, the belief's speed", sliding, omniscient(cap_mm_s)),
+        ("oracle, 10 mm/s, the table's speed", paced, omniscient(10.0)),
         ("belief, frozen", sliding, belief),
         ("torque rule, 50 ms and 7 Hz", quick, named("torque")),
         ("torque rule, 100 ms and 4 Hz", paced, named("torque")),
@@ -154,12 +135,7 @@ def main() -> None:
     if options.dqn:
         model = trained_agent(options.seed + 1, options.dqn)
         chosen.append(("DQN of Stable-Baselines3, frozen", paced, lambda config, *_: Agent(model, config)))
-    print(
-        "| policy | inserted | search s: mean, median, p95 | cycle s: mean, p95 | mean force N | peak N: mean, most |"
-    )
-    print("|---|---|---|---|---|---|")
-    for name, config, make in chosen:
-        print(line(name, rows(config, make, options.trials)), flush=True)
+    print(table(HEAD, (figures(name, config, make, options.trials) for name, config, make in chosen)))
 
 
 if __name__ == "__main__":

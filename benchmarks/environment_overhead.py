@@ -216,34 +216,18 @@ def work(name: str, count: int) -> None:
     print(json.dumps(result | {"steps": count, "mujoco": mujoco.__version__}))
 
 
-def table(rows: dict[str, list[dict[str, Any]]]) -> str:
-    head = (
-        "environment",
-        "MuJoCo",
-        "physics steps a step",
-        "step, CPU us",
-        "bare physics, CPU us",
-        "ratio",
-        "lowest to highest",
-    )
-    lines = [head]
+def lines(rows: dict[str, list[dict[str, Any]]]) -> list[tuple[object, ...]]:
+    found = []
     for name, rounds in rows.items():
-        ratios = [r["seconds"] / r["floor"] for r in rounds]
-        first = rounds[0]
-        per_step = first["calls"] * first["substeps"] / first["steps"]
-        lines.append(
-            (
-                f"{name} ({first['name']})" if "name" in first else name,
-                first["mujoco"],
-                f"{per_step:.1f}",
-                f"{statistics.median(r['seconds'] / r['steps'] for r in rounds) * 1e6:.0f}",
-                f"{statistics.median(r['floor'] / r['steps'] for r in rounds) * 1e6:.0f}",
-                f"{statistics.median(ratios):.2f}",
-                f"{min(ratios):.2f} to {max(ratios):.2f}",
-            )
+        ratios, first = [one["seconds"] / one["floor"] for one in rounds], rounds[0]
+        step_us, floor_us = (
+            1e6 * statistics.median(one[what] / one["steps"] for one in rounds) for what in ("seconds", "floor")
         )
-    widths = [max(len(line[column]) for line in lines) for column in range(len(head))]
-    return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) for line in lines)
+        spread = f"{statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
+        per_step = f"{first['calls'] * first['substeps'] / first['steps']:.1f}"
+        title = f"{name} ({first['name']})" if "name" in first else name
+        found.append((title, first["mujoco"], per_step, f"{step_us:.0f}", f"{floor_us:.0f}", spread))
+    return found
 
 
 def main() -> None:
@@ -272,7 +256,11 @@ def main() -> None:
         for name, python in pythons.items():
             rows[name].append(measured(name, python, options.steps))
         print(f"round {number + 1} of {options.rounds}", file=sys.stderr)
-    print(table(rows))
+    # Not at the beginning of the file: it is the worker of environments that lack palpate, too.
+    from benchmarks.common import table
+
+    head = ("environment", "MuJoCo", "physics steps a step", "step, CPU us", "bare physics, CPU us", "ratio (range)")
+    print(table(head, lines(rows)))
     if options.json is not None:
         options.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
 

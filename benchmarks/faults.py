@@ -18,11 +18,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from benchmarks import insertion_6dof
+from benchmarks.common import table
 from palpate.adapters.config import RunConfig, overlay, task_kind
 from palpate.core.ports import write_whole
+from tests.support import pegs_6dof
 from tests.support.fault_trials import HARDWARE_LIMIT_N, Case, FaultRun, Verdict, cases, run_cases, sensor_faults
 
+HEAD: Final = (
+    "fault", "runs", "struck", "latched", "tolerable", "detected", "neither", "failed", "false success",
+    "slowest stop, ticks", "highest, N",
+)  # fmt: skip
 ARMS: Final = ("zebra-zero", "ur5")
 TASKS: Final = ("insertion", "insertion-6dof")
 POLICIES: Final = {"insertion": "torque", "insertion-6dof": "corner-first"}
@@ -31,7 +36,7 @@ POLICIES: Final = {"insertion": "torque", "insertion-6dof": "corner-first"}
 def config_of(task: str, arm: str, policy: str) -> RunConfig:
     """Return the settings: in six degrees of freedom a square peg for corner-first, a round one for any other."""
     if task == "insertion-6dof":
-        return insertion_6dof.config_of("square" if policy == POLICIES[task] else "round", "asked", arm, {})
+        return pegs_6dof.config_of("square" if policy == POLICIES[task] else "round", "asked", arm, {})
     return overlay(overlay(RunConfig(), task_kind(task).preset), {"arm": arm, "task": {"name": task}})
 
 
@@ -48,31 +53,19 @@ def bad(run: FaultRun) -> bool:
     return loose(run) or too_high or run.verdict in (Verdict.FALSE_SUCCESS, Verdict.FAILED)
 
 
-def table(runs: Sequence[FaultRun]) -> str:
+def by_fault(runs: Sequence[FaultRun]) -> str:
     """Return a Markdown table with one line a fault."""
-    lines = [
-        "| fault | runs | struck | latched | tolerable | detected | neither | failed | false success |"
-        " slowest stop, ticks | highest, N |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
-    ]
+    rows = []
     for name in dict.fromkeys(run.fault.name for run in runs):
         own = [run for run in runs if run.fault.name == name and run.delivered]
         stops = [run.ticks_to_stop for run in own if run.ticks_to_stop is not None]
-        cells = (
-            name,
-            sum(run.fault.name == name for run in runs),
-            len(own),
-            sum(run.latched for run in own),
-            sum(run.verdict is Verdict.TOLERABLE for run in own),
-            sum(run.verdict is Verdict.DETECTED for run in own),
-            sum(map(loose, own)),
-            sum(run.verdict is Verdict.FAILED for run in own),
-            sum(run.verdict is Verdict.FALSE_SUCCESS for run in own),
-            max(stops, default="-"),
-            f"{max((run.peak_force_N for run in own), default=0.0):.1f}",
-        )
-        lines.append("| " + " | ".join(map(str, cells)) + " |")
-    return "\n".join(lines)
+        counts = [sum(run.verdict is one for run in own) for one in (Verdict.TOLERABLE, Verdict.DETECTED)]
+        wrong = [sum(run.verdict is one for run in own) for one in (Verdict.FAILED, Verdict.FALSE_SUCCESS)]
+        peak_N = f"{max((run.peak_force_N for run in own), default=0.0):.1f}"
+        all_runs, latched = sum(run.fault.name == name for run in runs), sum(run.latched for run in own)
+        unclear = sum(map(loose, own))
+        rows.append((name, all_runs, len(own), latched, *counts, unclear, *wrong, max(stops, default="-"), peak_N))
+    return table(HEAD, rows)
 
 
 def verdict(runs: Sequence[FaultRun]) -> str:
@@ -126,7 +119,7 @@ def main() -> None:
         minutes = (time.monotonic() - begin_s) / 60.0
         good = good and not any(map(bad, runs))
         seeds = f"{options.seeds} seeds from {options.first} on"
-        text += f"{options.task}, {arm}, {seeds}, {minutes:.1f} min\n\n{table(runs)}\n\n{verdict(runs)}\n"
+        text += f"{options.task}, {arm}, {seeds}, {minutes:.1f} min\n\n{by_fault(runs)}\n\n{verdict(runs)}\n"
     sys.stdout.write(text)
     if options.out is not None:
         write_whole(options.out, text, remedy="name another file with --out")

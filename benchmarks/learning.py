@@ -1,171 +1,108 @@
-"""The paper's learning curve over many seeds: 350 trials each, plain 17-state Q-learning, and its end beside a rule.
+"""The paper's learning curve over many seeds: Q-learning on 17 states, and its end compared with a hand-written rule.
 
-    python -m benchmarks.learning --seeds 10 --jobs 2
+    python -m benchmarks.learning --seeds 10 --first-seed 4400 --jobs 2 --out learning.jsonl --picture learning.png
 
-Prints one line per seed and the figures of docs/results.md, with bootstrap intervals over seeds; ``--out`` keeps every
-exploration time as CSV and draws the pooled curve. The last 50 trials are run twice more: with the learned policy as
-it is used, frozen, and with the hand-written torque rule; there what fails counts as the time limit. The seeds are
-100, 101, ...: none of them was used while parameters were chosen (those were 0, 1 and 2).
+The last 50 trials are run twice more: with the learned policy, frozen, and with the torque rule; there a failure counts
+as the time limit. The figures of 350 trials are those of docs/results.md, with bootstrap intervals over the seeds.
 """
 
 from __future__ import annotations
 
-import argparse
-import csv
-import json
+from collections import Counter
 from dataclasses import replace
-from multiprocessing import Pool
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from palpate.adapters.config.run import scenario
-from palpate.adapters.experiments.build import build_perception, build_task
-from palpate.adapters.experiments.policies import comparator, learning_policy, loaded_policy
+from benchmarks.common import FAILED_S, Cell, Trials, parser_of, seeds_of, sweep, table
+from palpate.adapters.config import scenario
+from palpate.adapters.experiments import comparator, loaded_policy
 from palpate.adapters.experiments.statistics import moving_average
-from palpate.adapters.experiments.trial import run_scored_trial
-from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.policy import document_of
-from palpate.core.trial import find_ready_pose
-
-FIRST_SEED = 100
-
 
 LAST = 50
+WHOLE = 350
+STRETCHES = {"1-25": slice(0, 25), "126-150": slice(125, 150), "126-175": slice(125, 175), "301-350": slice(300, 350)}
 
 
-def learn(
-    job: tuple[str, str, int, int],
-) -> tuple[int, list[float], list[bool], list[str], float, dict[str, list[float]]]:
-    """One training run: seed, times, successes, outcomes, highest true force, times of others in the last trials."""
-    name, arm, seed, trials = job
-    config = replace(scenario(name), arm=arm, seed=seed)
-    ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
-    task_policy = learning_policy(config, perception)
-    task = build_task(config, ready, perception, task_policy)
-    times, wins, outcomes, peak = [], [], [], 0.0
-    with SimulatedRig(config, ready) as rig:
-        for trial in range(trials):
-            scored = run_scored_trial(config, rig, task, trial)
-            times.append(scored.report.exploration_time_s)
-            wins.append(scored.success)
-            outcomes.append(str(scored.report.outcome and scored.report.outcome.value))
-            peak = max(peak, scored.truth.peak_force_N)
-        document = document_of(task_policy, created_with={}, perception={})
-        others = {
-            "in_use": loaded_policy(document, config, perception, frozen=True),
-            "torque": comparator("torque", config, tuple),
-        }
-        beside = {}
-        for label, policy in others.items():
-            task = build_task(config, ready, perception, policy)
-            scores = [run_scored_trial(config, rig, task, trial) for trial in range(max(trials - LAST, 0), trials)]
-            limit_s = config.task.time_limit_s
-            beside[label] = [one.report.exploration_time_s if one.success else limit_s for one in scores]
-    return seed, times, wins, outcomes, peak, beside
+def learn(cell: Cell) -> dict[str, Any]:
+    """One training, and its last trials with the frozen policy and with the rule."""
+    config = replace(scenario(cell["scenario"]), arm=cell["arm"], seed=cell["seed"])
+    with Trials(config) as trials:
+        scored = [trials.scored(number) for number in range(cell["trials"])]
+        document = document_of(trials.policy, created_with={}, perception={})
+    others = {
+        "frozen": lambda config, perception, _: loaded_policy(document, config, perception, frozen=True),
+        "torque rule": lambda config, *_: comparator("torque", config, tuple),
+    }
+    last = {}
+    for name, make in others.items():
+        with Trials(config, make) as trials:
+            last[name] = [row.time_s for row in trials.run(range(max(cell["trials"] - LAST, 0), cell["trials"]))]
+    return {
+        "time_s": [each.report.exploration_time_s for _, each in scored],
+        "success": [row.success for row, _ in scored],
+        "outcome": [row.outcome for row, _ in scored],
+        "peak_N": [row.peak_N for row, _ in scored],
+        "last": last,
+    }
 
 
-def ratio_interval(a: np.ndarray, b: np.ndarray) -> tuple[float, float, float]:
-    """Ratio of pooled means b/a over seeds with its 95 % bootstrap interval (seeds resampled)."""
-    rng = np.random.default_rng(0)
-    draws = rng.integers(len(a), size=(5000, len(a)))
-    ratios = b[draws].mean(axis=1) / a[draws].mean(axis=1)
+def ratio(numerator_s: np.ndarray, denominator_s: np.ndarray) -> str:
+    """A ratio of means over seeds, with its 95 % bootstrap interval over the seeds."""
+    draws = np.random.default_rng(0).integers(len(numerator_s), size=(5000, len(numerator_s)))
+    ratios = numerator_s[draws].mean(axis=1) / denominator_s[draws].mean(axis=1)
     low, high = np.quantile(ratios, [0.025, 0.975])
-    return float(b.mean() / a.mean()), float(low), float(high)
+    return f"{numerator_s.mean() / denominator_s.mean():.2f} ({low:.2f} to {high:.2f})"
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--scenario", default="paper")
-    parser.add_argument("--arm", default="zebra-zero")
-    parser.add_argument("--seeds", type=int, default=10)
-    parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
-    parser.add_argument("--trials", type=int, default=350)
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--out", type=Path)
-    options = parser.parse_args()
-    jobs = [
-        (options.scenario, options.arm, seed, options.trials)
-        for seed in range(options.first_seed, options.first_seed + options.seeds)
-    ]
-    times, wins = [], []
-    beside: dict[str, list[float]] = {}
-    failures: dict[str, int] = {}
-    with Pool(options.jobs) as pool:
-        for seed, t, w, outcomes, peak, others in pool.imap(learn, jobs):
-            for label, found in others.items():
-                beside.setdefault(label, []).extend(found)
-            times.append(t)
-            wins.append(w)
-            for outcome in outcomes[125:]:
-                failures[outcome] = failures.get(outcome, 0) + 1
-            first, late = np.mean(t[:25]), np.mean(t[125:150]) if len(t) >= 150 else float("nan")
-            share = np.mean(w[125:]) if len(w) > 125 else float("nan")
-            print(
-                f"seed {seed}: 1-25 {first:.2f} s, 126-150 {late:.2f} s, ratio {first / late:.1f}, "
-                f"301-350 {np.mean(t[300:]) if len(t) > 300 else float('nan'):.2f} s, "
-                f"success from 126 {share:.3f}, peak {peak:.1f} N; last {LAST}: "
-                + ", ".join(f"{label} {np.mean(found):.2f} s" for label, found in others.items()),
-                flush=True,
-            )
-    T, W = np.array(times), np.array(wins)
-    if options.trials >= 350:
-        ratios = T[:, :25].mean(axis=1) / T[:, 125:150].mean(axis=1)
-        early, late = T[:, 125:175].mean(axis=1), T[:, 300:350].mean(axis=1)
-        decay, low, high = ratio_interval(early, late)
-        summary = {
-            "scenario": options.scenario,
-            "arm": options.arm,
-            "seeds": [options.first_seed, options.first_seed + options.seeds - 1],
-            "speed_up_median": round(float(np.median(ratios)), 2),
-            "speed_up_min_max": [round(float(ratios.min()), 2), round(float(ratios.max()), 2)],
-            "mean_s": {
-                "1-25": round(float(T[:, :25].mean()), 3),
-                "126-150": round(float(T[:, 125:150].mean()), 3),
-                "126-175": round(float(early.mean()), 3),
-                "301-350": round(float(late.mean()), 3),
-            },
-            "success_from_126": round(float(W[:, 125:].mean()), 4),
-            "success_from_126_worst_seed": round(float(W[:, 125:].mean(axis=1).min()), 4),
-            "outcomes_from_126": failures,
-            "late_over_early": [round(decay, 3), round(low, 3), round(high, 3)],
-            f"last_{LAST}_mean_p95_s": {
-                label: [round(float(np.mean(found)), 3), round(float(np.quantile(found, 0.95)), 3)]
-                for label, found in {"learning": np.where(W, T, 20.0)[:, -LAST:].ravel(), **beside}.items()
-            },
-        }
-        print(json.dumps(summary, indent=1))
-        if options.out:
-            options.out.mkdir(parents=True, exist_ok=True)
-            (options.out / "learning.json").write_text(json.dumps(summary, indent=1) + "\n")
-    if options.out:
-        options.out.mkdir(parents=True, exist_ok=True)
-        with (options.out / "learning.csv").open("w", newline="") as stream:
-            writer = csv.writer(stream, lineterminator="\n")
-            writer.writerow(["trial", *(f"seed_{job[2]}" for job in jobs)])
-            writer.writerows([k + 1, *column] for k, column in enumerate(T.T.round(4).tolist()))
-        draw(T, options.out / "learning.png", f"Peg in hole, {options.arm}, scenario {options.scenario}")
-
-
-def draw(times: np.ndarray, path: Path, title: str) -> None:
-    """Moving average of 25 of every seed, and the median over seeds."""
+def draw(path: Path, times_s: np.ndarray, title: str) -> None:
+    """Moving averages of each seed, and of all."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(8.0, 4.2), dpi=120, layout="constrained")
+    figure = Figure(figsize=(7.0, 3.5), dpi=120, layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.add_subplot()
-    curves = np.array([moving_average(row.tolist()) for row in times])
-    trials = np.arange(1, times.shape[1] + 1)
-    for k, curve in enumerate(curves):
-        label = f"{len(curves)} seeds, moving average of 25" if k == 0 else None
-        axes.plot(trials, curve, color="#4878a8", linewidth=0.8, alpha=0.5, label=label)
-    axes.plot(trials, np.median(curves, axis=0), color="black", linewidth=2.0, label="median")
-    axes.set(xlabel="trial", ylabel="exploration time [s]", title=title)
+    axes = figure.add_subplot(title=title, xlabel="trial", ylabel="exploration [s]")
+    for row in times_s:
+        axes.plot(moving_average(row.tolist(), 25), color="0.8", linewidth=0.8)
+    axes.plot(moving_average(times_s.mean(axis=0).tolist(), 25), color="#c0392b", linewidth=2.0)
     axes.set_ylim(bottom=0.0)
-    axes.grid(alpha=0.25)
-    axes.legend(loc="upper right")
     figure.savefig(path, metadata={"Software": None})
+
+
+def main() -> None:
+    parser = parser_of(__doc__, seeds=10, first_seed=100, trials=WHOLE)
+    parser.add_argument("--scenario", default="paper")
+    parser.add_argument("--arm", default="zebra-zero")
+    parser.add_argument("--picture", type=Path)
+    options = parser.parse_args()
+    shared = {"scenario": options.scenario, "arm": options.arm, "trials": options.trials}
+    found = [one for _, one in sweep(options, learn, [{**shared, "seed": seed} for seed in seeds_of(options)])]
+    times_s, success = (np.array([one[name] for one in found]) for name in ("time_s", "success"))
+    peak_N = max(max(one["peak_N"]) for one in found)
+    rows: list[tuple[str, object]] = [("highest true force, N", float(peak_N))]
+    for name in ("learning", *found[0]["last"]):
+        if name == "learning":
+            last_s = np.where(success, times_s, FAILED_S)[:, -LAST:].ravel()
+        else:
+            last_s = np.array([one["last"][name] for one in found]).ravel()
+        rows.append((f"last {LAST}, {name}: mean, p95, s", f"{last_s.mean():.3f}, {np.quantile(last_s, 0.95):.2f}"))
+    if options.trials >= WHOLE:
+        mean_s = {name: times_s[:, trials].mean(axis=1) for name, trials in STRETCHES.items()}
+        speed_up = mean_s["1-25"] / mean_s["126-150"]
+        outcomes = Counter(outcome for one in found for outcome in one["outcome"][125:])
+        rows += [
+            ("speed-up, median", float(np.median(speed_up))),
+            ("speed-up, range", f"{speed_up.min():.1f} to {speed_up.max():.1f}"),
+            *((f"trials {name}, mean s", float(mean.mean())) for name, mean in mean_s.items()),
+            ("trials 301-350 over 126-175", ratio(mean_s["301-350"], mean_s["126-175"])),
+            ("success from trial 126", f"{success[:, 125:].sum()} of {success[:, 125:].size}; {dict(outcomes)}"),
+        ]
+    print(table(("figure", "measured"), rows))
+    if options.picture:
+        draw(options.picture, times_s, f"{options.scenario}, {options.arm}, {options.seeds} seeds")
 
 
 if __name__ == "__main__":

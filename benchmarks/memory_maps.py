@@ -1,6 +1,6 @@
 """Learners on random grid maps, compared with the exact optimum of a belief over the places of the map.
 
-    python -m benchmarks.memory_maps --maps 1 2 twin 3000-3029 --seeds 0 1 2 --jobs 1 --out maps.jsonl
+    python -m benchmarks.memory_maps --maps 1 2 twin 3000-3029 --seeds 3 --jobs 2 --out maps.jsonl
 
 Maps of 5 x 5 to 11 x 11 cells, 3 to 8 symbols drawn for each cell alone, in two of five maps 12 % of walls; 1, 2 and
 twin are those of the paper. A learned policy is frozen and walked from every cell: once where it reaches the goal
@@ -10,19 +10,16 @@ cut off at 100, as trials are. Maps whose optimum takes too long to find are ref
 
 from __future__ import annotations
 
-import argparse
-import json
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
-from multiprocessing import Pool
-from pathlib import Path
 from statistics import mean, median
 from time import process_time
 from typing import Any
 
 import numpy as np
 
+from benchmarks.common import Cell, parser_of, seeds_of, sweep, table
 from palpate.adapters.config import GridLearning
 from palpate.adapters.experiments.grid import Bounds, LearningRun, Named, bounds_of, grid_named, learn
 from palpate.core.errors import ConfigurationError
@@ -81,40 +78,39 @@ def frozen_walks(grid: GridMap, run: LearningRun, walks: int) -> tuple[list[Walk
     return walks_from_all_cells(grid, run.identifier, policy, walks=walks, seed=1), False
 
 
-def run_one(job: tuple[str, str, int, int]) -> dict[str, Any]:
-    """One learning run, as a line of the file."""
-    name, learner, seed, walks = job
-    line: dict[str, Any] = {"map": name, "learner": learner, "seed": seed}
-    grid, bounds = facts(name)
+def run(cell: Cell) -> dict[str, Any]:
+    """One learning run."""
+    grid, bounds = facts(cell["map"])
     if bounds.belief is None:
-        return line
-    states, settings, trials = LEARNERS[learner]
+        return {}
+    states, settings, trials = LEARNERS[cell["learner"]]
     began = process_time()
-    run = learn(grid, Named(states), settings, seed, trials)
-    line["cpu_s"] = round(process_time() - began, 2)
-    found, exact = frozen_walks(grid, run, walks)
+    learned = learn(grid, Named(states), settings, cell["seed"], trials)
+    cpu_s = round(process_time() - began, 2)
+    found, exact = frozen_walks(grid, learned, cell["walks"])
     ratio = mean(walk.steps for walk in found) / bounds.belief
     reached = mean(walk.reached for walk in found)
-    return line | {"ratio": ratio, "reached": reached, "exact": exact, "random": bounds.random_walk / bounds.belief}
+    random = bounds.random_walk / bounds.belief
+    return {"ratio": ratio, "reached": reached, "exact": exact, "random": random, "cpu_s": cpu_s}
 
 
-def table(lines: list[dict[str, Any]]) -> Iterator[str]:
+def told(found: list[tuple[Cell, dict[str, Any]]]) -> Iterator[str]:
     """A line for each learner: median and worst ratio, and the runs that lose a start."""
-    maps, scored = {line["map"] for line in lines}, [line for line in lines if "ratio" in line]
-    refused = maps - {line["map"] for line in scored}
+    maps, scored = {cell["map"] for cell, _ in found}, [(cell, one) for cell, one in found if one]
+    refused = maps - {cell["map"] for cell, _ in scored}
     yield f"{len(maps)} maps, {len(refused)} refused: {' '.join(sorted(refused)) or 'none'}\n"
-    yield "| learner | runs | median | worst | loses a start | CPU s, median | most |"
-    yield "|---|---|---|---|---|---|---|"
-    for learner in dict.fromkeys(line["learner"] for line in scored):
-        group = [line for line in scored if line["learner"] == learner]
-        ratios, cpu_s = [line["ratio"] for line in group], [line["cpu_s"] for line in group]
-        lost = sum(line["reached"] < 1.0 for line in group)
-        cells = [learner, str(len(group)), f"{median(ratios):.3f}", f"{max(ratios):.3f}", str(lost)]
-        yield "| " + " | ".join([*cells, f"{median(cpu_s):.1f}", f"{max(cpu_s):.1f}"]) + " |"
-    if scored:
-        walk = [line["random"] for line in scored]
-        yield f"| random walk | | {median(walk):.3f} | {max(walk):.3f} | | | |"
-    below = sum(line["exact"] and line["ratio"] < 1.0 - 1e-9 for line in scored)
+    rows: list[tuple[object, ...]] = []
+    for learner in dict.fromkeys(cell["learner"] for cell, _ in scored):
+        ours = [one for cell, one in scored if cell["learner"] == learner]
+        ratios, cpu_s = [one["ratio"] for one in ours], [one["cpu_s"] for one in ours]
+        lost = sum(one["reached"] < 1.0 for one in ours)
+        rows.append(
+            (learner, len(ours), f"{median(ratios):.3f}", f"{max(ratios):.3f}", lost, median(cpu_s), max(cpu_s))
+        )
+    walk = [one["random"] for _, one in scored] or [0.0]
+    rows.append(("random walk", "", f"{median(walk):.3f}", f"{max(walk):.3f}", "", "", ""))
+    yield table(("learner", "runs", "median", "worst", "loses a start", "CPU s, median", "most"), rows)
+    below = sum(one["exact"] and one["ratio"] < 1.0 - 1e-9 for _, one in scored)
     yield f"\nbelow the optimum: {below}"
 
 
@@ -125,23 +121,20 @@ def span(text: str) -> list[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_of(__doc__, seeds=1, first_seed=0, trials=0)
     parser.add_argument("--maps", nargs="+", type=span, default=[["1"], ["2"], ["twin"]])
-    parser.add_argument("--seeds", nargs="+", type=int, default=[0])
     parser.add_argument("--learners", nargs="+", choices=list(LEARNERS), default=["symbols", "last-2", "hmm-500"])
     parser.add_argument("--walks", type=int, default=20, help="walks from each cell, where chance has a part")
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--out", type=Path, help="file for a line of JSON a run")
     options = parser.parse_args()
-    names = [name for names in options.maps for name in names]
-    jobs = [
-        (name, learner, seed, options.walks) for name in names for learner in options.learners for seed in options.seeds
+    # Map by map, so that an optimum is found once.
+    cells = [
+        {"map": name, "learner": learner, "seed": seed, "walks": options.walks}
+        for names in options.maps
+        for name in names
+        for learner in options.learners
+        for seed in seeds_of(options)
     ]
-    with Pool(options.jobs) as pool:
-        lines = list(pool.imap(run_one, jobs))
-    print("\n".join(table(lines)))
-    if options.out:
-        options.out.write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
+    print("\n".join(told(sweep(options, run, cells))))
 
 
 if __name__ == "__main__":

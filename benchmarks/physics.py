@@ -1,4 +1,4 @@
-"""Prints the physical figures of the simulated cell: ``python -m benchmarks.physics`` from the repository's root.
+"""Prints the physical figures of the simulated cell: ``python -m benchmarks.physics``.
 
 The figures are those that ``tests/integration/physics`` sets limits to, taken at 28 offsets and more headings, and also
 for other resolutions, time steps, grippers, shapes, clearances and tilts than the default, up to the plate's edge.
@@ -15,6 +15,7 @@ from itertools import product
 import mujoco
 import numpy as np
 
+from benchmarks.common import table
 from palpate.adapters.config.run import RunConfig
 from palpate.core.motion.arm import ARMS
 from palpate.simulation.work_cell.config import PLATE_REACH_M, ComplianceConfig, PegConfig
@@ -28,6 +29,7 @@ CLEARANCES_MM = (0.02, 0.075, 0.3, 1.0)
 TILTS_MRAD = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 LEANS = 3
 """Headings of a lean at each clearance, none of them twice."""
+Figures = Callable[["Bench"], Iterator[str]]
 GRID = ("limits", "sinking, um", "ripple, N", "play less clearance, um")
 THROUGH_M = 1e-3
 """A tip so deep is through the plate: one that leans hangs into the hole by less."""
@@ -53,10 +55,6 @@ def centre(height_mm: float) -> Case:
 
 
 DEFAULT = Case("default", quiet)
-BEFORE = Case(
-    "as it was: 5 substeps, 24 outer boxes, 48 upper spheres",
-    partial(quiet, peg=PegConfig(outer_boxes=0, upper_spheres=0), contacts="searched", substeps=5),
-)
 HALVED = Case("8 substeps", partial(quiet, substeps=8))
 DOUBLED = resolution(96, 96)
 FEWER = Case(
@@ -148,54 +146,46 @@ def contact(bench: Bench, count: int) -> Iterator[str]:
     yield f"{np.mean(capture_um):.0f} ({min(capture_um):.0f} to {max(capture_um):.0f})"
 
 
-def table(title: str, columns: list[str], cases: list[Case], figures: Callable[[Bench], Iterator[str]]) -> None:
-    print(f"\n{title}\n\n| Arm | Cell | {' | '.join(columns)} |\n|---|---|{'---|' * len(columns)}")
-    for arm in ARMS:
-        for case in cases:
-            with bench_of(case, arm) as bench:
-                print(f"| {arm} | {case.label} | {' | '.join(figures(bench))} |", flush=True)
+def show(title: str, columns: list[str], arms: list[str], cases: list[Case], figures: Figures) -> None:
+    rows = []
+    for arm, case in product(arms, cases):
+        with bench_of(case, arm) as bench:
+            rows.append((arm, case.label, *figures(bench)))
+    print(f"\n{title}\n\n{table(('arm', 'cell', *columns), rows)}", flush=True)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="the default cell only, and fewer headings")
-    parser.add_argument(
-        "--grid", nargs="+", metavar="ARM", help="only shapes, clearances and tilts, held to the limits"
-    )
+    parser.add_argument("--arms", nargs="+", default=["zebra-zero", "ur5"], choices=tuple(ARMS))
+    parser.add_argument("--grid", action="store_true", help="only shapes, clearances and tilts, checked for the limits")
     parser.add_argument("--shapes", nargs="+", default=["round", *SIDES], help="of the grid")
-    told = parser.parse_args()
-    quick = told.quick
-    count = 12 if quick else 24
-    if told.grid:
-        print(f"| arm | shape | tilt, mrad | {' | '.join(GRID)} |\n|{'---|' * 7}", flush=True)
-        missed = False
-        for case in product(told.grid, told.shapes, TILTS_MRAD):
-            row = [*map(str, case), *grid(*case)]
-            missed |= "missed" in row
-            print(f"| {' | '.join(row)} |", flush=True)
-        raise SystemExit(missed)
-    table(
-        f"Direction to the hole, pressing at rest, {len(OFFSETS_M)} offsets from 0.3 to 3 mm: error in degrees",
+    parser.add_argument("--tilts-mrad", nargs="+", type=float, default=TILTS_MRAD, help="of the grid")
+    options = parser.parse_args()
+    quick, count = options.quick, 12 if options.quick else 24
+    if options.grid:
+        rows = [(*case, *grid(*case)) for case in product(options.arms, options.shapes, options.tilts_mrad)]
+        print(table(("arm", "shape", "tilt, mrad", *GRID), rows))
+        raise SystemExit(any("missed" in row for row in rows))
+    show(
+        f"Direction to the hole, pressing, stationary, {len(OFFSETS_M)} offsets from 0.3 to 3 mm: error in degrees",
         ["RMS", "RMS at the worst offset", "largest"],
-        [DEFAULT, BEFORE] if quick else [DEFAULT, BEFORE, HALVED, DOUBLED, FEWER, UNEQUAL, *RESOLUTIONS, CYLINDER],
+        options.arms,
+        [DEFAULT] if quick else [DEFAULT, HALVED, DOUBLED, FEWER, UNEQUAL, *RESOLUTIONS, CYLINDER],
         lambda bench: cue(bench, count),
     )
-    table(
+    show(
         "RMS / largest error when an exploratory step of 0.5 mm has just ended",
         [f"{offset_m * 1e3:g} mm" for offset_m in AFTER_A_STEP_M],
+        options.arms,
         CENTRES[:1] if quick else CENTRES,
         lambda bench: cue_after_a_step(bench, count),
     )
-    table(
+    show(
         "Contact",
-        [
-            "penetration, um",
-            "rest height, um",
-            "ripple, N",
-            "play, um",
-            "capture half-width at 5 mm/s, um",
-        ],
-        [DEFAULT, HALVED] if quick else [DEFAULT, BEFORE, HALVED, DOUBLED],
+        ["penetration, um", "rest height, um", "ripple, N", "play, um", "capture half-width at 5 mm/s, um"],
+        options.arms,
+        [DEFAULT, HALVED] if quick else [DEFAULT, HALVED, DOUBLED],
         lambda bench: contact(bench, count),
     )
 

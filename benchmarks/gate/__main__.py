@@ -24,6 +24,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
+from benchmarks.common import share, table
 from benchmarks.gate.candidates import Candidate, candidates, draw
 from benchmarks.gate.replaying import (
     digest,
@@ -112,20 +113,20 @@ def verdicts(out: Path, of: str) -> dict[str, dict[str, Any]]:
     return found
 
 
-def table(judged: Sequence[dict[str, Any]]) -> str:
+def report(judged: Sequence[dict[str, Any]]) -> str:
     """Killed and drawn mutants for each package, and the survivors."""
-    lines = ["| package | killed | by a log | by a test | drawn | share |", "|---|---|---|---|---|---|"]
+    rows = []
     for package in [*sorted({one["package"] for one in judged}), "all"]:
         ours = [one for one in judged if package in (one["package"], "all")]
         killed = [one for one in ours if one["killed_by"]]
         tests = sum("::" in one["killed_by"].partition(": ")[0] for one in killed)
-        share = f"{len(killed) / len(ours):.1%}" if ours else ""
-        lines.append(f"| {package} | {len(killed)} | {len(killed) - tests} | {tests} | {len(ours)} | {share} |")
+        rows.append((package, len(killed), len(killed) - tests, tests, len(ours), share(len(killed), len(ours))))
+    text = [table(("package", "killed", "by a log", "by a test", "drawn", "share"), rows)]
     for one in judged:
         if not one["killed_by"]:
-            lines.append(f"survived: {one['id']} {one['file']}:{one['line']} {one['function']} ({one['operator']})")
-            lines.append(f"    {one['was']}\n -> {one['becomes']}")
-    return "\n".join(lines)
+            text.append(f"survived: {one['id']} {one['file']}:{one['line']} {one['function']} ({one['operator']})")
+            text.append(f"    {one['was']}\n -> {one['becomes']}")
+    return "\n".join(text)
 
 
 def main() -> int:
@@ -151,7 +152,7 @@ def main() -> int:
     print(f"{len(waiting)} of {len(chosen)} mutants are to be judged", flush=True)
     in_parts(options.jobs, waiting, lines, logs, of, options.out)
     known = verdicts(options.out, of)
-    print(table([known[id_] for id_ in chosen if id_ in known]))
+    print(report([known[id_] for id_ in chosen if id_ in known]))
     return int(any(id_ not in known for id_ in chosen))
 
 

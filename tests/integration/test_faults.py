@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import pytest
 
-from benchmarks.insertion_6dof import config_of
 from palpate.adapters.config import RunConfig, overlay
 from palpate.core.ports import SensorFacts
 from tests.support.fault_trials import Case, Fault, FaultRun, Verdict, cases, device_faults, run_cases, sensor_faults
+from tests.support.pegs_6dof import config_of
 
 CONFIG = RunConfig()
 DEVICES = device_faults(CONFIG.supervision)

@@ -2,9 +2,9 @@
 
 import pytest
 
-from benchmarks.insertion_6dof import config_of, trials
 from palpate.adapters.config import overlay
 from tests.support.fault_trials import Case, run_cases, sensor_faults
+from tests.support.pegs_6dof import config_of, trials
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,10 @@ from math import cos, hypot, pi, sin
 import numpy as np
 import pytest
 
-from benchmarks.insertion_6dof import config_of, trials
 from palpate.core.policy import Action, Law, Observation
 from palpate.core.tasks.insertion_6dof import Hypotheses, SpatialOptions
 from palpate.core.trial import TaskConfig
+from tests.support.pegs_6dof import config_of, trials
 
 PRESS_N = 5.0
 RIM_M = 0.0145

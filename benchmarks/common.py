@@ -1,0 +1,166 @@
+"""Runner of the benchmarks: arguments, sweeps that resume, scored trials in the simulated cell, tables."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from multiprocessing import Pool
+from pathlib import Path
+from typing import Any, Final, NamedTuple, Self
+
+import numpy as np
+
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiments import (
+    build_perception,
+    build_task,
+    learning_policy,
+    run_scored_trial,
+    true_hole_m,
+)
+from palpate.adapters.experiments.statistics import wilson_interval
+from palpate.adapters.experiments.trial import ScoredTrial
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.core.control_loop import LoopObserver
+from palpate.core.perception import Perception
+from palpate.core.policy import Policy
+from palpate.core.trial import find_ready_pose
+
+FAILED_S: Final = 20.0
+"""Time that a failed trial counts: the time limit of an exploration."""
+QUICK_STEPS: Final = {"task": {"ticks_per_action": 7, "moving_share": 0.8}, "perception": {"cutoff_Hz": 7.0}}
+"""Actions of 50 ms, for baselines that step across the plate."""
+Cell = dict[str, Any]
+Hole = Callable[[], Sequence[float]]
+Make = Callable[[RunConfig, Perception, Hole], Policy]
+"""Makes a policy from settings, perception and the true place of the hole, which oracles ask for."""
+
+
+class Row(NamedTuple):
+    """One trial, with times in seconds of exploration."""
+
+    time_s: float
+    success: bool
+    outcome: str
+    peak_N: float
+
+
+class Trials:
+    """Scored trials of one policy in the simulated cell. A context manager.
+
+    Args:
+        config: Settings of the run.
+        make: Makes the policy; a learner as the settings say by default.
+        perception: Of the policy; as the settings say by default.
+    """
+
+    def __init__(self, config: RunConfig, make: Make | None = None, perception: Perception | None = None) -> None:
+        self.config = config
+        ready = find_ready_pose(config.arm, config.task)
+        self.perception = build_perception(config) if perception is None else perception
+        self.rig = SimulatedRig(config, ready)
+        make = learner if make is None else make
+        self.policy = make(config, self.perception, lambda: true_hole_m(self.rig))
+        self.task = build_task(config, ready, self.perception, self.policy)
+
+    def __enter__(self) -> Self:
+        self.rig.__enter__()
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        self.rig.__exit__(*error)
+
+    def scored(self, number: int, watching: Sequence[LoopObserver] = ()) -> tuple[Row, ScoredTrial]:
+        scored = run_scored_trial(self.config, self.rig, self.task, number, watching=watching)
+        time_s = round(scored.report.exploration_time_s, 4) if scored.success else FAILED_S
+        outcome = "" if scored.report.outcome is None else scored.report.outcome.value
+        return Row(time_s, scored.success, outcome, round(self.rig.truth().peak_force_N, 2)), scored
+
+    def run(self, numbers: Iterable[int]) -> list[Row]:
+        return [self.scored(number)[0] for number in numbers]
+
+
+def learner(config: RunConfig, perception: Perception, hole: Hole) -> Policy:
+    """The learner that the settings name, from nothing."""
+    return learning_policy(config, perception)
+
+
+def parser_of(text: str | None, *, seeds: int, first_seed: int, trials: int) -> argparse.ArgumentParser:
+    """A command line with what all sweeps take."""
+    parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=seeds, help="number of seeds")
+    parser.add_argument("--first-seed", type=int, default=first_seed)
+    parser.add_argument("--trials", type=int, default=trials)
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--out", type=Path, help="file for a line of JSON per cell; what it has is not run again")
+    return parser
+
+
+def seeds_of(options: argparse.Namespace) -> range:
+    return range(options.first_seed, options.first_seed + options.seeds)
+
+
+def sweep(
+    options: argparse.Namespace, run: Callable[[Cell], dict[str, Any]], cells: Sequence[Cell]
+) -> list[tuple[Cell, dict[str, Any]]]:
+    """Run the cells that ``--out`` lacks, in ``--jobs`` processes.
+
+    Args:
+        run: Gives the result of a cell, as JSON values.
+        cells: Plain JSON values that name a cell; in the order in which they are run.
+
+    Returns:
+        Each cell with its result, in the order of the cells.
+    """
+    path: Path | None = options.out
+    done = _lines_of(path) if path is not None and path.exists() else {}
+    waiting = [cell for cell in cells if _key(cell) not in done]
+    with Pool(options.jobs) as pool:
+        for cell, found in pool.imap_unordered(partial(_one, run), waiting):
+            done[_key(cell)] = found
+            if path is not None:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                with path.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps({"cell": cell, "found": found}) + "\n")
+    return [(cell, done[_key(cell)]) for cell in cells]
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A Markdown table; floats have two digits after the point."""
+    lines = [" | ".join(head), "|".join(["---"] * len(head))]
+    lines += [" | ".join(f"{cell:.2f}" if isinstance(cell, float) else str(cell) for cell in row) for row in rows]
+    return "\n".join(f"| {line} |" if number != 1 else f"|{line}|" for number, line in enumerate(lines))
+
+
+def share(good: int, count: int) -> str:
+    """A success rate with its 95 % interval."""
+    low, high = wilson_interval(good, count)
+    return f"{good} of {count} ({100 * low:.1f} to {100 * high:.1f} %)"
+
+
+def converged(times_s: np.ndarray, settled: int = 10) -> int:
+    """The first trial, from 1, from which ten trials on average are within 20 % of all after the first ``settled``."""
+    late_s = times_s[settled:].mean()
+    for first in range(len(times_s) - 10):
+        if abs(times_s[first : first + 10].mean() - late_s) <= 0.2 * late_s:
+            return first + 1
+    return len(times_s)
+
+
+def _one(run: Callable[[Cell], dict[str, Any]], cell: Cell) -> tuple[Cell, dict[str, Any]]:
+    return cell, run(cell)
+
+
+def _key(cell: Cell) -> str:
+    return json.dumps(cell, sort_keys=True)
+
+
+def _lines_of(path: Path) -> dict[str, dict[str, Any]]:
+    """Results of a file by their cells; a line that was cut off is left out, and ended."""
+    text = path.read_text(encoding="utf-8")
+    whole, end, _ = text.rpartition("\n")
+    path.write_text(whole + end, encoding="utf-8")
+    lines = [json.loads(line) for line in whole.splitlines()]
+    return {_key(line["cell"]): line["found"] for line in lines}
