@@ -155,7 +155,7 @@ COMMANDS = (
         ("train --out a_file/run", "name another folder"),
         (f"train --out {LONG}", "name another folder"),
         ("train --out \udcff", "\\udcff is no text in UTF-8; give it another name"),
-        ("train --out a_study", "a_study: already holds a run (manifest.json)"),
+        ("train --out a_study", "a_study: already holds a run (run.toml)"),
         ("compare --policy deep.json", "JSON (maximum recursion depth"),
         (f"prove --policy {LONG} --trials 400", "a readable file (File name too long)"),
         (f"log export {LONG} --to csv --out x", "cannot be read (File name too long); name a log"),
@@ -171,7 +171,7 @@ def test_refused_in_one_line(palpate: CommandLine, words: str, told: str) -> Non
     Path("a_file").touch()
     Path("deep.json").write_text("[" * 100_000)
     Path("a_study").mkdir()
-    Path("a_study", "manifest.json").touch()
+    Path("a_study", "run.toml").touch()
     Path("a_loop").symlink_to("a_loop")
     os.mkfifo("a_pipe")
     palpate.refuses(words, told)

@@ -19,7 +19,6 @@ def test_a_trained_policy_runs_and_does_not_learn(palpate: CommandLine, trained:
     assert "2 trials" in palpate.succeed("run", *QUICK, "--policy", policy, "--trials", 2, "--out", out)
     assert {path.name for path in out.iterdir()} == {
         "run.toml", "trials.csv", "decisions.csv", "policy.json", "summary.json", "trials.png", "logs",
-        "manifest.json",
     }  # fmt: skip
     assert sorted(path.name for path in (out / "logs").iterdir()) == ["trial-00000.mcap", "trial-00001.mcap"]
     assert finished_trials(out) == 2

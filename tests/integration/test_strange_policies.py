@@ -205,7 +205,7 @@ def test_one_that_changes_the_working_folder_moves_no_result(
     Path("badly_made.py").write_text(BAD.format(does="pass"))
     quick = ("--policy", "badly_made:Wanderer", "--task.time-limit-s", 0.5)
     palpate.succeed("run", *quick, "--trials", 2, "--out", "run")
-    assert {"trials.csv", "manifest.json"} <= {path.name for path in Path("run").iterdir()}
+    assert Path("run/trials.csv").is_file()
     logs = sorted(Path("run/logs").iterdir())
     printed = palpate.succeed("replay", *logs, "--jobs", 1, "--markdown", "table.md")
     assert "2 of 2 equal in every bit" in printed

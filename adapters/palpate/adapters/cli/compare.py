@@ -43,7 +43,6 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
     print_weakened(config)
     kept.enter_context(folder.writing())
     folder.write("run.toml", run_toml(config, "compare", trials=options.trials, policy=list(options.policy)))
-    folder.keep_manifest("compare")
     summaries: dict[str, dict[str, Any]] = {}
     finished = True
     with ExitStack() as opened:
@@ -71,7 +70,6 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
     folder.write("compare.txt", table + foot)
     folder.write("compare.csv", _csv(summaries, width_mm))
     folder.write_json("summary.json", {"capture_half_width_mm": width_mm, "finished": finished, "policies": summaries})
-    folder.seal()
     sys.stdout.write("\n" + table + foot + f"saved in {folder.path}\n")
     return int(unrecorded(recorder)) if finished else 130
 

@@ -15,20 +15,16 @@ from palpate.adapters.experiments import COMPARATORS, accepted_policies, foreign
 from palpate.adapters.log import aligned
 from palpate.adapters.replay import (
     Changes,
-    FolderFindings,
     Replay,
     Verdict,
     WhatIf,
     exit_code,
     explanation,
     find_logs,
-    judge_folders,
-    learning_problems,
     markdown,
     not_checked,
     parse_setting,
     replay_files,
-    run_file_problems,
 )
 from palpate.core.errors import ConfigurationError, LogError, OutputError
 from palpate.core.policy import ForeignEntry, PolicyDocument
@@ -46,7 +42,6 @@ def replay(options: ReplayOptions) -> int:
     if options.watch:
         return watch(options)
     changes = read_changes(options)
-    findings = FolderFindings() if changes.any else judge_folders(options.logs)
     paths = find_logs(options.logs)
     if options.markdown:
         require_no_file(Path(options.markdown), "--markdown")
@@ -63,12 +58,6 @@ def replay(options: ReplayOptions) -> int:
             bar.update(len(part))
     seconds = time.perf_counter() - began
     report(replays, changes, verbose=options.verbose, strict=options.strict)
-    if not changes.any:
-        findings.problems += run_file_problems(
-            {Path(one.path): one.determined for one in replays if one.determined is not None}
-        )
-    _report_folders(findings)
-    problems = findings.problems if changes.any else [*findings.problems, *_report_learning(replays)]
     if options.markdown:
         write_whole(Path(options.markdown), markdown(replays))
         sys.stdout.write(f"table of what differs: {options.markdown}\n")
@@ -79,7 +68,7 @@ def replay(options: ReplayOptions) -> int:
         f"{ticks} ticks, {ticks / CONTROL_RATE_HZ:.1f} s of trials in {seconds:.1f} s"
         f" with {jobs} process{'es' if jobs > 1 else ''}\n"
     )
-    return exit_code(replays, problems, strict=options.strict)
+    return exit_code(replays, strict=options.strict)
 
 
 def read_changes(options: ReplayOptions) -> Changes:
@@ -148,24 +137,3 @@ def table(replays: Sequence[Replay], changes: Changes) -> str:
         outcomes = (one.recorded_outcome or "-", one.replayed_outcome or "-")
         lines.append((one.path, str(one.ticks) if one.ticks else "-", *outcomes, result))
     return aligned(lines)
-
-
-def _report_folders(findings: FolderFindings) -> None:
-    for line in findings.notices:
-        sys.stdout.write(f"{line}\n")
-    for line in findings.problems[:_MOST_EXPLAINED]:
-        sys.stdout.write(f"folder: {line}\n")
-    more = len(findings.problems) - _MOST_EXPLAINED
-    if more > 0:
-        sys.stdout.write(f"folder: and {more} more like these\n")
-
-
-def _report_learning(replays: Sequence[Replay]) -> list[str]:
-    links, problems, gaps = learning_problems(replays)
-    for gap in gaps:
-        sys.stdout.write(f"learning: {gap}\n")
-    for problem in problems:
-        sys.stdout.write(f"learning: {problem}\n")
-    if links and not problems and not gaps and all(one.verdict is not Verdict.REFUSED for one in replays):
-        sys.stdout.write("learning: each trial begins with the values that the one before ended with\n")
-    return problems

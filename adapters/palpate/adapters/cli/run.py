@@ -50,7 +50,6 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
         # Only now are words, files and devices known to be good: a refused call must not leave a folder in the way.
         kept.enter_context(folder.writing())
         folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=named))
-        folder.keep_manifest("run")
         recorder, session = opened_recorder(opened, kept, options, config, folder, live)
         with progress(options.trials, "trial", chosen.label) as bar:
             rows = run_chosen(
@@ -58,7 +57,6 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
                 folder=folder, recorder=recorder, session=session, on_trial=bar.update,
             )  # fmt: skip
     summary = write_evaluation(config, folder, named, chosen.document, rows, options.trials)
-    folder.seal()
     if session is not None:
         sys.stdout.write(session.report() + "\n")
     low, high = summary["success_95"]

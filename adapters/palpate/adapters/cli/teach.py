@@ -86,7 +86,6 @@ def _teach(options: TeachOptions, kept: ExitStack) -> int:
         learning_policy(config, perception)
         kept.enter_context(folder.writing())
         folder.write("run.toml", run_toml(config, "teach", trials=options.trials))
-        folder.keep_manifest("teach")
         recorder, session = opened_recorder(opened, kept, options, config, folder, live)
         sys.stderr.write(f"palpate: {_how_to(options)}\n")
         # A step on a rig leaves no time to read, nor for a slow terminal.
@@ -95,7 +94,6 @@ def _teach(options: TeachOptions, kept: ExitStack) -> int:
 
         def done(scored: ScoredTrial, shown: list[Shown]) -> None:
             folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
-            folder.note_trial()
             number, outcome = scored.report.setup.index - FIRST_EVALUATION_TRIAL + 1, scored.report.outcome
             if scored.success:
                 examples.extend(shown)
@@ -115,7 +113,6 @@ def _teach(options: TeachOptions, kept: ExitStack) -> int:
     _leave(options, folder, perception, examples)
     if rows:
         write_evaluation(config, folder, PERSON, None, rows, len(rows))
-    folder.seal()
     return int(unrecorded(recorder)) or (0 if len(rows) == options.trials else 130)
 
 

@@ -2,7 +2,6 @@
 
 import os
 import shlex
-import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -34,7 +33,6 @@ from palpate.adapters.experiments import (
     loaded_policy,
     moving_average,
     perception_of,
-    read_manifest,
     ready_pose,
     require_usable,
     resume_from,
@@ -55,8 +53,8 @@ def train(options: TrainOptions) -> int:
     with ExitStack() as kept:
         checkpoint = None
         if options.resume:
-            made, manifest = Checkpoint.load(folder).next_trial, read_manifest(folder.path)
-            if made >= options.trials and manifest is not None and manifest.finished:
+            made = Checkpoint.load(folder).next_trial
+            if made >= options.trials and folder.has_summary_of(made):
                 again = f"palpate train --resume --out {shlex.quote(str(folder.path))} --trials {made + 50}"
                 say(f"{folder.path} is finished: {made} of {options.trials} trials; 50 more: {again}")
                 say(_look_at(folder))
@@ -147,9 +145,6 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
         else:
             _cut_back(folder, first)
         trainer.checkpoint()
-        if checkpoint is not None and read_manifest(folder.path) is None:
-            sys.stderr.write(f"palpate: {folder.path} has no manifest: an older run, taken as it is\n")
-        folder.keep_manifest("train", first)
         _announce(config, folder, options.trials, first)
         if live is not None and first:
             live.note(0, f"goes on after {first} trials", folder.read_trials())
@@ -159,7 +154,6 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
     if session is not None:
         say(session.report())
     _finish(config, folder, options.trials)
-    folder.seal()
     if trainer.interrupted:
         again = ["palpate", "train", "--resume", "--out", str(folder.path), "--trials", str(options.trials)]
         if subject.document is not None:

@@ -30,9 +30,6 @@ from .fitting import simulated_perception as simulated_perception
 from .foreign import foreign_code as foreign_code
 from .foreign import foreign_entry as foreign_entry
 from .foreign import foreign_policy as foreign_policy
-from .manifest import MANIFEST as MANIFEST
-from .manifest import RUN_FILES as RUN_FILES
-from .manifest import read_manifest as read_manifest
 from .policies import COMPARATORS as COMPARATORS
 from .policies import OUTSIDE as OUTSIDE
 from .policies import accepted_policies as accepted_policies

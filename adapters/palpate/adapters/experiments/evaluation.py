@@ -187,7 +187,6 @@ def run_chosen(
     def done(scored: ScoredTrial) -> None:
         if folder is not None:
             folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
-            folder.note_trial()
         on_trial()
 
     return run_policy(config, ready, rig, chosen.perception, chosen.on(rig), trials, done, recorded, session)

@@ -2,7 +2,7 @@
 
 ``run.toml`` (resolved configuration and versions), ``trials.csv``, ``decisions.csv``, ``policy.json``,
 ``summary.json``, ``learning_curve.png``; ``checkpoint.json`` is what ``--resume`` goes on from; ``logs`` holds the
-recording of each trial; ``manifest.json`` lists what belongs to the run, byte for byte.
+recording of each trial.
 """
 
 from __future__ import annotations
@@ -19,13 +19,17 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.config import RecordingConfig
-from palpate.adapters.experiments.manifest import MANIFEST, RUN_FILES, Manifest
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.writer_lock import only_writer
 from palpate.adapters.log import LOG_FOLDER, Sink, TrialRecorder, csv_text
 from palpate.core.errors import OutputError
-from palpate.core.ports import whole_text, write_whole
+from palpate.core.ports import json_of_file, whole_text, write_whole
 
+RUN_FILES: Final = (
+    "run.toml", "trials.csv", "decisions.csv", "checkpoint.json", "policy.json", "summary.json", "learning_curve.png",
+    "trials.png", "compare.csv", "compare.txt", "cell.json", "examples.csv",
+)  # fmt: skip
+"""Files that a run leaves, besides its logs."""
 _OF_DECISION: Final = ("tick", "symbol", "state", "action", "source", "reinforcement")
 
 
@@ -136,8 +140,6 @@ class RunFolder:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._manifest: Manifest | None = None
-        self._recorder: TrialRecorder | None = None
 
     def require_free(self) -> None:
         """Make sure that nothing would be overwritten.
@@ -148,7 +150,7 @@ class RunFolder:
         # os.path.exists, unlike Path.exists, takes a name that is too long or not permitted for not there.
         if os.path.exists(self.path) and not os.path.isdir(self.path):
             raise OutputError(str(self.path), "is a file, not a folder", "name another folder with --out")
-        found = [name for name in (*RUN_FILES, MANIFEST, LOG_FOLDER) if _holds(self.path / name)]
+        found = [name for name in (*RUN_FILES, LOG_FOLDER) if _holds(self.path / name)]
         if found:
             remedy = "name another folder with --out"
             if os.path.exists(self.path / "checkpoint.json"):
@@ -187,28 +189,14 @@ class RunFolder:
     def recorder(self, config: RecordingConfig, opened: ExitStack, live: Sink | None = None) -> TrialRecorder | None:
         """A recorder of trials into the folder ``logs``, until ``opened`` closes; None where none is asked for."""
         recorder = TrialRecorder.into(self.path / LOG_FOLDER, config, live)
-        if recorder is not None:
-            self._recorder = opened.enter_context(recorder)
-        return recorder
+        return None if recorder is None else opened.enter_context(recorder)
 
-    def keep_manifest(self, command: str, trials: int = 0) -> None:
-        """Write a manifest from now on; ``run.toml`` is there already.
-
-        Raises:
-            OutputError: The folder holds the manifest of another run, or one that cannot be read.
-        """
-        self._manifest = Manifest(self.path, command)
-        self._manifest.begin(trials)
-
-    def note_trial(self) -> None:
-        """A trial is finished, and all that is written of it is written."""
-        if self._manifest is not None:
-            self._manifest.trial({} if self._recorder is None else self._recorder.closed())
-
-    def seal(self) -> None:
-        """Nothing more is written: the manifest lists every file of the run."""
-        if self._manifest is not None:
-            self._manifest.end({} if self._recorder is None else self._recorder.closed())
+    def has_summary_of(self, trials: int) -> bool:
+        """Whether ``summary.json``, which a run writes last, is of this number of trials."""
+        try:
+            return bool(json_of_file(self.path / "summary.json")["trials"] == trials)
+        except (OSError, ValueError, KeyError, TypeError):
+            return False
 
     def write(self, name: str, content: str | bytes, *, durable: bool = True) -> None:
         """Write or replace a file, whole or not at all; ``durable`` as in :func:`write_whole`.

@@ -19,9 +19,9 @@ def tool_of(config: RunConfig) -> dict[str, Any]:
 
 
 def tool_in(document: PolicyDocument) -> dict[str, Any] | None:
-    """The tool of a policy file's touch model; None where it has no such model."""
-    signal = dict(document.perception.get("signal", {}))
-    return None if document.belief is None else dict(signal.get("tool", {}))
+    """The tool of a policy file's touch model; None where it has no such model, and in the policy of a log."""
+    tool = dict(document.perception.get("signal", {})).get("tool")
+    return None if tool is None or document.belief is None else dict(tool)
 
 
 def require_same_tool(document: PolicyDocument, config: RunConfig) -> None:

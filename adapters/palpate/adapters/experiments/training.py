@@ -138,7 +138,6 @@ class Trainer:
                 require_sound(scored)
                 self.next_trial += 1
                 self.checkpoint()
-                self._folder.note_trial()
                 on_trial(scored)
 
     def checkpoint(self) -> None:

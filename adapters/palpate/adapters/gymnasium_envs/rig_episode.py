@@ -99,7 +99,6 @@ class RigEpisodes(Episodes):
             kept.enter_context(self.folder.writing())
             kept.callback(self._finish)
             self.folder.write("run.toml", run_toml(config, _COMMAND, policy=SOURCE, rig=rig_file))
-            self.folder.keep_manifest(_COMMAND)
             # Real time does not wait, whatever is configured.
             self._recorder = self.folder.recorder(replace(config.recording, when_full="drop"), opened)
             self.task: InsertionTask = build_insertion(config, ready, self.perception, self._desk)
@@ -177,7 +176,6 @@ class RigEpisodes(Episodes):
         """Everything is closed: what the trials came to."""
         if self._rows:
             write_evaluation(self.config, self.folder, SOURCE, None, self._rows, len(self._rows))
-        self.folder.seal()
         for trouble in () if self._recorder is None else self._recorder.troubles:
             _tell(f"recording: {trouble}")
 
@@ -204,7 +202,6 @@ class RigEpisodes(Episodes):
         )
         self.folder.append_trial(scored, first)
         self._rows.append(TrialRow.of(scored, first))
-        self.folder.note_trial()
         require_sound(scored, first)
         return self._look(success=scored.success)
 

@@ -6,7 +6,6 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import IO, TYPE_CHECKING, Any, Final
@@ -112,7 +111,6 @@ class NewFile:
         self.path = path
         self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
         self._size = 0
-        self._digest = sha256()
         self.trouble: str | None = None
         self._reserve: IO[bytes] | None = None
         if reserve_bytes:
@@ -129,13 +127,7 @@ class NewFile:
             self._give_up_reserve()
             self._write_all(data)
         self._size += len(data)
-        self._digest.update(data)
         return len(data)
-
-    @property
-    def sha256(self) -> str:
-        """Digest of what was written so far."""
-        return self._digest.hexdigest()
 
     def tell(self) -> int:
         """Bytes written so far."""

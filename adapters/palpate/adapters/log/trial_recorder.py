@@ -68,10 +68,6 @@ class TrialRecorder:
             self.flight.troubles.append(trouble)
             trouble = self._sink.trouble()
 
-    def closed(self) -> dict[str, tuple[int, str]]:
-        """Size and digest of the logs closed since this was last asked, by their absolute paths."""
-        return self._sink.closed()
-
     @property
     def troubles(self) -> list[str]:
         """What could not be recorded, and why."""

@@ -67,10 +67,6 @@ class Sink(Protocol):
         """Whether nobody takes anything any more."""
         return False
 
-    def closed(self) -> dict[str, tuple[int, str]]:
-        """Size and digest of the logs closed since this was last asked, by their absolute paths."""
-        return {}
-
 
 class MemorySink(Sink):
     """Keeps everything in memory, log by log: for tests and short logs."""
@@ -127,7 +123,6 @@ class ProcessSink(Sink):
         self._queued, self._room, self._patient, self._patience_s = 0, queue_bytes, patient, patience_s
         self._reports = b""
         self._troubles: deque[str] = deque()
-        self._closed: dict[str, tuple[int, str]] = {}
         self._path = ""
         self._ready = self._gone = self._shut = False
         # Not with this folder's modules before the library's; and in a process group of its own, because Ctrl-C is
@@ -147,12 +142,6 @@ class ProcessSink(Sink):
         os.set_blocking(self._answers, False)
         _enlarge(self._pipe)
         self._enqueue(frame(OPEN, json.dumps(describe_channels()).encode()))
-
-    @override
-    def closed(self) -> dict[str, tuple[int, str]]:
-        self._listen()
-        told, self._closed = self._closed, {}
-        return told
 
     @property
     @override
@@ -293,8 +282,6 @@ class ProcessSink(Sink):
         for line in lines:
             told = json.loads(line)
             self._ready = True
-            if "sha256" in told:
-                self._closed[told["path"]] = (told["size"], told["sha256"])
             if told["problem"]:
                 self._troubles.append(f"{told['path']}: {told['problem']}")
         return alive
@@ -333,10 +320,6 @@ class Tee(Sink):
     @override
     def gone(self) -> bool:
         return self._sink.gone
-
-    @override
-    def closed(self) -> dict[str, tuple[int, str]]:
-        return self._sink.closed()
 
 
 def _enlarge(pipe: int) -> None:

@@ -54,11 +54,10 @@ class Writer:
     """Writes one log after the other. Trouble with one log does not end it: others may follow.
 
     Args:
-        report: Takes path and problem of a log that could not be written as it should; and of one that is closed,
-            without a problem, its ``size`` and its ``sha256``.
+        report: Takes path and problem of a log that could not be written as it should.
     """
 
-    def __init__(self, report: Callable[..., None]) -> None:
+    def __init__(self, report: Callable[[str, str], None]) -> None:
         self._report = report
         self._channels: list[dict[str, Any]] | None = None
         self._file: NewFile | None = None
@@ -93,7 +92,6 @@ class Writer:
             self._tell(f"cannot be finished ({_reason(error)})")
         finally:
             file.close()
-            self._report(self._path, "", size=file.tell(), sha256=file.sha256)
 
     def _open(self, told: dict[str, Any]) -> None:
         self.finish()
@@ -137,7 +135,7 @@ class Writer:
         self._report(self._path, problem)
 
 
-def serve(source: BinaryIO, report: Callable[..., None]) -> None:
+def serve(source: BinaryIO, report: Callable[[str, str], None]) -> None:
     """Write what the source says, to its end; ``report`` is as of :class:`Writer`."""
     writer = Writer(report)
     try:
@@ -166,9 +164,9 @@ def main() -> None:
     # An end is asked of the run; it ends us by ending our input.
     ignore_ending_signals()
 
-    def report(path: str, problem: str, **more: Any) -> None:
+    def report(path: str, problem: str) -> None:
         try:
-            sys.stdout.write(json.dumps({"path": path, "problem": problem, **more}) + "\n")
+            sys.stdout.write(json.dumps({"path": path, "problem": problem}) + "\n")
             sys.stdout.flush()
         except OSError:
             # Nobody listens any more.

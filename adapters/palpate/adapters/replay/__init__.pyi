@@ -2,14 +2,11 @@ from .batch import WhatIf as WhatIf
 from .batch import exit_code as exit_code
 from .batch import explanation as explanation
 from .batch import find_logs as find_logs
-from .batch import learning_problems as learning_problems
 from .batch import markdown as markdown
 from .batch import not_checked as not_checked
 from .batch import replay_files as replay_files
 from .engine import Replay as Replay
 from .engine import Verdict as Verdict
-from .folders import FolderFindings as FolderFindings
-from .folders import judge_folders as judge_folders
 from .gap import WRENCH_AXES as WRENCH_AXES
 from .gap import Gap as Gap
 from .gap import gap_of as gap_of
@@ -17,6 +14,5 @@ from .gap import gaps_of as gaps_of
 from .gap_cell import KNOBS as KNOBS
 from .rebuild import Changes as Changes
 from .rebuild import parse_setting as parse_setting
-from .run_files import run_file_problems as run_file_problems
 from .touches import FoundTouches as FoundTouches
 from .touches import touches_of as touches_of

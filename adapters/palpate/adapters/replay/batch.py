@@ -5,7 +5,6 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
@@ -14,10 +13,8 @@ from palpate.adapters.experiments import in_processes
 from palpate.adapters.log import TrialRecorder, names_for, read_log
 from palpate.adapters.replay.engine import Replay, Verdict, replay
 from palpate.adapters.replay.handover import WhatIfRecording
-from palpate.adapters.replay.lesson import values_digest
 from palpate.adapters.replay.rebuild import Changes, Rebuilder
 from palpate.core.errors import LogError, OutputError, PalpateError, one_line, require_whole
-from palpate.core.policy import PolicyDocument
 
 _MOST_JOBS: Final = 1024
 
@@ -106,58 +103,10 @@ def _replay_part(part: Sequence[tuple[Path, str]], what_if: WhatIf, rebuilder: R
     return replays
 
 
-def learning_problems(replays: Sequence[Replay]) -> tuple[int, list[str], list[str]]:
-    """Whether the trials of each training run hand on what was learned, and its policy file holds it.
-
-    Returns:
-        How many hand-overs from trial to trial were looked at, what is wrong, and where trials are missing in between.
-    """
-    runs: dict[tuple[Path, str], list[Replay]] = {}
-    for one in replays:
-        if one.lesson is not None:
-            runs.setdefault((Path(one.path).parent, one.lesson.run), []).append(one)
-    problems, gaps, links = list[str](), list[str](), 0
-    for (folder, _), trials in runs.items():
-        trials.sort(key=lambda one: one.lesson.trial if one.lesson else 0)
-        problems += _broken_links(trials)
-        numbers = [one.lesson.trial for one in trials if one.lesson]
-        apart = [(before, after) for before, after in pairwise(numbers) if after > before + 1]
-        gaps += [f"{folder}: nothing is known of what came between trials {a} and {b}" for a, b in apart]
-        links += len(numbers) - 1 - len(apart)
-        # Only what was learned last is in the policy file.
-        if Path(trials[-1].path) == max(folder.glob("trial-*.mcap"), default=None):
-            problems += _policy_problem(folder, trials[-1])
-    return links, problems, gaps
-
-
-def _broken_links(trials: Sequence[Replay]) -> Iterator[str]:
-    for one, other in pairwise(trials):
-        if one.lesson is None or other.lesson is None or other.lesson.trial != one.lesson.trial + 1:
-            continue
-        if one.lesson.after != other.lesson.before:
-            yield f"{other.path}: does not begin with the values that trial {one.lesson.trial} ended with"
-
-
-def _policy_problem(folder: Path, last: Replay) -> Iterator[str]:
-    path = folder.parent / "policy.json"
-    if last.lesson is None or not path.is_file():
-        return
-    try:
-        document = PolicyDocument.load(path)
-    except PalpateError as error:
-        yield one_line(error)
-        return
-    if values_digest(document.values()) != last.lesson.after:
-        yield f"{path}: does not hold the values that trial {last.lesson.trial} ended with"
-    own = {name: value for name, value in document.perception.items() if name != "signal"}
-    if own != last.lesson.perception:
-        yield f"{path}: perceives otherwise than trial {last.lesson.trial} did"
-
-
-def exit_code(replays: Sequence[Replay], problems: Sequence[str], *, strict: bool) -> int:
+def exit_code(replays: Sequence[Replay], *, strict: bool) -> int:
     """0: all equal; 1: something differs; 2: nothing differs, but a log could not be replayed."""
     verdicts = {one.verdict for one in replays}
-    if Verdict.DIVERGED in verdicts or problems or (strict and Verdict.NOT_BIT_COMPARABLE in verdicts):
+    if Verdict.DIVERGED in verdicts or (strict and Verdict.NOT_BIT_COMPARABLE in verdicts):
         return 1
     return 2 if Verdict.REFUSED in verdicts else 0
 

@@ -1,6 +1,7 @@
 """Replays one log: the unmodified core on the recorded inputs, every output held against the recorded one."""
 
 import enum
+import json
 from contextlib import ExitStack
 from dataclasses import dataclass, fields
 
@@ -16,15 +17,12 @@ from palpate.adapters.replay.compare import (
     compare_reports,
     compare_start,
     decisions_of,
-    scored_again,
 )
 from palpate.adapters.replay.differences import Difference, Differences
 from palpate.adapters.replay.ending import compare_calls, compare_ending, compare_latch, compare_observed, is_torn
 from palpate.adapters.replay.handover import WhatIfRecording, continue_in_mujoco
-from palpate.adapters.replay.lesson import Lesson, lesson_of
 from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplaySensor
 from palpate.adapters.replay.rebuild import Rebuilder, Rebuilt
-from palpate.adapters.replay.run_files import Determined, determined_by, learner_kept
 from palpate.adapters.replay.tape import Tape, TapeEndError
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import DeviceError, LogError
@@ -50,8 +48,6 @@ class Replay:
         decisions: The core's decisions now, for a what-if.
         counterfactual_from: Tick of the first command that is not the recorded one: from there on the recorded
             samples are no answer to what the core does. None when all commands are equal.
-        lesson: For a trial that taught something: its place in the course of learning.
-        determined: What it determines of its run's files, if it is equal.
         other_code: Whether other code of the core recorded it; False where the log does not say.
         only_told: Fields of the end record that nothing of the core can be held against.
         recorded_decisions: Why the decisions were taken from the log, and not made anew; empty where they were made.
@@ -69,8 +65,6 @@ class Replay:
     decisions: tuple[DecisionEntry, ...] = ()
     problem: str = ""
     counterfactual_from: int | None = None
-    lesson: Lesson | None = None
-    determined: Determined | None = None
     other_code: bool = False
     only_told: tuple[str, ...] = ()
     recorded_decisions: str = ""
@@ -120,14 +114,10 @@ def replay(
             compare_latch(tape, rebuilt.supervisor.latch.cause, error)
             compare_observed(tape, beginning, error)
         compare_recorder(differences, log)
-    report, determined = rebuilt.task.report, None
-    verdict, kept = _verdict(differences, log), learner_kept(log, report, rebuilt.config)
-    if verdict is Verdict.EQUAL and log.end is not None and not what_if:
-        scored = scored_again(log, log.end, report, rebuilt.config)
-        determined = determined_by(log, scored, rebuilt, kept)
+    report = rebuilt.task.report
     return Replay(
         path=log.path,
-        verdict=verdict,
+        verdict=_verdict(differences, log),
         ticks=tape.tick + 1,
         recorded_outcome="" if log.end is None else log.end.outcome or log.end.error,
         replayed_outcome="" if report.outcome is None else report.outcome.value,
@@ -137,8 +127,6 @@ def replay(
         note=note,
         decisions=tuple(decisions_of(report)),
         counterfactual_from=differences.first_command_tick,
-        lesson=lesson_of(log, kept),
-        determined=determined,
         only_told=_only_told(log),
         recorded_decisions=rebuilt.recorded_decisions,
         other_code=bool(log.start.core_sha256) and log.start.core_sha256 != core_sha256(),
@@ -181,7 +169,8 @@ def run_over(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording, beginning
             opened.enter_context(device)
         ports = Ports(ReplayClock(tape), sensor, encoder, arm)
         try:
-            with recording.of(tape, rebuilt, World("recording", {})) as observers:
+            world = World("recording", json.loads(tape.log.start.world_json))
+            with recording.of(tape, rebuilt, world) as observers:
                 report = run_trial(rebuilt.task, ports, rebuilt.setup, rebuilt.supervisor, (beginning, *observers))
             if report is not rebuilt.task.report:
                 tape.differences.add(tape.tick, "/end", "report", "the task's", "another")

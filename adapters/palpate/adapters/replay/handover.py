@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from palpate.adapters.experiments import ScoredTrial, score, truth_fields
-from palpate.adapters.log import TrialLog, TrialRecorder, config_of
+from palpate.adapters.log import TrialLog, TrialRecorder, config_of, world_of
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.adapters.replay.differences import same_bits
 from palpate.adapters.replay.rebuild import Rebuilt
@@ -94,7 +94,7 @@ def continue_in_mujoco(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording)
             SensorDecorator(inner.joint_encoder, path.joints),
             _Arm(inner.arm, path),
         )
-        with recording.of(tape, rebuilt, rig.world()) as observers:
+        with recording.of(tape, rebuilt, world_of(rig)) as observers:
             report = run_trial(rebuilt.task, ports, rebuilt.setup, rebuilt.supervisor, observers)
             scored = score(rebuilt.config, report, rig.truth())
             recording.truth = truth_fields(scored)

@@ -63,7 +63,7 @@ class LogItem(pytest.Item):
         rebuilder = self.session.stash.setdefault(_REBUILDER, Rebuilder())
         strict = bool(self.config.getoption("palpate_strict"))
         one = replay_file(self._log, rebuilder)
-        if exit_code([one], [], strict=strict):
+        if exit_code([one], strict=strict):
             raise ReplayDiffersError(explanation(one, Changes(), strict=strict).strip())
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], *_: Any) -> Any:

@@ -63,7 +63,7 @@ def test_trials_are_recorded_as_a_run_leaves_them_and_replay_equal(episodes: Rig
     with pytest.raises(NotRunningError):
         episodes.decide(EAST)
     episodes.close()
-    assert {path.name for path in folder.iterdir()} >= {"run.toml", "trials.csv", "manifest.json"}
+    assert {path.name for path in folder.iterdir()} >= {"run.toml", "trials.csv"}
     with (folder / "trials.csv").open(encoding="utf-8", newline="") as stream:
         assert [row["trial"] for row in csv.DictReader(stream)] == ["0"]
     for path in sorted((folder / "logs").iterdir()):

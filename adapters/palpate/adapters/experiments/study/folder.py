@@ -1,4 +1,4 @@
-"""A study's folder: what was asked, a folder for every cell, ``summary.csv`` of all, and a manifest."""
+"""A study's folder: what was asked, a folder for every cell, and ``summary.csv`` of all."""
 
 import json
 import os
@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.config import read_toml
-from palpate.adapters.experiments.manifest import MANIFEST, Print, write_manifest
 from palpate.adapters.experiments.policies import first_difference
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.study.cell import CELL_FILE, StudyCell
@@ -70,7 +69,6 @@ def _word(value: Any) -> Any:
     return json.dumps(value, ensure_ascii=False) if isinstance(value, (list, dict)) else value
 
 
-_COMMAND: Final = "study"
 STUDY_FILE: Final = "study.toml"
 _TABLE: Final = "summary.csv"
 CELLS: Final = "cells"
@@ -142,8 +140,6 @@ class StudyFolder:
         """
         RunFolder(self.cells).create()
         with only_writer(self.path):
-            # Until the table is written the manifest lists nothing: what is here grows and is replaced.
-            write_manifest(self.path, _COMMAND, 0, {}, finished=False)
             RunFolder(self.path).write(STUDY_FILE, study.text(made_with(), files))
             yield
 
@@ -179,18 +175,11 @@ class StudyFolder:
         return half
 
     def write_table(self, study: Study, cells: Sequence[StudyCell]) -> int:
-        """Write ``summary.csv``, a line for each finished cell in the order of the study; returns their number.
-
-        The manifest then lists it, with what was asked and each of these cells' own manifest.
-        """
+        """Write ``summary.csv``, a line for each finished cell in the order of the study; returns their number."""
         finished = self.finished(cells)
         done = [cell for cell in cells if cell.name in finished]
         rows = [(cell, _json(self.cells / cell.name / "summary.json") or {}) for cell in done]
         RunFolder(self.path).write(_TABLE, table_of(study, rows))
-        own = (f"{CELLS}/{cell.name}/{MANIFEST}" for cell, _ in rows)
-        # A cell from before manifests has none.
-        told = {name: Print.of(self.path / name) for name in (_TABLE, STUDY_FILE, *own) if (self.path / name).is_file()}
-        write_manifest(self.path, _COMMAND, study.trials * len(rows), told, finished=len(rows) == len(cells))
         return len(rows)
 
 

@@ -149,7 +149,6 @@ def _run(job: CellJob, config: RunConfig, path: Path) -> CellOutcome:
     if not whole:
         return CellOutcome.INTERRUPTED
     folder.write_json(CELL_FILE, job.cell.document())
-    folder.seal()
     return CellOutcome.FINISHED
 
 
@@ -163,7 +162,6 @@ def _begun(
         rig = opened.enter_context(open_rig(config, ready, ""))
         require_usable(config, ready)
         folder.write("run.toml", run_toml(config, command, trials=job.trials, policy=job.cell.policy))
-        folder.keep_manifest(command)
         recorder = folder.recorder(config.recording, opened)
         yield ready, rig, recorder
     if recorder is not None and recorder.troubles:
