@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.common import Cell, Row, Trials, parser_of, seeds_of, share, sweep, table
 from palpate.adapters.config import RunConfig, scenario
-from palpate.adapters.experiments import loaded_policy
+from palpate.adapters.experiments import loaded_policy, perception_settings
 from palpate.adapters.experiments.evaluation import FIRST_EVALUATION_TRIAL
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.motion.arm import ARMS
@@ -36,9 +36,11 @@ WORLDS: Final = {
 @cache
 def trained(name: str, seed: int) -> tuple[PolicyDocument, dict[str, Any]]:
     """The policy after ten trials on the Zebra Zero in a scenario, and the learner's state."""
-    with Trials(replace(scenario(name, "belief"), seed=seed)) as trials:
+    config = replace(scenario(name, "belief"), seed=seed)
+    with Trials(config) as trials:
         trials.run(range(TRAINED))
-        return document_of(trials.policy, created_with={}, perception={}), _state(trials)
+        settings = perception_settings(config, trials.perception)
+        return document_of(trials.policy, created_with={}, perception=settings), _state(trials)
 
 
 def _state(trials: Trials) -> dict[str, Any]:

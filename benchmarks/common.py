@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import ExitStack
 from functools import partial
 from multiprocessing import Pool
 from pathlib import Path
@@ -117,8 +118,11 @@ def sweep(
     path: Path | None = options.out
     done = _lines_of(path) if path is not None and path.exists() else {}
     waiting = [cell for cell in cells if _key(cell) not in done]
-    with Pool(options.jobs) as pool:
-        for cell, found in pool.imap_unordered(partial(_one, run), waiting):
+    with ExitStack() as stack:
+        mapped: Callable[..., Iterable[tuple[Cell, dict[str, Any]]]] = map
+        if options.jobs > 1:
+            mapped = stack.enter_context(Pool(options.jobs)).imap_unordered
+        for cell, found in mapped(partial(_one, run), waiting):
             done[_key(cell)] = found
             if path is not None:
                 path.parent.mkdir(parents=True, exist_ok=True)

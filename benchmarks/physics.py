@@ -20,7 +20,7 @@ from palpate.adapters.config.run import RunConfig
 from palpate.core.motion.arm import ARMS
 from palpate.simulation.work_cell.config import PLATE_REACH_M, ComplianceConfig, PegConfig
 from palpate.simulation.work_cell.cross_section import SIDES
-from tests.integration.physics.bench import LEAST_OFFSET_M, MOST_OFFSET_M, Bench, headings, quiet, rms
+from tests.support.physics_bench import LEAST_OFFSET_M, MOST_OFFSET_M, Bench, headings, quiet, rms
 
 FLAT_M = 6e-3
 OFFSETS_M = np.linspace(LEAST_OFFSET_M, MOST_OFFSET_M, 28).tolist()

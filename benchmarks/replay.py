@@ -1,8 +1,8 @@
 """Replay: a whole training run bit for bit, whether the gate bites, and how fast it is.
 
-    python -m benchmarks.replay              a run of 350 trials, 1000 mutants of each kind (some minutes)
-    python -m benchmarks.replay --quick      20 trials, 100 mutants of each kind
-    python -m benchmarks.replay --run DIR    a run that is there already
+    python -m benchmarks.replay                              350 trials, 1000 changes of each kind
+    python -m benchmarks.replay --trials 3 --changes 10      the same, smaller
+    python -m benchmarks.replay --run DIR                    a run that is there already
 
 The floor of the speed: reading and decoding the same logs, and the core's bare step on the same snapshots, in the same
 process, without ports, comparison and everything else.
@@ -32,7 +32,7 @@ from palpate.adapters.replay.batch import replay_file
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.ports.values import CONTROL_RATE_HZ, Snapshot
-from tests.log_surgery import Change, changed, indices, messages_of, one_ulp, write_log
+from tests.support.log_surgery import Change, changed, indices, messages_of, one_ulp, write_log
 
 PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]
 
@@ -140,7 +140,7 @@ def changed_core(log: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "palpate" / "core"
         shutil.copytree(Path(str(palpate.core.__file__)).parent, copy)
-        source = copy / "control" / "damping.py"
+        source = copy / "motion" / "laws.py"
         text = source.read_text()
         gain = "1.0 / damping_N_s_per_m"
         if gain not in text:
@@ -228,19 +228,20 @@ def train(run: Path, trials: int) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--trials", type=int, default=350)
+    parser.add_argument("--changes", type=int, default=1000, help="of each kind")
     parser.add_argument("--run", type=Path)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         run = options.run
         if run is None:
             run = Path(folder) / "run"
-            train(run, 20 if options.quick else 350)
+            train(run, options.trials)
         logs = sorted((run / "logs").glob("*.mcap"))
         whole_run(run)
         speed(logs)
         changed_core(logs[-1])
-        mutants(logs, 100 if options.quick else 1000)
+        mutants(logs, options.changes)
 
 
 if __name__ == "__main__":

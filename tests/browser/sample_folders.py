@@ -13,7 +13,7 @@ from typing import Any
 from palpate.adapters.log.schema import BY_ID, message_class
 from palpate.core.ports.values import CONTROL_RATE_HZ
 from tests.command_line import CommandLine
-from tests.log_surgery import messages_of, write_log
+from tests.support.log_surgery import messages_of, write_log
 
 SECTIONS = ("clock", "read force", "read joints", "perceive", "decide", "control", "send", "record", "whole tick")
 

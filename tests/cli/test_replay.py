@@ -10,7 +10,7 @@ import pytest
 
 from palpate.adapters.log import RawMessage, decisive, processor, read_log
 from tests.command_line import CommandLine, files_in
-from tests.log_surgery import changed, in_start, indices, messages_of, one_ulp, write_log
+from tests.support.log_surgery import changed, in_start, indices, messages_of, one_ulp, write_log
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from palpate.adapters.replay import pytest_plugin
-from tests.log_surgery import changed, indices, messages_of, one_ulp, write_log
+from tests.support.log_surgery import changed, indices, messages_of, one_ulp, write_log
 
 
 def run_pytest(laboratory: Path, *words: object) -> subprocess.CompletedProcess[str]:

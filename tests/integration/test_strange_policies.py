@@ -14,7 +14,7 @@ from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.policy import PolicyDocument
 from tests.command_line import CommandLine, shared_folder
-from tests.log_surgery import Change, changed, indices, messages_of, one_ulp, write_log
+from tests.support.log_surgery import Change, changed, indices, messages_of, one_ulp, write_log
 
 PACKAGE = Path(__file__).parents[2] / "examples" / "strange_policies"
 DRIFT = "strange_policies.drift:Drift"

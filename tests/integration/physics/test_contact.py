@@ -5,7 +5,7 @@ import pytest
 
 from palpate.core.motion.arm import ARMS
 from palpate.simulation.work_cell.config import PLATE_REACH_M, CellConfig, ComplianceConfig, PegConfig
-from tests.integration.physics.bench import Bench, headings, offsets_m, quiet
+from tests.support.physics_bench import Bench, headings, offsets_m, quiet
 
 FLAT_M = 6e-3
 """So far beside the hole the plate carries the peg on both sides of its axis, and it rests flat."""

@@ -10,8 +10,8 @@ from palpate.core.motion.arm import ARMS
 from palpate.core.trial.report import Outcome
 from palpate.simulation.work_cell.config import CellConfig, PegConfig
 from palpate.simulation.work_cell.cross_section import KEYED, SIDES
-from tests.integration.physics.bench import ready_pose
 from tests.integration.physics.trials import random_walk
+from tests.support.physics_bench import ready_pose
 
 # A keyed peg fits in one way only: it shows how each arm holds it.
 CASES = [(section, "zebra-zero") for section in ("round", *SIDES)] + [(KEYED, arm) for arm in list(ARMS)[1:]]

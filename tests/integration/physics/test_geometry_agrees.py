@@ -10,7 +10,7 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.motion.arm import ARMS, arm_named
 from palpate.core.motion.model import Kinematics, ToolGeometry
-from tests.integration.physics.bench import ready_pose
+from tests.support.physics_bench import ready_pose
 
 
 @pytest.mark.parametrize("arm", ARMS)

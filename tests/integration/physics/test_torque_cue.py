@@ -7,7 +7,7 @@ import pytest
 
 from palpate.core.motion.arm import ARMS
 from palpate.simulation.work_cell.config import ComplianceConfig
-from tests.integration.physics.bench import Bench, headings, offsets_m, quiet, rms
+from tests.support.physics_bench import Bench, headings, offsets_m, quiet, rms
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from palpate.core.control_loop import run_trial
 from palpate.core.policy import RandomWalkPolicy
 from palpate.core.ports.devices import Ports
 from palpate.core.trial.report import TrialReport, TrialSetup
-from tests.integration.physics.bench import ready_pose
+from tests.support.physics_bench import ready_pose
 
 
 class _Tapped:

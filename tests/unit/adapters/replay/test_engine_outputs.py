@@ -19,7 +19,7 @@ from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.control_loop import UnfinishedTick
 from palpate.core.motion.laws import DampingControl
 from palpate.core.ports import DeviceDecorator, FaultLatch
-from tests.log_surgery import Change, changed, in_start, indices, messages_of, one_ulp, write_log
+from tests.support.log_surgery import Change, changed, in_start, indices, messages_of, one_ulp, write_log
 
 Replayed: TypeAlias = Callable[[list[RawMessage]], Replay]
 Golden: TypeAlias = Callable[[str], Path]

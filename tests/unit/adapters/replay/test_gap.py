@@ -31,7 +31,7 @@ from palpate.core.errors import ConfigurationError, LogError
 from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell import HiddenValues
 from tests.command_line import CommandLine
-from tests.log_surgery import changed, indices, messages_of, write_log
+from tests.support.log_surgery import changed, indices, messages_of, write_log
 
 CONFIG = replace(scenario("paper"), seed=11)
 READY = find_ready_pose(CONFIG.arm, CONFIG.task)

@@ -10,7 +10,7 @@ from palpate.adapters.log.reader import read_log
 from palpate.adapters.visualisation.report.logs import Timing, logs_in, spread_over, timing_section
 from palpate.core.errors import LogError
 from tests.browser.sample_folders import SECTIONS, in_real_time
-from tests.log_surgery import indices, messages_of, write_log
+from tests.support.log_surgery import indices, messages_of, write_log
 
 GOLDEN = Path(__file__).parents[4] / "golden"
 LOG = GOLDEN / "train-paper.mcap"
