@@ -88,16 +88,14 @@ def test_a_table_for_reading(palpate: CommandLine) -> None:
 
 
 def test_recorded_trials_are_strings_and_the_automaton_is_a_memory(palpate: CommandLine, tmp_path: Path) -> None:
-    # Of this seed's strings the automaton has more states than symbols, so that there is something to back off to.
     words = ("--scenario", "blind", "--policy", "torque", "--seed", 4, "--trials", 12, "--perception.memory", "none")
     palpate.succeed("run", *words, "--out", "run")
     assert "12 strings" in palpate.succeed("infer", "run/logs", "--out", "felt", *SMALL)
     automaton = tmp_path / "felt" / "automaton.json"
-    learn = ("--scenario", "blind", "--trials", 2, *QUICK, "--learning.back-off-visits", 5)
+    learn = ("--scenario", "blind", "--trials", 2, *QUICK)
     palpate.succeed("train", *learn, "--perception.memory", automaton, "--out", "learned")
     policy = json.loads((tmp_path / "learned" / "policy.json").read_text())
     assert policy["perception"]["identifier"]["kind"] == "automaton"
-    assert policy["learner"]["back_off"]["visits"] == 5.0
     # Nothing of the automaton's file is needed to replay the trials.
     automaton.unlink()
     assert "2 of 2 equal" in palpate.succeed("replay", "learned", "--jobs", 1)

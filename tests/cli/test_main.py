@@ -129,7 +129,7 @@ COMMANDS = (
         ("train --scenario dark", "scenario = 'dark' is refused: one of paper, blind"),
         ("train --scenario bilnd", "blind-keyed; did you mean blind?"),
         ("train --learner cat", "learner = 'cat' is refused: one of q-learning, sarsa, belief"),
-        ("train --learner sarsa --learning.back-off-visits 5", "q-learning, which learning.back_off_visits"),
+        ("train --learner q-learning --learning.trace-decay 0.5", "sarsa or skills, which learning.trace_decay"),
         ("train --learning.belief.patience 5", "learner = 'q-learning' is refused: belief, which learning.belief"),
         ("train --learner belief --learning.alpha 0.5", "q-learning or sarsa or skills, which learning.alpha"),
         ("train --learner hmm --perception.memory last-2", "none with the learner hmm"),

@@ -76,7 +76,7 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     ),
     "train-memory": (
         "train", "--trials", "3", "--seed", "21", *SHORT, "--perception.memory", "last-2",
-        "--learning.back-off-visits", "2", "--learning.reinforcement", "effort", "--learning.temperature", "0.9",
+        "--learning.reinforcement", "effort", "--learning.temperature", "0.9",
         "--learning.temperature-floor", "0.3",
     ),
     "train-som": (
@@ -91,11 +91,6 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     "train-belief-even": (
         "train", "--learner", "belief", "--scenario", "blind", "--trials", "1", "--seed", "46", *SHALLOW,
         "--task.time-limit-s", "1.2", "--task.area-half-width-mm", "1", "--task.start-uncertainty-mm", "0.5",
-    ),
-    # Actions that go on for two steps while nothing new is felt, and states that quarter turns make equal.
-    "train-options": (
-        "train", "--trials", "2", "--seed", "52", *SHORTER, "--learning.keep-steps", "2", "--learning.share-turns",
-        "--learning.gamma", "0.9", "--learning.reinforcement", "effort",
     ),
     # States of an automaton that follows the symbols, and steps in six directions.
     "train-automaton": (

@@ -23,9 +23,6 @@ from palpate.core.ports import (
 
 _OF_TABLES: Final = ("q-learning", "sarsa", "skills")
 OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {
-    "back_off_visits": ("q-learning",),
-    "keep_steps": ("q-learning",),
-    "share_turns": ("q-learning",),
     "rule_lead": ("skills",),
     "trace_decay": ("sarsa", "skills"),
     "belief": ("belief",),
@@ -53,8 +50,7 @@ def learner_in(path: str) -> str:
         if document.get(model):
             return model
     learner = document.get("learner")
-    kind = learner.get("kind") if isinstance(learner, dict) else ""
-    return str(kind or "").partition(" of ")[0]
+    return str(learner.get("kind") or "") if isinstance(learner, dict) else ""
 
 
 @dataclass(frozen=True)
@@ -84,13 +80,6 @@ class LearningConfig(Settings):
     """It never falls below this: states are aliased, and a greedy policy would loop in them."""
     temperature_in_use: Temperature = 0.1
     """Temperature of the policy when it is used without learning, where this is below the floor."""
-    back_off_visits: HalvingVisits = 0.0
-    """With a memory: visits after which a state's own experience counts as much as that of its last symbol, which
-    stands in for it until then; 0 for never."""
-    keep_steps: Annotated[int, Range(1, 1000)] = 1
-    """An action goes on until the state changes, for so many steps at most; 1 chooses anew at each."""
-    share_turns: bool = False
-    """What is learned of a region of x and y, or of tx and ty, holds for its quarter turns, too."""
     trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.8
     """Lambda of sarsa and skills."""
     reinforcement: Annotated[str, OneOf("action-penalty", "effort", "time")] = "action-penalty"

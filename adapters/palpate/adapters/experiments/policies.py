@@ -17,11 +17,9 @@ from palpate.core.motion import FASTEST_TURN_RAD_S
 from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
 from palpate.core.policy import (
     Action,
-    BackOff,
     ExamplesPolicy,
     HmmLearner,
     MixedPolicy,
-    OptionParameters,
     Policy,
     PolicyDocument,
     ProgrammedPolicy,
@@ -170,10 +168,6 @@ def learning_parameters(config: RunConfig) -> QParameters:
     if config.learner in ("sarsa", "skills"):
         kind = SarsaParameters if config.learner == "sarsa" else SkillParameters
         return kind(**common, temperature=schedule, trace_decay=learning.trace_decay)
-    if learning.keep_steps > 1 or learning.share_turns:
-        return OptionParameters(
-            **common, temperature=schedule, keep_steps=learning.keep_steps, share_turns=learning.share_turns
-        )
     return QParameters(**common, temperature=schedule)
 
 
@@ -205,8 +199,7 @@ def learning_policy(config: RunConfig, perception: Perception, code: str = "") -
         else:
             model = HmmLearner(perception.states, actions, learning.hmm)
         return MixedPolicy(perception.states, [*(parts or [none]), model])
-    back_off = BackOff.of(learning.back_off_visits, perception.identifier.symbol_of)
-    learner = new_learner(learning_parameters(config), perception.states, actions, back_off=back_off)
+    learner = new_learner(learning_parameters(config), perception.states, actions)
     if config.perception.symbols == SKILLS:
         kind, begun = task_kind(config.task.name), learner.get_state()
         ahead, behind = learning.initial_value, learning.initial_value - learning.rule_lead
@@ -290,7 +283,7 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
         document.check_matches(perception.states, task_actions(config))
         return foreign_policy(document.foreign, config, perception, frozen=frozen)
     kind = document.learner.kind if document.learner is not None else document.model.TABLE if document.model else ""
-    if not frozen and kind and kind.partition(" of ")[0] != config.learner:
+    if not frozen and kind and kind != config.learner:
         raise ConfigurationError("learner", config.learner, f"{kind!r}, as in the policy file")
     if not frozen and document.belief is not None:
         document = replace(document, belief=replace(document.belief, parameters=config.learning.belief))

@@ -26,11 +26,6 @@ class StateIdentifier(Protocol):
     def states(self) -> tuple[str, ...]:
         """Readable names of the states; state ``i`` is ``states[i]``."""
 
-    @property
-    @abstractmethod
-    def symbol_of(self) -> tuple[int | None, ...]:
-        """For each state the last symbol, of several the usual one, (states,); None where there is none."""
-
     @abstractmethod
     def reset(self) -> None:
         """A trial begins: clear the memory."""
@@ -96,11 +91,6 @@ class IdentityState(_Memoryless):
         """Names of the states: those of the symbols."""
         return self.symbols
 
-    @property
-    def symbol_of(self) -> tuple[int, ...]:
-        """The symbols themselves."""
-        return tuple(range(len(self.symbols)))
-
     def update(self, symbol: int, action: str | None = None) -> int:
         """The symbol itself, whatever was done."""
         if not 0 <= symbol < len(self.symbols):
@@ -144,11 +134,6 @@ class LastSymbols:
         object.__setattr__(self, "length", length)
         object.__setattr__(self, "states", names("perception.identifier.states", tuple(words)))
         object.__setattr__(self, "_recent", deque(maxlen=length))
-
-    @property
-    def symbol_of(self) -> tuple[int, ...]:
-        """The last of the symbols that each state stands for, (states,)."""
-        return tuple(state % len(self.symbols) for state in range(len(self.states)))
 
     def reset(self) -> None:
         """Clear the symbols."""
@@ -217,11 +202,6 @@ class LastAction(_Memoryless):
         object.__setattr__(self, "symbols", symbols)
         object.__setattr__(self, "kinds", kinds)
         object.__setattr__(self, "states", names("perception.identifier.states", tuple(states)))
-
-    @property
-    def symbol_of(self) -> tuple[int, ...]:
-        """The symbol of each state, (states,)."""
-        return tuple(state % len(self.symbols) for state in range(len(self.states)))
 
     def update(self, symbol: int, action: str | None = None) -> int:
         """The symbol after an action of that kind; one of no known kind counts as none.

@@ -1,5 +1,3 @@
-from .back_off import BackingOff as BackingOff
-from .back_off import BackOff as BackOff
 from .base import COMPASS_NAMES as COMPASS_NAMES
 from .base import EXAMPLES as EXAMPLES
 from .base import LEARNED as LEARNED
@@ -40,8 +38,6 @@ from .model_entry import BeliefEntry as BeliefEntry
 from .model_entry import HmmEntry as HmmEntry
 from .model_entry import Reach as Reach
 from .model_learner import ModelLearner as ModelLearner
-from .options import OptionLearning as OptionLearning
-from .options import OptionParameters as OptionParameters
 from .programmed import AssignedPolicy as AssignedPolicy
 from .programmed import MixedPolicy as MixedPolicy
 from .programmed import ProgrammedPolicy as ProgrammedPolicy

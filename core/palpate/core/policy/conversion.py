@@ -4,17 +4,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.back_off import BackingOff, BackOff
 from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action, Policy
 from palpate.core.policy.belief import BeliefLearner
-from palpate.core.policy.entries import ActionEntry, BackOffEntry, LearnerEntry, TableRow
+from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.file import PolicyDocument
 from palpate.core.policy.foreign import ForeignPolicy
 from palpate.core.policy.hmm import HmmLearner
 from palpate.core.policy.learner import Learner
 from palpate.core.policy.model_entry import BeliefEntry, HmmEntry, Reach
-from palpate.core.policy.options import OptionLearning, OptionParameters
 from palpate.core.policy.programmed import AssignedPolicy, MixedPolicy, ProgrammedPolicy
 from palpate.core.policy.sarsa import Sarsa, SarsaParameters
 from palpate.core.policy.tabular import QLearning, QParameters, TabularLearner
@@ -72,9 +70,7 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
             for state in range(len(states))
             if not models or any(part.serves(state) for part in parts)
         ),
-        learner=None
-        if learner is None
-        else LearnerEntry(learner.parameters, learner.trials_learned, _backing(learner)),
+        learner=None if learner is None else LearnerEntry(learner.parameters, learner.trials_learned),
         belief=next((BeliefEntry.of(one) for one in models if isinstance(one, BeliefLearner)), None),
         hmm=next((HmmEntry.of(one) for one in models if isinstance(one, HmmLearner)), None),
     )
@@ -112,15 +108,9 @@ def policy_from(
     if pairs[EXAMPLES]:
         parts.append(ExamplesPolicy(states, actions, pairs[EXAMPLES]))
     if document.learner is not None:
-        backing = document.learner.back_off
-        learner = new_learner(
-            document.learner.parameters,
-            states,
-            actions,
-            back_off=None if backing is None else backing.settings,
-            frozen=frozen,
-        )
-        parts.append(_learned(learner, document, document.learner))
+        learner, learned = new_learner(document.learner.parameters, states, actions, frozen=frozen), document.values()
+        learner.set_state(learner.get_state() | learned | {"trials_learned": document.learner.trials_learned})
+        parts.append(learner)
     if document.belief is not None:
         if reach is None:
             raise ConfigurationError("policy.belief", None, "the area and the time of an action of a task")
@@ -151,41 +141,13 @@ def _row_of(state: int, parts: Sequence[AssignedPolicy | TabularLearner], learne
 
 
 def new_learner(
-    parameters: QParameters,
-    states: Sequence[str],
-    actions: Sequence[Action],
-    *,
-    back_off: BackOff | None = None,
-    frozen: bool = False,
+    parameters: QParameters, states: Sequence[str], actions: Sequence[Action], *, frozen: bool = False
 ) -> TabularLearner:
-    """The learner that has such settings: Sarsa(lambda), Q-learning of options, or Q-learning.
-
-    With ``back_off``, for Q-learning only, symbols stand in for states that were little tried.
+    """Make the learner that has such settings: Sarsa(lambda) or Q-learning.
 
     Raises:
-        ConfigurationError: A value is out of its range, names repeat, or a learner is to back off that cannot.
+        ConfigurationError: A value is out of its range, or names repeat.
     """
-    if isinstance(parameters, SarsaParameters | OptionParameters):
-        if back_off is not None:
-            accepted = "none with Sarsa or with options; Q-learning of single steps can back off"
-            raise ConfigurationError("policy.back_off", back_off.visits, accepted)
-        if isinstance(parameters, OptionParameters):
-            return OptionLearning(states, actions, parameters, frozen=frozen)
+    if isinstance(parameters, SarsaParameters):
         return Sarsa(states, actions, parameters, frozen=frozen)
-    if back_off is None:
-        return QLearning(states, actions, parameters, frozen=frozen)
-    return BackingOff(states, actions, parameters, back_off, frozen=frozen)
-
-
-def _learned(learner: TabularLearner, document: PolicyDocument, entry: LearnerEntry) -> TabularLearner:
-    """The learner, with the values of the document."""
-    learner.set_state(learner.get_state() | document.values() | {"trials_learned": entry.trials_learned})
-    return learner
-
-
-def _backing(learner: TabularLearner) -> BackOffEntry | None:
-    if not isinstance(learner, BackingOff):
-        return None
-    state = learner.get_state()
-    tables = (tuple(map(tuple, state[key])) for key in ("q", "symbol_q", "symbol_visits"))
-    return BackOffEntry(learner.back_off.visits, learner.back_off.symbol_of, *tables)
+    return QLearning(states, actions, parameters, frozen=frozen)

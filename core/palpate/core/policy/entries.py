@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from math import degrees, isclose
 from typing import Annotated, Any, ClassVar, Final, Self
 
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.back_off import BackOff
 from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action, Law
-from palpate.core.policy.options import OptionParameters
 from palpate.core.policy.sarsa import SarsaParameters, SkillParameters
 from palpate.core.policy.tabular import QParameters
 from palpate.core.ports import OneOf, Range, Settings, fitted, kinds_of, require_keys
@@ -21,12 +19,8 @@ LEARNERS: Final[dict[str, type[QParameters]]] = {
     "q-learning": QParameters,
     "sarsa": SarsaParameters,
     "skills": SkillParameters,
-    "q-learning of options": OptionParameters,
 }
 """Kinds of learners in files, and the settings that each has."""
-
-_BACK_OFF: Final = "learner.back_off"
-_BESIDE: Final = ("trials_learned", "back_off")
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,63 +156,6 @@ class TableRow(Settings):
 
 
 @dataclass(frozen=True, slots=True)
-class BackOffEntry(BackOff):
-    """What states and symbols have learned, each for itself; the q of the table follow from it."""
-
-    state_q: tuple[tuple[float, ...], ...]
-    """The states' own Q, (states, actions)."""
-    symbol_q: tuple[tuple[float, ...], ...]
-    """Q of the symbols, (symbols, actions)."""
-    symbol_visits: tuple[tuple[Annotated[int, Range(0)], ...], ...]
-    """How often each action was learned from under each symbol, (symbols, actions)."""
-
-    @property
-    def settings(self) -> BackOff:
-        """From states to symbols."""
-        return BackOff(self.visits, self.symbol_of)
-
-    def tables(self) -> dict[str, Any]:
-        """What was learned, by the names and in the shapes that the state of a learner has."""
-        tables = {"q": self.state_q, "symbol_q": self.symbol_q, "symbol_visits": self.symbol_visits}
-        return {name: [list(row) for row in rows] for name, rows in tables.items()}
-
-    def blank(self, initial_value: float) -> Self:
-        """The same before anything was learned."""
-
-        def unlearned(rows: Sequence[Sequence[float]]) -> tuple[tuple[float, ...], ...]:
-            return tuple((initial_value,) * len(row) for row in rows)
-
-        visits = tuple((0,) * len(row) for row in self.symbol_visits)
-        states, symbols = unlearned(self.state_q), unlearned(self.symbol_q)
-        return replace(self, state_q=states, symbol_q=symbols, symbol_visits=visits)
-
-    def check_table(self, q: Sequence[Sequence[float]], visits: Sequence[Sequence[int]]) -> None:
-        """Refuse a table that does not follow from this.
-
-        Args:
-            q: Q of each state and action in the table, (states, actions).
-            visits: How often each was learned from, (states, actions).
-
-        Raises:
-            ConfigurationError: Sizes that do not fit, or a q that is another.
-        """
-        actions = len(q[0])
-        sizes = {"state_q": len(q), "symbol_q": self.symbols, "symbol_visits": self.symbols}
-        for key, count in sizes.items():
-            rows: Sequence[Sequence[float]] = getattr(self, key)
-            if [len(row) for row in rows] != [actions] * count:
-                raise ConfigurationError(
-                    f"{_BACK_OFF}.{key}", f"{len(rows)} rows", f"{count} rows of {actions} numbers"
-                )
-        if len(self.symbol_of) != len(q):
-            raise ConfigurationError(f"{_BACK_OFF}.symbol_of", len(self.symbol_of), f"{len(q)}, one a state")
-        for state, row in enumerate(q):
-            follows = tuple(self.values(state, visits[state], self.state_q[state], self.symbol_q))
-            if tuple(row) != follows:
-                raise ConfigurationError(f"table[{state}].q", tuple(row), f"{follows}, as follows from {_BACK_OFF}")
-
-
-@dataclass(frozen=True, slots=True)
 class LearnerEntry(Settings):
     """The learner behind the table. In the file its settings stand beside the rest, and a rate that stays is null."""
 
@@ -228,8 +165,6 @@ class LearnerEntry(Settings):
     """Its settings."""
     trials_learned: Annotated[int, Range(0)]
     """Number of trials it learned in."""
-    back_off: BackOffEntry | None = None
-    """What it backs off to where states were little tried; None where it does not."""
 
     @property
     def kind(self) -> str:
@@ -241,8 +176,7 @@ class LearnerEntry(Settings):
         settings = asdict(self.parameters)
         schedule = {key: value for key, value in settings.pop("temperature").items() if value is not None}
         temperature = {"temperature": schedule, "trials_learned": self.trials_learned}
-        content = {"kind": self.kind, **settings, "alpha_visits": settings["alpha_visits"] or None, **temperature}
-        return content if self.back_off is None else content | {"back_off": asdict(self.back_off)}
+        return {"kind": self.kind, **settings, "alpha_visits": settings["alpha_visits"] or None, **temperature}
 
     @classmethod
     @override
@@ -251,12 +185,11 @@ class LearnerEntry(Settings):
         kind: str = fitted(f"{where}.kind", given.get("kind"), Annotated[str, OneOf(*LEARNERS)])
         settings = LEARNERS[kind]
         given = {**settings.UNTOLD, **given}
-        require_keys(
-            where, given, ("kind", *kinds_of(settings), "trials_learned"), ("back_off",) if kind == "q-learning" else ()
-        )
+        require_keys(where, given, ("kind", *kinds_of(settings), "trials_learned"))
         values = {key: given[key] for key in kinds_of(settings)}
         if values["alpha_visits"] == 0.0:
             raise ConfigurationError(f"{where}.alpha_visits", 0.0, "a number above 0, or null for none")
         parameters = settings.read(values | {"alpha_visits": values["alpha_visits"] or 0.0}, where)
-        beside = {key: fitted(f"{where}.{key}", given.get(key), kinds_of(cls)[key]) for key in _BESIDE}
-        return cls(parameters, **beside)
+        return cls(
+            parameters, fitted(f"{where}.trials_learned", given["trials_learned"], kinds_of(cls)["trials_learned"])
+        )

@@ -103,11 +103,7 @@ class PolicyDocument(Settings):
         if read.hmm is not None:
             read.hmm.learner(read.states, [action.step() for action in read.actions], frozen=True)
         whole = read.model is None and read.foreign is None
-        read = replace(read, table=_ordered(read.table, read.states, whole=whole))
-        if read.learner is not None and read.learner.back_off is not None:
-            learned = read.values()
-            read.learner.back_off.check_table([row.q or () for row in read.table], learned["visits"])
-        return read
+        return replace(read, table=_ordered(read.table, read.states, whole=whole))
 
     def save(self, path: str | Path) -> None:
         """Write the file as a whole or not at all; an old file stays intact until the new one is complete.
@@ -132,10 +128,8 @@ class PolicyDocument(Settings):
             return self.model.state()
         if self.foreign is not None:
             return self.foreign.content()
-        back_off = None if self.learner is None else self.learner.back_off
-        learned = {} if back_off is None else back_off.tables()
         q = [list(row.q or ()) for row in self.table]
-        return {"q": q, "visits": [list(row.visits_per_action or ()) for row in self.table]} | learned
+        return {"q": q, "visits": [list(row.visits_per_action or ()) for row in self.table]}
 
     def unlearned(self) -> PolicyDocument:
         """The same policy before it learned anything: what was programmed and set up, with initial values."""
@@ -153,9 +147,7 @@ class PolicyDocument(Settings):
             action = names[0] if row.source == LEARNED else row.action
             q, visits = (initial,) * len(names), (0,) * len(names)
             rows.append(TableRow.of(row.state, row.source, action, names.index(action), q, visits))
-        back_off = self.learner.back_off
-        blank = None if back_off is None else back_off.blank(initial)
-        return replace(self, table=tuple(rows), learner=replace(self.learner, trials_learned=0, back_off=blank))
+        return replace(self, table=tuple(rows), learner=replace(self.learner, trials_learned=0))
 
     def check_matches(self, states: Sequence[str], actions: Sequence[Action]) -> None:
         """Refuse to serve a task with other states or actions.

@@ -133,12 +133,8 @@ class TabularLearner(Learner):
     def learn(self, transition: Transition) -> None:
         """Update the table, unless frozen."""
 
-    def _values(self, state: int) -> Sequence[float]:
-        """Q of each action in a state, by which the learner acts."""
-        return self._q[state]
-
     def _drawn(self, state: int) -> int:
-        return boltzmann(self._values(state), self._temperature, drawing_from(self._rng, type(self).__name__))
+        return boltzmann(self._q[state], self._temperature, drawing_from(self._rng, type(self).__name__))
 
     def _decision(self, index: int) -> Decision:
         return Decision(self.actions[index], index, LEARNED)
@@ -196,6 +192,6 @@ class QLearning(TabularLearner):
     def _value_after(self, transition: Transition) -> float:
         if transition.next_state is None:
             return 0.0
-        values = self._values(transition.next_state)
+        values = self._q[transition.next_state]
         bound = transition.next_action_index
         return max(values) if bound is None else values[bound]

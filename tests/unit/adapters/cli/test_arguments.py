@@ -52,8 +52,8 @@ def test_a_scenario_other_than_the_file_s_is_refused(toml: str) -> None:
 
 def test_a_file_s_settings_of_another_learner_are_refused_but_not_a_record_s(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
-    file.write_text('learner = "sarsa"\n[learning]\nback_off_visits = 3.0\n')
-    with pytest.raises(ConfigurationError, match="q-learning, which learning"):
+    file.write_text('learner = "sarsa"\n[learning]\nrule_lead = 3.0\n')
+    with pytest.raises(ConfigurationError, match="skills, which learning"):
         config("--config", str(file))
     file.write_text(file.read_text() + '[run]\nformat = "palpate.run/1"\ncommand = "train"\n')
     assert config("--config", str(file)).learner == "sarsa"

@@ -12,13 +12,12 @@ from palpate.adapters.hardware.jr3 import Jr3CanTable, Jr3UartTable
 from palpate.adapters.hardware.zebra_zero import ZebraTable
 from palpate.core.automata import InferenceSettings, TrainingSettings
 from palpate.core.automata.choice import ExtractionSettings
-from palpate.core.policy import BackOff, SarsaParameters, TemperatureSchedule
+from palpate.core.policy import SarsaParameters, TemperatureSchedule
 from palpate.core.ports.settings import OneOf, Range, Settings, kinds_of, optional_of, parts_of
 
 TABLES: dict[str, Settings] = {
     "run": RunConfig(),
     "policy": SarsaParameters(alpha=0.5, gamma=1.0, temperature=TemperatureSchedule(1.0, 1.0, 0.0)),
-    "back-off": BackOff(1.0, (0, None)),
     "explore": GridLearning(),
     "infer": InferenceSettings(),
     "extract": ExtractionSettings(),

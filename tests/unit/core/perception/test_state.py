@@ -20,7 +20,6 @@ AB = ("a", "b")
 def test_without_a_memory_the_state_is_the_last_symbol_whatever_came_before() -> None:
     identifier = IdentityState(("a", "b", "c"))
     assert identifier.states == ("a", "b", "c")
-    assert identifier.symbol_of == (0, 1, 2)
     assert [identifier.update(symbol) for symbol in (2, 0, 0, 1, 2)] == [2, 0, 0, 1, 2]
     identifier.reset()
     assert identifier.update(1) == 1
@@ -51,7 +50,6 @@ def test_the_name_of_the_state_tells_the_symbols(count: int, length: int, word: 
         past.append(names[symbol % count])
         state = identifier.update(symbol % count)
         assert identifier.states[state] == " > ".join(past[-length:])
-        assert identifier.symbol_of[state] == symbol % count
 
 
 @given(st.lists(st.integers(0, 1), max_size=6), st.integers(0, 1))
@@ -109,7 +107,6 @@ def test_a_state_can_be_the_last_symbol_and_the_kind_of_action_before_it() -> No
     assert [last.states[last.update(symbol, action)] for symbol, action in led] == [
         "A at first", "B after push", "A after lean", "B at first",
     ]  # fmt: skip
-    assert [last.symbol_of[state] for state in range(6)] == [0, 1] * 3
     last.set_state(last.get_state())
     with pytest.raises(CommandError):
         last.update(2)
