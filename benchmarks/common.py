@@ -21,7 +21,7 @@ from palpate.adapters.experiments import (
     run_scored_trial,
     true_hole_m,
 )
-from palpate.adapters.experiments.statistics import wilson_interval
+from palpate.adapters.experiments.statistics import exact_interval
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import LoopObserver
@@ -140,7 +140,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 def share(good: int, count: int) -> str:
     """A success rate with its 95 % interval."""
-    low, high = wilson_interval(good, count)
+    low, high = exact_interval(good, count)
     return f"{good} of {count} ({100 * low:.1f} to {100 * high:.1f} %)"
 
 

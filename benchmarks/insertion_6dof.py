@@ -50,7 +50,7 @@ def run(cell: Cell) -> dict[str, Any]:
 def line(shape: str, conditions: str, on_diameter_mm: float, rows: list[Any]) -> tuple[object, ...]:
     """A row of the table."""
     good = sum(row[2] for row in rows)
-    low, high = exact_interval(good, len(rows), 0.95)
+    low, high = exact_interval(good, len(rows))
     times_s = np.array([row[3] for row in rows if row[2]] or [np.nan])
     forces_N = np.array([row[4] for row in rows])
     return (

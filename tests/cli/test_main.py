@@ -116,7 +116,7 @@ def test_without_what_a_slim_install_leaves_out_trials_run_and_what_needs_it_say
 
 
 COMMANDS = (
-    "train, run, teach, compare, study, prove, show, fit-touch, explore, infer, automaton, replay, report, log, "
+    "train, run, teach, compare, study, show, fit-touch, explore, infer, automaton, replay, report, log, "
     "render, view, check-adapter, emulate, doctor, calibrate, gap, examples, completion, version"
 )
 
@@ -152,12 +152,14 @@ COMMANDS = (
         ("train --config broken.toml", "a TOML file"),
         ("train --policy missing.json", "missing.json' is refused: a readable file"),
         ("run --policy a_file", "JSON"),
+        ("run --policy torque --claim success", "success >= SHARE with a share between 0 and 1"),
+        ("run --policy torque --jobs 2 --live rerun", "1 with --rig or --live"),
         ("train --out a_file/run", "name another folder"),
         (f"train --out {LONG}", "name another folder"),
         ("train --out \udcff", "\\udcff is no text in UTF-8; give it another name"),
         ("train --out a_study", "a_study: already holds a run (run.toml)"),
         ("compare --policy deep.json", "JSON (maximum recursion depth"),
-        (f"prove --policy {LONG} --trials 400", "a readable file (File name too long)"),
+        (f"run --policy {LONG}", "a readable file (File name too long)"),
         (f"log export {LONG} --to csv --out x", "cannot be read (File name too long); name a log"),
         ("log plot .", ".: is no file; name a log"),
         ("log recover .", ".: is no file; name a log"),

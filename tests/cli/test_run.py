@@ -28,6 +28,19 @@ def test_a_trained_policy_runs_and_does_not_learn(palpate: CommandLine, trained:
     assert "2 of 2 equal" in palpate.succeed("replay", out, "--jobs", 1)
 
 
+def test_several_processes_run_the_same_trials_and_a_claim_is_judged(palpate: CommandLine) -> None:
+    run = ("run", "--task.ready-height-mm", 1, "--policy", "omniscient", "--trials", 52)
+    printed = palpate.succeed(*run, "--out", "two", "--jobs", 2, "--claim", "success >= 0.9")
+    assert "success 100.0% (95 % interval 93.15% to 100.00%)" in printed
+    assert "claim success >= 0.9: proved" in printed
+    done = palpate(*run, "--out", "one", "--recording.no-enabled", "--claim", "success >= 0.99")
+    assert done.code == 1
+    assert "claim success >= 0.99: inconclusive" in done.stdout
+    for name in ("trials.csv", "decisions.csv"):
+        assert Path("one", name).read_bytes() == Path("two", name).read_bytes()
+    assert "52 of 52 equal" in palpate.succeed("replay", "two", "--jobs", 1)
+
+
 def test_without_a_folder_named_each_run_gets_one_of_its_own(palpate: CommandLine, tmp_path: Path) -> None:
     for number in (1, 2):
         printed = palpate.succeed("run", "--policy", "omniscient", "--trials", 1, "--recording.no-enabled")

@@ -23,7 +23,7 @@ NEEDS = {
     r"palpate (teach |train .* runs/shown/|log (export|import) .*shown)": "a person; tests/cli/test_teach.py",
     r"palpate emulate": "goes on until Ctrl-C; tests/wall_clock",
     r"palpate view": "a display; tests/cli/test_view.py",
-    r"palpate (study|prove) ": "minutes; tests/cli/test_study.py, test_prove.py",
+    r"palpate study |--trials 10000": "minutes; tests/cli/test_study.py, test_run.py",
     r"palpate report runs/(clearance|start-uncertainty|paper-compare)": "what minutes leave; tests/cli/test_report.py",
     r"palpate fit-touch |palpate train --config runs/touch/": "recorded insertions; tests/cli/test_fit_touch.py",
     r"palpate (infer runs/walks/|train .* runs/felt/)": "recorded insertions; tests/cli/test_automaton.py",

@@ -36,10 +36,6 @@ COMMANDS: dict[str, Command] = {
         "many runs: settings, policies and seeds from one file, on several processes",
         "study:study", "study_options:StudyOptions",
     ),
-    "prove": Command(
-        "many trials of one policy on all cores, and whether they prove a claim about it",
-        "prove:prove", "study_options:ProveOptions",
-    ),
     "show": Command("print what a policy file holds", "show:show", "options:ShowOptions"),
     "fit-touch": Command(
         "a touch model, and a belief's policy with it, from recorded trials of any policy",

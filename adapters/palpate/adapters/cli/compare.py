@@ -48,7 +48,8 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
     with ExitStack() as opened:
         recorder = folder.recorder(config.recording, opened)
         # On every way out: what a log has lost is told beside the error that ended the run.
-        kept.callback(print_troubles, recorder)
+        if recorder is not None:
+            kept.callback(print_troubles, recorder.troubles)
         for number, policy in enumerate(chosen):
             # Two runs may have folders of the same name, or one of a comparator's.
             taken = policy.label in summaries or (policy.label in COMPARATORS and policy.name not in COMPARATORS)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -74,12 +74,10 @@ def unrecorded(recorder: TrialRecorder | None) -> bool:
     return recorder is not None and bool(recorder.troubles)
 
 
-def print_troubles(recorder: TrialRecorder | None) -> None:
+def print_troubles(troubles: Sequence[str]) -> None:
     """Print what could not be recorded; nothing when all was."""
-    if recorder is None or not recorder.troubles:
-        return
-    for trouble in recorder.troubles[:_MOST]:
+    for trouble in troubles[:_MOST]:
         sys.stderr.write(f"palpate: recording: {trouble}\n")
-    more = len(recorder.troubles) - _MOST
+    more = len(troubles) - _MOST
     if more > 0:
         sys.stderr.write(f"palpate: recording: and {more} more like these\n")

@@ -45,7 +45,8 @@ def opened_recorder(
     recording = replace(config.recording, when_full="drop") if options.rig else config.recording
     recorder = folder.recorder(recording, opened, live)
     # On every way out: beside the error that ended the run.
-    kept.callback(print_troubles, recorder)
+    if recorder is not None:
+        kept.callback(print_troubles, recorder.troubles)
     session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
     print_grants(session, config)
     return recorder, session

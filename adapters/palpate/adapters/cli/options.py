@@ -68,6 +68,11 @@ class RunOptions(LiveSettings, RunSettings):
     """Rig file: run on its devices instead of in the simulator."""
     out: str = ""
     """Folder for the results; runs/SCENARIO-run-001 or the next number if not given. It must not hold a run yet."""
+    claim: str = ""
+    """Claim about the policy, "success >= 0.99": the exact 95 % interval proves or refutes it, or is inconclusive.
+    Exit code 0 then means proved."""
+    jobs: Jobs = 1
+    """Processes in the simulator; 0 takes one per core. The trials do not depend on it."""
 
 
 @dataclass(frozen=True)

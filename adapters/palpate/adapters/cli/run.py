@@ -1,13 +1,15 @@
 """``palpate run``."""
 
+import os
 import sys
-from contextlib import ExitStack
+from collections.abc import Callable
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 from palpate.adapters.cli.notices import (
     marked_line,
+    print_troubles,
     print_weakened,
-    unrecorded,
 )
 from palpate.adapters.cli.opening import opened_recorder, opened_rig
 from palpate.adapters.cli.options import RunOptions
@@ -15,12 +17,15 @@ from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments import (
     NOBODY_KNOWS,
     ChosenPolicy,
+    Claim,
     RunFolder,
+    TrialRow,
     next_free_folder,
     policy_for,
     ready_pose,
     require_usable,
     run_chosen,
+    run_in_processes,
     run_toml,
     write_evaluation,
 )
@@ -41,6 +46,9 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
     folder.require_free()
     if options.policy.startswith("omniscient") and options.rig:
         raise ConfigurationError("policy", options.policy, NOBODY_KNOWS)
+    claim, jobs = Claim.parse(options.claim) if options.claim else None, options.jobs or os.cpu_count() or 1
+    if jobs > 1 and (options.rig or options.live):
+        raise ConfigurationError("jobs", options.jobs, "1 with --rig or --live: only plain simulations run in parallel")
     chosen = ChosenPolicy(named, config)
     ready = ready_pose(config)
     require_usable(config, ready, options.rig)
@@ -50,22 +58,50 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
         # Only now are words, files and devices known to be good: a refused call must not leave a folder in the way.
         kept.enter_context(folder.writing())
         folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=named))
-        recorder, session = opened_recorder(opened, kept, options, config, folder, live)
+        session, troubles = None, list[str]()
         with progress(options.trials, "trial", chosen.label) as bar:
-            rows = run_chosen(
-                chosen, config, ready, rig, options.trials,
-                folder=folder, recorder=recorder, session=session, on_trial=bar.update,
-            )  # fmt: skip
+            if jobs > 1:
+                rows, troubles = _in_processes(named, options, folder, jobs, bar.update)
+            else:
+                recorder, session = opened_recorder(opened, kept, options, config, folder, live)
+                troubles = [] if recorder is None else recorder.troubles
+                rows = run_chosen(
+                    chosen, config, ready, rig, options.trials,
+                    folder=folder, recorder=recorder, session=session, on_trial=bar.update,
+                )  # fmt: skip
+    successes = sum(row.success for row in rows)
+    verdict = "" if claim is None else claim.verdict(successes, len(rows))
     summary = write_evaluation(config, folder, named, chosen.document, rows, options.trials)
     if session is not None:
         sys.stdout.write(session.report() + "\n")
     low, high = summary["success_95"]
+    judged = f"claim {claim}: {verdict}\n" if claim else ""
     sys.stdout.write(
         f"{options.policy or chosen.label}, {config.arm}, scenario {config.scenario}, seed {config.seed}:"
         f" {len(rows)} trials\n"
-        f"success {summary['success']:.1%} (95 % interval {low:.1%} to {high:.1%})\n"
+        f"success {summary['success']:.1%} (95 % interval {low:.2%} to {high:.2%})\n"
+        f"{judged}"
         f"time median {summary['median_s']:.2f} s, 95th percentile {summary['p95_s']:.2f} s\n"
         f"peak force {summary['peak_force_N']:.1f} N; outcomes {summary['outcomes']}\n"
         f"{marked_line(summary)}saved in {folder.path}\n"
     )
-    return int(unrecorded(recorder)) if len(rows) == options.trials else 130
+    if len(rows) < options.trials:
+        return 130
+    return 1 if troubles or verdict not in ("", "proved") else 0
+
+
+def _in_processes(
+    name: str, options: RunOptions, folder: RunFolder, jobs: int, on_trials: Callable[[int], object]
+) -> tuple[list[TrialRow], list[str]]:
+    """Return the trials until all are run or Ctrl-C ends them, and what could not be recorded."""
+    rows, troubles = list[TrialRow](), list[str]()
+    with closing(run_in_processes(name, options.run, options.trials, folder, jobs)) as blocks:
+        try:
+            for done, lost in blocks:
+                rows += done
+                troubles += lost
+                on_trials(len(done))
+        except KeyboardInterrupt:
+            pass
+    print_troubles(troubles)
+    return rows, troubles

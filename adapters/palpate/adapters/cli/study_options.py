@@ -1,35 +1,12 @@
 """Command-line options of ``palpate study``."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Annotated
 
 import tyro
 
-from palpate.adapters.cli.options import Jobs, LiveSettings, RunSettings, Trials
-from palpate.adapters.experiments import Claim
+from palpate.adapters.cli.options import Jobs, LiveSettings
 from palpate.core.ports import Settings
-
-
-@dataclass(frozen=True)
-class ProveOptions(RunSettings):
-    """Many trials of one policy, and whether they prove a claim about it: how many succeed, with what force.
-
-    Trials are dealt out over seeds, 50 each, from --seed on, and made by several processes. The same command again
-    goes on where it stopped. The slowest, the hardest and those that failed are made once more, recorded, in the
-    folder kept: logs and pictures to be looked at.
-
-    Exit code 0: proved; 1: refuted, or neither; 2: something cannot be used; 130: ended by Ctrl-C.
-    """
-
-    policy: str = ""
-    """A policy file, or omniscient, torque, spiral-10, spiral-5, random."""
-    trials: Trials = 1000
-    """Number of trials, rounded up to whole seeds."""
-    claim: Claim = field(default_factory=Claim)
-    out: str = ""
-    """Folder for the proof; runs/SCENARIO-proof if not given."""
-    jobs: Jobs = 0
-    """Processes; 0 takes one per core. What comes of it does not depend on it."""
 
 
 @dataclass(frozen=True)

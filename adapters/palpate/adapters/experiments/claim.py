@@ -1,59 +1,39 @@
-"""A claim about a policy's trials, what they show of it, and how many it takes to show it."""
+"""Claims about a policy's success, such as ``success >= 0.99``, and the verdict of trials on them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
 from dataclasses import dataclass
-from enum import Enum
-from math import ceil, log
-from typing import Annotated, ClassVar
 
-from palpate.adapters.experiments.results import TrialRow
 from palpate.adapters.experiments.statistics import exact_interval
-from palpate.core.ports import Range, Settings
+from palpate.core.errors import ConfigurationError
 
 
 @dataclass(frozen=True)
-class Claim(Settings):
-    """So many of all trials succeed, as their task has it, none of these with a greater true peak force."""
+class Claim:
+    """A lower bound of the share of successful trials."""
 
-    TABLE: ClassVar[str] = "claim"
+    share: float
 
-    success_percent: Annotated[float, Range(0.0, 100.0, above=True, below=True)] = 99.0
-    """Share of trials that end well, at least."""
-    force_N: Annotated[float, Range(0.1, 1000.0)] = 30.0
-    """True peak force of a trial that ends well, at most."""
-    confidence_percent: Annotated[float, Range(50.0, 99.999)] = 95.0
-    """Confidence of the two-sided interval (Clopper and Pearson) that the verdict goes by."""
+    @classmethod
+    def parse(cls, text: str) -> Claim:
+        """Read a claim.
 
-    @property
-    def fewest(self) -> int:
-        """So many trials are needed for the lower bound to reach the share where not one fails."""
-        half = 0.5 * (1.0 - self.confidence_percent / 100.0)
-        return ceil(log(half) / log(self.success_percent / 100.0))
+        Raises:
+            ConfigurationError: The text is not ``success >= SHARE`` with a share between 0 and 1.
+        """
+        found = re.fullmatch(r"\s*success\s*>=\s*(0?\.\d+)\s*", text)
+        share = float(found.group(1)) if found else 0.0
+        if not 0.0 < share < 1.0:
+            raise ConfigurationError("claim", text, "success >= SHARE with a share between 0 and 1: success >= 0.99")
+        return cls(share)
 
-    def holds(self, row: TrialRow) -> bool:
-        """Whether a trial ended well."""
-        return row.success and row.peak_force_N <= self.force_N
-
-    def judge(self, rows: Sequence[TrialRow]) -> tuple[ClaimVerdict, tuple[float, float]]:
-        """The verdict on these trials, and the interval of the share that it goes by."""
-        good = sum(map(self.holds, rows))
-        low, high = exact_interval(good, len(rows), self.confidence_percent / 100.0)
-        share = self.success_percent / 100.0
-        verdict = ClaimVerdict.PROVED if low >= share else ClaimVerdict.REFUTED if high < share else ClaimVerdict.OPEN
-        return verdict, (low, high)
+    def verdict(self, successes: int, trials: int) -> str:
+        """Compare the exact 95 % interval of the share of successes with the claim."""
+        low, high = exact_interval(successes, trials)
+        if low >= self.share:
+            return "proved"
+        return "refuted" if high < self.share else "inconclusive"
 
     def __str__(self) -> str:
-        return (
-            f"at least {self.success_percent:g} % of trials succeed with a true peak of at most"
-            f" {self.force_N:g} N, at {self.confidence_percent:g} %"
-        )
-
-
-class ClaimVerdict(Enum):
-    """What trials say of a claim."""
-
-    PROVED = "proved"
-    REFUTED = "refuted"
-    OPEN = "neither proved nor refuted"
+        return f"success >= {self.share:g}"

@@ -1,13 +1,14 @@
 """A policy by name or file, checked before anything is built, and then put to work on a rig."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, task_kind
-from palpate.adapters.experiments.build import build_task, plain_perception, supervisor_of
+from palpate.adapters.experiments.build import build_task, plain_perception, ready_pose, supervisor_of
 from palpate.adapters.experiments.figure import trials_picture
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.foreign import foreign_code
@@ -32,6 +33,7 @@ from palpate.adapters.experiments.trial import (
     run_scored_trial,
     trial_setup,
 )
+from palpate.adapters.experiments.workers import in_processes
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
 from palpate.adapters.mujoco import SimulatedRig
@@ -44,6 +46,10 @@ from palpate.core.trial import TRIALS_OF_A_SERIES, Outcome, ReadyPose, TrialRepo
 
 FIRST_EVALUATION_TRIAL: Final = TRIALS_OF_A_SERIES
 """Trials that evaluate are numbered from here for their random streams: never the ones that a policy was trained on."""
+
+
+BLOCK: Final = 50
+"""Trials of a block in the simulator. Each block begins with a new policy, so that any process can run it."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +77,12 @@ def run_policy(
     on_trial: Callable[[ScoredTrial], None],
     recorded: Recorded | None = None,
     session: RealTimeSession | None = None,
+    first: int = 0,
 ) -> list[TrialRow]:
     """Run a policy, recorded as frozen or learning; returns early on Ctrl-C with the trials that were finished.
+
+    Args:
+        first: Number of the first trial.
 
     Raises:
         FaultLatchedError: A trip or fault on this rig has not been acknowledged (``rig.latch.acknowledge``).
@@ -96,7 +106,7 @@ def run_policy(
         task.interrupt()
 
     with interrupting(end):
-        for trial in range(trials):
+        for trial in range(first, first + trials):
             scored = run_scored_trial(
                 config, rig, task, FIRST_EVALUATION_TRIAL + trial, recorder, FIRST_EVALUATION_TRIAL, supervisor, session
             )
@@ -179,6 +189,8 @@ def run_chosen(
 ) -> list[TrialRow]:
     """Run a chosen policy, as :func:`run_policy` does, and note each trial in the run's folder.
 
+    In the simulator every ``BLOCK`` trials begin with a new policy.
+
     Args:
         subfolder: Where in the recorder's folder the logs go.
     """
@@ -189,7 +201,43 @@ def run_chosen(
             folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
         on_trial()
 
-    return run_policy(config, ready, rig, chosen.perception, chosen.on(rig), trials, done, recorded, session)
+    block = BLOCK if isinstance(rig, SimulatedRig) else trials
+    rows: list[TrialRow] = []
+    for first in range(0, trials, block):
+        more = min(block, trials - first)
+        policy = chosen.on(rig)
+        rows += run_policy(config, ready, rig, chosen.perception, policy, more, done, recorded, session, first)
+        if len(rows) < first + more:
+            break
+    return rows
+
+
+def run_in_processes(
+    name: str, config: RunConfig, trials: int, folder: RunFolder, jobs: int
+) -> Generator[tuple[list[TrialRow], list[str]], None, None]:
+    """Run a policy in the simulator, block by block, with the same trials and files as :func:`run_chosen`.
+
+    Yields:
+        The trials of a block in their order, and what could not be recorded of them.
+    """
+    blocks = ((name, config, folder.path, first, min(BLOCK, trials - first)) for first in range(0, trials, BLOCK))
+    for done, troubles in in_processes(_run_block, blocks, jobs):
+        for scored in done:
+            folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
+        yield [TrialRow.of(scored, FIRST_EVALUATION_TRIAL) for scored in done], troubles
+
+
+def _run_block(
+    name: str, config: RunConfig, folder: Path, first: int, trials: int
+) -> tuple[list[ScoredTrial], list[str]]:
+    chosen, ready, done = ChosenPolicy(name, config), ready_pose(config), list[ScoredTrial]()
+    with ExitStack() as opened:
+        rig = opened.enter_context(SimulatedRig(config, ready))
+        recorder = RunFolder(folder).recorder(config.recording, opened)
+        recorded = None if recorder is None else Recorded(recorder, "run", chosen.comparator)
+        policy = chosen.on(rig)
+        run_policy(config, ready, rig, chosen.perception, policy, trials, done.append, recorded, first=first)
+    return done, [] if recorder is None else list(recorder.troubles)
 
 
 def at_work(policy: Policy, rig: Rig) -> Policy:

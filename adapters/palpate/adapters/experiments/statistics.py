@@ -34,21 +34,13 @@ def moving_average(values: Sequence[float], window: int = WINDOW) -> list[float]
     return [float((sums[i + 1] - sums[max(0, i + 1 - window)]) / min(i + 1, window)) for i in range(len(values))]
 
 
-def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
-    """Wilson's score interval of a share; from 0 to 1 where there was no trial."""
+def exact_interval(successes: int, trials: int) -> tuple[float, float]:
+    """Return the two-sided interval of Clopper and Pearson of a share; from 0 to 1 without trials."""
     from scipy.stats import binomtest
 
     if trials == 0:
         return 0.0, 1.0
-    found = binomtest(successes, trials).proportion_ci(LEVEL, method="wilson")
-    return float(found.low), float(found.high)
-
-
-def exact_interval(successes: int, trials: int, confidence: float) -> tuple[float, float]:
-    """The two-sided interval of Clopper and Pearson, which covers the true share with at least this confidence."""
-    from scipy.stats import binomtest
-
-    found = binomtest(successes, trials).proportion_ci(confidence, method="exact")
+    found = binomtest(successes, trials).proportion_ci(LEVEL, method="exact")
     return float(found.low), float(found.high)
 
 
@@ -118,7 +110,7 @@ def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
     return {
         "trials": len(rows),
         "success": _share(successes, len(rows)),
-        "success_95": _ends(wilson_interval(successes, len(rows))),
+        "success_95": _ends(exact_interval(successes, len(rows))),
         "median_s": _rounded(times, 0.5),
         "median_95_s": _ends(quantile_interval(times, 0.5)),
         "p95_s": _rounded(times, 0.95),

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from palpate.adapters.cli.notices import marked_line
 from palpate.adapters.experiments import (
+    exact_interval,
     mean_with_interval,
     moving_average,
     shown_interval,
     summary_of,
     t_half_width,
-    wilson_interval,
 )
 from palpate.adapters.experiments.statistics import learning_summary, quantile_interval
 from tests.unit.adapters.samples import trial_rows
@@ -31,16 +31,17 @@ def test_moving_average_is_the_mean_of_the_last_values(values: list[float], wind
 @pytest.mark.parametrize(
     ("successes", "trials", "low", "high"),
     [
-        # From Wilson's formula worked out by others (R: binom::binom.wilson, to four digits).
-        (0, 10, 0.0, 0.2775),
-        (8, 10, 0.4902, 0.9433),
-        (10, 10, 0.7225, 1.0),
-        (50, 100, 0.4038, 0.5962),
+        # From tables of Clopper and Pearson's interval (R: binom.test, to four digits).
+        (0, 10, 0.0, 0.3085),
+        (1, 10, 0.0025, 0.4450),
+        (8, 10, 0.4439, 0.9748),
+        (10, 10, 0.6915, 1.0),
+        (50, 100, 0.3983, 0.6017),
         (0, 0, 0.0, 1.0),
     ],
 )
-def test_wilson_interval(successes: int, trials: int, low: float, high: float) -> None:
-    assert wilson_interval(successes, trials) == pytest.approx((low, high), abs=1e-4)
+def test_exact_interval(successes: int, trials: int, low: float, high: float) -> None:
+    assert exact_interval(successes, trials) == pytest.approx((low, high), abs=1e-4)
 
 
 @pytest.mark.parametrize("quantile", [0.5, 0.95])
@@ -82,7 +83,7 @@ def test_summary_counts_failures_with_their_time() -> None:
     assert summary["p95_s"] == pytest.approx(18.3)
     assert summary["peak_force_N"] == 9.5
     assert summary["outcomes"] == {"inserted": 2, "time limit": 1}
-    assert summary["success_95"] == [0.2077, 0.9385]
+    assert summary["success_95"] == [0.0943, 0.9916]
     assert summary["median_95_s"] == summary["p95_95_s"] == [None, None]
 
 

@@ -8,11 +8,6 @@ from .engines import Engine as Engine
 from .engines import Processes as Processes
 from .engines import Sequential as Sequential
 from .folder import StudyFolder as StudyFolder
-from .proof import figures as figures
-from .proof import keep as keep
-from .proof import proving_study as proving_study
-from .proof import trials_of as trials_of
-from .proof import worth_keeping as worth_keeping
 from .run_cell import UNFINISHED as UNFINISHED
 from .run_cell import CellJob as CellJob
 from .run_cell import CellOutcome as CellOutcome

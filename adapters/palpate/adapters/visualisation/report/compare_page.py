@@ -101,7 +101,7 @@ def compare_page(folder: Path, title: str, *, logs: bool) -> Page:
 
 def _side_by_side(strategies: list[Strategy], rows: list[dict[str, str]]) -> PageSection:
     caption = (
-        "Bars: 95 % intervals over trials, Wilson's of success, by order statistics of times, where there are enough."
+        "Bars: 95 % intervals over trials, exact of success, by order statistics of times, where there are enough."
     )
     head = ("policy", "success", "median [s]", "95th percentile [s]", "peak force [N]", "trials")
     lines = tuple(

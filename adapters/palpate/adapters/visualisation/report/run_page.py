@@ -161,7 +161,7 @@ def _figures(run: RunSource) -> PageSection:
             )
         )
     head = ("trials", "success", "mean [s]", "median [s]", "95th percentile [s]", "peak force [N]")
-    caption = "Brackets: 95 % intervals, Wilson's of success, by order statistics of medians (none below 6 trials)"
+    caption = "Brackets: 95 % intervals, exact of success, by order statistics of medians (none below 6 trials)"
     outcomes = summary_of(run.rows)["outcomes"]
     text = "Outcomes: " + ", ".join(f"{count} {name}" for name, count in outcomes.items()) + "."
     return PageSection("In figures", (text,), (PageTable(caption, head, tuple(rows)), *drawn_values(run.rows)))

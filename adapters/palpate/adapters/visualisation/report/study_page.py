@@ -6,7 +6,7 @@ from math import inf
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.experiments import mean_with_interval, shown_interval, wilson_interval, window_of
+from palpate.adapters.experiments import exact_interval, mean_with_interval, shown_interval, window_of
 from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
 from palpate.adapters.visualisation.report.learning_pictures import ReferenceLevel, learning_picture, means_of
 from palpate.adapters.visualisation.report.logs import logs_in
@@ -144,7 +144,7 @@ def _figures(study: StudySource) -> PageSection:
         )  # fmt: skip
     head = ("policy and settings", "seeds", "success", "mean [s]", "median [s]", "peak force [N]")
     caption = (
-        "Brackets: 95 % intervals, Wilson's of success over all trials, Student's t of the mean over seeds. Of policies"
+        "Brackets: 95 % intervals, exact of success over all trials, Student's t of the mean over seeds. Of policies"
         " that learn, the last trials count; the peak force is that of all trials"
     )
     return PageSection("In figures", tables=(PageTable(caption, head, tuple(rows)),))
@@ -240,7 +240,7 @@ def _summary(cells: list[ReportedCell]) -> dict[str, Cell]:
     late = [row for cell in cells for row in cell.run.late]
     mean, low, high = mean_with_interval([_mean_s(cell) for cell in cells], _limit_s(cells))
     figures = summary_cells(rows, late)
-    success_low, success_high = wilson_interval(sum(row.success for row in late), len(late))
+    success_low, success_high = exact_interval(sum(row.success for row in late), len(late))
     fields: dict[str, Cell] = {
         name: value if is_number(value) else shown_value(value) for name, value in cells[0].fields.items()
     }

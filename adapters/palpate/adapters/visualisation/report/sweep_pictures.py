@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from palpate.adapters.experiments import mean_with_interval, wilson_interval
+from palpate.adapters.experiments import exact_interval, mean_with_interval
 from palpate.adapters.visualisation.report.canvas import COLOURS, LINES, drawn, file_name, legend_above
 from palpate.adapters.visualisation.report.page import Picture, share
 from palpate.adapters.visualisation.report.study_source import is_number, shown_value
@@ -27,8 +27,8 @@ class Point:
 
     @property
     def success(self) -> tuple[float, float, float]:
-        """Share of successes, and Wilson's interval of it."""
-        return (self.wins / self.trials, *wilson_interval(self.wins, self.trials))
+        """Share of successes, and the exact interval of it."""
+        return (self.wins / self.trials, *exact_interval(self.wins, self.trials))
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def sweep_picture(field: str, values: Sequence[Any], series: Sequence[SweepSerie
         legend_above(canvas.figure, upper)
     caption = (
         "Time: every seed a circle, their mean a filled mark, bars the 95 % interval of that mean (Student's t over"
-        " seeds; none for a single seed). Success: all seeds' trials together, bars Wilson's 95 % interval. Of policies"
+        " seeds; none for a single seed). Success: all seeds' trials, bars the exact 95 % interval. Of policies"
         " that learn, the last 25 trials count (half of them if fewer than 50). Policies lie beside each other."
     )
     return Picture(f"sweep-{file_name(field)}", _alt(field, series), caption, canvas.content)
