@@ -13,7 +13,7 @@ _FOLLOWED: Final = weak(max_tracking_error_mrad=500.0, max_joint_velocity_share=
 
 def _corner(hole_uncertainty_mm: float = 0.0, **task: Any) -> dict[str, Any]:
     """A square peg by its first corner; what is given is over these."""
-    own = {"corners": 4.0, "corner_mm": 20.5, "inside_mm": 2.0, "lean_deg": 3.0, "down_share": 0.0} | task.pop(
+    own = {"corners": 4.0, "corner_mm": 20.5, "inside_mm": 2.0, "lean_deg": 3.0, "down_share": 0.5} | task.pop(
         "options", {}
     )
     settings: dict[str, Any] = {
@@ -28,13 +28,13 @@ def _corner(hole_uncertainty_mm: float = 0.0, **task: Any) -> dict[str, Any]:
 
 def _turned(travel_speed_mm_s: float = 20.0, **options: float) -> dict[str, Any]:
     """A square peg whose hole is turned further than a peg that is let in may lean."""
-    own = {"down_share": 0.5, "wobble_deg_s": 0.0, "unanswered_N": 28.0} | options
+    own = {"unanswered_N": 28.0} | options
     corner = _corner(ticks_per_action=6, time_limit_s=3.0, travel_speed_mm_s=travel_speed_mm_s, options=own)
     return {**corner, "cell": {**corner["cell"], "conditions": {"yaw_deg": 3.0}}}
 
 
 def _triangle() -> dict[str, Any]:
-    corner = _corner(time_limit_s=3.0, options={"corners": 3.0, "corner_mm": 20.0, "down_share": 0.5})
+    corner = _corner(time_limit_s=3.0, options={"corners": 3.0, "corner_mm": 20.0})
     corner["cell"]["peg"]["cross_section"] = "triangle"
     return corner
 
@@ -56,7 +56,7 @@ def _give_way(**task: Any) -> dict[str, Any]:
 
 def _pushed(**options: float) -> dict[str, Any]:
     """On the edge of what may be explored; a force sensor may repeat itself."""
-    own = {"push_N": 2.0, "down_share": 0.5, "inside_mm": 0.5} | options
+    own = {"push_N": 2.0, "inside_mm": 0.5} | options
     corner = _corner(1.5, area_half_width_mm=0.5, ticks_per_action=5, ready_height_mm=0.5, options=own)
     return {**corner, **weak(max_repeats=40, max_force_age_ms=300.0)}
 
@@ -81,7 +81,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
             force("offset", 100, magnitude=6.0, channels=(2,), duration_ticks=2),
             joints("offset", 148, magnitude=-0.0045, channels=(1,)),
         ),
-        _corner(time_limit_s=2.0, options={"down_share": 0.5}),
+        _corner(time_limit_s=2.0),
         (176, "stop"),
         policy="corner-first",
     ),
@@ -182,7 +182,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
             *shove(75, -3.0, -3.0),
             force("offset", 75, magnitude=6.0, channels=(2,), duration_ticks=2),
         ),
-        _corner(time_limit_s=3.0, travel_speed_mm_s=30.0, options={"down_share": 0.5}),
+        _corner(time_limit_s=3.0, travel_speed_mm_s=30.0),
         policy="corner-first",
     ),
     # Walls that are not at right angles; as it stands upright, its encoders say that it is on the plate.
@@ -261,19 +261,19 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         policy="hypotheses",
         trial=2,
     ),
-    # Torques that do not settle, so that it is waited for them no longer.
+    # A torque that does not settle, so that it is waited for it no longer.
     "seated-late": Mishap(
-        (force("noise", 66, magnitude=0.15, channels=(3, 4)),),
-        _give_way(start_uncertainty_mm=0.0, options={"wobble_deg_s": 0.0}),
+        (force("offset", 66, magnitude=0.05, channels=(3,)),),
+        _give_way(start_uncertainty_mm=0.0, options={"insert_tilt_rad_per_Nms": 0.0}),
         policy="hypotheses",
     ),
     # A force along the axis that nothing gives leads the peg out again, as it seats and on what was the floor.
     **{
         f"led-out-{name}": Mishap(
             (force("offset", tick, magnitude=magnitude, channels=(2,)),),
-            _give_way(start_uncertainty_mm=0.0, options={"wobble_deg_s": 0.0}),
+            _give_way(start_uncertainty_mm=0.0),
             policy="hypotheses",
         )
-        for name, tick, magnitude in (("seating", 63, -14.0), ("of-the-floor", 75, -11.0))
+        for name, tick, magnitude in (("seating", 63, -14.0), ("of-the-floor", 176, -11.0))
     },
 }

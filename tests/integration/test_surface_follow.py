@@ -125,7 +125,6 @@ def test_it_is_run_recorded_and_replayed_and_a_replay_without_the_package_is_ref
         (f"run {SHORT} --cell.contacts listed", "searched, beside a contour"),
         (f"train {SHORT}", "a task that lets a policy choose"),
         (f"compare {SHORT}", "asks no policy"),
-        (f"faults {SHORT} --policy torque", "asks no policy"),
     ],
 )
 def test_what_does_not_go_with_it_is_one_line(palpate: CommandLine, words: str, told: str) -> None:

@@ -62,7 +62,7 @@ class Corner:
 
     @property
     def down_m(self) -> float:
-        """How deep it is let down until the tool stands; 0: as far as it goes."""
+        """How deep it is let down until the tool stands."""
         return self._down_share * self.radius_m * sin(self.lean_rad)
 
     @property
@@ -84,9 +84,9 @@ class Corner:
         return observation.depth_m < -self.radius_m * sin(hypot(*observation.turn_rad[:2])) - _CLEAR_M
 
     def passed(self, observation: Observation) -> bool:
-        """Whether a corner kept at a height was pushed as far past its nominal place as it had come down inside it."""
+        """Whether a corner was pushed as far past its nominal place as it had come down inside it."""
         x, y, _ = observation.reference_m
-        return self.down_m > 0.0 and x * cos(self._heading_rad) + y * sin(self._heading_rad) > self._inside_m
+        return x * cos(self._heading_rad) + y * sin(self._heading_rad) > self._inside_m
 
     def leaning(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
         """Up, and in equal parts over the corner and to the lean."""
@@ -113,7 +113,7 @@ class Corner:
         push = self._push * c, self._push * s
         down_m = min(self.down_m, _STOOD_M) if upright else self.down_m
         # Kept so deep, and the tip as high as that is while the tool leans so far.
-        rise_m = self.radius_m * sin((1.0 - upright) * hypot(lean_x, lean_y)) - down_m if down_m else 0.0
+        rise_m = self.radius_m * sin((1.0 - upright) * hypot(lean_x, lean_y)) - down_m
         return Spatial(Law.PUSH, rise_m, turn, push, (self.radius_m * c, self.radius_m * s))
 
     def withdrawing(self, observation: Observation) -> Spatial:

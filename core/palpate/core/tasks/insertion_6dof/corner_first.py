@@ -60,9 +60,7 @@ class CornerFirst(FixedPolicy):
             raise ConfigurationError("task.options.corners", options.corners, f"3 or more for the policy {NAME}")
         self._corner = Corner(options)
         height_m, down_m = self._corner.radius_m * sin(self._corner.lean_rad), self._corner.down_m
-        self._on_plate_m, self._caught_m = ON_PLATE_M - height_m, CAUGHT_M
-        if down_m:
-            self._on_plate_m, self._caught_m = 0.5 * down_m - height_m, down_m - height_m - HANGS_M
+        self._on_plate_m, self._caught_m = 0.5 * down_m - height_m, down_m - height_m - HANGS_M
 
     @override
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:

@@ -40,7 +40,6 @@ class SpatialInsert(Insert):
         self._seated_N = _SEATED_SHARE * equipment.task.press_kgf * N_PER_KGF
         self._giving = GivingWay(options.insert_tilt_rad_per_Nms, options.insert_yaw_rad_per_Nms, _FASTEST_RAD_S)
         self._wobble_rad_s = radians(options.wobble_deg_s)
-        self._circle_ticks = _CIRCLE_TICKS if options.wobble_deg_s else 0
 
     @override
     def enter(self) -> None:
@@ -51,7 +50,7 @@ class SpatialInsert(Insert):
     def step(self) -> Vector3:
         if self._seating:
             velocity = self._seat()
-            wobbles = self._seating <= self._circle_ticks
+            wobbles = self._seating <= _CIRCLE_TICKS
         else:
             velocity = super().step()
             stalled = self._state.tick - self._last_progress
@@ -66,7 +65,7 @@ class SpatialInsert(Insert):
                 return velocity
             wobbles = stalled > _CIRCLE_TICKS
         x, y, yaw = self._giving.rate_rad_s(self._measurement.live_torque_at_tip_Nm())
-        if wobbles and self._wobble_rad_s:
+        if wobbles:
             # Friction on both sides of a wedge hides which way it leans: all ways are tried.
             turned = 2.0 * pi * self._state.tick / _CIRCLE_TICKS
             x, y = x + self._wobble_rad_s * cos(turned), y + self._wobble_rad_s * sin(turned)
@@ -80,7 +79,7 @@ class SpatialInsert(Insert):
         tx, ty, _ = measured.filtered_wrench_at_tip()[1]
         seated = hypot(tx, ty) < _SEATED_NM and measured.filtered_force_z_N < -self._seated_N
         depth_m = measured.tip_depth_m - self._state.surface_m
-        if self._circle_ticks and depth_m > self._best_depth_m + _SUNK_M:
+        if depth_m > self._best_depth_m + _SUNK_M:
             self._best_depth_m, self._seating = depth_m, 1
         # Past the floor there is none, or a sensor that does not show it: what follows proves which.
         past = depth_m - self._state.slack_m > self._full_depth_m + self._tolerance_m
@@ -88,7 +87,7 @@ class SpatialInsert(Insert):
             self._checks.watch_way()
         # What leans it further is not the floor's either.
         leant = hypot(*self._motion.turn_rad[:2]) > LEANT_RAD
-        wobbled = self._seating - self._circle_ticks
+        wobbled = self._seating - _CIRCLE_TICKS
         self.over = past or leant or (wobbled > 0 and seated) or wobbled > _SEATING_TICKS
         velocity = self._law.velocity_m_s(reference_m, reference_m, measured.force_N)
         return velocity if self._checks is None else self._checks.bounded(velocity)

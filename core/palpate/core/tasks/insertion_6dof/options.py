@@ -25,9 +25,8 @@ class SpatialOptions(Settings):
     """Half the angle under which a keyed peg's flat, across the task's x, is seen from the axis; 0 for none."""
     lean_deg: Annotated[float, Range(1.0, 10.0)] = 5.0
     """How far the tool leans to bring one corner down first."""
-    down_share: Annotated[float, Range(0.0, 1.0)] = 0.9
-    """Until the tool stands, this share of what a leaning corner or flat lies below the tip is let into the hole;
-    0: as far as it goes."""
+    down_share: Annotated[float, Range(0.1, 1.0)] = 0.9
+    """Until the tool stands, this share of what a leaning corner or flat lies below the tip is let into the hole."""
     inside_mm: Annotated[float, Range(0.5, 50.0)] = 6.5
     """So far inside the nominal corner of the hole, along its diagonal, the peg's corner comes down."""
     push_N: Annotated[float, Range(0.5, 10.0)] = 3.0
@@ -42,9 +41,9 @@ class SpatialOptions(Settings):
     """How it gives way about its axis in the hole."""
     insert_tilt_rad_per_Nms: Annotated[float, Range(0.0, 1.0)] = 0.4
     """How it gives way in tilt in the hole."""
-    wobble_deg_s: Annotated[float, Range(0.0, 8.0)] = 4.0
+    wobble_deg_s: Annotated[float, Range(0.5, 8.0)] = 4.0
     """A tool that sinks no further in the hole, or may stand on its floor, circles in tilt at this rate, twice a
-    second: a wedge shows by sinking on; 0: it does not."""
+    second: a wedge shows by sinking on."""
     tool_kg: Annotated[float, Range(0.0, 20.0)] = 0.35
     """Mass of all that the force sensor carries: its weight is taken off while the tool leans."""
     tool_above_tip_mm: Annotated[float, Range(0.0, 500.0)] = 63.0

@@ -146,10 +146,10 @@ class Skills:
         return lean_rad, *depths_m, min(self._corner.walls_N(observation)), observation.torque_Nm[2]
 
     def _depths_m(self, observation: Observation) -> tuple[float, float]:
-        """Of the lowest corner, and of the tip: as if it had been let down as far as it goes, where it was not."""
+        """Of the lowest corner, and of the tip: as if it had been let down as far as it goes."""
         corner, lean_rad, depth_m = self._corner, hypot(*observation.turn_rad[:2]), observation.depth_m
         corner_m = depth_m + corner.radius_m * sin(lean_rad)
-        if not corner.down_m or lean_rad < Situations.upright_rad:
+        if lean_rad < Situations.upright_rad:
             return corner_m, depth_m
         return corner_m, corner_m - corner.down_m + HANGS_M + CAUGHT_M
 

@@ -10,7 +10,7 @@ from palpate.core.policy import Decision, Law, Observation, Spatial
 from palpate.core.ports import Vector3
 from palpate.core.tasks.insertion_6dof import CornerFirst, SpatialOptions
 
-SQUARE = SpatialOptions(corners=4.0, corner_mm=20.0, down_share=0.0)
+SQUARE = SpatialOptions(corners=4.0, corner_mm=20.0)
 NONE: Vector3 = (0.0, 0.0, 0.0)
 
 
@@ -75,14 +75,14 @@ def test_a_tool_that_comes_back_stuck_from_the_hole_inserts_once_more_and_is_wit
 
 def test_a_wedged_corner_is_driven_on_in_yaw_to_both_sides_and_then_freed_as_it_stands_up() -> None:
     policy, leaned = cornered(0), (0.06, -0.06, -0.02)
-    told = [spatial(policy.choose(seen((-3.0, -3.0, -4.0), NONE, leaned, depth_m=3e-4))) for _ in range(17)]
+    told = [spatial(policy.choose(seen((-3.0, -3.0, -4.0), NONE, leaned, depth_m=-4e-4))) for _ in range(17)]
     assert [round(each.turn_rad[2] * 1e3) for each in told] == [0, 0] + [-18] * 7 + [18] * 7 + [0]
     assert (told[-1].law, told[-1].turn_rad[0] < 0.0, told[-1].push_N[0] < 0.0) == (Law.WITHDRAW, True, True)
 
 
 def test_a_corner_that_falls_in_is_driven_no_more() -> None:
     policy, walls, leaned = cornered(0), (-3.0, -3.0, -4.0), (0.06, -0.06, -0.02)
-    for depth_m, driven in ((3e-4, False), (3e-4, False), (3e-4, True), (7e-4, False)):
+    for depth_m, driven in ((-4e-4, False), (-4e-4, False), (-4e-4, True), (7e-4, False)):
         decision = policy.choose(seen(walls, (0.0, 0.0, 0.05 if depth_m > 5e-4 else 0.0), leaned, depth_m=depth_m))
         assert (spatial(decision).turn_rad[2] != 0.0) == driven
 
@@ -126,16 +126,13 @@ def test_a_flat_leads_as_a_corner_does_let_down_no_deeper_than_asked_and_again_a
     assert places == [pytest.approx((-7.0, aside_mm)) for aside_mm in (0.0, -1.5, 1.5)]
 
 
-@pytest.mark.parametrize(("share", "laws"), [(0.0, {Law.PUSH}), (0.75, {Law.WITHDRAW})])
-def test_a_corner_that_is_kept_at_a_height_is_pushed_no_further_than_past_its_place(
-    share: float, laws: set[Law]
-) -> None:
-    policy = CornerFirst(SpatialOptions(corners=4.0, corner_mm=20.0, down_share=share))
+def test_a_corner_is_pushed_no_further_than_past_its_place() -> None:
+    policy = CornerFirst(SQUARE)
     policy.begin_trial(0, np.random.default_rng(0))
     for _ in range(6):
         policy.choose(seen())
     past = Observation(0, NONE, (5e-3, 5e-3, 0.0), NONE, NONE, 0, (0.06, -0.06, 0.0), NONE, 0.0)
-    assert {spatial(policy.choose(past)).law} == laws
+    assert spatial(policy.choose(past)).law is Law.WITHDRAW
 
 
 @pytest.mark.parametrize(

@@ -42,7 +42,7 @@ class Wedged:
         pass
 
 
-def inserted(depth_m: float, frees_rad: float, wobble_deg_s: float) -> tuple[str, float, int]:
+def inserted(depth_m: float, frees_rad: float) -> tuple[str, float, int]:
     """The last event, the depth, and the ticks of an insertion that begins wedged at that depth."""
     peg, events = Wedged(depth_m, frees_rad), [""]
     state: Any = SimpleNamespace(
@@ -53,7 +53,7 @@ def inserted(depth_m: float, frees_rad: float, wobble_deg_s: float) -> tuple[str
         task=TaskConfig(depth_tolerance_mm=0.5), state=state, measurement=peg, motion=peg,
         laws=SimpleNamespace(inserting=peg),
     )  # fmt: skip
-    phase = SpatialInsert(equipment, None, SpatialOptions(wobble_deg_s=wobble_deg_s))
+    phase = SpatialInsert(equipment, None, SpatialOptions())
     phase.enter()
     while not phase.over:
         phase.step()
@@ -63,12 +63,10 @@ def inserted(depth_m: float, frees_rad: float, wobble_deg_s: float) -> tuple[str
 
 @pytest.mark.parametrize("depth_m", [9.6e-3, 5e-3])
 def test_a_wedge_that_looks_like_the_floor_or_a_jam_sinks_on_as_the_tool_wobbles(depth_m: float) -> None:
-    assert inserted(depth_m, radians(0.1), wobble_deg_s=4.0)[:2] == ("hole", 10e-3)
-    # As it was before.
-    assert inserted(depth_m, radians(0.1), wobble_deg_s=0.0)[:2] == ("hole" if depth_m > 9e-3 else "stuck", depth_m)
+    assert inserted(depth_m, radians(0.1))[:2] == ("hole", 10e-3)
 
 
 def test_the_floor_is_wobbled_on_once_and_a_wedge_that_stays_is_stuck() -> None:
-    event, _, ticks = inserted(10e-3, radians(9.0), wobble_deg_s=4.0)
+    event, _, ticks = inserted(10e-3, radians(9.0))
     assert (event, 70 < ticks < 80) == ("hole", True)
-    assert inserted(5e-3, radians(9.0), wobble_deg_s=4.0)[0] == "stuck"
+    assert inserted(5e-3, radians(9.0))[0] == "stuck"

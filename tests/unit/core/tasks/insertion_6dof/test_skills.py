@@ -103,19 +103,9 @@ def test_facts_have_the_depth_of_the_lowest_corner_and_the_lesser_wall() -> None
     assert (facts["wall_force"], facts["yaw_torque"]) == (pytest.approx(3.0), 0.01)
 
 
-@pytest.mark.parametrize(
-    ("down_share", "depth_m", "situation"),
-    [
-        (0.0, 4e-4, "corner wedged"),
-        (0.0, 6e-4, "corner caught"),
-        (0.9, -4e-4, "corner wedged"),
-        (0.9, 0.0, "corner caught"),
-    ],
-)
-def test_a_corner_is_in_where_it_is_as_deep_as_it_is_let_down(
-    down_share: float, depth_m: float, situation: str
-) -> None:
-    skills = Skills(SpatialOptions(corners=4.0, corner_mm=20.0, down_share=down_share), 11e-3)
+@pytest.mark.parametrize(("depth_m", "situation"), [(-4e-4, "corner wedged"), (0.0, "corner caught")])
+def test_a_corner_is_in_where_it_is_as_deep_as_it_is_let_down(depth_m: float, situation: str) -> None:
+    skills = Skills(SQUARE, 11e-3)
     skills.begin_trial()
     facts = skills.facts(seen(WALLS, NONE, LEANED, depth_m))
     assert Situations.symbols[Situations().symbol(facts)] == situation
