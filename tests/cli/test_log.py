@@ -113,7 +113,7 @@ def test_recover_a_torn_and_a_damaged_log(palpate: CommandLine, desk: Path) -> N
 @pytest.mark.parametrize(
     ("words", "named", "accepted"),
     [
-        ("frobnicate", "frobnicate", "info, plot, export, import, recover, layout"),
+        ("frobnicate", "frobnicate", "info, plot, export, import, recover"),
         ("info", "palpate log info", "name one or more"),
         ("info sound.mcap --jsn", "--jsn", "did you mean --json?"),
         ("plot sound.mcap torn.mcap", "torn.mcap", "not an option"),

@@ -31,13 +31,12 @@ RUN = ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--conf
         ("study", ("--engine", "--jobs", "--yes", "--out", "[study]", "[grid]", "[[cells]]")),
         ("doctor", ("--rig", "--seconds", "--push", "--move")),
         ("report", ("--logs", "--no-logs", "--overwrite")),
-        ("log", ("\n  info ", "\n  plot ", "\n  export ", "\n  recover ", "\n  layout ")),
+        ("log", ("\n  info ", "\n  plot ", "\n  export ", "\n  recover ")),
         ("log info", ("--json",)),
         ("log plot", ("--out",)),
         ("log export", ("--fps",)),
         ("log import", ("--out",)),
         ("log recover", ("--out",)),
-        ("log layout", ("--to",)),
     ],
 )
 def test_every_command_explains_itself(palpate: CommandLine, words: str, shown: tuple[str, ...]) -> None:
@@ -187,18 +186,18 @@ class FullDisk(io.StringIO):
 
 
 def test_an_output_that_is_closed_full_or_of_few_characters(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    palpate: CommandLine, trained: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ("log", "layout", "--to", "foxglove", "--out")
+    words = ("log", "export", str(trained / "logs/trial-00000.mcap"), "--to", "csv", "--out")
     printed = io.BytesIO()
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(printed, "ascii"))
-    assert main([*words, "\u00fc.json"]) == 0
-    assert printed.getvalue() == b"layout for foxglove in \\xfc.json\n"
+    assert main([*words, "\u00fc"]) == 0
+    assert printed.getvalue() == b"1 trial as CSV in \\xfc\n"
     monkeypatch.setattr(sys, "stdout", None)
-    assert main([*words, "closed.json"]) == 0
+    assert main([*words, "closed"]) == 0
     sys.stdout.close()
     monkeypatch.setattr(sys, "stdout", FullDisk())
-    assert main([*words, "full.json"]) == 1
+    assert main([*words, "full"]) == 1
     sys.stdout.close()
     assert capsys.readouterr().err == "palpate: No space left on device; what was finished before is kept\n"
 

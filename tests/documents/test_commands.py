@@ -29,7 +29,6 @@ NEEDS = {
     r"palpate (infer runs/walks/|train .* runs/felt/)": "recorded insertions; tests/cli/test_automaton.py",
     r"palpate check-adapter |python -m third_party_rig": "a package of examples; tests/cli/test_check_adapter.py",
     r"palpate (run --task surface-follow|replay runs/follow)": "a package; tests/integration/test_surface_follow.py",
-    r"palpate replay .*--watch": "goes on until Ctrl-C; tests/cli/test_completion_and_watch.py",
     r"pytest --palpate-logs": "another repository; tests/integration/test_pytest_plugin.py",
     r"make |python -m benchmarks\.|python examples/": "minutes, or packages of its own",
 }

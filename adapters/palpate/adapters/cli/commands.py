@@ -57,7 +57,7 @@ COMMANDS: dict[str, Command] = {
         "one page about a run or a study, with its pictures, to be read in a browser",
         "report:report", "report:ReportOptions",
     ),
-    "log": Command("look at recorded trials: info, plot, export, import, recover, layout"),
+    "log": Command("look at recorded trials: info, plot, export, import, recover"),
     "render": Command("a film or a picture of a recorded trial", "render:render", "picture_options:RenderOptions"),
     "view": Command("watch trials in the simulator, in real time", "view:view", "picture_options:ViewOptions"),
     "check-adapter": Command(
@@ -97,10 +97,6 @@ COMMANDS: dict[str, Command] = {
     ),
     "examples copy": Command(
         "copy them into a new folder, with the documents that speak of them", "examples:copy", "examples:CopyOptions"
-    ),
-    "log layout": Command(
-        "a layout for Foxglove or Rerun: cell, wrench, decisions, learning",
-        "log:layout", "log_options:LayoutOptions",
     ),
 }  # fmt: skip
 

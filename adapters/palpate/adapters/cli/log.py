@@ -11,7 +11,6 @@ from palpate.adapters.cli.log_options import (
     ExportOptions,
     ImportOptions,
     InfoOptions,
-    LayoutOptions,
     PlotOptions,
     RecoverOptions,
 )
@@ -104,19 +103,6 @@ def import_(options: ImportOptions) -> int:
         passing.write_text(examples_text(Shown(*one) for one in examples), encoding="utf-8")
     episodes = len({one[0] for one in examples})
     sys.stdout.write(f"{len(examples)} examples of {episodes} episode{'s' * (episodes != 1)} in {out}\n")
-    return 0
-
-
-def layout(options: LayoutOptions) -> int:
-    """Write a viewer's layout."""
-    require_one_of("to", options.to, VIEWERS)
-    from palpate.adapters.visualisation.live import write_layout
-    from palpate.core.ports import new_file
-
-    out = Path(options.out or f"palpate{'.json' if options.to == 'foxglove' else '.rbl'}")
-    with new_file(out) as passing:
-        write_layout(options.to, passing)
-    sys.stdout.write(f"layout for {options.to} in {out}\n")
     return 0
 
 

@@ -60,16 +60,6 @@ class ImportOptions(Settings):
 
 
 @dataclass(frozen=True)
-class LayoutOptions(Settings):
-    """Write the layout in which a viewer shows a live view, or a log that was exported for it."""
-
-    to: str = ""
-    """foxglove or rerun."""
-    out: str = ""
-    """The layout, a file that is not there yet; palpate.json or palpate.rbl if not given."""
-
-
-@dataclass(frozen=True)
 class RecoverOptions(Settings):
     """Write a sound log of what is left of a torn or damaged one."""
 

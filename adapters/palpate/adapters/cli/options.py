@@ -157,14 +157,10 @@ class ReplayOptions(Settings):
     """Folder for the logs of a what-if; it must not be there yet."""
     strict: bool = False
     """Let a log from another processor fail when its last bits differ."""
-    markdown: str = ""
-    """Write what differs as a Markdown table to this file, for the review of a change."""
     jobs: Jobs = 0
     """Processes; 0 takes at most one per core, and one for every thirty logs: their start takes as long as these."""
     verbose: bool = False
     """A line for every log, also where there are many."""
-    watch: bool = False
-    """Replay again whenever the source of palpate, or of the policy's package, changes; until Ctrl-C."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ from typing import Final
 
 from palpate.adapters.cli.options import ReplayOptions
 from palpate.adapters.cli.progress import progress
-from palpate.adapters.cli.watch import watch
 from palpate.adapters.config import RunConfig, overlay, read_toml, run_facts
 from palpate.adapters.experiments import COMPARATORS, accepted_policies, foreign_code, foreign_entry
 from palpate.adapters.log import aligned
@@ -21,14 +20,13 @@ from palpate.adapters.replay import (
     exit_code,
     explanation,
     find_logs,
-    markdown,
     not_checked,
     parse_setting,
     replay_files,
 )
 from palpate.core.errors import ConfigurationError, LogError, OutputError
 from palpate.core.policy import ForeignEntry, PolicyDocument
-from palpate.core.ports import CONTROL_RATE_HZ, require_no_file, write_whole
+from palpate.core.ports import CONTROL_RATE_HZ
 
 _FEW: Final = 20
 """So many logs get a line each; of more only those that are not equal do."""
@@ -39,12 +37,8 @@ def replay(options: ReplayOptions) -> int:
     """Replay and report; returns the exit code."""
     if not options.logs:
         raise LogError("palpate replay", "", "no log was named", "name logs, folders of logs, or patterns in quotes")
-    if options.watch:
-        return watch(options)
     changes = read_changes(options)
     paths = find_logs(options.logs)
-    if options.markdown:
-        require_no_file(Path(options.markdown), "--markdown")
     out = Path(options.out) if options.out else None
     if out is not None and os.path.lexists(out):
         raise OutputError(options.out, "is there already", "name another folder with --out")
@@ -58,9 +52,6 @@ def replay(options: ReplayOptions) -> int:
             bar.update(len(part))
     seconds = time.perf_counter() - began
     report(replays, changes, verbose=options.verbose, strict=options.strict)
-    if options.markdown:
-        write_whole(Path(options.markdown), markdown(replays))
-        sys.stdout.write(f"table of what differs: {options.markdown}\n")
     if out is not None:
         sys.stdout.write(f"logs of what came of it are in {out}\n")
     ticks = sum(one.ticks for one in replays)

@@ -140,28 +140,6 @@ def _changes_told(changes: Changes) -> list[str]:
     return told
 
 
-def markdown(replays: Sequence[Replay]) -> str:
-    """What differs, as a table for the review of a change; logs that are equal are only counted."""
-    rows = [
-        (
-            one.path,
-            one.recorded_outcome or "-",
-            one.replayed_outcome or "-",
-            "-" if one.first is None else str(one.first.tick),
-            one.problem if one.first is None else f"{one.first.channel} {one.first.field}",
-            one.verdict.value,
-        )
-        for one in replays
-        if one.verdict is not Verdict.EQUAL
-    ]
-    head = ("log", "outcome before", "outcome after", "first tick", "field", "result")
-    lines = [head, ("---",) * len(head), *rows] if rows else []
-    text = "".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |\n" for row in lines)
-    return (
-        f"{text}{chr(10) if text else ''}{len(replays) - len(rows)} of {len(replays)} logs replay equal in every bit.\n"
-    )
-
-
 _WORLDS: Final = {
     "true_peak_force_N": "the true peak force",
     "true_depth_m": "the true depth",

@@ -1,5 +1,4 @@
 from .display import LearningSoFar as LearningSoFar
 from .emulation import EmulationView as EmulationView
 from .export import export_pictures as export_pictures
-from .export import write_layout as write_layout
 from .live_view import LiveView as LiveView

@@ -17,7 +17,7 @@ from palpate.core.errors import ConfigurationError, UsageError
 PORTS: Final = {"foxglove": 8765, "rerun": 9876}
 """Viewers, and the port at which each of them looks by itself."""
 _HOW_TO: Final = {
-    "foxglove": "open ws://127.0.0.1:{port} in Foxglove; palpate log layout --to foxglove writes a layout for it",
+    "foxglove": "open ws://127.0.0.1:{port} in Foxglove; docs/how-to/foxglove-live-layout.json is a layout for it",
     "rerun": "rerun --connect rerun+http://127.0.0.1:{port}/proxy",
 }
 _QUEUE_BYTES: Final = 1 << 18
