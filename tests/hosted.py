@@ -12,7 +12,6 @@ from palpate.adapters.hardware.bus_process.host import Host, HostedPair
 from palpate.adapters.hardware.bus_process.hosted import ArmProcess, HostedArm
 from palpate.adapters.hardware.bus_process.wire import Board, Wire
 from palpate.adapters.hardware.plugins import ArmAdapter
-from palpate.adapters.hardware.real_time import LoopAccount
 from tests.virtual_time import VirtualTime
 
 LONG_NS = 3_600 * 10**9
@@ -40,9 +39,7 @@ class HostThread(ArmProcess):
         memory = mmap.mmap(-1, Board.BYTES)
         self.wire, self.board = VirtualWire(ours, clock), Board(memory)
         self.clock = clock
-        self.host = Host(
-            VirtualWire(theirs, clock), Board(memory), HostedPair(adapter), clock, deadman_ns, LoopAccount(0)
-        )
+        self.host = Host(VirtualWire(theirs, clock), Board(memory), HostedPair(adapter), clock, deadman_ns)
         self.was_left: bool | None = None
         self.thread = threading.Thread(target=self.run, name="host bus", daemon=True)
         self.thread.start()

@@ -9,7 +9,7 @@ from palpate.adapters.config.rig import RigFile
 from palpate.adapters.hardware.bus_process import host_arm
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, arm_maker
-from palpate.adapters.hardware.real_time.real_time import join_loop
+from palpate.adapters.hardware.real_time import join_loop
 
 NS = 10**9
 MOVING = (0, 5)

@@ -3,7 +3,6 @@
 `python -m tests.browser.sample_folders DIR` makes one of each kind in a new folder.
 """
 
-import json
 import random
 import sys
 from collections.abc import Sequence
@@ -11,11 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from palpate.adapters.log.schema import BY_ID, message_class
-from palpate.core.ports.values import CONTROL_RATE_HZ
 from tests.command_line import CommandLine
 from tests.support.log_surgery import messages_of, write_log
-
-SECTIONS = ("clock", "read force", "read joints", "perceive", "decide", "control", "send", "record", "whole tick")
 
 
 def make_study(folder: Path, steps_mm: Sequence[float], seeds: Sequence[int], trials: int, time_limit_s: float) -> Path:
@@ -31,35 +27,21 @@ def make_study(folder: Path, steps_mm: Sequence[float], seeds: Sequence[int], tr
 
 
 def in_real_time(log: Path) -> None:
-    """Change a log of the simulator into one whose ticks began late, as on a real clock, with a stopwatch's account."""
+    """Change a log of the simulator into one whose ticks began late, as on a real clock."""
     messages = messages_of(log)
     chance = random.Random(0)
     changed = []
     for message in messages:
         kind = BY_ID[message.channel].message
-        if kind in ("Tick", "End"):
+        if kind == "Tick":
             made: Any = message_class(kind)()
             made.ParseFromString(message.payload)
-            if kind == "Tick":
-                made.deadline_ns = made.time_ns
-                made.time_ns += round(chance.expovariate(1 / 60e3)) + 2_000_000 * (chance.random() < 0.002)
-            else:
-                made.timing_json = json.dumps(stopwatch_account())
+            made.deadline_ns = made.time_ns
+            made.time_ns += round(chance.expovariate(1 / 60e3)) + 2_000_000 * (chance.random() < 0.002)
             message = message._replace(payload=made.SerializeToString(deterministic=True))
         changed.append(message)
     log.unlink()
     write_log(log, changed)
-
-
-def stopwatch_account() -> dict[str, Any]:
-    """What a stopwatch leaves in a log's end, with made-up times."""
-    names = ("count", "mean_ns", "median_ns", "p99_ns", "p999_ns", "max_ns")
-    sections = {
-        name: dict(zip(names, (500, *(1e3 * (k + 2) * factor for factor in (1.1, 1, 3, 9, 20))), strict=True))
-        for k, name in enumerate(SECTIONS)
-    }
-    period_ns = 1e9 / CONTROL_RATE_HZ
-    return {"ticks": 500, "skipped_slots": 0, "period_ns": period_ns, "sections": sections}
 
 
 def make_all(desk: Path) -> None:

@@ -12,8 +12,6 @@ from .plugins import entries as entries
 from .plugins import folder_kept as folder_kept
 from .plugins import from_here as from_here
 from .plugins import imported as imported
-from .real_time import FROZEN as FROZEN
-from .real_time import OFF as OFF
 from .real_time import RealTimeConfig as RealTimeConfig
 from .rig import DeviceEntry as DeviceEntry
 from .rig import RigFile as RigFile

@@ -156,9 +156,9 @@ def _rig(end: Mapping[str, Any]) -> list[str]:
     """What only a rig in real time records."""
     lines = [_line("stopped by", end["stopped_by"])] if end["stopped_by"] else []
     if end["timing"]:
-        sections = {name: times for name, times in end["timing"]["sections"].items() if times["count"]}
-        told = ", ".join(f"{name} {times['median_ns'] * 1e-3:.0f}" for name, times in sections.items())
-        lines.append(_line("us in a tick", f"median from the run's start: {told}"))
+        late, longest = end["timing"]["late_ms"], end["timing"]["longest_ns"]
+        lines.append(_line("late by", ", ".join(f"{name} {ms:.2f} ms" for name, ms in late.items())))
+        lines.append(_line("longest", ", ".join(f"{name} {ns * 1e-6:.2f} ms" for name, ns in longest.items())))
     return lines
 
 

@@ -6,7 +6,6 @@ from typing import Any, Final
 
 from palpate.adapters.hardware.bus_process.wire import Board, HostedStatus, Report, Wire
 from palpate.adapters.hardware.plugins import ArmAdapter
-from palpate.adapters.hardware.real_time import LoopAccount
 from palpate.core.ports import (
     AppliedCommand,
     Clock,
@@ -131,7 +130,6 @@ class Host:
 
     Args:
         deadman_ns: Time without a set-point, while set-points move the arm, after which it is brought to rest.
-        account: Says whose fault the loop's silence is.
     """
 
     def __init__(
@@ -141,11 +139,10 @@ class Host:
         pair: HostedPair,
         clock: Clock,
         deadman_ns: int,
-        account: LoopAccount,
         is_orphan: Callable[[], bool] = lambda: False,
     ) -> None:
         self._wire, self._board, self._pair, self._clock = wire, board, pair, clock
-        self._deadman_ns, self._account, self._is_orphan = deadman_ns, account, is_orphan
+        self._deadman_ns, self._is_orphan = deadman_ns, is_orphan
         self._requests: Mapping[str, Callable[[], None]] = {
             "configure": pair.configure,
             "activate": pair.activate,
@@ -159,8 +156,7 @@ class Host:
         self._set: tuple[int, Any] | None = None
         self._fed_ns: int | None = None
         """When the newest set-point was sent that moves the arm; None while nothing needs to come."""
-        self._loop = 0
-        self._looked = self._closed = False
+        self._closed = False
 
     def serve(self) -> bool:
         """Until the loop has had the arm closed, or is gone; True if it was gone."""
@@ -209,12 +205,11 @@ class Host:
     def _send_newest(self) -> None:
         if self._set is None:
             return
-        (number, (angles, self._loop, sent_ns)), self._set = self._set, None
+        (number, (angles, sent_ns)), self._set = self._set, None
         outcome: object
         try:
             outcome = applied = self._pair.send(JointCommand(angles))
             self._fed_ns = None if applied.reason is CommandReason.STOPPED else sent_ns
-            self._looked = False
         except Exception as error:
             outcome = Report.of(error, self._pair.name)
         self._pair.look()
@@ -229,10 +224,7 @@ class Host:
             self._fed_ns = None
             self._begin_stop()
             limit = f"no set-point for {age_ns * 1e-6:.1f} ms, {self._deadman_ns * 1e-6:.1f} ms are allowed"
-            self._pair.trip(f"deadman: {limit}; {self._account.explanation(self._loop)}")
-        elif 2 * age_ns > self._deadman_ns and not self._looked:
-            self._looked = True
-            self._account.look(self._loop)
+            self._pair.trip(f"deadman: {limit}")
 
     def _begin_stop(self, *numbers: int) -> None:
         if self._stop is None or self._stop.done:

@@ -1,7 +1,6 @@
 """An arm in another process as the two arm ports of this one."""
 
 import itertools
-import threading
 from abc import abstractmethod
 from collections.abc import Callable
 from contextlib import suppress
@@ -101,7 +100,7 @@ class HostedArm(ManagedDevice, JointEncoder, ArmCommand):
         self._look()
         if self._life is not Life.ACTIVE:
             self._require_active("send()")
-        content = (command.position_rad, threading.get_native_id(), self._clock.now_ns())
+        content = (command.position_rad, self._clock.now_ns())
         answer = self._ask(SET, content, _ANSWER_NS)
         if answer is not None:
             outcome: AppliedCommand = self._outcome(answer)

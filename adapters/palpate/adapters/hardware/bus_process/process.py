@@ -19,7 +19,7 @@ from palpate.adapters.hardware.bus_process.hosted import ArmProcess, HostedArm
 from palpate.adapters.hardware.bus_process.wire import Board, Wire
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.plugins import RigContext, arm_maker
-from palpate.adapters.hardware.real_time import LoopAccount, RealTime, take_real_time
+from palpate.adapters.hardware.real_time import RealTime, take_real_time
 from palpate.adapters.signals import ignore_ending_signals
 from palpate.core.errors import DeviceError
 from palpate.core.motion import ArmDescription
@@ -40,7 +40,6 @@ class _Assignment(NamedTuple):
     limits: tuple[JointVector, JointVector, JointVector]
     real_time: RealTimeConfig
     deadman_ns: int
-    loop_process: int
 
 
 class _StartedProcess(ArmProcess):
@@ -107,9 +106,7 @@ def host_arm(
     # Made here as well, which opens nothing: so what is wrong in a rig file is told before anything starts.
     name = str(getattr(arm_maker(adapter)(settings, context).arm, "name", "arm"))
     limits = (context.lower_rad, context.upper_rad, context.velocity_limit_rad_s)
-    assignment = _Assignment(
-        adapter, dict(settings), clock.origin_ns, context.arm, limits, real_time, deadman_ns, os.getpid()
-    )
+    assignment = _Assignment(adapter, dict(settings), clock.origin_ns, context.arm, limits, real_time, deadman_ns)
     return HostedArm(name, lambda: _StartedProcess(assignment, clock), clock, deadman_ns)
 
 
@@ -155,9 +152,8 @@ def _serve(told: _Assignment, end: socket.socket, board: Board, is_orphan: Calla
     sys.setswitchinterval(_SWITCH_S)
     context = RigContext(clock, told.arm, *told.limits, hurry)
     pair = HostedPair(arm_maker(told.adapter)(told.settings, context))
-    account = LoopAccount(told.loop_process)
-    with RealTime(replace(told.real_time, scheduling=False, cpu=-1, stay_awake=False)):
-        return Host(Wire(end, clock), board, pair, clock, told.deadman_ns, account, is_orphan).serve()
+    with RealTime(replace(told.real_time, scheduling=False, cpu=-1)):
+        return Host(Wire(end, clock), board, pair, clock, told.deadman_ns, is_orphan).serve()
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Real time: what the system grants, where the time of each tick goes, how late ticks are, and why."""
+"""Real-time scheduling of the control loop, and how punctual it was."""
 
 import lazy_loader
 

@@ -1,99 +1,158 @@
-"""Keeps a run on real devices in time, and tells how well: what the system grants, and how long each section takes."""
+"""The real-time settings of one run, and how punctual its loop was."""
+
+from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from dataclasses import asdict
-from types import TracebackType
-from typing import Any, Self
+from time import perf_counter_ns
+from typing import TYPE_CHECKING, Any, Final, Self
+
+import numpy as np
+from typing_extensions import override
 
 from palpate.adapters.config import RealTimeConfig
-from palpate.adapters.hardware.real_time.attribution import ThreadAccount
-from palpate.adapters.hardware.real_time.lateness import Limits
-from palpate.adapters.hardware.real_time.real_time import RealTime
-from palpate.adapters.hardware.real_time.sections import COLUMNS, LATE, NAMES
-from palpate.adapters.hardware.real_time.stopwatch import Stopwatch
+from palpate.adapters.hardware.real_time.scheduling import RealTime
 from palpate.adapters.log import dump_json
 from palpate.core.control_loop import LoopObserver
+from palpate.core.ports import AppliedCommand, JointCommand, JointSample, Snapshot, WrenchSample
+from palpate.core.trial import Supervised, TrialReport
+
+if TYPE_CHECKING:
+    from palpate.core.policy import Observation
+
+_NAMES: Final = ("clock", "force", "joints", "perceive", "decide", "control", "supervise", "send", "record")
+_CLOCK, _FORCE, _JOINTS, _PERCEIVE, _DECIDE, _CONTROL, _SUPERVISE, _SEND, _RECORD = range(len(_NAMES))
+_EDGES_ms: Final = np.array([0.0, *np.geomspace(1e-3, 1e3, 181)])
+"""Bins of the histogram of lateness: 30 to a decade."""
+
+
+class LoopTimer(LoopObserver):
+    """Keeps the longest time of each section of a tick, and a histogram of how late ticks begin.
+
+    It is first among the observers: what the others do counts as part of the next section.
+
+    Attributes:
+        longest_ns: Longest time of each section, by name.
+    """
+
+    def __init__(self) -> None:
+        self.longest_ns = dict.fromkeys(_NAMES, 0)
+        self.skipped_slots = 0
+        self._longest_ns, self._then_ns = [0] * len(_NAMES), 0
+        self._late_ns: list[int] = []
+        self._worst_ns = 0
+        self._counts = np.zeros(len(_EDGES_ms) - 1, np.int64)
+        self._report: TrialReport | None = None
+
+    @override
+    def begun(self, start_ns: int, report: TrialReport) -> None:
+        self._report = report
+
+    @override
+    def waited(self, tick: int, deadline_ns: int) -> None:
+        self._then_ns = perf_counter_ns()
+
+    @override
+    def clock_read(self, deadline_ns: int, time_ns: int) -> None:
+        self._late_ns.append(time_ns - deadline_ns)
+        self._over(_CLOCK)
+
+    @override
+    def force_read(self, sample: WrenchSample) -> None:
+        self._over(_FORCE)
+
+    @override
+    def joints_read(self, sample: JointSample) -> None:
+        self._over(_JOINTS)
+
+    @override
+    def sensed(self, observation: Observation | None) -> None:
+        self._over(_PERCEIVE)
+
+    @override
+    def chosen(self) -> None:
+        self._over(_DECIDE)
+
+    @override
+    def acted(self, command: JointCommand) -> None:
+        self._over(_CONTROL)
+
+    @override
+    def supervised(self, supervised: Supervised) -> None:
+        self._over(_SUPERVISE)
+
+    @override
+    def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
+        self._over(_SEND)
+
+    @override
+    def ended(self) -> None:
+        self._over(_RECORD)
+
+    @override
+    def stopped(self, error: BaseException | None) -> None:
+        self._worst_ns = max(self._worst_ns, *self._late_ns, 0)
+        self._counts += np.histogram(np.clip(np.array(self._late_ns) * 1e-6, 0.0, _EDGES_ms[-1]), _EDGES_ms)[0]
+        self._late_ns.clear()
+        self.longest_ns = dict(zip(_NAMES, self._longest_ns, strict=True))
+        if self._report is not None:
+            self.skipped_slots += self._report.timing.skipped_slots
+
+    @property
+    def ticks(self) -> int:
+        """Ticks of the finished trials."""
+        return int(self._counts.sum())
+
+    def late_ms(self) -> dict[str, float]:
+        """Median, 99th percentile and maximum of how late ticks began, in ms."""
+        below = np.cumsum(self._counts)
+        median, p99 = (float(_EDGES_ms[np.searchsorted(below, share * self.ticks) + 1]) for share in (0.5, 0.99))
+        return {"median": round(median, 4), "p99": round(p99, 4), "max": round(self._worst_ns * 1e-6, 4)}
+
+    def _over(self, section: int) -> None:
+        now_ns = perf_counter_ns()
+        took_ns, self._then_ns = now_ns - self._then_ns, now_ns
+        if took_ns > self._longest_ns[section]:
+            self._longest_ns[section] = took_ns
 
 
 class RealTimeSession:
-    """Real-time settings and section timing of one run. A context manager; to be entered by the loop's own thread."""
+    """Real-time settings and timing of one run. A context manager; the loop's own thread enters it."""
 
     def __init__(self, config: RealTimeConfig) -> None:
         self._real_time = RealTime(config)
-        self._limits = Limits.of(config)
-        self.stopwatch: Stopwatch | None = None
+        self.timer = LoopTimer()
 
     def __enter__(self) -> Self:
         self._real_time.__enter__()
-        self.stopwatch = Stopwatch(self._limits, account=ThreadAccount.if_kept())
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._real_time.__exit__(kind, error, trace)
+    def __exit__(self, *_: object) -> None:
+        self._real_time.__exit__()
 
     def grants(self) -> list[str]:
-        """What the system was asked for, and what it said; one line each."""
+        """The requests to the system and their results; one line each."""
         return [str(grant) for grant in self._real_time.grants]
 
     def timed(self, observers: tuple[LoopObserver, ...]) -> tuple[LoopObserver, ...]:
-        """The observers of a trial, with a stopwatch; what they do is charged to recording."""
-        watch = self.stopwatch
-        if watch is None:
-            return observers
-        return (watch, *observers, watch.recording) if observers else (watch,)
+        """The observers of a trial, after the timer."""
+        return (self.timer, *observers)
 
-    def loop(self) -> AbstractContextManager[object]:
-        """To be held around a trial: real-time scheduling is for that alone."""
+    def loop(self) -> AbstractContextManager[None]:
+        """Hold this around a trial: priority and CPU are for that alone."""
         return self._real_time.loop()
 
     def report_json(self) -> str:
-        """The same for a log."""
-        return "" if self.stopwatch is None else dump_json(plain(self.stopwatch))
+        """The timing of the run so far, for the end of a log."""
+        timer = self.timer
+        fields: dict[str, Any] = {"ticks": timer.ticks, "skipped_slots": timer.skipped_slots}
+        return dump_json({**fields, "late_ms": timer.late_ms(), "longest_ns": timer.longest_ns})
 
     def report(self) -> str:
-        """Sections and lateness so far, as a table."""
-        return "" if self.stopwatch is None else table(self.stopwatch)
-
-
-def table(stopwatch: Stopwatch) -> str:
-    """A table of all sections, in microseconds, and what was late."""
-    period_ns = 1e9 / stopwatch.rate_Hz
-    lines = [f"{'us':<12}{'ticks':>9}{'median':>9}{'p99':>9}{'p99.9':>9}{'max':>10}{'of period':>11}"]
-    ticks = max(stopwatch.spread(LATE).count, 1)
-    for column in range(COLUMNS):
-        s = stopwatch.spread(column)
-        if not s.count:
-            continue
-        times = f"{s.median_ns * 1e-3:>9.1f}{s.p99_ns * 1e-3:>9.1f}{s.p999_ns * 1e-3:>9.1f}{s.max_ns * 1e-3:>10.1f}"
-        # Being late is no use of time.
-        share = "" if column == LATE else f"{s.mean_ns * s.count / ticks / period_ns:>11.2%}"
-        lines.append(f"{NAMES[column]:<12}{s.count:>9}{times}{share}")
-    lines.append(f"skipped slots: {stopwatch.skipped_slots}; {_late_words(stopwatch)}")
-    if stopwatch.limits.warn_core_ns:
-        limit = f"{stopwatch.limits.warn_core_ns * 1e-6:g} ms"
-        lines.append(f"ticks in which the core took longer than {limit}: {stopwatch.slow_cores}")
-    return "\n".join(lines)
-
-
-def plain(stopwatch: Stopwatch) -> dict[str, Any]:
-    """The same as values that JSON can hold, times in ns."""
-    sections = {NAMES[column]: asdict(stopwatch.spread(column)) for column in range(COLUMNS)}
-    return {
-        "ticks": stopwatch.ticks,
-        "skipped_slots": stopwatch.skipped_slots,
-        "slow_cores": stopwatch.slow_cores,
-        "late_ticks": {cause.value: count for cause, count in stopwatch.late_ticks.items() if count},
-        "blamed": dict(stopwatch.blamed),
-        "sections": sections,
-    }
-
-
-def _late_words(stopwatch: Stopwatch) -> str:
-    limit_ns = stopwatch.limits.warn_late_ns
-    if not limit_ns:
-        return "late ticks were not looked for"
-    causes = ", ".join(f"{count} {blame}" for blame, count in stopwatch.blamed.most_common())
-    total = stopwatch.blamed.total()
-    return f"ticks later than {limit_ns * 1e-6:g} ms: {total}{f' ({causes})' if causes else ''}"
+        """The timing of the run so far, in two lines."""
+        timer = self.timer
+        late, longest = timer.late_ms(), timer.longest_ns.items()
+        return (
+            f"ticks {timer.ticks}, skipped slots {timer.skipped_slots}; late by {late['median']:.2f} ms (median),"
+            f" {late['p99']:.2f} ms (99th percentile), {late['max']:.2f} ms (maximum)\n"
+            f"longest sections: {', '.join(f'{name} {ns * 1e-6:.2f}' for name, ns in longest)} ms"
+        )

@@ -1,13 +1,11 @@
 """Arms that stop when their commands stop coming, and that stay at rest while a trip is latched."""
 
-import os
 import threading
 from collections.abc import Callable, Sequence
 from typing import Final
 
 from typing_extensions import override
 
-from palpate.adapters.hardware.real_time import LoopAccount
 from palpate.adapters.hardware.watchdogs.process import ProcessWatchdog
 from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, WatchdogTrip, stop_surely, tell_surely
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
@@ -37,13 +35,12 @@ class AgeWatch:
         # One looks at a time: a second one that finished later would put an arm to rest that goes again by then.
         self._looking = threading.RLock()
         self._thread: threading.Thread | None = None
-        self._fed_ns = self._fed_by = 0
+        self._fed_ns = 0
         self._watching = self._ended = False
-        self._account = LoopAccount(os.getpid())
 
     def feed(self) -> None:
         """It has happened; from now on it has to happen again and again."""
-        self._fed_ns, self._fed_by = self._clock.now_ns(), threading.get_native_id()
+        self._fed_ns = self._clock.now_ns()
         if not self._watching:
             self._begin()
 
@@ -61,10 +58,6 @@ class AgeWatch:
             self._watching = False
             return True
 
-    def explanation(self) -> str:
-        """What became of whoever fed last, and whose fault that is."""
-        return self._account.explanation(self._fed_by)
-
     def end(self) -> None:
         """End the thread; allowed twice."""
         self._ended, self._watching = True, False
@@ -77,8 +70,6 @@ class AgeWatch:
         if self._ended:
             raise LifecycleError(self._name, "closed", "feed()", "make a new one")
         self._watching = True
-        # The thread may get no processor before it is too late.
-        self._account.look(self._fed_by)
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
             self._thread.start()
@@ -91,7 +82,6 @@ class AgeWatch:
             self.check()
             timeout_s = None
             if self._watching:
-                self._account.look(self._fed_by)
                 left_ns = self._max_age_ns - (self._clock.now_ns() - self._fed_ns)
                 timeout_s = max(left_ns / _NS, 0.0) + self._slack_s
             if not self._ended:
@@ -160,8 +150,7 @@ class WatchedArm(DeviceDecorator, ArmCommand):
 
     def _too_old(self, age_ns: int) -> None:
         trouble = stop_surely(self._arm)
-        allowed = f"no command for {age_ns * 1e-6:.1f} ms, {self._limit_ns * 1e-6:.1f} ms are allowed"
-        text = f"{allowed}; {self._watch.explanation()}{trouble}"
+        text = f"no command for {age_ns * 1e-6:.1f} ms, {self._limit_ns * 1e-6:.1f} ms are allowed{trouble}"
         trip = WatchdogTrip(self._clock.now_ns(), "command age", text)
         if self._latch.trip(trip):
             tell_surely(self._tell, trip)

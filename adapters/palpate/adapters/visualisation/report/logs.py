@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from mcap.writer import MCAP0_MAGIC
 
 from palpate.adapters.experiments import Array
-from palpate.adapters.log import LATE_S, LOG_FOLDER, NS, TrialLog, json_in, series_of
+from palpate.adapters.log import LATE_S, LOG_FOLDER, NS, TrialLog, series_of
 from palpate.adapters.visualisation.report.canvas import COLOURS, GREY, drawn
 from palpate.adapters.visualisation.report.page import PageSection, PageTable, Picture, counted
 from palpate.core.errors import LogError
@@ -115,13 +115,11 @@ class Timing:
     Attributes:
         interval_ms: Between successive ticks, (n,).
         late_ms: How late ticks began, (m,); empty where no tick had a time at which it was due.
-        sections: Where the time of a tick went, in ns, from the last log with a stopwatch; empty without.
     """
 
     interval_ms: Array
     late_ms: Array
     missing: int
-    sections: dict[str, dict[str, float]]
 
     @classmethod
     def of(cls, logs: Sequence[TrialLog]) -> Timing:
@@ -129,16 +127,12 @@ class Timing:
         intervals: list[float] = []
         late: list[float] = []
         missing = 0
-        sections: dict[str, dict[str, float]] = {}
         for log in logs:
             timed = [(r.tick, r.time_ns, r.deadline_ns) for r in log.records() if r.time_ns is not None]
             intervals += [(b[1] - a[1]) * NS for a, b in pairwise(timed) if b[0] == a[0] + 1]
             missing += sum(b[0] - a[0] - 1 for a, b in pairwise(timed))
             late += [(time - due) * NS for _, time, due in timed if due is not None]
-            if log.end is not None and log.end.timing_json:
-                timing: Any = json_in(log, "end.timing_json", log.end.timing_json)
-                sections = {name: times for name, times in timing.get("sections", {}).items() if times["count"]}
-        return cls(np.array(intervals) * 1e3, np.array(late) * 1e3, missing, sections)
+        return cls(np.array(intervals) * 1e3, np.array(late) * 1e3, missing)
 
     @property
     def exact(self) -> bool:
@@ -157,9 +151,8 @@ def timing_section(logs: Sequence[TrialLog], of: str) -> PageSection | None:
             f" Time waited for the loop, as it does in the simulator: every interval is"
             f" {timing.interval_ms[0]:.4f} ms to the microsecond, so there is no spread to draw."
         )
-    tables = [_table(timing)] + ([_sections(timing)] if timing.sections else [])
     pictures = () if timing.exact else (_histogram(timing),)
-    return PageSection(_TITLE, (text,), tuple(tables), pictures)
+    return PageSection(_TITLE, (text,), (_table(timing),), pictures)
 
 
 def _table(timing: Timing) -> PageTable:
@@ -176,16 +169,6 @@ def _spread(values: Array) -> tuple[str, ...]:
     return tuple(f"{abs(value) if abs(value) < 5e-5 else value:.4f}" for value in (
         *np.quantile(values, (0.5, 0.99, 0.999)), values.max()
     ))  # fmt: skip
-
-
-def _sections(timing: Timing) -> PageTable:
-    names = ("median_ns", "p99_ns", "p999_ns", "max_ns")
-    rows = tuple((name, *(f"{times[key] * 1e-3:.1f}" for key in names)) for name, times in timing.sections.items())
-    return PageTable(
-        "Where the time of a tick goes [µs], from the run's start, as the last of these logs tells it",
-        ("", "median", "99 %", "99.9 %", "longest"),
-        rows,
-    )
 
 
 def _histogram(timing: Timing) -> Picture:

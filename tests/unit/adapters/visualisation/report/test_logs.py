@@ -9,7 +9,7 @@ import pytest
 from palpate.adapters.log.reader import read_log
 from palpate.adapters.visualisation.report.logs import Timing, logs_in, spread_over, timing_section
 from palpate.core.errors import LogError
-from tests.browser.sample_folders import SECTIONS, in_real_time
+from tests.browser.sample_folders import in_real_time
 from tests.support.log_surgery import indices, messages_of, write_log
 
 GOLDEN = Path(__file__).parents[4] / "golden"
@@ -71,11 +71,8 @@ def test_on_a_real_clock_there_is_a_spread(tmp_path: Path) -> None:
     assert section is not None
     (picture,) = section.pictures
     assert f"the longest {timing.interval_ms.max():.3f} ms" in picture.alt
-    beat, sections = section.tables
+    (beat,) = section.tables
     assert beat.caption.startswith(f"{int(np.sum(np.array(late) > 1.0))} tick")
-    assert [row[0] for row in sections.rows] == list(SECTIONS)
-    # Made up as 2 us for the first section, three times that at 99 %.
-    assert sections.rows[0][1:3] == ("2.0", "6.0")
 
 
 def test_ticks_that_the_log_lacks_are_counted(tmp_path: Path) -> None:

@@ -1,0 +1,185 @@
+"""Ask the operating system for real-time behaviour, report the result, and give everything back."""
+
+import ctypes
+import gc
+import os
+import resource
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from typing import Final, Self
+
+from palpate.adapters.config import RealTimeConfig
+
+_SWITCH_S: Final = 0.0001
+"""Time after which the loop asks another thread for the interpreter; Python's own is 5 ms."""
+_MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
+_SCHEDULING_REMEDY: Final = (
+    "add a line '@realtime - rtprio 51' to /etc/security/limits.d and log in again; a container needs"
+    " --cap-add=SYS_NICE"
+)
+_MEMORY_REMEDY: Final = (
+    "add a line '@realtime - memlock unlimited' to /etc/security/limits.d and log in again; a container needs"
+    " --ulimit memlock=-1"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Grant:
+    """The result of one request; a refusal is no error.
+
+    Attributes:
+        reason: Why it was refused; empty when granted.
+    """
+
+    wish: str
+    reason: str = ""
+
+    @property
+    def granted(self) -> bool:
+        """Whether the system has granted it."""
+        return not self.reason
+
+    def __str__(self) -> str:
+        return f"granted: {self.wish}" if self.granted else f"refused: {self.wish}: {self.reason}"
+
+
+class RealTime:
+    """What a run gets from the system. A context manager around the run; :meth:`loop` goes around each trial.
+
+    Locked memory and frozen objects belong to the process and last as long as the run. Priority and CPU belong to the
+    loop's thread and last as long as :meth:`loop`: a process that is started outside of it inherits neither. A thread
+    of a bus asks for both with :func:`join_loop`.
+    """
+
+    def __init__(self, config: RealTimeConfig) -> None:
+        self._config = config
+        self._kept = ExitStack()
+        self._of_loop: list[Callable[[], AbstractContextManager[None]]] = []
+        self.grants: tuple[Grant, ...] = ()
+
+    def __enter__(self) -> Self:
+        config = self._config
+        grants = []
+        if config.scheduling:
+            grants.append(self._try(_scheduling(config.priority), _SCHEDULING_REMEDY, lambda: _fifo(config.priority)))
+        if config.cpu >= 0:
+            remedy = "choose a CPU that this process may use"
+            grants.append(self._try(f"the loop on CPU {config.cpu} alone", remedy, lambda: _pinned(config.cpu)))
+        with ExitStack() as kept:
+            if config.lock_memory:
+                wish = "memory that is never paged out (mlockall)"
+                grants.append(_attempt(wish, _MEMORY_REMEDY, lambda: kept.enter_context(_locked_memory())))
+            if config.freeze_objects:
+                gc.collect()
+                gc.freeze()
+                kept.callback(gc.unfreeze)
+                grants.append(Grant("objects of the start exempt from garbage collection"))
+            self._kept = kept.pop_all()
+        self.grants = tuple(grants)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._of_loop.clear()
+        self._kept.close()
+
+    @contextmanager
+    def loop(self) -> Iterator[None]:
+        """Around a trial, in the thread that runs it: priority and CPU as granted.
+
+        Other threads must release the interpreter sooner than they usually do: no priority helps a loop that waits for
+        it.
+        """
+        with ExitStack() as opened:
+            opened.callback(sys.setswitchinterval, sys.getswitchinterval())
+            sys.setswitchinterval(_SWITCH_S)
+            for take in self._of_loop:
+                opened.enter_context(take())
+            yield
+
+    def _try(self, wish: str, remedy: str, take: Callable[[], AbstractContextManager[None]]) -> Grant:
+        """Take it and give it back; :meth:`loop` takes what was granted."""
+
+        def once() -> None:
+            with take():
+                self._of_loop.append(take)
+
+        return _attempt(wish, remedy, once)
+
+
+def take_real_time(priority: int) -> Grant:
+    """Put this thread into the real-time class for good, and with it all that it starts from now on.
+
+    Args:
+        priority: 1 to 99.
+    """
+
+    def take() -> None:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+
+    return _attempt(_scheduling(priority), _SCHEDULING_REMEDY, take)
+
+
+def join_loop(config: RealTimeConfig) -> None:
+    """Put this thread for good on the loop's CPU and into its real-time class, as far as the run requests them.
+
+    For a thread that the loop waits for: on another CPU it may hold the interpreter while it does not run. A refusal is
+    reported for the loop.
+    """
+    if config.cpu >= 0:
+        with suppress(OSError, AttributeError):
+            os.sched_setaffinity(0, {config.cpu})
+    if config.scheduling:
+        take_real_time(config.priority)
+
+
+def _scheduling(priority: int) -> str:
+    return f"real-time scheduling (SCHED_FIFO) at priority {priority}"
+
+
+def _attempt(wish: str, remedy: str, take: Callable[[], object]) -> Grant:
+    try:
+        take()
+    except (OSError, ValueError, AttributeError) as error:
+        # AttributeError: this system has no such call.
+        return Grant(wish, f"{getattr(error, 'strerror', None) or error}; {remedy}")
+    return Grant(wish)
+
+
+@contextmanager
+def _fifo(priority: int) -> Iterator[None]:
+    policy, parameter = os.sched_getscheduler(0), os.sched_getparam(0)
+    # With the flag, a process that is started meanwhile does not compete with the loop. Without privileges it cannot be
+    # taken off again; it does no harm.
+    os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
+    try:
+        yield
+    finally:
+        os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, parameter)
+
+
+@contextmanager
+def _pinned(cpu: int) -> Iterator[None]:
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {cpu})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
+
+
+@contextmanager
+def _locked_memory() -> Iterator[None]:
+    # Below a limit the call itself may succeed and a later allocation fail in the middle of a trial.
+    unlimited = resource.RLIM_INFINITY
+    if resource.getrlimit(resource.RLIMIT_MEMLOCK)[0] != unlimited:
+        resource.setrlimit(resource.RLIMIT_MEMLOCK, (unlimited, unlimited))
+    libc = ctypes.CDLL(None, use_errno=True)
+    # On fault: pages stay once they were touched. Otherwise every reserved range would be filled at once.
+    if libc.mlockall(_MCL_CURRENT | _MCL_FUTURE | _MCL_ONFAULT):
+        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+    try:
+        yield
+    finally:
+        libc.munlockall()

@@ -1,0 +1,119 @@
+"""Requests to the system are granted or refused in words, held where they belong, and given back."""
+
+import gc
+import os
+import resource
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+
+import pytest
+
+from palpate.adapters.config.real_time import RealTimeConfig
+from palpate.adapters.hardware.real_time import RealTime, join_loop, take_real_time
+
+FLAG = os.SCHED_RESET_ON_FORK
+ALL = RealTimeConfig(scheduling=True, priority=7, cpu=min(os.sched_getaffinity(0)), freeze_objects=True)
+
+
+class FakeKernel:
+    """Keeps what was requested; the calling thread stays as it is."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.policy, self.priority, self.cpus = 0, 0, {0, 1}
+        monkeypatch.setattr(os, "sched_getscheduler", lambda pid: self.policy)
+        monkeypatch.setattr(os, "sched_getparam", lambda pid: os.sched_param(self.priority))
+        monkeypatch.setattr(os, "sched_setscheduler", self.set_scheduler)
+        monkeypatch.setattr(os, "sched_getaffinity", lambda pid: set(self.cpus))
+        monkeypatch.setattr(os, "sched_setaffinity", self.set_affinity)
+
+    def set_scheduler(self, pid: int, policy: int, parameter: os.sched_param) -> None:
+        self.policy, self.priority = policy, parameter.sched_priority
+
+    def set_affinity(self, pid: int, cpus: set[int]) -> None:
+        self.cpus = set(cpus)
+
+
+@pytest.fixture
+def kernel(monkeypatch: pytest.MonkeyPatch) -> FakeKernel:
+    return FakeKernel(monkeypatch)
+
+
+def refuse(*words: object) -> None:
+    raise PermissionError(1, "Operation not permitted")
+
+
+def test_what_is_granted_is_held_where_it_belongs_and_given_back(kernel: FakeKernel) -> None:
+    before = sys.getswitchinterval()
+    with RealTime(ALL) as real_time:
+        assert [grant.granted for grant in real_time.grants] == [True] * 3
+        assert gc.get_freeze_count() > 0
+        for _ in range(2):
+            # A log's writer that is started here inherits neither priority nor CPU.
+            assert (kernel.policy & ~FLAG, kernel.priority, kernel.cpus) == (os.SCHED_OTHER, 0, {0, 1})
+            with real_time.loop():
+                assert (kernel.policy, kernel.priority, kernel.cpus) == (os.SCHED_FIFO | FLAG, 7, {ALL.cpu})
+                assert sys.getswitchinterval() == pytest.approx(0.0001)
+    assert (kernel.policy & ~FLAG, kernel.cpus, gc.get_freeze_count()) == (os.SCHED_OTHER, {0, 1}, 0)
+    assert sys.getswitchinterval() == before
+
+
+def test_a_trial_that_fails_gives_everything_back(kernel: FakeKernel) -> None:
+    with pytest.raises(ZeroDivisionError), RealTime(ALL) as real_time, real_time.loop():
+        raise ZeroDivisionError
+    assert (kernel.policy & ~FLAG, kernel.cpus, gc.get_freeze_count()) == (os.SCHED_OTHER, {0, 1}, 0)
+
+
+def test_a_refusal_is_reported_with_a_remedy_and_the_rest_continues(
+    kernel: FakeKernel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "sched_setscheduler", refuse)
+    with RealTime(ALL) as real_time, real_time.loop():
+        assert [grant.granted for grant in real_time.grants] == [False, True, True]
+        assert (kernel.policy, kernel.cpus) == (os.SCHED_OTHER, {ALL.cpu})
+    assert "refused: real-time scheduling (SCHED_FIFO) at priority 7: Operation not permitted;" in str(
+        real_time.grants[0]
+    )
+    assert "rtprio" in real_time.grants[0].reason
+    assert not take_real_time(7).granted
+    join_loop(ALL)
+
+
+def test_memory_below_a_limit_is_not_locked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(resource, "getrlimit", lambda which: (65536, 65536))
+    monkeypatch.setattr(resource, "setrlimit", refuse)
+    with RealTime(RealTimeConfig(lock_memory=True)) as real_time:
+        assert "memlock unlimited" in str(real_time.grants[0])
+        assert not real_time.grants[0].granted
+
+
+def test_the_real_system_answers_and_a_child_does_not_inherit_the_loop_s_priority() -> None:
+    (missing,) = RealTime(RealTimeConfig(cpu=4000)).__enter__().grants
+    assert "refused: the loop on CPU 4000 alone: Invalid argument" in str(missing)
+    with RealTime(RealTimeConfig(scheduling=True, priority=1)) as real_time:
+        if not real_time.grants[0].granted:
+            pytest.skip(str(real_time.grants[0]))
+        with real_time.loop():
+            assert os.sched_getscheduler(0) & ~FLAG == os.SCHED_FIFO
+            program = "import os; print(os.sched_getscheduler(0))"
+            child = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+            assert child.stdout == f"{os.SCHED_OTHER}\n"
+        assert os.sched_getscheduler(0) & ~FLAG == os.SCHED_OTHER
+
+
+@pytest.mark.parametrize("take", [lambda: take_real_time(1), lambda: join_loop(RealTimeConfig(scheduling=True))])
+def test_a_thread_that_joins_the_loop_stays_there(take: Callable[[], object]) -> None:
+    seen: list[int] = []
+
+    def join() -> None:
+        take()
+        seen.append(os.sched_getscheduler(0))
+
+    with RealTime(RealTimeConfig(scheduling=True)) as real_time:
+        if not real_time.grants[0].granted:
+            pytest.skip(str(real_time.grants[0]))
+    thread = threading.Thread(target=join)
+    thread.start()
+    thread.join()
+    assert seen == [os.SCHED_FIFO]
