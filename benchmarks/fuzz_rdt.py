@@ -1,7 +1,7 @@
 """Fuzzing of the Net F/T's driver: a box and a network may say anything at all.
 
     python -m benchmarks.fuzz_rdt --seconds 600
-    python -m benchmarks.fuzz_rdt --seconds 5 --seed 7
+    python -m benchmarks.fuzz_rdt --seconds 5 --first-seed 7
 
 Drawn from a seed: records of a stream that are lost, repeated, reordered, cut, joined and flipped, with any status and
 any counters; pages of settings with fields missing, doubled and spoilt; requests to the emulated box. Nothing but a
@@ -17,11 +17,12 @@ from collections import Counter
 from itertools import pairwise
 from math import isfinite
 
-from benchmarks.fuzzing import drawn, require
+from benchmarks.fuzzing import drawn
 from palpate.drivers.ati import NetFt, NetFtBox, parse_box
 from palpate.drivers.ati.rdt import decode_records, faults_in
 from palpate.drivers.errors import DriverError, WiringError
 from palpate.simulation.emulators.ati import EmulatedBox
+from tests.support.fuzzing import require
 
 BOX = NetFtBox(1e6, 1e6, (330.0,) * 3, (30.0,) * 3, 1000.0)
 RECORD = struct.Struct(">IIIiiiiii")

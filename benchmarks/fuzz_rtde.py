@@ -1,7 +1,7 @@
 """Fuzzing of the emulated controller of Universal Robots: a client may say anything at all, in whatever pieces.
 
     python -m benchmarks.fuzz_rtde --seconds 600
-    python -m benchmarks.fuzz_rtde --seconds 5 --seed 7
+    python -m benchmarks.fuzz_rtde --seconds 5 --first-seed 7
 
 Conversations are drawn: packages that fit and that almost fit, packages cut, joined, flipped and repeated, in pieces of
 any size, with control cycles in between, from two clients; lines for the dashboard, scripts. No exception may come out;
@@ -16,8 +16,9 @@ import struct
 from collections import Counter
 from collections.abc import Callable
 
-from benchmarks.fuzzing import drawn, require
+from benchmarks.fuzzing import drawn
 from palpate.simulation.emulators.ur import RtdeSession, UrController
+from tests.support.fuzzing import require
 
 CYCLE_NS = 2_000_000
 HOME = (0.1, -1.2, 1.3, -1.6, -1.5, 0.2)

@@ -10,7 +10,7 @@ from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, Join
 from palpate.simulation.emulators.motors.plant import HOME_RAD
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.contracts.bus_bench import DIVIDER, BusBench
-from tests.ideal_motors import IdealPlant
+from tests.support.ideal_motors import IdealPlant
 from tests.virtual_lines import Cable
 
 BAUD = 230_400

@@ -23,7 +23,7 @@ from palpate.simulation.emulators.jr3 import uart as jr3_uart
 from palpate.simulation.emulators.lines import EmulatedCanBus, PtyServer, SlcanServer
 from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors
 from palpate.simulation.emulators.nmc.bus import NmcChain
-from tests.ideal_motors import IdealPlant
+from tests.support.ideal_motors import IdealPlant
 from tests.wall_clock.host import Host
 
 pytestmark = pytest.mark.usefixtures("real_time")

@@ -10,7 +10,7 @@ from palpate.drivers.device import AppliedReason, ArmState
 from palpate.drivers.errors import DeviceFaultError, RefusedError, SilentError, StateError, WiringError
 from palpate.simulation.emulators.cia402.objects import ABORT_NO_OBJECT, SdoAbortError
 from palpate.simulation.emulators.cia402.servo import PowerState
-from tests.unit.drivers.cia402.bench import SCALE, Bench
+from tests.support.cia402_bench import SCALE, Bench
 
 modes = pytest.mark.parametrize("mode", list(OperationMode))
 

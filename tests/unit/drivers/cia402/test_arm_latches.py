@@ -8,7 +8,7 @@ from palpate.drivers.device import ArmState
 from palpate.drivers.errors import DeviceFaultError, DriverError, LateError, SilentError
 from palpate.simulation.emulators.cia402.node import NmtState
 from palpate.simulation.emulators.cia402.servo import PowerState
-from tests.unit.drivers.cia402.bench import SCALE, Bench
+from tests.support.cia402_bench import SCALE, Bench
 
 AT_REST = {PowerState.QUICK_STOP, PowerState.SWITCH_ON_DISABLED, PowerState.FAULT, PowerState.FAULT_REACTION}
 

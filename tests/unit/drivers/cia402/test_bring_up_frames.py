@@ -3,7 +3,7 @@
 import pytest
 
 from palpate.drivers.cia402.object_dictionary import OperationMode
-from tests.unit.drivers.cia402.bench import Bench
+from tests.support.cia402_bench import Bench
 
 COMMON = [
     "2B40600002000000",  # 6040 := 0002 quick stop, should the drive still be under power

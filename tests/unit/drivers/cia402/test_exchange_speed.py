@@ -8,7 +8,7 @@ import pytest
 
 from palpate.drivers.errors import DeviceFaultError
 from palpate.simulation.emulators.motors import DirectMotors
-from tests.unit.drivers.cia402.bench import PERIOD_NS, SCALE, Bench
+from tests.support.cia402_bench import PERIOD_NS, SCALE, Bench
 
 SYNC = 0x080
 LIMIT_RAD_S = 1.0

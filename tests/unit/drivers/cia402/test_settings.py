@@ -9,7 +9,7 @@ from palpate.drivers.can.identifiers import collisions
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive, bits_per_cycle, bus_budget
 from palpate.drivers.device import AppliedReason
 from palpate.drivers.errors import SettingError
-from tests.unit.drivers.cia402.bench import joints
+from tests.support.cia402_bench import joints
 
 
 def test_the_budget_of_six_drives() -> None:

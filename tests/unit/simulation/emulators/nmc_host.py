@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from palpate.simulation.emulators.motors.plant import JointPlant
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from palpate.simulation.emulators.nmc.settings import ModuleSettings
-from tests.ideal_motors import IdealPlant
+from tests.support.ideal_motors import IdealPlant
 
 TICK_NS = 512_000
 ALL = 0xFF

@@ -25,7 +25,7 @@ from palpate.drivers.zebra_zero.arm import ZebraZero
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
 from palpate.simulation.emulators.nmc.bus import NmcChain
-from tests.ideal_motors import IdealPlant
+from tests.support.ideal_motors import IdealPlant
 from tests.unit.adapters.hardware.doctor.notebook import facts, told
 from tests.virtual_lines import VirtualDesk, VirtualPort
 

@@ -2,7 +2,7 @@ import pytest
 
 from palpate.simulation.emulators.cia402.node import CanopenDrive, NmtState
 from palpate.simulation.emulators.cia402.servo import PowerState
-from tests.ideal_motors import IdealPlant
+from tests.support.ideal_motors import IdealPlant
 
 MS = 1_000_000
 

@@ -10,7 +10,7 @@ import serial
 
 from palpate.simulation.emulators.lines import LineSpeed, PtyServer
 from palpate.simulation.emulators.nmc.bus import NmcChain
-from tests.ideal_motors import IdealPlant
+from tests.support.ideal_motors import IdealPlant
 from tests.unit.simulation.emulators.lines.echo import Echo
 from tests.unit.simulation.emulators.nmc_host import address_all, command
 

@@ -5,7 +5,7 @@ import pytest
 from palpate.simulation.emulators.lines.faults import SerialFaults
 from palpate.simulation.emulators.lines.serial_line import LineSpeed, SerialEmulator
 from palpate.simulation.emulators.nmc.bus import NmcChain
-from tests.ideal_motors import IdealPlant
+from tests.support.ideal_motors import IdealPlant
 from tests.unit.simulation.emulators.lines.echo import Echo
 from tests.unit.simulation.emulators.nmc_host import ALL, address_all, command
 from tests.virtual_lines import VirtualPort

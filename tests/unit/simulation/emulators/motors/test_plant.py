@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.simulation.emulators.motors.plant import HOME_RAD, ArmGears, JointPlant
-from tests.ideal_motors import IdealPlant
+from tests.support.ideal_motors import IdealPlant
 from tests.unit.simulation.emulators.nmc_host import Bench, trajectory
 
 W = 11_034.53

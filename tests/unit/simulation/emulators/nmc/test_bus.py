@@ -4,7 +4,7 @@ import pytest
 
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from palpate.simulation.emulators.nmc.settings import ModuleSettings
-from tests.ideal_motors import IdealPlant
+from tests.support.ideal_motors import IdealPlant
 from tests.unit.simulation.emulators.nmc_host import ALL, TICK_NS, Bench, command
 
 SET_ADDRESS_1 = bytes.fromhex("aa002101ff21")

@@ -1,22 +1,12 @@
-"""Coverage-guided fuzzing of the JR3 codecs: no input may raise, grow memory, or depend on how it was cut.
-
-python -m benchmarks.fuzz_jr3 --seconds 600 --codec can
-python -m benchmarks.fuzz_jr3 --seconds 600 --codec uart --corpus DIR
-"""
+"""Fuzz target: the JR3 codec on CAN. No input may raise or grow memory."""
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
-
-from benchmarks.fuzzing import CORPORA, guided, parser_of, require
 from palpate.drivers.can import CanFrame, FrameKind
 from palpate.drivers.jr3.codec_can import CanDecoder, Reassembly
-from palpate.drivers.jr3.codec_uart import MAX_FRAME, UartParser
 from palpate.drivers.jr3.messages import Ack, Forces, FullScales, Message, Moments, Reading, Scaling
 from palpate.drivers.jr3.sampling import FrameCounter
+from tests.support.fuzzing import require
 
 PERIOD_US = 10_000
 _KINDS = tuple(FrameKind)
@@ -38,7 +28,7 @@ def check_messages(messages: list[Message]) -> None:
             require(len(message.scales) in (0, 3, 6), "length of full scales")
 
 
-def can_once(data: bytes) -> list[Message]:
+def once(data: bytes) -> list[Message]:
     """Frames of 3 bytes (kind and length, identifier) and a payload, through decoder and joiner."""
     decoder, joiner = CanDecoder(1), Reassembly()
     messages: list[Message] = []
@@ -58,37 +48,3 @@ def can_once(data: bytes) -> list[Message]:
     require(counted == frames, "every frame is counted once")
     check_messages(messages)
     return messages
-
-
-def uart_once(data: bytes) -> list[Message]:
-    """A byte that says how to cut and what is expected, and a stream, whole and cut."""
-    if not data:
-        return []
-    size, stream = 1 + (data[0] >> 1), data[1:]
-    whole, split = UartParser(), UartParser()
-    whole.expect_scales = split.expect_scales = bool(data[0] & 1)
-    messages = whole.feed(stream)
-    heard: list[Message] = []
-    for at in range(0, len(stream), size):
-        heard += split.feed(stream[at : at + size])
-        require(split.pending < MAX_FRAME, "bounded memory")
-    require(heard == messages and split.counts == whole.counts, "the same for every chunking")
-    check_messages(messages)
-    return messages
-
-
-CODECS: dict[str, Callable[[bytes], list[Message]]] = {"can": can_once, "uart": uart_once}
-
-
-def target(atheris: Any, arguments: argparse.Namespace) -> tuple[Callable[[bytes], object], Path]:
-    for function in (CanDecoder.decode, UartParser.feed, UartParser._frame_size, UartParser._ack_size, Reassembly.add):  # noqa: SLF001
-        owner = {"decode": CanDecoder, "add": Reassembly}.get(function.__name__, UartParser)
-        setattr(owner, function.__name__, atheris.instrument_func(function))
-    FrameCounter.accept = atheris.instrument_func(FrameCounter.accept)  # type: ignore[method-assign]
-    return CODECS[arguments.codec], CORPORA / f"jr3_{arguments.codec}"
-
-
-if __name__ == "__main__":
-    parser = parser_of(__doc__)
-    parser.add_argument("--codec", choices=sorted(CODECS), required=True)
-    guided(parser, target, 256)

@@ -1,22 +1,16 @@
-"""Coverage-guided fuzzing of what CiA 402 drives say: no frame may raise, grow memory, or outlast an acknowledgement.
-
-    python -m benchmarks.fuzz_cia402 --seconds 600
-    python -m benchmarks.fuzz_cia402 --seconds 600 --corpus DIR
+"""Fuzz target: what CiA 402 drives say. No frame may raise, grow memory, or outlast an acknowledgement.
 
 The whole driver runs, set up and enabled, on a bus in virtual time with emulated drives; the input is what comes
-instead of, or beside, the drives' answers to each SYNC.
+instead of, or in addition to, the drives' answers to each SYNC.
 """
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
+from palpate.drivers.cia402.arm import ArmState
+from palpate.drivers.errors import DriverError
+from tests.support.cia402_bench import Bench
+from tests.support.fuzzing import require
 
-from benchmarks.fuzzing import CORPORA, guided, parser_of, require
-
-CORPUS = CORPORA / "cia402"
 _IDENTIFIERS = (0x180, 0x700, 0x080, 0x580)
 """Process data, heartbeat, EMCY, SDO answer."""
 _LENGTHS = (7, 1, 8, 8)
@@ -40,10 +34,6 @@ def frames_in(data: bytes) -> list[tuple[bool, bool, int, bytes]]:
 
 def once(data: bytes) -> str:
     """One enabled arm and what it hears; returns the state that it ended in, before the acknowledgement."""
-    from palpate.drivers.cia402.arm import ArmState
-    from palpate.drivers.errors import DriverError
-    from tests.unit.drivers.cia402.bench import Bench
-
     bench = Bench().enabled()
     network, arm = bench.network, bench.arm
     send, mute, malformed = network.send_message, False, 0
@@ -73,7 +63,7 @@ def once(data: bytes) -> str:
             except DriverError:
                 require(arm.state is ArmState.FAULTED, "what ends a cycle latches")
     mute = False
-    boxes = arm._exchange._mailbox.look()  # noqa: SLF001
+    boxes = arm._exchange._mailbox.look()
     require(sum(box.malformed for box in boxes) == malformed, "malformed frames are counted")
     require(all(len(box.active) <= _KEPT for box in boxes), "bounded memory")
     require(len(arm.statistics().emergencies) <= _KEPT, "bounded memory")
@@ -85,14 +75,3 @@ def once(data: bytes) -> str:
         require(arm.state is ArmState.CONFIGURED, "the bus is as before after an acknowledgement")
     arm.close()
     return ended.value
-
-
-def target(atheris: Any, arguments: argparse.Namespace) -> tuple[Callable[[bytes], object], Path]:
-    with atheris.instrument_imports(include=["palpate.drivers"]):
-        # The drivers are imported here, by the first run.
-        once(b"")
-    return once, CORPUS
-
-
-if __name__ == "__main__":
-    guided(parser_of(__doc__), target, 256)

@@ -8,7 +8,7 @@ from typing import Any
 from palpate.drivers.cia402 import ArmSettings, CanopenLink, Cia402Arm, JointDrive
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.lines.can_bus import BusFrame
-from tests.ideal_motors import IdealPlant
+from tests.support.ideal_motors import IdealPlant
 
 SCALE = 10_000.0
 NODES = (1, 2, 3, 4, 5, 6)

@@ -1,23 +1,21 @@
-"""Coverage-guided fuzzing of the NMC driver and the arm on it: a device may say anything at all.
+"""Fuzz target: the NMC driver and the arm on it, on a line whose every read delivers a piece of the input.
 
-    python -m benchmarks.fuzz_nmc --seconds 600 --corpus DIR
-
-One input serves three targets: the reply decoder, the search for frames, and the whole arm on a line whose every read
-delivers a piece of the input. Nothing but a ``DriverError`` may come out, a stop must return, and an accepted reply
-must carry the right sum. The corpus starts with conversations that went well.
+Reply decoder, search for frames and the whole arm run on one input. Nothing but a ``DriverError`` may come out, a stop
+must return, and an accepted reply must carry the right sum.
 """
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
-from typing import Any
 
-from benchmarks.fuzzing import CORPORA, guided, parser_of, require
+from palpate.drivers.errors import DriverError
+from palpate.drivers.nmc.frames import StatusItem, find_frame
+from palpate.drivers.nmc.replies import Reply, decode_reply, reply_size_bytes
+from palpate.drivers.zebra_zero.arm import ZebraZero
+from palpate.drivers.zebra_zero.counts import HOME_RAD
+from palpate.drivers.zebra_zero.settings import ZebraZeroSettings
+from tests.support.fuzzing import require
 
-CORPUS = CORPORA / "nmc"
 MAX_READS = 3000
 CYCLES = 8
 
@@ -66,14 +64,6 @@ class NonsenseLine:
 
 def once(data: bytes) -> None:
     """All targets on one input; raises what the driver should not have raised."""
-    # Imported here, so that atheris can instrument them first.
-    from palpate.drivers.errors import DriverError
-    from palpate.drivers.nmc.frames import StatusItem, find_frame
-    from palpate.drivers.nmc.replies import Reply, decode_reply, reply_size_bytes
-    from palpate.drivers.zebra_zero.arm import ZebraZero
-    from palpate.drivers.zebra_zero.counts import HOME_RAD
-    from palpate.drivers.zebra_zero.settings import ZebraZeroSettings
-
     mask, raw = StatusItem(data[0] if data else 0), data[1:]
     if isinstance(decode_reply(raw, mask), Reply):
         size = reply_size_bytes(mask)
@@ -98,13 +88,3 @@ def once(data: bytes) -> None:
             with suppress(DriverError):
                 arm.acknowledge()
     arm.close()
-
-
-def target(atheris: Any, arguments: argparse.Namespace) -> tuple[Callable[[bytes], object], Path]:
-    with atheris.instrument_imports(include=["palpate.drivers"]):
-        once(b"")
-    return once, CORPUS
-
-
-if __name__ == "__main__":
-    guided(parser_of(__doc__), target, 4096, "-timeout=20")

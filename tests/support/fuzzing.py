@@ -1,0 +1,10 @@
+"""What the fuzz targets share."""
+
+from pathlib import Path
+
+CORPORA = Path(__file__).parents[1] / "fuzz"
+
+
+def require(condition: bool, what: str) -> None:
+    if not condition:
+        raise AssertionError(what)
