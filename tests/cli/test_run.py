@@ -99,7 +99,7 @@ def test_ctrl_c_keeps_the_finished_trials_and_the_last_one_replays(
 def test_a_file_that_is_no_policy_is_refused(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
     text = (trained / "policy.json").read_text()
     for content, reason in (
-        (text.replace("palpate.policy/1", "palpate.policy/3"), "'palpate.policy/3' is refused: 'palpate.policy/1' or"),
+        (text.replace("palpate.policy/3", "palpate.policy/2"), "'palpate.policy/2' is refused: 'palpate.policy/3'"),
         (text[: len(text) // 2], "JSON"),
     ):
         (tmp_path / "policy.json").write_text(content)

@@ -49,7 +49,7 @@ def test_trials_have_their_columns_and_decisions_belong_to_them(trained: Path) -
 
 def test_the_policy_has_learned_from_all_decisions(trained: Path) -> None:
     policy = json.loads((trained / "policy.json").read_text())
-    assert policy["schema"] == "palpate.policy/1"
+    assert policy["schema"] == "palpate.policy/3"
     visits = sum(row["visits"] or 0 for row in policy["table"])
     assert visits == sum(bool(decision["reinforcement"]) for decision in table(trained / "decisions.csv"))
 

@@ -22,7 +22,7 @@ AUTOMATON = (
     '{"schema": "palpate.automaton/2", "kind": "dfa", "alphabet": ["a"], "start": "even",'
     ' "states": [{"name": "even", "output": true, "next": {"a": "even"}}]}'
 )
-POLICY = '{"schema": "palpate.policy/2", "learner": {"kind": "sarsa"}}'
+POLICY = '{"schema": "palpate.policy/3", "learner": {"kind": "sarsa"}}'
 RIG = '[arm]\nadapter = "zebra-zero"\n'
 TRIALS = (
     "trial,outcome,success,exploration_time_s,actions,peak_force_N,measured_peak_force_N,depth_mm,start_x_mm,"

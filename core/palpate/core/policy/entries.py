@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, Final, Self
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action, Law
+from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action, Law, Spatial
 from palpate.core.policy.sarsa import SarsaParameters, SkillParameters
 from palpate.core.policy.tabular import QParameters
 from palpate.core.ports import OneOf, Range, Settings, fitted, kinds_of, require_keys
@@ -24,68 +24,76 @@ LEARNERS: Final[dict[str, type[QParameters]]] = {
 
 
 @dataclass(frozen=True, slots=True)
+class SpatialEntry(Settings):
+    """What an action in six degrees of freedom does in addition to its step across."""
+
+    law: Annotated[str, OneOf(*(law.value for law in Law))]
+    """Its controller."""
+    rise_mm: float
+    """By how much it lifts the tip."""
+    turn_deg: tuple[float, float, float]
+    """By how much it turns the tool: tilt about x and y, and yaw."""
+    push_N: tuple[float, float]
+    """Force with which it pushes."""
+    pivot_mm: tuple[float, float]
+    """Point of the end face about which it turns."""
+
+    @classmethod
+    def of(cls, spatial: Spatial) -> Self:
+        """The live one as the file has it."""
+        x, y, yaw = map(degrees, spatial.turn_rad)
+        return cls(spatial.law.value, 1e3 * spatial.rise_m, (x, y, yaw), spatial.push_N, _scaled(spatial.pivot_m, 1e3))
+
+
+@dataclass(frozen=True, slots=True)
 class ActionEntry(Settings):
     """One action of the file."""
-
-    UNTOLD: ClassVar[Mapping[str, Any]] = {
-        "law": "", "rise_mm": 0.0, "turn_deg": (0.0, 0.0, 0.0), "push_N": (0.0, 0.0), "pivot_mm": (0.0, 0.0),
-    }  # fmt: skip
 
     name: str
     """Its name."""
     displacement_mm: tuple[float, float]
     """XY displacement of the tip, (2,), in the task frame."""
-    law: Annotated[str, OneOf("", *(law.value for law in Law))] = ""
-    """Control law of an action in six degrees of freedom; empty for a step across, which has none of what follows."""
-    rise_mm: float = 0.0
-    """By how much it lifts the tip."""
-    turn_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """By how much it turns the tool: lean about x and y, and yaw."""
-    push_N: tuple[float, float] = (0.0, 0.0)
-    """Force with which it pushes."""
-    pivot_mm: tuple[float, float] = (0.0, 0.0)
-    """Point of the end face about which it turns."""
+    spatial: SpatialEntry | None = None
+    """What it does in six degrees of freedom; None for a step across."""
 
     @classmethod
     def of(cls, action: Action) -> Self:
         """A live action as the file has it."""
-        displacement_mm, spatial = _scaled(action.displacement_m, 1e3), action.spatial
-        if spatial is None:
-            return cls(action.name, displacement_mm)
-        lean_x, lean_y, yaw = map(degrees, spatial.turn_rad)
-        turn_deg, pivot_mm = (lean_x, lean_y, yaw), _scaled(spatial.pivot_m, 1e3)
-        rise_mm = 1e3 * spatial.rise_m
-        return cls(action.name, displacement_mm, spatial.law.value, rise_mm, turn_deg, spatial.push_N, pivot_mm)
+        spatial = None if action.spatial is None else SpatialEntry.of(action.spatial)
+        return cls(action.name, _scaled(action.displacement_m, 1e3), spatial)
 
     def step(self) -> Action:
         """The step across, live; rounded to mm, which may cost the last bit."""
         return Action(self.name, _scaled(self.displacement_mm, 1e-3))
 
-    def content(self) -> dict[str, Any]:
-        """The action as JSON has it: of a step across, no more than ever."""
-        written = asdict(self)
-        return written if self.law else {"name": self.name, "displacement_mm": self.displacement_mm}
+    def require_same(self, where: str, other: Self) -> None:
+        """Refuse an action that is not the task's, however the numbers were rounded.
 
-    def differs(self, other: Self) -> str:
-        """The first of its fields that is not the same, however the numbers were rounded; empty for none."""
-        mine, theirs = asdict(self), asdict(other)
-        for name, value in mine.items():
-            wanted = theirs[name]
-            if isinstance(value, str):
-                if value != wanted:
-                    return name
-            elif not all(map(_same, *(x if isinstance(x, tuple) else (x,) for x in (value, wanted)))):
-                return name
-        return ""
+        Raises:
+            ConfigurationError: Naming the first field that differs, behind ``where``.
+        """
+        _require_same(where, asdict(self), asdict(other))
 
 
 def _scaled(pair: tuple[float, float], factor: float) -> tuple[float, float]:
     return factor * pair[0], factor * pair[1]
 
 
-def _same(a: float, b: float) -> bool:
-    """Far below any arm's resolution in mm, degrees and N, far above the rounding on the way to them."""
-    return isclose(a, b, rel_tol=0.0, abs_tol=1e-6)
+def _require_same(where: str, mine: Any, wanted: Any) -> None:
+    if isinstance(mine, dict) and isinstance(wanted, dict):
+        for name, value in mine.items():
+            _require_same(f"{where}.{name}", value, wanted[name])
+    elif not _same(mine, wanted):
+        raise ConfigurationError(where, mine, f"{wanted!r}, as in this task")
+
+
+def _same(mine: Any, wanted: Any) -> bool:
+    if isinstance(mine, tuple) and isinstance(wanted, tuple):
+        return all(map(_same, mine, wanted))
+    if isinstance(mine, float) and isinstance(wanted, float):
+        # Far below any arm's resolution in mm, degrees and N, far above the rounding on the way to them.
+        return isclose(mine, wanted, rel_tol=0.0, abs_tol=1e-6)
+    return bool(mine == wanted)
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +165,7 @@ class TableRow(Settings):
 
 @dataclass(frozen=True, slots=True)
 class LearnerEntry(Settings):
-    """The learner behind the table. In the file its settings stand beside the rest, and a rate that stays is null."""
+    """The learner behind the table."""
 
     TABLE: ClassVar[str] = "learner"
 
@@ -173,23 +181,14 @@ class LearnerEntry(Settings):
 
     def content(self) -> dict[str, Any]:
         """The learner as JSON has it."""
-        settings = asdict(self.parameters)
-        schedule = {key: value for key, value in settings.pop("temperature").items() if value is not None}
-        temperature = {"temperature": schedule, "trials_learned": self.trials_learned}
-        return {"kind": self.kind, **settings, "alpha_visits": settings["alpha_visits"] or None, **temperature}
+        return {"kind": self.kind, **asdict(self)}
 
     @classmethod
     @override
     def read(cls, raw: object, where: str = "learner") -> Self:
         given = fitted(where, raw, Mapping[str, Any])
-        kind: str = fitted(f"{where}.kind", given.get("kind"), Annotated[str, OneOf(*LEARNERS)])
-        settings = LEARNERS[kind]
-        given = {**settings.UNTOLD, **given}
-        require_keys(where, given, ("kind", *kinds_of(settings), "trials_learned"))
-        values = {key: given[key] for key in kinds_of(settings)}
-        if values["alpha_visits"] == 0.0:
-            raise ConfigurationError(f"{where}.alpha_visits", 0.0, "a number above 0, or null for none")
-        parameters = settings.read(values | {"alpha_visits": values["alpha_visits"] or 0.0}, where)
-        return cls(
-            parameters, fitted(f"{where}.trials_learned", given["trials_learned"], kinds_of(cls)["trials_learned"])
-        )
+        require_keys(where, given, ("kind", *kinds_of(cls)))
+        kind: str = fitted(f"{where}.kind", given["kind"], Annotated[str, OneOf(*LEARNERS)])
+        parameters = LEARNERS[kind].read(given["parameters"], f"{where}.parameters")
+        trials: int = fitted(f"{where}.trials_learned", given["trials_learned"], kinds_of(cls)["trials_learned"])
+        return cls(parameters, trials)

@@ -1,10 +1,8 @@
 """The policy file: the content of a policy, readable by people and exact to the last bit.
 
-JSON with schema id ``palpate.policy/1``, or ``palpate.policy/2`` where actions have six degrees of freedom;
-``policy.schema.json`` beside this file describes it formally.
-Each row of the table names the knowledge that acts in that state (programmed, from examples, learned), so
-that the three stay apart on paper too. ``value`` and ``visits`` of a row are there for readers; they must
-agree with ``q`` and ``visits_per_action``, from which they follow.
+JSON with schema id ``palpate.policy/3``. Each row of the table names the knowledge that acts in that state (programmed,
+from examples, learned), so that the three are separate on paper too. ``value`` and ``visits`` of a row are for readers;
+they must agree with ``q`` and ``visits_per_action``, from which they follow.
 """
 
 from __future__ import annotations
@@ -22,9 +20,7 @@ from palpate.core.policy.foreign import ForeignEntry
 from palpate.core.policy.model_entry import BeliefEntry, HmmEntry
 from palpate.core.ports import OneOf, Settings, load_json, parse_json, require_names, write_whole
 
-SCHEMA: Final = "palpate.policy/1"
-SPATIAL_SCHEMA: Final = "palpate.policy/2"
-"""That of actions in six degrees of freedom."""
+SCHEMA: Final = "palpate.policy/3"
 
 _WHOLE: Final = "policy file"
 
@@ -35,7 +31,7 @@ class PolicyDocument(Settings):
 
     TABLE: ClassVar[str] = _WHOLE
 
-    schema: Annotated[str, OneOf(SCHEMA, SPATIAL_SCHEMA)] = SCHEMA
+    schema: Annotated[str, OneOf(SCHEMA)] = SCHEMA
     """Id of the file format."""
     created_with: Mapping[str, Any]
     """Versions of what made it; for readers."""
@@ -58,7 +54,6 @@ class PolicyDocument(Settings):
 
     def __post_init__(self) -> None:
         Settings.__post_init__(self)
-        object.__setattr__(self, "schema", SPATIAL_SCHEMA if any(each.law for each in self.actions) else SCHEMA)
         # Kept as the file will give it back, and out of reach of whoever made it.
         for name in ("created_with", "perception"):
             object.__setattr__(self, name, _plain(name, getattr(self, name)))
@@ -71,7 +66,6 @@ class PolicyDocument(Settings):
     def to_json_text(self) -> str:
         """The text of the file; floats are written so that they read back exactly."""
         content = asdict(replace(self, belief=None, hmm=None)) | {
-            "actions": [action.content() for action in self.actions],
             "learner": None if self.learner is None else self.learner.content(),
             "belief": None if self.belief is None else self.belief.content(),
             "hmm": None if self.hmm is None else self.hmm.content(),
@@ -88,7 +82,7 @@ class PolicyDocument(Settings):
         Raises:
             ConfigurationError: It is not a policy file of this schema, or contradicts itself.
         """
-        read = cls.read(parse_json(text, _WHOLE, SCHEMA, SPATIAL_SCHEMA))
+        read = cls.read(parse_json(text, _WHOLE, SCHEMA))
         names = [action.name for action in read.actions]
         require_names("states", read.states)
         require_names("actions", names)
@@ -158,10 +152,7 @@ class PolicyDocument(Settings):
         _check_same_names("states", self.states, states)
         _check_same_names("actions", [mine.name for mine in self.actions], [action.name for action in actions])
         for number, (mine, action) in enumerate(zip(self.actions, actions, strict=True)):
-            wanted = ActionEntry.of(action)
-            if field := mine.differs(wanted):
-                where = f"actions[{number}].{field}"
-                raise ConfigurationError(where, getattr(mine, field), f"{getattr(wanted, field)}, as in this task")
+            mine.require_same(f"actions[{number}]", ActionEntry.of(action))
 
 
 def _check_same_names(field: str, mine: Sequence[str], theirs: Sequence[str]) -> None:

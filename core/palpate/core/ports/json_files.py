@@ -39,10 +39,10 @@ def json_of_file(path: str | Path) -> Any:
         raise ValueError("nested too deeply") from error
 
 
-def parse_json(text: str, whole: str, *schemas: str) -> dict[str, Any]:
+def parse_json(text: str, whole: str, schema: str) -> dict[str, Any]:
     """The object in a text of strict JSON: no NaN, no infinity, no key twice.
 
-    Its key ``schema`` must hold one of ``schemas``. It is checked first: a file of another schema may have other keys.
+    Its key ``schema`` must hold ``schema``. It is checked first: a file of another schema may have other keys.
 
     Raises:
         ConfigurationError: It is no such object.
@@ -67,9 +67,7 @@ def parse_json(text: str, whole: str, *schemas: str) -> dict[str, Any]:
         raise ConfigurationError(whole, text, f"JSON ({error})") from error
     if not isinstance(raw, dict):
         raise ConfigurationError(whole, raw, "an object")
-    if raw.get("schema") not in schemas:
-        known, found = " or ".join(map(repr, schemas)), raw.get("schema")
-        ours = isinstance(found, str) and found.split("/")[0] in {schema.split("/")[0] for schema in schemas}
-        accepted = f"{known}; another version of palpate wrote this file" if ours else f"{known}: this is no {whole}"
-        raise ConfigurationError("schema", found, accepted)
+    if (found := raw.get("schema")) != schema:
+        ours = isinstance(found, str) and found.split("/")[0] == schema.split("/")[0]
+        raise ConfigurationError("schema", found, repr(schema) if ours else f"{schema!r}: this is no {whole}")
     return raw

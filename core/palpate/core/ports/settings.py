@@ -102,8 +102,6 @@ class Settings:
 
     Attributes:
         TABLE: Dotted name of the table in TOML and on the command line; empty for the outermost one.
-        UNTOLD: What a file or a record means that lacks one of these settings: what was done before there was it.
-            Whoever adds a setting to a table that policy files hold names it here; it never means a new default.
 
     Raises:
         ConfigurationError: A value is of another type or outside its range, or two settings do not go together.
@@ -111,7 +109,6 @@ class Settings:
 
     __slots__ = ()
     TABLE: ClassVar[str] = ""
-    UNTOLD: ClassVar[Mapping[str, Any]] = types.MappingProxyType({})
 
     def __post_init__(self) -> None:
         for name, kind in kinds_of(type(self)).items():
@@ -131,7 +128,7 @@ class Settings:
 
     @classmethod
     def read(cls, raw: object, where: str = "") -> Self:
-        """A table from plain JSON. Only a field that ``UNTOLD`` names, or whose default is None, may be missing.
+        """A table from plain JSON. Only a field whose default is None may be missing.
 
         Args:
             where: Dotted name of the object; empty for a whole file.
@@ -140,7 +137,7 @@ class Settings:
             ConfigurationError: It has other keys, or a value is refused; named by its place.
         """
         kinds, prefix = kinds_of(cls), f"{where}." if where else ""
-        given = {**cls.UNTOLD, **fitted(where or cls.TABLE, raw, Mapping[str, Any])}
+        given = fitted(where or cls.TABLE, raw, Mapping[str, Any])
         needed = [field.name for field in fields(cls) if field.default is not None]  # type: ignore[arg-type]
         require_keys(where or cls.TABLE, given, needed, [name for name in kinds if name not in needed])
         # Each by its place in the file, which the table itself cannot name.

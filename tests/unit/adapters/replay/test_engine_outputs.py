@@ -65,7 +65,7 @@ def in_config(old: str, new: str) -> Change:
 def in_policy(**settings: Any) -> Change:
     def change(made: Any) -> None:
         document = json.loads(made.policy_json)
-        document["learner"].update(settings)
+        document["learner"]["parameters"].update(settings)
         made.policy_json = json.dumps(document)
 
     return change
@@ -128,7 +128,7 @@ def one_value(made: Any) -> None:
         ("/tick", 150, in_wrench(kind=1), "asked_rad[0]"),
         ("/start", 0, in_start(arm="ur5"), "arm"),
         ("/start", 0, in_config("seed = 11", "seed = 12"), "seed"),
-        ("/start", 0, in_policy(initial_value=-4.0), "policy.learner.initial_value"),
+        ("/start", 0, in_policy(initial_value=-4.0), "policy.learner.parameters.initial_value"),
         ("/start", 0, one_ulp("temperature"), "temperature"),
         ("/start", 0, one_ulp("tip_rotation", 4), "ready pose[10]"),
         ("/start", 0, one_ulp("filter_state", 2), "filter_state[2]"),

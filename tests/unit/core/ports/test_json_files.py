@@ -96,7 +96,7 @@ def test_any_text_is_read_or_refused_in_one_line(text):
     [
         *((text, "an object") for text in ("[]", "null", '"s"')),
         *((text, "'s/1': this is no sample") for text in ("{}", '{"schema": 1}', '{"schema": "t/1", "x": 1}')),
-        ('{"schema": "s/2", "x": 1}', "'s/1'; another version of palpate wrote this file"),
+        ('{"schema": "s/2", "x": 1}', "schema = 's/2' is refused: 's/1'"),
     ],
 )
 def test_another_schema_is_refused(text, said):
