@@ -123,7 +123,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     # Encoders that are off hide the floor; it wobbles, is withdrawn as if it were wedged, and on to the next corner.
     "corner-stuck": Mishap(
         (
-            joints("offset", 140, magnitude=-0.003, channels=(1,)),
+            joints("offset", 152, magnitude=-0.003, channels=(1,)),
             force("offset", 474, magnitude=0.25, channels=(3,), duration_ticks=6),
         ),
         _corner(time_limit_s=3.4),
