@@ -1,6 +1,5 @@
 from .arm import ArmDescription as ArmDescription
 from .arm import arm_named as arm_named
-from .filler import filler as filler
 from .inverse import InverseKinematics as InverseKinematics
 from .laws import ControlLaw as ControlLaw
 from .laws import DampingControl as DampingControl
@@ -12,6 +11,7 @@ from .model import Array as Array
 from .model import FixedFrame as FixedFrame
 from .model import Kinematics as Kinematics
 from .model import ToolGeometry as ToolGeometry
+from .model import filler as filler
 from .model import rotated as rotated
 from .model import wrench_about as wrench_about
 from .tip_motion import FASTEST_TURN_RAD_S as FASTEST_TURN_RAD_S

@@ -9,13 +9,14 @@ the hole is +z, and pressing on the plate gives a negative Fz.
 """
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import hypot, inf, isfinite, sqrt
 from operator import mul
 from pathlib import Path
+from struct import Struct
 from tempfile import TemporaryFile
 from typing import Final, TypeAlias
 from xml.etree import ElementTree
@@ -26,8 +27,12 @@ import pinocchio as pin
 
 from palpate.core.errors import AssetError, ConfigurationError
 from palpate.core.motion.arm import ArmDescription
-from palpate.core.motion.filler import filler
 from palpate.core.ports import JointVector, Vector3, whole_file
+
+
+def filler(array: npt.NDArray[np.float64]) -> Callable[..., None]:
+    """What sets a whole array, (n,), contiguous in memory, from n floats; others than n it refuses."""
+    return partial(Struct(f"{array.size}d").pack_into, array.data, 0)
 
 
 def load_model(arm: ArmDescription) -> tuple[pin.Model, pin.Frame]:

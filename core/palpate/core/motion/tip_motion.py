@@ -10,10 +10,9 @@ from typing import Final, TypeAlias
 import numpy as np
 import pinocchio as pin
 
-from palpate.core.motion.filler import filler
 from palpate.core.motion.inverse import InverseKinematics
 from palpate.core.motion.laws import limited
-from palpate.core.motion.model import Array, FixedFrame, Kinematics
+from palpate.core.motion.model import Array, FixedFrame, Kinematics, filler
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector, Vector3
 
 Rows: TypeAlias = tuple[Vector3, Vector3, Vector3]

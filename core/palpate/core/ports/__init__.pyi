@@ -34,7 +34,6 @@ from .latch import Acknowledgement as Acknowledgement
 from .latch import FaultLatch as FaultLatch
 from .lifecycle import Life as Life
 from .lifecycle import ManagedDevice as ManagedDevice
-from .made_by_slots import made_by_slots as made_by_slots
 from .plain_values import STAGES as STAGES
 from .plain_values import Matrix as Matrix
 from .plain_values import integer as integer
@@ -72,3 +71,4 @@ from .values import Validity as Validity
 from .values import Vector3 as Vector3
 from .values import WrenchKind as WrenchKind
 from .values import WrenchSample as WrenchSample
+from .values import made_by_slots as made_by_slots

@@ -19,6 +19,7 @@ from .kind import options_of as options_of
 from .measurement import Measurement as Measurement
 from .measurement import require_place as require_place
 from .ready_pose import ReadyPose as ReadyPose
+from .ready_pose import Workspace as Workspace
 from .ready_pose import find_ready_pose as find_ready_pose
 from .ready_pose import require_turns as require_turns
 from .ready_pose import wander_m as wander_m
@@ -34,4 +35,3 @@ from .report import TrialSetup as TrialSetup
 from .report import TrialTiming as TrialTiming
 from .report import generator as generator
 from .task import Task as Task
-from .workspace import Workspace as Workspace

@@ -14,10 +14,9 @@ from palpate.core.policy import Action, Policy, Reinforcement, compass_actions
 from palpate.core.ports import Settings, Truth, kinds_of
 from palpate.core.trial.config import ControlConfig, TaskConfig
 from palpate.core.trial.measurement import Measurement
-from palpate.core.trial.ready_pose import ReadyPose
+from palpate.core.trial.ready_pose import ReadyPose, Workspace
 from palpate.core.trial.report import Outcome, Phase, TrialReport, TrialSetup
 from palpate.core.trial.task import Task
-from palpate.core.trial.workspace import Workspace
 
 S = TypeVar("S", bound=Settings)
 

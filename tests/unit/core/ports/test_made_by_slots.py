@@ -6,7 +6,7 @@ from dataclasses import FrozenInstanceError, dataclass, replace
 
 import pytest
 
-from palpate.core.ports.made_by_slots import made_by_slots
+from palpate.core.ports.values import made_by_slots
 
 
 @made_by_slots

@@ -5,9 +5,9 @@ from .axial_check import AxialCheck as AxialCheck
 from .axial_check import Mean as Mean
 from .both_walls import BothWallsCheck as BothWallsCheck
 from .first_touch import FirstTouch as FirstTouch
-from .lift_check import LiftCheck as LiftCheck
 from .proof import PAST_PLATE_M as PAST_PLATE_M
 from .proof import ContactProof as ContactProof
+from .proof import LiftCheck as LiftCheck
 from .proof import NoProof as NoProof
 from .proof import Proof as Proof
 from .restless import RestlessForce as RestlessForce

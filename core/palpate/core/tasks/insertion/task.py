@@ -14,13 +14,13 @@ from palpate.core.policy import Hindsight
 from palpate.core.ports import Vector3
 from palpate.core.tasks.contact import ContactProof, NoProof, Proof, TouchTask
 from palpate.core.tasks.insertion.agent import Agent
-from palpate.core.tasks.insertion.laws import Laws
 from palpate.core.tasks.insertion.phases import (
     Approach,
     Equipment,
     Explore,
     ExploringChecks,
     Insert,
+    Laws,
     Prove,
     SinkingChecks,
 )

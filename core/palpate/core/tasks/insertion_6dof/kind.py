@@ -1,20 +1,69 @@
 """Insertions in six degrees of freedom as a kind of task, as the rest of palpate uses them."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from typing import Any, Final
 
 from typing_extensions import override
 
-from palpate.core.motion import ArmDescription
+from palpate.core.motion import ArmDescription, TipMotion
 from palpate.core.perception import TaskFacts
 from palpate.core.policy import Action, Law, Spatial
 from palpate.core.ports import PERIOD_S, Settings
-from palpate.core.tasks.insertion import Agent, Insertion
+from palpate.core.tasks.contact import AnsweredForce, RestlessForce
+from palpate.core.tasks.insertion import Agent, Insertion, InsertionTask
+from palpate.core.tasks.insertion.phases import Equipment, ExploringChecks, SinkingChecks
+from palpate.core.tasks.insertion_6dof.explore import SpatialExplore
+from palpate.core.tasks.insertion_6dof.insert import SpatialInsert
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
-from palpate.core.tasks.insertion_6dof.skill_agent import SkillAgent
-from palpate.core.tasks.insertion_6dof.skills import SKILLS, Skills, by_rule, may_begin
-from palpate.core.tasks.insertion_6dof.task import SpatialTask
-from palpate.core.trial import ReadyPose, TaskConfig, TaskParts, Workspace, find_ready_pose, options_of, require_turns
+from palpate.core.tasks.insertion_6dof.skills import SKILLS, SkillAgent, Skills, by_rule, may_begin
+from palpate.core.trial import (
+    ControlConfig,
+    Measurement,
+    ReadyPose,
+    TaskConfig,
+    TaskParts,
+    Workspace,
+    find_ready_pose,
+    options_of,
+    require_turns,
+)
+
+_G_M_S2 = 9.81
+
+
+class SpatialTask(InsertionTask):
+    """An insertion whose actions have six degrees of freedom."""
+
+    def __init__(
+        self,
+        task: TaskConfig,
+        control: ControlConfig,
+        measurement: Measurement,
+        motion: TipMotion,
+        agent: Agent,
+    ) -> None:
+        self._options, self._control = options_of(SpatialOptions, task), control
+        measurement.take_off_weight(self._options.tool_kg * _G_M_S2, self._options.tool_above_tip_mm * 1e-3)
+        super().__init__(task, control, measurement, motion, agent)
+
+    @override
+    def _explore_with(self, equipment: Equipment, checks: ExploringChecks | None) -> SpatialExplore:
+        felt: AnsweredForce | RestlessForce | None = None
+        if checks is not None:
+            own, task, state, measurement = self._options, equipment.task, equipment.state, equipment.measurement
+            parts = state, measurement, self._control, task.travel_speed_mm_s * 1e-3
+            if own.unanswered_N:
+                felt = AnsweredForce(*parts, own.unanswered_N, own.tool_kg, measurement.depth_step_m)
+            else:
+                felt = RestlessForce(*parts)
+        return SpatialExplore(equipment, checks, felt, self._options)
+
+    @override
+    def _insert_with(self, equipment: Equipment, checks: SinkingChecks | None) -> SpatialInsert:
+        return SpatialInsert(equipment, checks, self._options)
+
 
 _MARGIN_DEG: Final = 2.0
 """So much further than it is ever asked to, the supervisor lets the tool turn."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.core.ports import CONTROL_RATE_HZ
-from palpate.core.tasks.contact.recurrence import Recurrence
+from palpate.core.tasks.contact.answered import Recurrence
 
 NOISE_N = 0.1
 SWING_N = 0.4

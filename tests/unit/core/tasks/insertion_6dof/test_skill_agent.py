@@ -7,8 +7,7 @@ from palpate.core.perception import FACTS, LastAction, Perception, Situations, T
 from palpate.core.policy import Law, Observation, TimePenalty
 from palpate.core.ports import Vector3
 from palpate.core.tasks.insertion_6dof import SpatialOptions
-from palpate.core.tasks.insertion_6dof.skill_agent import SkillAgent
-from palpate.core.tasks.insertion_6dof.skills import KINDS, SKILLS, Skills
+from palpate.core.tasks.insertion_6dof.skills import KINDS, SKILLS, SkillAgent, Skills
 from tests.unit.core.policy.bench import Diary
 
 NONE: Vector3 = (0.0, 0.0, 0.0)
