@@ -29,8 +29,7 @@ class AutomatonState:
 
     A symbol for which the current state has no transition leads to the state ``lost``, whose number is the highest. At
     the next symbol it is taken for granted that the automaton was where the symbol before usually leads, its anchor,
-    and the automaton goes on from there, if it can; otherwise it is still lost. The steps on which it is lost are
-    counted.
+    and the automaton goes on from there, if it can; otherwise it is still lost.
 
     The fields are plain values for files; :meth:`of` makes them of a machine.
 
@@ -51,7 +50,6 @@ class AutomatonState:
     start: int = 0
     _now: int = field(init=False, repr=False, compare=False)
     _last: int = field(init=False, repr=False, compare=False)
-    _lost_steps: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         self.symbols = names(f"{_FIELD}.symbols", self.symbols)
@@ -127,14 +125,9 @@ class AutomatonState:
         """Number of the state ``lost``."""
         return len(self.automaton)
 
-    @property
-    def lost_steps(self) -> int:
-        """How many symbols of this trial led to ``lost``."""
-        return self._lost_steps
-
     def reset(self) -> None:
         """A trial begins: back to the start state."""
-        self._now, self._last, self._lost_steps = self.start, _NONE, 0
+        self._now, self._last = self.start, _NONE
 
     def update(self, symbol: int, action: str | None = None) -> int:
         """State after one more symbol; the action that led to it does not count.
@@ -145,7 +138,10 @@ class AutomatonState:
         if not 0 <= symbol < len(self.symbols):
             raise CommandError(f"a symbol must be from 0 to {len(self.symbols) - 1}", symbol)
         source = self.anchors[self._last] if self._now == self.lost else self._now
-        return self._enter(None if source is None else self.transitions[source][symbol], symbol)
+        target = None if source is None else self.transitions[source][symbol]
+        self._last = symbol
+        self._now = self.lost if target is None else target
+        return self._now
 
     def table(self) -> Integers:
         """Next state by state and symbol, where being lost is a state for each symbol that led there.
@@ -159,15 +155,9 @@ class AutomatonState:
         after = np.where(known >= 0, known, lost)
         return np.concatenate((after, np.where(anchors[:, None] >= 0, after[anchors], lost)))
 
-    def _enter(self, target: int | None, symbol: int) -> int:
-        self._last = symbol
-        self._lost_steps += target is None
-        self._now = self.lost if target is None else target
-        return self._now
-
     def get_state(self) -> list[float]:
-        """State, last symbol (-1 for none) and number of lost steps, for :meth:`set_state`."""
-        return [float(self._now), float(self._last), float(self._lost_steps)]
+        """State and last symbol (-1 for none), for :meth:`set_state`."""
+        return [float(self._now), float(self._last)]
 
     def set_state(self, state: Sequence[float]) -> None:
         """Go on from where :meth:`get_state` was called.
@@ -175,15 +165,15 @@ class AutomatonState:
         Raises:
             ConfigurationError: Not a memory of this identifier.
         """
-        accepted = "a state, a last symbol and a number of lost steps, from get_state"
-        values = vector(f"{_FIELD}.state", state, 3)
+        accepted = "a state and a last symbol, from get_state"
+        values = vector(f"{_FIELD}.state", state, 2)
         if not all(value.is_integer() for value in values):
             raise ConfigurationError(f"{_FIELD}.state", state, accepted)
-        now, last, lost_steps = map(int, values)
-        known = 0 <= now <= self.lost and _NONE <= last < len(self.symbols) and lost_steps >= 0
+        now, last = map(int, values)
+        known = 0 <= now <= self.lost and _NONE <= last < len(self.symbols)
         if not known or (now == self.lost and last == _NONE):
             raise ConfigurationError(f"{_FIELD}.state", state, accepted)
-        self._now, self._last, self._lost_steps = now, last, lost_steps
+        self._now, self._last = now, last
 
 
 def _taken(machine: Machine, tree: PrefixTree | None) -> Integers:

@@ -32,7 +32,6 @@ def test_it_follows_a_complete_machine(word) -> None:
     tracker.reset()
     for place, symbol in enumerate(word):
         assert tracker.update(symbol) == COMPLETE.state_after(word[: place + 1])
-    assert tracker.lost_steps == 0
 
 
 def test_it_is_a_state_identifier() -> None:
@@ -55,9 +54,6 @@ def test_it_stays_lost_as_long_as_nothing_fits() -> None:
     # c leads nowhere, so nothing is believed after it.
     tracker = AutomatonState.of(PARTIAL)
     assert run(tracker, "accaab") == ["after a", LOST, LOST, LOST, LOST, "after ab"]
-    assert tracker.lost_steps == 4
-    tracker.reset()
-    assert tracker.lost_steps == 0
 
 
 def test_strings_tell_what_is_known_and_what_is_usual() -> None:
@@ -100,14 +96,14 @@ def test_its_memory_goes_on_elsewhere(before, after) -> None:
     "state",
     [
         [],
-        [0.0, 0.0],
-        [5.0, 0.0, 0.0],
-        [0.0, 3.0, 0.0],
-        [0.0, -2.0, 0.0],
-        [0.0, 0.0, -1.0],
-        [4.0, -1.0, 1.0],
-        [0.5, 0.0, 0.0],
-        [float("nan"), 0.0, 0.0],
+        [0.0],
+        [0.0, 0.0, 0.0],
+        [5.0, 0.0],
+        [0.0, 3.0],
+        [0.0, -2.0],
+        [4.0, -1.0],
+        [0.5, 0.0],
+        [float("nan"), 0.0],
     ],
 )
 def test_other_memories_are_refused_and_change_nothing(state) -> None:
