@@ -160,7 +160,7 @@ def _base(arguments: Sequence[str]) -> tuple[RunConfig, dict[str, Any], bool]:
     if path:
         table = read_toml(Path(path))
         facts = run_facts(table, path)
-    learned = _learner_of_policies(arguments)
+    learned = "belief" if _value_of("--from-logs", arguments) else _learner_of_policies(arguments)
     presets = {
         "scenario": _preset("scenario", "paper", arguments, table, path),
         "learner": _preset("learner", learned or "q-learning", arguments, table, path),

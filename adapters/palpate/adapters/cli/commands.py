@@ -37,10 +37,6 @@ COMMANDS: dict[str, Command] = {
         "study:study", "study_options:StudyOptions",
     ),
     "show": Command("print what a policy file holds", "show:show", "options:ShowOptions"),
-    "fit-touch": Command(
-        "a touch model, and a belief's policy with it, from recorded trials of any policy",
-        "fit_touch:fit_touch", "options:FitTouchOptions",
-    ),
     "explore": Command(
         "learn in a grid world with an ambiguous sensor, and hold it against the optimum",
         "explore:explore", "explore_options:ExploreOptions",

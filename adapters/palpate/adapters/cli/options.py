@@ -53,6 +53,9 @@ class TrainOptions(LiveSettings, RunSettings):
     """Rig file: train on its devices instead of in the simulator."""
     resume: bool = False
     """Go on with the run in --out where it stopped, with its settings and the same random streams."""
+    from_logs: tuple[str, ...] = ()
+    """Run no trials; fit the learner belief to recorded trials of any policy, with the settings of the first log. Logs,
+    folders with logs, or patterns in quotes, the newest last."""
 
 
 @dataclass(frozen=True)
@@ -108,21 +111,6 @@ class CompareOptions(RunSettings):
     """Trials of each."""
     out: str = ""
     """Folder for the table; runs/SCENARIO-compare if not given. It must not hold a run already."""
-
-
-@dataclass(frozen=True)
-class FitTouchOptions(Settings):
-    """Fit a touch model to recorded trials of any policy, random walks too, and make a belief's policy of it.
-
-    The trials that ended in the hole are replayed, each for what was felt on its way there. The folder holds
-    policy.json, run.toml and a picture, touch.png. To go on from it, or to use it:
-    palpate train --config FOLDER/run.toml --policy FOLDER/policy.json
-    """
-
-    logs: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
-    """Logs, folders with logs, or patterns in quotes; the newest last."""
-    out: str = ""
-    """Folder for what comes of it; it must not be there yet, or be empty."""
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 import os
 import shlex
+import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ from palpate.adapters.cli.notices import (
 from palpate.adapters.cli.opening import opened_recorder, opened_rig
 from palpate.adapters.cli.options import TrainOptions
 from palpate.adapters.cli.progress import progress
-from palpate.adapters.config import LEARNERS, RunConfig, overlay, read_toml, run_facts, task_kind, to_toml
+from palpate.adapters.config import LEARNERS, RunConfig, overlay, read_toml, run_facts, scenario, task_kind, to_toml
 from palpate.adapters.experiments import (
     WINDOW,
     Checkpoint,
@@ -34,21 +35,24 @@ from palpate.adapters.experiments import (
     moving_average,
     perception_of,
     ready_pose,
+    render_table,
     require_usable,
     resume_from,
     run_toml,
     write_training,
 )
 from palpate.adapters.log import LOG_FOLDER, made_with, set_aside
-from palpate.core.errors import ConfigurationError, OutputError
+from palpate.core.errors import ConfigurationError, OutputError, UsageError
 from palpate.core.perception import Perception, perception_from_dict
 from palpate.core.policy import Policy, PolicyDocument, learner_of
-from palpate.core.ports import Rig
+from palpate.core.ports import Rig, new_folder, require_free_folder
 from palpate.core.trial import reachable_share
 
 
 def train(options: TrainOptions) -> int:
     """Train, or go on training, and write the run folder; returns the exit code."""
+    if options.from_logs:
+        return _fit_to_logs(options)
     folder = RunFolder(Path(options.out or f"runs/{options.run.scenario}"))
     with ExitStack() as kept:
         checkpoint = None
@@ -66,6 +70,37 @@ def train(options: TrainOptions) -> int:
         else:
             folder.require_free()
         return _train(options, folder, checkpoint, kept)
+
+
+def _fit_to_logs(options: TrainOptions) -> int:
+    """Fit a belief to recorded trials, report and save; returns the exit code."""
+    # Loaded here, because training by trials needs neither.
+    from palpate.adapters.replay import find_logs, touches_of
+    from palpate.adapters.visualisation.report import touch_pictures
+
+    if not options.out:
+        raise UsageError("palpate train --from-logs needs --out, a folder for the policy")
+    if options.run.learner != "belief":
+        raise ConfigurationError("learner", options.run.learner, "'belief', the learner that is fitted to logs")
+    only = TrainOptions(run=scenario("paper", "belief"), out=options.out, from_logs=options.from_logs)
+    if options != only:
+        raise UsageError("palpate train --from-logs takes no other flag than --out; the logs hold the settings")
+    require_free_folder(Path(options.out))
+    paths = find_logs(options.from_logs)
+    with progress(len(paths), "log", passing=True) as bar:
+        found = touches_of(paths, lambda: bar.update())
+    belief = found.document.belief
+    with new_folder(Path(options.out)) as folder:
+        found.document.save(folder / "policy.json")
+        facts = {"from_logs": list(options.from_logs)}
+        (folder / "run.toml").write_text(run_toml(found.config, "train", **facts), encoding="utf-8")
+        for picture in () if belief is None else touch_pictures("touch", belief, options.out):
+            (folder / "touch.png").write_bytes(picture.png)
+    for line in found.left_out:
+        sys.stderr.write(f"left out: {line}\n")
+    say(f"{found.inserted} of {len(paths)} trials ended in the hole\n{render_table(found.document)}".rstrip("\n"))
+    say(f"saved in {options.out}")
+    return 0
 
 
 @dataclass(frozen=True)

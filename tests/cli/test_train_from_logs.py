@@ -1,4 +1,4 @@
-"""``palpate fit-touch``: a belief from the logs of any policy."""
+"""``palpate train --from-logs``: a belief from the logs of any policy."""
 
 import json
 from pathlib import Path
@@ -15,14 +15,14 @@ def learned(folder: Path) -> dict[str, object]:
 
 def test_the_logs_of_a_belief_give_what_it_learned_itself(palpate: CommandLine) -> None:
     palpate.succeed("train", "--learner", "belief", "--trials", 2, "--out", "run")
-    assert "2 of 2 trials ended in the hole" in palpate.succeed("fit-touch", "run", "--out", "touch")
+    assert "2 of 2 trials ended in the hole" in palpate.succeed("train", "--from-logs", "run", "--out", "touch")
     assert learned(Path("touch")) == learned(Path("run"))
     assert Path("touch/touch.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_belief_goes_on_from_the_touches_of_the_torque_rule(palpate: CommandLine) -> None:
     palpate.succeed("run", "--policy", "torque", "--trials", 3, "--out", "run")
-    palpate.succeed("fit-touch", "run/logs/*.mcap", "--out", "touch")
+    palpate.succeed("train", "--from-logs", "run/logs/*.mcap", "--out", "touch")
     settings = ("--config", "touch/run.toml", "--policy", "touch/policy.json", "--trials", 1)
     palpate.succeed("train", *settings, "--out", "further")
     assert learned(Path("further"))["trials_learned"] == 4
@@ -39,7 +39,7 @@ def outside(palpate: CommandLine) -> None:
 @pytest.mark.usefixtures("outside")
 def test_logs_without_an_insertion_are_refused(palpate: CommandLine) -> None:
     refused = "touches = '0 in 0 trials that ended in the hole, of 1 logs' is refused: at least 6"
-    assert refused in palpate.refusal("fit-touch", "outside", "--out", "touch")
+    assert refused in palpate.refusal("train", "--from-logs", "outside", "--out", "touch")
     assert not Path("touch").exists()
 
 
@@ -47,17 +47,19 @@ def test_logs_without_an_insertion_are_refused(palpate: CommandLine) -> None:
 def test_logs_of_two_tools_are_refused(palpate: CommandLine) -> None:
     other = ("--cell.peg.diameter-mm", 20, "--task.time-limit-s", 0.2, "--trials", 1)
     palpate.succeed("run", "--policy", "spiral-5", *other, "--out", "thin")
-    refused = palpate.refusal("fit-touch", "outside", "thin", "--out", "touch")
+    refused = palpate.refusal("train", "--from-logs", "outside", "thin", "--out", "touch")
     assert "cell.peg.diameter_mm = 20.0 is refused: 29.0, as in the first log; not so in thin" in refused
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--out", "touch"), "needs logs"),
         (("nowhere", "--out", "touch"), "nowhere: is not there"),
         (("nowhere",), "needs --out"),
+        (("nowhere", "--out", "touch", "--learner", "sarsa"), "learner = 'sarsa' is refused: 'belief'"),
+        (("nowhere", "--out", "touch", "--trials", 3), "takes no other flag than --out"),
+        (("nowhere", "--out", "touch", "--arm", "ur5"), "takes no other flag than --out"),
     ],
 )
 def test_what_is_missing_is_said(palpate: CommandLine, words: tuple[str, ...], said: str) -> None:
-    assert said in palpate.refusal("fit-touch", *words)
+    assert said in palpate.refusal("train", "--from-logs", *words)
