@@ -233,6 +233,6 @@ def failed_test(checkout: Path, package: str) -> str:
     tests, failures = unit_tests(checkout, package), Failures()
     if not tests:
         return ""
-    words = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", f"--rootdir={checkout}"]
+    words = ["-x", "-q", "-p", "no:cacheprovider", f"--rootdir={checkout}"]
     code = pytest.main([*words, *tests], plugins=[failures])
     return failures.first or ("" if code == 0 else f"pytest ended with {int(code)}")
