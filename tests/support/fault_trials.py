@@ -36,6 +36,10 @@ from tests.support.faults import FaultPlan, FaultyArm, faulty
 
 HARDWARE_LIMIT_N: Final = 60.0
 """A true force above this counts as damage: the paper's sensor saturates there."""
+PHASES: Final = tuple(
+    phase.value for phase in (Phase.TRANSFER, Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT)
+)
+"""Phases in which a fault can strike in every trial of an insertion."""
 _LATE_TICKS: Final = 3
 """Ticks that a stop may take after the first sign of a fault."""
 
@@ -375,20 +379,14 @@ class Case:
 
 def cases(config: RunConfig, seeds: Sequence[int], keep: Callable[[Case], bool]) -> list[Case]:
     """List every fault in every phase for every seed; sensor faults also from the first tick on."""
-    phases = phases_of(config)
     every = (
         Case(fault, phase, seed)
         for seed in seeds
         for faults, first in ((device_faults(config.supervision), ()), (sensor_faults(), (Phase.LIFT.value,)))
         for fault in faults
-        for phase in (*phases, *first)
+        for phase in (*PHASES, *first)
     )
     return [case for case in every if keep(case)]
-
-
-def phases_of(config: RunConfig) -> tuple[str, ...]:
-    """Return the names of the phases in which a fault can strike in every trial of the task."""
-    return tuple(str(phase.value) for phase in task_kind(config.task.name).phases)
 
 
 def run_cases(
@@ -407,7 +405,7 @@ def run_cases(
 
 
 def _one_seed(config: RunConfig, own: Sequence[Case], policy: str, supervised: bool) -> list[FaultRun]:
-    names, places = [fault.name for fault in all_faults(config.supervision)], (*phases_of(config), Phase.LIFT.value)
+    names, places = [fault.name for fault in all_faults(config.supervision)], (*PHASES, Phase.LIFT.value)
     with SimulatedRig(config, ready_pose(config)) as rig:
         bench = Bench(config, rig, policy, supervised=supervised)
         phases, runs = bench.ticks(own[0].seed), []

@@ -69,8 +69,7 @@ class TaskConfig(Settings):
     prove_contact: bool = True
     """Hold force against position from the first touch on; "inserted" needs the answers of a wall and of the floor."""
     uneven_heave: bool = True
-    """While it slides and proves contact the tool heaves by strokes of drawn lengths, which no recording follows; a
-    probe that is borne shows it by the spring alone."""
+    """While it slides and proves contact the tool heaves by strokes of drawn lengths, which no recording follows."""
     play_mm: Annotated[float, Range(0.0, 12.0)] = 0.0
     """How far the peg may move sideways in the hole, and 0.2 mm for the gripper; further out no wall is looked for. 0:
     what the shapes of peg and hole, chamfer and wear included, leave, and 0.6 at least."""

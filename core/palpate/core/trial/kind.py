@@ -4,7 +4,6 @@ import difflib
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any, Protocol, TypeVar
 
 from palpate.core.errors import ConfigurationError
@@ -15,7 +14,7 @@ from palpate.core.ports import Settings, Truth, kinds_of
 from palpate.core.trial.config import ControlConfig, TaskConfig
 from palpate.core.trial.measurement import Measurement
 from palpate.core.trial.ready_pose import ReadyPose, Workspace
-from palpate.core.trial.report import Outcome, Phase, TrialReport, TrialSetup
+from palpate.core.trial.report import Outcome, TrialReport, TrialSetup
 from palpate.core.trial.task import Task
 
 S = TypeVar("S", bound=Settings)
@@ -62,13 +61,11 @@ class TaskKind(Protocol):
     Attributes:
         preset: Nested tables of settings that a run of this task begins from, over those of the scenario.
         options: The table that ``task.options`` is read as.
-        phases: Those that take time in every trial, so that something can go wrong in them, in their order.
     """
 
     preset: Mapping[str, Any]
     asks_policy: bool
     options: type[Settings]
-    phases: tuple[Enum, ...] = (Phase.TRANSFER, Phase.SETTLE)
 
     @abstractmethod
     def workspace(self, task: TaskConfig) -> Workspace:

@@ -14,7 +14,6 @@ from palpate.core.tasks.insertion.task import InsertionTask
 from palpate.core.trial import (
     Fit,
     Outcome,
-    Phase,
     Purpose,
     ReadyPose,
     TaskConfig,
@@ -47,7 +46,6 @@ class Insertion(TaskKind):
     preset: Mapping[str, Any] = {}
     asks_policy = True
     options: type[Settings] = NoOptions
-    phases = (*TaskKind.phases, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT)
 
     @override
     def workspace(self, task: TaskConfig) -> Workspace:
