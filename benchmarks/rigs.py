@@ -20,7 +20,7 @@ import numpy as np
 from benchmarks.emulated_rig import PALPATE, EmulatedRig
 from palpate.adapters.log.reader import read_log
 
-RIGS = (("zebra-nmc", "jr3-can"), ("cia402", "jr3-uart"))
+RIGS = (("zebra-nmc", "jr3-can"), ("cia402", "jr3-can"))
 
 
 def times_of(out: Path) -> list[float]:

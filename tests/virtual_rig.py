@@ -101,7 +101,7 @@ class VirtualRig(Rig):
         self.sensor: ForceSensor = (
             NetFtForceSensor(self.cell.box.open, clock, max_age_ns=50_000_000)
             if force == "ati-netft"
-            else force_sensor_maker(force)(_sensor_table(force), context)
+            else force_sensor_maker(force)(_sensor_table(), context)
         )
         self.ports = Ports(clock, self.sensor, adapter.encoder, adapter.arm)
         self._at_ready = False
@@ -163,7 +163,5 @@ def _arm_table(arm: str, cell: VirtualCell) -> dict[str, Any]:
     return {"interface": "virtual", "channel": "arm", "divider": 2, "nodes": nodes, "counts_per_rad": scale}
 
 
-def _sensor_table(force: str) -> dict[str, Any]:
-    if force == "jr3-uart":
-        return {"port": "force_sensor"}
+def _sensor_table() -> dict[str, Any]:
     return {"interface": "virtual", "channel": "force_sensor", "node": 9}

@@ -12,7 +12,7 @@ from tests.command_line import CommandLine
 RIGS = Path(__file__).parents[2] / "rigs"
 
 
-TABLES = "[arm]\nadapter = 'zebra-nmc'\n{}\n[force_sensor]\nadapter = 'jr3-uart'\n"
+TABLES = "[arm]\nadapter = 'zebra-nmc'\n{}\n[force_sensor]\nadapter = 'jr3-can'\n"
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,7 @@ def test_refused_in_one_line(palpate: CommandLine, tmp_path: Path, content: str,
 
 
 @pytest.mark.parametrize(
-    "name", ["zebra-nmc-jr3.toml", "zebra-nmc-ati-netft.toml", "cia402-jr3-uart.toml", "ur5e-ati-netft.toml"]
+    "name", ["zebra-nmc-jr3.toml", "zebra-nmc-ati-netft.toml", "cia402-jr3-can.toml", "ur5e-ati-netft.toml"]
 )
 def test_the_shipped_rig_files_can_be_used(palpate: CommandLine, name: str) -> None:
     arm = ("--arm", "ur5") if name.startswith("ur5") else ()
@@ -44,11 +44,11 @@ def test_what_only_the_driver_refuses_is_a_finding(palpate: CommandLine, tmp_pat
     rig = tmp_path / "rig.toml"
     rig.write_text(
         '[arm]\nadapter = "zebra-nmc"\nport = "/dev/nowhere"\nbaud = 19200\ndivider = 1\n'
-        '[force_sensor]\nadapter = "jr3-uart"\nport = "/dev/nowhere/either"\n'
+        '[force_sensor]\nadapter = "jr3-can"\ninterface = "slcan"\nchannel = "/dev/nowhere/either"\n'
     )
     done = palpate("doctor", "--rig", rig, "--seconds", "1")
     assert (done.code, done.stderr) == (1, "")
-    of_arm, of_sensor = done.stdout.split("force sensor: jr3-uart")
+    of_arm, of_sensor = done.stdout.split("force sensor: jr3-can")
     assert "a cycle at 140 Hz does not fit" in of_arm
     assert of_sensor.count("  wrong  ") == 1
 

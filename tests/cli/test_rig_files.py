@@ -25,7 +25,7 @@ UR = '[arm]\nadapter = "ur-rtde"\nhost = "{}"\n[force_sensor]\nadapter = "jr3-ca
         ("[arm]\nadapter = 'irb'\n[force_sensor]\nadapter = 'jr3-can'\n", "one of cia402, ur-rtde, zebra-nmc"),
         (
             "[arm]\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'ati'\n",
-            "one of ati-netft, jr3-can, jr3-uart, ur-rtde",
+            "one of ati-netft, jr3-can, ur-rtde",
         ),
         ("[arm]\nadapter = 'nowhere:make'\n[force_sensor]\nadapter = 'jr3-can'\n", "a module that can be imported"),
         ("[arm]\nadapter = 'zebra-nmc'\nbaudrate = 3\n[force_sensor]\nadapter = 'jr3-can'\n", "did you mean arm.baud"),
@@ -89,11 +89,11 @@ def test_the_cell_of_a_file_is_ignored_beside_a_rig_and_that_is_said(palpate: Co
 
 def test_devices_that_are_not_there_are_the_operator_s_to_mend(palpate: CommandLine, tmp_path: Path) -> None:
     arm = "[arm]\nadapter = 'zebra-nmc'\nport = '/dev/ttyNONE'\nat_home = true\n"
-    sensor = "[force_sensor]\nadapter = 'jr3-uart'\nport = '/dev/ttyNONE'\n"
+    sensor = "[force_sensor]\nadapter = 'jr3-can'\ninterface = 'slcan'\nchannel = '/dev/ttyNONE'\n"
     (tmp_path / "rig.toml").write_text(arm + sensor)
     done = palpate("run", "--rig", "rig.toml", "--policy", "torque", "--out", "run")
     assert done.code == 1
-    assert "/dev/ttyNONE cannot be opened" in done.stderr
+    assert "/dev/ttyNONE: cannot be opened" in done.stderr
     assert "the operator's fault" in done.stderr
     # The same call is to go through once the devices are plugged in.
     assert not (tmp_path / "run").exists()

@@ -1,19 +1,18 @@
-"""The JR3 adapter keeps the contract of a force sensor, over CAN and a serial line, against boards in virtual time."""
+"""The JR3 adapter keeps the contract of a force sensor, over CAN, against a board in virtual time."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from palpate.adapters.hardware.jr3 import Jr3ForceSensor, make_jr3_can, make_jr3_uart
+from palpate.adapters.hardware.jr3 import Jr3ForceSensor, make_jr3_can
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.core.errors import DeviceError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports import Life, Validity
 from palpate.core.ports.contracts import ForceSensorContract, ForceSensorRig
-from palpate.simulation.emulators.jr3 import UART_CONFIG, Jr3CanNode, Jr3Config, Jr3UartNode
+from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
 from tests.virtual_lines import Cable, VirtualDesk
 from tests.virtual_time import VirtualTime
 
@@ -74,27 +73,13 @@ def can_rig() -> ForceSensorRig:
     return rig(desk, bus, make_jr3_can(settings, context(desk.clock)), load, node.firmware)
 
 
-def uart_rig() -> ForceSensorRig:
-    load, desk = Load(), VirtualDesk()
-    node = Jr3UartNode(load, replace(UART_CONFIG, boot_ns=BOOT_NS), generator=np.random.default_rng(0))
-    port = desk.serial("sensor", node)
-    settings = {"port": "sensor", "max_age_ms": MAX_AGE_MS, "period_us": 4000}
-    return rig(desk, port, make_jr3_uart(settings, context(desk.clock)), load, node.firmware)
-
-
 class TestJr3Can(ForceSensorContract):
     def make(self) -> ForceSensorRig:
         return can_rig()
 
 
-class TestJr3Uart(ForceSensorContract):
-    def make(self) -> ForceSensorRig:
-        return uart_rig()
-
-
-@pytest.mark.parametrize("make", [can_rig, uart_rig])
-def test_after_a_long_pause_a_living_sensor_gives_what_it_feels_now(make: Callable[[], ForceSensorRig]) -> None:
-    made = make()
+def test_after_a_long_pause_a_living_sensor_gives_what_it_feels_now() -> None:
+    made = can_rig()
     try:
         with made.device as sensor:
             before = sensor.read()
@@ -114,7 +99,6 @@ def test_after_a_long_pause_a_living_sensor_gives_what_it_feels_now(make: Callab
     [
         (make_jr3_can, {"interface": "slcan", "channel": "/dev/no-such-port"}),
         (make_jr3_can, {"interface": "no such interface"}),
-        (make_jr3_uart, {"port": "/dev/no-such-port"}),
     ],
 )
 def test_a_port_that_is_not_there_is_the_operator_s_to_mend(maker: Any, settings: dict[str, Any]) -> None:

@@ -152,7 +152,7 @@ def test_a_stranger_s_policy_inserts_and_a_cable_pulled_in_mid_motion_ends_the_r
 
 def test_cia402_inserts_and_the_operator_s_signal_ends_the_run_and_its_log_names_it(tmp_path: Path, host: Host) -> None:
     rig, out = tmp_path / "rig.toml", tmp_path / "out"
-    with emulated(rig, "--arm", "cia402", "--force", "jr3-uart"), host.judged(ALLOWED_S):
+    with emulated(rig, "--arm", "cia402", "--force", "jr3-can"), host.judged(ALLOWED_S):
         with running(rig, out, "torque") as process:
             process.send_signal(signal.SIGUSR1)
             _, complaint = process.communicate(timeout=60)

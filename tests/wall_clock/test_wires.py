@@ -11,15 +11,14 @@ import pytest
 
 from palpate.adapters.hardware import ArmAdapter, MonotonicClock, RigContext
 from palpate.adapters.hardware.cia402 import make_cia402
-from palpate.adapters.hardware.jr3 import make_jr3_can, make_jr3_uart
+from palpate.adapters.hardware.jr3 import make_jr3_can
 from palpate.adapters.hardware.zebra_zero import make_zebra_nmc
 from palpate.core.errors import DeviceError, FaultLatchedError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports import CommandReason, ForceSensor, JointCommand, Life, Validity
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.cia402.servo import PowerState
-from palpate.simulation.emulators.jr3 import UART_CONFIG, Jr3CanNode, Jr3Config, Jr3UartNode
-from palpate.simulation.emulators.jr3 import uart as jr3_uart
+from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
 from palpate.simulation.emulators.lines import EmulatedCanBus, PtyServer, SlcanServer
 from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors
 from palpate.simulation.emulators.nmc.bus import NmcChain
@@ -155,15 +154,3 @@ def test_jr3_on_a_serial_can_adapter(context: RigContext, served: ExitStack, hos
     server = slcan(served, node)
     with host.judged(0.02, (DeviceError, FaultLatchedError), LATE):
         read_and_press(make_jr3_can({"interface": "slcan", "channel": server.channel}, context), load, host)
-
-
-def test_jr3_on_a_serial_line(
-    context: RigContext, served: ExitStack, host: Host, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # The firmware sleeps a second after each command.
-    monkeypatch.setattr(jr3_uart, "PAUSE_ns", 50_000_000)
-    load = Load()
-    node = Jr3UartNode(load, replace(UART_CONFIG, boot_ns=1_000_000), generator=np.random.default_rng(0))
-    server = served.enter_context(PtyServer(node))
-    with host.judged(0.02, (DeviceError, FaultLatchedError), LATE):
-        read_and_press(make_jr3_uart({"port": server.path}, context), load, host)

@@ -18,8 +18,8 @@ class EmulationConfig(Settings):
     arm: Annotated[str, OneOf(*EMULATED_ARMS)] = "zebra-nmc"
     """Arm: zebra-nmc (the Zebra Zero's own serial bus), cia402 (a refit with CAN drives) or ur5-rtde (a UR5 behind a
     controller of Universal Robots, at the first free address from 127.0.0.1 on: palpate run --rig FILE --arm ur5)."""
-    force: Annotated[str, OneOf("jr3-can", "jr3-uart", "ati-netft", "ur-rtde")] = "jr3-can"
-    """Force sensor: jr3-can, jr3-uart, ati-netft, or ur-rtde, the one in the flange of ur5-rtde."""
+    force: Annotated[str, OneOf("jr3-can", "ati-netft", "ur-rtde")] = "jr3-can"
+    """Force sensor: jr3-can, ati-netft, or ur-rtde, the one in the flange of ur5-rtde."""
     baud: int = 230_400
     """Line rate of the arm's serial bus."""
     divider: Annotated[int, Range(1, 14)] = 2
@@ -27,7 +27,7 @@ class EmulationConfig(Settings):
     wrist_backlash_deg: Annotated[float, Range(0.0, 5.0)] = 0.0
     """Full gap of the wrist's gears."""
     usb_latency_ms: Annotated[float, Range(0.0, 100.0)] = 0.0
-    """Latency timer of an emulated USB adapter on the serial lines; 16 is usual, 1 a good setting."""
+    """Latency timer of an emulated USB adapter on the arm's serial line; 16 is usual, 1 a good setting."""
     hide: bool = False
     """Let the tool's weight, the sensor's mounting, the plate's height, the hole's place and the gripper's stiffness be
     other than the rig file has them, drawn from the seed: palpate calibrate has to find them."""

@@ -17,7 +17,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Truth, Vector3
 from palpate.core.trial import ReadyPose, find_ready_pose, goal_in_base, wander_m
 from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
 from palpate.simulation.emulators.cia402 import CanopenDrive
-from palpate.simulation.emulators.jr3 import UART_CONFIG, Jr3CanNode, Jr3Config, Jr3UartNode
+from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
 from palpate.simulation.emulators.lines import EmulatedCanBus, LineSpeed, PtyServer, SlcanServer
 from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors, JointPlant
 from palpate.simulation.emulators.nmc import NmcChain
@@ -261,15 +261,6 @@ class EmulatedCell:
         # Boards of a cell were switched on long before anyone connects.
         if self.emulation.force == "ur-rtde":
             return
-        rng = np.random.default_rng
-        if self.emulation.force == "jr3-can":
-            node = Jr3CanNode(_JR3_NODE, self._wrench_source, replace(Jr3Config(), boot_ns=0), generator=rng(3))
-            bus = SlcanServer(EmulatedCanBus([node], generator=rng(4)), generator=rng(5))
-            self._serve(bus, "force_sensor", lambda: {
-                "adapter": "jr3-can", "interface": "slcan", "channel": bus.channel, "node": _JR3_NODE,
-                "facts": self._facts(),
-            })  # fmt: skip
-            return
         if self.emulation.force == "ati-netft":
             box = NetFtServer(EmulatedBox(self._wrench_source))
             # Its records are not filtered: the cell's noise is theirs.
@@ -278,11 +269,13 @@ class EmulatedCell:
                 "facts": self._facts(1.0),
             })  # fmt: skip
             return
-        timing = LineSpeed(usb_latency_s=self.emulation.usb_latency_ms * 1e-3)
-        server = PtyServer(Jr3UartNode(self._wrench_source, replace(UART_CONFIG, boot_ns=0), generator=rng(3)), timing)
-        self._serve(
-            server, "force_sensor", lambda: {"adapter": "jr3-uart", "port": server.path, "facts": self._facts()}
-        )
+        rng = np.random.default_rng
+        node = Jr3CanNode(_JR3_NODE, self._wrench_source, replace(Jr3Config(), boot_ns=0), generator=rng(3))
+        bus = SlcanServer(EmulatedCanBus([node], generator=rng(4)), generator=rng(5))
+        self._serve(bus, "force_sensor", lambda: {
+            "adapter": "jr3-can", "interface": "slcan", "channel": bus.channel, "node": _JR3_NODE,
+            "facts": self._facts(),
+        })  # fmt: skip
 
     def _facts(self, share: float = _BEHIND_FILTER) -> dict[str, float]:
         """What the emulated sensor does not report: the noise that the simulated cell gives it, behind its filter."""

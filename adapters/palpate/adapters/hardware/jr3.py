@@ -12,7 +12,7 @@ from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.lateness import LATE_NS
 from palpate.adapters.hardware.plugins import DeviceSettings, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
-from palpate.core.ports import Clock, OneOf, Range, Settings
+from palpate.core.ports import Clock, OneOf, Range
 from palpate.drivers.can import CanLink, open_bus
 from palpate.drivers.jr3 import (
     LEFT_HANDED,
@@ -20,13 +20,9 @@ from palpate.drivers.jr3 import (
     CanTransport,
     Jr3,
     Jr3Settings,
-    Transport,
-    UartLink,
-    UartTransport,
     shut_down,
     start_up,
 )
-from palpate.drivers.serial_port import close_serial, open_serial
 
 _NAME: Final = "JR3"
 
@@ -35,12 +31,12 @@ _NAME: Final = "JR3"
 class OpenWire:
     """A wire to the board, open."""
 
-    wire: Transport
+    wire: CanTransport
     close: Callable[[], None]
 
 
 _LEAVE_S: Final = 5.0
-"""Longest wait for a board to take the end of its stream; one on a serial line sleeps 1 s after each command (FACT)."""
+"""Longest wait for a board to take the end of its stream."""
 _DEAD_S: Final = 0.2
 """The same for a board that has failed: it is told, and may have no way to answer."""
 
@@ -105,11 +101,15 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
 
 
 @dataclass(frozen=True)
-class _Jr3Table(Settings):
-    """What both wires have in common in a rig file."""
+class Jr3CanTable(CanBusTable):
+    """A JR3 on CAN in a rig file."""
 
     TABLE: ClassVar[str] = "force_sensor"
 
+    node: Annotated[int, Range(1, 127)] = 1
+    """The board's node."""
+    canopen_nodes: tuple[int, ...] = ()
+    """CANopen nodes on the same bus."""
     cutoff_Hz: float = 50.0
     """Cut-off of the board's filter."""
     period_us: int = 5000
@@ -134,36 +134,10 @@ class _Jr3Table(Settings):
         )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Jr3CanTable(_Jr3Table, CanBusTable):
-    """A JR3 on CAN in a rig file."""
-
-    node: Annotated[int, Range(1, 127)] = 1
-    """The board's node."""
-    canopen_nodes: tuple[int, ...] = ()
-    """CANopen nodes on the same bus."""
-
-
-@dataclass(frozen=True)
-class Jr3UartTable(_Jr3Table):
-    """A JR3 on a serial line in a rig file."""
-
-    port: str = "/dev/ttyUSB0"
-    """Serial port."""
-    baud: int = 115_200
-    """Its rate."""
-
-
 def make_jr3_can(settings: DeviceSettings, context: RigContext) -> Jr3ForceSensor:
     """A JR3 on CAN, of the table ``[force_sensor]`` of a rig file."""
     table = overlay(Jr3CanTable(), settings)
     return table.sensor(lambda: open_can_wire(table), context)
-
-
-def make_jr3_uart(settings: DeviceSettings, context: RigContext) -> Jr3ForceSensor:
-    """A JR3 on a serial line, of the table ``[force_sensor]`` of a rig file."""
-    table = overlay(Jr3UartTable(), settings)
-    return table.sensor(lambda: open_uart_wire(table), context)
 
 
 def open_can_wire(table: Jr3CanTable) -> OpenWire:
@@ -172,9 +146,3 @@ def open_can_wire(table: Jr3CanTable) -> OpenWire:
     extra: dict[str, Any] = {"timeout": 0.0} if table.bus["interface"] == "slcan" else {}
     bus = open_bus(**(extra | table.bus))
     return OpenWire(CanTransport(CanLink(bus), table.node, table.canopen_nodes), bus.shutdown)
-
-
-def open_uart_wire(table: Jr3UartTable) -> OpenWire:
-    """Open the port."""
-    port = open_serial(table.port, table.baud, _NAME)
-    return OpenWire(UartTransport(UartLink(port)), lambda: close_serial(port))

@@ -7,8 +7,4 @@ from .messages import RIGHT_HANDED as RIGHT_HANDED
 from .messages import Jr3Sample as Jr3Sample
 from .settings import Jr3Settings as Jr3Settings
 from .transport import CAN_TIMING as CAN_TIMING
-from .transport import UART_TIMING as UART_TIMING
 from .transport import CanTransport as CanTransport
-from .transport import Transport as Transport
-from .transport import UartLink as UartLink
-from .transport import UartTransport as UartTransport

@@ -15,7 +15,7 @@ def start_up(device: Jr3, clock_ns: Callable[[], int], sleep: Callable[[float], 
 
     Args:
         device: Closed, silent or faulted.
-        timeout_s: Longest wait, in s. CALC: a board on a serial line that still boots needs up to 15 s.
+        timeout_s: Longest wait, in s.
 
     Raises:
         DriverError: It does not stream; which one says why.

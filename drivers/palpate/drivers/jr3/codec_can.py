@@ -35,7 +35,7 @@ def encode_can(request: Request, node: int) -> CanFrame:
 
 
 def pack_arguments(request: Request) -> bytes:
-    """Payload of a request; the same on both wires.
+    """Payload of a request.
 
     FACT (jr3-mbed-firmware-can main.cpp): the cut-off is 16 bits, and the period of START 32 bits after it.
     """

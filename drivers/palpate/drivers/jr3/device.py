@@ -10,7 +10,7 @@ from palpate.drivers.jr3.messages import Ack, FullScales, Jr3Sample, Op, Reading
 from palpate.drivers.jr3.phases import FLOWING, READABLE, REQUESTS, TRANSITIONS, Jr3Event, Jr3Phase, RequestInFlight
 from palpate.drivers.jr3.sampling import ACQUISITION_S, Sampler
 from palpate.drivers.jr3.settings import Jr3Settings, settling_ns
-from palpate.drivers.jr3.transport import Transport
+from palpate.drivers.jr3.transport import CanTransport
 
 FIRST_READING_NS = 500_000_000
 """Longest wait for the first reading after START, in ns. Assumed."""
@@ -33,7 +33,7 @@ class Jr3(PolledSensor):
     count_Hz = 1.0 / ACQUISITION_S
     count_span = 1 << 16
 
-    def __init__(self, wire: Transport, settings: Jr3Settings | None = None) -> None:
+    def __init__(self, wire: CanTransport, settings: Jr3Settings | None = None) -> None:
         self._settings = settings = Jr3Settings() if settings is None else settings
         if settings.period_us < wire.timing.min_period_us:
             problem = f"{settings.period_us} us between readings is too short"
@@ -41,9 +41,9 @@ class Jr3(PolledSensor):
         super().__init__()
         self.phase = Jr3Phase.CLOSED
         self._wire, self._exchange = wire, RequestInFlight()
-        self._cutoff_cHz, self._period_us = wire.feasible(settings.cutoff_cHz, settings.period_us)
+        self._cutoff_cHz, self._period_us = settings.cutoff_cHz, settings.period_us
         self._settling_ns = settling_ns(self._cutoff_cHz)
-        self._sampler = Sampler(self._period_us, self._settling_ns, settings.signs, is_checked=wire.is_checked)
+        self._sampler = Sampler(self._period_us, self._settling_ns, settings.signs)
         self._heard = self._started = False
         self._fences = self._boots = self._boots_in_row = self._polled_ns = 0
         self._raw_scales: tuple[int, ...] = ()
@@ -106,7 +106,6 @@ class Jr3(PolledSensor):
         sampler = self._sampler
         return {
             health.JUMPED: f"by {sampler.counter.jump:+d}",
-            health.LEAPT: sampler.leap,
             health.FULL: sampler.fullest,
         }
 
@@ -137,7 +136,7 @@ class Jr3(PolledSensor):
         wire, sampler, counter = self._wire.counts(), self._sampler, self._sampler.counter
         counts = (
             counter.duplicates + wire.duplicates, wire.garbage, wire.orphans, counter.doubted, counter.restarts,
-            sampler.leaps, sampler.full, self._exchange.strays,
+            sampler.full, self._exchange.strays,
         )  # fmt: skip
         self._account.note(now_ns, dict(zip(health.REMEDIES, counts, strict=True)))
 
@@ -173,7 +172,7 @@ class Jr3(PolledSensor):
             self._ask(REQUESTS[after])
         elif after is Jr3Phase.READING_SCALES:
             self._raw_scales = ()
-            self._ask(self._wire.scale_ops[0])
+            self._ask(Op.GET_FORCE_SCALES)
         return True
 
     def _ask(self, op: Op) -> None:
@@ -202,7 +201,7 @@ class Jr3(PolledSensor):
     def _scales_read(self, scales: tuple[int, ...]) -> None:
         self._raw_scales += scales
         if len(self._raw_scales) < 6:
-            self._ask(self._wire.scale_ops[1])
+            self._ask(Op.GET_MOMENT_SCALES)
             return
         fx, fy, fz, mx, my, mz = self._raw_scales
         self._sampler.scale_by(FullScales((fx, fy, fz), (mx, my, mz)))

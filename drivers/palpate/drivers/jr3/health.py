@@ -56,27 +56,25 @@ def no_answer(name: str, doing: str, counts: TransportCounts, *, refused: bool, 
     if heard:
         return SilentError(name, f"no answer while {doing}", "check cable and power; then open it again")
     if counts.good == 0 and counts.garbage > 0:
-        remedy = "check that it is the right port, at 115200 baud 8N1 or 1 Mbit/s"
+        remedy = "check that it is the right port, at 1 Mbit/s"
         return GarbledError(name, f"nothing but {_garbage(counts)}", remedy)
-    remedy = "check power, wiring, bit rate, and on CAN the node number and the termination"
+    remedy = "check power, wiring, bit rate, node number and termination"
     return WiringError(name, f"nobody answers ({_garbage(counts)})", remedy)
 
 
-SENSELESS, HALVES, AGAIN, JUMPED, BACK, LEAPT, FULL, STRAYS = (
-    "frames or bytes without sense or cut short", "halves of readings without the other half",
+SENSELESS, HALVES, AGAIN, JUMPED, BACK, FULL, STRAYS = (
+    "frames without sense or cut short", "halves of readings without the other half",
     "readings again that were there already", "readings whose counter jumped", "counters that began anew",
-    "readings in which a channel leapt while others stood, as damaged bytes make them: this line has no checksum",
     "readings at or near the end of the scale", "answers that nobody asked for",
 )  # fmt: skip
 _SHIELD: Final = "check shield, ground and bit rate; then open it again"
-_OTHERS: Final = "see what else talks to the board, and whether the line loses bytes; then open it again"
+_OTHERS: Final = "see what else talks to the board, and whether the line loses frames; then open it again"
 REMEDIES: Final = {
     AGAIN: "power the board again; its sampling has stopped",
     SENSELESS: _SHIELD,
     HALVES: _SHIELD,
     JUMPED: _OTHERS,
     BACK: _OTHERS,
-    LEAPT: _SHIELD,
     FULL: "see what presses on the tool, then the cable between sensor and board",
     STRAYS: _OTHERS,
 }
@@ -98,4 +96,4 @@ def too_many_boots(name: str, boots: int) -> DeviceFaultError:
 
 def _garbage(counts: TransportCounts) -> str:
     offs = f", {counts.bus_offs} bus-offs" if counts.bus_offs else ""
-    return f"{counts.garbage} frames or bytes without sense{offs}"
+    return f"{counts.garbage} frames without sense{offs}"

@@ -1,6 +1,6 @@
-"""What host and board say to each other, whatever the wire: requests, and what comes back.
+"""What host and board say to each other: requests, and what comes back.
 
-FACT (READMEs of jr3-mbed-firmware-can and -uart): an acknowledgement carries the sensor's state, but neither the
+FACT (README of jr3-mbed-firmware-can): an acknowledgement carries the sensor's state, but neither the
 command that it answers nor anything to tell two of them apart. So only one request may be in flight.
 """
 
@@ -22,14 +22,13 @@ class Op(enum.Enum):
     """
 
     GET_STATE = "get state"
-    GET_SCALES = "get full scales"
     GET_FORCE_SCALES = "get full scales of forces"
     GET_MOMENT_SCALES = "get full scales of moments"
     START = "start"
     STOP = "stop"
 
 
-SCALES_IN_REPLY = {Op.GET_SCALES: 6, Op.GET_FORCE_SCALES: 3, Op.GET_MOMENT_SCALES: 3}
+SCALES_IN_REPLY = {Op.GET_FORCE_SCALES: 3, Op.GET_MOMENT_SCALES: 3}
 """How many full scales the acknowledgement of an operation carries; 0 where none is named."""
 
 
@@ -54,7 +53,7 @@ class Ack:
     Attributes:
         ready: False when the sensor is not initialised. The board acknowledges commands even then, and what it says of
             full scales is stale (FACT, jr3-mbed-firmware-can main.cpp).
-        scales: Full scales, (0,), (3,) or (6,): N for forces, 0.1 N m for moments.
+        scales: Full scales, (0,) or (3,): N for forces, 0.1 N m for moments.
     """
 
     ready: bool
@@ -100,12 +99,12 @@ class TransportCounts:
 
     Attributes:
         foreign: Frames of other nodes, normal on a shared bus, and commands to ours: if the bus does not echo our own,
-            there is another master (CAN).
-        garbage: Bytes (UART) or frames (CAN) that made no sense: of a known operation with another length, as a
+            there is another master.
+        garbage: Frames that made no sense: of a known operation with another length, as a
             CANopen heartbeat's, error, remote, extended and FD frames.
-        orphans: Halves of readings without the other half (CAN).
-        duplicates: Halves of readings that came twice (CAN).
-        bus_offs: Bus-off reports (CAN).
+        orphans: Halves of readings without the other half.
+        duplicates: Halves of readings that came twice.
+        bus_offs: Bus-off reports.
     """
 
     good: int = 0

@@ -23,9 +23,6 @@ _BORNE_COUNTS, _ZERO_COUNTS = 128, 48
 """What shows on some channel of a sensor that bears a tool, and what noise may show of one just zeroed. Assumed; CALC,
 with the scales of a wrist sensor: 0.9 to 1.4 N and 0.3 to 0.5 N."""
 _SOON_NS = 100_000_000
-_LEAP_COUNTS, _STANDS_COUNTS, _STANDING = 512, 64, 3
-"""So much from one reading to the next is a leap, so little is to stand, for so many channels. Assumed; CALC, with the
-scales of a wrist sensor: 3.6 to 5.8 N and 0.4 to 0.7 N."""
 
 
 class FrameCounter:
@@ -101,22 +98,19 @@ class Sampler:
 
     Attributes:
         full_scales: As the board reports them; None before.
-        leaps: Readings in which some channels leapt and most stood: no load does so, a damaged byte does.
         full: Readings near the end of the scale.
         unasked_ns: When the board last answered what nobody here had asked.
         was_zeroed: Right after such an answer all channels went to 0 at once: somebody else has set the zero.
-        leap, fullest: The last of these and of those, for a message.
+        fullest: The last of these, for a message.
     """
 
-    def __init__(self, period_us: int, settling_ns: int, signs: Signs, *, is_checked: bool) -> None:
+    def __init__(self, period_us: int, settling_ns: int, signs: Signs) -> None:
         self.counter = FrameCounter(period_us)
         self.full_scales: FullScales | None = None
         self.after_boot = self.was_zeroed = False
         self._peak, self.unasked_ns = 0, -_SOON_NS
-        self.samples = self.last_new_ns = self.leaps = self.full = 0
-        self.leap = self.fullest = ""
-        self._is_checked = is_checked
-        self._two: tuple[tuple[int, ...] | None, tuple[int, ...] | None] = None, None
+        self.samples = self.last_new_ns = self.full = 0
+        self.fullest = ""
         self._signs, self._settling_ns = signs, settling_ns
         self._scaling: Scaling | None = None
         self._settled_at_ns = 0
@@ -142,8 +136,6 @@ class Sampler:
             self._settled_at_ns = now_ns + self._settling_ns
         self.last_new_ns = now_ns
         values = (*reading.forces, *reading.moments)
-        if not self._is_checked:
-            self._look_for_leaps(values)
         peak = peak_counts(reading)
         if peak > NEAR_SATURATION_COUNTS:
             axis = next(name for name, value in zip(_AXES, values, strict=True) if abs(value) == peak)
@@ -165,22 +157,3 @@ class Sampler:
             settling=now_ns < self._settled_at_ns,
             after_boot=self.after_boot,
         )
-
-    def _look_for_leaps(self, values: tuple[int, ...]) -> None:
-        """A touch lets a torque leap, too: but not back in the next reading, nor with nothing else that moves."""
-        older, before = self._two
-        self._two = before, values
-        axis, most, standing = _leap(before or values, values)
-        if standing < len(values) - 1 or most < 2 * _LEAP_COUNTS:
-            axis, most, standing = _leap(older or values, before or values)
-            is_back = _leap(older or values, values)[1] < 2 * _STANDS_COUNTS
-            if not is_back or standing < _STANDING or most < _LEAP_COUNTS:
-                return
-        self.leaps, self.leap = self.leaps + 1, f"{axis} by {most} counts"
-
-
-def _leap(before: tuple[int, ...], values: tuple[int, ...]) -> tuple[str, int, int]:
-    """The channel that moved most, by how many counts, and how many channels stood."""
-    steps = [abs(new - old) for new, old in zip(values, before, strict=True)]
-    most = max(steps)
-    return _AXES[steps.index(most)], most, sum(step < _STANDS_COUNTS for step in steps)

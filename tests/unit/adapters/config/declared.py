@@ -8,7 +8,7 @@ from palpate.adapters.config import GridLearning, RealTimeConfig, RunConfig
 from palpate.adapters.config.rig import OperatorTable, WatchdogTable
 from palpate.adapters.hardware.ati import NetFtTable
 from palpate.adapters.hardware.cia402 import Cia402Table
-from palpate.adapters.hardware.jr3 import Jr3CanTable, Jr3UartTable
+from palpate.adapters.hardware.jr3 import Jr3CanTable
 from palpate.adapters.hardware.zebra_zero import ZebraTable
 from palpate.core.automata import InferenceSettings, TrainingSettings
 from palpate.core.automata.choice import ExtractionSettings
@@ -28,7 +28,6 @@ TABLES: dict[str, Settings] = {
     "arm zebra-nmc": ZebraTable(),
     "arm cia402": Cia402Table(),
     "force jr3-can": Jr3CanTable(),
-    "force jr3-uart": Jr3UartTable(),
     "force ati-netft": NetFtTable(),
 }
 

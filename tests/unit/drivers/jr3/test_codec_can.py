@@ -37,7 +37,6 @@ def test_every_command(request_: Request, can_id: int, data: str) -> None:
 @pytest.mark.parametrize(
     ("request_", "node"),
     [
-        (Request(Op.GET_SCALES), 1),
         (Request(Op.STOP), 0),
         (Request(Op.STOP), 128),
         (Request(Op.START, cutoff_cHz=65536), 1),

@@ -1,4 +1,4 @@
-"""The conversation: from the first ping to the first reading, on both wires, and its end."""
+"""The conversation: from the first ping to the first reading, and its end."""
 
 from typing import Any
 
@@ -14,10 +14,10 @@ from palpate.drivers.errors import (
     StateError,
     WiringError,
 )
-from palpate.drivers.jr3 import CanTransport, Jr3, Jr3Settings, UartTransport, shut_down, start_up
+from palpate.drivers.jr3 import CanTransport, Jr3, Jr3Settings, shut_down, start_up
 from palpate.drivers.jr3.messages import FullScales
 from palpate.drivers.jr3.phases import Jr3Phase
-from tests.unit.drivers.jr3.board import FORCES_N, MOMENTS_DNM, MS, Bench, FakeCanLink, forces, moments
+from tests.unit.drivers.jr3.board import FORCES_N, MOMENTS_DNM, Bench, FakeCanLink, forces, moments
 
 
 def test_the_order_of_requests() -> None:
@@ -77,7 +77,7 @@ def test_nobody_there() -> None:
         (
             {"answer": lambda _: [CanFrame(0x101, b"\x07")]},
             GarbledError,
-            "nothing but 16 frames or bytes without sense",
+            "nothing but 16 frames without sense",
         ),
         ({"state": 1}, DeviceFaultError, "not initialised"),
         (
@@ -173,57 +173,6 @@ def test_wishes_out_of_order_are_refused() -> None:
         bench.device.open()
 
 
-class FakeByteLink:
-    """The board on a serial line: takes a second for each command, as the firmware does."""
-
-    def __init__(self) -> None:
-        self.send_failures = 0
-        self.inbox = b""
-        self.written: list[bytes] = []
-
-    def receive(self) -> bytes:
-        data, self.inbox = self.inbox, b""
-        return data
-
-    def send(self, frame: bytes) -> bool:
-        self.written.append(frame)
-        scales = bytes.fromhex("3E003E003E003E003E003E00") if frame == b"<07>" else b""
-        self.inbox += b"<01\x00" + scales + b">"
-        return True
-
-
-def test_the_serial_line() -> None:
-    link = FakeByteLink()
-    device = Jr3(UartTransport(link), Jr3Settings(cutoff_Hz=0.6, period_us=0x3E00))
-    device.open()
-    now_ns = 0
-    for _ in range(5):
-        device.poll(now_ns := now_ns + 1000 * MS)
-    # 60 and 15872 would hold delimiters.
-    assert link.written == [b"<06>", b"<07>", b"<03>", b"<02\x3b\x00\xff\x3d\x00\x00>"]
-    link.inbox = b"noise<09" + bytes(10) + b"\x01\x00\x05\x00>"
-    (sample,) = device.poll(now_ns + 10 * MS)
-    assert sample.torque_Nm == (0.0, 0.0, 62 / 163840)
-    assert device.identity.full_scales == FullScales((62, 62, 62), (62, 62, 62))
-    assert device.statistics().wire.garbage == 5
-
-
-def test_a_serial_board_gets_2_5_seconds() -> None:
-    link = FakeByteLink()
-    device = Jr3(UartTransport(link))
-    device.open()
-    device.poll(0)
-    link.inbox = b""
-    device.poll(2499 * MS)
-    assert len(link.written) == 1
-    device.poll(2500 * MS)
-    assert len(link.written) == 2
-
-
-@pytest.mark.parametrize(("wire", "period_us"), [("can", 500), ("uart", 1500)])
-def test_more_readings_than_the_wire_carries(wire: str, period_us: int) -> None:
+def test_more_readings_than_the_wire_carries() -> None:
     with pytest.raises(SettingError, match="or more on this wire"):
-        Jr3(
-            CanTransport(FakeCanLink()) if wire == "can" else UartTransport(FakeByteLink()),
-            Jr3Settings(period_us=period_us),
-        )
+        Jr3(CanTransport(FakeCanLink()), Jr3Settings(period_us=500))

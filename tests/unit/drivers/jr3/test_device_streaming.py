@@ -152,7 +152,7 @@ def test_a_zero_that_somebody_else_sets_is_noticed_by_the_board_s_answer(
         ("silence", "nothing comes; check cable and power"),
         ("the same again", r"readings again that were there already \(\d+\) came instead; power the board again"),
         ("halves", r"halves of readings without the other half \(\d+\) came instead; check shield"),
-        ("other lengths", r"frames or bytes without sense or cut short \(\d+\) came instead; check shield"),
+        ("other lengths", r"frames without sense or cut short \(\d+\) came instead; check shield"),
         ("jumps", r"readings whose counter jumped \(\d+, the last by \+\d+\) came instead; see what else talks"),
     ],
 )

@@ -1,8 +1,6 @@
-"""The links: python-can and pyserial objects that behave, misbehave and vanish."""
+"""The link: python-can objects that behave, misbehave and vanish."""
 
 import errno
-import termios
-from collections.abc import Callable
 from typing import Any
 
 import can
@@ -11,7 +9,6 @@ import serial
 
 from palpate.drivers.can.link import MAX_FRAMES, CanFrame, CanLink, FrameKind
 from palpate.drivers.errors import SilentError
-from palpate.drivers.jr3.transport import MAX_BYTES, UartLink
 
 
 class ScriptedBus:
@@ -112,45 +109,3 @@ def test_a_flood_is_taken_in_portions() -> None:
     link = link_to(*[can.Message(arbitration_id=0x701, is_extended_id=False)] * (MAX_FRAMES + 3))
     assert len(link.receive()) == MAX_FRAMES
     assert len(link.receive()) == 3
-
-
-class ScriptedPort:
-    """A port that gives scripted chunks."""
-
-    timeout: float | None = 1.0
-    write_timeout: float | None = None
-
-    def __init__(self, *script: bytes | Exception) -> None:
-        self.script = list(script)
-        self.written = b""
-
-    def read(self, size: int, /) -> bytes:
-        step = self.script.pop(0) if self.script else b""
-        if isinstance(step, Exception):
-            raise step
-        self.script[:0] = [step[size:]] if len(step) > size else []
-        return step[:size]
-
-    def write(self, data: bytes, /) -> int:
-        self.read(1)
-        self.written += data
-        return len(data)
-
-
-def test_a_port_is_made_non_blocking_and_read_until_nothing_waits() -> None:
-    port = ScriptedPort(b"a", b"b", b"c", b"", b"d")
-    link = UartLink(port)
-    assert port.timeout == 0.0
-    assert [link.receive(), link.receive(), link.receive()] == [b"abc", b"d", b""]
-    assert len(UartLink(ScriptedPort(bytes(MAX_BYTES + 7))).receive()) == MAX_BYTES
-    assert link.send(b"<06>")
-    assert port.written == b"<06>"
-
-
-@pytest.mark.parametrize(
-    "error", [serial.SerialException("unplugged"), OSError(5, "gone"), TypeError("closed"), termios.error(5, "gone")]
-)
-@pytest.mark.parametrize("use", [UartLink.receive, lambda link: link.send(b"<06>")])
-def test_a_port_that_is_gone(error: Exception, use: Callable[[UartLink], object]) -> None:
-    with pytest.raises(SilentError, match="port fails"):
-        use(UartLink(ScriptedPort(error)))

@@ -11,7 +11,7 @@ from palpate.adapters.hardware.jr3 import Jr3ForceSensor
 from palpate.adapters.hardware.ur import UrToolForceSensor
 from palpate.core.ports import CONTROL_RATE_HZ, Clock
 from palpate.drivers.device import PolledSensor
-from palpate.drivers.jr3 import CAN_TIMING, UART_TIMING, Jr3Statistics
+from palpate.drivers.jr3 import CAN_TIMING, Jr3Statistics
 from palpate.drivers.ur import RANGE_N, RANGE_NM
 
 _POLL_NS: Final = 1_000_000
@@ -35,9 +35,9 @@ def examine_jr3(sensor: Jr3ForceSensor, clock: Clock, seconds: float, notes: Not
     notes.fact("full scales", f"{', '.join(map(str, newtons))} N; {', '.join(f'{m:.1f}' for m in metres)} N m")
     cutoff = f"{identity.cutoff_Hz:g} Hz" if identity.cutoff_Hz else "none"
     notes.fact("filter", f"{cutoff} (asked for {asked.cutoff_Hz:g} Hz)")
-    timing = CAN_TIMING if "CAN" in identity.name else UART_TIMING
-    told = f"the wire carries a reading every {timing.min_period_us} us at best, {identity.period_us} us are set"
-    notes.fact("budget", f"{told}: {timing.min_period_us / identity.period_us:.0%}")
+    best_us = CAN_TIMING.min_period_us
+    told = f"the wire carries a reading every {best_us} us at best, {identity.period_us} us are set"
+    notes.fact("budget", f"{told}: {best_us / identity.period_us:.0%}")
     before, before_ns = device.statistics(), clock.now_ns()
     try:
         readings, arrivals = listen(device, clock, seconds)

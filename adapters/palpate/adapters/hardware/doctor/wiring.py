@@ -8,7 +8,7 @@ from palpate.adapters.config import DeviceEntry, overlay
 from palpate.adapters.hardware.ati import NetFtTable
 from palpate.adapters.hardware.cia402 import Cia402Table
 from palpate.adapters.hardware.doctor.findings import Notebook
-from palpate.adapters.hardware.jr3 import Jr3CanTable, Jr3UartTable
+from palpate.adapters.hardware.jr3 import Jr3CanTable
 from palpate.adapters.hardware.ur import UrTable
 from palpate.adapters.hardware.zebra_zero import ZebraTable
 from palpate.core.ports import CONTROL_RATE_HZ
@@ -63,11 +63,6 @@ def _jr3_can(settings: Mapping[str, Any]) -> Wiring:
     return _can(table.bus, f"node {table.node}", jr3_node=table.node, period_us=table.period_us)
 
 
-def _jr3_uart(settings: Mapping[str, Any]) -> Wiring:
-    table = overlay(Jr3UartTable(), settings)
-    return Wiring(table.port, told=f"{table.port}, 8N1, {table.baud} baud")
-
-
 def _ati_netft(settings: Mapping[str, Any]) -> Wiring:
     table = overlay(NetFtTable(), settings)
     return Wiring(told=f"{table.host}, UDP port {table.port}, its page on port {table.http_port}")
@@ -96,7 +91,7 @@ def _guessed(settings: Mapping[str, Any]) -> Wiring:
 
 
 _KNOWN: Final[Mapping[str, Callable[[Mapping[str, Any]], Wiring]]] = {
-    "zebra-nmc": _zebra, "cia402": _cia402, "jr3-can": _jr3_can, "jr3-uart": _jr3_uart,
+    "zebra-nmc": _zebra, "cia402": _cia402, "jr3-can": _jr3_can,
     "ati-netft": _ati_netft, "ur-rtde": _ur,
 }  # fmt: skip
 

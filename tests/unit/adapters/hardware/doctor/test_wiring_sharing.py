@@ -49,7 +49,6 @@ def test_wires_of_their_own() -> None:
 
 def test_where_a_rig_file_says_that_a_device_hangs() -> None:
     assert wiring_of(DeviceEntry("zebra-nmc", {})).serial == "/dev/ttyUSB0"
-    assert wiring_of(DeviceEntry("jr3-uart", {"port": "/dev/ttyS1"})).serial == "/dev/ttyS1"
     on_can = wiring_of(DeviceEntry("jr3-can", {"node": 9}))
     assert (on_can.serial, on_can.network, on_can.jr3_node) == (None, "can0", 9)
     assert (
