@@ -14,7 +14,7 @@ from palpate.adapters.config import RunConfig, entries, from_here, imported
 from palpate.adapters.experiments.build import plain_perception, task_actions, task_reach
 from palpate.core.errors import ConfigurationError, told
 from palpate.core.perception import Perception
-from palpate.core.policy import ForeignEntry, ForeignPolicy, Learner, PolicyContext, guarded
+from palpate.core.policy import ForeignEntry, ForeignPolicy, PolicyContext
 
 GROUP: Final = "palpate.policies"
 """Entry points of this group are policies by name, each a class or function that makes one."""
@@ -63,7 +63,7 @@ def foreign_policy(entry: ForeignEntry, config: RunConfig, perception: Perceptio
         accepted = f"code that makes a policy; it failed with {told(error)}"
         raise ConfigurationError("policy", entry.code, accepted) from error
     now = replace(foreign_entry(entry.code), trials_learned=entry.trials_learned, state=entry.state)
-    return guarded(made, now, context, frozen=frozen)
+    return ForeignPolicy(made, now, context, frozen=frozen)
 
 
 def foreign_learns(code: str, config: RunConfig) -> bool:
@@ -73,7 +73,7 @@ def foreign_learns(code: str, config: RunConfig) -> bool:
         ConfigurationError: The code cannot be loaded, or makes no policy.
     """
     perception = plain_perception(config)
-    return isinstance(foreign_policy(foreign_entry(code), config, perception, frozen=True), Learner)
+    return foreign_policy(foreign_entry(code), config, perception, frozen=True).learns
 
 
 def _maker(code: str) -> Callable[..., Any]:

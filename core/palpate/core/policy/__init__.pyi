@@ -30,7 +30,6 @@ from .file import PolicyDocument as PolicyDocument
 from .foreign import ForeignEntry as ForeignEntry
 from .foreign import ForeignPolicy as ForeignPolicy
 from .foreign import PolicyContext as PolicyContext
-from .foreign import guarded as guarded
 from .hmm import HmmLearner as HmmLearner
 from .hmm import HmmParameters as HmmParameters
 from .learner import Learner as Learner

@@ -20,6 +20,8 @@ from palpate.core.policy.tabular import QLearning, QParameters, TabularLearner
 
 def learner_of(policy: Policy) -> Learner | None:
     """The learner that a policy is or has as a part; the first one."""
+    if isinstance(policy, ForeignPolicy):
+        return policy if policy.learns else None
     return next((part for part in _parts_of(policy) if isinstance(part, Learner)), None)
 
 

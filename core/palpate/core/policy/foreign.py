@@ -1,4 +1,4 @@
-"""A policy that is not palpate's own: made by code that a name leads to, and guarded, for it may do anything."""
+"""A third-party policy: code that a name leads to, in a wrapper that turns whatever it does wrong into one error."""
 
 import copy
 import json
@@ -11,8 +11,8 @@ from typing import Annotated, Any, ClassVar, Final, Self, TypeVar
 import numpy as np
 from typing_extensions import override
 
-from palpate.core.errors import ConfigurationError, PolicyError, one_line, told
-from palpate.core.policy.base import Action, Decision, Hindsight, Observation, Policy, Transition
+from palpate.core.errors import ConfigurationError, PolicyError, told
+from palpate.core.policy.base import Action, Decision, Hindsight, Observation, Transition
 from palpate.core.policy.learner import Learner
 from palpate.core.policy.model_entry import Reach
 from palpate.core.ports import Range, Settings
@@ -21,8 +21,8 @@ T = TypeVar("T")
 
 LONGEST_CHOICE_NS: Final = 200_000_000
 """A choice on a rig that takes longer ends the trial: an arm without a command for so long is stopped anyway."""
-_NEEDED: Final = ("serves", "begin_trial", "choose", "learn")
-_STATE: Final = ("get_state", "set_state")
+_METHODS: Final = ("serves", "begin_trial", "choose", "learn")
+_STATE: Final = {"get_state", "set_state"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,45 +67,60 @@ class ForeignEntry(Settings):
         return replace(self, trials_learned=0, state=None)
 
 
-class ForeignPolicy(Policy):
+class ForeignPolicy(Learner):
     """A policy behind the interface that it claims to have. What it raises or gives that makes no sense is its fault.
 
     Args:
         frozen: Keep it from learning: its ``learn`` and ``end_trial`` are not called.
 
     Attributes:
+        learns: Whether it offers what it has learned, by ``get_state`` and ``set_state``.
         now_ns: The clock of the rig that it is at work on; None where no time passes.
 
     Raises:
-        ConfigurationError: It lacks what a policy needs.
+        ConfigurationError: It lacks what a policy needs, or has no state to be put to.
+        PolicyError: It refuses its state.
     """
 
     def __init__(self, policy: Any, entry: ForeignEntry, context: PolicyContext, *, frozen: bool) -> None:
         self._policy, self._entry, self.context, self.frozen = policy, entry, context, frozen
         self.now_ns: Callable[[], int] | None = None
-        missing = self._called("being looked at", self._missing)
+        self._trials = entry.trials_learned
+        self._has = self._called("being looked at", self._members)
+        missing = [name for name in (*_METHODS, "temperature") if name not in self._has]
         if missing:
             kind = type(policy).__name__
             raise ConfigurationError("policy", entry.code, f"code that makes a policy; its {kind} lacks {missing[0]}")
+        self.learns = self._has >= _STATE
+        if entry.state is not None:
+            if not self.learns:
+                raise ConfigurationError(
+                    "policy", entry.code, "a policy with get_state and set_state, which it had once"
+                )
+            self.set_state(entry.content())
 
-    def _missing(self) -> list[str]:
-        missing = [name for name in _NEEDED if not callable(getattr(self._policy, name, None))]
-        return missing + ([] if hasattr(self._policy, "temperature") else ["temperature"])
+    def _members(self) -> set[str]:
+        names = (*_METHODS, *_STATE, "end_trial")
+        methods = {name for name in names if callable(getattr(self._policy, name, None))}
+        return methods | ({"temperature"} if hasattr(self._policy, "temperature") else set())
 
     @property
     def entry(self) -> ForeignEntry:
         """What a policy file holds of it."""
-        return self._entry
+        return replace(self._entry, **self.get_state()) if self.learns else self._entry
 
     @property
     @override
     def temperature(self) -> float | None:
-        given: Any = self._called("temperature", lambda: self._policy.temperature)
-        return None if given is None else self._called("temperature", lambda: _finite(given))
+        def given() -> float | None:
+            temperature = self._policy.temperature
+            return None if temperature is None else _finite(temperature)
+
+        return self._called("temperature", given)
 
     @override
     def serves(self, state: int) -> bool:
-        return bool(self._called("serves", lambda: self._policy.serves(state)))
+        return self._called("serves", lambda: bool(self._policy.serves(state)))
 
     @override
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
@@ -124,11 +139,11 @@ class ForeignPolicy(Policy):
         if took_ns > LONGEST_CHOICE_NS:
             took = f"took {took_ns * 1e-9:.2f} s; at most {LONGEST_CHOICE_NS * 1e-9:g} s on a rig"
             raise PolicyError(self._entry.code, f"choose {took}")
-        if not isinstance(given, Decision) or not isinstance(given.action, Action):
-            raise PolicyError(self._entry.code, f"choose gave {_shown(given)}; a Decision with an Action is needed")
         return self._called("choose", lambda: self._plain(given))
 
-    def _plain(self, given: Decision) -> Decision:
+    def _plain(self, given: Any) -> Decision:
+        if not isinstance(given, Decision) or not isinstance(given.action, Action):
+            raise TypeError(f"{given!r:.80} is no Decision with an Action")
         action, actions = given.action, self.context.actions
         x, y = action.displacement_m
         names = (action.name, given.source)
@@ -149,32 +164,11 @@ class ForeignPolicy(Policy):
 
     @override
     def end_trial(self, hindsight: Hindsight) -> None:
-        if not self.frozen and callable(getattr(self._policy, "end_trial", None)):
+        if self.frozen:
+            return
+        if "end_trial" in self._has:
             self._called("end_trial", lambda: self._policy.end_trial(hindsight))
-
-    def _called(self, name: str, call: Callable[[], T]) -> T:
-        try:
-            return call()
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:
-            # A stranger's code may fail in any way.
-            raise PolicyError(self._entry.code, f"{name} failed with {told(error)}") from error
-
-
-class ForeignLearner(ForeignPolicy, Learner):
-    """One that offers what it has learned, by ``get_state`` and ``set_state``."""
-
-    def __init__(self, policy: Any, entry: ForeignEntry, context: PolicyContext, *, frozen: bool) -> None:
-        super().__init__(policy, entry, context, frozen=frozen)
-        self._trials = entry.trials_learned
-        if entry.state is not None:
-            self.set_state(entry.content())
-
-    @property
-    @override
-    def entry(self) -> ForeignEntry:
-        return replace(self._entry, **self.get_state())
+        self._trials += 1
 
     @property
     @override
@@ -182,14 +176,16 @@ class ForeignLearner(ForeignPolicy, Learner):
         return self._trials
 
     @override
-    def end_trial(self, hindsight: Hindsight) -> None:
-        super().end_trial(hindsight)
-        self._trials += not self.frozen
-
-    @override
     def get_state(self) -> dict[str, Any]:
-        given = self._called("get_state", lambda: _plain_json(self._policy.get_state()))
-        return {"trials_learned": self._trials, "state": given}
+        return {"trials_learned": self._trials, "state": self._called("get_state", self._plain_state)}
+
+    def _plain_state(self) -> dict[str, Any]:
+        # As bytes, because logs and policy files hold UTF-8.
+        text = json.dumps(self._policy.get_state(), allow_nan=False, ensure_ascii=False).encode()
+        plain = json.loads(text)
+        if not isinstance(plain, dict):
+            raise TypeError(f"{plain!r:.80} is no dict")
+        return plain
 
     @override
     def set_state(self, state: Mapping[str, Any]) -> None:
@@ -197,18 +193,14 @@ class ForeignLearner(ForeignPolicy, Learner):
         self._called("set_state", lambda: self._policy.set_state(own))
         self._trials = trials
 
-
-def guarded(policy: Any, entry: ForeignEntry, context: PolicyContext, *, frozen: bool) -> ForeignPolicy:
-    """A foreign policy, guarded; a learner if it offers what it has learned.
-
-    Raises:
-        ConfigurationError: It lacks what a policy needs, or has no state to be put to.
-        PolicyError: It refuses its state.
-    """
-    learns = all(callable(getattr(policy, name, None)) for name in _STATE)
-    if entry.state is not None and not learns:
-        raise ConfigurationError("policy", entry.code, "a policy with get_state and set_state, which it had once")
-    return (ForeignLearner if learns else ForeignPolicy)(policy, entry, context, frozen=frozen)
+    def _called(self, name: str, call: Callable[[], T]) -> T:
+        try:
+            return call()
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            # Third-party code may fail in any way.
+            raise PolicyError(self._entry.code, f"{name} failed with {told(error)}") from error
 
 
 def _finite(value: Any) -> float:
@@ -216,18 +208,3 @@ def _finite(value: Any) -> float:
     if not isfinite(number):
         raise ValueError(f"{number} is no finite number")
     return number
-
-
-def _plain_json(value: Any) -> dict[str, Any]:
-    # As bytes, because logs and policy files hold UTF-8.
-    plain = json.loads(json.dumps(value, allow_nan=False, ensure_ascii=False).encode())
-    if not isinstance(plain, dict):
-        raise TypeError(f"{_shown(value)} is no dict")
-    return plain
-
-
-def _shown(value: object) -> str:
-    try:
-        return one_line(repr(value))[:80]
-    except Exception:
-        return f"a {type(value).__name__}"

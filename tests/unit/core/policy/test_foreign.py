@@ -11,9 +11,9 @@ import pytest
 
 from palpate.core.errors import ConfigurationError, PolicyError
 from palpate.core.policy.base import Action, Decision, Hindsight, Observation, Transition, compass_actions
-from palpate.core.policy.conversion import document_of
+from palpate.core.policy.conversion import document_of, learner_of
 from palpate.core.policy.file import PolicyDocument
-from palpate.core.policy.foreign import ForeignEntry, ForeignLearner, ForeignPolicy, PolicyContext, guarded
+from palpate.core.policy.foreign import ForeignEntry, ForeignPolicy, PolicyContext
 from palpate.core.policy.model_entry import Reach
 
 ACTIONS = compass_actions(0.7e-3)
@@ -61,7 +61,7 @@ class MuteError(Exception):
 
 
 def policy(made: Any, frozen: bool = True) -> ForeignPolicy:
-    return guarded(made, ENTRY, CONTEXT, frozen=frozen)
+    return ForeignPolicy(made, ENTRY, CONTEXT, frozen=frozen)
 
 
 def raising(error: BaseException) -> Any:
@@ -78,8 +78,8 @@ def raising(error: BaseException) -> Any:
         (raising(SystemExit("bye")), "choose failed with SystemExit: bye"),
         (raising(GeneratorExit("over")), "choose failed with GeneratorExit: over"),
         (raising(MuteError()), "choose failed with MuteError: its text cannot be told"),
-        ("-x", "choose gave '-x'; a Decision with an Action is needed"),
-        (Decision("-x", 0, "strange"), "a Decision with an Action is needed"),  # type: ignore[arg-type]
+        ("-x", "choose failed with TypeError: '-x' is no Decision with an Action"),
+        (Decision("-x", 0, "strange"), "is no Decision with an Action"),  # type: ignore[arg-type]
         (lambda: Decision(Action("far", (nan, 0.0)), None, "strange"), "two finite lengths in m"),
         (lambda: Decision(Action("far", (0.0, 0.0, 0.0)), None, "strange"), "too many values"),  # type: ignore[arg-type]
         (Decision(OWN, 3, "strange"), "'own' is not action 3; the action set has 8"),
@@ -149,7 +149,7 @@ def test_temperature(given: Any, shown: float | None) -> None:
 
 def test_a_learner_keeps_its_state_in_a_policy_file_and_a_frozen_one_is_not_taught() -> None:
     made = policy(StrangeLearner(), frozen=False)
-    assert isinstance(made, ForeignLearner)
+    assert learner_of(made) is made
     made.begin_trial(0, np.random.default_rng(0))
     made.choose(SEEN)
     made.learn(Transition(0, 0, -1.0, None))
@@ -161,13 +161,12 @@ def test_a_learner_keeps_its_state_in_a_policy_file_and_a_frozen_one_is_not_taug
     assert read.values() == made.get_state()
     assert read.unlearned().values() == {"trials_learned": 0, "state": None}
     assert read.foreign is not None
-    again = guarded(StrangeLearner(), read.foreign, CONTEXT, frozen=True)
-    assert isinstance(again, ForeignLearner)
+    again = ForeignPolicy(StrangeLearner(), read.foreign, CONTEXT, frozen=True)
     again.learn(Transition(0, 0, -1.0, None))
     again.end_trial(Hindsight(True, (0.0, 0.0, 0.0), 0.0))
     assert again.get_state() == made.get_state()
     with pytest.raises(ConfigurationError, match="get_state and set_state, which it had once"):
-        guarded(Strange(), read.foreign, CONTEXT, frozen=True)
+        ForeignPolicy(Strange(), read.foreign, CONTEXT, frozen=True)
 
 
 @pytest.mark.parametrize("state", [{"asked": nan}, {"asked": object()}, {"asked": "\udcff"}, [1, 2], sys])
@@ -175,6 +174,5 @@ def test_a_state_that_no_file_can_hold(state: Any) -> None:
     made = StrangeLearner()
     made.get_state = lambda: state  # type: ignore[method-assign]
     learner = policy(made)
-    assert isinstance(learner, ForeignLearner)
     with pytest.raises(PolicyError, match="get_state failed with"):
         learner.get_state()
