@@ -86,13 +86,11 @@ def test_it_is_trained_run_shown_and_compared(
 
 
 @pytest.mark.usefixtures("installed")
-def test_a_study_trains_it_and_the_campaign_of_faults_takes_it(palpate: CommandLine) -> None:
+def test_a_study_trains_it(palpate: CommandLine) -> None:
     Path("s.toml").write_text(f"[study]\ntrials = 1\npolicies = ['{DRIFT}']\n[base]\n'task.time_limit_s' = 1.0\n")
     palpate.succeed("study", "s.toml", "--engine", "sequential", "--out", "s")
     (policy,) = Path("s/cells").glob("*/policy.json")
     assert PolicyDocument.load(policy).values()["trials_learned"] == 1
-    words = ("--policy", DRIFT, "--fault", "repeat", "--phase", "explore", "--most", 1, "--jobs", 1)
-    assert palpate("faults", *words).code == 0
 
 
 def test_trials_replay_with_its_code_and_without_it(
@@ -209,9 +207,6 @@ def test_one_that_changes_the_working_folder_moves_no_result(
     logs = sorted(Path("run/logs").iterdir())
     printed = palpate.succeed("replay", *logs, "--jobs", 1)
     assert "2 of 2 equal in every bit" in printed
-    words = ("--fault", "repeat", "--phase", "explore", "--most", 1, "--jobs", 1, "--out", "faults.csv")
-    palpate("faults", *quick, *words)
-    assert Path("faults.csv").is_file()
 
 
 def test_one_that_cannot_even_begin_is_refused_before_a_folder_is_made(

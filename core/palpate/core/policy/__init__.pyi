@@ -33,10 +33,10 @@ from .foreign import PolicyContext as PolicyContext
 from .hmm import HmmLearner as HmmLearner
 from .hmm import HmmParameters as HmmParameters
 from .learner import Learner as Learner
+from .learner import ModelLearner as ModelLearner
 from .model_entry import BeliefEntry as BeliefEntry
 from .model_entry import HmmEntry as HmmEntry
 from .model_entry import Reach as Reach
-from .model_learner import ModelLearner as ModelLearner
 from .programmed import AssignedPolicy as AssignedPolicy
 from .programmed import MixedPolicy as MixedPolicy
 from .programmed import ProgrammedPolicy as ProgrammedPolicy

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Annotated, Any, ClassVar, Final
 
 import numpy as np
 from typing_extensions import override
@@ -15,12 +15,11 @@ from palpate.core.policy.belief.arithmetic import Floats, logarithm
 from palpate.core.policy.belief.fit import FEWEST_TOUCHES, fit_touch_model
 from palpate.core.policy.belief.model import TouchModel
 from palpate.core.policy.belief.place_belief import MISSED, PlaceBelief, TouchTable
-from palpate.core.policy.belief.places import SINGLE, Places
+from palpate.core.policy.belief.places import SINGLE, Places, place_prior
 from palpate.core.policy.belief.planner import Planner, SpiralSearch
-from palpate.core.policy.belief.prior import place_prior
-from palpate.core.policy.belief.settings import BeliefParameters
 from palpate.core.policy.belief.touches import LENGTH_M, Touch, TouchedTrial, place_of
-from palpate.core.policy.model_learner import ModelLearner
+from palpate.core.policy.learner import ModelLearner
+from palpate.core.ports import Range, Settings
 
 SEARCH: Final = "search"
 """Name of the steps of a search; those by the belief are named by their way."""
@@ -28,6 +27,41 @@ _WIDEST_M: Final = 8e-3
 """More places than 161 by 161 cannot be gone through within a tick."""
 
 _MIDDLE_M: Final = (0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BeliefParameters(Settings):
+    """Of the learner belief: what does not follow from the task."""
+
+    TABLE: ClassVar[str] = "learning.belief"
+
+    capture_mm: Annotated[float, Range(0.02, 2.0)] = 0.15
+    """A hole within this distance of the peg's way takes it in."""
+    speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 19.0
+    """Speed of a longest step, its rest included."""
+    kept: Annotated[float, Range(0.5, 1.0)] = 0.985
+    """Share of the evidence that is left after one more touch: what was learned may be a little wrong."""
+    search_speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 16.0
+    """Highest speed of a search: faster, the peg slides over holes that it should drop into."""
+    pitch_mm: Annotated[float, Range(0.05, 5.0)] = 0.3
+    """Distance between the turns of a search; at most twice the capture width, or it leaves gaps."""
+    memory_trials: Annotated[int, Range(2, 1000)] = 60
+    """So many trials are remembered; what is older is forgotten."""
+    patience: Annotated[int, Range(1, 1000)] = 60
+    """After so many steps by the belief a search round the likeliest place begins, and then the belief anew; after as
+    many again a search of everything, to the end."""
+    search_steps: Annotated[int, Range(1, 10000)] = 40
+    """Steps of the first of these searches."""
+    regrip_share: Annotated[float, Range(0.0, 0.5, above=True)] = 0.05
+    """How likely the tool leans otherwise than in the trials before."""
+    other_tool: bool = False
+    """Whether a policy file whose touch model is of another peg may be the beginning; else it is refused."""
+
+    @override
+    def check(self) -> None:
+        if self.pitch_mm > 2.0 * self.capture_mm:
+            accepted = f"at most twice capture_mm, {2.0 * self.capture_mm:g}, or a search leaves gaps"
+            raise ConfigurationError(self.dotted("pitch_mm"), self.pitch_mm, accepted)
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ from palpate.core.policy.hmm.displacement_hmm import DisplacementHmm, fit_displa
 from palpate.core.policy.hmm.finite_pomdp import require_room
 from palpate.core.policy.hmm.point_based import PointBasedPlan
 from palpate.core.policy.hmm.recorded import RecordedTrial
-from palpate.core.policy.model_learner import ModelLearner
+from palpate.core.policy.learner import ModelLearner
 from palpate.core.ports import Range, Settings, require_keys
 
 REFITS: Final = (30, 60, 100, 150, 220, 300, 400, 500)

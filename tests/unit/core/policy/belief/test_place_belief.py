@@ -6,7 +6,7 @@ import pytest
 from palpate.core.policy.belief.fit import fit_touch_model
 from palpate.core.policy.belief.model import RINGS_M, SECTORS, TouchModel
 from palpate.core.policy.belief.place_belief import MISSED, PlaceBelief, TouchTable
-from palpate.core.policy.belief.places import SINGLE, Places
+from palpate.core.policy.belief.places import SINGLE, Places, off_way_m2
 from tests.unit.core.policy.belief.simulated_touch import GAINS, expected_Nm, leaning_trials
 
 PLACES = Places(1e-3)
@@ -66,3 +66,14 @@ def test_a_place_is_missed_the_less_the_further_off_the_way_was() -> None:
         belief.passed = belief.passed + np.where(off_m2 <= np.square(widths * 1.5e-4), log_weight, 0.0)
     left = belief.probabilities()[10:, 0] / belief.probabilities()[-1, 0]
     assert left[:4] == pytest.approx([0.1485, 0.33, 0.6, 1.0])
+
+
+def test_what_is_near_a_way_lies_in_its_box_beyond_the_edge_too() -> None:
+    rng = np.random.default_rng(3)
+    for start, way in rng.uniform(-1.4e-3, 1.4e-3, (200, 2, 2)).round(4):
+        box, off_m2 = PLACES.near_way(tuple(start), tuple(way), 2e-4)
+        x, y = PLACES.axis_m[:, None] - start[0], PLACES.axis_m[None, :] - start[1]
+        everywhere_m2 = off_way_m2(x, y, *way)
+        assert np.array_equal(everywhere_m2[box], off_m2)
+        everywhere_m2[box] = np.inf
+        assert everywhere_m2.min() > 2e-4**2
