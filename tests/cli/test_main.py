@@ -115,7 +115,7 @@ def test_without_what_a_slim_install_leaves_out_trials_run_and_what_needs_it_say
 
 
 COMMANDS = (
-    "train, run, teach, compare, study, show, explore, infer, automaton, replay, report, log, "
+    "train, run, compare, study, show, explore, infer, automaton, replay, report, log, "
     "render, view, check-adapter, emulate, doctor, calibrate, gap, examples, completion, version"
 )
 

@@ -24,10 +24,6 @@ COMMANDS: dict[str, Command] = {
         "train:train", "options:TrainOptions",
     ),
     "run": Command("run a trained policy, or a comparator, without learning", "run:run", "options:RunOptions"),
-    "teach": Command(
-        "choose the steps yourself, and leave what you showed as examples for a policy", "teach:teach",
-        "options:TeachOptions",
-    ),
     "compare": Command(
         "table of hand-written strategies and trained policies on the same trials",
         "compare:compare", "options:CompareOptions",

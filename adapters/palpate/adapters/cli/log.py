@@ -94,13 +94,12 @@ def export(options: ExportOptions) -> int:
 
 def import_(options: ImportOptions) -> int:
     """Write the examples of a dataset."""
-    from palpate.adapters.experiments.teaching import EXAMPLES_FILE, Shown, examples_text
-    from palpate.adapters.log import import_examples
+    from palpate.adapters.log import csv_text, import_examples
     from palpate.core.ports import new_file
 
-    examples, out = import_examples(Path(options.folder)), Path(options.out or EXAMPLES_FILE)
+    examples, out = import_examples(Path(options.folder)), Path(options.out or "examples.csv")
     with new_file(out) as passing:
-        passing.write_text(examples_text(Shown(*one) for one in examples), encoding="utf-8")
+        passing.write_text(csv_text([("trial", "number", "state", "action"), *examples]), encoding="utf-8")
     episodes = len({one[0] for one in examples})
     sys.stdout.write(f"{len(examples)} examples of {episodes} episode{'s' * (episodes != 1)} in {out}\n")
     return 0

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from palpate.adapters.cli.notices import print_grants, print_troubles, watched
-from palpate.adapters.cli.options import RunOptions, TeachOptions, TrainOptions
+from palpate.adapters.cli.options import RunOptions, TrainOptions
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import RunFolder, open_rig, require_limits, warm_up
 from palpate.adapters.hardware.real_time import RealTimeSession
@@ -18,7 +18,7 @@ from palpate.core.trial import ReadyPose
 if TYPE_CHECKING:
     from palpate.adapters.visualisation.live import LiveView
 
-Options = RunOptions | TeachOptions | TrainOptions
+Options = RunOptions | TrainOptions
 
 
 def opened_rig(opened: ExitStack, options: Options, config: RunConfig, ready: ReadyPose) -> tuple[LiveView | None, Rig]:

@@ -79,29 +79,6 @@ class RunOptions(LiveSettings, RunSettings):
 
 
 @dataclass(frozen=True)
-class TeachOptions(LiveSettings, RunSettings):
-    """Choose the steps of trials yourself; what you showed in those that succeed becomes examples for a policy.
-
-    In the simulator time waits for a key: arrows, q w e / a d / z x c or the number pad, space to rest, Escape to end.
-    On a rig a gamepad leads the arm, while its button is held, at 20 mm/s at most; any key of the terminal stops it.
-    """
-
-    trials: Trials = 10
-    """Number of trials."""
-    gamepad: str = ""
-    """A gamepad's device, such as /dev/input/js0, instead of keys: its left stick or its cross leads the peg."""
-    hold_button: Annotated[int, Range(0, 63)] = 4
-    """On a rig the arm moves while this button of the gamepad is held; 4 is the left shoulder of many."""
-    guide_N: Annotated[float, Range(0.0, 7.0)] = 0.0
-    """On a rig, lead the tool by hand instead of with the stick, while the button is held: the peg steps to where it is
-    pushed with at least this force, 3 N or so; 0 takes the stick."""
-    rig: str = ""
-    """Rig file: teach on its devices instead of in the simulator."""
-    out: str = ""
-    """Folder for the results; runs/SCENARIO-teach-001 or the next number if not given. It must not hold a run yet."""
-
-
-@dataclass(frozen=True)
 class CompareOptions(RunSettings):
     """Compare hand-written strategies, and trained policies beside them, on the same trials."""
 

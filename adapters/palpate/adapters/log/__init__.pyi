@@ -13,7 +13,6 @@ from .info import NS as NS
 from .info import info_of as info_of
 from .info_text import describe as describe
 from .info_text import table as table
-from .lerobot_decisions import PERSON as PERSON
 from .lerobot_decisions import import_examples as import_examples
 from .messages import decode_record as decode_record
 from .messages import encode_record as encode_record

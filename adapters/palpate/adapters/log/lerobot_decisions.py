@@ -16,9 +16,8 @@ from palpate.adapters.log.lerobot_files import Table, require_pyarrow
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.records import DecisionEntry
 from palpate.core.errors import LogError, one_line
+from palpate.core.policy import PERSON
 
-PERSON: Final = "person"
-"""Source of a decision that a person made, in a lesson; the last of its grounds is the state of the example."""
 _NUMBER, _STATE, _ACTION = "decision.number", "decision.state", "decision.action"
 _COLUMNS: Final = (_NUMBER, _STATE, _ACTION)
 

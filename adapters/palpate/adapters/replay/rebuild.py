@@ -21,7 +21,6 @@ from palpate.adapters.experiments import (
     task_actions,
 )
 from palpate.adapters.log import (
-    PERSON,
     TrialLog,
     config_of,
     learner_of_json,
@@ -32,15 +31,13 @@ from palpate.adapters.log import (
 from palpate.adapters.replay.recorded_decisions import RecordedDecisions
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
 from palpate.core.perception import Perception, perception_from_dict
-from palpate.core.policy import ForeignEntry, Policy, PolicyDocument, learner_of
+from palpate.core.policy import PERSON, ForeignEntry, Policy, PolicyDocument, learner_of
 from palpate.core.ports import SensorFacts
 from palpate.core.supervision import SupervisionConfig, Supervisor, weaker_settings
 from palpate.core.trial import ReadyPose, Task, TrialSetup
 
 _OUTSIDE: Final = ("cell", "recording")
 """Settings of the world and of the recorder: what was recorded does not change with them."""
-_CHOSE: Final = {OUTSIDE: "an agent outside", PERSON: "a person"}
-"""Who chose where there is no policy that could do so again."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +162,7 @@ class Rebuilder:
         interrupted = any(event.name == "interrupt" for event in log.events)
         key = (
             start.config_toml, start.perception_json, start.policy, start.policy_json, start.frozen,
-            start.ready_rad, start.tip_rotation, start.world_json if start.policy != "document" else "",
+            start.ready_rad, start.tip_rotation, start.world_json if start.policy != "document" else "", _asked(log),
         )  # fmt: skip
         if self._kept is None or key != self._key:
             self._kept, self._key, self._supervisor = self._build(log), key, None
@@ -223,8 +220,8 @@ class Rebuilder:
             return own, loaded_policy(other, config, own, frozen=True)
         if isinstance(other, ForeignEntry):
             return perception, foreign_policy(other, config, perception, frozen=True)
-        if other is None and log.start.policy in _CHOSE:
-            return perception, self._told(log, config, perception, f"{_CHOSE[log.start.policy]} chose the actions")
+        if other is None and log.start.policy == OUTSIDE:
+            return perception, self._told(log, config, perception, "an agent outside chose the actions")
         if other is not None or (log.start.policy != "document" and ":" not in log.start.policy):
             return perception, comparator(other or log.start.policy, config, lambda: _hole(log, world))
         try:
@@ -246,6 +243,8 @@ class Rebuilder:
         if entry.code != log.start.policy:
             problem = f"names two policies, {log.start.policy} and {entry.code}"
             raise LogError(log.path, "/start", problem, "it was altered")
+        if _asked(log):
+            return self._told(log, config, perception, "a person chose the actions")
         try:
             return foreign_policy(entry, config, perception, frozen=log.start.frozen)
         except ConfigurationError as error:
@@ -257,6 +256,11 @@ class Rebuilder:
             text = f"the policy's code is not there, and the log holds no answer to a what-if ({problem})"
             raise LogError(log.path, "", text, "install what made it, or name another --policy")
         return RecordedDecisions(task_actions(config), problem, 6 + len(perception.extractor.names))
+
+
+def _asked(log: TrialLog) -> bool:
+    """Return whether a person chose the actions."""
+    return any(decision.source == PERSON for decision in log.decisions)
 
 
 def _sensor(log: TrialLog) -> SensorFacts:

@@ -1,6 +1,7 @@
 from .base import COMPASS_NAMES as COMPASS_NAMES
 from .base import EXAMPLES as EXAMPLES
 from .base import LEARNED as LEARNED
+from .base import PERSON as PERSON
 from .base import PROGRAMMED as PROGRAMMED
 from .base import Action as Action
 from .base import Decision as Decision

@@ -126,6 +126,8 @@ def _unit_vector(k: int, directions: int) -> tuple[float, float]:
 PROGRAMMED: Final = "programmed"
 EXAMPLES: Final = "examples"
 LEARNED: Final = "learned"
+PERSON: Final = "person"
+"""Source of decisions that a replay takes from the log, because no code could make them again."""
 
 
 @made_by_slots
@@ -160,8 +162,8 @@ class Decision:
 
     Attributes:
         index: Its place in the action set; None when it is not of the set, so nothing learns from it.
-        source: Which knowledge chose it: ``"programmed"``, ``"examples"``, ``"learned"`` or the name of
-            a comparator.
+        source: Which knowledge chose it: ``"programmed"``, ``"examples"``, ``"learned"``, ``"person"`` or the name
+            of a comparator.
         grounds: Numbers that a policy chose it by, such as what it believes; for whoever compares two runs.
     """
 

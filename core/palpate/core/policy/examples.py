@@ -30,14 +30,8 @@ class ExamplesPolicy(AssignedPolicy):
         for state, action in examples:
             check_known(_FIELD, state, action, states, actions)
             counts[row[state]][column[action]] += 1
-        self._counts = tuple(map(tuple, counts))
         assigned = [line.index(max(line)) if any(line) else None for line in counts]
         super().__init__(states, actions, assigned, EXAMPLES)
-
-    @property
-    def counts(self) -> tuple[tuple[int, ...], ...]:
-        """How many examples each state and action has."""
-        return self._counts
 
 
 def load_examples(

@@ -5,9 +5,10 @@ import pytest
 
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import build_perception
-from palpate.adapters.log import PERSON, DecisionEntry, EndRecord, export_lerobot, import_examples
+from palpate.adapters.log import DecisionEntry, EndRecord, export_lerobot, import_examples
 from palpate.core.errors import LogError
 from palpate.core.perception import perception_to_dict
+from palpate.core.policy import PERSON
 from tests.unit.adapters.log.made_logs import start, write_log
 from tests.unit.adapters.log.test_export_lerobot import column, exact
 
