@@ -115,8 +115,8 @@ def test_without_what_a_slim_install_leaves_out_trials_run_and_what_needs_it_say
 
 
 COMMANDS = (
-    "train, run, compare, study, show, explore, infer, automaton, replay, report, log, "
-    "render, view, check-adapter, emulate, doctor, calibrate, gap, examples, completion, version"
+    "train, run, compare, study, show, explore, infer, replay, report, log, "
+    "render, view, check-adapter, emulate, doctor, calibrate, examples, completion, version"
 )
 
 
@@ -164,7 +164,6 @@ COMMANDS = (
         ("log recover .", ".: is no file; name a log"),
         ("log info a_pipe", "a_pipe: is no file; name a log"),
         ("log info \x1b[31m", "\\x1b[31m: cannot be read"),
-        ("gap a_file --reference a_loop", "a_file: is empty"),
     ],
 )
 def test_refused_in_one_line(palpate: CommandLine, words: str, told: str) -> None:

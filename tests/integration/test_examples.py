@@ -3,15 +3,22 @@
 import re
 import runpy
 import sys
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from palpate.adapters.config import scenario
+from palpate.adapters.experiments import ChosenPolicy, RunFolder, run_chosen
+from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.policy import PolicyDocument
+from palpate.core.trial import find_ready_pose
+from palpate.simulation.work_cell import HiddenValues
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-ALL = ("train_and_look", "own_policy", "clearance_study", "replay_gate", "infer_automaton")
-QUICK = frozenset(ALL) - {"replay_gate"}
+ALL = ("train_and_look", "own_policy", "clearance_study", "replay_gate", "infer_automaton", "system_identification")
+QUICK = frozenset(ALL) - {"replay_gate", "system_identification"}
 """Those that have a shorter form; the others are short."""
 
 
@@ -109,3 +116,24 @@ def test_infer_automaton(example: Example, tmp_path: Path) -> None:
     (letters,) = re.findall(r"^letters: 4 states, (\S+) steps", printed, re.MULTILINE)
     (automaton,) = re.findall(r"^automaton: \d+ states, (\S+) steps", printed, re.MULTILINE)
     assert float(automaton) < float(letters)
+
+
+def test_system_identification(example: Example, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """A cell that is other than its configuration: friction 0.35 for 0.2, springs of 0.7, a wrench 20 ms late."""
+    config = replace(scenario("paper"), seed=11)
+    ready, chosen = find_ready_pose(config.arm, config.task), ChosenPolicy("torque", config)
+    other = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
+    with ExitStack() as opened, SimulatedRig(config, ready, other) as rig:
+        run_chosen(chosen, config, ready, rig, 1, recorder=RunFolder(tmp_path).recorder(config.recording, opened))
+    assert example.code("system_identification", tmp_path / "logs") == 0
+    printed = capfd.readouterr().out
+    found = {name: float(value) for name, value in re.findall(r"^(\w+) +([\d.]+) \+- [\d.]+$", printed, re.MULTILINE)}
+    assert found["friction"] == pytest.approx(0.35, rel=0.15)
+    assert found["axial_N_per_mm"] == pytest.approx(3.5, rel=0.15)
+    assert found["across_N_per_mm"] == pytest.approx(28.0, rel=0.2)
+    assert found["damping_ratio"] == pytest.approx(0.7, rel=0.2)
+    assert found["delay_ms"] == pytest.approx(20.0, abs=3.0)
+
+
+def test_system_identification_refuses_what_holds_no_contact(example: Example, tmp_path: Path) -> None:
+    assert example.code("system_identification", tmp_path) == 2

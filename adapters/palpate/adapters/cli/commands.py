@@ -66,10 +66,6 @@ COMMANDS: dict[str, Command] = {
         "find out what a new rig lacks, step by step, and write it into the rig file",
         "calibrate:calibrate", "options:CalibrateOptions",
     ),
-    "gap": Command(
-        "how far the simulated cell is from a rig, by its logs, and the cell that fits best",
-        "gap:gap", "options:GapOptions",
-    ),
     "examples": Command("copy examples, rig files and documents out of the installed package"),
     "completion": Command("what bash and zsh complete: eval \"$(palpate completion)\"", "completion:completion"),
     "version": Command("versions of palpate and of what its results depend on", "version:version"),

@@ -177,25 +177,6 @@ class DoctorOptions(Settings):
 
 
 @dataclass(frozen=True)
-class GapOptions(Settings):
-    """Drive the simulated cell with a rig's recorded commands, and tell how far it is from the rig.
-
-    Prints, axis by axis, the error of wrench and joints, the offset in time, and friction, stiffness, damping and noise
-    that fit best. Trials must begin above the plate and touch it; they count up to where the peg begins to sink.
-    """
-
-    logs: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
-    """Logs, folders with logs, or patterns in quotes; of one rig."""
-    most: Annotated[int, Range(1, 1000)] = 6
-    """Logs that are used, the first ones; time grows with them."""
-    reference: str = ""
-    """Logs of the same arm, tool and plate before a sensor, filter or wire changed: how much later wrenches come than
-    there is told. Friction and stiffnesses are found of both together."""
-    out: str = ""
-    """TOML file for the cell that fits best, for palpate train --config; it must not be there yet."""
-
-
-@dataclass(frozen=True)
 class CalibrateOptions(RunSettings):
     """Find out what a new rig lacks, in steps that a person confirms, and write it into the rig file.
 

@@ -6,11 +6,6 @@ from .batch import not_checked as not_checked
 from .batch import replay_files as replay_files
 from .engine import Replay as Replay
 from .engine import Verdict as Verdict
-from .gap import WRENCH_AXES as WRENCH_AXES
-from .gap import Gap as Gap
-from .gap import gap_of as gap_of
-from .gap import gaps_of as gaps_of
-from .gap_cell import KNOBS as KNOBS
 from .rebuild import Changes as Changes
 from .rebuild import parse_setting as parse_setting
 from .touches import FoundTouches as FoundTouches
