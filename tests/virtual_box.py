@@ -1,11 +1,7 @@
 """An emulated Net F/T box at the other end of a network without delay, in virtual time."""
 
-from collections.abc import Callable
-from concurrent.futures import Future
-
-from palpate.adapters.hardware.ati import OpenBox
-from palpate.drivers.ati import parse_box
-from palpate.drivers.errors import DriverError, WiringError
+from palpate.drivers.ati import NetFtBox, parse_box
+from palpate.drivers.errors import WiringError
 from palpate.simulation.emulators.ati import EmulatedBox
 from tests.virtual_time import VirtualTime
 
@@ -16,19 +12,16 @@ class VirtualBox:
     def __init__(self, clock: VirtualTime, box: EmulatedBox) -> None:
         self.clock, self.box = clock, box
         self.is_open, self.is_plugged, self._arrived = False, True, list[bytes]()
-        self.page: Callable[[], bytes | DriverError] = box.page
         clock.devices.append(self)
 
-    def open(self) -> OpenBox:
+    def open(self) -> tuple["VirtualBox", NetFtBox]:
         self._require_cable()
         box = parse_box(self.box.page())
         self.is_open = True
-        return OpenBox(self, box, lambda: setattr(self, "is_open", False), self._page)
+        return self, box
 
-    def _page(self) -> Future[bytes]:
-        asked, page = Future[bytes](), self.page()
-        asked.set_exception(page) if isinstance(page, DriverError) else asked.set_result(page)
-        return asked
+    def close(self) -> None:
+        self.is_open = False
 
     def _require_cable(self) -> None:
         if not self.is_plugged:

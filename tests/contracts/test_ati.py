@@ -1,7 +1,6 @@
 """The adapter of ATI's Net F/T keeps the contract of a force sensor, against an emulated box in virtual time."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -10,8 +9,7 @@ from palpate.adapters.hardware.ati import NetFtForceSensor
 from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.ports import Life, Validity
 from palpate.core.ports.contracts import ForceSensorContract, ForceSensorRig
-from palpate.drivers.errors import SilentError
-from palpate.simulation.emulators.ati import EmulatedBox, EmulatedBoxConfig
+from palpate.simulation.emulators.ati import EmulatedBox
 from tests.virtual_box import VirtualBox
 from tests.virtual_time import VirtualTime
 
@@ -21,7 +19,7 @@ class Bench(VirtualBox):
 
     def __init__(self, **settings: Any) -> None:
         self.load = [0.3, -0.2, 5.0, 0.01, 0.02, 0.03]
-        super().__init__(VirtualTime(), EmulatedBox(lambda now_ns: tuple(self.load), EmulatedBoxConfig(**settings)))
+        super().__init__(VirtualTime(), EmulatedBox(lambda now_ns: tuple(self.load), **settings))
         self.sensor = NetFtForceSensor(self.open, self.clock, max_age_ns=50_000_000, start_timeout_s=1.0)
 
     def ticks(self, count: int) -> None:
@@ -72,50 +70,8 @@ def test_silence_is_stale_at_first_a_cut_cable_a_fault_and_both_name_their_cause
         assert sensor.read().validity is Validity.VALID
 
 
-@pytest.mark.parametrize(
-    ("set_anew", "told"),
-    [
-        (lambda box: setattr(box, "config", replace(box.config, counts_per_force=2_000_000)),
-         "counts per force 2000000 instead of 1000000"),
-        (lambda box: box.receive(bytes.fromhex("1234 0042 00000000"), 0), "bias 300;-200;5000;10;20;30 instead of 0"),
-    ],
-)  # fmt: skip
-def test_what_another_client_sets_while_it_streams_is_told_by_its_page(
-    set_anew: Callable[[EmulatedBox], None], told: str
-) -> None:
-    bench = Bench()
-    with bench.sensor as sensor:
-        honest = bench.box.config
-        for tick in range(300):
-            bench.ticks(1)
-            sensor.read()
-            if tick == 200:
-                # A page that does not come says nothing.
-                bench.page = lambda: SilentError("box", "did not come", "wait")
-        bench.page = bench.box.page
-        set_anew(bench.box)
-        bench.ticks(150)
-        with pytest.raises(DeviceError, match=f"ATI Net F/T: another client has set it anew: {told}"):
-            sensor.read()
-        bench.box.config, bench.box._bias = honest, [0.0] * 6
-        sensor.acknowledge_fault()
-        sensor.activate()
-        bench.ticks(150)
-        assert sensor.read().validity is Validity.VALID
-
-
 def test_a_box_that_nobody_configured_for_us_does_not_open() -> None:
     bench = Bench(force_unit="lbf")
     with pytest.raises(ConfigurationError, match="set the force units to N"):
         bench.sensor.configure()
     assert (bench.sensor.life, bench.is_open) == (Life.CONSTRUCTED, False)
-
-
-def test_buffered_and_biased_streams_of_the_box_are_as_the_manual_says() -> None:
-    bench = Bench(rate_Hz=1000, buffered_records=5)
-    bench.box.receive(bytes.fromhex("1234 0042 00000000"), 0)
-    bench.box.receive(bytes.fromhex("1234 0003 0000000A"), 0)
-    datagrams = bench.box.step(1_000_000_000)
-    assert [len(datagram) for datagram in datagrams] == [180, 180]
-    assert datagrams[0][12:36] == bytes(24)
-    assert not bench.box.streams

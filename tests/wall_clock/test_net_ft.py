@@ -1,7 +1,5 @@
-"""ATI's Net F/T over real sockets of this computer: our adapter, the public client, the command line, a slow server."""
+"""ATI's Net F/T over real sockets of this computer: our adapter, the public client."""
 
-import socket
-import threading
 import time
 
 import pytest
@@ -10,7 +8,7 @@ from palpate.adapters.hardware import MonotonicClock, RigContext
 from palpate.adapters.hardware.ati import make_ati_netft
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Validity
-from palpate.drivers.ati import fetch_page
+from palpate.drivers.ati import ip_address
 from palpate.drivers.errors import DriverError
 from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
 
@@ -35,7 +33,7 @@ def test_the_adapter_reads_a_box_and_is_told_that_it_has_gone() -> None:
     assert sensor.device is not None
     sensor.device.stop()
     time.sleep(0.05)
-    with pytest.raises(DeviceError, match="not there any more"):
+    with pytest.raises(DeviceError, match="cannot be reached"):
         sensor.read()
     sensor.close()
 
@@ -48,9 +46,6 @@ def test_the_public_client_reads_the_same() -> None:
         client.sock.settimeout(5.0)
         counts = [round(1e6 * value) for value in LOAD]
         assert client.getMeasurement() == counts
-        client.tare(5)
-        assert client.getForce() == pytest.approx([0, 0, 0])
-        client.zero()
         client.startStreaming(handler=False)
         assert [client.receive() for _ in range(20)] == [counts] * 20
         client.stopStreaming()
@@ -59,25 +54,5 @@ def test_the_public_client_reads_the_same() -> None:
 
 @pytest.mark.parametrize("host", ["a..b", "a" * 70 + ".net"])
 def test_a_name_that_no_host_can_have_is_one_error(host: str) -> None:
-    with pytest.raises(DriverError, match="cannot be fetched"):
-        fetch_page(host, 80, "/netftapi2.xml", 0.3)
-
-
-def test_a_page_that_drips_in_is_given_up_in_time() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as web:
-        ended = threading.Event()
-
-        def drip() -> None:
-            line, _ = web.accept()
-            with line:
-                while not ended.wait(0.02):
-                    line.send(b"x")
-
-        thread = threading.Thread(target=drip, daemon=True)
-        thread.start()
-        start = time.monotonic()
-        with pytest.raises(DriverError, match=r"did not come within 0.3 s"):
-            fetch_page("127.0.0.1", web.getsockname()[1], "/netftapi2.xml", 0.3)
-        assert time.monotonic() - start < 3.0
-        ended.set()
-        thread.join()
+    with pytest.raises(DriverError, match="has no address"):
+        ip_address(host)

@@ -1,9 +1,8 @@
 """The driver of ATI's Net F/T as a force sensor: wiring and marks, nothing else."""
 
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Final
+from typing import Annotated, ClassVar
 
 from typing_extensions import override
 
@@ -12,27 +11,9 @@ from palpate.adapters.hardware.lateness import LATE_NS
 from palpate.adapters.hardware.plugins import DeviceSettings, Host, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.ports import Clock, Range, Settings
-from palpate.drivers.ati import PAGE, RDT_PORT, NetFt, NetFtBox, UdpWire, fetch_page, parse_box, scaling
-from palpate.drivers.errors import DriverError
+from palpate.drivers.ati import RDT_PORT, NetFt, NetFtBox, UdpWire, fetch_page, ip_address, parse_box
 
-_NAME: Final = "ATI Net F/T"
-_PAGE_S: Final = 3.0
-"""Longest wait for the box's page."""
-_PAGE_NS: Final = 1_000_000_000
-
-
-@dataclass(frozen=True)
-class OpenBox:
-    """A way to the box, open.
-
-    Attributes:
-        again: Have its page read once more, by somebody else.
-    """
-
-    wire: UdpWire
-    box: NetFtBox
-    close: Callable[[], None]
-    again: Callable[[], Future[bytes]]
+_PAGE_S = 3.0
 
 
 class NetFtForceSensor(PolledForceSensor[NetFt]):
@@ -42,19 +23,17 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
 
     def __init__(
         self,
-        open_box: Callable[[], OpenBox],
+        open_box: Callable[[], tuple[UdpWire, NetFtBox]],
         clock: Clock,
         *,
         max_age_ns: int,
         start_timeout_s: float = 5.0,
         max_late_ns: int = LATE_NS,
-        page_ns: int = _PAGE_NS,
     ) -> None:
-        super().__init__(_NAME, clock, max_age_ns=max_age_ns, start_timeout_s=start_timeout_s, max_late_ns=max_late_ns)
+        super().__init__(
+            "ATI Net F/T", clock, max_age_ns=max_age_ns, start_timeout_s=start_timeout_s, max_late_ns=max_late_ns
+        )
         self._open_box = open_box
-        self._again: Callable[[], Future[bytes]]
-        self._page_ns, self._due_ns = page_ns, 0
-        self._asked = Future[bytes]()
 
     @property
     @override
@@ -68,28 +47,8 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
 
     @override
     def _connect(self) -> None:
-        opened = self._open_box()
-        self._close_wire, self.device = opened.close, NetFt(opened.wire, opened.box)
-        self._again, self._asked, self._due_ns = opened.again, Future(), 0
-
-    @override
-    def _surprise(self, device: NetFt) -> str | None:
-        if self._page_ns and self._polled_ns >= self._due_ns:
-            self._asked, self._due_ns = self._again(), self._polled_ns + self._page_ns
-        if not self._asked.done():
-            return None
-        asked, self._asked, then = self._asked, Future(), device.box.scaling
-        try:
-            now = scaling(asked.result())
-        except DriverError:
-            # Whether the box is there its records show; its pages are for people, too.
-            return None
-        changed = [
-            f"{what} {now[what]} instead of {then[what]}" for what in now if now[what] != then.get(what, now[what])
-        ]
-        if not changed:
-            return None
-        return f"another client has set it anew: {', '.join(changed)}; set it back on its pages, then acknowledge"
+        wire, box = self._open_box()
+        self._close_wire, self.device = wire.close, NetFt(wire, box)
 
     @override
     def _on_activate(self) -> None:
@@ -120,8 +79,6 @@ class NetFtTable(Settings):
     """Age above which a sample is marked as stale."""
     max_late_ms: Annotated[float, Range(0.0, 10_000.0)] = LATE_NS * 1e-6
     """Records that come by more than this later than they did, by the box's own count, are a fault; 0 asks for none."""
-    page_every_s: Annotated[float, Range(0.0, 3600.0)] = _PAGE_NS * 1e-9
-    """How often its page is read again while it streams, for what other clients set; 0 is never."""
     start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 5.0
     """Longest wait for the first reading."""
 
@@ -130,20 +87,12 @@ def make_ati_netft(settings: DeviceSettings, context: RigContext) -> NetFtForceS
     """A Net F/T, of the table ``[force_sensor]`` of a rig file."""
     table = overlay(NetFtTable(), settings)
 
-    def page() -> bytes:
-        return fetch_page(table.host, table.http_port, PAGE, _PAGE_S)
-
-    def open_box() -> OpenBox:
-        box, wire = parse_box(page()), UdpWire(table.host, table.port)
-        beside = ThreadPoolExecutor(1, "net-ft-page")
-
-        def close() -> None:
-            beside.shutdown(wait=False, cancel_futures=True)
-            wire.close()
-
-        return OpenBox(wire, box, close, lambda: beside.submit(page))
+    def open_box() -> tuple[UdpWire, NetFtBox]:
+        address = ip_address(table.host)
+        box = parse_box(fetch_page(address, table.http_port, _PAGE_S))
+        return UdpWire(address, table.port), box
 
     return NetFtForceSensor(
         open_box, context.clock, max_age_ns=round(table.max_age_ms * 1e6), start_timeout_s=table.start_timeout_s,
-        max_late_ns=round(table.max_late_ms * 1e6), page_ns=round(table.page_every_s * 1e9),
+        max_late_ns=round(table.max_late_ms * 1e6),
     )  # fmt: skip

@@ -1,9 +1,8 @@
-from .box import PAGE as PAGE
 from .box import NetFtBox as NetFtBox
+from .box import fetch_page as fetch_page
+from .box import ip_address as ip_address
 from .box import parse_box as parse_box
-from .box import scaling as scaling
-from .rdt import RDT_PORT as RDT_PORT
+from .stream import RDT_PORT as RDT_PORT
 from .stream import NetFt as NetFt
 from .stream import RdtStatistics as RdtStatistics
-from .wire import UdpWire as UdpWire
-from .wire import fetch_page as fetch_page
+from .stream import UdpWire as UdpWire

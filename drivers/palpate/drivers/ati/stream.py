@@ -1,61 +1,113 @@
-"""The conversation with a Net F/T, advanced by polling: it asks for the stream, and puts what comes in order."""
+"""RDT, ATI's stream of force/torque records over UDP, advanced by polling."""
 
-from dataclasses import dataclass
+import socket
+import struct
+from dataclasses import asdict, dataclass
 from typing import Final
 
 from typing_extensions import override
 
-from palpate.drivers.ati.box import NetFtBox
-from palpate.drivers.ati.rdt import (
-    SATURATED,
-    RdtCommand,
-    RdtRecord,
-    decode_records,
-    encode_request,
-    faults_in,
-    is_turned,
-)
-from palpate.drivers.ati.wire import UdpWire
+from palpate.drivers.ati.box import CHECK, NAME, NetFtBox
 from palpate.drivers.device import ForceSample, PolledSensor, listed
-from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError
+from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, WiringError
 
-_NAME: Final = "ATI Net F/T"
+RDT_PORT: Final = 49152
+START, STOP = (struct.pack(">HHI", 0x1234, command, 0) for command in (2, 0))
+"""Requests for a stream without end, and for its end."""
+_RECORD: Final = struct.Struct(">3I6i")
 _ASK_AGAIN_NS: Final = 100_000_000
-"""A datagram may be lost, so a stream that does not begin is asked for again."""
+"""A datagram may be lost: a stream that does not begin is requested again."""
 _STALL_NS: Final = 100_000_000
-_WINDOW: Final = 1024
-"""So many records back a late one is told from one that was there already."""
 _WRAP: Final = 1 << 32
-_OLD, _LATE, _SAME, _TURNED, _SENSELESS, _LOST = (
-    "records no newer than one before", "records that came late", "records with the sample of before",
-    "records in the other byte order", "datagrams that are no records", "records lost",
-)  # fmt: skip
-_RESTARTED: Final = "where it has restarted, acknowledge that"
-_REMEDIES: Final = {
-    _OLD: _RESTARTED,
-    _LATE: _RESTARTED,
-    _SAME: "power the box again; its sampling has stopped",
-    _TURNED: "see what stands between the box and this computer, and turns its bytes",
-    _SENSELESS: "see what else sends to this computer, and its network",
-    _LOST: "check cable and switch, and the load of the network",
-}
+_MOST_DATAGRAMS: Final = 4096
+"""Taken per call: more than a socket's buffer holds, so that a stream of any rate ends."""
+
+SATURATED: Final = 1 << 17
+_SUMMARY: Final = 1 << 31
+_NO_FAULT: Final = SATURATED | 1 << 16
+"""Saturation marks samples; bit 16 is a threshold of the box's own monitor."""
+_FAULTS: Final = {
+    30: "CPU or RAM error", 29: "digital board error", 28: "analog board error",
+    27: "serial link to the analog board failed", 26: "program memory does not verify",
+    25: "halted by a configuration error", 24: "settings do not validate",
+    23: "configuration does not fit the calibration", 22: "network communication failure",
+    21: "CAN communication error", 20: "RDT communication error", 19: "EtherNet/IP failure", 18: "DeviceNet failure",
+    14: "watchdog time-out", 13: "stack check error", 12: "EEPROM (I2C) failure", 11: "flash (SPI) failure",
+    10: "analog board watchdog time-out", 9: "strain gauge excitation current too high",
+    8: "strain gauge excitation current too low", 7: "analog ground out of range",
+    6: "analog supply voltage too high", 5: "analog supply voltage too low",
+    4: "no data from the serial link: transducer unplugged", 3: "reference voltage or power monitor error",
+    2: "temperature error", 1: "HTTP failure",
+}  # fmt: skip
+
+
+def faults_in(status: int) -> tuple[str, ...]:
+    """Names of the faults in a status word, the most serious first."""
+    bits = [bit for bit in range(30, -1, -1) if status & ~_NO_FAULT & 1 << bit]
+    if not bits and status & _SUMMARY and not status & _NO_FAULT:
+        bits = [31]
+    return tuple(f"{_FAULTS.get(bit, 'unknown fault')} (bit {bit})" for bit in bits)
+
+
+class UdpWire:
+    """Datagrams from and to one box."""
+
+    def __init__(self, address: str, port: int) -> None:
+        self._text = f"{address}, UDP port {port}"
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        self._socket.connect((address, port))
+
+    def send(self, datagram: bytes) -> None:
+        """Send a request.
+
+        Raises:
+            WiringError: The way to the box is gone.
+        """
+        try:
+            self._socket.send(datagram)
+        except OSError as error:
+            raise self._gone(error) from error
+
+    def receive(self) -> list[bytes]:
+        """The datagrams that have arrived.
+
+        Raises:
+            WiringError: The way to the box is gone.
+        """
+        datagrams: list[bytes] = []
+        try:
+            while len(datagrams) < _MOST_DATAGRAMS:
+                datagrams.append(self._socket.recv(2048))
+        except BlockingIOError:
+            pass
+        except OSError as error:
+            raise self._gone(error) from error
+        return datagrams
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+    def _gone(self, error: OSError) -> WiringError:
+        return WiringError(NAME, f"{self._text} cannot be reached ({error})", CHECK)
 
 
 @dataclass(slots=True)
 class RdtStatistics:
-    """Records of the stream, by what became of them.
+    """Records of the stream.
 
     Attributes:
-        lost: Those that never came. late: Those that came after a newer one. repeated: Those that came again.
-        unchanged: Those under a new number with the sample of before. turned: Those in the other byte order.
+        lost: Those that never came, or came late.
+        old: Those that are no newer than one before.
+        unchanged: Those with a new number and the sample of the one before.
+        malformed: Datagrams that are no records.
     """
 
     samples: int = 0
     lost: int = 0
-    late: int = 0
-    repeated: int = 0
+    old: int = 0
     unchanged: int = 0
-    turned: int = 0
     malformed: int = 0
 
 
@@ -64,28 +116,23 @@ class NetFt(PolledSensor):
 
     def __init__(self, wire: UdpWire, box: NetFtBox) -> None:
         super().__init__()
-        self.count_Hz = box.sample_Hz
-        self.box = box
+        self.box, self.count_Hz = box, box.sample_Hz
         self.statistics = RdtStatistics()
         self._wire = wire
         self._newest: int | None = None
-        self._missing: set[int] = set()
         self._asked_ns: int | None = None
-        self._offset = self._polled_ns = self._heard_ns = 0
+        self._sequence = self._polled_ns = self._heard_ns = 0
 
     def start(self, now_ns: int) -> None:
-        """Ask for the stream; what still waits of another one is dropped."""
-        self._newest, self._missing, self._asked_ns = None, set(), now_ns
-        try:
-            self._wire.receive()
-        except DriverError as error:
-            self.failure = self.failure or error
-        self._ask(RdtCommand.REAL_TIME)
+        """Request the stream; what still waits of another one is dropped."""
+        self._newest, self._asked_ns = None, now_ns
+        self._receive()
+        self._send(START)
 
     def stop(self) -> None:
-        """Ask the box to stop streaming; whether it has heard nobody knows."""
+        """Request the end of the stream; the box does not confirm it."""
         self._asked_ns = None
-        self._ask(RdtCommand.STOP)
+        self._send(STOP)
 
     def check(self) -> None:
         """Raise what is wrong now."""
@@ -97,89 +144,71 @@ class NetFt(PolledSensor):
     @override
     def silence(self, now_ns: int) -> SilentError:
         came, ms = self._account.since(self._heard_ns), (now_ns - self._heard_ns) * 1e-6
-        if not came:
-            remedy = "check its power and cable, and that no other program has its stream"
-            return SilentError(_NAME, f"has sent nothing for {ms:.0f} ms", remedy)
-        remedy = next(remedy for name, remedy in _REMEDIES.items() if name in came)
-        return SilentError(_NAME, f"has sent nothing new for {ms:.0f} ms, but {listed(came)}", remedy)
+        text = f"nothing new for {ms:.0f} ms, but records: {listed(came)}" if came else f"nothing for {ms:.0f} ms"
+        remedy = "check its power, cable and network, and that no other program has its stream"
+        return SilentError(NAME, f"has sent {text}", remedy)
 
     @override
     def poll(self, now_ns: int) -> list[ForceSample]:
         if self._asked_ns is not None and self._newest is None and now_ns - self._asked_ns >= _ASK_AGAIN_NS:
             self._asked_ns = now_ns
-            self._ask(RdtCommand.REAL_TIME)
+            self._send(START)
         samples: list[ForceSample] = []
         self._polled_ns = now_ns
-        try:
-            for datagram in self._wire.receive():
-                records = decode_records(datagram)
-                self.statistics.malformed += not records
-                samples += [self._sample(record, now_ns) for record in records if self._is_news(record)]
-        except DriverError as error:
-            self.failure = self.failure or error
+        for datagram in self._receive():
+            if not datagram or len(datagram) % _RECORD.size:
+                self.statistics.malformed += 1
+                continue
+            for number, count, status, *counts in _RECORD.iter_unpack(datagram):
+                if self._is_new(number, count):
+                    samples.append(self._sample(status, counts, now_ns))
         if samples:
             self.latest, self._heard_ns = samples[-1], now_ns
-            self.statistics.samples += len(samples)
-        self._count(now_ns)
+        self.statistics.samples += len(samples)
+        bad = {name: count for name, count in asdict(self.statistics).items() if name != "samples"}
+        self._account.note(now_ns, bad)
         return samples
 
-    def _count(self, now_ns: int) -> None:
-        seen = self.statistics
-        # Of those that come late none is lost any more.
-        counts = (seen.repeated, seen.late, seen.unchanged, seen.turned, seen.malformed, seen.lost + seen.late)
-        self._account.note(now_ns, dict(zip(_REMEDIES, counts, strict=True)))
-
-    def _ask(self, command: RdtCommand) -> None:
+    def _receive(self) -> list[bytes]:
         try:
-            self._wire.send(encode_request(command))
+            return self._wire.receive()
+        except DriverError as error:
+            self.failure = self.failure or error
+            return []
+
+    def _send(self, request: bytes) -> None:
+        try:
+            self._wire.send(request)
         except DriverError as error:
             self.failure = self.failure or error
 
-    def _is_news(self, record: RdtRecord) -> bool:
-        """Whether it is newer than all before; the others are counted."""
-        counts, newest = self.statistics, self._newest
-        if is_turned(record, newest):
-            counts.turned += 1
+    def _is_new(self, number: int, count: int) -> bool:
+        """Whether a record is newer than all before; the others are counted."""
+        ahead = 1 if self._newest is None else (number - self._newest + _WRAP // 2) % _WRAP - _WRAP // 2
+        younger = self.count is None or 0 < (count - self.count) % _WRAP < _WRAP // 2
+        if ahead <= 0 and not younger:
+            self.statistics.old += 1
             return False
-        if newest is None:
-            self._newest = record.rdt_sequence
-            # Numbers of samples go on where an earlier stream ended.
-            self._offset = (0 if self.latest is None else self.latest.sequence + 1) - record.rdt_sequence
-        else:
-            step = (record.rdt_sequence - newest + _WRAP // 2) % _WRAP - _WRAP // 2
-            number = newest + step
-            age = (record.ft_sequence - (self.count or 0)) % _WRAP
-            if step <= 0 and 0 < age < _WRAP // 2:
-                # A younger sample under an older number: what was first of this stream was the last of another.
-                self._newest, self._missing = record.rdt_sequence, set()
-                self._offset += newest + 1 - record.rdt_sequence
-            elif step <= 0:
-                is_late = number in self._missing
-                self._missing.discard(number)
-                counts.late, counts.lost = counts.late + is_late, counts.lost - is_late
-                counts.repeated += not is_late
-                return False
-            else:
-                self._newest = number
-                counts.lost += step - 1
-                self._missing = {n for n in self._missing if n > number - _WINDOW}
-                self._missing |= set(range(max(newest + 1, number - _WINDOW + 1), number))
-        if record.ft_sequence == self.count:
-            counts.unchanged += 1
+        # A younger sample under an older number is the first of a stream that was started again.
+        self.statistics.lost += max(ahead, 1) - 1
+        self._sequence += max(ahead, 1)
+        self._newest = number
+        if count == self.count:
+            self.statistics.unchanged += 1
             return False
-        self.count = record.ft_sequence
+        self.count = count
         return True
 
-    def _sample(self, record: RdtRecord, now_ns: int) -> ForceSample:
-        faults = faults_in(record.status)
+    def _sample(self, status: int, counts: list[int], now_ns: int) -> ForceSample:
+        faults = faults_in(status)
         if faults and self.failure is None:
             remedy = "look at the box's page System Information, then acknowledge"
-            self.failure = DeviceFaultError(_NAME, f"it reports {'; '.join(faults)}", remedy)
-        x, y, z, tx, ty, tz = record.counts
+            self.failure = DeviceFaultError(NAME, f"it reports {'; '.join(faults)}", remedy)
+        x, y, z, tx, ty, tz = counts
         box = self.box
         force = x / box.counts_per_N, y / box.counts_per_N, z / box.counts_per_N
         torque = tx / box.counts_per_Nm, ty / box.counts_per_Nm, tz / box.counts_per_Nm
         rated = zip((*force, *torque), (*box.range_N, *box.range_Nm), strict=True)
         beyond = any(abs(value) > most for value, most in rated)
-        number = self._offset + (self._newest or 0)
-        return ForceSample(force, torque, number, now_ns, over_range=beyond, saturated=bool(record.status & SATURATED))
+        saturated = bool(status & SATURATED)
+        return ForceSample(force, torque, self._sequence, now_ns, over_range=beyond, saturated=saturated)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.drivers.ati.box import parse_box, scaling
+from palpate.drivers.ati.box import parse_box
 from palpate.drivers.errors import DriverError, SettingError
 
 PAGE = b"""<?xml version="1.0"?><netft>
@@ -20,8 +20,6 @@ def test_a_box_is_read() -> None:
     assert (box.counts_per_N, box.counts_per_Nm, box.rate_Hz, box.sample_Hz) == (1e6, 1e6, 100.0, 7000.0)
     assert (box.range_N, box.range_Nm) == ((330.0, 330.0, 990.0), (30.0, 30.0, 30.0))
     assert (box.calibration, box.firmware) == ("FT27462", "2.2.59")
-    assert (box.scaling["tool frame"], box.scaling["configuration"]) == ("0;0;132.710;0;0;0", "")
-    assert scaling(PAGE[:-9]) == {}  # cut short, it says nothing
     assert parse_box(PAGE.replace(b">Nm<", b">N-m<")) == box  # as older firmware says it
 
 

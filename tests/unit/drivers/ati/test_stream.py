@@ -1,4 +1,4 @@
-"""What becomes of records that are lost, late, repeated, or an old sample under a new number; faults; a new start."""
+"""Records that are lost, old, or an old sample under a new number; status words; a new start; any bytes at all."""
 
 import struct
 
@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.drivers.ati import NetFt, NetFtBox, RdtStatistics
+from palpate.drivers.ati.stream import SATURATED, faults_in
 from palpate.drivers.errors import DeviceFaultError, SilentError, WiringError
 
 BOX = NetFtBox(1e6, 1e5, (330.0, 330.0, 990.0), (30.0, 30.0, 30.0), 1000.0)
@@ -15,11 +16,6 @@ START, STOP = bytes.fromhex("1234000200000000"), bytes.fromhex("1234000000000000
 
 def record(number: int, ft: int | None = None, status: int = 0, fz: int = 0) -> bytes:
     return struct.pack(">3I6i", number % 2**32, (7 * number if ft is None else ft) % 2**32, status, 0, 0, fz, 0, 0, fz)
-
-
-def turned(number: int) -> bytes:
-    """The same in the other byte order."""
-    return struct.pack("<3I6i", *struct.unpack(">3I6i", record(number)))
 
 
 class Wire:
@@ -58,25 +54,22 @@ def fed(*datagrams: bytes) -> tuple[list[int], NetFt]:
 @pytest.mark.parametrize(
     ("sent", "taken", "counts"),
     [
-        ((1, 2, 3), [0, 1, 2], RdtStatistics(samples=3)),
-        ((1, 4, 5), [0, 3, 4], RdtStatistics(samples=3, lost=2)),
-        ((1, 2, 2, 3), [0, 1, 2], RdtStatistics(samples=3, repeated=1)),
-        ((1, 3, 2, 4), [0, 2, 3], RdtStatistics(samples=3, late=1)),
-        ((1, 4, 3, 3, 5), [0, 3, 4], RdtStatistics(samples=3, lost=1, late=1, repeated=1)),
-        ((2**32 - 2, 2**32 - 1, 0, 2, 1), [0, 1, 2, 4], RdtStatistics(samples=4, late=1)),
-        ((5, 5 + 10_000), [0, 10_000], RdtStatistics(samples=2, lost=9_999)),
+        ((1, 2, 3), [1, 2, 3], RdtStatistics(samples=3)),
+        ((1, 4, 5), [1, 4, 5], RdtStatistics(samples=3, lost=2)),
+        ((1, 2, 2, 3), [1, 2, 3], RdtStatistics(samples=3, old=1)),
+        ((1, 3, 2, 4), [1, 3, 4], RdtStatistics(samples=3, lost=1, old=1)),
+        ((2**32 - 2, 2**32 - 1, 0, 2, 1), [1, 2, 3, 5], RdtStatistics(samples=4, lost=1, old=1)),
+        ((5, 5 + 10_000), [1, 10_001], RdtStatistics(samples=2, lost=9_999)),
     ],
 )
-def test_lost_late_and_repeated_records_are_told_apart(
-    sent: tuple[int, ...], taken: list[int], counts: RdtStatistics
-) -> None:
+def test_lost_and_old_records_are_counted(sent: tuple[int, ...], taken: list[int], counts: RdtStatistics) -> None:
     numbers, device = fed(*map(record, sent))
     assert (numbers, device.statistics) == (taken, counts)
 
 
 def test_an_old_sample_under_a_new_number_is_no_news() -> None:
     numbers, device = fed(record(1, ft=70), record(2, ft=70), record(3, ft=77), b"\0" * 35)
-    assert numbers == [0, 2]
+    assert numbers == [1, 3]
     assert device.statistics == RdtStatistics(samples=2, unchanged=1, malformed=1)
 
 
@@ -85,10 +78,8 @@ def test_whatever_the_network_does_samples_go_forward_and_the_account_is_even(se
     numbers, device = fed(*map(record, sent))
     counts = device.statistics
     assert numbers == sorted(set(numbers))
-    assert counts.samples + counts.late + counts.repeated == len(sent)
-    # Everything from the first on has come or is lost, but for what is older than the first.
-    spanned = range(sent[0], max(sent) + 1) if sent else range(0)
-    assert counts.lost == len(set(spanned) - set(sent))
+    assert counts.samples + counts.old == len(sent)
+    assert counts.samples + counts.lost == (max(sent) - sent[0] + 1 if sent else 0)
 
 
 def test_scales_marks_and_range() -> None:
@@ -129,15 +120,15 @@ def test_a_new_stream_goes_on_counting_and_drops_what_waited() -> None:
     wire.waiting = [record(3)]
     device.start(2)
     wire.waiting = [record(1, ft=999)]
-    assert [sample.sequence for sample in device.poll(3)] == [2]
+    assert [sample.sequence for sample in device.poll(3)] == [3]
     assert device.statistics == RdtStatistics(samples=3)
 
 
 def test_a_straggler_of_the_stream_before_does_not_hold_up_the_new_one() -> None:
     # Asked anew the box counts records from one, its samples go on.
     numbers, device = fed(record(900, ft=6300), *(record(n, ft=6300 + 7 * n) for n in range(1, 4)), record(2, ft=6314))
-    assert numbers == [0, 1, 2, 3]
-    assert device.statistics == RdtStatistics(samples=4, repeated=1)
+    assert numbers == [1, 2, 3, 4]
+    assert device.statistics == RdtStatistics(samples=4, old=1)
 
 
 def test_a_dead_way_is_an_error_and_not_silence() -> None:
@@ -153,7 +144,7 @@ def test_a_stream_that_ceases_is_silence_until_it_goes_on() -> None:
     wire.waiting = [record(1)]
     device.poll(1_000_000)
     device.poll(200_000_000)
-    with pytest.raises(SilentError, match="nothing for 199 ms"):
+    with pytest.raises(SilentError, match="has sent nothing for 199 ms"):
         device.check()
     wire.waiting = [record(2)]
     device.poll(210_000_000)
@@ -163,10 +154,9 @@ def test_a_stream_that_ceases_is_silence_until_it_goes_on() -> None:
 @pytest.mark.parametrize(
     ("datagram", "told"),
     [
-        (record(1), r"nothing new for 199 ms, but records no newer than one before \(1\); where it has restarted"),
-        (record(501, ft=3500), r"but records with the sample of before \(1\); power the box again"),
-        (turned(501), r"but records in the other byte order \(1\); see what stands between"),
-        (bytes(35), r"but datagrams that are no records \(1\); see what else sends"),
+        (record(1), r"nothing new for 199 ms, but records: old \(1\)"),
+        (record(501, ft=3500), r"but records: unchanged \(1\)"),
+        (bytes(35), r"but records: malformed \(1\)"),
     ],
 )
 def test_what_comes_instead_of_news_is_told_apart_from_silence(datagram: bytes, told: str) -> None:
@@ -179,6 +169,27 @@ def test_what_comes_instead_of_news_is_told_apart_from_silence(datagram: bytes, 
         device.check()
 
 
-def test_a_stream_that_begins_in_the_other_byte_order_brings_no_samples() -> None:
-    numbers, device = fed(turned(1), turned(2), record(3))
-    assert (numbers, device.statistics) == ([0], RdtStatistics(samples=1, turned=2))
+@given(st.lists(st.binary(max_size=200), max_size=5))
+def test_no_datagram_raises(datagrams: list[bytes]) -> None:
+    numbers, device = fed(*datagrams)
+    assert numbers == sorted(set(numbers))
+    assert device.statistics.malformed == sum(not data or len(data) % 36 > 0 for data in datagrams)
+
+
+@pytest.mark.parametrize(
+    ("status", "words"),
+    [
+        (0, []),
+        (SATURATED | 1 << 31, []),  # marks samples
+        (0x8001_0000, []),  # a threshold of the box's own monitor, latched
+        (0x8000_0000, ["bit 31"]),
+        (0xC000_0000, ["CPU or RAM"]),
+        (0x8000_0010, ["transducer unplugged"]),
+        (0x8802_0400, ["serial link", "analog board watchdog"]),
+        (0x0000_8000, ["unknown fault (bit 15)"]),
+    ],
+)
+def test_a_status_word_names_its_faults(status: int, words: list[str]) -> None:
+    faults = faults_in(status)
+    assert len(faults) == len(words)
+    assert all(word in fault for word, fault in zip(words, faults, strict=True))

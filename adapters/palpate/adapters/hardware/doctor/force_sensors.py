@@ -160,15 +160,15 @@ def examine_netft(sensor: NetFtForceSensor, clock: Clock, seconds: float, notes:
     readings, _ = listen(device, clock, seconds)
     found = device.statistics
     told = (
-        f"{found.samples} new, {found.lost} lost, {found.late} late, {found.repeated} repeated,"
-        f" {found.unchanged} under a new number with the sample of before; {found.malformed} datagrams were none"
+        f"{found.samples} new, {found.lost} lost, {found.old} no newer than one before,"
+        f" {found.unchanged} with the sample of the one before; {found.malformed} datagrams were none"
     )
     notes.fact("records", told)
     judge_rate(
         readings, box.rate_Hz, "set the RDT output rate on the box's page Communications, or look at lost ones", notes
     )
-    astray = found.lost + found.late + found.repeated
-    told = f"{astray} of {found.samples} records were lost, late or repeated"
+    astray = found.lost + found.old
+    told = f"{astray} of {found.samples} records were lost or old"
     notes.judge(astray <= 0.01 * found.samples, told, told, f"connect box {_DIRECTLY}")
     return examine_wrench(
         readings, notes, (*box.range_N, *box.range_Nm), 2.0 / min(box.counts_per_N, box.counts_per_Nm)

@@ -1,3 +1,2 @@
 from .box import EmulatedBox as EmulatedBox
-from .box import EmulatedBoxConfig as EmulatedBoxConfig
-from .server import NetFtServer as NetFtServer
+from .box import NetFtServer as NetFtServer

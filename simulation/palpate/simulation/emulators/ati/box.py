@@ -1,107 +1,132 @@
-"""The box: takes requests, gives records at its own times; uses neither sockets nor a clock."""
+"""An emulated Net F/T box with a transducer, and a server for it: RDT over UDP, its page over HTTP."""
 
+import select
+import socket
+import struct
+import threading
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from contextlib import suppress
+from typing import Final, Self
 
-_NS = 1_000_000_000
-_MAGIC = b"\x12\x34"
-_STOP, _REAL_TIME, _BUFFERED, _BIAS = 0, 2, 3, 0x42
-_INTERNAL_HZ = 7000
-
-
-@dataclass(frozen=True)
-class EmulatedBoxConfig:
-    """How the box is set.
-
-    Attributes:
-        rate_Hz: Records a second, at most 7000.
-        ratings: Rated range of the six axes, in these units.
-    """
-
-    rate_Hz: int = 1000
-    counts_per_force: int = 1_000_000
-    counts_per_torque: int = 1_000_000
-    force_unit: str = "N"
-    torque_unit: str = "Nm"
-    ratings: tuple[float, ...] = (330.0, 330.0, 990.0, 30.0, 30.0, 30.0)
-    rdt: bool = True
-    buffered_records: int = 5
-
-
-def _honest(datagrams: list[bytes]) -> list[bytes]:
-    return datagrams
+_NS: Final = 1_000_000_000
+_MAGIC: Final = 0x1234
+_STOP, _REAL_TIME = 0, 2
+_RECORD: Final = struct.Struct(">3I6i")
+_COUNTS_PER_UNIT: Final = 1_000_000
+_INTERNAL_HZ: Final = 7000
+_LOOK_S: Final = 0.02
 
 
 class EmulatedBox:
-    """A Net F/T box with a transducer.
+    """The box: takes requests, gives records at its own times; uses neither sockets nor a clock.
 
     Args:
         wrench: Force and torque on the transducer at a time in ns, (6,), in the box's units.
+        rate_Hz: Records a second, at most 7000.
 
     Attributes:
+        status: Status word of the records.
         silent: Set it to have nothing sent.
-        network: What becomes of datagrams on their way; set it to lose, repeat or reorder some.
+        network: The datagrams that arrive; set it to lose, repeat or reorder some.
     """
 
-    def __init__(self, wrench: Callable[[int], tuple[float, ...]], config: EmulatedBoxConfig | None = None) -> None:
-        self.config = EmulatedBoxConfig() if config is None else config
-        self.status = 0
-        self.silent = False
-        self.network: Callable[[list[bytes]], list[bytes]] = _honest
-        self.streams = False
-        self._wrench = wrench
-        self._bias = [0.0] * 6
+    def __init__(self, wrench: Callable[[int], tuple[float, ...]], rate_Hz: int = 1000, force_unit: str = "N") -> None:
+        self.status, self.silent, self.streams = 0, False, False
+        self.network: Callable[[list[bytes]], list[bytes]] = lambda datagrams: datagrams
+        self._wrench, self._rate_Hz, self._force_unit = wrench, rate_Hz, force_unit
         self._begin_ns = self._sent = self._wanted = 0
-        self._together = 1
 
     def receive(self, request: bytes, now_ns: int) -> None:
-        """Do what a request says; what is no request is passed over, as the box does."""
-        if len(request) != 8 or request[:2] != _MAGIC:
+        """Execute a request; other datagrams are ignored."""
+        if len(request) != 8:
             return
-        command, count = int.from_bytes(request[2:4], "big"), int.from_bytes(request[4:], "big")
-        if command == _STOP:
+        magic, command, count = struct.unpack(">HHI", request)
+        if magic == _MAGIC and command == _STOP:
             self.streams = False
-        elif command in (_REAL_TIME, _BUFFERED):
+        elif magic == _MAGIC and command == _REAL_TIME:
             self.streams, self._begin_ns, self._sent, self._wanted = True, now_ns, 0, count
-            self._together = self.config.buffered_records if command == _BUFFERED else 1
-        elif command == _BIAS:
-            self._bias = list(self._wrench(now_ns))
 
     def next_event_ns(self) -> int:
-        """When the next datagram is due; far off when there is none."""
-        if not self.streams:
-            return 1 << 62
-        return self._begin_ns + (self._sent + self._together) * _NS // self.config.rate_Hz
+        """Time of the next datagram; far off without one."""
+        return self._begin_ns + (self._sent + 1) * _NS // self._rate_Hz if self.streams else 1 << 62
 
     def step(self, now_ns: int) -> list[bytes]:
         """The datagrams that are due."""
         datagrams = []
-        while self.streams and self.next_event_ns() <= now_ns:
-            datagrams.append(b"".join(self._record() for _ in range(self._together)))
+        while self.next_event_ns() <= now_ns:
+            datagrams.append(self._record())
             self.streams = not self._wanted or self._sent < self._wanted
         return [] if self.silent else self.network(datagrams)
 
     def page(self) -> bytes:
         """The page of its settings, ``/netftapi2.xml``."""
-        config = self.config
         fields = {
-            "runstat": f"0x{self.status:08X}", "runrate": _INTERNAL_HZ, "cfgcalsn": "FT00000",
-            "scfgfu": config.force_unit, "scfgtu": config.torque_unit,
-            "cfgcpf": config.counts_per_force, "cfgcpt": config.counts_per_torque,
-            "cfgmr": ";".join(f"{rating:g}" for rating in config.ratings),
-            "setcfgsel": 0, "setbias": ";".join(f"{1e3 * bias:.0f}" for bias in self._bias),
-            "comrdte": "Enabled" if config.rdt else "Disabled", "comrdtrate": config.rate_Hz, "mfgdigver": "2.2.59",
+            "runrate": _INTERNAL_HZ, "cfgcalsn": "FT00000", "scfgfu": self._force_unit, "scfgtu": "Nm",
+            "cfgcpf": _COUNTS_PER_UNIT, "cfgcpt": _COUNTS_PER_UNIT, "cfgmr": "330;330;990;30;30;30",
+            "comrdte": "Enabled", "comrdtrate": self._rate_Hz, "mfgdigver": "2.2.59",
         }  # fmt: skip
-        told = "".join(f"<{name}>{value}</{name}>\n" for name, value in fields.items())
-        return f'<?xml version="1.0"?><netft>\n{told}</netft>\n'.encode()
+        text = "".join(f"<{name}>{value}</{name}>\n" for name, value in fields.items())
+        return f'<?xml version="1.0"?><netft>\n{text}</netft>\n'.encode()
 
     def _record(self) -> bytes:
         self._sent += 1
-        config, time_ns = self.config, self._begin_ns + self._sent * _NS // self.config.rate_Hz
-        scales = [config.counts_per_force] * 3 + [config.counts_per_torque] * 3
-        load = zip(self._wrench(time_ns), self._bias, scales, strict=True)
-        counts = [max(-(1 << 31), min(round((value - bias) * scale), (1 << 31) - 1)) for value, bias, scale in load]
+        time_ns = self._begin_ns + self._sent * _NS // self._rate_Hz
+        counts = [
+            max(-(1 << 31), min(round(value * _COUNTS_PER_UNIT), (1 << 31) - 1)) for value in self._wrench(time_ns)
+        ]
         words = (self._sent % (1 << 32), time_ns * _INTERNAL_HZ // _NS % (1 << 32), self.status)
-        return b"".join(word.to_bytes(4, "big") for word in words) + b"".join(
-            count.to_bytes(4, "big", signed=True) for count in counts
-        )
+        return _RECORD.pack(*words, *counts)
+
+
+class NetFtServer:
+    """A thread that serves a box on this computer. A context manager.
+
+    The box sends to the client of the last request, as a real one does.
+    """
+
+    host = "127.0.0.1"
+
+    def __init__(self, box: EmulatedBox) -> None:
+        self._box, self._ended = box, threading.Event()
+        self._client: tuple[str, int] | None = None
+
+    def __enter__(self) -> Self:
+        self._rdt = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._rdt.bind((self.host, 0))
+        self._rdt.setblocking(False)
+        self._web = socket.create_server((self.host, 0))
+        self.port, self.http_port = self._rdt.getsockname()[1], self._web.getsockname()[1]
+        self._thread = threading.Thread(target=self._serve, name="Net F/T emulator", daemon=True)
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ended.set()
+        self._thread.join()
+        self._rdt.close()
+        self._web.close()
+
+    def _serve(self) -> None:
+        while not self._ended.is_set():
+            wait_s = (self._box.next_event_ns() - time.monotonic_ns()) * 1e-9
+            ready, _, _ = select.select([self._rdt, self._web], [], [], max(0.0, min(wait_s, _LOOK_S)))
+            # A client that is gone shows as an error of the next call; the box continues.
+            with suppress(OSError):
+                if self._web in ready:
+                    self._answer()
+            with suppress(OSError):
+                if self._rdt in ready:
+                    request, self._client = self._rdt.recvfrom(64)
+                    self._box.receive(request, time.monotonic_ns())
+            for datagram in self._box.step(time.monotonic_ns()):
+                if self._client is not None:
+                    with suppress(OSError):
+                        self._rdt.sendto(datagram, self._client)
+
+    def _answer(self) -> None:
+        line, _ = self._web.accept()
+        with line:
+            line.settimeout(0.5)
+            line.recv(1024)
+            line.sendall(b"HTTP/1.0 200 OK\r\nContent-Type: text/xml\r\n\r\n" + self._box.page())
