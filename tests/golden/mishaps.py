@@ -96,7 +96,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
     # With noise on its torques alone.
     "lies-flat-tz": Mishap((force("freeze", 20, channels=(5,)),), {"cell": {"sensor": {"force_noise_N": 0.0}}}),
     "false-drop": Mishap(
-        (force("offset", 156, magnitude=1.4, channels=(2,), duration_ticks=8),),
+        (force("offset", 140, magnitude=1.4, channels=(2,), duration_ticks=8),),
         {"task": {"time_limit_s": 0.9, "contact_kgf": 0.4}},
     ),
     # Encoders that say once that it is past the plate, so that it explores without having touched it first.
@@ -238,7 +238,10 @@ MISHAPS: Final[dict[str, Mishap]] = {
         (force("offset", 38, magnitude=-2.5, channels=(2,), duration_ticks=6),),
         {**_EDGE, "cell": _EDGE["cell"] | {"hole_height_error_mm": 1.0}},
     ),
-    "no-contact": Mishap((force("unit", 0, factor=0.01),), {"task": {"insertion_depth_mm": 0.5}}),
+    "no-contact": Mishap(
+        (force("unit", 0, factor=0.01),),
+        {"task": {"insertion_depth_mm": 0.5, "prove_contact": False}, **weak(flat_line_samples=1_000_000)},
+    ),
     "leaning": Mishap(settings={"cell": {"tilt_mrad": 2.0, "tilt_heading_deg": 40.0}}),
     "lift-low": Mishap(
         (

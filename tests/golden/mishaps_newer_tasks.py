@@ -138,7 +138,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
             force("noise", 0, magnitude=0.15, channels=(0, 1, 2)),
             force("noise", 0, magnitude=0.006, channels=(3, 4, 5)),
         ),
-        _corner(time_limit_s=2.0),
+        _corner(time_limit_s=2.0, options={"unanswered_N": 0.0}),
         policy="corner-first",
     ),
     # It heaves on its way in uneven strokes: nothing answers for a while, then the force does, then no more. At this

@@ -107,7 +107,7 @@ SUPERVISED: Final[dict[str, Mishap]] = {
     ),
     "calibrated-torque": Mishap((force("spike", EXPLORING, magnitude=9.0, channels=(3, 4, 5)),), _CALIBRATED),
     "calibrated-misfit": Mishap((force("offset", EXPLORING, magnitude=2.0, channels=(3, 4)),), _CALIBRATED),
-    "calibrated-rate": Mishap((force("spike", EXPLORING, magnitude=15.0, channels=(0, 1, 2)),), _CALIBRATED),
+    "calibrated-rate": Mishap((force("spike", EXPLORING, magnitude=13.0, channels=(0, 1, 2)),), _CALIBRATED),
     "calibrated-contact": Mishap((force("spike", 20, magnitude=-3.0, channels=(0, 1, 2)),), _CALIBRATED),
     "calibrated-force": Mishap((force("spike", 20, magnitude=45.0, channels=(0, 1, 2)),), _CALIBRATED),
     "trip-area-start": Mishap(
@@ -124,7 +124,7 @@ SUPERVISED: Final[dict[str, Mishap]] = {
     "trip-kind": Mishap(tared_from=20),
     "first-kind": Mishap(tared_from=0),
     "first-joint-turned": Mishap((joints("offset", 0, magnitude=6.3, channels=(3,)),)),
-    "trip-force-early": Mishap(ahead={20: 51_428_571, 30: 51_428_572}),
+    "trip-force-early": Mishap(ahead={20: 51_785_714, 30: 51_785_715}),
     "trip-workspace-x-low": Mishap(
         (joints("spike", 20, magnitude=-0.13, channels=(1,)),),
         _near_walls(side_margin_mm=1.0, height_margin_mm=300.0),

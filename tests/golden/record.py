@@ -132,8 +132,8 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     "corner-missed": (
         "run", "--task", "insertion-6dof", "--policy", "corner-first", "--trials", "1", "--seed", "4",
         "--cell.peg.cross-section", "square", "--task.options", "corners", "4", "corner_mm", "20.5",
-        "--cell.peg.friction", "0.4", "--cell.conditions.yaw-deg", "5", "--cell.conditions.plate-lean-mrad", "17.5",
-        "--cell.tilt-mrad", "4", "--cell.hole-uncertainty-mm", "3", "--task.time-limit-s", "3.5",
+        "--cell.peg.friction", "0.6", "--cell.conditions.yaw-deg", "10", "--cell.conditions.plate-lean-mrad", "17.5",
+        "--cell.tilt-mrad", "4", "--cell.hole-uncertainty-mm", "5", "--task.time-limit-s", "3.5",
         "--task.ready-height-mm", "1", "--task.tare-ticks", "7", "--task.ticks-per-action", "7",
     ),
     # The flat of a keyed peg first.
