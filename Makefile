@@ -11,7 +11,7 @@ TORCH_CPU ?= https://download.pytorch.org/whl/cpu
 TORCH := $(shell grep '^torch==' constraints.txt)
 QUIET := --quiet --disable-pip-version-check
 
-.PHONY: help setup train test suite lint style types docs docs-setup golden browser browser-check foxglove-check bench bench-full count clean
+.PHONY: help setup train test suite lint style types docs docs-setup golden browser browser-check bench bench-full count clean
 
 help:
 	@echo "make setup   create .venv and install pinned dependencies (does nothing when nothing changed)"
@@ -20,7 +20,6 @@ help:
 	@echo "make lint    style, types and layering only"
 	@echo "make docs    the documentation site in runs/site/html, strictly: a lost link or any other warning is an error"
 	@echo "make browser-check   reports in a headless browser, at laptop and phone width (Debian, needs root to install it)"
-	@echo "make foxglove-check  a recorded trial in Foxglove Studio, its numbers held against the log (the same, and npm)"
 	@echo "make bench   costs of the framework next to their floors, under three minutes; figures also in $(BENCH)"
 	@echo "make bench-full  the same over 350 trials"
 	@echo "make count   lines of source, tests and benchmarks, words of documents"
@@ -95,16 +94,6 @@ browser-check: setup browser
 	$(BIN)/python -m tests.browser.sample_folders $(DESK)
 	for folder in $(DESK)/*/; do $(BIN)/palpate report "$$folder" || exit 1; done
 	/usr/bin/python3 tests/browser/check_report.py $(DESK)
-
-# The last Foxglove Studio that npm has as a package; its page is opened without any other network.
-FOXGLOVE := @foxglove/studio-base@1.48.0 react@17.0.2 react-dom@17.0.2
-FOXDESK := runs/foxglove-check
-FOXLOG ?= tests/golden/train-paper.mcap
-
-foxglove-check: setup browser
-	$(BIN)/python -m tests.browser.foxglove_desk $(FOXLOG) $(FOXDESK)
-	cd $(FOXDESK) && npm install --silent --no-audit --no-fund --ignore-scripts --legacy-peer-deps $(FOXGLOVE)
-	/usr/bin/python3 tests/browser/check_foxglove.py $(FOXDESK)
 
 # An otherwise idle machine, please: ratios bear some other work, times do not.
 bench: setup
