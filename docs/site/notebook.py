@@ -40,7 +40,7 @@ def show(path: str) -> None:
 BLOCK: Final = re.compile(r"^```sh\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
 PICTURES: Final = (
     (re.compile(r"palpate log plot (\S+)\.mcap"), r"\1.png"),
-    (re.compile(r"palpate render .*--to (\S+\.png).*"), r"\1"),
+    (re.compile(r"palpate render .*--to (\S+\.gif).*"), r"\1"),
     (re.compile(r"palpate train .*--out (\S+).*"), r"\1/learning_curve.png"),
 )
 """What a command leaves to be looked at."""

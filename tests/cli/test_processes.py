@@ -19,8 +19,8 @@ MANY = 5000
 
 def test_the_installed_script_prints_and_refuses(palpate: CommandLine) -> None:
     script = Path(sys.executable).with_name("palpate")
-    done = subprocess.run([script, "version"], capture_output=True, text=True, timeout=60, check=True)
-    assert done.stdout == palpate.succeed("version")
+    done = subprocess.run([script, "--version"], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout == palpate.succeed("--version")
     done = subprocess.run([script, "show", "missing"], capture_output=True, text=True, timeout=60, check=False)
     assert (done.returncode, done.stdout, done.stderr) == palpate("show", "missing")
 

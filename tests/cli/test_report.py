@@ -13,8 +13,8 @@ import pytest
 from scipy.stats import t
 
 from palpate.adapters.experiments.study.cell import StudyCell
-from tests.browser.sample_folders import make_study
 from tests.command_line import CommandLine, command, files_in, shared_folder
+from tests.unit.adapters.visualisation.report.sample_folders import make_study
 
 STEPS = (0.5, 0.7)
 SEEDS = (0, 1)

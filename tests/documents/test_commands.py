@@ -22,7 +22,7 @@ NEEDS = {
     r"palpate (train|run) .*--live": "a viewer, and a port of its own; tests/wall_clock/test_live.py",
     r"palpate (run .*ask_a_person|train .* runs/from-person)": "a person; tests/cli/test_ask_a_person.py",
     r"palpate emulate": "goes on until Ctrl-C; tests/wall_clock",
-    r"palpate view": "a display; tests/cli/test_view.py",
+    r"palpate run .*--view": "a display; tests/cli/test_view.py",
     r"palpate study |--trials 10000": "minutes; tests/cli/test_study.py, test_run.py",
     r"palpate report runs/(clearance|start-uncertainty|paper-compare)": "what minutes leave; tests/cli/test_report.py",
     r"palpate train .*(--from-logs|runs/touch/)": "recorded insertions; tests/cli/test_train_from_logs.py",

@@ -98,7 +98,7 @@ def test_it_says_what_it_is(wheel: Path) -> None:
 
 def test_installed_it_is_on_its_own_and_trains(site: Path, tmp_path: Path) -> None:
     train = ["train", "--trials", "1", "--task.time-limit-s", "0.3", "--out", "run"]
-    calls = (["version"], train, ["show", "run/policy.json"], ["examples", "copy"])
+    calls = (["--version"], train, ["show", "run/policy.json"], ["examples", "copy"])
     code = FROM_WHEEL + (
         f"import importlib, palpate\n"
         f"for layer in {LAYERS!r}:\n"

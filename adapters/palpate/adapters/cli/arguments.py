@@ -66,7 +66,7 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
                 args=list(arguments),
                 default=default,
                 return_unknown_args=True,
-                registry=_readers(_untouched(arguments) if default is not None else ()),
+                registry=readers(_untouched(arguments) if default is not None else ()),
                 # Help texts are docstrings; looking for them in comments would take longer than all the rest.
                 config=(tyro.conf.HelptextFromCommentsOff,),
             )
@@ -82,8 +82,8 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     return _on_rig(result, arguments, cell_in_file) if getattr(result, "rig", "") and default is not None else result
 
 
-def _readers(untouched: Sequence[object]) -> ConstructorRegistry:
-    """What the parser takes for one word: what may be a name or a table, and tables that stay as they are."""
+def readers(untouched: Sequence[object]) -> ConstructorRegistry:
+    """Return what the parser takes for one word: what may be a name or a table, and tables that stay as they are."""
     readers = ConstructorRegistry()
 
     @readers.primitive_rule

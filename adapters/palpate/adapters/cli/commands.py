@@ -50,8 +50,7 @@ COMMANDS: dict[str, Command] = {
         "report:report", "report:ReportOptions",
     ),
     "log": Command("look at recorded trials: info, plot, export, import, recover"),
-    "render": Command("a film or a picture of a recorded trial", "render:render", "picture_options:RenderOptions"),
-    "view": Command("watch trials in the simulator, in real time", "view:view", "picture_options:ViewOptions"),
+    "render": Command("a film of a recorded trial", "render:render", "picture_options:RenderOptions"),
     "check-adapter": Command(
         "try the contract of a port on an adapter of your own",
         "check_adapter:check_adapter", "options:CheckAdapterOptions",
@@ -67,8 +66,6 @@ COMMANDS: dict[str, Command] = {
         "calibrate:calibrate", "options:CalibrateOptions",
     ),
     "examples": Command("copy examples, rig files and documents out of the installed package"),
-    "completion": Command("what bash and zsh complete: eval \"$(palpate completion)\"", "completion:completion"),
-    "version": Command("versions of palpate and of what its results depend on", "version:version"),
     "log info": Command(
         "what logs hold: what of, how fast, how whole, and what came of it", "log:info", "log_options:InfoOptions"
     ),

@@ -27,8 +27,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not words or words[0] in ("-h", "--help"):
         sys.stdout.write(help_of())
         return 0
-    if words[0] == "--version":
-        words[0] = "version"
     with Interrupts(last=arguments is None) as interrupts:
         return _ended(words, interrupts)
 
@@ -106,7 +104,27 @@ def _require_text(words: Iterable[str]) -> None:
             raise UsageError(f"{word} is no text in UTF-8; give it another name")
 
 
+def _print_completion(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.completion import print_completion
+
+    print_completion(words)
+    return 0
+
+
+def _print_versions(words: Sequence[str]) -> int:
+    if words:
+        raise UsageError(f"palpate --version takes no {words[0]}")
+    from palpate.adapters.log import made_with
+
+    sys.stdout.write("".join(f"{name} {number}\n" for name, number in made_with().items()))
+    return 0
+
+
 def _run(name: str, words: Sequence[str]) -> int:
+    if name == "--version":
+        return _print_versions(words)
+    if name == "--tyro-print-completion":
+        return _print_completion(words)
     group = name if name in GROUPS else ""
     if group:
         if not words or words[0] in ("-h", "--help"):

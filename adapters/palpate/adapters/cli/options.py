@@ -76,6 +76,8 @@ class RunOptions(LiveSettings, RunSettings):
     Exit code 0 then means proved."""
     jobs: Jobs = 1
     """Processes in the simulator; 0 takes one per core. The trials do not depend on it."""
+    view: bool = False
+    """Show the simulator in MuJoCo's viewer, in real time; closing the window ends the run."""
 
 
 @dataclass(frozen=True)

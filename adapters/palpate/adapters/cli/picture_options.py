@@ -1,17 +1,16 @@
-"""Command-line options of ``palpate render`` and ``palpate view``. Light to import, as :mod:`.options` is."""
+"""Command-line options of ``palpate render``. Light to import, as :mod:`.options` is."""
 
 from dataclasses import dataclass
 from typing import Annotated
 
 import tyro
 
-from palpate.adapters.cli.options import RunSettings, Trials
 from palpate.core.ports import Range, Settings
 
 
 @dataclass(frozen=True)
 class RenderOptions(Settings):
-    """Draw a recorded trial: a film (.mp4, .gif), or a sheet of pictures (.png).
+    """Draw a recorded trial as a film (.mp4, .gif).
 
     The arm stands as its encoders told, and an arrow shows the measured force at the tip. Symbol, state, action, time
     and phase are written in. Needs no display; the graphics library is EGL or OSMesa, MUJOCO_GL chooses.
@@ -20,30 +19,16 @@ class RenderOptions(Settings):
     log: Annotated[str, tyro.conf.Positional]
     """The log."""
     to: str = ""
-    """The file to make, ending with .mp4, .gif or .png; it must not be there yet."""
+    """The file to make, ending with .mp4 or .gif; it must not be there yet."""
     camera: str = "both"
     """close-up (plate cut open), arm (all of it), or both (the arm in a corner of the close-up)."""
     size: str = ""
-    """WIDTHxHEIGHT in pixels; 640x480 if not given, 1440x760 for .png."""
+    """WIDTHxHEIGHT in pixels; 640x480 if not given."""
     fps: Annotated[float, Range(0.1, 240.0, text="a number from 0.1 to 240, for .gif from 0.1 to 50")] | None = None
     """Pictures per second; 25 if not given, 12.5 for .gif."""
     speed: Annotated[float, Range(0.001, 1000.0)] = 1.0
     """Seconds of the trial per second of the film: 0.5 shows it at half its speed."""
     begin_s: float | None = None
-    """Where to begin, in seconds of the trial; a film begins with it, a sheet with the approach, if not given."""
+    """Where to begin, in seconds of the trial; with the trial if not given."""
     end_s: float | None = None
     """Where to end; with the trial if not given."""
-    pictures: Annotated[int, Range(1, 100)] = 6
-    """How many pictures of a sheet (.png), evenly spread over the time; 1 shows the end."""
-
-
-@dataclass(frozen=True)
-class ViewOptions(RunSettings):
-    """Watch trials in the simulator, in MuJoCo's viewer and in real time. Nothing is recorded and nothing learned."""
-
-    policy: str = ""
-    """A policy file, or omniscient, torque, spiral-10, spiral-5, random."""
-    trials: Trials = 10
-    """Number of trials; closing the window ends earlier."""
-    speed: Annotated[float, Range(0.01, 100.0)] = 1.0
-    """Seconds of the trial per second: 0.5 shows it at half its speed."""

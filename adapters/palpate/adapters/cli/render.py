@@ -12,11 +12,10 @@ from typing import Final
 from palpate.adapters.cli.picture_options import RenderOptions
 from palpate.core.errors import ConfigurationError, require_in, require_one_of
 
-ENDINGS: Final = (".mp4", ".gif", ".png")
+ENDINGS: Final = (".mp4", ".gif")
 LEAST_PX: Final = 120
 """Smaller pictures leave no room for what is written into them."""
 _FILM_SIZE: Final = (640, 480)
-_SHEET_SIZE: Final = (1440, 760)
 _MOST_PX: Final = 4096
 _GIF_MOST: Final = 2_000
 _MP4_MOST: Final = 20_000
@@ -31,9 +30,7 @@ def render(options: RenderOptions) -> int:
         from palpate.adapters.visualisation.film import (
             Painter,
             course_of,
-            panel_size,
             require_video,
-            sheet,
             write_gif,
             write_mp4,
         )
@@ -48,23 +45,11 @@ def render(options: RenderOptions) -> int:
     if plan.ending == ".mp4":
         require_video()
     course = course_of(log)
-    still = plan.ending == ".png"
-    begin = course.approach_s if still and options.begin_s is None else options.begin_s
-    stretch = course.stretch(begin, options.end_s)
-    if still:
-        moments = course.spread(*stretch, options.pictures)
-    else:
-        moments = course.film(*stretch, plan.fps, options.speed, _GIF_MOST if plan.ending == ".gif" else _MP4_MOST)
-    size = panel_size(len(moments), plan.size) if still else plan.size
-    if min(size) < LEAST_PX:
-        accepted = f"a larger sheet, or fewer pictures: each would have {size[0]}x{size[1]} pixels"
-        raise ConfigurationError("size", f"{plan.size[0]}x{plan.size[1]}", accepted)
-    with new_file(out, "--to") as passing, Painter(log, course, size, options.camera) as painter:
+    stretch = course.stretch(options.begin_s, options.end_s)
+    moments = course.film(*stretch, plan.fps, options.speed, _GIF_MOST if plan.ending == ".gif" else _MP4_MOST)
+    with new_file(out, "--to") as passing, Painter(log, course, plan.size, options.camera) as painter:
         shown = tqdm(moments, unit="picture", file=sys.stderr, leave=False, disable=None)
-        if still:
-            painted = [painter.paint(moment, notes=False, inset=not k) for k, moment in enumerate(shown)]
-            sheet(painted, plan.size, painter.title).save(passing, "PNG")
-        elif plan.ending == ".gif":
+        if plan.ending == ".gif":
             # Colours are chosen beforehand, so that not all pictures need be kept.
             samples = [painter.paint(moment) for moment in course.spread(*stretch, _SAMPLES)]
             write_gif(passing, (painter.paint(moment) for moment in shown), plan.fps, len(moments), samples)
@@ -92,7 +77,7 @@ def _plan(options: RenderOptions) -> _Plan:
     from palpate.adapters.mujoco import CAMERAS
 
     require_one_of("camera", options.camera, CAMERAS)
-    size = _size(options.size, _SHEET_SIZE if ending == ".png" else _FILM_SIZE)
+    size = _size(options.size)
     if ending == ".mp4" and (size[0] % 2 or size[1] % 2):
         raise ConfigurationError("size", options.size, "even numbers for .mp4")
     fps = (12.5 if ending == ".gif" else 25.0) if options.fps is None else options.fps
@@ -100,9 +85,9 @@ def _plan(options: RenderOptions) -> _Plan:
     return _Plan(ending, size, fps)
 
 
-def _size(text: str, default: tuple[int, int]) -> tuple[int, int]:
+def _size(text: str) -> tuple[int, int]:
     if not text:
-        return default
+        return _FILM_SIZE
     match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text)
     if match is None:
         raise ConfigurationError("size", text, "WIDTHxHEIGHT in pixels, as in 640x480")

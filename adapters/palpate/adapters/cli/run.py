@@ -29,6 +29,8 @@ from palpate.adapters.experiments import (
     run_toml,
     write_evaluation,
 )
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.adapters.visualisation import viewed
 from palpate.core.errors import ConfigurationError
 
 
@@ -47,14 +49,18 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
     if options.policy.startswith("omniscient") and options.rig:
         raise ConfigurationError("policy", options.policy, NOBODY_KNOWS)
     claim, jobs = Claim.parse(options.claim) if options.claim else None, options.jobs or os.cpu_count() or 1
-    if jobs > 1 and (options.rig or options.live):
-        raise ConfigurationError("jobs", options.jobs, "1 with --rig or --live: only plain simulations run in parallel")
+    if jobs > 1 and (options.rig or options.live or options.view):
+        raise ConfigurationError("jobs", options.jobs, "1 with --rig, --live or --view")
+    if options.view and options.rig:
+        raise ConfigurationError("view", options.view, "the simulator, without --rig")
     chosen = ChosenPolicy(named, config)
     ready = ready_pose(config)
     require_usable(config, ready, options.rig)
     print_weakened(config)
     with ExitStack() as opened:
         live, rig = opened_rig(opened, options, config, ready)
+        if options.view and isinstance(rig, SimulatedRig):
+            opened.enter_context(viewed(rig))
         # Only now are words, files and devices known to be good: a refused call must not leave a folder in the way.
         kept.enter_context(folder.writing())
         folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=named))

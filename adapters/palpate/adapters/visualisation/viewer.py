@@ -1,130 +1,85 @@
-"""Trials as they run, in MuJoCo's viewer: a clock that never runs ahead of real time and shows each tick."""
+"""A simulated rig in MuJoCo's passive viewer, in real time. Trials are the same as without it, bit for bit."""
 
 import os
+import signal
 import sys
 import threading
-import warnings
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, Final, Protocol
+from dataclasses import replace
+from typing import Any, Final
 
 from typing_extensions import override
 
-from palpate.adapters.hardware import MonotonicClock
-from palpate.core.errors import UsageError, one_line
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.core.errors import UsageError
 from palpate.core.ports import Clock
+from palpate.simulation.work_cell import WorkCell
 
 DISPLAYS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
-_NS: Final = 1_000_000_000
 _PATIENCE_S: Final = 10.0
 _DISTANCE_M: Final = 0.4
 _INSTEAD: Final = "palpate render makes films of recorded trials without a display"
-_BEHIND_NS: Final = _NS // 10
-"""A picture that is later than this is not made up for: as after a pause, or on a machine that is too slow."""
+_BEHIND_S: Final = 0.1
+"""A longer delay, as after a pause, is not made up for."""
 
 
-class Viewer(Protocol):
-    """What is used of MuJoCo's passive viewer."""
+class ViewedClock(Clock):
+    """The simulator's clock, held back to real time; each tick is shown. Closing the window ends the run."""
 
-    def sync(self) -> None:
-        """Show the present state."""
-
-    def is_running(self) -> bool:
-        """Whether its window is still open."""
-
-
-class WindowClosedError(Exception):
-    """Somebody closed the window: no error, but the way out of a running trial."""
-
-
-class ShownClock(Clock):
-    """The simulator's clock, held back to real time and shown. Trials come out as without it, bit for bit."""
-
-    def __init__(
-        self,
-        simulated: Clock,
-        viewer: Viewer,
-        speed: float,
-        real: Clock | None = None,
-    ) -> None:
-        self._simulated, self._viewer, self._speed = simulated, viewer, speed
-        self._real = real if real is not None else MonotonicClock()
-        self._begin()
+    def __init__(self, clock: Clock, window: Any, cell: WorkCell) -> None:
+        self._clock, self._window, self._cell = clock, window, cell
+        self._model, self._data = cell.model, cell.data
+        self._lead_s = self._ahead_s()
 
     @override
     def now_ns(self) -> int:
-        return self._simulated.now_ns()
+        return self._clock.now_ns()
 
+    @override
     def sleep_until(self, deadline_ns: int) -> None:
-        """Let the cell move on, wait for real time, and show.
+        self._clock.sleep_until(deadline_ns)
+        early_s = self._ahead_s() - self._lead_s
+        if early_s > 0.0:
+            time.sleep(early_s)
+        elif early_s < -_BEHIND_S:
+            self._lead_s += early_s
+        if not self._window.is_running():
+            signal.raise_signal(signal.SIGINT)
+            return
+        if self._cell.data is not self._data:
+            # The cell has another model by now; the window keeps the one that it was opened with.
+            self._cell.pose(self._model, self._data)
+        self._window.sync()
 
-        Raises:
-            WindowClosedError: Nobody watches any more.
-        """
-        self._simulated.sleep_until(deadline_ns)
-        due_ns = self._real_origin_ns + round((deadline_ns - self._origin_ns) / self._speed)
-        now_ns = self._real.now_ns()
-        if now_ns > due_ns + _BEHIND_NS:
-            self._begin()
-        elif now_ns < due_ns:
-            self._real.sleep_until(due_ns)
-        if not self._viewer.is_running():
-            raise WindowClosedError
-        self._viewer.sync()
-
-    def _begin(self) -> None:
-        self._origin_ns, self._real_origin_ns = self._simulated.now_ns(), self._real.now_ns()
+    def _ahead_s(self) -> float:
+        return self._clock.now_ns() * 1e-9 - time.monotonic()
 
 
 @contextmanager
-def open_viewer(model: Any, data: Any, target_m: tuple[float, float, float]) -> Iterator[Viewer]:
-    """MuJoCo's viewer in a window of its own, for as long as this lasts.
-
-    Args:
-        data: Its state; shown at each ``sync``.
+def viewed(rig: SimulatedRig) -> Iterator[None]:
+    """Show the rig in a window while inside.
 
     Raises:
-        UsageError: There is no display, or no window can be opened on it.
-    """
-    require_display()
-    import mujoco.viewer
-
-    before = set(threading.enumerate())
-    window = mujoco.viewer.launch_passive(model, data, show_left_ui=False, show_right_ui=False)
-    drawing = [thread for thread in threading.enumerate() if thread not in before]
-    try:
-        with window.lock():
-            window.cam.lookat[:] = target_m
-            window.cam.distance, window.cam.azimuth, window.cam.elevation = _DISTANCE_M, 90.0, -20.0
-        yield window
-    finally:
-        window.close()
-        # Closing only requests it: until the window is gone its thread reads the model, which must not go before.
-        for thread in drawing:
-            thread.join(_PATIENCE_S)
-
-
-def require_display() -> None:
-    """Make sure that a window can be opened: MuJoCo itself would wait for ever, or end the process.
-
-    Raises:
-        UsageError: It cannot.
+        UsageError: There is no display.
     """
     if sys.platform.startswith("linux") and not any(os.environ.get(name) for name in DISPLAYS):
         raise UsageError(f"there is no display ({' and '.join(DISPLAYS)} are not set); {_INSTEAD}")
-    with warnings.catch_warnings():
-        # GLFW reports its errors as warnings, and the library may be missing altogether.
-        warnings.simplefilter("error")
-        try:
-            import glfw
+    import mujoco.viewer
 
-            opened = glfw.init()
-            glfw.window_hint(glfw.VISIBLE, False)
-            window = glfw.create_window(64, 64, "palpate", None, None) if opened else None
-            if window:
-                glfw.destroy_window(window)
-                glfw.default_window_hints()
-        except (Warning, ImportError, AttributeError) as error:
-            raise UsageError(f"no window can be opened ({one_line(error)}); {_INSTEAD}") from error
-    if not window:
-        raise UsageError(f"no window can be opened; {_INSTEAD}")
+    before, ports = set(threading.enumerate()), rig.ports
+    window = mujoco.viewer.launch_passive(rig.cell.model, rig.cell.data, show_left_ui=False, show_right_ui=False)
+    drawing = [thread for thread in threading.enumerate() if thread not in before]
+    try:
+        with window.lock():
+            window.cam.lookat[:] = rig.cell.data.site("tip").xpos
+            window.cam.distance, window.cam.azimuth, window.cam.elevation = _DISTANCE_M, 90.0, -20.0
+        rig.ports = replace(ports, clock=ViewedClock(ports.clock, window, rig.cell))
+        yield
+    finally:
+        rig.ports = ports
+        window.close()
+        # Until the window is gone its thread reads the model.
+        for thread in drawing:
+            thread.join(_PATIENCE_S)

@@ -1,4 +1,4 @@
-"""A recorded trial as a film or a sheet of pictures."""
+"""A recorded trial as a film."""
 
 import lazy_loader
 

@@ -1,7 +1,5 @@
 from .course import course_of as course_of
-from .film import panel_size as panel_size
 from .film import require_video as require_video
-from .film import sheet as sheet
 from .film import write_gif as write_gif
 from .film import write_mp4 as write_mp4
 from .picture import Painter as Painter

@@ -108,15 +108,6 @@ def write_line(picture: Image.Image, corner: tuple[float, float], text: str, siz
     draw.text(corner, text, font=font(size_px), fill=_INK, anchor=anchor)
 
 
-def write_title(picture: Image.Image, text: str, height: int) -> None:
-    """Write a line in the middle of the uppermost so many pixels; smaller if it would not fit."""
-    size_px = max(round(height / 2.0), SMALLEST_PX)
-    while size_px > SMALLEST_PX and font(size_px).getlength(text) > picture.width * 0.98:
-        size_px -= 1
-    draw = ImageDraw.Draw(picture)
-    draw.text((picture.width / 2.0, height / 2.0), text, font=font(size_px), fill=_INK, anchor="mm")
-
-
 def line_px(size_px: int) -> float:
     """From one line to the next."""
     return size_px * 1.32

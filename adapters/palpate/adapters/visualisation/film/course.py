@@ -27,12 +27,10 @@ class Course:
 
     Attributes:
         tared: Whether the sensor's zero is known and taken from the forces.
-        approach_s: When the approach began; 0 if it never did.
     """
 
     moments: tuple[Moment, ...]
     tared: bool
-    approach_s: float
 
     @property
     def duration_s(self) -> float:
@@ -62,7 +60,7 @@ class Course:
 
     def spread(self, begin_s: float, end_s: float, count: int) -> list[Moment]:
         """So many moments, evenly spread, the first and the last included."""
-        return self.at(np.linspace(end_s if count == 1 else begin_s, end_s, count).tolist())
+        return self.at(np.linspace(begin_s, end_s, count).tolist())
 
     def at(self, times_s: Sequence[float]) -> list[Moment]:
         """What was newest at each of these times."""
@@ -84,7 +82,6 @@ def course_of(log: TrialLog) -> Course:
     wrenches: list[tuple[float, ...]] = []
     joints: JointVector | None = None
     first_ns: int | None = None
-    approach_s = 0.0
     moments: list[Moment] = []
     for record in records:
         sample = record.wrench
@@ -100,8 +97,6 @@ def course_of(log: TrialLog) -> Course:
         time_s = (time_ns - first_ns) / _NS
         fx, fy, fz, tx, ty, tz = np.mean(wrenches, axis=0).tolist() if wrenches else (np.nan,) * 6
         phase = phases[bisect_right(phase_ticks, record.tick) - 1]
-        if phase == Phase.APPROACH.value and not approach_s:
-            approach_s = time_s
         moments.append(
             Moment(
                 record.tick,
@@ -115,7 +110,7 @@ def course_of(log: TrialLog) -> Course:
         )
     if not moments:
         raise LogError(log.path, "", "has no tick with a time and joint angles", "there is nothing to draw")
-    return Course(tuple(moments), any(tare.bias), approach_s)
+    return Course(tuple(moments), any(tare.bias))
 
 
 def _decisions(log: TrialLog) -> tuple[list[int], list[DecisionEntry | None]]:

@@ -1,23 +1,20 @@
-"""Pictures into files: films as MP4 or GIF, contact sheets as PNG. Each is written as it is painted."""
+"""Films as MP4 or GIF; each picture is written as it is painted."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from itertools import chain, pairwise
-from math import ceil, sqrt
 from pathlib import Path
 from typing import Any, Final
 
 from PIL import Image
 
 from palpate.adapters.mujoco import ACTION, FORCE
-from palpate.adapters.visualisation.film.captions import font_px, line_px, write_title
 from palpate.core.errors import UsageError
 
 HOLD_S: Final = 1.0
 """How long a film rests on its last picture."""
 _GIF_COLOURS: Final = 255
 _GIF_TICKS_PER_S: Final = 100
-_PAPER: Final = (255, 255, 255)
 _QUALITY: Final = "20"
 _PATCH_PX: Final = 24
 
@@ -78,41 +75,6 @@ def gif_durations_ms(count: int, fps: float) -> list[int]:
     durations = [10 * (b - a) for a, b in pairwise(ends)]
     durations[-1] += round(1000 * HOLD_S)
     return durations
-
-
-def sheet(pictures: Sequence[Image.Image], size: tuple[int, int], title: str) -> Image.Image:
-    """A contact sheet: pictures of the size of :func:`panel_size` in rows, from left to right, under a title."""
-    columns, (width, height) = columns_of(len(pictures)), panel_size(len(pictures), size)
-    made = Image.new("RGB", size, _PAPER)
-    head = title_px(size)
-    write_title(made, title, head)
-    for k, picture in enumerate(pictures):
-        row, column = divmod(k, columns)
-        made.paste(picture, (gap_px(size) + column * (width + gap_px(size)), head + row * (height + gap_px(size))))
-    return made
-
-
-def panel_size(count: int, size: tuple[int, int]) -> tuple[int, int]:
-    """Width and height of each of so many pictures on a sheet of this size, in pixels."""
-    columns = columns_of(count)
-    rows = ceil(count / columns)
-    gap = gap_px(size)
-    return (size[0] - gap * (columns + 1)) // columns, (size[1] - title_px(size) - gap * rows) // rows
-
-
-def columns_of(count: int) -> int:
-    """Columns of a sheet: as many as rows, or one more."""
-    return ceil(sqrt(count))
-
-
-def title_px(size: tuple[int, int]) -> int:
-    """Height of the title."""
-    return round(line_px(font_px(*size)) * 1.5)
-
-
-def gap_px(size: tuple[int, int]) -> int:
-    """Between the pictures."""
-    return max(size[0] // 240, 2)
 
 
 def _held(pictures: Iterable[Image.Image], times: int) -> Iterator[Image.Image]:

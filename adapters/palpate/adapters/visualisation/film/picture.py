@@ -46,9 +46,6 @@ class Painter:
     Args:
         camera: ``close-up``, ``arm`` or ``both``.
 
-    Attributes:
-        title: What the pictures are of, and remarks about them, in one line.
-
     Raises:
         LogError: The log does not hold what the cell looked like.
         UsageError: There is no graphics library that works.
@@ -65,15 +62,11 @@ class Painter:
         part = "contour" if self._cell.contour else "hole"
         notes = captions.notes_of(course, hole_known=self._cell.hole_known, world=log.start.world, part=part)
         self._notes = [captions.title_of(log), *notes]
-        self.title = "; ".join([*self._notes, *([self._outcome] if self._outcome else [])])
         self._to_task: Array = self._cell.goal_in_base.rotation.T
         self._stage = Stage(self._cell, size)
 
-    def paint(self, moment: Moment, *, notes: bool = True, inset: bool = True) -> Image.Image:
+    def paint(self, moment: Moment) -> Image.Image:
         """The picture of a moment, RGB.
-
-        Args:
-            inset: Whether the whole arm is put into a corner of the close-up, if both are asked for.
 
         Raises:
             LogError: Its joint angles do not fit the arm.
@@ -83,9 +76,9 @@ class Painter:
         picture = Image.fromarray(self._stage.picture(view, *self._size))
         force = self._cell.force_in_base(moment)
         self._draw_signs(picture, view, moment, force)
-        if inset and self._camera == "both":
+        if self._camera == "both":
             self._add_inset(picture)
-        self._write(picture, moment, force, notes=notes)
+        self._write(picture, moment, force)
         return picture
 
     def _draw_signs(self, picture: Image.Image, view: View, moment: Moment, force: Array | None) -> None:
@@ -126,7 +119,7 @@ class Painter:
         ImageDraw.Draw(picture).rectangle(frame, fill=(255, 255, 255))
         picture.paste(inset, corner)
 
-    def _write(self, picture: Image.Image, moment: Moment, force: Array | None, *, notes: bool) -> None:
+    def _write(self, picture: Image.Image, moment: Moment, force: Array | None) -> None:
         width, height = self._size
         letters = captions.font_px(width, height)
         margin = max(height // 60, 2)
@@ -139,7 +132,7 @@ class Painter:
         )
         # The outcome comes last in time and stands above, so that nothing moves when it appears.
         remarks = [self._outcome] if self._outcome and moment.tick == self._last else []
-        remarks += self._notes if notes else []
+        remarks += self._notes
         for row, text in enumerate(reversed(remarks)):
             at = (width - margin - small * 0.35, height - margin - small * 0.35 - row * captions.line_px(small) * 1.25)
             captions.write_line(picture, at, text, small, "rd")

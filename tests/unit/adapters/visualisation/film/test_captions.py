@@ -28,7 +28,7 @@ def test_what_there_is_not_is_a_dash() -> None:
 
 
 def test_the_notes_say_whose_hole_it_is_and_whether_the_force_is_raw() -> None:
-    tared, raw = Course((MOMENT,), True, 0.0), Course((MOMENT,), False, 0.0)
+    tared, raw = Course((MOMENT,), True), Course((MOMENT,), False)
     assert captions.notes_of(tared, hole_known=True, world="simulator") == ["hole: where the simulator had it"]
     assert captions.notes_of(raw, hole_known=False, world="bench") == [
         "hole: where it is believed to be", "force: raw, weight included",
@@ -53,11 +53,3 @@ def test_letters_are_dark_on_a_ground_that_is_light_all_round_them() -> None:
     assert pixels[0, 0] == 40
     assert pixels[17:22, 17].max() > 180
     assert pixels[20:44, 20:80].min() < 60
-
-
-def test_a_title_that_would_be_too_long_gets_smaller() -> None:
-    picture = Image.new("RGB", (300, 40), (255, 255, 255))
-    captions.write_title(picture, "x" * 40, 40)
-    columns = np.nonzero((np.array(picture.convert("L")) < 128).any(axis=0))[0]
-    assert 0 < columns.min()
-    assert columns.max() < 299

@@ -37,7 +37,6 @@ def test_phases_and_actions_run_until_the_next(tmp_path: Path) -> None:
     assert phases == ["lift"] * 5 + ["approach"] * 5 + ["explore"] * 21 + ["insert"] * 9
     actions = [moment.decision.action if moment.decision else "" for moment in trial.moments]
     assert actions == [""] * 12 + ["-x"] * 14 + ["+y"] * 5 + [""] * 9
-    assert trial.approach_s == trial.moments[5].time_s
     assert trial.duration_s == pytest.approx(39 / 140, abs=1e-6)
 
 
@@ -91,12 +90,11 @@ def test_a_film_shows_each_time_the_newest_tick(recorded: Course) -> None:
     moments = recorded.film(0.0, recorded.duration_s, 20.0, 1.0, 1000)
     assert [moment.tick for moment in moments[:4]] == [0, 7, 14, 21]
     # The last tick is always there, whether or not its time is due.
-    assert moments[-1].tick == 189
-    assert len(moments) == 28
+    assert moments[-1] is recorded.moments[-1]
 
 
-def test_a_sheet_has_the_first_and_the_last_moment(recorded: Course) -> None:
+def test_samples_have_the_first_and_the_last_moment(recorded: Course) -> None:
     moments = recorded.spread(0.5, recorded.duration_s, 4)
     assert len(moments) == 4
-    assert (moments[0].tick, moments[-1].tick) == (70, 189)
-    assert [moment.tick for moment in recorded.spread(0.5, recorded.duration_s, 1)] == [189]
+    assert moments[0].tick == 70
+    assert moments[-1] is recorded.moments[-1]

@@ -1,4 +1,4 @@
-"""Films and sheets, of pictures that were never drawn by a graphics library."""
+"""Films, of pictures that were never drawn by a graphics library."""
 
 from pathlib import Path
 
@@ -8,8 +8,8 @@ import pytest
 from PIL import Image
 
 from palpate.adapters.mujoco import ACTION, FORCE
-from palpate.adapters.visualisation.film import panel_size, require_video, sheet, write_gif, write_mp4
-from palpate.adapters.visualisation.film.film import HOLD_S, gif_durations_ms, title_px
+from palpate.adapters.visualisation.film import require_video, write_gif, write_mp4
+from palpate.adapters.visualisation.film.film import HOLD_S, gif_durations_ms
 from palpate.core.errors import UsageError
 
 SIZE = (160, 120)
@@ -60,24 +60,6 @@ def test_rounding_of_a_gifs_times_does_not_add_up() -> None:
     assert set(durations[:-1]) == {30, 40}
     assert sum(durations[:60]) == 2000
     assert durations[-1] == 30 + 1000 * HOLD_S
-
-
-@pytest.mark.parametrize(("count", "columns", "rows"), [(1, 1, 1), (2, 2, 1), (4, 2, 2), (6, 3, 2), (7, 3, 3)])
-def test_a_sheet_is_filled_row_by_row(count: int, columns: int, rows: int) -> None:
-    size = (594, 500)
-    panel = panel_size(count, size)
-    assert 0.97 * size[0] < columns * panel[0] < size[0]
-    assert 0.97 * (size[1] - title_px(size)) < rows * panel[1] < size[1] - title_px(size)
-    colours = [(20 * k + 20, 255 - 20 * k, 128) for k in range(count)]
-    made = sheet([Image.new("RGB", panel, colour) for colour in colours], size, "a title")
-    assert made.size == size
-    pixels = np.array(made)
-    for k, colour in enumerate(colours):
-        y, x = np.nonzero((pixels == colour).all(axis=2))
-        assert len(x) == panel[0] * panel[1]
-        assert x.min() // panel[0] == k % columns
-        assert (y.min() - title_px(size)) // panel[1] == k // columns
-    assert (pixels[: title_px(size)] < 128).any()
 
 
 def test_a_pyav_without_the_encoder_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,8 +9,8 @@ import pytest
 from palpate.adapters.log.reader import read_log
 from palpate.adapters.visualisation.report.logs import Timing, logs_in, spread_over, timing_section
 from palpate.core.errors import LogError
-from tests.browser.sample_folders import in_real_time
 from tests.support.log_surgery import indices, messages_of, write_log
+from tests.unit.adapters.visualisation.report.sample_folders import in_real_time
 
 GOLDEN = Path(__file__).parents[4] / "golden"
 LOG = GOLDEN / "train-paper.mcap"
