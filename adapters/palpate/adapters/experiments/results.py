@@ -247,10 +247,5 @@ class RunFolder:
         path = self.path / name
         # A run that was killed may have left the file without even its header.
         head = [] if path.exists() and path.stat().st_size else [columns]
-        try:
-            with path.open("a", encoding="utf-8", newline="") as stream:
-                stream.write(csv_text([*head, *rows]))
-        except OSError as error:
-            raise OutputError(
-                str(path), f"cannot be written ({error.strerror})", "nothing finished was lost"
-            ) from error
+        with path.open("a", encoding="utf-8", newline="") as stream:
+            stream.write(csv_text([*head, *rows]))

@@ -166,11 +166,8 @@ class TrialRecorder:
         self.flight.end(end_of(report, **self._policy_fields(report), **text, **(facts or {})))
 
     def _make_folder(self, path: Path) -> None:
-        try:
-            if self._kept:
-                path.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OutputError(str(path), f"cannot be made ({error.strerror})", "name another folder") from error
+        if self._kept:
+            path.mkdir(parents=True, exist_ok=True)
 
     def _policy_fields(self, report: TrialReport) -> dict[str, Any]:
         subject = self._subject

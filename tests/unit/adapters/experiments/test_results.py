@@ -137,5 +137,5 @@ def test_a_folder_that_vanished_is_reported(tmp_path: Path) -> None:
     gone = RunFolder(tmp_path / "gone")
     with pytest.raises(OutputError, match="cannot be written"):
         gone.write("run.toml", "")
-    with pytest.raises(OutputError, match="cannot be written"):
+    with pytest.raises(FileNotFoundError, match="gone"):
         gone.append_trial(scored_trial(0))
