@@ -50,7 +50,7 @@ def test_trials_have_their_columns_and_decisions_belong_to_them(trained: Path) -
 def test_the_policy_has_learned_from_all_decisions(trained: Path) -> None:
     policy = json.loads((trained / "policy.json").read_text())
     assert policy["schema"] == "palpate.policy/3"
-    visits = sum(row["visits"] or 0 for row in policy["table"])
+    visits = sum(map(sum, policy["learner"]["state"]["visits"]))
     assert visits == sum(bool(decision["reinforcement"]) for decision in table(trained / "decisions.csv"))
 
 
@@ -153,7 +153,7 @@ def test_an_hmm_is_trained_resumed_used_replayed_and_shown(palpate: CommandLine,
     assert "3 of 3 equal" in palpate.succeed("replay", tmp_path / "whole")
     # As if it had been taught for so long that a model is fitted.
     policy = json.loads((tmp_path / "run" / "policy.json").read_text())
-    held = policy["hmm"]
+    held = policy["learner"]["state"]
     held["trials"], held["trials_learned"] = 10 * held["trials"], 30
     (tmp_path / "taught.json").write_text(json.dumps(policy))
     assert "8 actions; hmm, 30 trials learned" in palpate.succeed("show", "taught.json")
@@ -161,7 +161,7 @@ def test_an_hmm_is_trained_resumed_used_replayed_and_shown(palpate: CommandLine,
     assert "1 of 1 equal" in palpate.succeed("replay", tmp_path / "used")
     palpate.succeed("report", "run")
     palpate.succeed("train", "--policy", "taught.json", "--learning.hmm.reach", 4, "--trials", 1, *QUICK, "--out", "on")
-    learned = json.loads((tmp_path / "on" / "policy.json").read_text())["hmm"]["trials_learned"]
+    learned = json.loads((tmp_path / "on" / "policy.json").read_text())["learner"]["state"]["trials_learned"]
     assert learned == 31
     assert "0.7, 0.0) is refused: (0.5, 0.0)" in palpate.refusal(
         "run", "--policy", "taught.json", "--task.step-mm", 0.5

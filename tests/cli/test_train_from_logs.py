@@ -9,7 +9,7 @@ from tests.command_line import CommandLine
 
 
 def learned(folder: Path) -> dict[str, object]:
-    belief: dict[str, object] = json.loads((folder / "policy.json").read_text())["belief"]
+    belief: dict[str, object] = json.loads((folder / "policy.json").read_text())["learner"]["state"]
     return belief
 
 

@@ -81,8 +81,8 @@ def test_it_is_trained_run_shown_and_compared(
     palpate.succeed("report", "learned")
     palpate.succeed("train", "--policy", DRIFT, "--trials", 1, "--out", "resumed")
     palpate.succeed("train", "--resume", "--out", "resumed", "--trials", 2)
-    values = [PolicyDocument.load(folder / "policy.json").values() for folder in (Path("resumed"), trained)]
-    assert values[0] == values[1]
+    learned = [PolicyDocument.load(folder / "policy.json").foreign for folder in (Path("resumed"), trained)]
+    assert learned[0] == learned[1]
 
 
 @pytest.mark.usefixtures("installed")
@@ -90,7 +90,9 @@ def test_a_study_trains_it(palpate: CommandLine) -> None:
     Path("s.toml").write_text(f"[study]\ntrials = 1\npolicies = ['{DRIFT}']\n[base]\n'task.time_limit_s' = 1.0\n")
     palpate.succeed("study", "s.toml", "--engine", "sequential", "--out", "s")
     (policy,) = Path("s/cells").glob("*/policy.json")
-    assert PolicyDocument.load(policy).values()["trials_learned"] == 1
+    foreign = PolicyDocument.load(policy).foreign
+    assert foreign is not None
+    assert foreign.trials_learned == 1
 
 
 def test_trials_replay_with_its_code_and_without_it(

@@ -26,9 +26,9 @@ from palpate.adapters.experiments.grid import (
 from palpate.core.automata import write_strings
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.perception import stage_to_dict
-from palpate.core.policy import MixedPolicy, Policy, ProgrammedPolicy, TabularLearner, document_of
+from palpate.core.policy import document_of
 from palpate.core.ports import new_file, new_folder, require_free_folder, require_no_file
-from palpate.simulation.grid import GridMap, grid_actions, walk_strings
+from palpate.simulation.grid import GridMap, walk_strings
 
 _PICTURES: Final = ("svg", "png")
 
@@ -93,7 +93,7 @@ def _write(
     settings = {"map": list(grid.rows), "state": options.state, "trials": options.trials, "learning": learning}
     for run in runs:
         world = {"grid": list(grid.rows), "identifier": stage_to_dict(run.identifier)}
-        document = document_of(_named(run), created_with=made_with(), perception=world)
+        document = document_of(run.learner, created_with=made_with(), perception=world)
         document.save(folder / f"policy-{run.seed}.json")
     title = f"map {options.map}, {options.learning.learner}; states: {options.state}"
     curves = Panel(title, _curves(runs), bounds_of(grid, options.learning.step_limit))
@@ -104,14 +104,6 @@ def _write(
     (folder / "summary.json").write_text(
         json.dumps(whole, indent=1, ensure_ascii=False) + "\n", encoding="utf-8", newline="\n"
     )
-
-
-def _named(run: LearningRun) -> Policy:
-    """The policy of a run with names for its states and actions, without which it cannot be written."""
-    if isinstance(run.learner, TabularLearner):
-        return run.learner
-    symbols = run.identifier.symbols
-    return MixedPolicy(symbols, [ProgrammedPolicy(symbols, grid_actions(), {}), run.learner])
 
 
 def _figure(options: ExploreOptions, path: Path) -> int:

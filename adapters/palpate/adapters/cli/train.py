@@ -89,12 +89,11 @@ def _fit_to_logs(options: TrainOptions) -> int:
     paths = find_logs(options.from_logs)
     with progress(len(paths), "log", passing=True) as bar:
         found = touches_of(paths, lambda: bar.update())
-    belief = found.document.belief
     with new_folder(Path(options.out)) as folder:
         found.document.save(folder / "policy.json")
         facts = {"from_logs": list(options.from_logs)}
         (folder / "run.toml").write_text(run_toml(found.config, "train", **facts), encoding="utf-8")
-        for picture in () if belief is None else touch_pictures("touch", belief, options.out):
+        for picture in touch_pictures("touch", found.belief, options.out):
             (folder / "touch.png").write_bytes(picture.png)
     for line in found.left_out:
         sys.stderr.write(f"left out: {line}\n")

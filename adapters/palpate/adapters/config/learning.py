@@ -46,9 +46,6 @@ def learner_in(path: str) -> str:
         return ""
     if not isinstance(document, dict) or not str(document.get("schema")).startswith("palpate.policy/"):
         return ""
-    for model in ("hmm", "belief"):
-        if document.get(model):
-            return model
     learner = document.get("learner")
     return str(learner.get("kind") or "") if isinstance(learner, dict) else ""
 

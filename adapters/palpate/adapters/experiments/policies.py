@@ -18,7 +18,6 @@ from palpate.core.perception import Perception, perception_from_dict, perception
 from palpate.core.policy import (
     Action,
     ExamplesPolicy,
-    HmmLearner,
     MixedPolicy,
     Policy,
     PolicyDocument,
@@ -33,8 +32,7 @@ from palpate.core.policy import (
     new_learner,
     policy_from,
 )
-from palpate.core.policy.belief import BeliefLearner
-from palpate.core.ports import CONTROL_RATE_HZ
+from palpate.core.ports import CONTROL_RATE_HZ, Settings
 from palpate.core.tasks.insertion_6dof import CornerFirst, Hypotheses, SpatialOptions
 from palpate.core.trial import N_PER_KGF, options_of
 
@@ -155,9 +153,11 @@ def spatial_options(config: RunConfig, policy: str = "corner-first") -> SpatialO
     return options_of(SpatialOptions, config.task)
 
 
-def learning_parameters(config: RunConfig) -> QParameters:
+def learning_parameters(config: RunConfig) -> Settings:
     """The learner's parameters."""
     learning = config.learning
+    if config.learner in ("belief", "hmm"):
+        return learning.belief if config.learner == "belief" else learning.hmm
     floor, in_use = learning.temperature_floor, learning.temperature_in_use
     schedule = TemperatureSchedule(
         learning.temperature, learning.temperature_decay, floor, in_use if in_use < floor else None
@@ -191,15 +191,10 @@ def learning_policy(config: RunConfig, perception: Perception, code: str = "") -
         # In the configuration the setting has another name than in the core.
         field = error.field.replace("policy.", "learning.", 1)
         raise ConfigurationError(field, error.value, error.accepted) from error
-    if config.learner in ("belief", "hmm"):
-        reach, none = task_reach(config), ProgrammedPolicy(perception.states, actions, {})
-        model: BeliefLearner | HmmLearner
-        if config.learner == "belief":
-            model = BeliefLearner(learning.belief, reach.half_width_m, reach.action_s, frozen=False)
-        else:
-            model = HmmLearner(perception.states, actions, learning.hmm)
-        return MixedPolicy(perception.states, [*(parts or [none]), model])
-    learner = new_learner(learning_parameters(config), perception.states, actions)
+    learner = new_learner(learning_parameters(config), perception.states, actions, task_reach(config))
+    if config.learner == "belief" and not parts:
+        # A belief alone has no names for states and actions.
+        parts.append(ProgrammedPolicy(perception.states, actions, {}))
     if config.perception.symbols == SKILLS:
         kind, begun = task_kind(config.task.name), learner.get_state()
         ahead, behind = learning.initial_value, learning.initial_value - learning.rule_lead
@@ -260,8 +255,8 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
         each["signal"] = {name: value for name, value in dict(each.get("signal", {})).items() if name != "tool"}
     if mine != theirs:
         where, mine, wanted = first_difference(mine, theirs)
-        other = "" if document.model is None or config.learner == document.model.TABLE else document.model.TABLE
-        remedy = f"--learner {other}, or " if other else ""
+        other = config.learner if document.learner is None else document.learner.kind
+        remedy = "" if other == config.learner else f"--learner {other}, or "
         raise ConfigurationError(
             f"policy.perception.{where}",
             mine,
@@ -282,16 +277,12 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
     if document.foreign is not None:
         document.check_matches(perception.states, task_actions(config))
         return foreign_policy(document.foreign, config, perception, frozen=frozen)
-    kind = document.learner.kind if document.learner is not None else document.model.TABLE if document.model else ""
-    if not frozen and kind and kind != config.learner:
-        raise ConfigurationError("learner", config.learner, f"{kind!r}, as in the policy file")
-    if not frozen and document.belief is not None:
-        document = replace(document, belief=replace(document.belief, parameters=config.learning.belief))
-    if not frozen and document.hmm is not None:
-        document = replace(document, hmm=replace(document.hmm, parameters=config.learning.hmm))
-    if not frozen and document.learner is not None:
-        document = replace(document, learner=replace(document.learner, parameters=learning_parameters(config)))
-    return policy_from(document, perception.states, task_actions(config), frozen=frozen, reach=task_reach(config))
+    learner = document.learner
+    if not frozen and learner is not None:
+        if learner.kind != config.learner:
+            raise ConfigurationError("learner", config.learner, f"{learner.kind!r}, as in the policy file")
+        document = replace(document, learner=replace(learner, parameters=learning_parameters(config)))
+    return policy_from(document, perception.states, task_actions(config), task_reach(config), frozen=frozen)
 
 
 def first_difference(a: Any, b: Any, where: str = "") -> tuple[str, Any, Any]:

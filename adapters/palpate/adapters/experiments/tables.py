@@ -13,15 +13,14 @@ def render_table(document: PolicyDocument) -> str:
     """
     learner = document.learner
     learned = f"{learner.kind}, {learner.trials_learned} trials learned" if learner else "nothing learned"
-    if document.model is not None:
-        learned = f"{document.model.TABLE}, {document.model.trials_learned} trials learned"
     if (foreign := document.foreign) is not None:
         package = f" ({foreign.distribution} {foreign.version})" if foreign.distribution else ""
         learned = f"made by {foreign.code}{package}, {foreign.trials_learned} trials learned"
     head = f"{len(document.states)} states, {len(document.actions)} actions; {learned}"
     rows = [("state", "source", "best action", "value", "visits"), *map(_cells, document.table)]
     table = f"\n{aligned(rows, left=3)}" if len(rows) > 1 else ""
-    return f"{head}\n{table}" + ("" if document.belief is None else f"\n{_touches(document.belief.touch_model())}")
+    touches = f"\n{_touches(learner.touch_model)}" if learner is not None and learner.kind == "belief" else ""
+    return f"{head}\n{table}{touches}"
 
 
 def _touches(model: TouchModel | None) -> str:

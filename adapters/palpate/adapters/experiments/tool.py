@@ -21,7 +21,7 @@ def tool_of(config: RunConfig) -> dict[str, Any]:
 def tool_in(document: PolicyDocument) -> dict[str, Any] | None:
     """The tool of a policy file's touch model; None where it has no such model, and in the policy of a log."""
     tool = dict(document.perception.get("signal", {})).get("tool")
-    return None if tool is None or document.belief is None else dict(tool)
+    return None if tool is None or document.learner is None or document.learner.kind != "belief" else dict(tool)
 
 
 def require_same_tool(document: PolicyDocument, config: RunConfig) -> None:

@@ -15,9 +15,9 @@ from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.errors import ConfigurationError, LogError, one_line
 from palpate.core.perception import perception_from_dict
 from palpate.core.policy import (
-    BeliefEntry,
     Decision,
     Hindsight,
+    LearnerEntry,
     Observation,
     Policy,
     PolicyDocument,
@@ -71,10 +71,12 @@ class FoundTouches:
     Attributes:
         config: The configuration of the first one, with the settings that suit a belief.
         document: Content of a policy file: a belief that has learned from them.
+        belief: That belief.
     """
 
     config: RunConfig
     document: PolicyDocument
+    belief: LearnerEntry
     inserted: int
     left_out: tuple[str, ...]
 
@@ -118,13 +120,15 @@ def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fou
     if perception is None:
         # Its stages were fitted when that trial was recorded.
         perception = perception_from_dict(json_in(first, "start.perception_json", first.start.perception_json))
-    entry = BeliefEntry(config.learning.belief, len(trials), tuple(trial.to_dict() for trial in trials))
+    remembered = trials[-config.learning.belief.memory_trials :]
+    learned = {"trials": [trial.to_dict() for trial in remembered], "trials_learned": len(trials)}
+    belief = LearnerEntry("belief", config.learning.belief, learned)
     document = document_of(
         learning_policy(config, perception),
         created_with=made_with(),
         perception=perception_settings(config, perception),
     )
-    return FoundTouches(config, replace(document, belief=entry.remembered()), len(trials), tuple(left_out))
+    return FoundTouches(config, replace(document, learner=belief), belief, len(trials), tuple(left_out))
 
 
 def _require_same_tool(first: RunConfig, config: RunConfig, path: Path) -> None:

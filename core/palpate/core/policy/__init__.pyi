@@ -14,13 +14,11 @@ from .base import Spatial as Spatial
 from .base import Transition as Transition
 from .base import compass_actions as compass_actions
 from .base import drawing_from as drawing_from
-from .conversion import document_of as document_of
-from .conversion import learner_of as learner_of
-from .conversion import new_learner as new_learner
-from .conversion import policy_from as policy_from
 from .entries import ActionEntry as ActionEntry
 from .entries import LearnerEntry as LearnerEntry
 from .entries import TableRow as TableRow
+from .entries import new_learner as new_learner
+from .entries import tabular_learner as tabular_learner
 from .examples import ExamplesPolicy as ExamplesPolicy
 from .examples import load_examples as load_examples
 from .exploration import TemperatureSchedule as TemperatureSchedule
@@ -28,6 +26,9 @@ from .exploration import boltzmann as boltzmann
 from .exploration import boltzmann_probabilities as boltzmann_probabilities
 from .file import SCHEMA as SCHEMA
 from .file import PolicyDocument as PolicyDocument
+from .file import document_of as document_of
+from .file import learner_of as learner_of
+from .file import policy_from as policy_from
 from .foreign import ForeignEntry as ForeignEntry
 from .foreign import ForeignPolicy as ForeignPolicy
 from .foreign import PolicyContext as PolicyContext
@@ -35,9 +36,7 @@ from .hmm import HmmLearner as HmmLearner
 from .hmm import HmmParameters as HmmParameters
 from .learner import Learner as Learner
 from .learner import ModelLearner as ModelLearner
-from .model_entry import BeliefEntry as BeliefEntry
-from .model_entry import HmmEntry as HmmEntry
-from .model_entry import Reach as Reach
+from .learner import Reach as Reach
 from .programmed import AssignedPolicy as AssignedPolicy
 from .programmed import MixedPolicy as MixedPolicy
 from .programmed import ProgrammedPolicy as ProgrammedPolicy

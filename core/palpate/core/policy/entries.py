@@ -1,4 +1,4 @@
-"""The parts of a policy file - action, row of the table, learner - as JSON has them."""
+"""The parts of a policy file - action, learner - as JSON has them, and a row of the table that people read."""
 
 from __future__ import annotations
 
@@ -10,17 +10,59 @@ from typing import Annotated, Any, ClassVar, Final, Self
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action, Law, Spatial
-from palpate.core.policy.sarsa import SarsaParameters, SkillParameters
-from palpate.core.policy.tabular import QParameters
-from palpate.core.ports import OneOf, Range, Settings, fitted, kinds_of, require_keys
+from palpate.core.policy.base import Action, Law, Spatial
+from palpate.core.policy.belief import BeliefLearner, BeliefParameters, TouchModel
+from palpate.core.policy.hmm import HmmLearner, HmmParameters
+from palpate.core.policy.learner import ANY_REACH, Reach
+from palpate.core.policy.sarsa import Sarsa, SarsaParameters, SkillParameters
+from palpate.core.policy.tabular import QLearning, QParameters, TabularLearner
+from palpate.core.ports import OneOf, Settings, fitted, kinds_of, require_keys
 
-LEARNERS: Final[dict[str, type[QParameters]]] = {
+LEARNERS: Final[dict[str, type[Settings]]] = {
     "q-learning": QParameters,
     "sarsa": SarsaParameters,
     "skills": SkillParameters,
+    "belief": BeliefParameters,
+    "hmm": HmmParameters,
 }
-"""Kinds of learners in files, and the settings that each has."""
+"""Kinds of learners in files, and the settings of each."""
+_LEARNED: Final = ("q", "visits", "trials", "trials_learned")
+"""Of the state of a learner what outlives a trial."""
+OwnLearner = TabularLearner | BeliefLearner | HmmLearner
+
+
+def tabular_learner(
+    parameters: QParameters, states: Sequence[str], actions: Sequence[Action], *, frozen: bool = False
+) -> TabularLearner:
+    """Make the learner with a table of Q that has such settings: Sarsa(lambda) or Q-learning."""
+    if isinstance(parameters, SarsaParameters):
+        return Sarsa(states, actions, parameters, frozen=frozen)
+    return QLearning(states, actions, parameters, frozen=frozen)
+
+
+def new_learner(
+    parameters: Settings,
+    states: Sequence[str],
+    actions: Sequence[Action],
+    reach: Reach = ANY_REACH,
+    *,
+    frozen: bool = False,
+) -> OwnLearner:
+    """Make the learner that has such settings.
+
+    Args:
+        reach: What of the task a belief has to know.
+
+    Raises:
+        ConfigurationError: A value is out of its range, names repeat, or the learner does not fit the task.
+    """
+    if isinstance(parameters, BeliefParameters):
+        return BeliefLearner(parameters, reach.half_width_m, reach.action_s, frozen=frozen)
+    if isinstance(parameters, HmmParameters):
+        return HmmLearner(states, actions, parameters, frozen=frozen)
+    if isinstance(parameters, QParameters):
+        return tabular_learner(parameters, states, actions, frozen=frozen)
+    raise ConfigurationError("learner", type(parameters).__name__, f"settings of one of {', '.join(LEARNERS)}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,98 +139,90 @@ def _same(mine: Any, wanted: Any) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class TableRow(Settings):
-    """What is known for one state."""
-
-    TABLE: ClassVar[str] = "table"
-
-    state: str
-    """Its name."""
-    source: Annotated[str, OneOf(PROGRAMMED, EXAMPLES, LEARNED)]
-    """Which knowledge the action is from."""
-    action: str
-    """Name of the assigned action, or of the best one that was learned."""
-    value: float | None
-    """Q of that action; None without a learner."""
-    visits: Annotated[int, Range(0)]
-    """How often the learner learned from this state."""
-    q: tuple[float, ...] | None
-    """Q of each action, (n actions,); None without a learner."""
-    visits_per_action: tuple[Annotated[int, Range(0)], ...] | None
-    """How often each action was learned from; None without a learner."""
-
-    @classmethod
-    def of(
-        cls,
-        state: str,
-        source: str,
-        action: str,
-        best: int,
-        q: tuple[float, ...] | None = None,
-        visits_per_action: tuple[int, ...] | None = None,
-    ) -> Self:
-        """A row whose value and visits follow from what was learned; ``best`` is the index of its action."""
-        value = None if q is None else q[best]
-        return cls(state, source, action, value, sum(visits_per_action or ()), q, visits_per_action)
-
-    @property
-    def best(self) -> int | None:
-        """Index of the first action of this value; None without a learner."""
-        return None if self.q is None or self.value is None else self.q.index(self.value)
-
-    def require_consistent(self, where: str, actions: Sequence[str], has_learner: bool) -> None:
-        """Refuse a row that is not over these actions, or contradicts itself.
-
-        Raises:
-            ConfigurationError: Naming what is wrong, behind ``where``.
-        """
-        if self.source == LEARNED and not has_learner:
-            raise ConfigurationError(f"{where}.source", self.source, f"{LEARNED} only with a learner")
-        if self.action not in actions:
-            raise ConfigurationError(f"{where}.action", self.action, f"one of {', '.join(actions)}")
-        for key in ("q", "visits_per_action"):
-            entries = getattr(self, key)
-            if has_learner and (entries is None or len(entries) != len(actions)):
-                raise ConfigurationError(f"{where}.{key}", entries, f"a list of {len(actions)}")
-            if not has_learner and entries is not None:
-                raise ConfigurationError(f"{where}.{key}", entries, "null where there is no learner")
-        if self.source == LEARNED and self.q is not None and self.q[actions.index(self.action)] != max(self.q):
-            best = actions[self.q.index(max(self.q))]
-            raise ConfigurationError(f"{where}.action", self.action, f"the action of the highest q, {best}")
-        follows = self.of(
-            self.state, self.source, self.action, actions.index(self.action), self.q, self.visits_per_action
-        )
-        for key in ("value", "visits"):
-            if (right := getattr(follows, key)) != getattr(self, key):
-                raise ConfigurationError(f"{where}.{key}", getattr(self, key), f"{right!r}, as follows from the row")
-
-
-@dataclass(frozen=True, slots=True)
 class LearnerEntry(Settings):
-    """The learner behind the table."""
+    """A learner: its settings, and what it has learned."""
 
     TABLE: ClassVar[str] = "learner"
 
-    parameters: QParameters
+    kind: Annotated[str, OneOf(*LEARNERS)]
+    """Its name."""
+    parameters: Settings
     """Its settings."""
-    trials_learned: Annotated[int, Range(0)]
-    """Number of trials it learned in."""
+    state: Mapping[str, Any]
+    """What it has learned: of its ``get_state`` what outlives a trial."""
+
+    @classmethod
+    def of(cls, learner: OwnLearner) -> Self:
+        """What a live one has learned."""
+        kind = next(kind for kind, settings in LEARNERS.items() if type(learner.parameters) is settings)
+        state = {key: value for key, value in learner.get_state().items() if key in _LEARNED}
+        return cls(kind, learner.parameters, state)
 
     @property
-    def kind(self) -> str:
-        """Its name in files."""
-        return next(kind for kind, settings in LEARNERS.items() if type(self.parameters) is settings)
+    def trials_learned(self) -> int:
+        """Number of trials that it learned in."""
+        return int(self.state["trials_learned"])
 
-    def content(self) -> dict[str, Any]:
-        """The learner as JSON has it."""
-        return {"kind": self.kind, **asdict(self)}
+    @property
+    def touch_model(self) -> TouchModel | None:
+        """The touch model of a belief; None of other learners, and where the trials are too few."""
+        learner = self.learner((), ()) if self.kind == "belief" else None
+        return learner.model if isinstance(learner, BeliefLearner) else None
+
+    def learner(
+        self, states: Sequence[str], actions: Sequence[Action], reach: Reach = ANY_REACH, *, frozen: bool = True
+    ) -> OwnLearner:
+        """The learner that has learned this, at work in a task.
+
+        Raises:
+            ConfigurationError: What it learned is of another task, or no such state.
+        """
+        learner = new_learner(self.parameters, states, actions, reach, frozen=frozen)
+        begun = learner.get_state()
+        require_keys("learner.state", self.state, [key for key in begun if key in _LEARNED])
+        try:
+            learner.set_state(begun | dict(self.state))
+        except (KeyError, TypeError, IndexError) as error:
+            raise ConfigurationError(
+                "learner.state", "of another form", f"what {self.kind} learns ({error})"
+            ) from error
+        return learner
 
     @classmethod
     @override
     def read(cls, raw: object, where: str = "learner") -> Self:
         given = fitted(where, raw, Mapping[str, Any])
-        require_keys(where, given, ("kind", *kinds_of(cls)))
-        kind: str = fitted(f"{where}.kind", given["kind"], Annotated[str, OneOf(*LEARNERS)])
+        require_keys(where, given, tuple(kinds_of(cls)))
+        kind: str = fitted(f"{where}.kind", given["kind"], kinds_of(cls)["kind"])
         parameters = LEARNERS[kind].read(given["parameters"], f"{where}.parameters")
-        trials: int = fitted(f"{where}.trials_learned", given["trials_learned"], kinds_of(cls)["trials_learned"])
-        return cls(parameters, trials)
+        return cls(kind, parameters, fitted(f"{where}.state", given["state"], Mapping[str, Any]))
+
+
+@dataclass(frozen=True, slots=True)
+class TableRow:
+    """What acts in one state.
+
+    Attributes:
+        source: Which knowledge the action is from: programmed, examples or learned.
+        action: Name of the assigned action, or of the best one that was learned.
+        q: Q of each action, (n actions,); None without a table of Q.
+        visits_per_action: How often each action was learned from; None likewise.
+        best: Index of that action.
+    """
+
+    state: str
+    source: str
+    action: str
+    best: int
+    q: tuple[float, ...] | None
+    visits_per_action: tuple[int, ...] | None
+
+    @property
+    def value(self) -> float | None:
+        """Q of the action; None without a table of Q."""
+        return None if self.q is None else self.q[self.best]
+
+    @property
+    def visits(self) -> int:
+        """How often the learner learned from this state."""
+        return sum(self.visits_per_action or ())

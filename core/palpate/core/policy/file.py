@@ -1,8 +1,7 @@
 """The policy file: the content of a policy, readable by people and exact to the last bit.
 
-JSON with schema id ``palpate.policy/3``. Each row of the table names the knowledge that acts in that state (programmed,
-from examples, learned), so that the three are separate on paper too. ``value`` and ``visits`` of a row are for readers;
-they must agree with ``q`` and ``visits_per_action``, from which they follow.
+JSON with schema id ``palpate.policy/3``. It names which knowledge acts in each state: what is programmed, what examples
+show, and else the learner, with its settings and all that it has learned.
 """
 
 from __future__ import annotations
@@ -13,11 +12,16 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final
 
+from typing_extensions import override
+
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.base import LEARNED, Action
-from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
-from palpate.core.policy.foreign import ForeignEntry
-from palpate.core.policy.model_entry import BeliefEntry, HmmEntry
+from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action, Policy
+from palpate.core.policy.belief import BeliefLearner
+from palpate.core.policy.entries import ActionEntry, LearnerEntry, OwnLearner, TableRow, new_learner
+from palpate.core.policy.examples import ExamplesPolicy
+from palpate.core.policy.foreign import ForeignEntry, ForeignPolicy
+from palpate.core.policy.learner import ANY_REACH, Learner, Reach
+from palpate.core.policy.programmed import AssignedPolicy, MixedPolicy, ProgrammedPolicy
 from palpate.core.ports import OneOf, Settings, load_json, parse_json, require_names, write_whole
 
 SCHEMA: Final = "palpate.policy/3"
@@ -41,16 +45,14 @@ class PolicyDocument(Settings):
     """Names of the states."""
     actions: tuple[ActionEntry, ...]
     """The action set."""
-    table: tuple[TableRow, ...]
-    """One row for each state, in the order of ``states``; with a belief, for those in which it does not act."""
-    learner: LearnerEntry | None
-    """The learner of the table; None when nothing was learned there."""
-    belief: BeliefEntry | None = None
-    """The belief that acts in the states without a row; None without."""
-    hmm: HmmEntry | None = None
-    """The model of hidden states that does so; None without."""
+    programmed: dict[str, str]
+    """Name of the programmed action of each state that has one."""
+    examples: dict[str, str]
+    """Name of the action that examples show, of each state that has one."""
+    learner: LearnerEntry | None = None
+    """The learner that acts in the other states; None without."""
     foreign: ForeignEntry | None = None
-    """The policy of others' code that acts in all states, instead of all these; None without."""
+    """The third-party policy that acts in all states, instead of all these; None without."""
 
     def __post_init__(self) -> None:
         Settings.__post_init__(self)
@@ -58,46 +60,51 @@ class PolicyDocument(Settings):
         for name in ("created_with", "perception"):
             object.__setattr__(self, name, _plain(name, getattr(self, name)))
 
+    @override
+    def check(self) -> None:
+        if self.foreign is not None:
+            if self.learner is not None or self.programmed or self.examples:
+                raise ConfigurationError("foreign", self.foreign.code, "nothing in addition to a third-party policy")
+        elif self.learner is None:
+            missing = [state for state in self.states if state not in self.programmed and state not in self.examples]
+            if missing:
+                raise ConfigurationError("programmed", f"no action for {missing[0]!r}", "an action for every state")
+
     @property
-    def model(self) -> BeliefEntry | HmmEntry | None:
-        """What learns by a model, instead of values in the table; None without."""
-        return self.belief or self.hmm
+    def table(self) -> tuple[TableRow, ...]:
+        """What acts in each state, but for those in which a learner without a table of Q does."""
+        learned = {} if self.learner is None else self.learner.state
+        names, rows = [action.name for action in self.actions], []
+        for number, state in enumerate(self.states):
+            q = tuple(learned["q"][number]) if "q" in learned else None
+            visits = tuple(learned["visits"][number]) if "q" in learned else None
+            for source, assigned in ((PROGRAMMED, self.programmed), (EXAMPLES, self.examples)):
+                if state in assigned:
+                    rows.append(TableRow(state, source, assigned[state], names.index(assigned[state]), q, visits))
+                    break
+            else:
+                if q is not None:
+                    best = q.index(max(q))
+                    rows.append(TableRow(state, LEARNED, names[best], best, q, visits))
+        return tuple(rows)
 
     def to_json_text(self) -> str:
         """The text of the file; floats are written so that they read back exactly."""
-        content = asdict(replace(self, belief=None, hmm=None)) | {
-            "learner": None if self.learner is None else self.learner.content(),
-            "belief": None if self.belief is None else self.belief.content(),
-            "hmm": None if self.hmm is None else self.hmm.content(),
-        }
-        for name in ("belief", "hmm", "foreign"):
-            if content[name] is None:
-                del content[name]
-        return json.dumps(content, indent=1, allow_nan=False) + "\n"
+        return json.dumps(asdict(self), indent=1, allow_nan=False) + "\n"
 
     @classmethod
     def from_json_text(cls, text: str) -> PolicyDocument:
-        """Read the text of a file; the rows of its table may stand in any order.
+        """Read the text of a file.
 
         Raises:
             ConfigurationError: It is not a policy file of this schema, or contradicts itself.
         """
         read = cls.read(parse_json(text, _WHOLE, SCHEMA))
-        names = [action.name for action in read.actions]
         require_names("states", read.states)
-        require_names("actions", names)
-        for number, row in enumerate(read.table):
-            row.require_consistent(f"table[{number}]", names, read.learner is not None)
-        if read.model is not None and read.learner is not None:
-            raise ConfigurationError("learner", read.learner.kind, "null beside a belief; one of them learns")
-        if read.belief is not None and read.hmm is not None:
-            raise ConfigurationError("hmm", read.hmm.TABLE, "none beside a belief; one of them learns")
-        if read.foreign is not None and (read.table or read.learner or read.model):
-            raise ConfigurationError("foreign", read.foreign.code, "nothing beside an empty table")
-        if read.hmm is not None:
-            read.hmm.learner(read.states, [action.step() for action in read.actions], frozen=True)
-        whole = read.model is None and read.foreign is None
-        return replace(read, table=_ordered(read.table, read.states, whole=whole))
+        require_names("actions", [action.name for action in read.actions])
+        if read.foreign is None:
+            policy_from(read, read.states, [action.step() for action in read.actions], check=False)
+        return read
 
     def save(self, path: str | Path) -> None:
         """Write the file as a whole or not at all; an old file stays intact until the new one is complete.
@@ -116,32 +123,14 @@ class PolicyDocument(Settings):
         """
         return load_json(path, _WHOLE, cls.from_json_text)
 
-    def values(self) -> dict[str, Any]:
-        """All that was learned, by the names and in the shapes that the state of a learner has."""
-        if self.model is not None:
-            return self.model.state()
-        if self.foreign is not None:
-            return self.foreign.content()
-        q = [list(row.q or ()) for row in self.table]
-        return {"q": q, "visits": [list(row.visits_per_action or ()) for row in self.table]}
-
     def unlearned(self) -> PolicyDocument:
         """The same policy before it learned anything: what was programmed and set up, with initial values."""
-        if self.belief is not None:
-            return replace(self, belief=self.belief.unlearned())
-        if self.hmm is not None:
-            return replace(self, hmm=self.hmm.unlearned())
         if self.foreign is not None:
             return replace(self, foreign=self.foreign.unlearned())
         if self.learner is None:
             return self
-        initial, names = self.learner.parameters.initial_value, [action.name for action in self.actions]
-        rows = []
-        for row in self.table:
-            action = names[0] if row.source == LEARNED else row.action
-            q, visits = (initial,) * len(names), (0,) * len(names)
-            rows.append(TableRow.of(row.state, row.source, action, names.index(action), q, visits))
-        return replace(self, table=tuple(rows), learner=replace(self.learner, trials_learned=0))
+        blank = new_learner(self.learner.parameters, self.states, [action.step() for action in self.actions])
+        return replace(self, learner=LearnerEntry.of(blank))
 
     def check_matches(self, states: Sequence[str], actions: Sequence[Action]) -> None:
         """Refuse to serve a task with other states or actions.
@@ -171,14 +160,99 @@ def _plain(where: str, value: Mapping[str, Any]) -> Any:
         raise ConfigurationError(where, value, f"values that JSON can express ({error})") from error
 
 
-def _ordered(table: Sequence[TableRow], states: Sequence[str], *, whole: bool) -> tuple[TableRow, ...]:
-    """The rows in the order of the states; each state exactly once, or at most once."""
-    rows: dict[str, TableRow] = {}
-    for number, row in enumerate(table):
-        if row.state not in states or row.state in rows:
-            raise ConfigurationError(f"table[{number}].state", row.state, "each of the states once, and no other")
-        rows[row.state] = row
-    missing = [state for state in states if state not in rows]
-    if missing and whole:
-        raise ConfigurationError("table", f"no row for {missing[0]!r}", "one row for each of the states")
-    return tuple(rows[state] for state in states if state in rows)
+def learner_of(policy: Policy) -> Learner | None:
+    """The learner that a policy is or has as a part; the first one."""
+    if isinstance(policy, ForeignPolicy):
+        return policy if policy.learns else None
+    return next((part for part in _parts_of(policy) if isinstance(part, Learner)), None)
+
+
+def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: Mapping[str, Any]) -> PolicyDocument:
+    """The content of a policy, ready to be saved.
+
+    Args:
+        policy: Programmed, examples, a learner, or a mixture of these; a belief only behind a part, be it empty, that
+            has names for states and actions. Or a third-party policy.
+
+    Raises:
+        ConfigurationError: It is of another kind, or has no action for some state.
+    """
+    parts = _parts_of(policy)
+    assigned = [part for part in parts if isinstance(part, AssignedPolicy)]
+    learners = [part for part in parts if isinstance(part, OwnLearner)]
+    foreign = policy if isinstance(policy, ForeignPolicy) else None
+    named: list[Any] = [*assigned, *(one for one in learners if not isinstance(one, BeliefLearner))]
+    if foreign is not None:
+        named = [foreign.context]
+    elif len(assigned) + len(learners) < len(parts) or not named:
+        accepted = "programmed, examples, a learner, or a mixture of these; nothing else fits a policy file"
+        raise ConfigurationError("policy", ", ".join(type(part).__name__ for part in parts), accepted)
+    states, actions = named[0].states, named[0].actions
+    if any(part.states != states or part.actions != actions for part in named):
+        raise ConfigurationError("policy", "parts that differ", "the same states and actions in all its parts")
+    if len(learners) > 1:
+        raise ConfigurationError("policy", "several learners", "at most one learner")
+    return PolicyDocument(
+        created_with=created_with,
+        perception=perception,
+        states=states,
+        actions=tuple(ActionEntry.of(action) for action in actions),
+        programmed=_assigned(assigned, PROGRAMMED),
+        examples=_assigned(assigned, EXAMPLES),
+        learner=LearnerEntry.of(learners[0]) if learners else None,
+        foreign=None if foreign is None else foreign.entry,
+    )
+
+
+def policy_from(
+    document: PolicyDocument,
+    states: Sequence[str],
+    actions: Sequence[Action],
+    reach: Reach = ANY_REACH,
+    *,
+    frozen: bool = True,
+    check: bool = True,
+) -> Policy:
+    """The policy of a document, for a task with these states and actions.
+
+    The actions are the task's own: those of the file are rounded to mm, which could cost the last bit. Unless
+    ``frozen``, learning resumes; the next trial is number ``document.learner.trials_learned`` if the temperature is to
+    go on where it was.
+
+    Args:
+        reach: What of the task a belief has to know.
+        check: Refuse the states or actions of another task.
+
+    Raises:
+        ConfigurationError: The task has other states or actions, or the policy is a third-party one: then its code has
+            to be loaded.
+    """
+    if check:
+        document.check_matches(states, actions)
+    if document.foreign is not None:
+        raise ConfigurationError("policy.foreign", document.foreign.code, "a policy that is made by code of palpate's")
+    learner = document.learner
+    parts: list[Policy] = []
+    # Before a belief it may be empty: it names states and actions, without which the policy cannot be written again.
+    if document.programmed or (learner is not None and learner.kind == "belief"):
+        parts.append(ProgrammedPolicy(states, actions, document.programmed))
+    if document.examples:
+        parts.append(ExamplesPolicy(states, actions, document.examples.items()))
+    if learner is not None:
+        parts.append(learner.learner(states, actions, reach, frozen=frozen))
+    return parts[0] if len(parts) == 1 else MixedPolicy(states, parts)
+
+
+def _parts_of(policy: Policy) -> tuple[Policy, ...]:
+    return policy.parts if isinstance(policy, MixedPolicy) else (policy,)
+
+
+def _assigned(parts: Sequence[AssignedPolicy], source: str) -> dict[str, str]:
+    """Names of states and of the actions that parts of this source assign to them."""
+    return {
+        state: part.actions[index].name
+        for part in parts
+        if part.source == source
+        for number, state in enumerate(part.states)
+        if (index := part.assigned(number)) is not None
+    }

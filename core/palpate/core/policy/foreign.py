@@ -13,8 +13,7 @@ from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError, PolicyError, told
 from palpate.core.policy.base import Action, Decision, Hindsight, Observation, Transition
-from palpate.core.policy.learner import Learner
-from palpate.core.policy.model_entry import Reach
+from palpate.core.policy.learner import Learner, Reach
 from palpate.core.ports import Range, Settings
 
 T = TypeVar("T")

@@ -2,12 +2,29 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Any, Generic, Protocol, TypeVar
+from dataclasses import dataclass
+from typing import Any, Final, Generic, Protocol, TypeVar
 
 import numpy as np
 from typing_extensions import override
 
 from palpate.core.policy.base import Policy, Transition
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """What of a task a learner by a model has to know.
+
+    Attributes:
+        half_width_m: Half the side of the square about the nominal goal in which the hole, and the tip, may be.
+    """
+
+    half_width_m: float
+    action_s: float
+
+
+ANY_REACH: Final = Reach(1e-3, 0.1)
+"""For a learner that is made only to read what it has learned."""
 
 
 class Learner(Policy):

@@ -1,9 +1,9 @@
 """What tabular learners share: a table of Q, Boltzmann exploration over it, and the settings of both."""
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, TypeVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from typing_extensions import override
@@ -20,9 +20,7 @@ from palpate.core.policy.base import (
 )
 from palpate.core.policy.exploration import TemperatureSchedule, boltzmann
 from palpate.core.policy.learner import Learner
-from palpate.core.ports import Discount, HalvingVisits, LearningRate, Range, Settings, require_floor
-
-N = TypeVar("N", int, float)
+from palpate.core.ports import Discount, HalvingVisits, LearningRate, Range, Settings, fitted, require_floor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,19 +155,19 @@ class TabularLearner(Learner):
 
     @override
     def set_state(self, state: Mapping[str, Any]) -> None:
-        q, visits = self._rows(state, "q", float, len(self.states)), self._rows(state, "visits", int, len(self.states))
+        q, visits = self._rows(state, "q", float), self._rows(state, "visits", Annotated[int, Range(0)])
         self._q, self._visits = q, visits
         self._trials_learned = int(state["trials_learned"])
         self._trial_counted = bool(state["trial_counted"])
         self._temperature = float(state["temperature"])
 
-    def _rows(self, state: Mapping[str, Any], key: str, kind: Callable[[Any], N], count: int) -> list[list[N]]:
-        """So many rows of that state, each with one number an action."""
-        sizes = [len(row) for row in state.get(key, ())]
-        if sizes != [len(self.actions)] * count:
-            accepted = f"{count} rows of {len(self.actions)} numbers"
-            raise ConfigurationError(f"learner.{key}", f"rows of {sizes}", accepted)
-        return [list(map(kind, row)) for row in state[key]]
+    def _rows(self, state: Mapping[str, Any], key: str, kind: Any) -> list[list[Any]]:
+        """The rows of that state, one for each of the learner's, with one number an action."""
+        rows: tuple[tuple[Any, ...], ...] = fitted(f"learner.{key}", state.get(key), tuple[tuple[kind, ...], ...])
+        if [len(row) for row in rows] != [len(self.actions)] * len(self.states):
+            accepted = f"{len(self.states)} rows of {len(self.actions)} numbers"
+            raise ConfigurationError(f"learner.{key}", f"{len(rows)} rows", accepted)
+        return [list(row) for row in rows]
 
 
 class QLearning(TabularLearner):

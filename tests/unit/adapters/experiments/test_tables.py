@@ -1,6 +1,6 @@
 from palpate.adapters.experiments.tables import render_table
+from palpate.core.policy import document_of
 from palpate.core.policy.base import Transition, compass_actions
-from palpate.core.policy.conversion import document_of
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.programmed import MixedPolicy, ProgrammedPolicy
 from palpate.core.policy.tabular import QLearning, QParameters

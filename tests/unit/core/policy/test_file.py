@@ -1,6 +1,5 @@
 import json
 from dataclasses import replace
-from math import inf
 
 import pytest
 from hypothesis import given
@@ -8,11 +7,10 @@ from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import Action, Law, Spatial, compass_actions
-from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
+from palpate.core.policy.entries import ActionEntry, LearnerEntry
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.file import PolicyDocument
 from palpate.core.policy.tabular import QParameters
-from palpate.core.ports.settings import Range
 from tests.unit.core.json_changes import put, remove, repeat, require_refused
 
 ACTIONS = compass_actions(0.001)
@@ -22,19 +20,16 @@ numbers = st.floats(allow_nan=False, allow_infinity=False) | st.sampled_from([-0
 
 
 def document(q=(0.0,) * 8, visits=(0,) * 8, learner=True, **settings) -> PolicyDocument:
-    best = q.index(max(q))
-    first = TableRow.of("a", "learned", ACTIONS[best].name, best, tuple(q), tuple(visits))
-    second = TableRow.of("b", "programmed", "-x", 4, tuple(q), tuple(visits))
     parameters = QParameters(alpha=0.3, gamma=1.0, temperature=TemperatureSchedule(5.0, 0.96, 0.1))
-    if not learner:
-        first, second = (TableRow.of(r.state, "examples", r.action, 0) for r in (first, second))
+    state = {"q": [list(q)] * 2, "visits": [list(visits)] * 2, "trials_learned": 12}
     made = PolicyDocument(
         created_with={"palpate": "0.1.0"},
         perception={"thresholds_mm": [-1.0, 1.0]},
         states=STATES,
         actions=tuple(ActionEntry.of(action) for action in ACTIONS),
-        table=(first, second),
-        learner=LearnerEntry(parameters, 12) if learner else None,
+        programmed={"b": "-x"},
+        examples={} if learner else {"a": "+x"},
+        learner=LearnerEntry("q-learning", parameters, state) if learner else None,
     )
     return replace(made, **settings) if settings else made
 
@@ -56,25 +51,19 @@ def test_a_file_reads_back_to_the_bit(q, visits):
 def test_the_file_looks_as_documented():
     made = content()
     assert made["schema"] == "palpate.policy/3"
-    assert list(made) == ["schema", "created_with", "perception", "states", "actions", "table", "learner"]
+    assert list(made) == [
+        "schema", "created_with", "perception", "states", "actions", "programmed", "examples", "learner", "foreign",
+    ]  # fmt: skip
     assert made["actions"][2] == {"name": "+y", "displacement_mm": [0.0, 1.0], "spatial": None}
-    assert set(made["table"][0]) == {"state", "source", "action", "value", "visits", "q", "visits_per_action"}
-    assert list(made["learner"]) == ["kind", "parameters", "trials_learned"]
+    assert list(made["learner"]) == ["kind", "parameters", "state"]
     assert made["learner"]["kind"] == "q-learning"
-
-
-def _ends(mark):
-    if not isinstance(mark, Range):
-        return {}
-    low, high = "exclusiveMinimum" if mark.above else "minimum", "exclusiveMaximum" if mark.below else "maximum"
-    return {key: end for key, end in ((low, mark.low), (high, mark.high)) if -inf < end < 1e6}
 
 
 BAD_FILES = [
     (remove("schema"), "schema"),
     (put("schema", "palpate.policy/2"), "schema"),
     (put("schema", "palpate.run/1"), "schema"),
-    *[(remove(key), "policy file") for key in ("created_with", "perception", "states", "actions", "table", "learner")],
+    *[(remove(key), "policy file") for key in ("created_with", "perception", "states", "actions", "programmed")],
     (put("comment", "hello"), "policy file"),
     (put("created_with", None), "created_with"),
     (put("perception", []), "perception"),
@@ -82,37 +71,35 @@ BAD_FILES = [
     (put("states", []), "states"),
     (put("states", 0, 1), "states[0]"),
     (put("states", 0, ""), "states[0]"),
+    (put("states", 0, "a\nb"), "states[0]"),
     (repeat("states"), "states[2]"),
     (put("actions", []), "actions"),
     (put("actions", 0, "+x"), "actions[0]"),
     (put("actions", 0, "displacement_mm", [1.0]), "actions[0].displacement_mm"),
     (put("actions", 0, "displacement_mm", ["1", 0.0]), "actions[0].displacement_mm[0]"),
+    (put("actions", 0, "displacement_mm", [10**400, 0.0]), "actions[0].displacement_mm[0]"),
     (remove("actions", 3, "name"), "actions[3]"),
-    (put("table", {}), "table"),
-    (remove("table", 1, "q"), "table[1]"),
-    (put("table", 1, "comment", ""), "table[1]"),
-    (put("table", 0, "source", "magic"), "table[0].source"),
-    (put("table", 0, "q", 2, "x"), "table[0].q[2]"),
-    (put("table", 0, "visits_per_action", 0, -1), "table[0].visits_per_action[0]"),
+    (repeat("actions"), "actions[8]"),
+    (put("programmed", "c", "+x"), "policy.programmed"),
+    (put("programmed", "b", "up"), "policy.programmed"),
+    (put("examples", {"c": "+x"}), "policy.examples"),
+    (put("learner", None), "programmed"),
     (put("learner", "q-learning"), "learner"),
     (put("learner", "kind", "r-max"), "learner.kind"),
     (remove("learner", "kind"), "learner"),
-    (put("learner", "trials_learned", -1), "learner.trials_learned"),
+    (put("learner", "kind", "sarsa"), "learner.parameters"),
     (put("learner", "parameters", "alpha", 0), "learner.parameters.alpha"),
     (put("learner", "parameters", "alpha_visits", None), "learner.parameters.alpha_visits"),
-    (remove("learner", "parameters", "temperature", "floor"), "learner.parameters.temperature"),
-    (put("learner", "kind", "sarsa"), "learner.parameters"),
     (put("learner", "parameters", "trace_decay", 0.9), "learner.parameters"),
-    (repeat("actions"), "actions[8]"),
-    (put("states", 0, "a\nb"), "states[0]"),
-    (put("actions", 0, "displacement_mm", [10**400, 0.0]), "actions[0].displacement_mm[0]"),
-    (repeat("table"), "table[2].state"),
-    (put("table", 1, "state", "c"), "table[1].state"),
-    (remove("table", 1), "table"),
-    (put("table", []), "table"),
-    (put("table", 0, "action", "up"), "table[0].action"),
-    (put("learner", None), "table[0].source"),
+    (remove("learner", "parameters", "temperature", "floor"), "learner.parameters.temperature"),
     (put("learner", "parameters", "temperature", "floor", 9.0), "learner.parameters.temperature.floor"),
+    (put("learner", "state", []), "learner.state"),
+    (remove("learner", "state", "trials_learned"), "learner.state"),
+    (put("learner", "state", "trials_learned", None), "learner.state"),
+    (remove("learner", "state", "q"), "learner.state"),
+    (put("learner", "state", "q", 0, 2, "x"), "learner.q[0][2]"),
+    (put("learner", "state", "q", [[0.0] * 8]), "learner.q"),
+    (put("learner", "state", "visits", 1, 0, -1), "learner.visits[1][0]"),
 ]
 
 

@@ -11,10 +11,9 @@ import pytest
 
 from palpate.core.errors import ConfigurationError, PolicyError
 from palpate.core.policy.base import Action, Decision, Hindsight, Observation, Transition, compass_actions
-from palpate.core.policy.conversion import document_of, learner_of
-from palpate.core.policy.file import PolicyDocument
+from palpate.core.policy.file import PolicyDocument, document_of, learner_of
 from palpate.core.policy.foreign import ForeignEntry, ForeignPolicy, PolicyContext
-from palpate.core.policy.model_entry import Reach
+from palpate.core.policy.learner import Reach
 
 ACTIONS = compass_actions(0.7e-3)
 CONTEXT = PolicyContext(("left", "right"), ACTIONS, Reach(4e-3, 0.1))
@@ -158,9 +157,11 @@ def test_a_learner_keeps_its_state_in_a_policy_file_and_a_frozen_one_is_not_taug
     document = document_of(made, created_with={}, perception={})
     read = PolicyDocument.from_json_text(document.to_json_text())
     assert read == document
-    assert read.values() == made.get_state()
-    assert read.unlearned().values() == {"trials_learned": 0, "state": None}
     assert read.foreign is not None
+    assert read.foreign.content() == made.get_state()
+    unlearned = read.unlearned().foreign
+    assert unlearned is not None
+    assert unlearned.content() == {"trials_learned": 0, "state": None}
     again = ForeignPolicy(StrangeLearner(), read.foreign, CONTEXT, frozen=True)
     again.learn(Transition(0, 0, -1.0, None))
     again.end_trial(Hindsight(True, (0.0, 0.0, 0.0), 0.0))

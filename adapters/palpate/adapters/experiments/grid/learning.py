@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_limits
 from palpate.adapters.config import HMM, TRIALS, GridLearning
 from palpate.core.errors import ConfigurationError, require_whole
 from palpate.core.perception import IdentityState, StateIdentifier
-from palpate.core.policy import HmmLearner, TabularLearner, new_learner
+from palpate.core.policy import HmmLearner, TabularLearner, tabular_learner
 from palpate.simulation.grid import GridMap, Walk, grid_actions, run_trial
 
 StateMaker: TypeAlias = Callable[[GridMap], StateIdentifier]
@@ -28,7 +28,7 @@ def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> Gri
             accepted = f"symbols, with the learner {HMM}: it finds the hidden states itself"
             raise ConfigurationError("state", type(identifier).__name__, accepted)
         return HmmLearner(identifier.symbols, grid_actions(), learning.hmm())
-    return new_learner(learning.parameters(), identifier.states, grid_actions())
+    return tabular_learner(learning.parameters(), identifier.states, grid_actions())
 
 
 @dataclass(frozen=True)

@@ -228,9 +228,8 @@ def values_of(start: StartRecord) -> dict[str, dict[str, float]]:
     policy: dict[str, Any] = json.loads(start.policy_json or "{}")
     learner: dict[str, Any] = json.loads(start.learner_json or "{}")
     actions = [action["name"] for action in policy.get("actions", ())]
-    rows = dict(zip(policy.get("states", ()), learner.get("q", ()), strict=False)) or {
-        row["state"]: row["q"] for row in policy.get("table", ()) if row.get("q")
-    }
+    state = learner or (policy.get("learner") or {}).get("state", {})
+    rows = dict(zip(policy.get("states", ()), state.get("q", ()), strict=False))
     return {
         state: dict(zip(actions, map(float, row), strict=True))
         for state, row in rows.items()

@@ -29,7 +29,7 @@ def arrows_pictures(name: str, document: PolicyDocument, title: str) -> tuple[Pi
     Returns:
         A picture for each map of states; one for states that have no place on a map. None of a learner by a model.
     """
-    if document.model is not None:
+    if document.learner is not None and document.learner.kind in ("belief", "hmm"):
         return ()
     from matplotlib.ticker import MaxNLocator
 
@@ -179,8 +179,7 @@ def _is_known(entry: TableRow) -> bool:
 
 def _untried(entry: TableRow) -> bool:
     """Whether what looks best was never done: its value is then the initial one."""
-    best, visits = entry.best, entry.visits_per_action
-    return best is not None and visits is not None and not visits[best]
+    return entry.visits_per_action is not None and not entry.visits_per_action[entry.best]
 
 
 def _action(

@@ -92,11 +92,11 @@ def summary_cells(rows: Sequence[TrialRow], late: Sequence[TrialRow]) -> dict[st
 def policy_sections(document: PolicyDocument, title: str) -> list[PageSection]:
     """The policy as arrows, its Q values, the automaton that gives its states; of a belief, its touch model."""
     learner = document.learner
-    if document.belief is not None:
-        text = f"A belief over the hole's place, {counted(document.belief.trials_learned, 'trial')} learned."
-        pictures = touch_pictures("touch-policy", document.belief, title)
+    if learner is not None and learner.kind == "belief":
+        text = f"A belief over the hole's place, {counted(learner.trials_learned, 'trial')} learned."
+        pictures = touch_pictures("touch-policy", learner, title)
         return [PageSection("Policy", (text,), pictures=pictures, listing=render_table(document))]
-    if document.foreign is not None or document.hmm is not None:
+    if document.foreign is not None or (learner is not None and learner.kind == "hmm"):
         return [PageSection("Policy", listing=render_table(document))]
     text = f"{counted(len(document.states), 'state')}, {counted(len(document.actions), 'action')}; "
     text += f"{learner.kind}, {counted(learner.trials_learned, 'trial')} learned." if learner else "nothing learned."

@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.adapters.visualisation.report.canvas import COLOURS, GREY, WIDTH_IN, drawn
 from palpate.adapters.visualisation.report.page import Picture, counted
-from palpate.core.policy import BeliefEntry
+from palpate.core.policy import LearnerEntry
 from palpate.core.policy.belief import RINGS_M, Directions, TouchModel
 
 _MOST_MM: Final = 3.6
@@ -15,13 +15,13 @@ _MOST_MM: Final = 3.6
 _SPACING_MM: Final = 0.6
 
 
-def touch_pictures(name: str, belief: BeliefEntry, title: str) -> tuple[Picture, ...]:
+def touch_pictures(name: str, belief: LearnerEntry, title: str) -> tuple[Picture, ...]:
     """The touch model of a belief; none while it has learned too little."""
-    model = belief.touch_model()
+    model = belief.touch_model
     return () if model is None else (_arrows(name, model, belief, title),)
 
 
-def _arrows(name: str, model: TouchModel, belief: BeliefEntry, title: str) -> Picture:
+def _arrows(name: str, model: TouchModel, belief: LearnerEntry, title: str) -> Picture:
     axis_mm = np.arange(-_MOST_MM, _MOST_MM + 1e-9, _SPACING_MM)
     x_mm, y_mm = (grid.reshape(-1) for grid in np.meshgrid(axis_mm, axis_mm))
     # A tip at (x, y) has the hole at (-x, -y) from it.
@@ -46,7 +46,7 @@ def _arrows(name: str, model: TouchModel, belief: BeliefEntry, title: str) -> Pi
         f"Touch model of {title}: torque {max(cue_Nmm):.0f} N mm at most, {cue_Nmm[6]:.0f} N mm at {rings_mm[6]:g} mm"
         f" from the hole; noise {noise_Nmm.min():.1f} to {noise_Nmm.max():.1f} N mm."
     )
-    of = f"{counted(model.touches, 'touch', 'touches')} of {counted(len(belief.trials), 'trial')}"
+    of = f"{counted(model.touches, 'touch', 'touches')} of {counted(len(belief.state['trials']), 'trial')}"
     caption = (
         f"{title}. Torque about the tip, pressed with 4.9 N, fitted to {of}; circle: the hole. Without the offset of"
         f" every touch, {offset_Nmm:.1f} N mm, and of a trial, {1e3 * model.bias_Nm:.1f} N mm (standard deviation)."

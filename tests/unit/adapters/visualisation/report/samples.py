@@ -8,10 +8,19 @@ import numpy as np
 from matplotlib.image import imread
 
 from palpate.adapters.experiments.results import TrialRow
-from palpate.core.policy import ActionEntry, PolicyDocument, TableRow, compass_actions
+from palpate.core.policy import (
+    ActionEntry,
+    LearnerEntry,
+    PolicyDocument,
+    QParameters,
+    TableRow,
+    TemperatureSchedule,
+    compass_actions,
+)
 from tests.unit.adapters.samples import trial_rows
 
 ACTIONS = tuple(ActionEntry.of(action) for action in compass_actions(0.7e-3))
+PARAMETERS = QParameters(alpha=0.3, gamma=1.0, temperature=TemperatureSchedule(1.0, 1.0, 0.0))
 NAMES = tuple(action.name for action in ACTIONS)
 SIGNS = "-0+"
 POSITION = tuple(f"x{x} y{y}" for x in SIGNS for y in SIGNS if (x, y) != ("0", "0"))
@@ -28,14 +37,20 @@ def row(state: str, action: str, value: float = -2.0, visits: int = 8, source: s
     """A line of a policy's table; every action was tried as often as the others, and the others are worse by one."""
     best = NAMES.index(action)
     q = tuple(value if n == best else value - 1.0 for n in range(len(NAMES)))
-    return TableRow.of(state, source, action, best, q, (visits // len(NAMES),) * len(NAMES))
+    return TableRow(state, source, action, best, q, (visits // len(NAMES),) * len(NAMES))
 
 
 def policy(*table: TableRow) -> PolicyDocument:
     """A policy with these lines."""
-    states = tuple(line.state for line in table)
+    state = {"q": [line.q for line in table], "visits": [line.visits_per_action for line in table]}
     return PolicyDocument(
-        created_with={}, perception={}, states=states, actions=ACTIONS, table=tuple(table), learner=None
+        created_with={},
+        perception={},
+        states=tuple(line.state for line in table),
+        actions=ACTIONS,
+        programmed={line.state: line.action for line in table if line.source == "programmed"},
+        examples={line.state: line.action for line in table if line.source == "examples"},
+        learner=LearnerEntry("q-learning", PARAMETERS, state | {"trials_learned": 1}),
     )
 
 

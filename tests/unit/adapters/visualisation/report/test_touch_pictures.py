@@ -1,11 +1,13 @@
 from palpate.adapters.visualisation.report.touch_pictures import touch_pictures
-from palpate.core.policy import BeliefEntry
+from palpate.core.policy import LearnerEntry
 from palpate.core.policy.belief import BeliefParameters
 from tests.unit.core.policy.belief.simulated_touch import trials
 
 
-def _belief(count: int) -> BeliefEntry:
-    return BeliefEntry(BeliefParameters(), count, tuple(trial.to_dict() for trial in trials(count)))
+def _belief(count: int) -> LearnerEntry:
+    return LearnerEntry(
+        "belief", BeliefParameters(), {"trials": [trial.to_dict() for trial in trials(count)], "trials_learned": count}
+    )
 
 
 def test_a_touch_model_is_drawn_with_its_figures() -> None:

@@ -3,10 +3,9 @@ import pytest
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import Observation, Transition, compass_actions
-from palpate.core.policy.conversion import document_of, learner_of, policy_from
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.exploration import TemperatureSchedule
-from palpate.core.policy.file import PolicyDocument
+from palpate.core.policy.file import PolicyDocument, document_of, learner_of, policy_from
 from palpate.core.policy.programmed import MixedPolicy, ProgrammedPolicy, RandomWalkPolicy
 from palpate.core.policy.sarsa import Sarsa, SarsaParameters
 from palpate.core.policy.tabular import QLearning, QParameters

@@ -1,9 +1,7 @@
-"""A belief, or a model of hidden states, in a policy file, and what does not go together there."""
+"""A belief, or a model of hidden states, in a policy file."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +20,7 @@ from palpate.core.policy import (
     policy_from,
 )
 from palpate.core.policy.belief import BeliefLearner, BeliefParameters
-from palpate.core.policy.model_entry import Reach
+from palpate.core.policy.learner import Reach
 from tests.unit.core.policy.bench import LEFT, TWO, observation
 
 STATES = ("a", "b")
@@ -51,8 +49,9 @@ def test_a_belief_goes_on_from_its_file_with_what_is_programmed_beside_it() -> N
     read = PolicyDocument.from_json_text(text)
     assert read.to_json_text() == text
     assert [(row.state, row.action) for row in read.table] == [("a", LEFT)]
-    assert read.values() == learner.get_state()
-    again = policy_from(read, STATES, TWO, frozen=False, reach=REACH)
+    assert read.learner is not None
+    assert read.learner.state == learner.get_state()
+    again = policy_from(read, STATES, TWO, REACH, frozen=False)
     assert isinstance(again, MixedPolicy)
     for one in (policy, again):
         one.begin_trial(2, np.random.default_rng(2))
@@ -76,8 +75,11 @@ def test_a_model_of_hidden_states_goes_on_from_its_file(tmp_path: Path) -> None:
     made.save(tmp_path / "policy.json")
     read = PolicyDocument.load(tmp_path / "policy.json")
     assert read.to_json_text() == made.to_json_text()
-    assert read.values() == learner.get_state()
-    assert read.unlearned().values() == {"trials_learned": 0, "trials": []}
+    assert read.learner is not None
+    assert read.learner.state == learner.get_state()
+    blank = read.unlearned().learner
+    assert blank is not None
+    assert blank.state == {"trials_learned": 0, "trials": []}
     again = policy_from(read, STATES, TWO, frozen=True)
     again.begin_trial(31, np.random.default_rng(31))
     model = learner_of(again)
@@ -89,49 +91,23 @@ def test_a_model_of_hidden_states_goes_on_from_its_file(tmp_path: Path) -> None:
     assert learner.model is not None
     assert model.model.emissions.tolist() == learner.model.emissions.tolist()
     damaged = json.loads(made.to_json_text())
-    with pytest.raises(ConfigurationError, match="none beside a belief"):
-        PolicyDocument.from_json_text(json.dumps(damaged | {"belief": json.loads(written().to_json_text())["belief"]}))
-    damaged["hmm"]["trials"][4]["symbols"][0] = 2
+    damaged["learner"]["state"]["trials"][4]["symbols"][0] = 2
     with pytest.raises(ConfigurationError, match=r"trials\[4\].symbols = 2 is refused: numbers from 0 to 1"):
         PolicyDocument.from_json_text(json.dumps(damaged))
 
 
 def test_a_belief_before_it_learned_has_no_trials_and_no_model() -> None:
-    blank = written().unlearned()
-    assert blank.values() == {"trials": [], "trials_learned": 0}
-    assert blank.belief is not None
-    assert blank.belief.touch_model() is None
-    full = written().belief
+    blank, full = written().unlearned().learner, written().learner
+    assert blank is not None
     assert full is not None
-    assert full.touch_model() is not None
+    assert blank.state == {"trials": [], "trials_learned": 0}
+    assert blank.touch_model is None
+    assert full.touch_model is not None
 
 
-def _without_names(made: dict[str, Any]) -> None:
-    made["belief"]["trials"][1]["touches"][0] = [1, 2, 3]
-
-
-def _two_learners(made: dict[str, Any]) -> None:
-    schedule = {"initial": 1.0, "decay": 1.0, "floor": 1.0}
-    made["table"][0] |= {"q": [0.0, 0.0], "visits_per_action": [0, 0], "value": 0.0}
-    made["learner"] = {
-        "kind": "q-learning",
-        "parameters": {
-            "alpha": 0.5, "gamma": 1.0, "alpha_visits": 0.0, "alpha_floor": 0.0, "initial_value": 0.0,
-            "temperature": schedule,
-        },
-        "trials_learned": 0,
-    }  # fmt: skip
-
-
-@pytest.mark.parametrize(("damage", "field"), [(_without_names, "belief.trials[1]"), (_two_learners, "learner")])
-def test_a_file_that_contradicts_itself_is_refused(damage: Callable[[dict[str, Any]], None], field: str) -> None:
+def test_a_belief_with_a_damaged_trial_is_refused() -> None:
     made = json.loads(written().to_json_text())
-    damage(made)
+    made["learner"]["state"]["trials"][1]["touches"][0] = [1, 2, 3]
     with pytest.raises(ConfigurationError) as caught:
         PolicyDocument.from_json_text(json.dumps(made))
-    assert caught.value.field == field
-
-
-def test_a_belief_needs_to_know_what_it_has_to_cover() -> None:
-    with pytest.raises(ConfigurationError, match="the area and the time of an action"):
-        policy_from(written(), STATES, TWO)
+    assert caught.value.field == "learner.trials[1]"
