@@ -24,8 +24,7 @@ import pinocchio as pin
 from mujoco import sysid
 
 from palpate.adapters.config import RunConfig, overlay
-from palpate.adapters.log import read_log, series_of
-from palpate.adapters.replay import find_logs
+from palpate.adapters.log import find_logs, read_log, series_of
 from palpate.core.errors import LogError
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ

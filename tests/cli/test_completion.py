@@ -8,7 +8,7 @@ from tests.command_line import CommandLine
 COMPLETED = {
     "tr": "train",
     "log ex": "export",
-    "log export --f": "--fps",
+    "log export --o": "--out",
     "train --out runs/x --see": "--seed",
     "replay logs/ --stri": "--strict",
     "nothing --se": "",

@@ -34,8 +34,7 @@ RUN = ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--conf
         ("log", ("\n  info ", "\n  plot ", "\n  export ", "\n  recover ")),
         ("log info", ("--json",)),
         ("log plot", ("--out",)),
-        ("log export", ("--fps",)),
-        ("log import", ("--out",)),
+        ("log export", ("--to",)),
         ("log recover", ("--out",)),
     ],
 )
@@ -158,11 +157,11 @@ COMMANDS = (
         ("train --out \udcff", "\\udcff is no text in UTF-8; give it another name"),
         ("train --out a_study", "a_study: already holds a run (run.toml)"),
         ("compare --policy deep.json", "JSON (maximum recursion depth"),
-        (f"log export {LONG} --to csv --out x", "cannot be read (File name too long); name a log"),
+        (f"log export {LONG} --to csv --out x", "is not there; name a log"),
         ("log plot .", ".: is no file; name a log"),
         ("log recover .", ".: is no file; name a log"),
         ("log info a_pipe", "a_pipe: is no file; name a log"),
-        ("log info \x1b[31m", "\\x1b[31m: cannot be read"),
+        ("log info \x1b[31m", "\\x1b[31m: is not there"),
     ],
 )
 def test_refused_in_one_line(palpate: CommandLine, words: str, told: str) -> None:

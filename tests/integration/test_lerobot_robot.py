@@ -1,7 +1,7 @@
-"""The package by which LeRobot has palpate as a robot.
+"""The package by which LeRobot has palpate as a robot, and recorded trials as a dataset.
 
-Where LeRobot is not installed, a STAND-IN of its two base classes takes its place: that shows what the package does,
-not that LeRobot finds it.
+Where LeRobot is not installed, a STAND-IN of its classes takes its place: that shows what the package does, not that
+LeRobot finds it, or what it writes.
 """
 
 import importlib
@@ -9,11 +9,18 @@ import importlib.util
 import sys
 import tomllib
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
+
+from palpate.adapters.log import DecisionEntry, EndRecord, ReinforcementEntry, TickRecord, read_log
+from palpate.core.errors import LogError
+from palpate.core.ports import JointSample, Validity, WrenchSample
+from tests.unit.adapters.log.made_logs import POSTURE, start, tick, write_log
 
 PACKAGE = Path(__file__).parents[2] / "examples" / "lerobot_robot_palpate"
 NAME = "lerobot_robot_palpate"
@@ -40,12 +47,48 @@ class StandInRobot:
         self.robot_type = self.name  # type: ignore[attr-defined]
 
 
+class StandInDataset:
+    """Of LeRobot's ``LeRobotDataset`` that it takes only frames that are as their features say."""
+
+    def __init__(self, features: dict[str, Any]) -> None:
+        self.features, self.frames, self.episodes, self.finished = features, [], 0, False
+        made.append(self)
+
+    @classmethod
+    def create(cls, repo_id: str, fps: int, features: dict[str, Any], **_: Any) -> Any:
+        return cls(features)
+
+    def add_frame(self, frame: dict[str, Any]) -> None:
+        assert frame.keys() == {*self.features, "task"}
+        for name, feature in self.features.items():
+            value = frame[name]
+            if feature["dtype"] == "string":
+                assert type(value) is str
+            else:
+                assert (value.dtype, value.shape) == (np.dtype(feature["dtype"]), tuple(feature["shape"]))
+        plain = {
+            name: value if isinstance(value, str) else value.item() if value.size == 1 else value.tolist()
+            for name, value in frame.items()
+        }
+        self.frames.append({**plain, "episode_index": self.episodes})
+
+    def save_episode(self) -> None:
+        self.episodes += 1
+
+    def finalize(self) -> None:
+        self.finished = True
+
+
+made: list[StandInDataset] = []
+
+
 @pytest.fixture
 def plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     """The package, over LeRobot or the stand-in."""
     if importlib.util.find_spec("lerobot") is None:
         parts = {
-            name: ModuleType(name) for name in ("lerobot", "lerobot.robots", "lerobot.utils", "lerobot.utils.errors")
+            f"lerobot{name}": ModuleType(f"lerobot{name}")
+            for name in ("", ".robots", ".utils", ".utils.errors", ".datasets", ".datasets.lerobot_dataset")
         }
         errors = {
             name: type(name, (ConnectionError,), {})
@@ -54,6 +97,7 @@ def plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
         StandInConfig.kinds = {}
         vars(parts["lerobot.robots"]).update(Robot=StandInRobot, RobotConfig=StandInConfig)
         vars(parts["lerobot.utils.errors"]).update(errors)
+        vars(parts["lerobot.datasets.lerobot_dataset"]).update(LeRobotDataset=StandInDataset)
         for name, module in parts.items():
             monkeypatch.setitem(sys.modules, name, module)
     monkeypatch.syspath_prepend(str(PACKAGE))
@@ -100,3 +144,97 @@ def test_it_records_wrench_source_times_and_the_applied_command(plugin: Any, tmp
         robot.get_observation()
     with pytest.raises(ValueError, match="not the number of joints"):
         plugin.Palpate(plugin.PalpateConfig(joints=7)).connect()
+
+
+@pytest.fixture
+def dataset(plugin: Any) -> Any:
+    """The module that writes and reads datasets."""
+    made.clear()
+    return importlib.import_module(f"{NAME}.dataset")
+
+
+def exact(number: int, **changes: Any) -> TickRecord:
+    """A tick at the very time of the control rate, with a wrench of 2 ms before."""
+    now = 123 + number * 1_000_000_000 // 140
+    wrench = WrenchSample((0.1 * number, -1.0, 3.0), (0.01, 0.02, 0.03), now - 2_000_000, now, number)
+    joints = JointSample(tuple(q + 1e-4 * number for q in POSTURE), now, now, number)
+    return tick(number, time_ns=now, deadline_ns=now, wrench=wrench, joints=joints, **changes)
+
+
+def frames(dataset: Any, folder: Path, ticks: list[TickRecord], fps: int, **more: Any) -> Any:
+    return dataset.frames_of(read_log(write_log(folder / "a.mcap", ticks, **more)), fps)
+
+
+def test_fewer_frames_take_the_newest_tick_and_interpolate_nothing(dataset: Any, tmp_path: Path) -> None:
+    found = frames(dataset, tmp_path, [exact(k) for k in range(141)], 30)
+    assert found["tick"].tolist() == [k * 140 // 30 for k in range(31)]
+    assert found["observation.wrench"][:, 0] == pytest.approx(0.1 * found["tick"])
+    ages_s = np.array([k / 30 - (k * 140 // 30) / 140 for k in range(31)])
+    assert found["observation.state_age_s"] == pytest.approx(ages_s, abs=1e-8)
+    assert found["observation.wrench_age_s"] == pytest.approx(ages_s + 0.002, abs=1e-8)
+
+
+def test_an_invalid_sample_leaves_the_one_before(dataset: Any, tmp_path: Path) -> None:
+    bad = WrenchSample((0.0,) * 3, (0.0,) * 3, 5, 5, 9, Validity.INVALID)  # type: ignore[arg-type]
+    silent = replace(exact(0), wrench=None, asked_rad=None, applied=None)
+    found = frames(dataset, tmp_path, [silent, exact(1), replace(exact(2), wrench=bad), exact(3)], 140)
+    assert found["tick"].tolist() == [1, 2, 3]
+    assert found["observation.wrench"][:, 0] == pytest.approx([0.1, 0.1, 0.3])
+    assert found["observation.valid"].tolist() == [True, False, True]
+    with pytest.raises(LogError, match="nothing to export"):
+        dataset.frames_of(read_log(write_log(tmp_path / "b.mcap", [silent])), 140)
+
+
+@pytest.mark.parametrize("fps", [7, 30, 140, 400])
+def test_rewards_are_neither_lost_nor_counted_twice(dataset: Any, tmp_path: Path, fps: int) -> None:
+    earned = [ReinforcementEntry(tick=k, number=k, reinforcement=-1.0 - k) for k in (0, 1, 14, 28, 28, 59)]
+    found = frames(dataset, tmp_path, [exact(k) for k in range(60)], fps, others=earned)
+    assert found["next.reward"].sum() == sum(entry.reinforcement for entry in earned)
+
+
+@pytest.mark.parametrize(
+    ("end", "success", "ended"),
+    [
+        (None, False, False),
+        (EndRecord(tick=1, outcome="inserted", success=False), False, True),
+        (EndRecord(tick=1, outcome="inserted"), True, True),
+        (EndRecord(tick=1, error="DeviceError"), False, False),
+    ],
+)
+def test_success_by_truth_or_else_by_outcome(
+    dataset: Any, tmp_path: Path, end: EndRecord | None, success: bool, ended: bool
+) -> None:
+    found = frames(dataset, tmp_path, [exact(0), exact(1)], 140, end=end)
+    assert (found["next.success"].tolist(), found["next.done"].tolist()) == ([False, success], [False, ended])
+
+
+def test_a_log_is_an_episode_and_its_examples_come_back(dataset: Any, tmp_path: Path) -> None:
+    told = [
+        DecisionEntry(tick=14 * (k + 1), number=k, symbol="s", state="s", action=action, source="learned", index=index)
+        for k, (action, index) in enumerate((("-x", 4), ("rest", None), ("+y", 2)))
+    ]
+    ends = [EndRecord(tick=69, outcome=outcome) for outcome in ("inserted", "time limit")]
+    paths = [
+        write_log(tmp_path / f"{k}.mcap", [exact(n) for n in range(70)], others=told, end=end)
+        for k, end in enumerate(ends)
+    ]
+    assert dataset.export(paths, tmp_path / "out", 140) == 140
+    (one,) = made
+    assert (one.episodes, one.finished, len(one.frames)) == (2, True, 140)
+    assert one.features["observation.state"]["names"] == [f"joint_{i}_rad" for i in range(1, 7)]
+    assert one.frames[0]["task"] == "insert the round peg of 29 mm into its hole by touch"
+    assert dataset.examples_in(one.frames) == [(0, 0, "s", "-x"), (0, 2, "s", "+y")]
+    made.clear()
+    dataset.export(paths, tmp_path / "few", 3)
+    with pytest.raises(ValueError, match="more frames a second"):
+        dataset.examples_in(made[0].frames)
+
+
+def test_logs_of_two_arms_are_refused(dataset: Any, tmp_path: Path) -> None:
+    paths = [
+        write_log(tmp_path / "a.mcap", [exact(0)]),
+        write_log(tmp_path / "b.mcap", [exact(0)], begin=start(arm="ur5")),
+    ]
+    with pytest.raises(LogError, match="of several arms"):
+        dataset.export(paths, tmp_path / "out", 140)
+    assert made == []

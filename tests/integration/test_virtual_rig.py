@@ -10,8 +10,7 @@ import pytest
 
 from palpate.adapters.config import overlay, scenario, task_kind
 from palpate.adapters.experiments import ChosenPolicy, RunFolder, ready_pose, run_chosen
-from palpate.adapters.log import read_log
-from palpate.adapters.replay import find_logs
+from palpate.adapters.log import find_logs, read_log
 from palpate.core.errors import DeviceError
 from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.core.trial import Outcome, find_ready_pose

@@ -49,7 +49,7 @@ COMMANDS: dict[str, Command] = {
         "one page about a run or a study, with its pictures, to be read in a browser",
         "report:report", "report:ReportOptions",
     ),
-    "log": Command("look at recorded trials: info, plot, export, import, recover"),
+    "log": Command("look at recorded trials: info, plot, export, recover"),
     "render": Command("a film of a recorded trial", "render:render", "picture_options:RenderOptions"),
     "check-adapter": Command(
         "try the contract of a port on an adapter of your own",
@@ -71,11 +71,8 @@ COMMANDS: dict[str, Command] = {
     ),
     "log plot": Command("a picture of one trial over time", "log:plot", "log_options:PlotOptions"),
     "log export": Command(
-        "the same data as CSV files, as a LeRobot dataset, or for Foxglove and Rerun",
+        "the same data as CSV files, or for Foxglove and Rerun",
         "log:export", "log_options:ExportOptions",
-    ),
-    "log import": Command(
-        "examples for a policy, from a LeRobot dataset of palpate's", "log:import_", "log_options:ImportOptions"
     ),
     "log recover": Command(
         "a sound log of what is left of a torn or damaged one", "log:recover", "log_options:RecoverOptions"

@@ -1,7 +1,6 @@
 """``palpate log``: look at recorded trials, and bring them into other formats."""
 
 import json
-import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,7 +8,6 @@ from pathlib import Path
 from palpate.adapters.cli.log_options import (
     VIEWERS,
     ExportOptions,
-    ImportOptions,
     InfoOptions,
     PlotOptions,
     RecoverOptions,
@@ -61,14 +59,9 @@ def plot(options: PlotOptions) -> int:
 def export(options: ExportOptions) -> int:
     """Write trials in another format."""
     paths = _logs(options.files, "export")
-    require_one_of("to", options.to, ("csv", "lerobot", *VIEWERS))
+    require_one_of("to", options.to, ("csv", *VIEWERS))
     if not options.out:
         raise ConfigurationError("out", options.out, "a folder for the result")
-    if options.fps is not None and options.to != "lerobot":
-        raise ConfigurationError(
-            "fps", options.fps, f"nothing with --to {options.to}, which keeps every tick as it was"
-        )
-    _require_different(paths)
     out = Path(options.out)
     if options.to == "csv":
         from palpate.adapters.log import export_csv
@@ -76,32 +69,10 @@ def export(options: ExportOptions) -> int:
         folders = export_csv(paths, out)
         sys.stdout.write(f"{len(folders)} trial{'s' * (len(folders) > 1)} as CSV in {out}\n")
         return 0
-    if options.to in VIEWERS:
-        from palpate.adapters.visualisation.live import export_pictures
+    from palpate.adapters.visualisation.live import export_pictures
 
-        made = export_pictures(paths, out, options.to)
-        sys.stdout.write(f"{len(made)} trial{'s' * (len(made) > 1)} for {options.to} in {out}\n")
-        return 0
-    from palpate.core.ports import CONTROL_RATE_HZ
-
-    fps = CONTROL_RATE_HZ if options.fps is None else options.fps
-    from palpate.adapters.log import export_lerobot
-
-    frames = export_lerobot(paths, out, fps)
-    sys.stdout.write(f"{len(paths)} episode{'s' * (len(paths) > 1)}, {frames} frames at {fps} Hz in {out}\n")
-    return 0
-
-
-def import_(options: ImportOptions) -> int:
-    """Write the examples of a dataset."""
-    from palpate.adapters.log import csv_text, import_examples
-    from palpate.core.ports import new_file
-
-    examples, out = import_examples(Path(options.folder)), Path(options.out or "examples.csv")
-    with new_file(out) as passing:
-        passing.write_text(csv_text([("trial", "number", "state", "action"), *examples]), encoding="utf-8")
-    episodes = len({one[0] for one in examples})
-    sys.stdout.write(f"{len(examples)} examples of {episodes} episode{'s' * (episodes != 1)} in {out}\n")
+    made = export_pictures(paths, out, options.to)
+    sys.stdout.write(f"{len(made)} trial{'s' * (len(made) > 1)} for {options.to} in {out}\n")
     return 0
 
 
@@ -129,15 +100,6 @@ def _logs(names: Sequence[str], command: str) -> list[Path]:
     """The logs that are named, those in and below a folder among them."""
     if not names:
         raise UsageError(f"palpate log {command} needs a log; name one or more .mcap files, or folders of them")
-    # A folder without any is refused as any other name that leads to no log.
-    below = {name: sorted(Path(name).rglob("*.mcap")) for name in names if os.path.isdir(name)}
-    return [path for name in names for path in below.get(name) or [Path(name)]]
+    from palpate.adapters.log import find_logs
 
-
-def _require_different(paths: Sequence[Path]) -> None:
-    seen: set[str] = set()
-    for path in paths:
-        real = os.path.realpath(path)
-        if real in seen:
-            raise UsageError(f"{path} is named twice; name each log once")
-        seen.add(real)
+    return find_logs(names)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import tyro
 
-from palpate.core.ports import Range, Settings
+from palpate.core.ports import Settings
 
 VIEWERS = ("foxglove", "rerun")
 Files = Annotated[tuple[str, ...], tyro.conf.Positional]
@@ -33,7 +33,7 @@ class PlotOptions(Settings):
 
 @dataclass(frozen=True)
 class ExportOptions(Settings):
-    """Write logs in another format: csv keeps every bit, lerobot resamples to frames of a fixed rate.
+    """Write logs in another format: csv keeps every bit.
 
     foxglove and rerun get what palpate run --live shows: frames, scene and values, to be opened as a picture.
     """
@@ -41,22 +41,9 @@ class ExportOptions(Settings):
     files: Files = ()
     """Logs, or folders with logs in or below them."""
     to: str = ""
-    """csv, lerobot (LeRobotDataset v3.0, one episode a log), foxglove (MCAP) or rerun (RRD)."""
+    """csv, foxglove (MCAP) or rerun (RRD)."""
     out: str = ""
     """Folder for the result; it must be new or empty."""
-    fps: Annotated[int, Range(1, 10_000)] | None = None
-    """Frames per second, for lerobot only; 140, the control rate, if not given."""
-
-
-@dataclass(frozen=True)
-class ImportOptions(Settings):
-    """Take the examples out of a LeRobot dataset that palpate exported: decisions of episodes that came to success."""
-
-    folder: Annotated[str, tyro.conf.Positional]
-    """The dataset."""
-    out: str = ""
-    """The examples, a CSV file that is not there yet, for palpate train --learning.examples; examples.csv if not
-    given."""
 
 
 @dataclass(frozen=True)

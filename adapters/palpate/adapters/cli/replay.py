@@ -11,7 +11,7 @@ from palpate.adapters.cli.options import ReplayOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import RunConfig, overlay, read_toml, run_facts
 from palpate.adapters.experiments import COMPARATORS, accepted_policies, foreign_code, foreign_entry
-from palpate.adapters.log import aligned
+from palpate.adapters.log import aligned, find_logs
 from palpate.adapters.replay import (
     Changes,
     Replay,
@@ -19,7 +19,6 @@ from palpate.adapters.replay import (
     WhatIf,
     exit_code,
     explanation,
-    find_logs,
     not_checked,
     parse_setting,
     replay_files,

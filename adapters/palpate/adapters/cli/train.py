@@ -75,7 +75,8 @@ def train(options: TrainOptions) -> int:
 def _fit_to_logs(options: TrainOptions) -> int:
     """Fit a belief to recorded trials, report and save; returns the exit code."""
     # Loaded here, because training by trials needs neither.
-    from palpate.adapters.replay import find_logs, touches_of
+    from palpate.adapters.log import find_logs
+    from palpate.adapters.replay import touches_of
     from palpate.adapters.visualisation.report import touch_pictures
 
     if not options.out:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from palpate.adapters.log.file import json_in
+from palpate.adapters.log.find import find_logs
 from palpate.adapters.log.reader import TrialLog, read_log
 from palpate.core.automata import Strings, read_strings
 from palpate.core.errors import ConfigurationError
@@ -26,11 +27,11 @@ def strings_from(paths: Sequence[str]) -> Strings:
 
     Raises:
         ConfigurationError: There is nothing to infer from, or the trials do not go together.
-        LogError: A log cannot be read.
+        LogError: A name leads to nothing, or a log cannot be read.
     """
     if not paths:
         raise ConfigurationError(_FIELD, (), "a file of strings, or logs of trials")
-    files = [file for path in paths for file in _files(Path(path))]
+    files = find_logs(paths)
     logs = [file for file in files if file.suffix == _LOG]
     if not logs and len(files) == 1:
         return read_strings(files[0])
@@ -38,15 +39,6 @@ def strings_from(paths: Sequence[str]) -> Strings:
         other = next(file for file in files if file.suffix != _LOG)
         raise ConfigurationError(_FIELD, str(other), "either one text file, or logs (.mcap) and folders of logs alone")
     return _strings_of_logs(logs)
-
-
-def _files(path: Path) -> list[Path]:
-    if not path.is_dir():
-        return [path]
-    found = sorted(path.rglob(f"*{_LOG}"))
-    if not found:
-        raise ConfigurationError(_FIELD, str(path), "a folder with logs (.mcap) in it")
-    return found
 
 
 def _strings_of_logs(files: Sequence[Path]) -> Strings:

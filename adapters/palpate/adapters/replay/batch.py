@@ -1,7 +1,5 @@
-"""Many logs: found by file, folder and glob, replayed by several processes, each log by itself."""
+"""Many logs, replayed by several processes, each log by itself."""
 
-import glob
-import os
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -17,30 +15,6 @@ from palpate.adapters.replay.rebuild import Changes, Rebuilder
 from palpate.core.errors import LogError, OutputError, PalpateError, one_line, require_whole
 
 _MOST_JOBS: Final = 1024
-
-
-def find_logs(names: Sequence[str]) -> list[Path]:
-    """The logs that files, folders (with all below them) and glob patterns name; sorted, each once.
-
-    Raises:
-        LogError: A name leads to none.
-    """
-    found: dict[Path, None] = {}
-    for name in names:
-        if os.path.isdir(name):
-            below = sorted(Path(name).rglob("*.mcap"))
-            if not below:
-                raise LogError(name, "", "holds no logs", "name a folder with .mcap files in it or below it")
-            found.update(dict.fromkeys(below))
-        elif os.path.lexists(name):
-            found[Path(name)] = None
-        else:
-            matches = sorted(Path(match) for match in glob.glob(str(name), recursive=True))
-            if not matches:
-                raise LogError(str(name), "", "is not there", "name a log, a folder of logs, or a pattern in quotes")
-            for match in matches:
-                found.update(dict.fromkeys(find_logs([str(match)])))
-    return list(found)
 
 
 def replay_file(

@@ -34,7 +34,7 @@ def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config
     names = config.getoption("palpate_logs")
     if not names:
         return
-    from palpate.adapters.replay.batch import find_logs
+    from palpate.adapters.log import find_logs
     from palpate.core.errors import LogError
 
     try:

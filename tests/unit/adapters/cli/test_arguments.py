@@ -89,7 +89,7 @@ def test_what_may_be_given_several_times_may() -> None:
     [
         ("--resume", "--resume is not an option of palpate run, but of palpate train"),
         ("--strict", "--strict is not an option of palpate run, but of palpate replay"),
-        ("--fps 3", "--fps is not an option of palpate run, but of palpate render, log export"),
+        ("--fps 3", "--fps is not an option of palpate run, but of palpate render"),
     ],
 )
 def test_a_setting_of_another_command_is_told_where_it_belongs(words: str, message: str) -> None:

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.replay import WhatIf, find_logs, replay_files
+from palpate.adapters.log import find_logs
+from palpate.adapters.replay import WhatIf, replay_files
 from palpate.core.errors import ConfigurationError, LogError
 
 
@@ -23,4 +24,4 @@ def test_calls_that_are_none_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match="jobs = 0 is refused: a whole number from 1 to 1024"):
         next(replay_files([], WhatIf(), 0))
     with pytest.raises(LogError, match="nowhere: is not there"):
-        find_logs([tmp_path / "nowhere"])  # type: ignore[list-item]
+        find_logs([tmp_path / "nowhere"])
