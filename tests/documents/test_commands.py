@@ -20,7 +20,6 @@ from tests.unit.adapters.visualisation.film.trials import require_graphics
 NEEDS = {
     r"palpate (train|run|doctor) .*--rig": "a device, or an emulator beside it; tests/wall_clock",
     r"palpate (train|run) .*--live": "a viewer, and a port of its own; tests/wall_clock/test_live.py",
-    r"palpate (run .*ask_a_person|train .* runs/from-person)": "a person; tests/cli/test_ask_a_person.py",
     r"palpate emulate": "goes on until Ctrl-C; tests/wall_clock",
     r"palpate run .*--view": "a display; tests/cli/test_view.py",
     r"palpate study |--trials 10000": "minutes; tests/cli/test_study.py, test_run.py",
