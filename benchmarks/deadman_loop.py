@@ -1,4 +1,4 @@
-"""The loop, in a process of its own, and how the bench speaks to it."""
+"""A loop that moves an arm until it falls silent, in a process of its own, for ``benchmarks.deadman``."""
 
 from __future__ import annotations
 
@@ -6,32 +6,45 @@ import argparse
 import ctypes
 import mmap
 import select
-import subprocess
 import sys
-import tempfile
-import threading
 import time
+from dataclasses import replace
 from pathlib import Path
-from queue import Queue
 
-from benchmarks.deadman.arm import MOVING, NS, adapter_of
 from palpate.adapters.config.real_time import RealTimeConfig
 from palpate.adapters.config.rig import RigFile
-from palpate.adapters.hardware.real_time import RealTime
+from palpate.adapters.hardware.bus_process import host_arm
+from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
+from palpate.adapters.hardware.real_time import RealTime, join_loop
 from palpate.core.errors import PalpateError
 from palpate.core.ports.devices import ArmCommand
 from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import CONTROL_RATE_HZ, CommandReason, JointCommand
 
+NS = 10**9
+MOVING = (0, 5)
+"""Joints that are moved."""
+FASTEST_RAD_S = 0.5
 FAR_RAD = 1.2
 HANG_S = 1.0
-GONE_S = 5.0
+
+
+def hosted_arm(rig: RigFile, arm: str, wishes: RealTimeConfig, deadman_ms: float) -> tuple[ArmAdapter, MonotonicClock]:
+    """The arm of a rig file, in a process of its own."""
+    clock = MonotonicClock()
+    context = RigContext.of(arm, clock)
+    limits = tuple(min(limit, FASTEST_RAD_S) for limit in context.velocity_limit_rad_s)
+    context = replace(context, velocity_limit_rad_s=limits, hurry=lambda: join_loop(wishes))
+    deadman_ns = round(deadman_ms * 1e6)
+    hosted = host_arm(rig.arm.adapter, rig.arm.settings, context, clock, real_time=wishes, deadman_ns=deadman_ns)
+    return ArmAdapter(hosted, hosted), clock
 
 
 def loop(path: str, arm_name: str, note_path: str, start_rad: tuple[float, ...], deadman_ms: float, rt: bool) -> None:
     """Moves the arm until it is killed; says what happened, a line each."""
     wishes = RealTimeConfig(scheduling=rt)
-    adapter, clock = adapter_of(RigFile.load(Path(path)), arm_name, wishes, deadman_ms)
+    adapter, clock = hosted_arm(RigFile.load(Path(path)), arm_name, wishes, deadman_ms)
     hang = ctypes.PyDLL(None).usleep
     with Path(note_path).open("r+b") as file:
         note = mmap.mmap(file.fileno(), 8)
@@ -81,71 +94,6 @@ def free(arm: ArmCommand) -> None:
         except PalpateError as error:
             print(f"once more: {error}", file=sys.stderr, flush=True)
     raise SystemExit("the arm cannot be made active")
-
-
-class Loop:
-    """That process, seen from the bench."""
-
-    def __init__(self, rig: Path, arm: str, folder: Path, start: str, options: argparse.Namespace) -> None:
-        self.note = Path(tempfile.mkstemp(dir=folder)[1])
-        self.note.write_bytes(bytes(8))
-        words = ["--rig", str(rig), "--arm", arm, "--note", str(self.note), "--deadman-ms", str(options.deadman_ms)]
-        call = [sys.executable, "-m", "benchmarks.deadman.loop", *words, f"--start={start}"]
-        call += ["--rt"] if options.rt else []
-        pipe = subprocess.PIPE
-        self.process = subprocess.Popen(call, stdin=pipe, stdout=pipe, text=True, bufsize=1)
-        self.begun = False
-        self.arms: list[Path] = []
-        self.lines: Queue[str] = Queue()
-        threading.Thread(target=self.listen, daemon=True).start()
-
-    def say(self) -> None:
-        assert self.process.stdin is not None
-        self.process.stdin.write("\n")
-        self.process.stdin.flush()
-
-    def listen(self) -> None:
-        assert self.process.stdout is not None
-        for line in self.process.stdout:
-            self.lines.put(line.strip())
-        self.lines.put("")
-
-    def until_moving(self) -> str:
-        """What it said before it moved."""
-        if not self.begun:
-            self.begun = True
-            self.say()
-        said = ""
-        while (line := self.lines.get()) != "moving":
-            if not line:
-                raise SystemExit(f"the loop has ended: {said}")
-            said = line
-        return said
-
-    def forget(self) -> None:
-        """What it said of trips for which nobody asked: on a busy machine they come."""
-        while not self.lines.empty():
-            if not self.lines.get():
-                raise SystemExit("the loop has ended")
-
-    def last_set_ns(self) -> int:
-        return int.from_bytes(self.note.read_bytes(), "little")
-
-    def note_arms(self) -> None:
-        number = self.process.pid
-        begun = Path(f"/proc/{number}/task/{number}/children")
-        self.arms += [Path("/proc") / child for child in (begun.read_text().split() if begun.exists() else [])]
-
-    def kill(self) -> None:
-        """End it, and wait until the arm's process has found out and has gone too."""
-        self.note_arms()
-        self.process.kill()
-        self.process.wait()
-        end_s = time.monotonic() + GONE_S
-        while any(arm.exists() for arm in self.arms):
-            if time.monotonic() > end_s:
-                raise SystemExit(f"the arm's process is left behind: {self.arms}")
-            time.sleep(0.01)
 
 
 def main() -> None:

@@ -1,0 +1,283 @@
+"""Time until the arm is stationary when its loop falls silent, on each emulated bus.
+
+    python -m benchmarks.deadman --trials 100              stopped (SIGSTOP), killed and hanging, 100 times each
+    python -m benchmarks.deadman --trials 5 --arm cia402   one bus
+
+A loop sends far set-points, so that the arm moves towards the last of them at 0.5 rad/s, the limit in the rig files that
+come with palpate, until the set-point time-out stops it. Time counts from the last set-point. The arm is stationary when
+what the emulated motors hold moves no more; the simulated arm itself swings for another fifth of a second.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from itertools import takewhile
+from pathlib import Path
+from queue import Queue
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.deadman_loop import FASTEST_RAD_S, NS
+from palpate.adapters.config import EMULATED_ARMS, EmulationConfig
+from palpate.adapters.config.run import scenario
+from palpate.adapters.hardware.emulated_cell import EmulatedCell
+from palpate.adapters.hardware.real_time import take_real_time
+from palpate.core.trial.ready_pose import find_ready_pose
+
+WAYS = ("stopped", "killed", "hanging")
+STILL_RAD, REST_RAD_S = 1e-6, 0.005
+LOOK_S = 0.002
+EMULATED_PRIORITY = 30
+GONE_S = 5.0
+ALLOWED_MS = 50.0
+
+
+class Watched:
+    """The emulated cell at work in a thread, and where its joints were when."""
+
+    def __init__(self, cell: EmulatedCell) -> None:
+        self.cell, self.ended = cell, False
+        self.held: deque[tuple[int, tuple[float, ...]]] = deque(maxlen=2000)
+        self.stood: deque[tuple[int, tuple[float, ...]]] = deque(maxlen=1000)
+        self.threads = [threading.Thread(target=work, daemon=True) for work in (self.run, self.watch)]
+        for thread in self.threads:
+            thread.start()
+
+    def run(self) -> None:
+        self.cell.run(self.look, lambda truth: None)
+
+    def look(self) -> bool:
+        self.stood.append((time.monotonic_ns(), tuple(self.cell.cell.joint_angles())))
+        return self.ended
+
+    def watch(self) -> None:
+        while not self.ended:
+            self.held.append((time.monotonic_ns(), self.cell.targets_rad()))
+            time.sleep(LOOK_S)
+
+    def last_motion_ns(self, since_ns: int) -> tuple[int, int, int, int]:
+        """When what the motors hold first and last moved, when a joint was last fast, and the longest blink."""
+        held_ns, held = since(self.held, since_ns)
+        stood_ns, stood = since(self.stood, since_ns)
+        moved = held_ns[1:][np.abs(np.diff(held, axis=0)).max(axis=1) > STILL_RAD]
+        speed = np.abs(np.diff(stood, axis=0)).max(axis=1) / (np.diff(stood_ns) * 1e-9)
+        fast = stood_ns[1:][speed > REST_RAD_S]
+        blink_ns = int(np.diff(held_ns).max())
+        return min(moved, default=1 << 62), max(moved, default=0), max(fast, default=0), blink_ns
+
+
+def since(noted: deque[tuple[int, tuple[float, ...]]], begin_ns: int) -> tuple[np.ndarray, np.ndarray]:
+    """The newest notes. Quickly: the emulated devices wait for this interpreter."""
+    newest = list(takewhile(lambda entry: entry[0] >= begin_ns, reversed(noted.copy())))[::-1]
+    times, angles = zip(*newest, strict=True)
+    return np.array(times), np.array(angles)
+
+
+@contextmanager
+def emulated(arm: str, folder: Path, rt: bool) -> Iterator[tuple[Watched, Path, str]]:
+    config = replace(scenario("paper"), seed=1, **({"arm": "ur5"} if arm == "ur5-rtde" else {}))
+    counts = str(folder / "counts.json")
+    emulation = EmulationConfig(arm=arm, force="jr3-can")
+    if rt:
+        take_real_time(EMULATED_PRIORITY)
+    with EmulatedCell(config, find_ready_pose(config.arm, config.task), emulation, counts) as cell:
+        rig = folder / "rig.toml"
+        # Where the adapter has a limit of its own, that is the one of the rig files that come with palpate.
+        text = cell.rig_toml()
+        own = f"velocity_rad_s = {FASTEST_RAD_S}\n" if arm == "zebra-nmc" else ""
+        rig.write_text(text.replace("[arm]\n", f"[arm]\n{own}"))
+        watched = Watched(cell)
+        if rt:
+            # All that serves has its priority; what is started from here on is not to compete with it.
+            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+        try:
+            yield watched, rig, config.arm
+        finally:
+            watched.ended = True
+            for thread in watched.threads:
+                thread.join()
+
+
+class Loop:
+    """That process, seen from the bench."""
+
+    def __init__(self, rig: Path, arm: str, folder: Path, start: str, options: argparse.Namespace) -> None:
+        self.note = Path(tempfile.mkstemp(dir=folder)[1])
+        self.note.write_bytes(bytes(8))
+        words = ["--rig", str(rig), "--arm", arm, "--note", str(self.note), "--deadman-ms", str(options.deadman_ms)]
+        call = [sys.executable, "-m", "benchmarks.deadman_loop", *words, f"--start={start}"]
+        call += ["--rt"] if options.rt else []
+        pipe = subprocess.PIPE
+        self.process = subprocess.Popen(call, stdin=pipe, stdout=pipe, text=True, bufsize=1)
+        self.begun = False
+        self.arms: list[Path] = []
+        self.lines: Queue[str] = Queue()
+        threading.Thread(target=self.listen, daemon=True).start()
+
+    def say(self) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.write("\n")
+        self.process.stdin.flush()
+
+    def listen(self) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            self.lines.put(line.strip())
+        self.lines.put("")
+
+    def until_moving(self) -> str:
+        """What it said before it moved."""
+        if not self.begun:
+            self.begun = True
+            self.say()
+        said = ""
+        while (line := self.lines.get()) != "moving":
+            if not line:
+                raise SystemExit(f"the loop has ended: {said}")
+            said = line
+        return said
+
+    def forget(self) -> None:
+        """What it said of trips for which nobody asked: on a busy machine they come."""
+        while not self.lines.empty():
+            if not self.lines.get():
+                raise SystemExit("the loop has ended")
+
+    def last_set_ns(self) -> int:
+        return int.from_bytes(self.note.read_bytes(), "little")
+
+    def note_arms(self) -> None:
+        number = self.process.pid
+        begun = Path(f"/proc/{number}/task/{number}/children")
+        self.arms += [Path("/proc") / child for child in (begun.read_text().split() if begun.exists() else [])]
+
+    def kill(self) -> None:
+        """End it, and wait until the arm's process has found out and has gone too."""
+        self.note_arms()
+        self.process.kill()
+        self.process.wait()
+        end_s = time.monotonic() + GONE_S
+        while any(arm.exists() for arm in self.arms):
+            if time.monotonic() > end_s:
+                raise SystemExit(f"the arm's process is left behind: {self.arms}")
+            time.sleep(0.01)
+
+
+class Trial(NamedTuple):
+    """When all motion had ended, in ms beyond the deadman's time after the last set-point.
+
+    Attributes:
+        still_ms: Of what the motors hold.
+        rest_ms: Of the simulated joints, down to 0.005 rad/s.
+        blink_ms: Longest time between two looks.
+        was_moving: Whether the motors moved before. One that stood already shows nothing.
+    """
+
+    still_ms: float
+    rest_ms: float
+    blink_ms: float
+    was_moving: bool
+
+
+def silence(way: str, loop: Loop) -> None:
+    if way == "killed":
+        loop.note_arms()
+        loop.process.kill()
+    elif way == "stopped":
+        loop.process.send_signal(signal.SIGSTOP)
+    else:
+        loop.say()
+
+
+def one_trial(way: str, loop: Loop, watched: Watched, rng: random.Random, deadman_ms: float) -> tuple[Trial, str]:
+    """What was seen, and what the loop said of it."""
+    time.sleep(rng.uniform(0.2, 0.5))
+    loop.forget()
+    silence(way, loop)
+    time.sleep(deadman_ms * 1e-3 + 0.5)
+    last_ns = loop.last_set_ns()
+    first_ns, still_ns, rest_ns, blink_ns = watched.last_motion_ns(last_ns - NS // 20)
+    beyond = ((at - last_ns) * 1e-6 - deadman_ms for at in (still_ns, rest_ns))
+    trial = Trial(*beyond, blink_ns * 1e-6, first_ns < last_ns)
+    said = ""
+    if way == "killed":
+        loop.kill()
+    else:
+        if way == "stopped":
+            loop.process.send_signal(signal.SIGCONT)
+        said = loop.until_moving()
+    return trial, said
+
+
+def bench(arm: str, options: argparse.Namespace) -> None:
+    rng = random.Random(1)
+    with tempfile.TemporaryDirectory() as name, emulated(arm, Path(name), options.rt) as (watched, rig, model):
+        start = ",".join(map(str, watched.cell.cell.joint_angles()))
+        for way in options.ways:
+            seen: list[Trial] = []
+            said = Counter[str]()
+            at_work = Loop(rig, model, Path(name), start, options)
+            after = None
+            try:
+                for _ in range(options.trials):
+                    if way == "killed" and after is None:
+                        at_work.until_moving()
+                        after = Loop(rig, model, Path(name), start, options)
+                    elif not seen:
+                        at_work.until_moving()
+                    trial, text = one_trial(way, at_work, watched, rng, options.deadman_ms)
+                    seen.append(trial)
+                    text = text.partition("; ")[2] or text
+                    said[text] += 1
+                    if after is not None:
+                        at_work, after = after, None
+            finally:
+                at_work.kill()
+                if after is not None:
+                    after.kill()
+            judge(arm, way, seen, options)
+            for text, count in said.most_common():
+                if text:
+                    print(f"    {count} x {text}")
+
+
+def judge(arm: str, way: str, seen: list[Trial], options: argparse.Namespace) -> None:
+    still, swung = (np.array(values) for values in zip(*(t[:2] for t in seen), strict=True))
+    unmoved = sum(not trial.was_moving for trial in seen)
+    good = sum(trial.was_moving and trial.still_ms <= ALLOWED_MS for trial in seen)
+    print(
+        f"{arm}, {way}: at rest within {ALLOWED_MS:g} ms of the deadman's {options.deadman_ms:g} ms in {good} of"
+        f" {len(seen)}; beyond it median {np.median(still):.1f}, most {still.max():.1f} ms;"
+        f" the simulated arm swung until {np.median(swung):.0f} ms" + (f"; {unmoved} did not move" if unmoved else "")
+    )
+    print(f"    the bench itself was blind for {max(t.blink_ms for t in seen):.1f} ms at most", flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--trials", type=int, default=20, help="of each way to fall silent")
+    parser.add_argument("--arm", default="", choices=("", *EMULATED_ARMS), help="one emulated arm; all by default")
+    parser.add_argument("--ways", nargs="+", choices=WAYS, default=WAYS)
+    parser.add_argument("--deadman-ms", type=float, default=100.0, help="set-point time-out")
+    parser.add_argument("--rt", action="store_true", help="request SCHED_FIFO")
+    options = parser.parse_args()
+    sys.setswitchinterval(0.0002)
+    for arm in (options.arm,) if options.arm else EMULATED_ARMS:
+        bench(arm, options)
+
+
+if __name__ == "__main__":
+    main()

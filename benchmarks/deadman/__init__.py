@@ -1,1 +1,0 @@
-"""Does the arm come to rest when the loop falls silent? See ``benchmarks.deadman.__main__``."""
