@@ -11,11 +11,7 @@ TORCH_CPU ?= https://download.pytorch.org/whl/cpu
 TORCH := $(shell grep '^torch==' constraints.txt)
 QUIET := --quiet --disable-pip-version-check
 
-<<<<<<< HEAD
-.PHONY: help setup train test suite lint style types docs docs-setup golden browser browser-check bench bench-full count clean
-=======
 .PHONY: help setup train test suite lint style types docs docs-setup golden bench bench-full count clean
->>>>>>> 35edf0af (Fold view, version and completion into flags; films only)
 
 help:
 	@echo "make setup   create .venv and install pinned dependencies (does nothing when nothing changed)"
@@ -23,10 +19,6 @@ help:
 	@echo "make test    style, types, layering and all tests"
 	@echo "make lint    style, types and layering only"
 	@echo "make docs    the documentation site in runs/site/html, strictly: a lost link or any other warning is an error"
-<<<<<<< HEAD
-	@echo "make browser-check   reports in a headless browser, at laptop and phone width (Debian, needs root to install it)"
-=======
->>>>>>> 35edf0af (Fold view, version and completion into flags; films only)
 	@echo "make bench   costs of the framework next to their floors, under three minutes; figures also in $(BENCH)"
 	@echo "make bench-full  the same over 350 trials"
 	@echo "make count   lines of source, tests and benchmarks, words of documents"
@@ -89,22 +81,6 @@ docs: docs-setup
 golden: setup
 	$(BIN)/python -m tests.golden.record
 
-<<<<<<< HEAD
-# Not part of make test: it installs a browser. Its screenshots are there to be looked at.
-BROWSER := chromium chromium-driver python3-selenium
-DESK := runs/browser-check
-
-browser:
-	dpkg-query -W $(BROWSER) >/dev/null 2>&1 || { apt-get update -q && apt-get install -y -q $(BROWSER); }
-
-browser-check: setup browser
-	rm -rf $(DESK)
-	$(BIN)/python -m tests.browser.sample_folders $(DESK)
-	for folder in $(DESK)/*/; do $(BIN)/palpate report "$$folder" || exit 1; done
-	/usr/bin/python3 tests/browser/check_report.py $(DESK)
-
-=======
->>>>>>> 35edf0af (Fold view, version and completion into flags; films only)
 # An otherwise idle machine, please: ratios bear some other work, times do not.
 bench: setup
 	$(BIN)/python -m benchmarks.suite --quick --json $(BENCH)

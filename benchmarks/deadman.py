@@ -3,9 +3,9 @@
     python -m benchmarks.deadman --trials 100              stopped (SIGSTOP), killed and hanging, 100 times each
     python -m benchmarks.deadman --trials 5 --arm cia402   one bus
 
-A loop sends far set-points, so that the arm moves towards the last of them at 0.5 rad/s, the limit in the rig files that
-come with palpate, until the set-point time-out stops it. Time counts from the last set-point. The arm is stationary when
-what the emulated motors hold moves no more; the simulated arm itself swings for another fifth of a second.
+A loop sends far set-points, so that the arm moves towards the last of them at 0.5 rad/s, the limit in the rig files
+that come with palpate, until the set-point time-out stops it. Time counts from the last set-point. The arm is
+stationary when what the emulated motors hold moves no more; the simulated arm swings for another fifth of a second.
 """
 
 from __future__ import annotations
