@@ -9,7 +9,6 @@ from typing import Any, Generic
 
 import can
 import canopen
-import numpy as np
 import pytest
 import serial
 
@@ -96,7 +95,7 @@ class VirtualCan:
     """
 
     def __init__(self, clock: VirtualTime, nodes: Iterable[CanNode], **options: Any) -> None:
-        self.wire = EmulatedCanBus(tuple(nodes), generator=np.random.default_rng(1), **options)
+        self.wire = EmulatedCanBus(tuple(nodes), **options)
         self.hosts: list[Callable[[BusFrame], object]] = []
         self.is_whole = True
         self._clock, self._next_ns = clock, 0

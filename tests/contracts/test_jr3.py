@@ -43,7 +43,7 @@ def rig(desk: VirtualDesk, wire: Any, sensor: Jr3ForceSensor, load: Load, firmwa
     cable = Cable(desk.clock, wire, 0.011 * MAX_AGE_MS)
 
     def fall_silent() -> None:
-        firmware.faults = replace(firmware.faults, silent=True)
+        firmware.silent = True
 
     return ForceSensorRig(
         device=sensor,

@@ -62,8 +62,7 @@ class Load:
 
 
 def slcan(served: ExitStack, *nodes: Any) -> SlcanServer:
-    rng = np.random.default_rng
-    return served.enter_context(SlcanServer(EmulatedCanBus(nodes, generator=rng(1)), generator=rng(2)))
+    return served.enter_context(SlcanServer(EmulatedCanBus(nodes)))
 
 
 def move_and_stop(adapter: ArmAdapter, host: Host) -> None:

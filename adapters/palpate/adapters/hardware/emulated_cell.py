@@ -234,9 +234,7 @@ class EmulatedCell:
         motors = DirectMotors(scale, start)
         self._motors = motors
         drives = [CanopenDrive(axis + 1, motors, axis) for axis in range(len(start))]
-        bus = SlcanServer(
-            EmulatedCanBus(drives, generator=np.random.default_rng(1)), generator=np.random.default_rng(2)
-        )
+        bus = SlcanServer(EmulatedCanBus(drives))
         self._serve(bus, "arm", lambda: {
             "adapter": "cia402", "interface": "slcan", "channel": bus.channel, "divider": emulation.divider,
             "nodes": [drive + 1 for drive in range(len(start))], "counts_per_rad": list(scale), "patience": 10.0,
@@ -269,9 +267,9 @@ class EmulatedCell:
                 "facts": self._facts(1.0),
             })  # fmt: skip
             return
-        rng = np.random.default_rng
-        node = Jr3CanNode(_JR3_NODE, self._wrench_source, replace(Jr3Config(), boot_ns=0), generator=rng(3))
-        bus = SlcanServer(EmulatedCanBus([node], generator=rng(4)), generator=rng(5))
+        generator = np.random.default_rng(3)
+        node = Jr3CanNode(_JR3_NODE, self._wrench_source, replace(Jr3Config(), boot_ns=0), generator=generator)
+        bus = SlcanServer(EmulatedCanBus([node]))
         self._serve(bus, "force_sensor", lambda: {
             "adapter": "jr3-can", "interface": "slcan", "channel": bus.channel, "node": _JR3_NODE,
             "facts": self._facts(),

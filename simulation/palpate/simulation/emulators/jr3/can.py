@@ -54,7 +54,6 @@ class Jr3CanNode:
             raise ValueError(f"node_id: 1 to 127 expected, got {node_id}")
         self.node_id = node_id
         self.firmware = Jr3Node(config or Jr3Config(), wrench, generator=generator)
-        self._generator = generator
         self._commands: deque[tuple[int, bytes]] = deque(maxlen=_QUEUE_FRAMES)
         self._sync = False
         self._next_poll_ns: int | None = None
@@ -83,7 +82,7 @@ class Jr3CanNode:
             frames += self._serve(self._next_poll_ns)
             self._next_poll_ns += POLL_ns
         frames += self._run_until(now_ns)
-        return [] if self.firmware.faults.silent else frames
+        return [] if self.firmware.silent else frames
 
     def reboot(self, now_ns: int) -> None:
         """Cut the power for a moment; BOOTUP follows after the boot time."""
@@ -141,9 +140,6 @@ class Jr3CanNode:
 
     def _pair(self, sample: Sample) -> list[BusFrame]:
         forces = self._frame(CanOperation.FORCES, struct.pack("<3hH", *sample.counts[:3], sample.counter))
-        lost = self.firmware.faults.moments_lost
-        if lost > 0.0 and self._generator.random() < lost:
-            return [forces]
         return [forces, self._frame(CanOperation.MOMENTS, struct.pack("<3hH", *sample.counts[3:], sample.counter))]
 
     def _acknowledgement(self, *words: int) -> BusFrame:

@@ -1,4 +1,4 @@
-"""The firmware of a JR3 force/torque node, as far as it is the same on CAN and on a serial line."""
+"""The firmware of a JR3 force/torque node, without its wire."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -11,7 +11,6 @@ from palpate.simulation.emulators.jr3.sensor import (
     LARGEST_COUNTS,
     ACQUISITION_PERIOD_ns,
     Jr3Config,
-    Jr3Faults,
     MovingAverage,
 )
 
@@ -23,7 +22,7 @@ _FRESH_WORDS = (0xA5A5,) * 6
 
 
 def unsigned(data: bytes, offset: int, size: int) -> int:
-    """Little-endian number, or 0 where the payload is too short. FACT: jr3-mbed-firmware-can and -uart main.cpp."""
+    """Little-endian number, or 0 where the payload is too short. FACT: jr3-mbed-firmware-can main.cpp."""
     return int.from_bytes(data[offset : offset + size], "little") if len(data) >= offset + size else 0
 
 
@@ -67,18 +66,17 @@ class Jr3Node:
     since the step before, so a load that changes quickly needs short steps.
 
     Args:
-        generator: Source of noise and random faults; untouched while all of them are off.
+        generator: Source of noise; untouched while there is none.
     """
 
     def __init__(self, config: Jr3Config, wrench: WrenchSource, *, generator: np.random.Generator) -> None:
         self.config = config
-        self.faults = Jr3Faults()
-        """Faults in force; replace the whole value to change them."""
+        self.silent = False
+        """Whether nothing that the node sends reaches the wire."""
         self.connected = config.connected
         """Whether the sensor is plugged into the board. Without it acquisitions stop and streams repeat themselves
         (INFERENCE from the threads of jr3-mbed-firmware Jr3Controller.cpp)."""
         self._wrench = wrench
-        self._generator = generator
         self._filter = MovingAverage(generator)
         self._power_ns: int | None = None
         self._power_down()
@@ -168,14 +166,9 @@ class Jr3Node:
 
     def _input(self, now_ns: int) -> list[float]:
         counts = self.config.counts(self._wrench(now_ns))
-        for axis in self.faults.saturated_axes:
-            counts[axis] = LARGEST_COUNTS
         return [min(max(count, -LARGEST_COUNTS), LARGEST_COUNTS) for count in counts]
 
     def _sample(self) -> Sample:
-        gap = self.faults.gap_probability
-        if gap > 0.0 and self._generator.random() < gap:
-            self._counter = (self._counter + self.faults.gap_acquisitions) % _COUNTER_MODULUS
         if self._zero_sample_due:
             self._zero_sample_due = False
             return Sample((0,) * 6, self._counter)

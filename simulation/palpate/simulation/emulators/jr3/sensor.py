@@ -1,4 +1,4 @@
-"""The emulated JR3 sensor: full scales, times, errors and faults, and the low-pass filter of its firmware."""
+"""The emulated JR3 sensor: full scales, times and errors, and the low-pass filter of its firmware."""
 
 import math
 from collections.abc import Iterable
@@ -56,25 +56,6 @@ class Jr3Config(Settings):
         axes = zip(wrench, _TENTHS, self.full_scales, strict=True)
         scaled = [load * tenths * FULL_SCALE_COUNTS / full_scale for load, tenths, full_scale in axes]
         return [count * sign for count, sign in zip(scaled, _MIRRORED, strict=True)] if self.left_handed else scaled
-
-
-@dataclass(frozen=True, slots=True)
-class Jr3Faults:
-    """What goes wrong with a sensor; nothing by default.
-
-    Attributes:
-        silent: The node receives and works, but nothing it sends reaches the wire.
-        saturated_axes: Indices, 0 (Fx) to 5 (Mz), of inputs stuck at the end of their range.
-        gap_probability: Chance that acquisitions are lost before a sample is sent.
-        gap_acquisitions: How many are lost then; the frame counter jumps by them.
-        moments_lost: Chance that a FORCES frame is not followed by its MOMENTS frame (CAN only).
-    """
-
-    silent: bool = False
-    saturated_axes: frozenset[int] = frozenset()
-    gap_probability: float = 0.0
-    gap_acquisitions: int = 100
-    moments_lost: float = 0.0
 
 
 ACQUISITION_PERIOD_ns = 128_500

@@ -1,11 +1,9 @@
-"""An emulated CAN bus: its frames and nodes, arbitration, the time a frame takes, and what goes wrong."""
+"""An emulated CAN bus: its frames and nodes, arbitration, and the time a frame takes."""
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
-
-import numpy as np
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,53 +33,6 @@ class CanNode(Protocol):
     def advance(self, now_ns: int) -> list[BusFrame]:
         """Let time pass until ``now_ns`` and return what the node sent of its own accord."""
         ...
-
-
-@dataclass(frozen=True, slots=True)
-class BusFaults:
-    """Chances, each from 0 to 1, of what happens to a frame; nothing by default.
-
-    A real bus finds a flipped bit by its checksum and sends the frame again, so `corrupt` stands for a faulty adapter.
-
-    Attributes:
-        corrupt: One bit of the payload is flipped; a frame without payload is left alone.
-        delay: The frame waits before it goes on the bus.
-        delay_ns: How long it waits, ns.
-    """
-
-    drop: float = 0.0
-    duplicate: float = 0.0
-    corrupt: float = 0.0
-    delay: float = 0.0
-    delay_ns: int = 20_000_000
-
-
-class FaultyBus:
-    """Draws the fate of each frame."""
-
-    def __init__(self, generator: np.random.Generator) -> None:
-        self.faults = BusFaults()
-        """Faults in force; replace the whole value to change them."""
-        self._generator = generator
-
-    def wait_ns(self) -> int:
-        """Draw how long the next frame waits before it may go on the bus, ns."""
-        return self.faults.delay_ns if self._happens(self.faults.delay) else 0
-
-    def arrivals(self, frame: BusFrame) -> list[BusFrame]:
-        """Draw what arrives when a frame is sent: nothing, the frame, or two of it, right or wrong."""
-        if self._happens(self.faults.drop):
-            return []
-        if frame.data and self._happens(self.faults.corrupt):
-            frame = replace(frame, data=self._flip_one_bit(frame.data))
-        return [frame, frame] if self._happens(self.faults.duplicate) else [frame]
-
-    def _happens(self, probability: float) -> bool:
-        return probability > 0.0 and bool(self._generator.random() < probability)
-
-    def _flip_one_bit(self, data: bytes) -> bytes:
-        byte, bit = divmod(int(self._generator.integers(8 * len(data))), 8)
-        return data[:byte] + bytes([data[byte] ^ (1 << bit)]) + data[byte + 1 :]
 
 
 DEFAULT_BIT_RATE_Hz = 1_000_000
@@ -119,14 +70,10 @@ class EmulatedCanBus:
         ValueError: If the bit rate is not positive.
     """
 
-    def __init__(
-        self, nodes: Sequence[CanNode], *, bit_rate_Hz: int = DEFAULT_BIT_RATE_Hz, generator: np.random.Generator
-    ) -> None:
+    def __init__(self, nodes: Sequence[CanNode], *, bit_rate_Hz: int = DEFAULT_BIT_RATE_Hz) -> None:
         if bit_rate_Hz <= 0:
             raise ValueError(f"bit_rate_Hz: a positive number expected, got {bit_rate_Hz}")
         self.bit_rate_Hz = bit_rate_Hz
-        self.trouble = FaultyBus(generator)
-        """Knobs for lost, doubled, late and wrong frames."""
         self.frames_carried = 0
         """Frames that went over the wire, whatever arrived of them."""
         self.frames_refused = 0
@@ -163,7 +110,7 @@ class EmulatedCanBus:
         room = max(0, OUTBOX_FRAMES - len(self._ready[sender]))
         self.frames_refused += max(0, len(frames) - room)
         for frame in frames[:room]:
-            self._ready[sender].append((now_ns + self.trouble.wait_ns(), frame))
+            self._ready[sender].append((now_ns, frame))
 
     def _begin(self, now_ns: int) -> _OnWire | None:
         heads = [(queue[0], sender) for sender, queue in enumerate(self._ready) if queue]
@@ -180,10 +127,8 @@ class EmulatedCanBus:
 
     def _finish(self, sent: _OnWire, now_ns: int) -> list[BusFrame]:
         self.frames_carried += 1
-        arrivals = self.trouble.arrivals(sent.frame)
-        for arrival in arrivals:
-            for receiver, node in enumerate(self._nodes):
-                if receiver != sent.sender:
-                    # The nodes are already at the present, and time must not run backwards for them.
-                    self._queue(receiver, node.feed(arrival.arbitration_id, arrival.data, now_ns), now_ns)
-        return [] if sent.sender == self._host else arrivals
+        for receiver, node in enumerate(self._nodes):
+            if receiver != sent.sender:
+                # The nodes are already at the present, and time must not run backwards for them.
+                self._queue(receiver, node.feed(sent.frame.arbitration_id, sent.frame.data, now_ns), now_ns)
+        return [] if sent.sender == self._host else [sent.frame]

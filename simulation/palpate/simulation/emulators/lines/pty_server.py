@@ -68,14 +68,13 @@ _WAKES_LATE_NS: Final = 60_000  # an ordinary kernel ends a sleep about that muc
 class PtyServer(Generic[Emulator]):
     """A thread that connects an emulator to a pseudo-terminal.
 
-    Tests reach the device while it runs through `exclusive()`, and the line through `faults`, `unplug()` and
-    `replug()`. Unplugging is like pulling the adapter: the host gets a hang-up, the device keeps its power. The path of
-    the terminal changes whenever it is plugged in again.
+    Tests reach the device while it runs through `exclusive()`, and the line through `unplug()` and `replug()`.
+    Unplugging is like pulling the adapter: the host gets a hang-up, the device keeps its power. The path of the
+    terminal changes whenever it is plugged in again.
     """
 
-    def __init__(self, emulator: Emulator, timing: LineSpeed | None = None, *, seed: int = 0) -> None:
-        self._serial = SerialLine(emulator, timing, seed=seed)
-        self.faults = self._serial.faults
+    def __init__(self, emulator: Emulator, timing: LineSpeed | None = None) -> None:
+        self._serial = SerialLine(emulator, timing)
         self._lock = threading.Lock()
         self._line: PtyLine | None = None
         self._thread: threading.Thread | None = None

@@ -1,4 +1,4 @@
-"""A serial line between a host and an emulated device: the time that bytes take, and what goes wrong with them."""
+"""A serial line between a host and an emulated device: the time of bytes, and the effect of a wrong rate."""
 
 from collections import deque
 from collections.abc import Callable
@@ -7,11 +7,10 @@ from typing import Final, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from palpate.simulation.emulators.lines.faults import FaultInjector
-
 _NS: Final = 1_000_000_000
 _BITS_PER_BYTE: Final = 10  # 8N1
 _RX_GRAIN_NS: Final = 500_000
+_LONGEST_BYTE: Final = 12  # a slow byte covers no more fast ones than 230400 baud has in one of 19200
 _POLL_NS: Final = 1_000_000
 """Longest time between two calls of `advance`."""
 _FTDI_PACKET: Final = 62  # payload of a full-speed USB packet of 64 bytes (FACT, FTDI chips put two status bytes first)
@@ -53,14 +52,11 @@ class LineSpeed:
 
 
 class SerialLine(Generic[Emulator]):
-    """The line, without any input, output or clock of its own. The device keeps its power while no host is there.
+    """The line, without any input, output or clock of its own. The device keeps its power while no host is there."""
 
-    The seed is that of the faults and of the garbage after a mismatch of line rates.
-    """
-
-    def __init__(self, emulator: Emulator, timing: LineSpeed | None = None, *, seed: int = 0) -> None:
+    def __init__(self, emulator: Emulator, timing: LineSpeed | None = None) -> None:
         self.emulator = emulator
-        self.faults = FaultInjector(np.random.default_rng(seed))
+        self._rng = np.random.default_rng(0)
         self._timing = timing or LineSpeed()
         self._host_baud: Callable[[], int] | None = None
         self._rx: deque[tuple[int, bytes]] = deque()
@@ -94,10 +90,10 @@ class SerialLine(Generic[Emulator]):
             return
         baud, host_baud = self.emulator.baud, self._host_baud()
         if not same_rate(host_baud, baud):
-            data = self.faults.garbage(data, baud / host_baud)
+            data = self._garbage(data, baud / host_baud)
         byte_ns = self._byte_ns(baud)
         at_ns = max(self._rx_clear_ns, now_ns)
-        for byte in self.faults.on_command(data):
+        for byte in data:
             at_ns += byte_ns
             self._rx.append((at_ns, bytes([byte])))
         self._rx_clear_ns = at_ns
@@ -122,12 +118,13 @@ class SerialLine(Generic[Emulator]):
         if not reply or self._host_baud is None:
             return
         host_baud = self._host_baud()
-        for delivery in self.faults.on_reply(reply):
-            matched = same_rate(host_baud, baud)
-            data = delivery.data if matched else self.faults.garbage(delivery.data, host_baud / baud)
-            start_ns = max(start_ns + delivery.delay_ns, self._tx_clear_ns)
-            self._tx_clear_ns = start_ns + len(delivery.data) * self._byte_ns(baud)
-            self._tx.append((self._handed_over_ns(self._tx_clear_ns, len(data)), data))
+        data = reply if same_rate(host_baud, baud) else self._garbage(reply, host_baud / baud)
+        self._tx_clear_ns = max(start_ns, self._tx_clear_ns) + len(reply) * self._byte_ns(baud)
+        self._tx.append((self._handed_over_ns(self._tx_clear_ns, len(data)), data))
+
+    def _garbage(self, data: bytes, stretch: float) -> bytes:
+        """What a receiver at another line rate makes of bytes: others, and about `stretch` times as many."""
+        return self._rng.bytes(max(1, round(len(data) * min(stretch, _LONGEST_BYTE))))
 
     def _handed_over_ns(self, arrived_ns: int, size: int) -> int:
         """When a USB adapter hands bytes to the host: when its timer next ends, or at once if a packet is full."""

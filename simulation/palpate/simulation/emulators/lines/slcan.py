@@ -5,10 +5,7 @@ import os
 import select
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum, auto
-
-import numpy as np
 
 from palpate.simulation.emulators.lines.can_bus import BusFrame, EmulatedCanBus
 from palpate.simulation.emulators.lines.can_bus_server import CanBusServer, DEFAULT_TICK_s
@@ -145,48 +142,6 @@ class Adapter:
         return (b"z" if digits == 3 else b"Z") + DONE
 
 
-@dataclass(frozen=True, slots=True)
-class SlcanFaults:
-    """Chances, each from 0 to 1, of what happens to a line that reports a frame; nothing by default.
-
-    Attributes:
-        bad_hex: One character becomes one that is no hexadecimal digit.
-        truncated: The line ends too early.
-        not_text: One character becomes a byte that is not UTF-8.
-    """
-
-    bad_hex: float = 0.0
-    truncated: float = 0.0
-    not_text: float = 0.0
-
-
-class FaultyLines:
-    """Spoils lines by chance."""
-
-    def __init__(self, generator: np.random.Generator) -> None:
-        self.faults = SlcanFaults()
-        """Faults in force; replace the whole value to change them."""
-        self._generator = generator
-
-    def spoil(self, line: bytes) -> bytes:
-        """Return the line as it leaves the adapter; its first character and its end stay as they are."""
-        if self._happens(self.faults.bad_hex):
-            line = self._replace(line, b"G")
-        if self._happens(self.faults.truncated):
-            # Two characters are the shortest line that still claims to be a frame.
-            line = line[: int(self._generator.integers(2, len(line) - 1))] + line[-1:]
-        if self._happens(self.faults.not_text):
-            line = self._replace(line, b"\xff")
-        return line
-
-    def _happens(self, probability: float) -> bool:
-        return probability > 0.0 and bool(self._generator.random() < probability)
-
-    def _replace(self, line: bytes, character: bytes) -> bytes:
-        at = int(self._generator.integers(1, len(line) - 1))
-        return line[:at] + character + line[at + 1 :]
-
-
 BACKLOG_BYTES = 16_384
 """What the adapter keeps for a host that does not read, bytes; later frames are lost. assumed."""
 
@@ -203,14 +158,11 @@ class SlcanServer(CanBusServer):
         self,
         wire: EmulatedCanBus,
         *,
-        generator: np.random.Generator,
         tick_s: float = DEFAULT_TICK_s,
         clock_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         super().__init__(wire, tick_s=tick_s, clock_ns=clock_ns)
         self.adapter = Adapter()
-        self.lines = FaultyLines(generator)
-        """Knobs for malformed lines."""
         self.frames_lost = 0
         """Frames the host has missed because it did not read."""
         self._backlog = bytearray()
@@ -258,7 +210,7 @@ class SlcanServer(CanBusServer):
                 self.adapter.overrun = True
                 self.frames_lost += 1
             else:
-                self._backlog += self.lines.spoil(frame_line(frame))
+                self._backlog += frame_line(frame)
         self._write()
 
     def _write(self) -> None:

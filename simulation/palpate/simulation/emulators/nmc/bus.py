@@ -70,7 +70,7 @@ class NmcChain:
         for index, module in listeners:
             answers = module.address == frame.address or module.leader
             reply = module.execute(frame)
-            if answers and reply and not module.muted:
+            if answers and reply:
                 replies.append(reply)
             if frame.intact and frame.command is CommandCode.SET_ADDR and index + 1 < len(self.modules):
                 self._receiving[index + 1] = True

@@ -48,7 +48,6 @@ class NmcModule:
         self._axis, self._plant, self._settings = axis, plant, settings or ModuleSettings()
         self.servo = PicServo(axis, plant, self._settings)
         self.rejected = 0
-        self.muted = False
         self._ticks = 0
         self._power_up()
 

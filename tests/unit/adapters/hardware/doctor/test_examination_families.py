@@ -227,7 +227,7 @@ def test_jr3_whose_readings_this_computer_held_up(desk: VirtualDesk, notes: Note
 
 def test_jr3_that_falls_silent(desk: VirtualDesk, notes: Notebook) -> None:
     node, sensor = jr3(desk, lambda now_ns: (0.0, 0.0, 5.0 + (now_ns // 7) % 2, 0.0, 0.0, 0.0))
-    node.firmware.faults = replace(node.firmware.faults, silent=True)
+    node.firmware.silent = True
     desk.clock.sleep(0.05)
     examine_jr3(sensor, desk.clock, SECONDS, notes)
     wrong = " ".join(told(notes, Level.WRONG))

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from palpate.simulation.emulators.jr3.can import Jr3CanNode
-from palpate.simulation.emulators.jr3.sensor import Jr3Config, Jr3Faults
+from palpate.simulation.emulators.jr3.sensor import Jr3Config
 from palpate.simulation.emulators.lines.can_bus import BusFrame
 
 MS = 1_000_000
@@ -64,24 +64,6 @@ def test_the_golden_start_gives_a_pair_every_ten_milliseconds() -> None:
     assert counter == 1 + 90_000_000 // 128_500
 
 
-def test_sync_mode_coalesces_and_polls_each_millisecond() -> None:
-    host = Host()
-    assert host.send(0x080) == []
-    assert host.send(0x181, b"\x00\x00") == [BusFrame(0x101, b"\x00")]
-    assert host.wait(50 * MS) == []
-    host.send(0x080, wait_ns=0)
-    host.send(0x080, wait_ns=0)
-    assert [frame.arbitration_id for frame in host.wait(5 * MS)] == [0x601, 0x681]
-
-
-def test_a_sync_adds_a_pair_to_an_asynchronous_stream_and_start_sync_ends_it() -> None:
-    host = Host()
-    host.send(0x201, struct.pack("<HI", 0, 100_000), wait_ns=5 * MS)
-    assert len(host.send(0x080)) == 2
-    host.send(0x181, b"\x00\x00")
-    assert host.wait(S) == []
-
-
 def test_without_a_sensor_everything_is_acknowledged_with_one_and_full_scales_are_stale() -> None:
     host = Host(connected=False)
     assert host.boot_frames == []
@@ -123,35 +105,11 @@ def test_zero_gives_one_zero_pair() -> None:
     assert zeros == [True, True] + [False] * (len(zeros) - 2)
 
 
-def test_stop_and_filter_are_acknowledged_and_others_are_not_listened_to() -> None:
-    host = Host()
-    assert host.send(0x281) == [BusFrame(0x101, b"\x00")]
-    assert host.send(0x381, b"\xe8\x03") == [BusFrame(0x101, b"\x00")]
-    assert host.send(0x402) == []
-    assert host.send(0x781, b"\x00" * 4) == []
-    assert host.send(0x401) == [BusFrame(0x101, b"\x00")]
-
-
 def test_short_payloads_count_as_zero() -> None:
     host = Host(shortest_period_ns=MS)
     frames = host.send(0x201, b"\x01", wait_ns=11 * MS)
     assert len(frames) == 1 + 2 * 10
     assert struct.unpack("<3hH", frames[1].data)[2] == 16384  # unfiltered
-
-
-def test_fault_knobs_silence_lost_moments_and_reboot() -> None:
-    host = Host()
-    host.send(0x201, struct.pack("<HI", 0, 10_000))
-    host.node.firmware.faults = Jr3Faults(silent=True)
-    assert host.send(0x401, wait_ns=S) == []
-    host.node.firmware.faults = Jr3Faults(moments_lost=0.3)
-    frames = host.wait(S)
-    forces = sum(frame.arbitration_id == 0x601 for frame in frames)
-    assert forces == 100
-    assert 50 < len(frames) - forces < 90
-    host.node.firmware.faults = Jr3Faults()
-    host.node.reboot(host.now_ns)
-    assert host.wait(S) == [BusFrame(0x701, b"")]
 
 
 def test_frames_do_not_depend_on_how_often_the_node_is_advanced() -> None:

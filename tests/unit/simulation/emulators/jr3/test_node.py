@@ -14,7 +14,6 @@ from palpate.simulation.emulators.jr3.sensor import (
     WRIST_FULL_SCALES,
     ACQUISITION_PERIOD_ns,
     Jr3Config,
-    Jr3Faults,
     MovingAverage,
     smoothing_factor,
 )
@@ -160,17 +159,6 @@ def test_without_the_sensor_the_stream_repeats_itself() -> None:
     assert len(set(samples(node, 20 * MS)[1:])) == 1
     node.connected = True
     assert len(set(samples(node, 30 * MS))) == 10
-
-
-def test_saturation_and_counter_gaps_on_demand() -> None:
-    node = ready()
-    node.start(0, 0, period_us=10_000)
-    node.faults = Jr3Faults(saturated_axes=frozenset({4}), gap_probability=0.5, gap_acquisitions=1000)
-    stream = samples(node, S)
-    assert {sample.counts[4] for sample in stream} == {32767}
-    steps = [(b.counter - a.counter) & 0xFFFF for a, b in itertools.pairwise(stream)]
-    assert set(steps) == {77, 78, 1077, 1078}
-    assert 30 < sum(step > 1000 for step in steps) < 70
 
 
 def test_noise_is_off_by_default_seeded_and_of_the_assumed_size() -> None:

@@ -9,7 +9,6 @@ from uuid import uuid4
 import can
 import pytest
 
-from palpate.simulation.emulators.jr3.sensor import Jr3Faults
 from tests.unit.simulation.emulators.lines.turned import Turned, jr3, turned_slcan, turned_virtual, wire_of
 from tests.virtual_can import VirtualBusServer
 
@@ -40,7 +39,7 @@ def test_nodes_can_be_acted_on_while_they_run(serve: Serve) -> None:
         host.expect(0x701)
 
         def hush(_: int) -> None:
-            node.firmware.faults = Jr3Faults(silent=True)
+            node.firmware.silent = True
 
         host.server.post(hush)
         host.turn()

@@ -32,13 +32,13 @@ def nothing_leaks() -> Iterator[None]:
 
 @pytest.fixture
 def echo() -> Iterator[PtyServer[Echo]]:
-    with PtyServer(Echo(), AT_ONCE, seed=3) as server:
+    with PtyServer(Echo(), AT_ONCE) as server:
         yield server
 
 
 @pytest.fixture
 def nmc() -> Iterator[PtyServer[NmcChain]]:
-    with PtyServer(NmcChain(IdealPlant()), AT_ONCE, seed=3) as server:
+    with PtyServer(NmcChain(IdealPlant()), AT_ONCE) as server:
         yield server
 
 

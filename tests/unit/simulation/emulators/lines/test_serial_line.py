@@ -2,7 +2,6 @@
 
 import pytest
 
-from palpate.simulation.emulators.lines.faults import SerialFaults
 from palpate.simulation.emulators.lines.serial_line import LineSpeed, SerialEmulator
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.support.ideal_motors import IdealPlant
@@ -24,7 +23,6 @@ class Host:
         self.port.baudrate = baud or emulator.baud
         self.port.timeout = 0.1
         self.clock.devices.append(self.port)
-        self.faults = self.port.line.faults
 
     def exchange(self, data: bytes, size: int = 2) -> bytes:
         self.port.write(data)
@@ -59,7 +57,6 @@ def test_a_change_of_rate(nmc: Host) -> None:
     assert nmc.exchange(command(ALL, 0xA, bytes([10]))) == b""
     assert nmc.port.line.emulator.baud == 115_200
     assert nmc.exchange(NOP) != b"\x19\x19"  # the host is still at 19200
-    assert nmc.faults.injected["baud_mismatch"] >= 1
     nmc.follow(115_200)
     assert nmc.exchange(NOP) == b"\x19\x19"
     # 57600 is not close enough either.
@@ -96,32 +93,3 @@ def test_a_usb_adapter_delivers_when_its_timer_ends() -> None:
         assert host.takes_s(b"\n", 1) == pytest.approx(0.012)
     # A full packet does not wait.
     assert max(host.takes_s(bytes(69) + b"\n", 70) for _ in range(10)) <= 0.001
-
-
-def test_silence(echo: Host) -> None:
-    echo.faults.faults = SerialFaults(silent=True)
-    assert echo.exchange(b"a\n") == b""
-    echo.faults.faults = SerialFaults()
-    assert echo.exchange(b"b\n") == b"b\n"
-    assert echo.faults.injected["silent"] == 1
-
-
-def test_lost_late_and_doubled_replies(echo: Host) -> None:
-    echo.faults.faults = SerialFaults(drop_reply=1.0)
-    assert echo.exchange(b"a\n") == b""
-    echo.faults.faults = SerialFaults(duplicate_reply=1.0)
-    assert echo.exchange(b"a\n", 5) == b"a\na\n"
-    echo.faults.faults = SerialFaults(delay_reply=1.0, delay_s=0.15)
-    assert echo.exchange(b"a\n") == b""
-    assert echo.port.read(2) == b"a\n"
-
-
-def test_wrong_checksums_and_lost_commands(nmc: Host) -> None:
-    nmc.faults.faults = SerialFaults(wrong_checksum=1.0)
-    status, checksum = nmc.exchange(NOP)
-    assert status == 0x19
-    assert checksum != status
-    nmc.faults.faults = SerialFaults(drop_command_byte=1.0)
-    assert nmc.exchange(NOP) == b""
-    nmc.faults.faults = SerialFaults()
-    assert nmc.exchange(NOP) == b"\x19\x19"

@@ -1,10 +1,9 @@
 """The adapter's side of the slcan line protocol."""
 
-import numpy as np
 import pytest
 
 from palpate.simulation.emulators.lines.can_bus import BusFrame
-from palpate.simulation.emulators.lines.slcan import Adapter, ChannelMode, FaultyLines, SlcanFaults, frame_line
+from palpate.simulation.emulators.lines.slcan import Adapter, ChannelMode, frame_line
 
 
 def opened() -> Adapter:
@@ -92,20 +91,3 @@ def test_setting_the_registers_leaves_the_rate_unknown() -> None:
 def test_frames_for_the_host() -> None:
     assert frame_line(BusFrame(0x601, bytes.fromhex("01AB"))) == b"t601201AB\r"
     assert frame_line(BusFrame(0x001, b"")) == b"t0010\r"
-
-
-def test_lines_are_spoilt_on_demand_and_by_seed() -> None:
-    line = frame_line(BusFrame(0x601, bytes(8)))
-    spoiler = FaultyLines(np.random.default_rng(1))
-    assert spoiler.spoil(line) == line
-    spoiler.faults = SlcanFaults(bad_hex=1.0)
-    assert spoiler.spoil(line).count(b"G") == 1
-    spoiler.faults = SlcanFaults(truncated=1.0)
-    assert all(2 < len(spoiler.spoil(line)) < len(line) for _ in range(200))
-    assert spoiler.spoil(line).endswith(b"\r")
-    spoiler.faults = SlcanFaults(not_text=1.0)
-    with pytest.raises(UnicodeDecodeError):
-        spoiler.spoil(line).decode()
-    one, two = FaultyLines(np.random.default_rng(5)), FaultyLines(np.random.default_rng(5))
-    one.faults = two.faults = SlcanFaults(bad_hex=0.5, truncated=0.5)
-    assert [one.spoil(line) for _ in range(20)] == [two.spoil(line) for _ in range(20)]

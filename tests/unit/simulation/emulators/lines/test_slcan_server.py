@@ -51,7 +51,7 @@ def test_the_wrong_bit_rate_hears_nothing() -> None:
 
 def test_a_host_that_does_not_read_loses_frames_and_is_told() -> None:
     clock = Clock()
-    server = SlcanServer(wire_of(jr3()), generator=np.random.default_rng(0), clock_ns=clock)
+    server = SlcanServer(wire_of(jr3()), clock_ns=clock)
     with serial.Serial(server.channel, timeout=0.5) as port:
         for words in (b"S8\rO\r", b"t2016" + struct.pack("<HI", 0, 222).hex().encode() + b"\r", b""):
             port.write(words)
@@ -68,7 +68,7 @@ def test_a_host_that_does_not_read_loses_frames_and_is_told() -> None:
 def test_nothing_is_left_behind() -> None:
     threads, files = threading.active_count(), len(os.listdir("/proc/self/fd"))
     for _ in range(3):
-        with SlcanServer(wire_of(jr3()), generator=np.random.default_rng(0)) as server:
+        with SlcanServer(wire_of(jr3())) as server:
             can.Bus(interface="slcan", channel=server.channel, bitrate=1_000_000, sleep_after_open=0.0).shutdown()
         server.close()
     assert threading.active_count() == threads

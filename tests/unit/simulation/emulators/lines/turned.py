@@ -73,7 +73,7 @@ class Clock:
 
 
 def wire_of(*nodes: Jr3CanNode) -> EmulatedCanBus:
-    return EmulatedCanBus(nodes, generator=np.random.default_rng(0))
+    return EmulatedCanBus(nodes)
 
 
 class TurnedSlcan(SlcanServer):
@@ -93,7 +93,7 @@ class TurnedSlcan(SlcanServer):
 @contextmanager
 def turned_slcan(*nodes: Jr3CanNode, bitrate: int = 1_000_000) -> Iterator[Turned]:
     clock = Clock()
-    server = TurnedSlcan(wire_of(*nodes), generator=np.random.default_rng(0), clock_ns=clock)
+    server = TurnedSlcan(wire_of(*nodes), clock_ns=clock)
     host = Turned(server, open_slcan(server, bitrate), clock)
     try:
         yield host

@@ -68,31 +68,6 @@ def test_golden_trajectories() -> None:
     assert bench.raw(golden("aa010001"))[0] & 0x02 == 0
 
 
-def test_modules_take_addresses_one_after_the_other() -> None:
-    bench = Bench()
-    assert [module.address for module in bench.bus.modules] == [0] * 6
-    assert len(bench.raw(SET_ADDRESS_1)) == 2
-    assert [module.address for module in bench.bus.modules] == [1, 0, 0, 0, 0, 0]
-    assert bench.raw(command(2, 0xE)) == b""
-    for number in range(2, 7):
-        assert len(bench.raw(command(0, 0x1, bytes([number, ALL])))) == 2
-    assert bench.raw(command(0, 0x1, bytes([7, ALL]))) == b""  # the chain's end
-    assert all(len(bench.raw(command(number, 0xE))) == 2 for number in range(1, 7))
-    # Changing an address later enables nobody twice.
-    assert len(bench.raw(command(6, 0x1, bytes([9, ALL])))) == 2
-    assert bench.raw(command(6, 0xE)) == b""
-
-
-def test_only_the_leader_answers_for_its_group() -> None:
-    bench = Bench()
-    for number in range(1, 7):
-        bench.raw(command(0, 0x1, bytes([number, 0x05 if number == 3 else 0x85])))
-    answer = bench.ask(0x85, 0x2, b"\x20")
-    assert answer.items == b"\x00\x0a"
-    assert [int(module.mask) for module in bench.bus.modules] == [0x20] * 6
-    bench.tell(ALL, 0xE)  # no group of that number any more
-
-
 def test_a_wrong_checksum_is_reported_and_the_command_ignored() -> None:
     bench = Bench(modules=1).addressed()
     wrong = bytearray(command(1, 0x2, b"\x01"))
@@ -103,12 +78,6 @@ def test_a_wrong_checksum_is_reported_and_the_command_ignored() -> None:
     wrong = bytearray(command(1, 0xF))
     wrong[-1] ^= 1
     assert bench.raw(bytes(wrong)) == golden("1b1b")
-
-
-def test_replies_keep_the_mask_after_a_wrong_checksum() -> None:
-    bench = Bench(modules=1).addressed()
-    bench.ask(1, 0x2, b"\x21")
-    assert len(bench.raw(command(1, 0xE)[:-1] + b"\x00")) == 2 + 4 + 2
 
 
 def test_reset_of_one_module_silences_it_at_the_higher_rate() -> None:
@@ -134,14 +103,6 @@ def test_the_rate_changes_for_groups_only() -> None:
     assert bench.bus.baud == 57_600
 
 
-def test_a_module_that_missed_the_change_is_lost_until_reset() -> None:
-    bench = Bench(modules=3)
-    bench.raw(SET_ADDRESS_1)
-    bench.tell(ALL, 0xA, bytes([10]))  # module 2 listens already, module 3 not yet
-    bench.raw(command(0, 0x1, bytes([2, ALL])))
-    assert bench.raw(command(0, 0x1, bytes([3, ALL]))) == b""
-
-
 @pytest.mark.parametrize("cut", range(1, 17))
 def test_zeros_end_a_partial_frame(cut: int) -> None:
     bench = Bench(modules=1).addressed()
@@ -153,25 +114,6 @@ def test_zeros_end_a_partial_frame(cut: int) -> None:
 def test_noise_between_frames_is_skipped() -> None:
     bench = Bench(modules=1).addressed()
     assert bench.raw(b"\x00\x55\x01\xff" + golden("aa010e0f")) == golden("1919")
-
-
-def test_two_modules_of_one_address_garble_each_other() -> None:
-    bench = Bench(modules=2)
-    bench.raw(SET_ADDRESS_1)
-    bench.raw(SET_ADDRESS_1)
-    bench.raw(command(1, 0x2, b"\x01"))
-    bench.plant.push(0, 0x55)
-    bench.plant.push(1, 0x0F)
-    bench.wait(1)
-    assert bench.raw(command(1, 0xE))[1] == 0x05
-
-
-def test_a_muted_module_still_obeys() -> None:
-    bench = Bench(modules=1).addressed()
-    bench.bus.modules[0].muted = True
-    bench.tell(1, 0x2, b"\x20")
-    bench.bus.modules[0].muted = False
-    assert bench.ask(1, 0xE).items == b"\x00\x0a"
 
 
 def test_time_is_relative_and_never_goes_back() -> None:
