@@ -182,7 +182,6 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
     def _ready(self, place: tuple[int, int], belief: PlaceBelief) -> _Way:
         """The way to this place, and everything else that does not wait for what is felt there."""
         way = self._way_to(place, belief.passed)
-        belief.foresee(*way.cell)
         self._planner.foresee(self._inside((place[0] * LENGTH_M, place[1] * LENGTH_M)))
         return way
 

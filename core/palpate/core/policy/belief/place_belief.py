@@ -34,9 +34,6 @@ class TouchTable:
         pairs = np.concatenate((model.upright_Nm(directions), gain, directions.unit), axis=1).T.copy()
         columns = np.stack((*pairs, 0.5 / variance, logarithm(variance)))
         self._tables = columns.reshape(-1, side, side).astype(SINGLE)
-        # Written to now: memory that was never used is slow the first time, and that would be in a decision.
-        self._found = self._tables[:, : places.size, : places.size].copy()
-        self._ahead: tuple[int, int] | None = None
         leans = (
             (1.0 - regrip_share, model.offset_Nm, model.bias_Nm),
             (regrip_share, (0.0, 0.0), model.spread_Nm),
@@ -48,29 +45,18 @@ class TouchTable:
             rows.append((known, precision, precision * x, precision * y))
         known, precision, *pull = np.array(rows, SINGLE).T[:, :, None, None]
         self.leans = known, precision, pull
-        # Room to compute in, of pairs of values of all places: allocating anew is slow.
-        self.work = tuple(np.zeros((6, 2, places.size, places.size), SINGLE))
-        found = self._found
-        self._parts = found[:2], found[2:4], found[4], found[5], found[6], found[7]
-
-    def look_ahead(self, row: int, column: int) -> None:
-        """Make ready for :meth:`at` of this cell."""
-        self.at(row, column)
-        self._ahead = row, column
 
     def at(self, row: int, column: int) -> tuple[Floats, ...]:
-        """Of a touch at this cell, were the hole at each place, (size, size), to be worked in until the next call.
+        """Of a touch at this cell, were the hole at each place, (size, size).
 
         Returns:
             Torque of an upright tool and gains, (2, size, size) each; cosine and sine of the heading; half the
             precision; logarithm of the variance of a component.
         """
-        ahead, self._ahead = self._ahead, None
-        if ahead != (row, column):
-            # Displacements from this cell to all cells: to the first one it is -row, -column.
-            a, b = self._reach - row, self._reach - column
-            self._found[...] = self._tables[:, a : a + self._size, b : b + self._size]
-        return self._parts
+        # Displacements from this cell to all cells: to the first one it is -row, -column.
+        a, b = self._reach - row, self._reach - column
+        found = self._tables[:, a : a + self._size, b : b + self._size]
+        return found[:2], found[2:4], found[4], found[5], found[6], found[7]
 
 
 class PlaceBelief:
@@ -91,102 +77,40 @@ class PlaceBelief:
     def __init__(self, table: TouchTable, log_prior: Floats, kept: float) -> None:
         self.passed, self._kept, self._table = log_prior, kept, table
         # Over the touches, half of each: the precision with which they show the lean, xx, xy and yy, what an upright
-        # tool leaves, squared, with the variances, and the lean times its precision, x and y. Zeros that are written,
-        # for memory that was never used is slow the first time, and that would be in a decision.
-        self._sums = np.full((6, *log_prior.shape), 0.0, SINGLE)
-        self._aged = False
-
-    def foresee(self, row: int, column: int) -> None:
-        """Make ready for a touch at this cell; another one may come."""
-        self._table.look_ahead(row, column)
-        self._age()
-
-    def _age(self) -> None:
-        """Before a touch, once: those so far count less."""
-        if not self._aged:
-            self._sums *= self._kept
-            self._aged = True
+        # tool leaves, squared, with the variances, and the lean times its precision, x and y.
+        self._sums = np.zeros((6, *log_prior.shape), SINGLE)
 
     def feel(self, row: int, column: int, torque_Nm: tuple[float, float], load: float) -> None:
         """Take in a touch at this cell, with the pressing force as a share of 4.9 N."""
-        # In place and two at a time: a pass over the places costs more for its call than for its numbers.
-        self._age()
-        self._aged = False
-        left, gains, c, s, precision, log_variance = self._table.at(row, column)
-        pulls, turned, news = self._table.work[:3]
-        left *= -load
-        for part, felt_Nm in zip(left, torque_Nm, strict=True):
-            part += felt_Nm
-        gains *= load
-        gains += 1.0
-        # What the lean's parts along and across the heading pull with.
-        np.multiply(left, c, out=pulls)
-        np.multiply(left, s, out=turned)
-        pulls[0] += turned[1]
-        pulls[1] -= turned[0]
-        weighted = np.multiply(precision, gains, out=turned)
-        pulls *= weighted
-        gains *= weighted
-        along, across = gains
-        in_x = np.subtract(along, across, out=turned[0])
-        in_x *= c
-        np.multiply(in_x, s, out=news[1])
-        in_x *= c
-        np.add(in_x, across, out=news[0])
-        self._sums[:2] += news
-        np.subtract(along, in_x, out=news[0])
-        left *= left
-        square = np.add(left[0], left[1], out=news[1])
-        square *= precision
-        square += log_variance
-        self._sums[2:4] += news
-        np.multiply(pulls, s, out=turned)
-        pulls *= c
-        np.subtract(pulls[0], turned[1], out=news[0])
-        np.add(turned[0], pulls[1], out=news[1])
-        self._sums[4:] += news
+        upright, gains, c, s, precision, log_variance = self._table.at(row, column)
+        x, y = (felt_Nm - load * expected for felt_Nm, expected in zip(torque_Nm, upright, strict=True))
+        gains = load * gains + 1.0
+        weighted = precision * gains
+        # What is left along and across the heading, and the precisions of the lean there.
+        along, across = (x * c + y * s) * weighted[0], (y * c - x * s) * weighted[1]
+        a, b = gains * weighted
+        in_x = (a - b) * c
+        xx = in_x * c
+        self._sums *= self._kept
+        self._sums[0] += xx + b
+        self._sums[1] += in_x * s
+        self._sums[2] += a - xx
+        self._sums[3] += (x * x + y * y) * precision + log_variance
+        self._sums[4] += along * c - across * s
+        self._sums[5] += along * s + across * c
 
     def probabilities(self) -> Floats:
         """How likely the hole is at each place, (size, size)."""
-        # Without a logarithm that an exponential takes back. By the first lean a place is likelier than by the second
-        # by what it is beforehand at most, some e to the 30.
-        u, width = self._by_lean()
-        gap = np.subtract(u[0], u[1], out=u[0])
-        likely = exponential(gap)
-        likely *= width[0]
-        likely += width[1]
-        rest = u[1]
-        rest -= self._sums[3]
-        rest += self.passed
-        rest -= rest.max()
-        belief = exponential(rest)
-        belief *= likely
+        xx, xy, yy, square, x, y = self._sums
+        known, precision, pull = self._table.leans
+        # By each lean a place is as likely as e to the exponent times a width.
+        a, b, u, v = xx + precision, yy + precision, x + pull[0], y + pull[1]
+        det = a * b - xy * xy
+        exponent = known + (u * u * b - u * v * (xy + xy) + v * v * a) / det
+        width = 0.5 / np.sqrt(det)
+        # By the first lean a place is likelier than by the second by what it is beforehand at most, some e to the 30.
+        likely = exponential(exponent[0] - exponent[1]) * width[0] + width[1]
+        rest = exponent[1] - square + self.passed
+        belief: Floats = exponential(rest - rest.max()) * likely
         belief /= belief.sum()
         return belief
-
-    def _by_lean(self) -> tuple[Floats, Floats]:
-        """By each lean how well each place explains the touches, but for the squares: a logarithm and a factor."""
-        xx, xy, yy, _, x, y = self._sums
-        known, precision, pull = self._table.leans
-        a, b, u, v, width, crossed = self._table.work
-        spare = crossed[0]
-        # By each lean at once: known + (b u u - 2 xy u v + a v v) / det, with a width of 1 / (2 sqrt(det)).
-        np.add(xx, precision, out=a)
-        np.add(yy, precision, out=b)
-        np.add(x, pull[0], out=u)
-        np.add(y, pull[1], out=v)
-        np.multiply(a, b, out=width)
-        width -= np.multiply(xy, xy, out=spare)
-        np.multiply(u, v, out=crossed)
-        u *= u
-        u *= b
-        crossed *= np.add(xy, xy, out=b[0])
-        u -= crossed
-        v *= v
-        v *= a
-        u += v
-        u /= width
-        u += known
-        np.sqrt(width, out=width)
-        np.divide(0.5, width, out=width)
-        return u, width

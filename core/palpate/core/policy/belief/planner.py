@@ -46,11 +46,9 @@ class Planner:
         blocks = -(-places.size // _BLOCK)
         # Middles of the blocks, in x as in y; the last one may reach over the edge.
         self._middle_m = (np.arange(blocks) * _BLOCK + (_BLOCK - 1) / 2) * PITCH_M + float(places.axis_m[0])
-        self._far = np.empty((len(self.ways), blocks, blocks), SINGLE)
         # Room for a belief with nothing around it, as far as a way reaches and up to the edge of a block.
         self._margin = -(-reach // _BLOCK)
         self._room = np.zeros(((self._margin + blocks + self._margin) * _BLOCK,) * 2, SINGLE)
-        self._saves = np.empty_like(self._saved)
         self._from_m: tuple[float, float] | None = None
 
     def _cost(self, x_m: Floats, y_m: Floats) -> Floats:
@@ -59,17 +57,14 @@ class Planner:
         return cost
 
     def foresee(self, from_m: tuple[float, float]) -> None:
-        """Make ready for one :meth:`best` from this place, (x, y) in m, task frame, ahead of time."""
+        """Make ready for :meth:`best` from this place, (x, y) in m, task frame, ahead of time."""
         self._from_m = from_m
-        # Actions from the end of each way to the middle of each block: as in _cost, in place.
+        # Actions from the end of each way to the middle of each block.
         ends = self._ends + np.array(from_m)
         self._out_m = np.abs(ends).max(axis=1)
-        far = self._far
-        x, y = ((self._middle_m - end).astype(far.dtype) for end in (ends[:, :1], ends[:, 1:]))
-        np.add((x * x)[:, :, None], (y * y)[:, None, :], out=far)
-        np.sqrt(far, out=far)
-        far /= self._speed_m
-        far += 1.0
+        x, y = ((self._middle_m - end).astype(SINGLE) for end in (ends[:, :1], ends[:, 1:]))
+        far = 1.0 + np.sqrt((x * x)[:, :, None] + (y * y)[:, None, :]) / self._speed_m
+        self._far = far.reshape(len(self.ways), -1)
 
     def best(self, belief: Floats, from_m: tuple[float, float], limit_m: float) -> tuple[tuple[float, float], float]:
         """The best way, (dx, dy) in m, and how many actions it is expected to take from there.
@@ -81,23 +76,19 @@ class Planner:
         """
         if self._from_m != from_m:
             self.foresee(from_m)
-        # Weighted in its place below, so it serves once.
-        self._from_m = None
-        # The way to places far off is as long to the middle of their block.
-        far = self._far.reshape(len(self.ways), -1)
         edge, size = self._margin * _BLOCK, len(belief)
         self._room[edge : edge + size, edge : edge + size] = belief
         rows = self._room[edge:-edge]
         rows = _in_threes(rows.reshape(-1, _BLOCK, rows.shape[1]).swapaxes(0, 1))
         weights = _in_threes(rows[:, edge:-edge].reshape(-1, _BLOCK).T)
         weights *= weights > _UNLIKELY * weights.max()
-        far *= weights
+        # The way to places far off is as long to the middle of their block.
+        far = (self._far * weights).sum(axis=1)
         row, column = self._places.cell(*from_m)
         beside, length = edge - self._reach, 2 * self._reach + 1
         row, column = row + beside, column + beside
         around = self._room[row : row + length, column : column + length].reshape(-1)
-        np.multiply(self._saved, around, out=self._saves)
-        expected = (far.sum(axis=1) - self._saves.sum(axis=1)).astype(np.float64)
+        expected = (far - (self._saved * around).sum(axis=1)).astype(np.float64)
         expected[self._out_m > limit_m] += 1e6
         best = int(expected.argmin())
         return self.ways[best], float(expected[best])
@@ -106,8 +97,7 @@ class Planner:
 def _in_threes(rows: Floats) -> Floats:
     """The sum of three rows, in their order."""
     first, second, third = rows
-    sums: Floats = first + second
-    sums += third
+    sums: Floats = first + second + third
     return sums
 
 
