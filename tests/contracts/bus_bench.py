@@ -35,10 +35,8 @@ class BusBench(ABC):
             "advance": self.advance,
             "tolerance_rad": 2e-4,
             "provoke_fault": self.fail,
-            "fail_at_rest": self.fail,
             "disconnect": self.cable.cut,
             "reconnect": self.cable.join,
             "dispose": self.desk.close,
             "runs_by_itself": True,
-            "long_ticks": 300,
         }

@@ -44,7 +44,7 @@ class TestNetFt(ForceSensorContract):
         bench = Bench()
         return ForceSensorRig(
             device=bench.sensor, clock=bench.clock, advance=bench.ticks, max_age_ns=50_000_000 + 10**9 // 140,
-            push_N=bench.push(0), pushed_at_m=(0.0, 0.0, 0.0), twist_Nm=bench.push(3),
+            push_N=bench.push(0), twist_Nm=bench.push(3),
             tolerance_N=1e-5, tolerance_Nm=1e-5, go_silent=lambda: setattr(bench.box, "silent", True),
             is_open=lambda: bench.is_open, provoke_fault=bench.fail,
             disconnect=lambda: setattr(bench, "is_plugged", False),

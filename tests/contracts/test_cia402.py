@@ -63,7 +63,6 @@ class TestCia402Encoder(JointEncoderContract):
             max_age_ns=250_000_000,
             joints=3,
             expected_rad=HOME,
-            turn_by_hand=bench.motors.turn,
             arm=bench.arm,
             **bench.knobs(),
         )
@@ -82,7 +81,6 @@ class TestCia402Arm(ArmCommandContract):
             turn_by_hand=bench.motors.turn,
             settle_ticks=10,
             limit_ticks=100,
-            rest_ticks=200,
             **bench.knobs(),
         )
 

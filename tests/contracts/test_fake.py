@@ -46,7 +46,7 @@ class TestFakeClock(OfKind, ClockContract):
     kind = FakeClock
 
     def make(self) -> ClockRig:
-        return ClockRig(**{"clock": self.kind(start_ns=7), "step_ns": 5_000_000, "far_ns": 3600 * 10**9, **self.knobs})
+        return ClockRig(**{"clock": self.kind(start_ns=7), "step_ns": 5_000_000, **self.knobs})
 
 
 class TestFakeForceSensor(OfKind, ForceSensorContract):
@@ -58,7 +58,6 @@ class TestFakeForceSensor(OfKind, ForceSensorContract):
         knobs = {
             "advance": clock.advance,
             "push_N": lambda fx, fy, fz: setattr(sensor, "load_N", (fx, fy, fz)),
-            "pushed_at_m": (0.0, 0.0, 0.0),
             "overload_N": 500.0,
             "overload_Nm": 50.0,
             "twist_Nm": lambda tx, ty, tz: setattr(sensor, "load_Nm", (tx, ty, tz)),
@@ -66,7 +65,6 @@ class TestFakeForceSensor(OfKind, ForceSensorContract):
             "disconnect": lambda: setattr(sensor, "disconnected", True),
             "reconnect": lambda: setattr(sensor, "disconnected", False),
             "provoke_fault": sensor.fail,
-            "fail_at_rest": sensor.fail,
             "is_open": lambda: sensor.is_open,
         }
         return ForceSensorRig(device=sensor, clock=clock, max_age_ns=MAX_AGE_NS, **(knobs | self.knobs))
@@ -83,13 +81,10 @@ class TestFakeJointEncoder(OfKind, JointEncoderContract):
         knobs = {
             "expected_rad": HOME_RAD,
             "arm": arm,
-            "turn_by_hand": arm.turn_by_hand,
-            "turn_rad": 7.0,
             "go_silent": lambda: setattr(encoder, "silent", True),
             "disconnect": lambda: setattr(encoder, "disconnected", True),
             "reconnect": lambda: setattr(encoder, "disconnected", False),
             "provoke_fault": encoder.fail,
-            "fail_at_rest": encoder.fail,
             "is_open": lambda: encoder.is_open,
         }
         rig = {"device": encoder, "clock": clock, "advance": clock.advance, "max_age_ns": MAX_AGE_NS}
@@ -104,12 +99,10 @@ class TestFakeArm(OfKind, ArmCommandContract):
         arm = make_arm(clock, self.kind)
         knobs = {
             "position_rad": arm.position_rad,
-            "rest_ticks": 9000,
             "turn_by_hand": arm.turn_by_hand,
             "disconnect": lambda: setattr(arm, "disconnected", True),
             "reconnect": lambda: setattr(arm, "disconnected", False),
             "provoke_fault": arm.fail,
-            "fail_at_rest": arm.fail,
             "is_open": lambda: arm.is_open,
         }
         limits = {"home_rad": HOME_RAD, "lower_rad": LOWER_RAD, "upper_rad": UPPER_RAD, "fast_step_rad": 0.1}

@@ -48,7 +48,6 @@ class Bench:
             "reconnect": lambda: set_cut(False),
             "is_open": lambda: self.servos.is_open and self.encoder.is_open,
             "runs_by_itself": True,
-            "long_ticks": 600,
         }
 
 

@@ -61,7 +61,6 @@ def rig(desk: VirtualDesk, wire: Any, sensor: Jr3ForceSensor, load: Load, firmwa
         reconnect=cable.join,
         dispose=desk.close,
         runs_by_itself=True,
-        long_ticks=1000,
     )
 
 

@@ -125,7 +125,6 @@ class TestMujocoJointEncoder(JointEncoderContract):
             max_age_ns=0,
             joints=len(bench.home_rad),
             expected_rad=bench.home_rad,
-            turn_by_hand=bench.cell.place,
             tolerance_rad=half_a_count_rad + 1e-6,
             arm=bench.arm(),
             provoke_fault=fault_of(encoder),

@@ -70,7 +70,7 @@ class TestUrEncoder(JointEncoderContract):
             device=arm, clock=bench.clock, advance=bench.ticks, max_age_ns=MAX_AGE_NS + 20_000_000, joints=6,
             expected_rad=HOME, tolerance_rad=2e-4, arm=arm, provoke_fault=bench.fail, disconnect=bench.unplug,
             reconnect=bench.plug,
-            go_silent=bench.fall_silent, runs_by_itself=True, long_ticks=1000, is_open=lambda: bench.is_open,
+            go_silent=bench.fall_silent, runs_by_itself=True, is_open=lambda: bench.is_open,
         )  # fmt: skip
 
 
@@ -82,7 +82,7 @@ class TestUrArm(ArmCommandContract):
             upper_rad=UPPER, step_rad=4e-3, fast_step_rad=0.03, position_rad=bench.controller.targets_rad,
             tolerance_rad=2e-4, settle_ticks=60, limit_ticks=100, provoke_fault=bench.fail, disconnect=bench.unplug,
             reconnect=bench.plug,
-            is_open=lambda: bench.is_open, runs_by_itself=True, rest_ticks=200,
+            is_open=lambda: bench.is_open, runs_by_itself=True,
         )  # fmt: skip
 
 

@@ -63,6 +63,5 @@ class TestZebraArm(ArmCommandContract):
             position_rad=bench.plant.joints_rad,
             settle_ticks=SETTLE_TICKS,
             limit_ticks=300,
-            rest_ticks=200,
             **bench.knobs(),
         )

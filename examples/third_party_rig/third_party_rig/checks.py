@@ -71,7 +71,6 @@ class ArmChecks(ArmCommandContract):
             turn_by_hand=bench.servos.turn_by_hand,
             settle_ticks=1,  # these servos are there at once; yours need as many ticks as a move of step_rad takes
             is_open=lambda: bench.arm.is_open,
-            fail_at_rest=lambda: bench.device.fail("over-current in joint 2"),
             disconnect=bench.device.close,
             reconnect=bench.device.plug_in,
             provoke_fault=bench.fault,
@@ -92,12 +91,9 @@ class EncoderChecks(JointEncoderContract):
             max_age_ns=MAX_AGE_NS,
             joints=len(HOME_RAD),
             expected_rad=HOME_RAD,
-            turn_by_hand=bench.servos.turn_by_hand,
-            turn_rad=7.0,  # an arm's own range, on yours
             arm=bench.arm,
             go_silent=lambda: setattr(bench.device, "silent", True),
             is_open=lambda: bench.arm.is_open,
-            fail_at_rest=lambda: bench.device.fail("over-current in joint 2"),
             disconnect=bench.device.close,
             reconnect=bench.device.plug_in,
             provoke_fault=bench.fault,
@@ -135,7 +131,6 @@ class ForceChecks(ForceSensorContract):
             overload_Nm=50.0,
             go_silent=lambda: setattr(device, "silent", True),
             is_open=lambda: sensor.is_open,
-            fail_at_rest=lambda: device.fail("a broken gauge"),
             disconnect=device.close,
             reconnect=device.plug_in,
             provoke_fault=fault,

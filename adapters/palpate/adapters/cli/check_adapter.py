@@ -1,6 +1,8 @@
 """``palpate check-adapter``."""
 
+import signal
 import sys
+import threading
 import time
 from collections.abc import Callable
 from typing import Any, Final
@@ -12,10 +14,10 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, ArmCommand, Clock, ForceSensor, JointEncoder
 from palpate.core.ports.contracts import (
     NO_MOTION,
-    PATIENCE_S,
     ArmCommandContract,
     ArmCommandRig,
     ClauseOutcome,
+    ClauseOverdueError,
     ClauseResult,
     ClockContract,
     ClockRig,
@@ -39,6 +41,8 @@ _ACCEPTED: Final = (
     " sensor or clock that can be made without arguments"
 )
 _MAX_AGE_NS: Final = 100_000_000
+_PATIENCE_S: Final = 60.0
+"""How long a clause may take on an arm that does not move."""
 
 
 def find_suite(name: str) -> tuple[str, object]:
@@ -69,10 +73,29 @@ def check(
         if isinstance(suite, DeviceContract):
             suite.motion = motion
             rig = suite.make().within(motion)
-            if tell is not None and isinstance(rig, ArmCommandRig):
-                tell(ArmCommandContract.plan(rig))
+            if tell is not None and isinstance(suite, ArmCommandContract) and isinstance(rig, ArmCommandRig):
+                tell(suite.plan(rig))
             rig.dispose()
-        return port, run_clauses(suite, _patience_s(motion))
+        return port, run_clauses(suite, lambda clause: run_within(_patience_s(motion), clause))
+
+
+def run_within(seconds: float, clause: Callable[[], None]) -> None:
+    """Run a clause; raise ClauseOverdueError in one that takes longer, and each second again while it does not end."""
+    # In place and by a signal, not in a thread that goes on: on the way out the rig's arm is stopped and closed.
+    if threading.current_thread() is not threading.main_thread():
+        clause()
+        return
+
+    def interrupt(*_: object) -> None:
+        raise ClauseOverdueError(f"it was not done after {seconds:g} s, something blocks")
+
+    handler = signal.signal(signal.SIGALRM, interrupt)
+    others = signal.setitimer(signal.ITIMER_REAL, seconds, 1.0)
+    try:
+        clause()
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, *others)
+        signal.signal(signal.SIGALRM, handler)
 
 
 def _made(name: str, maker: Callable[[], Any]) -> Any:
@@ -116,7 +139,7 @@ def _port(contract: type) -> str:
 def _patience_s(motion: MotionLimits) -> float:
     """How long a clause may take: those that move go to many limits, and home before and after each."""
     rate, reach = motion.rate_rad_s, motion.reach_rad
-    return PATIENCE_S if not rate else 5.0 * PATIENCE_S + 50.0 * reach / rate
+    return _PATIENCE_S if not rate else 5.0 * _PATIENCE_S + 50.0 * reach / rate
 
 
 def _tell(plan: list[str]) -> None:

@@ -1,13 +1,29 @@
 """The contract of the port :class:`palpate.core.ports.devices.Clock`."""
 
 from abc import ABC, abstractmethod
-from time import perf_counter_ns
+from dataclasses import dataclass
 from typing import Final
 
-from palpate.core.ports.contracts.rigs import ClockRig
-from palpate.core.ports.contracts.violations import require
+from palpate.core.ports.contracts.bench import require
+from palpate.core.ports.devices import Clock
 
 _LOOKS: Final = 5000
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClockRig:
+    """A clock on the test bench.
+
+    Attributes:
+        tolerance_ns: How late ``sleep_until`` may return; 0 for virtual time.
+        step_ns: A sleep that is long compared with the tolerance.
+        deadlines: How many are tried, a step after the other.
+    """
+
+    clock: Clock
+    tolerance_ns: int = 0
+    step_ns: int = 5_000_000
+    deadlines: int = 250
 
 
 class ClockContract(ABC):
@@ -15,7 +31,7 @@ class ClockContract(ABC):
 
     @abstractmethod
     def make(self) -> ClockRig:
-        """A fresh rig."""
+        """Make a fresh rig."""
 
     def test_time_is_integer_nanoseconds(self) -> None:
         """The time is an int, before and after sleeping."""
@@ -27,22 +43,19 @@ class ClockContract(ABC):
             rig.clock.sleep_until(now + rig.step_ns)
 
     def test_time_never_goes_back(self) -> None:
-        """However often it is asked, the clock never goes back, nor on by more time than goes by."""
-        rig = self.make()
-        wall_ns, last_ns = perf_counter_ns(), rig.clock.now_ns()
+        """However often it is asked, the clock never goes back."""
+        clock = self.make().clock
+        last_ns = clock.now_ns()
         for _ in range(_LOOKS):
-            now_ns = rig.clock.now_ns()
-            passed_ns = perf_counter_ns() - wall_ns
+            now_ns = clock.now_ns()
             require("order", now_ns >= last_ns, f"{now_ns} ns after {last_ns} ns", "no way back")
-            ahead_ns, most_ns = now_ns - last_ns - passed_ns, rig.tolerance_ns
-            require("order", ahead_ns <= most_ns, f"{now_ns} ns after {last_ns} ns", f"at most {passed_ns} ns more")
-            wall_ns, last_ns = wall_ns + passed_ns, now_ns
+            last_ns = now_ns
 
     def test_past_deadline_returns_at_once(self) -> None:
         """With a deadline in the past ``sleep_until`` returns at once and does not turn time back."""
         rig = self.make()
         rig.clock.sleep_until(rig.clock.now_ns() + rig.step_ns)
-        for ago_ns in (0, rig.step_ns // 3, rig.step_ns, 7 * rig.step_ns // 3, rig.far_ns):
+        for ago_ns in (0, rig.step_ns // 3, 7 * rig.step_ns // 3):
             before_ns = rig.clock.now_ns()
             rig.clock.sleep_until(before_ns - ago_ns)
             passed_ns = rig.clock.now_ns() - before_ns
@@ -54,9 +67,8 @@ class ClockContract(ABC):
         rig = self.make()
         deadline_ns = rig.clock.now_ns()
         for count in range(1, rig.deadlines + 1):
-            # An odd number, for clocks that count in something coarser; one in the middle is far away.
-            way_ns = rig.step_ns + 1 if count % 2 else rig.step_ns // 50
-            deadline_ns += way_ns if count != rig.deadlines // 2 else max(rig.far_ns, rig.step_ns)
+            # An odd number, for clocks that count in something coarser.
+            deadline_ns += rig.step_ns + 1 if count % 2 else rig.step_ns // 50
             rig.clock.sleep_until(deadline_ns)
             late_ns = rig.clock.now_ns() - deadline_ns
             on_time = 0 <= late_ns <= rig.tolerance_ns

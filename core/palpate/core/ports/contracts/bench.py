@@ -1,24 +1,34 @@
-"""Rigs: an adapter on the test bench, with the knobs by which a test acts on the world.
+"""Rigs: an adapter on the test bench with the knobs by which a clause acts on the world; how a clause fails.
 
-A knob that is None does not exist on this rig, and the clauses that need it are reported as not
-applicable: a simulator may be unable to fall silent, a real arm has nothing that provokes a fault.
+A knob that is None does not exist on this rig, and the clauses that need it are reported as not applicable: a simulator
+may be unable to fall silent, a real arm has nothing that provokes a fault.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Generic, Self, TypeVar
+from unittest import SkipTest
 
 from typing_extensions import override
 
 from palpate.core.ports.contracts.motion import MotionLimits
 from palpate.core.ports.devices import ArmCommand, Clock, Device, ForceSensor, JointEncoder
-from palpate.core.ports.values import CONTROL_RATE_HZ, SENSOR_FRAME, JointVector, Vector3, WrenchKind
+from palpate.core.ports.values import CONTROL_RATE_HZ, SENSOR_FRAME, JointVector, WrenchKind
 
+T = TypeVar("T")
 DeviceT = TypeVar("DeviceT", bound=Device)
 
 
-def _nothing() -> None:
-    """There is nothing to release."""
+class ContractViolation(AssertionError):  # noqa: N818 - it reports a finding, like a failed assertion
+    """An adapter does not keep a clause of its port's contract."""
+
+    def __init__(self, clause: str, observed: str, wanted: str) -> None:
+        self.observed, self.wanted = observed, wanted
+        super().__init__(f"{clause}: observed {observed}; the contract wants {wanted}")
+
+
+class ClauseNotApplicable(SkipTest):
+    """The rig lacks a knob that the clause needs. pytest reports the clause as skipped."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,19 +37,16 @@ class DeviceRig(Generic[DeviceT]):
 
     Attributes:
         clock: The clock whose time the adapter writes on its samples.
-        advance: Lets the world and time go on by so many control ticks; on a live device each of them
-            brings a fresh sample. Must work in every state of the adapter.
+        advance: Lets the world and time go on by a number of control ticks; on a live device each of them brings a
+            fresh sample. Must work in every state of the adapter.
         is_open: Whether the adapter holds a connection or another resource now.
         provoke_fault: Makes the active device fail, and returns when the adapter has latched it.
-        fail_at_rest: Makes the configured device fail so that it works no more until that is acknowledged.
         disconnect: Cuts the cable, in whatever state the adapter is.
-        reconnect: Plugs in again what ``disconnect`` cut; None where only an adapter that is made anew finds it.
+        reconnect: Plugs in again what ``disconnect`` cut.
         dispose: Releases what the rig itself holds, after the adapter was closed.
         call_budget_ns: Longest that a reading or a command may keep the loop waiting.
         runs_by_itself: The world goes on between two calls, as real hardware does.
         settle_ticks: Ticks after which a small move is done, or a reading follows what was changed.
-        rest_ticks: How long a rest, or a fault, has to last to be believed.
-        long_ticks: How long a long run is; what comes once in so many ticks is found.
     """
 
     device: DeviceT
@@ -47,15 +54,12 @@ class DeviceRig(Generic[DeviceT]):
     advance: Callable[[int], None]
     is_open: Callable[[], bool] | None = None
     provoke_fault: Callable[[], None] | None = None
-    fail_at_rest: Callable[[], None] | None = None
     disconnect: Callable[[], None] | None = None
     reconnect: Callable[[], None] | None = None
-    dispose: Callable[[], None] = _nothing
+    dispose: Callable[[], None] = lambda: None
     call_budget_ns: int = 10**9 // CONTROL_RATE_HZ
     runs_by_itself: bool = False
     settle_ticks: int = 1
-    rest_ticks: int = 1400
-    long_ticks: int = 2500
 
     @property
     def all_devices(self) -> tuple[Device, ...]:
@@ -68,12 +72,23 @@ class DeviceRig(Generic[DeviceT]):
         return 0
 
     def within(self, motion: MotionLimits) -> Self:
-        """The same rig, on which nothing moves further or faster than that; only arms move.
+        """Return the same rig, on which no arm moves further or faster than that.
 
         Raises:
-            ConfigurationError: So slowly nothing could be shown.
+            ConfigurationError: At this rate no motion could be observed.
         """
         return self
+
+    def pass_time(self, duration_ns: int) -> None:
+        """Let more than ``duration_ns`` go by, one tick at a time.
+
+        Raises:
+            ContractViolation: The rig's clock stands still.
+        """
+        start_ns = self.clock.now_ns()
+        while (before_ns := self.clock.now_ns()) <= start_ns + duration_ns:
+            self.advance(1)
+            require("rig", self.clock.now_ns() > before_ns, "a clock that stands still", "advance() to pass time")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,15 +97,15 @@ class SensorRig(DeviceRig[DeviceT]):
 
     Attributes:
         max_age_ns: Greatest age of a sample that may still be called ``VALID``.
-        go_silent: The device stops delivering, without any error. Must work before ``configure`` too.
+        go_silent: The device stops delivering, without any error.
     """
 
     max_age_ns: int
     go_silent: Callable[[], None] | None = None
 
     @property
+    @override
     def patience_ns(self) -> int:
-        """A sensor may take as long as a sample may be old."""
         return self.max_age_ns
 
 
@@ -99,10 +114,8 @@ class ForceSensorRig(SensorRig[ForceSensor]):
     """A force sensor on the test bench.
 
     Attributes:
-        push_N: Makes the world exert this force (fx, fy, fz) on the tool, in the sensor frame, until
-            told otherwise; (0, 0, -10) is a surface that presses against the tool axis. Must work
-            before ``configure`` too.
-        pushed_at_m: Where that force acts, (3,), in the sensor frame; None where nobody knows.
+        push_N: Makes the world exert this force (fx, fy, fz) on the tool, in the sensor frame, until the next call;
+            (0, 0, -10) is a surface that presses against the tool axis. Must work before ``configure`` too.
         load_N: Force that is safe and well within range.
         overload_N: Force that may be beyond its range and harms nothing here.
         tolerance_N: Greatest error and noise of a settled reading.
@@ -115,7 +128,6 @@ class ForceSensorRig(SensorRig[ForceSensor]):
     """
 
     push_N: Callable[[float, float, float], None] | None = None
-    pushed_at_m: Vector3 | None = None
     load_N: float = 10.0
     overload_N: float | None = None
     tolerance_N: float = 1e-6
@@ -134,11 +146,9 @@ class JointEncoderRig(SensorRig[JointEncoder]):
     Attributes:
         expected_rad: Where the joints really stand, (n,), if that is known.
         tolerance_rad: Greatest error and noise against ``expected_rad``.
-        arm: The arm whose joints these are, freshly constructed; the same object as ``device`` if one
-            adapter serves both ports.
-        step_rad: A small move that this arm makes gladly.
-        turn_by_hand: Brings the joints, which nothing holds, to these angles from outside.
-        turn_rad: How far either way each joint can be turned so.
+        arm: The arm whose joints these are, freshly constructed; the same object as ``device`` if one adapter serves
+            both ports.
+        step_rad: A move within one tick that this arm is allowed.
         motion: How far and how fast that arm may be moved; None for a simulated one.
     """
 
@@ -147,8 +157,6 @@ class JointEncoderRig(SensorRig[JointEncoder]):
     tolerance_rad: float = 1e-6
     arm: ArmCommand | None = None
     step_rad: float = 1e-3
-    turn_by_hand: Callable[[JointVector], None] | None = None
-    turn_rad: float = 0.1
     motion: MotionLimits | None = None
 
     @override
@@ -156,8 +164,8 @@ class JointEncoderRig(SensorRig[JointEncoder]):
         return replace(self, motion=motion, step_rad=motion.step_rad(self.step_rad, self.tolerance_rad))
 
     @property
+    @override
     def all_devices(self) -> tuple[Device, ...]:
-        """The encoder, and the arm if there is one."""
         return (self.device,) if self.arm is None else (self.device, self.arm)
 
 
@@ -166,21 +174,20 @@ class ArmCommandRig(DeviceRig[ArmCommand]):
     """An arm on the test bench.
 
     Attributes:
-        home_rad: Where the arm stands at first, (n,), within the limits. A home close to a limit of one
-            joint makes the clause on position limits quick.
+        home_rad: Where the arm stands at first, (n,), within the limits. A home close to a limit of one joint makes the
+            clause on position limits quick.
         lower_rad: Lower position limits, (n,).
         upper_rad: Upper position limits, (n,).
         step_rad: A move within one tick that every joint is allowed, in both directions.
-        fast_step_rad: A move within one tick that is too fast, and no larger than it takes to show that; one joint has
-            room for it at home.
+        fast_step_rad: A move within one tick that is too fast; one joint has room for it at home.
         position_rad: Where the joints really stand, (n,).
         turn_by_hand: Brings the joints of the arm, which is not active, to these angles from outside.
-        tolerance_rad: Greatest distance between commanded and real angles of an arm at rest; less than
-            half of ``step_rad``.
+        tolerance_rad: Greatest distance between commanded and real angles of an arm at rest; less than half of
+            ``step_rad``.
         stop_budget_ns: Longest that ``stop`` may take.
         limit_ticks: Ticks that the arm may be behind on its way to the nearest position limit.
-        motion: How far and how fast the arm may be moved; None for a simulated one, which is told anything. Otherwise
-            each clause begins with a ramp from where the arm stands to ``home_rad``, so ``position_rad`` is needed.
+        motion: How far and how fast the arm may be moved; None for a simulated one. Otherwise each clause begins with a
+            ramp from where the arm stands to ``home_rad``, so ``position_rad`` is needed.
     """
 
     home_rad: JointVector
@@ -200,19 +207,41 @@ class ArmCommandRig(DeviceRig[ArmCommand]):
         return replace(self, motion=motion, step_rad=motion.step_rad(self.step_rad, self.tolerance_rad))
 
 
-@dataclass(frozen=True, kw_only=True)
-class ClockRig:
-    """A clock on the test bench.
+def knob(value: T | None, name: str) -> T:
+    """Return an optional knob of the rig.
 
-    Attributes:
-        tolerance_ns: How late ``sleep_until`` may return; 0 for virtual time.
-        step_ns: A sleep that is long compared with the tolerance.
-        deadlines: How many are tried, a step after the other.
-        far_ns: A sleep that is longer than the pieces in which a careless clock sleeps, or than its counter.
+    Raises:
+        ClauseNotApplicable: The rig has no such knob.
     """
+    if value is None:
+        raise ClauseNotApplicable(f"this rig has no {name}")
+    return value
 
-    clock: Clock
-    tolerance_ns: int = 0
-    step_ns: int = 5_000_000
-    deadlines: int = 250
-    far_ns: int = 1_300_000_000
+
+def require(clause: str, holds: bool, observed: str, wanted: str) -> None:
+    """Fail the clause unless ``holds``."""
+    if not holds:
+        raise ContractViolation(clause, observed, wanted)
+
+
+def require_raises(clause: str, kind: type[Exception], action: Callable[[], object], wanted: str) -> Exception:
+    """Fail the clause unless ``action`` raises this kind of error; return the error."""
+    try:
+        result = action()
+    except kind as error:
+        return error
+    except ClauseNotApplicable:
+        raise
+    except Exception as error:
+        raise ContractViolation(clause, f"{type(error).__name__} ({error})", wanted) from error
+    raise ContractViolation(clause, f"no error, but {result!r}", wanted)
+
+
+def require_quiet(clause: str, action: Callable[[], object], wanted: str) -> None:
+    """Fail the clause if ``action`` raises anything."""
+    try:
+        action()
+    except (ContractViolation, ClauseNotApplicable):
+        raise
+    except Exception as error:
+        raise ContractViolation(clause, f"{type(error).__name__} ({error})", wanted) from error

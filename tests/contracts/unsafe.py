@@ -1,0 +1,552 @@
+"""Unsafe adapters, each a sound fake with one thing overridden, and the clause that has to find it."""
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import replace
+from threading import Event, Thread, get_ident
+from time import sleep
+from typing import Any
+
+from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector, Life, WrenchKind
+from palpate.core.ports.contracts import TICK_NS, FakeClock
+
+# As a module: a suite that is imported by name would be run here once more as it is.
+from tests.contracts import test_fake as fake
+from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
+
+STEP_NS = 5_000_000
+ZERO = (0.0, 0.0, 0.0)
+
+
+def altered(base: Any, /, **changes: Callable[[Any], Any]) -> Any:
+    """A kind of device whose samples differ from the true ones in some fields."""
+
+    def read(device: Any) -> Any:
+        sample = base.read(device)
+        return replace(sample, **{name: change(sample) for name, change in changes.items()})
+
+    return type("Altered" + "".join(changes), (base,), {"read": read})
+
+
+def force(change: Callable[[Any], Any]) -> Any:
+    return altered(FakeForceSensor, force_N=lambda sample: change(sample.force_N))
+
+
+# The life of a device
+
+
+class OpensInConstructor(FakeForceSensor):
+    def __init__(self, clock: FakeClock) -> None:
+        super().__init__(clock)
+        self.is_open = True
+
+
+class OpensBeforeItAsks(FakeForceSensor):
+    def _on_configure(self) -> None:
+        self.is_open = True
+        super()._on_configure()
+
+
+class ActivatesTwice(FakeForceSensor):
+    def activate(self) -> None:
+        if self._life is not Life.ACTIVE:
+            super().activate()
+
+
+class ReadsWhenDeactivated(FakeForceSensor):
+    deactivated = False
+
+    def _on_deactivate(self) -> None:
+        self.deactivated = True
+
+    def _require_active(self, request: str) -> None:
+        if not self.deactivated:
+            super()._require_active(request)
+
+
+class AcknowledgeActivates(FakeForceSensor):
+    def acknowledge_fault(self) -> None:
+        super().acknowledge_fault()
+        self.activate()
+
+
+class ActivateClearsFault(FakeForceSensor):
+    def activate(self) -> None:
+        if self._life is Life.FAULTED:
+            self.acknowledge_fault()
+        super().activate()
+
+
+class FaultWearsOff(FakeArm):
+    """A second later it is as if there had been no fault."""
+
+    failed_ns = 0
+
+    def fail(self, cause: str = "overload") -> None:
+        super().fail(cause)
+        self.failed_ns = self.clock.now_ns()
+
+    def send(self, command: JointCommand) -> Any:
+        if self._fault and self.clock.now_ns() > self.failed_ns + 140 * TICK_NS:
+            self._fault, self._life = None, Life.ACTIVE
+        return super().send(command)
+
+
+class CountsFromZeroAgain(FakeForceSensor):
+    """The first sample after a pause has number 0 again."""
+
+    first = 0
+
+    def _on_activate(self) -> None:
+        self.first = 0 if self._sample is None else self._sample.sequence + 1
+
+    def read(self) -> Any:
+        sample = super().read()
+        return replace(sample, sequence=sample.sequence - self.first)
+
+
+class ResumesPlugged(FakeArm):
+    """Plugged in again, the drives go on to where they were sent before the stop."""
+
+    cut, asked_rad = False, None
+
+    @property
+    def disconnected(self) -> bool:
+        return self.cut
+
+    @disconnected.setter
+    def disconnected(self, value: bool) -> None:
+        again, self.cut = self.cut and not value, value
+        if again and self.asked_rad:
+            self._target_rad, self._target_since_ns = self.asked_rad, self.clock.now_ns()
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        applied = super().send(command)
+        if not self._stopped:
+            self.asked_rad = applied.position_rad
+        return applied
+
+
+class DropsEverySecond(FakeArm):
+    sent = 0
+
+    def send(self, command: JointCommand) -> Any:
+        before = self._target_rad, self._target_since_ns
+        applied = super().send(command)
+        self.sent += 1
+        if not self.sent % 2:
+            self._target_rad, self._target_since_ns = before
+        return applied
+
+
+class JumpsWhenActivated(FakeArm):
+    def _on_activate(self) -> None:
+        super()._on_activate()
+        self._target_rad = tuple(q + 0.005 for q in self._here_rad)
+
+
+class Resumes(FakeArm):
+    """Activated again, it goes on to where it was sent before."""
+
+    asked_rad: Any = None
+
+    def _halt(self) -> None:
+        if self._target_rad != self.position_rad():
+            self.asked_rad = self._target_rad
+        super()._halt()
+
+    def _on_activate(self) -> None:
+        self._stopped = False
+        self._target_rad = self.asked_rad or self._target_rad
+
+
+class ClosesMoving(FakeArm):
+    """``close`` leaves the command under way."""
+
+    def _on_close(self) -> None:
+        self.is_open = False
+
+
+class StopForgetsFault(FakeArm):
+    def stop(self) -> None:
+        super().stop()
+        if self._life is Life.FAULTED:
+            self._life, self._fault = Life.CONFIGURED, None
+
+
+class HidesDisconnection(FakeForceSensor):
+    def _require_connection(self) -> None:
+        if self._life is not Life.ACTIVE:
+            super()._require_connection()
+
+
+class CloseAsksTheDevice(FakeForceSensor):
+    def _on_close(self) -> None:
+        self._require_connection()
+        super()._on_close()
+
+
+class StaysOpenAfterFault(FakeForceSensor):
+    def close(self) -> None:
+        was_faulted = self._life is Life.FAULTED
+        super().close()
+        self.is_open = was_faulted
+
+
+class LeavesThread(FakeForceSensor):
+    def _on_configure(self) -> None:
+        super()._on_configure()
+        Thread(target=Event().wait, args=(5.0,), daemon=True).start()
+
+
+class AwaitsNews(FakeForceSensor):
+    """Reading a second time waits for the next sample."""
+
+    def read(self) -> Any:
+        if self._sample is not None and self._sample.source_time_ns == self.clock.now_ns() and not self.silent:
+            sleep(0.01)
+        return super().read()
+
+
+class SlowSending(FakeArm):
+    def send(self, command: JointCommand) -> Any:
+        self.clock.sleep_until(self.clock.now_ns() + 2 * TICK_NS)
+        return super().send(command)
+
+
+# Samples
+
+
+class CountsReadings(FakeForceSensor):
+    """Passes the same sample off as a new one each time it is read."""
+
+    readings = 0
+
+    def read(self) -> Any:
+        self.readings += 1
+        return replace(super().read(), sequence=self.readings)
+
+
+class LosesJoint(FakeJointEncoder):
+    def read(self) -> Any:
+        sample = super().read()
+        return replace(sample, position_rad=sample.position_rad[:2]) if sample.sequence % 70 == 69 else sample
+
+
+class StaleIsZero(FakeForceSensor):
+    def read(self) -> Any:
+        sample = super().read()
+        return replace(sample, force_N=(1.0, 0.0, 0.0)) if self.silent else sample
+
+
+def never_stale(clock: FakeClock) -> FakeForceSensor:
+    return FakeForceSensor(clock, max_age_ns=10**18)
+
+
+class ClipsTorque(FakeForceSensor):
+    """What it clips is not marked."""
+
+    def _measured(self, now_ns: int, sequence: int) -> Any:
+        sample = super()._measured(now_ns, sequence)
+        return replace(sample, torque_Nm=tuple(max(-1.1, min(1.1, t)) for t in sample.torque_Nm))
+
+
+class TaresOnConfigure(FakeForceSensor):
+    zero_N = ZERO
+
+    def _on_configure(self) -> None:
+        super()._on_configure()
+        self.zero_N = self.load_N
+
+    def read(self) -> Any:
+        sample = super().read()
+        return replace(sample, force_N=tuple(f - zero for f, zero in zip(sample.force_N, self.zero_N, strict=True)))
+
+
+class TaresAfterAPause(TaresOnConfigure):
+    def _on_configure(self) -> None:
+        FakeForceSensor._on_configure(self)
+
+    def _on_deactivate(self) -> None:
+        self.zero_N = self.load_N
+
+
+class MeasuresTarget(FakeJointEncoder):
+    """Takes a sample from the command of its own tick."""
+
+    arm: FakeArm
+
+    def read(self) -> Any:
+        self._position_rad = lambda: self.arm._target_rad
+        return super().read()
+
+
+class Frozen(FakeJointEncoder):
+    def _measured(self, now_ns: int, sequence: int) -> Any:
+        sample = super()._measured(now_ns, sequence)
+        return replace(sample, position_rad=self._sample.position_rad) if self._sample else sample
+
+
+# Commands and stops
+
+
+class GoesBackWhenActivated(FakeArm):
+    """Turned by hand while it was not active, it returns."""
+
+    was_rad: Any = None
+
+    def _on_deactivate(self) -> None:
+        super()._on_deactivate()
+        self.was_rad = self._target_rad
+
+    def _on_activate(self) -> None:
+        super()._on_activate()
+        self._target_rad, self.was_rad = self.was_rad or self._target_rad, None
+
+
+class ClampsSilently(FakeArm):
+    hushed = CommandReason.POSITION_LIMIT
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        applied = super().send(command)
+        return applied._replace(reason=CommandReason.AS_ASKED) if applied.reason is self.hushed else applied
+
+
+class SlowsSilently(ClampsSilently):
+    hushed = CommandReason.VELOCITY_LIMIT
+
+
+class NoLowerLimit(FakeArm):
+    def _on_configure(self) -> None:
+        super()._on_configure()
+        self._lower_rad = (*self._lower_rad[:2], -9.0)
+
+
+class SaysLimitAndGoesOn(FakeArm):
+    def send(self, command: JointCommand) -> Any:
+        applied = super().send(command)
+        if applied.reason is CommandReason.POSITION_LIMIT:
+            self._target_rad = command.position_rad
+        return applied
+
+
+class CannotLeaveItsLimit(FakeArm):
+    """At a limit it refuses every further move, away from it too."""
+
+    def send(self, command: JointCommand) -> Any:
+        applied, here = super().send(command), self.position_rad()
+        limits = zip(here, self._lower_rad, self._upper_rad, strict=True)
+        if not self._stopped and any(q in (lower, upper) for q, lower, upper in limits):
+            self._target_rad = here
+            return applied._replace(position_rad=here)
+        return applied
+
+
+class AddsUpWithinATick(FakeArm):
+    """The velocity limit counts from the last command, not from the tick."""
+
+    def send(self, command: JointCommand) -> Any:
+        here, self._here_rad = self._here_rad, self._target_rad
+        try:
+            return super().send(command)
+        finally:
+            self._here_rad = here
+
+    def position_rad(self) -> JointVector:
+        return self._here_rad if self.clock.now_ns() == self._target_since_ns else super().position_rad()
+
+
+class TakesAnyNumber(FakeArm):
+    def send(self, command: JointCommand) -> AppliedCommand:
+        if len(command.position_rad) != 3:
+            return AppliedCommand(self.position_rad())
+        return super().send(command)
+
+
+class MovesUnasked(FakeArm):
+    """Passes on what it refuses."""
+
+    def send(self, command: JointCommand) -> Any:
+        if len(command.position_rad) != 3:
+            self._target_rad, self._target_since_ns = (*command.position_rad, 0.0)[:3], self.clock.now_ns()
+        return super().send(command)
+
+
+class KeepsTheThird(FakeArm):
+    """Of more than three commands in a tick it carries out the third."""
+
+    tick_ns, sent = 0, 0
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        target_rad, now_ns = self._target_rad, self.clock.now_ns()
+        self.tick_ns, self.sent = now_ns, self.sent + 1 if self.tick_ns == now_ns else 1
+        applied = super().send(command)
+        if self.sent > 3:
+            self._target_rad = target_rad
+        return applied
+
+
+class Queues(FakeArm):
+    """Works off its commands one tick after the other."""
+
+    def _on_configure(self) -> None:
+        super()._on_configure()
+        self.queue: deque[JointVector] = deque()
+        self.last_ns = self.clock.now_ns()
+
+    def position_rad(self) -> JointVector:
+        if self.clock.now_ns() > self.last_ns and self.queue:
+            self._here_rad, self.last_ns = self.queue.popleft(), self.clock.now_ns()
+        return self._here_rad
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        applied = super().send(command)
+        self.queue.append(applied.position_rad)
+        self.last_ns = self.clock.now_ns()
+        return applied
+
+    def _halt(self) -> None:
+        self.queue = deque()
+
+
+class StopsOnlyAlive(FakeArm):
+    def stop(self) -> None:
+        if self._life is Life.CLOSED:
+            raise RuntimeError("not now")
+        super().stop()
+
+
+class StopAsksTheArm(FakeArm):
+    def stop(self) -> None:
+        self._require_connection()
+        super().stop()
+
+
+class StopsForItsThreadOnly(FakeArm):
+    thread = 0
+
+    def _on_configure(self) -> None:
+        super()._on_configure()
+        self.thread = get_ident()
+
+    def stop(self) -> None:
+        if self.thread not in (0, get_ident()):
+            raise RuntimeError("used from another thread")
+        super().stop()
+
+
+class StopSendsNothing(FakeArm):
+    def stop(self) -> None:
+        self._stopped = True
+
+
+class StopWearsOff(FakeArm):
+    stopped_ns = 0
+
+    def stop(self) -> None:
+        super().stop()
+        self.stopped_ns = self.clock.now_ns()
+
+    def send(self, command: JointCommand) -> Any:
+        self._stopped = self._stopped and self.clock.now_ns() < self.stopped_ns + 50 * TICK_NS
+        return super().send(command)
+
+
+class HidesStop(FakeArm):
+    def send(self, command: JointCommand) -> AppliedCommand:
+        applied = super().send(command)
+        return AppliedCommand(applied.position_rad) if self._stopped else applied
+
+
+class SaysItIsAtHome(FakeArm):
+    def send(self, command: JointCommand) -> Any:
+        applied = super().send(command)
+        return applied._replace(position_rad=ZERO) if applied.reason is CommandReason.STOPPED else applied
+
+
+# Clocks
+
+
+class TellsSeconds(FakeClock):
+    def now_ns(self) -> int:
+        return float(super().now_ns())  # type: ignore[return-value]
+
+
+class SlipsBack(FakeClock):
+    looks = 0
+
+    def now_ns(self) -> int:
+        self.looks += 1
+        return super().now_ns() - (self.looks == 500)
+
+
+class WakesEarly(FakeClock):
+    def sleep_until(self, deadline_ns: int) -> None:
+        super().sleep_until(deadline_ns - 1)
+
+
+class TurnsBack(FakeClock):
+    def sleep_until(self, deadline_ns: int) -> None:
+        self._now_ns = deadline_ns
+
+
+class Drifts(FakeClock):
+    """Sleeps for a duration, each time a little too long."""
+
+    late_ns = 0
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        self.late_ns += 1
+        super().sleep_until(deadline_ns + self.late_ns if deadline_ns > self.now_ns() else deadline_ns)
+
+
+FORCE, ENCODER, ARM, CLOCK = (
+    fake.TestFakeForceSensor,
+    fake.TestFakeJointEncoder,
+    fake.TestFakeArm,
+    fake.TestFakeClock,
+)
+OPEN, LIFE, LOST, CLOSE = "only_configure_opens", "life_follows_the_table", "lost_device_raises", "close_releases"
+SOUND, SILENT, LOAD, TARE = "every_sample_is_sound", "silence_is_marked", "load_has_its_sign", "no_hidden_tare"
+SHORT, BOUNDS, SPEED, STILL = "wrong_number", "position_limit", "velocity_limit", "after_stop_the_arm_holds_still"
+UNSAFE: list[tuple[Any, Any, str]] = [
+    *((FORCE, kind, OPEN) for kind in (OpensInConstructor, OpensBeforeItAsks)),
+    *((FORCE, kind, LIFE) for kind in (ActivatesTwice, ReadsWhenDeactivated, AcknowledgeActivates)),
+    *((FORCE, kind, LIFE) for kind in (ActivateClearsFault, CountsFromZeroAgain)),
+    *((ARM, kind, LIFE) for kind in (FaultWearsOff, ResumesPlugged, DropsEverySecond, JumpsWhenActivated)),
+    *((ARM, kind, LIFE) for kind in (Resumes, ClosesMoving, StopForgetsFault)),
+    *((FORCE, kind, LOST) for kind in (HidesDisconnection, CloseAsksTheDevice)),
+    *((FORCE, kind, CLOSE) for kind in (StaysOpenAfterFault, LeavesThread)),
+    (FORCE, AwaitsNews, "calls_do_not_block"),
+    (ARM, SlowSending, "calls_do_not_block"),
+    (FORCE, altered(FakeForceSensor, receive_time_ns=lambda s: float(s.receive_time_ns)), SOUND),
+    (FORCE, altered(FakeForceSensor, receive_time_ns=lambda s: s.source_time_ns - 1), SOUND),
+    (FORCE, altered(FakeForceSensor, source_time_ns=lambda s: s.source_time_ns - 9 * TICK_NS), SOUND),
+    (FORCE, altered(FakeForceSensor, sequence=lambda s: s.sequence % 256), SOUND),
+    (FORCE, altered(FakeForceSensor, kind=lambda _: WrenchKind.TARED), SOUND),
+    (FORCE, CountsReadings, SOUND),
+    (ENCODER, LosesJoint, SOUND),
+    *((FORCE, kind, SILENT) for kind in (never_stale, StaleIsZero)),
+    (FORCE, force(lambda f: tuple(-x for x in f)), LOAD),
+    (FORCE, force(lambda f: tuple(x / 9.80665 for x in f)), LOAD),
+    (FORCE, force(lambda f: (f[1], f[0], f[2])), LOAD),
+    (FORCE, altered(FakeForceSensor, torque_Nm=lambda s: tuple(map(abs, s.torque_Nm))), LOAD),
+    (FORCE, ClipsTorque, "what_is_beyond_the_range"),
+    *((FORCE, kind, TARE) for kind in (TaresOnConfigure, TaresAfterAPause)),
+    (ENCODER, altered(FakeJointEncoder, position_rad=lambda s: tuple(q + 2e-4 for q in s.position_rad)), "angles_are"),
+    (ENCODER, MeasuresTarget, "observation_does_not_depend"),
+    (ENCODER, Frozen, "encoders_follow"),
+    (ARM, GoesBackWhenActivated, "turned_by_hand"),
+    *((ARM, kind, BOUNDS) for kind in (ClampsSilently, NoLowerLimit, SaysLimitAndGoesOn, CannotLeaveItsLimit)),
+    *((ARM, kind, SPEED) for kind in (SlowsSilently, AddsUpWithinATick)),
+    *((ARM, kind, SHORT) for kind in (TakesAnyNumber, MovesUnasked)),
+    *((ARM, kind, "newest_command_wins") for kind in (KeepsTheThird, Queues)),
+    *((ARM, kind, "stop_works_in_every_state") for kind in (StopsOnlyAlive, StopAsksTheArm)),
+    (ARM, StopsForItsThreadOnly, "stop_works_from_another_thread"),
+    *((ARM, kind, STILL) for kind in (StopSendsNothing, StopWearsOff, HidesStop, SaysItIsAtHome)),
+    (CLOCK, TellsSeconds, "time_is_integer_nanoseconds"),
+    (CLOCK, SlipsBack, "time_never_goes_back"),
+    (CLOCK, TurnsBack, "past_deadline_returns_at_once"),
+    *((CLOCK, kind, "absolute_deadlines_do_not_drift") for kind in (WakesEarly, Drifts)),
+]
+"""Suite, adapter, and the beginning of the name of the clause that has to fail."""
