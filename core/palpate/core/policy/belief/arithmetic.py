@@ -5,8 +5,6 @@ bit would choose another action one day. Sums, products, square roots and scalin
 everywhere (IEEE 754), so these use nothing else. Their errors, below 2e-7, are nothing beside a touch's noise.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import factorial, log, sqrt
 from typing import Any, Final
@@ -20,58 +18,32 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class _Format:
-    """How floats of one size are reckoned with; all but the sizes as arrays, which numpy need not make at each call.
+    """Constants of floats of one size.
 
     Attributes:
-        ln2_high: The first bits of it: times a small whole number it is exact.
+        whole: Whole numbers of the same size.
+        ln2: In two parts; the first, of few bits, is exact times a small whole number.
         least: What is below leaves nothing that counts.
-        rounding: Added, it leaves a whole number, in the last bits of the mantissa.
-        taylor: Factors of the powers of the exponential, the highest first.
-        atanh: Factors of the odd powers of twice the area tangent, the highest first.
+        terms: Terms of the exponential's series.
     """
 
-    bits: np.dtype[np.signedinteger[Any]]
-    per_ln2: Floats
-    ln2_high: Floats
-    ln2_low: Floats
-    least: Floats
-    rounding: Floats
-    mantissa_bits: np.ndarray
-    root_half_bits: np.ndarray
-    one: Floats
-    taylor: tuple[Floats, ...]
-    atanh: tuple[Floats, ...]
+    whole: np.dtype[np.signedinteger[Any]]
+    mantissa_bits: int
+    ln2: tuple[float, float]
+    least: float
+    terms: int
 
-    @classmethod
-    def of(
-        cls, size: type[np.float64 | np.float32], mantissa_bits: int, ln2: tuple[float, float], least: float, terms: int
-    ) -> _Format:
-        """That of floats of this size, with an exponential of so many terms."""
-        root_half_bits = _bits_of(np.array(sqrt(0.5), size))
-        return cls(
-            root_half_bits.dtype,
-            np.array(1.0 / log(2.0), size),
-            np.array(ln2[0], size),
-            np.array(ln2[1], size),
-            np.array(least, size),
-            np.array(1.5 * 2.0**mantissa_bits, size),
-            np.array(mantissa_bits, root_half_bits.dtype),
-            root_half_bits,
-            np.array(1.0, size),
-            tuple(np.array(1.0 / factorial(k), size) for k in range(terms, -1, -1)),
-            tuple(np.array(2.0 / k, size) for k in range(2 * (terms // 2) + 3, 0, -2)),
-        )
-
-
-def _bits_of(x: Floats) -> np.ndarray:
-    """The same memory as whole numbers."""
-    bits: np.ndarray = x.view(f"i{x.itemsize}")
-    return bits
+    @property
+    def rounding(self) -> float:
+        """Added, it leaves a whole number, in the last bits of the mantissa."""
+        return 1.5 * 2.0**self.mantissa_bits
 
 
 _FORMATS: Final = {
-    np.dtype(np.float64): _Format.of(np.float64, 52, (0.693147180369123816490, 1.90821492927058770002e-10), -700.0, 7),
-    np.dtype(np.float32): _Format.of(np.float32, 23, (0.693359375, -2.12194440e-4), -60.0, 5),
+    np.dtype(np.float64): _Format(
+        np.dtype(np.int64), 52, (0.693147180369123816490, 1.90821492927058770002e-10), -700.0, 7
+    ),
+    np.dtype(np.float32): _Format(np.dtype(np.int32), 23, (0.693359375, -2.12194440e-4), -60.0, 5),
 }
 
 
@@ -81,48 +53,34 @@ def exponential(x: Floats) -> Floats:
     None may be as far above.
     """
     by = _FORMATS[x.dtype]
+    high, low = by.ln2
     rest = np.maximum(x, by.least)
-    rounded = rest * by.per_ln2
-    rounded += by.rounding
+    rounded = rest * (1.0 / log(2.0)) + by.rounding
     powers = rounded - by.rounding
-    rest -= powers * by.ln2_high
-    powers *= by.ln2_low
-    rest -= powers
-    series: Floats = by.taylor[0] * rest
-    series += by.taylor[1]
-    for term in by.taylor[2:]:
-        series *= rest
-        series += term
-    # Times two to the power, by the bits of the exponent: exact, and sooner than numpy's own scaling.
-    exponents = rounded.view(by.bits)
-    exponents <<= by.mantissa_bits
-    bits = series.view(by.bits)
-    bits += exponents
-    return series
+    rest = rest - powers * high - powers * low
+    series = np.full_like(rest, 1.0 / factorial(by.terms))
+    for k in range(by.terms - 1, -1, -1):
+        series = series * rest + 1.0 / factorial(k)
+    # Times two to the power, by the bits of the exponent: exact.
+    scaled = series.view(by.whole) + (rounded.view(by.whole) << by.mantissa_bits)
+    result: Floats = scaled.view(x.dtype)
+    return result
 
 
 def logarithm(x: Floats) -> Floats:
     """Natural logarithm of each element; all have to be above 1e-300, in single precision 1e-37."""
     by = _FORMATS[x.dtype]
-    bits = x.view(by.bits)
+    high, low = by.ln2
     # Powers of two that leave mantissas between the root of a half and twice that.
-    whole = bits - by.root_half_bits
-    whole >>= by.mantissa_bits
-    powers: Floats = whole.astype(x.dtype)
-    whole <<= by.mantissa_bits
-    mantissa: Floats = np.subtract(bits, whole, out=whole).view(x.dtype)
-    ratio = mantissa - by.one
-    mantissa += by.one
-    ratio /= mantissa
+    root_half = int(np.array(sqrt(0.5), x.dtype).view(by.whole))
+    whole = (x.view(by.whole) - root_half) >> by.mantissa_bits
+    mantissa = (x.view(by.whole) - (whole << by.mantissa_bits)).view(x.dtype)
+    powers = whole.astype(x.dtype)
+    ratio = (mantissa - 1.0) / (mantissa + 1.0)
     square = ratio * ratio
-    series = by.atanh[0] * square
-    series += by.atanh[1]
-    for term in by.atanh[2:]:
-        series *= square
-        series += term
-    series *= ratio
-    series += powers * by.ln2_low
-    # Taking the high part times a whole number first keeps its bits.
-    powers *= by.ln2_high
-    powers += series
-    return powers
+    most = 2 * (by.terms // 2) + 3
+    series = np.full_like(square, 2.0 / most)
+    for k in range(most - 2, 0, -2):
+        series = series * square + 2.0 / k
+    result: Floats = powers * high + (series * ratio + powers * low)
+    return result
