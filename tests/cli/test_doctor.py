@@ -53,7 +53,7 @@ def test_what_only_the_driver_refuses_is_a_finding(palpate: CommandLine, tmp_pat
     assert of_sensor.count("  wrong  ") == 1
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_end_from_outside_is_one_line(
     palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
 ) -> None:
