@@ -161,7 +161,7 @@ def test_cia402_inserts_and_the_operator_s_signal_ends_the_run_and_its_log_names
     assert "the arm was stopped, signal: signal SIGUSR1" in complaint
     end = json.loads(CommandLine().succeed("log", "info", "--json", logs(out)[-1]))[0]["end"]
     assert end["stopped_by"] == "signal: signal SIGUSR1"
-    assert {"perceive", "decide", "control"} <= {name for name, s in end["timing"]["sections"].items() if s["count"]}
+    assert {"perceive", "decide", "control"} <= {name for name, ns in end["timing"]["longest_ns"].items() if ns}
     require_equal(out, complaint)
 
 
