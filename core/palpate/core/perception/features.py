@@ -15,8 +15,7 @@ from typing import Protocol, TypeAlias, runtime_checkable
 import numpy as np
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.perception.channels import Array, require_finite, samples
-from palpate.core.perception.signal import Normalisation
+from palpate.core.perception.signal import Array, Normalisation, require_finite, samples
 from palpate.core.ports import CHANNELS, Matrix, integer, matrix, names
 
 Samples: TypeAlias = Iterable[Sequence[float]] | Array

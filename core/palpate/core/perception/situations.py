@@ -3,7 +3,7 @@
 from dataclasses import dataclass, fields
 from typing import ClassVar, Final
 
-from palpate.core.perception.channels import require_finite
+from palpate.core.perception.signal import require_finite
 from palpate.core.ports import CHANNELS, names, number
 
 FACTS: Final = ("lean", "corner_depth", "depth", "wall_force", "yaw_torque")

@@ -17,8 +17,7 @@ from typing import ClassVar, Protocol, runtime_checkable
 import numpy as np
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.perception.channels import Array, require_finite, samples
-from palpate.core.perception.signal import Normalisation
+from palpate.core.perception.signal import Array, Normalisation, require_finite, samples
 from palpate.core.ports import Matrix, integer, matrix, names, vector
 
 MOST_SYMBOLS = 100_000

@@ -8,7 +8,7 @@ from sklearn.preprocessing import StandardScaler
 
 from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.perception import Normalisation, PrincipalComponents, SelectedChannels, SelfOrganisingMap
-from palpate.core.perception.channels import samples
+from palpate.core.perception.signal import samples
 
 SIGNAL = tuple(float(i) for i in range(9))
 UNIT = Normalisation((0.0,) * 9, (1.0,) * 9)
