@@ -10,7 +10,7 @@ from palpate.adapters.config import learner_in, read_toml, write_into
 from palpate.adapters.experiments import RunFolder
 from palpate.adapters.experiments.grid import grid_named
 from palpate.adapters.log import strings_from
-from palpate.adapters.visualisation.report.files import read_json, read_run_toml, read_table, read_trials
+from palpate.adapters.visualisation.report.files import read_json, read_run_toml, read_trials
 from palpate.core.automata import load
 from palpate.core.motion import ArmDescription
 from palpate.core.motion.model import load_model
@@ -56,7 +56,6 @@ def _joints(path: Path) -> list[str]:
         pytest.param("examples.csv", "state,action\na,+x\n", load_examples, id="examples"),
         pytest.param("trials.csv", TRIALS, lambda path: RunFolder(path.parent).read_trials(), id="trials"),
         pytest.param("trials.csv", TRIALS, lambda path: read_trials(path.parent), id="trials of a reported run"),
-        pytest.param("table.csv", "a,b\n1,2\n", lambda path: read_table(path, ("a",)), id="table of a report"),
         pytest.param("arm.urdf", "", _joints, id="URDF"),
     ],
 )

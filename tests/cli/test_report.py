@@ -1,10 +1,8 @@
-"""``palpate report``: a page that needs nothing else, of every kind of folder, and what is refused."""
+"""``palpate report``: a page of a run and of a study that needs nothing else, and what is refused."""
 
-import base64
 import csv
 import re
 import shutil
-import subprocess
 from collections.abc import Sequence
 from html.parser import HTMLParser
 from pathlib import Path
@@ -13,43 +11,57 @@ import pytest
 from scipy.stats import t
 
 from palpate.adapters.experiments.study.cell import StudyCell
-from tests.command_line import CommandLine, command, files_in, shared_folder
-from tests.unit.adapters.visualisation.report.sample_folders import make_study
+from tests.command_line import CommandLine, files_in, shared_folder
 
 STEPS = (0.5, 0.7)
 SEEDS = (0, 1)
 TRIALS = 2
-LIMIT_S = 0.6
+STUDY = f"""
+[study]
+trials = {TRIALS}
+seeds = {list(SEEDS)}
+policies = ["q-learning", "torque"]
+[base]
+"task.time_limit_s" = 0.6
+[grid]
+"task.step_mm" = {list(STEPS)}
+"""
 
 
 class Page(HTMLParser):
-    """What a browser would find in a report."""
+    """The content of a report."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, folder: Path) -> None:
         super().__init__()
-        self.path, self.text = path, path.read_text(encoding="utf-8")
+        self.text = (folder / "report.html").read_text(encoding="utf-8")
         self.tags: list[tuple[str, dict[str, str]]] = []
-        self.headings: list[str] = []
-        self._heading = False
+        self.cells: dict[str, list[str]] = {"h2": [], "dt": [], "dd": [], "th": [], "td": [], "p": []}
+        self._tag = ""
         self.feed(self.text)
 
     def handle_starttag(self, tag: str, attrs: Sequence[tuple[str, str | None]]) -> None:
         self.tags.append((tag, {name: value or "" for name, value in attrs}))
-        self._heading = tag == "h2"
+        self._tag = tag
 
     def handle_data(self, data: str) -> None:
-        if self._heading:
-            self.headings.append(data)
-            self._heading = False
+        if self._tag in self.cells and data.strip():
+            self.cells[self._tag].append(data)
 
     @property
-    def images(self) -> list[dict[str, str]]:
-        return [attrs for tag, attrs in self.tags if tag == "img"]
+    def facts(self) -> dict[str, str]:
+        return dict(zip(self.cells["dt"], self.cells["dd"], strict=True))
 
+    @property
+    def alts(self) -> list[str]:
+        return [attrs["alt"] for tag, attrs in self.tags if tag == "img"]
 
-def reported(folder: Path, *words: str) -> Page:
-    CommandLine().succeed("report", folder, *words)
-    return Page(folder / "report.html")
+    def require_complete(self) -> None:
+        """Nothing outside of the page is needed."""
+        assert "script" not in {tag for tag, _ in self.tags}
+        for tag, attrs in self.tags:
+            for name in ("src", "href"):
+                assert attrs.get(name, "data:").startswith("data:"), (tag, attrs)
+        assert not re.search(r"url\(|@import", self.text)
 
 
 def lines_of(path: Path) -> list[dict[str, str]]:
@@ -60,7 +72,12 @@ def lines_of(path: Path) -> list[dict[str, str]]:
 @pytest.fixture(scope="session")
 def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A finished study over one setting; to be read, not changed."""
-    return shared_folder(tmp_path_factory, "swept", lambda out: make_study(out, STEPS, SEEDS, TRIALS, LIMIT_S))
+
+    def make(out: Path) -> None:
+        out.with_suffix(".toml").write_text(STUDY)
+        CommandLine().succeed("study", out.with_suffix(".toml"), "--out", out, "--engine", "sequential")
+
+    return shared_folder(tmp_path_factory, "swept", make)
 
 
 @pytest.fixture
@@ -69,95 +86,64 @@ def study(tmp_path: Path, swept: Path) -> Path:
     return shutil.copytree(swept, tmp_path / "study")
 
 
-def require_complete(page: Page) -> None:
-    """The page needs nothing outside itself, and can be used without seeing its pictures."""
-    assert "script" not in {tag for tag, _ in page.tags}
-    for tag, attrs in page.tags:
-        for name in ("src", "href", "action", "data", "srcset", "poster"):
-            assert attrs.get(name, "#").startswith(("#", "data:")), (tag, attrs)
-    assert not re.search(r"url\(|@import", page.text)
-    pictures = {path.name: path.read_bytes() for path in (page.path.parent / "report").glob("*.png")}
-    assert {base64.b64decode(image["src"].partition(",")[2]) for image in page.images} == set(pictures.values())
-    assert len(page.images) == len(pictures)
-    for image in page.images:
-        assert len(image["alt"]) > 20
-    anchors = {attrs["id"] for _, attrs in page.tags if "id" in attrs}
-    assert {attrs["href"][1:] for tag, attrs in page.tags if tag == "a"} <= anchors
+def test_a_training_run(palpate: CommandLine, run: Path) -> None:
+    results = files_in(run)
+    palpate.succeed("report", run)
+    page = Page(run)
+    page.require_complete()
+    assert page.cells["h2"] == ["In figures", "Trial by trial", "Policy", "Forces of single trials", "Settings"]
+    assert (page.facts["Policy"], page.facts["Where"], page.facts["Trials"]) == ("q-learning", "simulator", "3")
+    assert re.fullmatch(r"\d{4}-\d\d-\d\d", page.facts["Date"])
+    assert page.alts[0].startswith("Learning curve. q-learning: ")
+    assert any(alt.startswith("Best action of each state. x- y-: ") for alt in page.alts)
+    assert any("Trial 0 (first" in alt for alt in page.alts)
+    # Results stay as they were, and the page is made again in equal bytes.
+    assert {name: content for name, content in files_in(run).items() if name != "report.html"} == results
+    palpate.succeed("report", run)
+    assert Page(run).text == page.text
+    palpate.succeed("report", run, "--no-logs")
+    assert "Forces of single trials" not in Page(run).cells["h2"]
 
 
-def test_a_training_run_has_equal_bytes_in_any_process_and_its_results_stay(run: Path, trained: Path) -> None:
-    page = reported(run)
-    require_complete(page)
-    assert page.headings == [
-        "In figures", "Learning curve", "Policy", "Q values", "Forces of single trials", "Cycle timing", "Settings",
-    ]  # fmt: skip
-    (line,) = lines_of(run / "report" / "summary.csv")
-    assert (line["policy"], line["trials"], line["counted"]) == ("q-learning", "3", "1")
-    last = lines_of(run / "trials.csv")[-1]
-    assert float(line["mean_s"]) == pytest.approx(float(last["exploration_time_s"]), abs=1e-4)
-    # Trials are counted as in trials.csv, in the names of logs and on the pictures' axes.
-    assert "Trial 0 (first" in page.text
-    # Every trial of this short run is the first, the last or the one with the highest force.
-    assert {"force-01.png", "force-02.png"} <= {path.name for path in (run / "report").iterdir()}
-    first, results = files_in(run), files_in(trained)
-    assert {name: first[name] for name in results} == results
-    elsewhere = shutil.copytree(run, run.parent / "elsewhere" / "run")
-    # In a process of its own: nothing that was drawn before has an influence.
-    subprocess.run(command("report", elsewhere), check=True, capture_output=True, timeout=120)
-    assert files_in(elsewhere) == first
+def test_a_claim_is_on_the_page(palpate: CommandLine) -> None:
+    run = ("run", "--policy", "omniscient", "--trials", 1, "--recording.no-enabled", "--out", "out")
+    assert palpate(*run, "--claim", "success >= 0.9").code == 1
+    palpate.succeed("report", "out")
+    page = Page(Path("out"))
+    assert page.facts["Claim"] == "success >= 0.9: inconclusive"
+    assert "100 % [2.5%, 100.0%]" in page.cells["td"]
 
 
-def test_a_study(study: Path) -> None:
-    (study / "summary.csv").write_text("the study's own\n")
-    page = reported(study)
-    require_complete(page)
-    assert page.headings == [
-        "Against the swept settings", "In figures", "Learning curves", "Policies", "Q values", "Settings",
-    ]  # fmt: skip
+def test_a_study_says_what_its_trials_say(palpate: CommandLine, study: Path) -> None:
+    palpate.succeed("report", study)
+    page = Page(study)
+    page.require_complete()
+    assert page.cells["h2"] == ["In figures", "Against the swept settings", "Learning curves", "Settings"]
+    assert page.facts["Swept: task.step_mm"] == "0.5, 0.7"
     assert "unfinished" not in page.text
-    curves = [image["alt"] for image in page.images if "Learning curve" in image["alt"]]
-    assert len(curves) == len(STEPS)
-    assert all("q-learning" in alt and "torque" in alt for alt in curves)
-    names = {path.name for path in (study / "report").iterdir()}
-    assert {"sweep-task.step-mm.png", "learning-01.png", "policy-02-torque-regions.png", "q-01.png"} <= names
-    assert (study / "summary.csv").read_text() == "the study's own\n"
-    require_true_figures(study)
-
-
-def cell_of(study: Path, policy: str, step_mm: float, seed: int) -> Path:
-    return study / "cells" / StudyCell({"task.step_mm": step_mm}, policy, seed).name
-
-
-def require_true_figures(study: Path) -> None:
-    """What the report says of a study is what the trials of its cells say."""
-    lines = {(line["task.step_mm"], line["policy"]): line for line in lines_of(study / "report" / "summary.csv")}
-    assert list(lines) == [(f"{step}", policy) for step in STEPS for policy in ("q-learning", "torque")]
-    for (step, policy), line in lines.items():
-        cells = [cell_of(study, policy, float(step), seed) for seed in SEEDS]
-        rows = [lines_of(cell / "trials.csv") for cell in cells]
-        # Half of the trials of a learner as short as this one, all of the others.
-        rows = [part[-(TRIALS // 2) :] if policy == "q-learning" else part for part in rows]
-        means = [sum(float(row["exploration_time_s"]) for row in part) / len(part) for part in rows]
-        mean = sum(means) / 2
-        # The standard error of two values is half their distance.
+    assert sum("Learning curve" in alt for alt in page.alts) == len(STEPS)
+    names, figures = page.cells["th"][7:], page.cells["td"]
+    for number, name in enumerate(names):
+        policy, step = name.split(", task.step_mm = ")
+        seeds, _, _, mean, *_ = figures[7 * number : 7 * number + 7]
+        parts = [
+            lines_of(study / "cells" / StudyCell({"task.step_mm": float(step)}, policy, seed).name / "trials.csv")
+            for seed in SEEDS
+        ]
+        # Half of the trials of a learner as short as this one count, all of the others.
+        parts = [part[-(TRIALS // 2) :] if policy == "q-learning" else part for part in parts]
+        means = [sum(float(row["exploration_time_s"]) for row in part) / len(part) for part in parts]
         half = t.ppf(0.975, 1) * abs(means[0] - means[1]) / 2
-        assert float(line["mean_s"]) == pytest.approx(mean, abs=1e-4)
-        # No trial takes longer than the study's time limit, so nor does the mean.
-        assert float(line["mean_s_high"]) == pytest.approx(min(mean + half, LIMIT_S), abs=1e-4)
-        assert float(line["mean_s_low"]) == pytest.approx(max(0.0, mean - half), abs=1e-4)
-        wins = [row["success"] == "True" for part in rows for row in part]
-        assert float(line["success"]) == pytest.approx(sum(wins) / len(wins), abs=1e-4)
-        assert line["seeds"] == "2"
+        middle = sum(means) / 2
+        assert seeds == "2"
+        assert mean == f"{middle:.2f} [{max(0.0, middle - half):.2f}, {middle + half:.2f}]"
+    assert len(names) == 4
 
 
-def test_a_comparison(palpate: CommandLine, compared: Path, tmp_path: Path) -> None:
-    folder = shutil.copytree(compared, tmp_path / "compare")
-    page = reported(folder)
-    require_complete(page)
-    assert page.headings == ["Side by side", "Forces of single trials", "Cycle timing", "Settings"]
-    (table,) = [image["alt"] for image in page.images if image["alt"].startswith("Success and time")]
-    assert all(name in table for name in ("omniscient", "torque", "spiral-10", "spiral-5", "random"))
-    assert lines_of(folder / "report" / "summary.csv") == lines_of(folder / "compare.csv")
+def test_an_unfinished_study_says_so(palpate: CommandLine, study: Path) -> None:
+    shutil.rmtree(next((study / "cells").iterdir()))
+    palpate.succeed("report", study)
+    assert "This study is unfinished: 1 of 8 cells are missing." in Page(study).cells["p"]
 
 
 @pytest.mark.parametrize("name", ["trials.csv", "summary.json", "policy.json", "run.toml"])
@@ -167,3 +153,14 @@ def test_damaged_files_of_a_run(palpate: CommandLine, run: Path, name: str) -> N
     # Of settings, half may be sound ones.
     path.write_bytes(half[: half.rindex(b"=") + 1] if name == "run.toml" else half)
     assert f"run/{name}" in palpate.refusal("report", "run")
+
+
+def test_what_is_no_result_is_refused(palpate: CommandLine, run: Path, tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    assert "is no folder of palpate train, run or study" in palpate.refusal("report", "empty")
+    assert "is no folder" in palpate.refusal("report", "missing")
+    (tmp_path / "empty" / "study.toml").touch()
+    assert "without a finished cell" in palpate.refusal("report", "empty")
+    (run / "report.html").write_text("mine")
+    assert "was not made by palpate report" in palpate.refusal("report", "run")
+    assert (run / "report.html").read_text() == "mine"

@@ -23,7 +23,7 @@ NEEDS = {
     r"palpate emulate": "goes on until Ctrl-C; tests/wall_clock",
     r"palpate run .*--view": "a display; tests/cli/test_view.py",
     r"palpate study |--trials 10000": "minutes; tests/cli/test_study.py, test_run.py",
-    r"palpate report runs/(clearance|start-uncertainty|paper-compare)": "what minutes leave; tests/cli/test_report.py",
+    r"palpate report runs/(clearance|start-uncertainty)": "what minutes leave; tests/cli/test_report.py",
     r"palpate train .*(--from-logs|runs/touch/)": "recorded insertions; tests/cli/test_train_from_logs.py",
     r"palpate (infer runs/walks/|train .* runs/felt/)": "recorded insertions; tests/cli/test_automaton.py",
     r"palpate check-adapter |python -m third_party_rig": "a package of examples; tests/cli/test_check_adapter.py",

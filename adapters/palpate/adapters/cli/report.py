@@ -1,49 +1,45 @@
-"""``palpate report``. Light to import: what draws is loaded when it is known that there is something to draw."""
+"""``palpate report``."""
 
+import os
 import sys
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from palpate.core.ports import Settings
+from palpate.core.errors import OutputError
+from palpate.core.ports import Settings, write_whole
 
 
 @dataclass(frozen=True)
 class ReportOptions(Settings):
-    """Make one page about a run or a study: FOLDER/report.html, which needs no network and nothing beside it.
+    """Make one page about a run or a study: FOLDER/report.html, a single file that needs no network.
 
-    Its pictures, and its figures as summary.csv, go to FOLDER/report. An older report of palpate's is replaced.
+    An older report of palpate's is replaced.
     """
 
     folder: Annotated[str, tyro.conf.Positional]
-    """Folder that palpate train, run, compare or study left."""
+    """Folder that palpate train, run or study left."""
     logs: bool = True
-    """Read logs too, for forces and timing of the cycle."""
-    overwrite: bool = False
-    """Replace files in the way that palpate report did not make."""
+    """Read the logs of a run, for the forces of single trials."""
 
 
 def report(options: ReportOptions) -> int:
     """Make the page of a folder; returns the exit code."""
     folder = Path(options.folder)
-    from palpate.adapters.visualisation.report import FOLDER, PAGE, maker_of, place, require_placeable
+    if not os.path.isdir(folder):
+        raise OutputError(str(folder), "is no folder", "name the folder of a run or of a study")
+    study, run = os.path.exists(folder / "study.toml"), os.path.exists(folder / "run.toml")
+    if not study and not (run and os.path.exists(folder / "trials.csv")):
+        raise OutputError(str(folder), "is no folder of palpate train, run or study", "name one of these")
+    # Loaded here, because what draws takes a second to load.
+    from palpate.adapters.visualisation.report import PAGE, html_of, require_free, run_page, study_page
 
-    maker_of(folder)
-    require_placeable(folder, overwrite=options.overwrite)
-    from importlib.metadata import version
-
-    from palpate.adapters.visualisation.report import csv_of, html_of, page_of
-
-    page = page_of(folder, logs=options.logs)
-    files = {f"{picture.name}.png": picture.png for picture in page.pictures}
-    files["summary.csv"] = csv_of(page).encode("utf-8")
+    require_free(folder / PAGE)
+    page = study_page(folder) if study else run_page(folder, logs=options.logs)
     html = html_of(page, version("palpate"))
-    place(folder, html, files, overwrite=options.overwrite)
-    sys.stdout.write("".join(f"mind: {notice}\n" for notice in page.notices))
-    sys.stdout.write(
-        f"{page.kind}: {len(page.pictures)} pictures, {len(html) / 1e6:.1f} MB, in {folder / PAGE}\n"
-        f"pictures and summary.csv in {folder / FOLDER}\n"
-    )
+    write_whole(folder / PAGE, html, remedy="name a folder that can be written to")
+    sys.stdout.write(f"{len(html) / 1e6:.1f} MB in {folder / PAGE}\n")
     return 0

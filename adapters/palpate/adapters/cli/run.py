@@ -75,9 +75,8 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
                     chosen, config, ready, rig, options.trials,
                     folder=folder, recorder=recorder, session=session, on_trial=bar.update,
                 )  # fmt: skip
-    successes = sum(row.success for row in rows)
-    verdict = "" if claim is None else claim.verdict(successes, len(rows))
-    summary = write_evaluation(config, folder, named, chosen.document, rows, options.trials)
+    summary = write_evaluation(config, folder, named, chosen.document, rows, options.trials, claim)
+    verdict = summary.get("verdict", "")
     if session is not None:
         sys.stdout.write(session.report() + "\n")
     low, high = summary["success_95"]

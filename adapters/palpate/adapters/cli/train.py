@@ -94,7 +94,7 @@ def _fit_to_logs(options: TrainOptions) -> int:
         found.document.save(folder / "policy.json")
         facts = {"from_logs": list(options.from_logs)}
         (folder / "run.toml").write_text(run_toml(found.config, "train", **facts), encoding="utf-8")
-        for picture in touch_pictures("touch", found.belief, options.out):
+        for picture in touch_pictures(found.belief):
             (folder / "touch.png").write_bytes(picture.png)
     for line in found.left_out:
         sys.stderr.write(f"left out: {line}\n")

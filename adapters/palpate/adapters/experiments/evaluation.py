@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, task_kind
 from palpate.adapters.experiments.build import build_task, plain_perception, ready_pose, supervisor_of
+from palpate.adapters.experiments.claim import Claim
 from palpate.adapters.experiments.figure import trials_picture
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.foreign import foreign_code
@@ -254,9 +255,13 @@ def write_evaluation(
     document: PolicyDocument | None,
     rows: Sequence[TrialRow],
     trials: int,
+    claim: Claim | None = None,
 ) -> dict[str, Any]:
     """Write ``summary.json``, times and forces as a picture, and the policy; gives the figures of the summary."""
     summary = policy_summary(config, name, rows, trials)
+    if claim is not None:
+        verdict = claim.verdict(sum(row.success for row in rows), len(rows))
+        summary |= {"claim": str(claim), "verdict": verdict}
     folder.write_json("summary.json", summary)
     folder.write("trials.png", trials_picture(rows, f"{_who(config, name)}, {config.scenario}"))
     if document is not None:

@@ -1,9 +1,6 @@
-from .build import maker_of as maker_of
-from .build import page_of as page_of
-from .placing import FOLDER as FOLDER
-from .placing import PAGE as PAGE
-from .placing import csv_of as csv_of
-from .placing import html_of as html_of
-from .placing import place as place
-from .placing import require_placeable as require_placeable
+from .page import PAGE as PAGE
+from .page import html_of as html_of
+from .page import require_free as require_free
+from .run_page import run_page as run_page
+from .study_page import study_page as study_page
 from .touch_pictures import touch_pictures as touch_pictures

@@ -1,26 +1,31 @@
-"""What a report consists of, before it is HTML."""
+"""The parts of a report, and its HTML: one file that needs no network and nothing else."""
 
+import base64
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from pathlib import Path
+from typing import Final
 
-Cell: TypeAlias = str | int | float | bool | None
+from palpate.adapters.experiments import TrialRow, exact_interval
+from palpate.core.errors import OutputError
+
+PAGE: Final = "report.html"
+_GENERATOR: Final = b'<meta name="generator" content="palpate report">'
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture of the page, which is also a file beside it.
+    """A picture of the page."""
 
-    Attributes:
-        name: The file's name without its ending; unique in a report.
-        wide: Keeps its size on narrow screens, where it can be moved sideways; for pictures with small letters.
-    """
-
-    name: str
     alt: str
     caption: str
     png: bytes
-    wide: bool = False
+
+    @property
+    def source(self) -> str:
+        """The picture as a data URI."""
+        return f"data:image/png;base64,{base64.b64encode(self.png).decode('ascii')}"
 
 
 @dataclass(frozen=True)
@@ -34,14 +39,10 @@ class PageTable:
 
 @dataclass(frozen=True)
 class PageSection:
-    """A part of the page.
-
-    Attributes:
-        listing: A text file, shown folded; empty if there is none.
-    """
+    """A part of the page; ``listing`` is a text that is shown folded."""
 
     title: str
-    text: tuple[str, ...] = ()
+    text: str = ""
     tables: tuple[PageTable, ...] = ()
     pictures: tuple[Picture, ...] = ()
     listing: str = ""
@@ -52,41 +53,57 @@ class Page:
     """A report.
 
     Attributes:
-        notices: What a reader must know before believing anything: unfinished cells, early ends.
-        summary: Rows of ``summary.csv``, all with the same columns.
+        facts: Names and values at the top.
+        notices: What a reader must know first, such as an early end.
     """
 
     title: str
     kind: str
     facts: tuple[tuple[str, str], ...]
     sections: tuple[PageSection, ...]
-    summary: tuple[dict[str, Cell], ...]
     notices: tuple[str, ...] = ()
 
-    @property
-    def pictures(self) -> tuple[Picture, ...]:
-        """All pictures, in order."""
-        return tuple(picture for section in self.sections for picture in section.pictures)
+
+def html_of(page: Page, version: str) -> str:
+    """Return the page as HTML."""
+    # Loaded here, because refusals need none of it.
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("palpate.adapters.visualisation.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("report.html.jinja").render(page=page, version=version)
 
 
-def shown_facts(facts: Sequence[tuple[str, object]]) -> tuple[tuple[str, str], ...]:
-    """Names and values for people, without those that have none."""
-    return tuple((name, str(value)) for name, value in facts if value not in (None, ""))
+def require_free(path: Path) -> None:
+    """Make sure that no file of another origin is in the way of the page.
 
-
-def counted(number: int, noun: str, plural: str = "") -> str:
-    """A number with its noun: ``1 trial``, ``2 trials``."""
-    return f"{number} {noun if number == 1 else plural or noun + 's'}"
-
-
-def listed(names: Sequence[str], most: int = 5) -> str:
-    """Names in a row, the rest counted."""
-    more = len(names) - most
-    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
+    Raises:
+        OutputError: There is one.
+    """
+    if not os.path.lexists(path):
+        return
+    try:
+        ours = _GENERATOR in path.read_bytes()
+    except OSError as error:
+        raise OutputError(str(path), f"is in the way ({error.strerror})", "move it away") from error
+    if not ours:
+        raise OutputError(str(path), "was not made by palpate report", "move it away")
 
 
 def share(value: float) -> str:
-    """A share as whole per cent: never 100 % or 0 % when it is not quite."""
+    """Return a share in per cent; never 100 % or 0 % when it is not quite."""
     if 0.0 < value < 0.005:
         return "< 1 %"
     return "> 99 %" if 0.995 <= value < 1.0 else f"{value:.0%}".replace("%", " %")
+
+
+def success_of(rows: Sequence[TrialRow]) -> str:
+    """Return the share of successes with its exact 95 % interval."""
+    wins = sum(row.success for row in rows)
+    low, high = exact_interval(wins, len(rows))
+    return f"{share(wins / len(rows))} [{low:.1%}, {high:.1%}]"

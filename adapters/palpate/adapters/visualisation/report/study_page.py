@@ -1,251 +1,137 @@
-"""The page of a study: curves with bands, success and time against what was swept, comparators beside."""
+"""The page of a study: figures, success and time against each swept setting, and learning curves."""
 
-from collections.abc import Sequence
-from dataclasses import replace
-from math import inf
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.experiments import exact_interval, mean_with_interval, shown_interval, window_of
-from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
-from palpate.adapters.visualisation.report.learning_pictures import ReferenceLevel, learning_picture, means_of
-from palpate.adapters.visualisation.report.logs import logs_in
-from palpate.adapters.visualisation.report.page import (
-    Cell,
-    Page,
-    PageSection,
-    PageTable,
-    Picture,
-    counted,
-    listed,
-    share,
-)
-from palpate.adapters.visualisation.report.policy_pictures import arrows_pictures, q_picture
-from palpate.adapters.visualisation.report.run_page import log_sections, settings_section, summary_cells
-from palpate.adapters.visualisation.report.run_source import curve_of
-from palpate.adapters.visualisation.report.study_source import (
-    ReportedCell,
-    Setting,
-    StudySource,
-    is_number,
-    shown_setting,
-    shown_value,
-)
-from palpate.adapters.visualisation.report.sweep_pictures import Point, SweepSeries, sweep_picture
-from palpate.core.automata import Machine
+from palpate.adapters.experiments import TrialRow, mean_with_interval, shown_interval
+from palpate.adapters.experiments.study import CELL_FILE, FORMAT, UNFINISHED, Study
+from palpate.adapters.visualisation.report.files import read_json
+from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture
+from palpate.adapters.visualisation.report.pictures import learning_picture, mean_s, sweep_picture
+from palpate.adapters.visualisation.report.run_page import HEAD, RunSource, figures_row, settings_section
+from palpate.core.errors import ConfigurationError, OutputError
 
-MOST_SETTINGS: Final = 12
-"""Choices of settings with pictures of their own; all are in the tables."""
-_MOST_LINES: Final = 8
-_MOST_FORCES: Final = 4
-_MOST_AUTOMATA: Final = 4
+_MOST_CURVES: Final = 12
+"""Choices of settings with a learning curve; all are in the table."""
+Setting = tuple[tuple[str, str], ...]
+"""Names and values of the swept settings."""
 
 
-def study_page(folder: Path, title: str, *, logs: bool) -> Page:
+@dataclass(frozen=True)
+class ReportedCell:
+    """A finished run of the study: one policy, one seed and one choice of settings."""
+
+    fields: Mapping[str, Any]
+    policy: str
+    seed: int
+    run: RunSource
+
+    @property
+    def setting(self) -> Setting:
+        """Its settings in a form that can be compared."""
+        return tuple((name, _shown(value)) for name, value in self.fields.items())
+
+
+def study_page(folder: Path) -> Page:
     """Put together the page of a study."""
-    study = StudySource.read(folder)
-    settings = list(dict.fromkeys(cell.setting for cell in study.cells))
-    sections = [_sweep(study), _figures(study), _curves(study, settings[:MOST_SETTINGS])]
-    sections += _policies(study, settings[:MOST_SETTINGS])
-    if logs:
-        sections += _logs(study)
-    sections.append(settings_section(folder / "study.toml"))
-    return Page(
-        title=title,
-        kind="a study",
-        facts=_facts(study),
-        notices=_notices(study, settings),
-        sections=tuple(sections),
-        summary=tuple(_summary(cells) for cells in study.groups.values()),
+    names = sorted(os.listdir(folder / "cells")) if os.path.isdir(folder / "cells") else []
+    paths = [folder / "cells" / name for name in names if not name.endswith(UNFINISHED)]
+    cells = [_cell(path) for path in paths if (path / CELL_FILE).exists()]
+    if not cells:
+        raise OutputError(str(folder), "is a study without a finished cell", "let palpate study run first")
+    cells.sort(key=lambda cell: ([_rank(value) for value in cell.fields.values()], cell.policy, cell.seed))
+    groups: dict[tuple[Setting, str], list[ReportedCell]] = {}
+    for cell in cells:
+        groups.setdefault((cell.setting, cell.policy), []).append(cell)
+    fields = dict.fromkeys(name for cell in cells for name in cell.fields)
+    swept = {name: _distinct(cell.fields.get(name) for cell in cells) for name in fields}
+    swept = {name: values for name, values in swept.items() if len(values) > 1}
+    sections = (
+        PageSection("In figures", tables=(_figures(groups),)),
+        PageSection("Against the swept settings", pictures=tuple(_sweep(name, swept[name], cells) for name in swept)),
+        PageSection("Learning curves", pictures=tuple(_curves(groups))),
+        settings_section(folder / "study.toml"),
     )
+    facts = [("Cells", str(len(cells))), ("Where", "simulator"), ("Date", max(cell.run.date for cell in cells))]
+    facts += [(f"Swept: {name}", ", ".join(values)) for name, values in swept.items()]
+    facts += [("Policies", ", ".join(_distinct(cell.policy for cell in cells)))]
+    facts += [("Seeds", ", ".join(_distinct(cell.seed for cell in cells)))]
+    facts += [("Trials in all", str(sum(len(cell.run.rows) for cell in cells)))]
+    return Page(folder.resolve().name, "study", tuple(facts), sections, _notices(folder / "study.toml", len(cells)))
 
 
-def _facts(study: StudySource) -> tuple[tuple[str, str], ...]:
-    facts = [("Cells", f"{len(study.cells)} finished of {len(study.cells) + study.unfinished}")]
-    facts += [(f"Swept: {name}", listed([shown_value(v) for v in values], 12)) for name, values in study.swept.items()]
-    facts.append(("Policies", listed(study.policies, 12)))
-    seeds = sorted({cell.seed for cell in study.cells})
-    facts.append(("Seeds", listed([str(seed) for seed in seeds], 12)))
-    facts.append(("Trials in all", str(sum(len(cell.run.rows) for cell in study.cells))))
-    return tuple(facts)
+def _notices(path: Path, finished: int) -> tuple[str, ...]:
+    try:
+        asked = Study.read(path).count
+    except ConfigurationError as error:
+        return (f"The number of cells is unknown: {error}",)
+    return (f"This study is unfinished: {asked - finished} of {asked} cells are missing.",) if asked > finished else ()
 
 
-def _notices(study: StudySource, settings: list[Setting]) -> tuple[str, ...]:
-    notices = []
-    if study.unfinished:
-        begun = f" Begun: {listed(study.begun)}." if study.begun else ""
-        notices.append(
-            f"This study is unfinished: {study.unfinished} of {study.unfinished + len(study.cells)} cells are missing"
-            f" here.{begun}"
-        )
-    if study.problem:
-        notices.append(f"How many cells there should be is not known: {study.problem}")
-    short = [cell.name for cell in study.cells if cell.run.missing]
-    if short:
-        notices.append(f"{counted(len(short), 'cell')} with fewer trials than asked for: {listed(short)}.")
-    if len(settings) > MOST_SETTINGS:
-        notices.append(
-            f"Of {len(settings)} choices of settings the first {MOST_SETTINGS} have learning curves and policies drawn."
-        )
-    return tuple(notices)
-
-
-def _sweep(study: StudySource) -> PageSection:
-    """A picture for every swept field; a line for each policy and each choice of the other fields."""
-    pictures, text = [], []
-    for field, values in study.swept.items():
-        lines = _lines(study, field, apart=True)
-        if len(lines) > _MOST_LINES:
-            lines = _lines(study, field, apart=False)
-            text.append(f"In the picture of {field} all values of the other settings are taken together.")
-        pictures.append(sweep_picture(field, values, lines))
-    return PageSection("Against the swept settings", tuple(text), pictures=tuple(pictures))
-
-
-def _lines(study: StudySource, field: str, *, apart: bool) -> list[SweepSeries]:
-    others = [name for name in study.swept if name != field]
-    found: dict[str, dict[str, list[ReportedCell]]] = {}
-    for policy in study.policies:
-        for cell in (c for c in study.cells if c.policy == policy):
-            held = [f"{name} = {shown_value(cell.fields[name])}" for name in others] if apart else []
-            label = ", ".join([policy, *held])
-            found.setdefault(label, {}).setdefault(shown_value(cell.fields[field]), []).append(cell)
-    return [
-        SweepSeries(label, tuple(_point(cells[0].fields[field], cells) for cells in points.values()))
-        for label, points in found.items()
-    ]
-
-
-def _point(value: Any, cells: list[ReportedCell]) -> Point:
-    late = [row for cell in cells for row in cell.run.late]
-    return Point(value, tuple(_mean_s(cell) for cell in cells), sum(row.success for row in late), len(late))
-
-
-def _mean_s(cell: ReportedCell) -> float:
-    late = cell.run.late
-    return sum(row.exploration_time_s for row in late) / len(late)
-
-
-def _figures(study: StudySource) -> PageSection:
-    swept = list(study.swept)
+def _figures(groups: Mapping[tuple[Setting, str], Sequence[ReportedCell]]) -> PageTable:
     rows = []
-    for cells in study.groups.values():
-        figures = _summary(cells)
-        fields = [shown_value(cells[0].fields[name]) for name in swept]
-        mean, low, high = mean_with_interval([_mean_s(cell) for cell in cells], _limit_s(cells))
-        time = shown_interval(mean, low, high)
-        success = [share(float(figures[name] or 0.0)) for name in ("success", "success_low", "success_high")]
-        rows.append(
-            (
-                ", ".join([cells[0].policy, *(f"{name} = {v}" for name, v in zip(swept, fields, strict=True))]),
-                str(len(cells)), f"{success[0]} [{success[1]}, {success[2]}]", time, f"{figures['median_s']:.2f}",
-                f"{figures['peak_force_N']:.1f}",
-            )
-        )  # fmt: skip
-    head = ("policy and settings", "seeds", "success", "mean [s]", "median [s]", "peak force [N]")
+    for (setting, policy), cells in groups.items():
+        name = ", ".join([policy, *(f"{field} = {value}" for field, value in setting)])
+        _, trials, success, _, *others = figures_row(name, _late(cells))
+        mean = shown_interval(*mean_with_interval([mean_s(cell.run.late) for cell in cells]))
+        rows.append((name, str(len(cells)), trials, success, mean, *others))
     caption = (
-        "Brackets: 95 % intervals, exact of success over all trials, Student's t of the mean over seeds. Of policies"
-        " that learn, the last trials count; the peak force is that of all trials"
+        "Brackets: 95 % intervals, exact of success, Student's t over seeds of the mean, by order statistics of"
+        " medians. Of policies that learn, the last trials count"
     )
-    return PageSection("In figures", tables=(PageTable(caption, head, tuple(rows)),))
+    return PageTable(caption, (HEAD[0], "seeds", *HEAD[1:]), tuple(rows))
 
 
-def _curves(study: StudySource, settings: list[Setting]) -> PageSection:
-    """A picture for each choice of settings: policies that learn as curves, the others as levels."""
-    groups = study.groups
+def _sweep(field: str, values: Sequence[str], cells: Sequence[ReportedCell]) -> Picture:
+    lines: dict[str, dict[str, list[Sequence[TrialRow]]]] = {}
+    for cell in cells:
+        value = _shown(cell.fields.get(field))
+        lines.setdefault(cell.policy, {}).setdefault(value, []).append(cell.run.late)
+    return sweep_picture(field, values, lines)
+
+
+def _curves(groups: Mapping[tuple[Setting, str], Sequence[ReportedCell]]) -> list[Picture]:
+    """Return a picture for each choice of settings: learners as curves, other policies as lines."""
     pictures = []
-    highest = _highest(study)
-    for number, setting in enumerate(settings, 1):
-        curves, levels = [], []
-        for policy in study.policies:
-            cells = groups.get((setting, policy), [])
-            learning = [cell for cell in cells if cell.run.learns]
-            if learning:
-                curves.append(curve_of(policy, [cell.run.rows for cell in learning]))
-            rows = [row for cell in cells if not cell.run.learns for row in cell.run.rows]
-            if rows:
-                times = [row.exploration_time_s for row in rows]
-                levels.append(
-                    ReferenceLevel(policy, sum(times) / len(times), sum(row.success for row in rows) / len(rows))
-                )
+    for setting in list(dict.fromkeys(setting for setting, _ in groups))[:_MOST_CURVES]:
+        of_setting = {policy: cells for (own, policy), cells in groups.items() if own == setting}
+        curves = {name: [cell.run.rows for cell in own] for name, own in of_setting.items() if own[0].run.learns}
+        levels = {name: _late(own) for name, own in of_setting.items() if name not in curves}
         if curves:
-            picture = learning_picture(
-                f"learning-{number:02d}", curves, levels, highest_s=highest, ceiling_s=_limit_s(study.cells)
-            )
-            title = shown_setting(setting)
-            pictures.append(replace(picture, alt=f"{title}. {picture.alt}", caption=f"{title}. {picture.caption}"))
-    return PageSection("Learning curves", pictures=tuple(pictures))
+            title = ", ".join(f"{name} = {value}" for name, value in setting)
+            pictures.append(learning_picture(curves, levels, f"{title}. " if title else ""))
+    return pictures
 
 
-def _limit_s(cells: Sequence[ReportedCell]) -> float:
-    """No mean time is above this, so neither is the end of an interval."""
-    limits = [cell.run.settings.get("task", {}).get("time_limit_s", inf) for cell in cells]
-    return max(limits, default=inf)
+def _late(cells: Sequence[ReportedCell]) -> list[TrialRow]:
+    return [row for cell in cells for row in cell.run.late]
 
 
-def _highest(study: StudySource) -> float:
-    """A limit for all curves alike: a standard deviation over seeds above the highest mean."""
-    highest = 0.0
-    for (_, policy), cells in study.groups.items():
-        curve = curve_of(policy, [cell.run.rows for cell in cells])
-        means = means_of(curve.costs, curve.trials)[:, window_of(curve.trials) - 1 :]
-        highest = max(highest, float((means.mean(axis=0) + means.std(axis=0)).max()))
-    return 1.08 * highest
+def _cell(folder: Path) -> ReportedCell:
+    path = folder / CELL_FILE
+    content = read_json(path)
+    if content.get("format") != FORMAT:
+        raise OutputError(str(path), f"has format {content.get('format')!r}", f"this palpate reads {FORMAT!r}")
+    fields, policy, seed = content.get("fields"), content.get("policy"), content.get("seed")
+    if not isinstance(fields, dict) or not isinstance(policy, str) or not isinstance(seed, int):
+        raise OutputError(str(path), "lacks fields, policy or seed", "remove the cell, and run palpate study again")
+    return ReportedCell(fields, policy, seed, RunSource.read(folder))
 
 
-def _policies(study: StudySource, settings: list[Setting]) -> list[PageSection]:
-    """Of each choice of settings the policy that the first seed learned."""
-    arrows: list[Picture] = []
-    machines: dict[Machine, str] = {}
-    values: list[Picture] = []
-    number = 0
-    for (setting, policy), cells in study.groups.items():
-        document = cells[0].run.document
-        if setting not in settings or document is None or document.foreign is not None:
-            continue
-        title = f"{policy}, {shown_setting(setting)}, seed {cells[0].seed}"
-        number += 1
-        arrows += arrows_pictures(f"policy-{number:02d}", document, title)
-        q = q_picture(f"q-{number:02d}", document, title)
-        values += [q] if q is not None else []
-        machine = machine_in(document)
-        if machine is not None:
-            machines.setdefault(machine, shown_setting(setting))
-    text = ("The policy of the first seed of each choice of settings.",) if arrows else ()
-    sections = [PageSection("Policies", text, pictures=tuple(arrows)), PageSection("Q values", pictures=tuple(values))]
-    for number, (machine, served) in enumerate(list(machines.items())[:_MOST_AUTOMATA], 1):
-        sections.append(
-            automaton_section(
-                machine, f"automaton-{number:02d}", f"Automaton {number}", f"Gives the states of {served}."
-            )
-        )
-    return sections
+def _shown(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return ", ".join(map(_shown, value)) if isinstance(value, list) else str(value)
 
 
-def _logs(study: StudySource) -> list[PageSection]:
-    paths: list[Path] = []
-    chosen: list[tuple[Path, str]] = []
-    for cells in study.groups.values():
-        found = [(cell, logs_in(cell.run.path)) for cell in cells]
-        paths += [path for _, logs in found for path in logs]
-        cell, logs = found[0]
-        if logs:
-            chosen.append((logs[-1], f"{cell.policy}, {shown_setting(cell.setting)}, seed {cell.seed}, last trial"))
-    return log_sections(paths, chosen[:_MOST_FORCES])
+def _distinct(values: Any) -> list[str]:
+    return [_shown(value) for value in sorted({_shown(value): value for value in values}.values(), key=_rank)]
 
 
-def _summary(cells: list[ReportedCell]) -> dict[str, Cell]:
-    """A line of ``summary.csv``: what cells that differ in their seed only came to."""
-    rows = [row for cell in cells for row in cell.run.rows]
-    late = [row for cell in cells for row in cell.run.late]
-    mean, low, high = mean_with_interval([_mean_s(cell) for cell in cells], _limit_s(cells))
-    figures = summary_cells(rows, late)
-    success_low, success_high = exact_interval(sum(row.success for row in late), len(late))
-    fields: dict[str, Cell] = {
-        name: value if is_number(value) else shown_value(value) for name, value in cells[0].fields.items()
-    }
-    return {
-        **fields, "policy": cells[0].policy, "seeds": len(cells), **figures, "success_low": round(success_low, 4),
-        "success_high": round(success_high, 4), "mean_s": round(mean, 4),
-        "mean_s_low": None if low is None else round(low, 4), "mean_s_high": None if high is None else round(high, 4),
-    }  # fmt: skip
+def _rank(value: Any) -> tuple[bool, float, str]:
+    """Sort numbers by size, before anything else by name."""
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return (False, float(value), "") if number else (True, 0.0, _shown(value))

@@ -1,0 +1,155 @@
+"""Pictures of reports: learning curves, success and time against a setting, and the forces of a trial."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
+from itertools import pairwise
+from typing import Any, Final
+
+import numpy as np
+
+from palpate.adapters.experiments import (
+    WINDOW,
+    TrialRow,
+    exact_interval,
+    mean_with_interval,
+    moving_average,
+    t_half_width,
+    window_of,
+)
+from palpate.adapters.log import Canvas, TrialLog, drawing, series_of
+from palpate.adapters.visualisation.report.page import Picture
+
+# Colours that differ for any colour vision (Okabe and Ito).
+COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#aa4499", "#000000", "#e69f00", "#56b4e9", "#999933")
+GREY: Final = "#6b7280"
+WIDTH_IN: Final = 6.2
+_DPI: Final = 150
+_STYLE: Final = {
+    "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
+    "text.usetex": False, "text.parse_math": False,
+}  # fmt: skip
+_ROOM: Final = 0.035
+"""Part of the time that a phase must last for its name to have room."""
+Runs = Sequence[Sequence[TrialRow]]
+"""Trials of equal runs that differ in their seed only."""
+
+
+def drawn(height_in: float, width_in: float = WIDTH_IN) -> AbstractContextManager[Canvas]:
+    """Give an empty canvas to draw on; when the block ends its ``content`` is there."""
+    return drawing(width_in, height_in, _DPI, settings=_STYLE)
+
+
+def mean_s(rows: Sequence[TrialRow]) -> float:
+    """Return the mean exploration time."""
+    return sum(row.exploration_time_s for row in rows) / len(rows)
+
+
+def learning_picture(curves: Mapping[str, Runs], levels: Mapping[str, Sequence[TrialRow]], title: str = "") -> Picture:
+    """Draw time above and success below, over the trials.
+
+    Args:
+        curves: Learners by name. Several runs have a band, the t interval of their mean.
+        levels: Trials of policies that do not learn, by name; drawn as lines.
+    """
+    ends = []
+    with drawn(5.0) as canvas:
+        upper, lower = canvas.figure.subplots(2, 1, sharex=True, height_ratios=(1.9, 1.0))
+        for colour, (name, runs) in zip(COLOURS * len(curves), curves.items(), strict=False):
+            times = _averages([[row.exploration_time_s for row in rows] for rows in runs])
+            wins = _averages([[float(row.success) for row in rows] for rows in runs])
+            trials = np.arange(times.shape[1]) + window_of(min(map(len, runs))) - 1
+            for axes, values in ((upper, times), (lower, wins)):
+                middle = values.mean(axis=0)
+                if len(runs) > 1:
+                    half = t_half_width(values)
+                    axes.fill_between(trials, np.maximum(middle - half, 0.0), middle + half, color=colour, alpha=0.2)
+                axes.plot(trials, middle, color=colour, linewidth=1.8, label=name)
+            if len(runs) == 1:
+                upper.scatter(
+                    range(len(runs[0])), [row.exploration_time_s for row in runs[0]], s=14, alpha=0.4,
+                    color=[colour if row.success else GREY for row in runs[0]],
+                )  # fmt: skip
+            ends.append(f"{name}: {times[:, 0].mean():.3g} s at first, {times[:, -1].mean():.3g} s at the end")
+        for line, (name, rows) in zip(("--", "-.", ":") * len(levels), levels.items(), strict=False):
+            upper.axhline(mean_s(rows), color=GREY, linestyle=line, linewidth=1.3, label=name)
+            lower.axhline(sum(row.success for row in rows) / len(rows), color=GREY, linestyle=line, linewidth=1.3)
+            ends.append(f"{name}: {mean_s(rows):.3g} s")
+        upper.set_ylabel("exploration time [s]")
+        upper.set_ylim(bottom=0.0)
+        lower.set(xlabel="trial", ylabel="success", ylim=(-0.04, 1.04))
+        canvas.figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=2, frameon=False)
+    caption = (
+        f"{title}Lines: moving average over {WINDOW} trials, or single trials where there are fewer. Bands: 95 %"
+        " interval of the mean over seeds (Student's t). Failed trials count with their time; as dots they are grey."
+    )
+    return Picture(f"Learning curve. {title}{'; '.join(ends)}.", caption, canvas.content)
+
+
+def _averages(values: Sequence[Sequence[float]]) -> Any:
+    """Return moving averages of the part that all runs have, from the first full window on; (runs, trials)."""
+    trials = min(map(len, values))
+    window = window_of(trials)
+    return np.array([moving_average(run[:trials], window) for run in values])[:, window - 1 :]
+
+
+def sweep_picture(field: str, values: Sequence[str], lines: Mapping[str, Mapping[str, Runs]]) -> Picture:
+    """Draw time above and success below, against the values of a setting.
+
+    Args:
+        lines: By policy, the trials that count of each seed, by value of the setting.
+    """
+    described = []
+    with drawn(5.0) as canvas:
+        upper, lower = canvas.figure.subplots(2, 1, sharex=True, height_ratios=(1.5, 1.0))
+        for number, (name, points) in enumerate(lines.items()):
+            colour, aside = COLOURS[number % len(COLOURS)], 0.3 * (number + 0.5) / len(lines) - 0.15
+            for value, runs in points.items():
+                place = values.index(value) + aside
+                mean, low, high = mean_with_interval([mean_s(rows) for rows in runs])
+                rows = [row for one in runs for row in one]
+                wins = sum(row.success for row in rows)
+                label = name if value == next(iter(points)) else None
+                upper.plot([place], [mean], "o", color=colour, label=label)
+                lower.plot([place], [wins / len(rows)], "o", color=colour)
+                if low is not None and high is not None:
+                    upper.vlines(place, low, high, color=colour)
+                lower.vlines(place, *exact_interval(wins, len(rows)), color=colour)
+                described.append(f"{name} at {value}: {mean:.3g} s")
+        upper.set(ylabel="mean time [s]")
+        upper.set_ylim(bottom=0.0)
+        lower.set(xlabel=field, ylabel="success", ylim=(-0.04, 1.04))
+        lower.set_xticks(range(len(values)), values)
+        canvas.figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=2, frameon=False)
+    caption = "Bars: 95 % intervals, Student's t over seeds of times, exact over trials of success."
+    return Picture(f"Mean time and success against {field}. {'; '.join(described)}.", caption, canvas.content)
+
+
+def force_picture(log: TrialLog, title: str) -> Picture:
+    """Draw the force on the tool and the depth of the tip over the time of a trial."""
+    series = series_of(log)
+    size_N = np.linalg.norm(series.wrench[:, :3], axis=1)
+    peak_N = float(np.nanmax(size_N)) if np.isfinite(size_N).any() else 0.0
+    with drawn(4.4) as canvas:
+        upper, lower = canvas.figure.subplots(2, 1, sharex=True, height_ratios=(1.7, 1.0))
+        for axis, label in enumerate(("Fx", "Fy", "Fz")):
+            upper.plot(series.time_s, series.wrench[:, axis], color=COLOURS[axis], linewidth=1.0, label=label)
+        lower.plot(series.time_s, series.tip_mm[:, 2], color="black", linewidth=1.4)
+        last_s = max(float(series.time_s[-1]), 1e-3)
+        phases = [*((series.time_of(tick), phase) for tick, phase in log.phases), (last_s, "")]
+        for (time_s, word), (end_s, _) in pairwise(phases):
+            for axes in (upper, lower):
+                axes.axvline(time_s, color=GREY, linewidth=0.9, linestyle=":")
+            if end_s - time_s > _ROOM * last_s:
+                lower.annotate(
+                    word, (time_s, 1.0), xycoords=("data", "axes fraction"), xytext=(3, -3),
+                    textcoords="offset points", rotation=90, va="top", fontsize=9,
+                )  # fmt: skip
+        upper.set_ylabel("force [N]")
+        lower.set(xlabel="time [s]", ylabel="depth [mm]", xlim=(0.0, last_s))
+        # z points into the hole.
+        lower.invert_yaxis()
+        canvas.figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=3, frameon=False)
+    outcome = "no end recorded" if log.end is None else str(log.end.error or log.end.outcome)
+    alt = f"Force on the tool and depth of the tip, {title}: {outcome}. The largest force is {peak_N:.1f} N."
+    caption = f"{title}: {outcome}. Force in the sensor's frame, tared; largest {peak_N:.1f} N. Dotted: phases."
+    return Picture(alt, caption, canvas.content)

@@ -1,0 +1,89 @@
+"""A policy as arrows over its states, on the colour of their values."""
+
+from math import hypot
+from textwrap import wrap
+from typing import Any, Final
+
+from palpate.adapters.visualisation.report.page import Picture
+from palpate.adapters.visualisation.report.pictures import drawn
+from palpate.core.policy import LEARNED, PolicyDocument, TableRow
+
+_MOST_STATES: Final = 48
+_COLUMNS: Final = 6
+_SIGNS: Final = {"-": -1, "0": 0, "+": 1}
+_UNKNOWN: Final = "#ececec"
+Place = tuple[int, int]
+"""Column and row, from the left and from the top."""
+
+
+def policy_picture(document: PolicyDocument) -> Picture:
+    """Draw the best action of each state; x to the right, y down, as seen from above.
+
+    The paper's position and torque regions become two maps in which each state lies on the side of the hole where it
+    is measured, so that good arrows point to the middle: the hole is at heading (-ty, tx).
+    """
+    rows = [row for row in document.table if row.visits or row.source != LEARNED] or list(document.table)
+    rows = sorted(rows, key=lambda row: -row.visits)[:_MOST_STATES]
+    places = _on_maps(document)
+    if places is None:
+        order = [state for state in document.states if state in {row.state for row in rows}]
+        places = {state: (n % _COLUMNS, n // _COLUMNS) for n, state in enumerate(order)}
+    shown = [row for row in document.table if row.state in places]
+    steps = {action.name: action.displacement_mm[:2] for action in document.actions}
+    longest = max((hypot(*step) for step in steps.values()), default=0.0) or 1.0
+    columns, lines = (1 + max(place[axis] for place in places.values()) for axis in (0, 1))
+    from matplotlib import colormaps
+
+    with drawn(0.6 + 0.95 * lines, 0.4 + 0.95 * columns) as canvas:
+        axes = canvas.figure.add_subplot()
+        axes.set(xlim=(-0.5, columns - 0.5), ylim=(lines - 0.5, -0.5), aspect="equal")
+        axes.set_axis_off()
+        known = [row.value for row in shown if row.visits and row.value is not None] or [0.0]
+        for row in shown:
+            seen = row.value if row.visits else None
+            high, spread = max(known), (max(known) - min(known)) or 1.0
+            colour = _UNKNOWN if seen is None else colormaps["viridis"](1.0 - 0.7 * (high - seen) / spread)
+            _draw(axes, places[row.state], row, steps, longest, colour)
+    best = "; ".join(f"{row.state}: {row.action}" for row in shown[:20])
+    caption = "Best action of each state, on the colour of its value (yellow is best, grey was never visited)."
+    if len(shown) < len(document.states):
+        caption += f" The {len(shown)} most visited of {len(document.states)} states."
+    return Picture(f"Best action of each state. {best}.", caption, canvas.content)
+
+
+def _on_maps(document: PolicyDocument) -> dict[str, Place] | None:
+    """Return places of position regions, and to their right of torque regions; None of other states."""
+    places: dict[str, Place] = {}
+    for state in document.states:
+        words = state.split(" ")
+        if len(words) != 2 or any(word[-1] not in _SIGNS for word in words):
+            return None
+        first, second = (_SIGNS[word[-1]] for word in words)
+        if [word[:-1] for word in words] == ["x", "y"]:
+            places[state] = first + 1, second + 1
+        elif [word[:-1] for word in words] == ["tx", "ty"]:
+            places[state] = second + 5, 1 - first
+        else:
+            return None
+    return places
+
+
+def _draw(
+    axes: Any, place: Place, row: TableRow, steps: dict[str, tuple[float, float]], longest: float, colour: Any
+) -> None:
+    from matplotlib.patches import Rectangle
+
+    column, line = place
+    axes.add_patch(Rectangle((column - 0.48, line - 0.48), 0.96, 0.96, facecolor=colour))
+    name = "\n".join(wrap(row.state, 13)[:3])
+    axes.text(column, line - 0.45, name, ha="center", va="top", fontsize=7)
+    source = row.source if row.source != LEARNED else ""
+    axes.text(column, line + 0.4, source, ha="center", va="center", fontsize=7)
+    if row.source == LEARNED and not row.visits:
+        return
+    x, y = (0.24 * value / longest for value in steps[row.action])
+    if hypot(x, y) == 0.0:
+        axes.text(column, line, "\n".join(wrap(row.action, 12)), ha="center", va="center", fontsize=8)
+        return
+    arrow = {"arrowstyle": "-|>", "linewidth": 2.0, "color": "black", "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", (column + x, line + 0.1 + y), (column - x, line + 0.1 - y), arrowprops=arrow)
