@@ -33,8 +33,7 @@ class Jr3Config(Settings):
     full_scales: tuple[_Scale, _Scale, _Scale, _Scale, _Scale, _Scale] = WRIST_FULL_SCALES
     """Fx, Fy, Fz in N, then Mx, My, Mz in 0.1 N m; unsigned 16-bit each."""
     boot_ns: Annotated[int, Range(0)] = 2_000_000_000
-    """Time from power to the first look at the wire, ns. FACT: 2 s in jr3-mbed-firmware-can main.cpp, 5 s in
-    jr3-mbed-firmware-uart."""
+    """Time from power to the first look at the wire, ns. FACT: jr3-mbed-firmware-can main.cpp."""
     eeprom_ns: Annotated[int, Range(0)] = 32_896_000
     """Time to read the sensor's 256 calibration bytes, ns. CALC: one byte in each acquisition."""
     shortest_period_ns: Annotated[int, Range(1)] = 222_000
