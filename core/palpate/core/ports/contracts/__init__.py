@@ -1,8 +1,8 @@
 """The contracts of the four ports, as test suites that ship with the package.
 
-What types cannot express about a port stands here, clause by clause, and every adapter is held to it:
-ours, a simulator, a replayed log, and a stranger's driver. A suite needs a *rig*: the adapter plus the
-knobs by which a test acts on the world behind it::
+What types cannot express about a port is checked here, clause by clause, on every adapter: ours, a simulator and a
+third-party driver. The suites need Hypothesis (``pip install 'palpate[check]'``). A suite needs a *rig*: the adapter
+plus the knobs by which a test acts on the world behind it::
 
     class TestMySensor(ForceSensorContract):
         def make(self) -> ForceSensorRig:

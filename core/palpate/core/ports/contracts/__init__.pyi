@@ -4,11 +4,11 @@ from .bench import ClauseNotApplicable as ClauseNotApplicable
 from .bench import ContractViolation as ContractViolation
 from .bench import ForceSensorRig as ForceSensorRig
 from .bench import JointEncoderRig as JointEncoderRig
+from .clock import TICK_NS as TICK_NS
 from .clock import ClockContract as ClockContract
 from .clock import ClockRig as ClockRig
+from .clock import FakeClock as FakeClock
 from .device import DeviceContract as DeviceContract
-from .fakes import TICK_NS as TICK_NS
-from .fakes import FakeClock as FakeClock
 from .motion import NO_MOTION as NO_MOTION
 from .motion import MotionLimits as MotionLimits
 from .running import Clause as Clause

@@ -21,12 +21,12 @@ from palpate.core.ports.contracts.bench import (
     require_quiet,
     require_raises,
 )
+from palpate.core.ports.contracts.clock import TICK_NS
 from palpate.core.ports.contracts.device import LONG_TICKS, DeviceContract, bring
 from palpate.core.ports.contracts.motion import ramp
 from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import CONTROL_RATE_HZ, AppliedCommand, CommandReason, JointCommand, JointVector
+from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointVector
 
-_TICK_NS: Final = 10**9 // CONTROL_RATE_HZ
 _SEED: Final = 22
 _HANG_NS: Final = 500_000_000
 _JOIN_S: Final = 0.01
@@ -155,7 +155,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
             if not motion.rate_rad_s:
                 raise ClauseNotApplicable("it sends commands to the arm")
             now_ns = rig.clock.now_ns()
-            if not self._asked_rad or now_ns - self._tick_ns >= _TICK_NS:
+            if not self._asked_rad or now_ns - self._tick_ns >= TICK_NS:
                 self._tick_rad, self._tick_ns = self._asked_rad or _where(rig), now_ns
             for way, most, what in (
                 (_far(asked_rad, self._tick_rad), motion.tick_rad, "within a tick"),
@@ -172,7 +172,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
         applied = AppliedCommand(begin_rad)
         for asked_rad in ramp(begin_rad, end_rad, rig.step_rad):
             applied = self._send(rig, asked_rad)
-            rig.pass_time(_TICK_NS - 1)
+            rig.pass_time(TICK_NS - 1)
         return applied
 
     def _again(self, rig: ArmCommandRig) -> None:

@@ -1,4 +1,4 @@
-"""The contract of the port :class:`palpate.core.ports.devices.Clock`."""
+"""The contract of the port :class:`palpate.core.ports.devices.Clock`, and a clock for tests in virtual time."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -6,6 +6,10 @@ from typing import Final
 
 from palpate.core.ports.contracts.bench import require
 from palpate.core.ports.devices import Clock
+from palpate.core.ports.values import CONTROL_RATE_HZ
+
+TICK_NS: Final = 10**9 // CONTROL_RATE_HZ
+"""The period of the control loop."""
 
 _LOOKS: Final = 5000
 
@@ -73,3 +77,22 @@ class ClockContract(ABC):
             late_ns = rig.clock.now_ns() - deadline_ns
             on_time = 0 <= late_ns <= rig.tolerance_ns
             require("drift", on_time, f"{late_ns} ns late at deadline {count}", f"0 to {rig.tolerance_ns} ns")
+
+
+class FakeClock(Clock):
+    """Virtual time: sleeping takes no time at all."""
+
+    def __init__(self, start_ns: int = 0) -> None:
+        self._now_ns = start_ns
+
+    def now_ns(self) -> int:
+        """Time now."""
+        return self._now_ns
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        """Put the clock on to the deadline, unless it is past."""
+        self._now_ns = max(self._now_ns, deadline_ns)
+
+    def advance(self, ticks: int = 1) -> None:
+        """Let so many control ticks go by."""
+        self._now_ns += ticks * TICK_NS
