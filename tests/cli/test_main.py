@@ -30,7 +30,7 @@ RUN = ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--conf
         ("show", ()),
         ("study", ("--engine", "--jobs", "--yes", "--out", "[study]", "[grid]", "[[cells]]")),
         ("doctor", ("--rig", "--seconds", "--push", "--move")),
-        ("report", ("--logs", "--no-logs", "--overwrite")),
+        ("report", ("--logs", "--no-logs")),
         ("log", ("\n  info ", "\n  plot ", "\n  export ", "\n  recover ")),
         ("log info", ("--json",)),
         ("log plot", ("--out",)),
