@@ -25,7 +25,17 @@ from math import isfinite
 
 
 class PalpateError(Exception):
-    """Root of the tree."""
+    """Root of the tree; errors pass between processes as they are."""
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return _restored, (type(self), self.args, self.__dict__)
+
+
+def _restored(kind: type[PalpateError], args: tuple[object, ...], attributes: dict[str, object]) -> PalpateError:
+    """Rebuild an error without its constructor, whose arguments it does not keep."""
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(attributes)
+    return error
 
 
 class ConfigurationError(PalpateError, ValueError):

@@ -1,10 +1,12 @@
 """Checks of settings: what is refused, and what the refusal says."""
 
+import pickle
 from math import nan
 from typing import Any
 
 import pytest
 
+from palpate.core import errors
 from palpate.core.errors import ConfigurationError, require_one_of, require_whole
 
 
@@ -20,3 +22,22 @@ def test_a_long_value_is_cut_short_in_the_message() -> None:
         require_one_of("a.b", "x" * 1000, ("disc",))
     assert len(str(caught.value)) < 150
     assert caught.value.value == "x" * 1000
+
+
+ERRORS = [
+    errors.ConfigurationError("task.step_mm", 9, "at most 8"),
+    errors.OutputError("runs/a", "holds a run", "choose another folder"),
+    errors.LogError("a.mcap", "tick 3", "cut off", "record it again"),
+    errors.LifecycleError("arm", "closed", "send", "open it first"),
+    errors.CommandError("not finite", float("inf")),
+    errors.UndeterminedError("friction", "no slide", "a slide"),
+    errors.PolicyError("mine:Policy", "no action"),
+    errors.FaultLatchedError("arm", "silence"),
+]
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=lambda error: type(error).__name__)
+def test_error_passes_between_processes(error: errors.PalpateError) -> None:
+    """A pool waits for ever for a worker whose error cannot be read."""
+    copied = pickle.loads(pickle.dumps(error))
+    assert (type(copied), str(copied), vars(copied)) == (type(error), str(error), vars(error))
