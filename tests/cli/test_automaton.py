@@ -105,7 +105,7 @@ def test_recorded_trials_are_strings_and_the_automaton_is_a_memory(palpate: Comm
     ("words", "named", "accepted"),
     [
         ("infer walks.txt", "--out", "a folder"),
-        ("infer full --out x", "full", "with logs"),
+        ("infer full --out x", "full", "no logs"),
         ("infer walks.txt --out full", "full", "holds something"),
         ("infer walks.txt labelled.txt --out x", "walks.txt", "either one text file"),
         ("infer one.txt --out x", "strings", "symbols"),
