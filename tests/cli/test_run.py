@@ -41,6 +41,16 @@ def test_several_processes_run_the_same_trials_and_a_claim_is_judged(palpate: Co
     assert "52 of 52 equal" in palpate.succeed("replay", "two", "--jobs", 1)
 
 
+def test_a_trip_in_a_process_of_its_own_ends_the_run_in_one_line(palpate: CommandLine) -> None:
+    done = palpate(
+        "run", "--policy", "torque", "--supervision.max-force-N", 6, "--trials", 9, "--jobs", 2, "--out", "out"
+    )
+    assert done.code == 1
+    last = done.stderr.splitlines()[-1]
+    assert last.startswith("palpate: rig: trial ")
+    assert f"trial {finished_trials(Path('out')) - 1}: " in last
+
+
 def test_without_a_folder_named_each_run_gets_one_of_its_own(palpate: CommandLine, tmp_path: Path) -> None:
     for number in (1, 2):
         printed = palpate.succeed("run", "--policy", "omniscient", "--trials", 1, "--recording.no-enabled")

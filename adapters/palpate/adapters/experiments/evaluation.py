@@ -39,7 +39,7 @@ from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import run_trial
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, PalpateError
 from palpate.core.perception import Perception
 from palpate.core.policy import ForeignPolicy, Policy, PolicyDocument, learner_of
 from palpate.core.ports import Rig
@@ -220,25 +220,35 @@ def run_in_processes(
 
     Yields:
         The trials of a block in their order, and what could not be recorded of them.
+
+    Raises:
+        PalpateError: A trial failed, in the words of its own error.
     """
     blocks = ((name, config, folder.path, first, min(BLOCK, trials - first)) for first in range(0, trials, BLOCK))
-    for done, troubles in in_processes(_run_block, blocks, jobs):
+    for done, troubles, problem in in_processes(_run_block, blocks, jobs):
         for scored in done:
             folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
+        if problem:
+            raise PalpateError(problem)
         yield [TrialRow.of(scored, FIRST_EVALUATION_TRIAL) for scored in done], troubles
 
 
 def _run_block(
     name: str, config: RunConfig, folder: Path, first: int, trials: int
-) -> tuple[list[ScoredTrial], list[str]]:
+) -> tuple[list[ScoredTrial], list[str], str]:
+    """Return the trials, what could not be recorded, and the error that ended them: not all errors can be sent."""
+    problem = ""
     chosen, ready, done = ChosenPolicy(name, config), ready_pose(config), list[ScoredTrial]()
     with ExitStack() as opened:
         rig = opened.enter_context(SimulatedRig(config, ready))
         recorder = RunFolder(folder).recorder(config.recording, opened)
         recorded = None if recorder is None else Recorded(recorder, "run", chosen.comparator)
         policy = chosen.on(rig)
-        run_policy(config, ready, rig, chosen.perception, policy, trials, done.append, recorded, first=first)
-    return done, [] if recorder is None else list(recorder.troubles)
+        try:
+            run_policy(config, ready, rig, chosen.perception, policy, trials, done.append, recorded, first=first)
+        except PalpateError as error:
+            problem = str(error)
+    return done, [] if recorder is None else list(recorder.troubles), problem
 
 
 def at_work(policy: Policy, rig: Rig) -> Policy:
