@@ -23,7 +23,6 @@ from palpate.adapters.visualisation.report.page import Picture
 COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#aa4499", "#000000", "#e69f00", "#56b4e9", "#999933")
 GREY: Final = "#6b7280"
 WIDTH_IN: Final = 6.2
-_DPI: Final = 150
 _STYLE: Final = {
     "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
     "text.usetex": False, "text.parse_math": False,
@@ -36,7 +35,7 @@ Runs = Sequence[Sequence[TrialRow]]
 
 def drawn(height_in: float, width_in: float = WIDTH_IN) -> AbstractContextManager[Canvas]:
     """Give an empty canvas to draw on; when the block ends its ``content`` is there."""
-    return drawing(width_in, height_in, _DPI, settings=_STYLE)
+    return drawing(width_in, height_in, 150, settings=_STYLE)
 
 
 def mean_s(rows: Sequence[TrialRow]) -> float:

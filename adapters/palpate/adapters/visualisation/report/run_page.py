@@ -62,11 +62,6 @@ class RunSource:
         return max(0, int(self.facts.get("trials", 0)) - len(self.rows))
 
     @property
-    def policy(self) -> str:
-        """Name of the policy."""
-        return str(self.facts.get("policy", "unknown"))
-
-    @property
     def world(self) -> str:
         """Return where the trials ran: only the simulator knows the true hole."""
         return "rig" if self.rows[0].hole_x_mm is None else "simulator"
@@ -86,7 +81,7 @@ class RunSource:
 def run_page(folder: Path, *, logs: bool) -> Page:
     """Put together the page of a run."""
     run = RunSource.read(folder)
-    curve = learning_picture({run.policy: [run.rows]}, {})
+    curve = learning_picture({str(run.facts.get("policy", "")): [run.rows]}, {})
     sections = [_figures(run), PageSection("Trial by trial", pictures=(curve,))]
     if (document := run.document) is not None:
         sections.append(_policy(document))
@@ -126,7 +121,7 @@ CAPTION: Final = "Brackets: 95 % intervals, exact of success, by order statistic
 
 
 def _facts(run: RunSource) -> tuple[tuple[str, str], ...]:
-    facts: list[tuple[str, object]] = [("Policy", run.policy), ("Arm", run.settings.get("arm"))]
+    facts: list[tuple[str, object]] = [("Policy", run.facts.get("policy")), ("Arm", run.settings.get("arm"))]
     facts += [("Where", run.world), ("Date", run.date), ("Scenario", run.settings.get("scenario"))]
     facts += [("Seed", run.settings.get("seed")), ("Trials", len(run.rows))]
     if "claim" in run.summary:

@@ -4,7 +4,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from palpate.adapters.experiments import TrialRow, mean_with_interval, shown_interval
 from palpate.adapters.experiments.study import CELL_FILE, FORMAT, UNFINISHED, Study
@@ -14,8 +14,6 @@ from palpate.adapters.visualisation.report.pictures import learning_picture, mea
 from palpate.adapters.visualisation.report.run_page import HEAD, RunSource, figures_row, settings_section
 from palpate.core.errors import ConfigurationError, OutputError
 
-_MOST_CURVES: Final = 12
-"""Choices of settings with a learning curve; all are in the table."""
 Setting = tuple[tuple[str, str], ...]
 """Names and values of the swept settings."""
 
@@ -96,7 +94,7 @@ def _sweep(field: str, values: Sequence[str], cells: Sequence[ReportedCell]) -> 
 def _curves(groups: Mapping[tuple[Setting, str], Sequence[ReportedCell]]) -> list[Picture]:
     """Return a picture for each choice of settings: learners as curves, other policies as lines."""
     pictures = []
-    for setting in list(dict.fromkeys(setting for setting, _ in groups))[:_MOST_CURVES]:
+    for setting in list(dict.fromkeys(setting for setting, _ in groups))[:12]:
         of_setting = {policy: cells for (own, policy), cells in groups.items() if own == setting}
         curves = {name: [cell.run.rows for cell in own] for name, own in of_setting.items() if own[0].run.learns}
         levels = {name: _late(own) for name, own in of_setting.items() if name not in curves}
