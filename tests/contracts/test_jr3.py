@@ -139,3 +139,18 @@ def test_a_zero_that_somebody_else_sets_in_mid_run_latches_a_fault() -> None:
             with pytest.raises(DeviceError, match=r"went to 0 at once .*: another client has set its zero"):
                 sensor.read()
             assert sensor.life is Life.FAULTED
+
+
+def test_a_board_that_was_silent_activates_as_soon_as_its_fault_is_acknowledged() -> None:
+    with VirtualDesk() as desk:
+        node = Jr3CanNode(1, Load(), replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
+        desk.can("can0", node)
+        with make_jr3_can({"interface": "virtual", "channel": "can0"}, context(desk.clock)) as sensor:
+            node.firmware.silent = True
+            desk.clock.sleep(1.4)
+            with pytest.raises(DeviceError, match="fallen silent"):
+                sensor.read()
+            node.firmware.silent = False
+            sensor.acknowledge_fault()
+            sensor.activate()
+            assert sensor.read().validity is Validity.VALID

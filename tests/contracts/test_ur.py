@@ -7,6 +7,7 @@ from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.ur import UrTable, UrToolForceSensor, ur_arm
 from palpate.core.errors import DeviceError
 from palpate.core.motion.arm import arm_named
+from palpate.core.ports import Validity
 from palpate.core.ports.contracts import (
     ArmCommandContract,
     ArmCommandRig,
@@ -108,3 +109,13 @@ def test_an_arm_of_seven_joints_is_refused() -> None:
     context = RigContext.of("panda", VirtualUr().clock)
     with pytest.raises(Exception, match="an arm of 6 joints"):
         ur_arm(UrTable(), context, VirtualUr)
+
+
+def test_a_tool_force_that_was_silent_activates_as_soon_as_its_fault_is_acknowledged() -> None:
+    bench = Bench()
+    with bench.sensor() as sensor:
+        bench.cut()
+        bench.ticks(200)
+        sensor.acknowledge_fault()
+        sensor.activate()
+        assert sensor.read().validity is Validity.VALID

@@ -151,16 +151,22 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
             raise
 
     def _on_activate(self) -> None:
-        """Wait for a reading that can be used: after a start a filter must settle."""
+        """Wait for a new reading that can be used: after a start a filter must settle. Earlier silence is no fault."""
+        device, deadline_ns = self.opened(), self._clock.now_ns() + round(self._start_timeout_s * 1e9)
+        # What waits in the line may be old, and a poll takes a limited part of it.
+        while device.poll(self._clock.now_ns()) and self._clock.now_ns() < deadline_ns:
+            pass
+        before = device.latest
         with translating(self.name):
-            device, deadline_ns = self._polled(), self._clock.now_ns() + round(self._start_timeout_s * 1e9)
-            since_ns = self._clock.now_ns()
-            while device.latest is None or device.latest.settling or device.latest.receive_time_ns < since_ns:
-                self._sleep(0.002)
-                device.poll(self._clock.now_ns())
-                device.check()
+            while device.latest is None or device.latest is before or device.latest.settling:
+                if device.failure is not None:
+                    self._latch(str(device.failure))
+                    raise device.failure
                 if self._clock.now_ns() > deadline_ns:
                     raise SilentError(self.name, "delivers no settled reading", self.REMEDY)
+                self._sleep(0.002)
+                device.poll(self._clock.now_ns())
+        self._polled_ns, self._undated = self._clock.now_ns(), None
 
     def _on_acknowledge(self) -> None:
         if self.device is not None:
