@@ -9,6 +9,9 @@ from typing import Any
 
 import pytest
 
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiments.evaluation import BLOCK
+from palpate.adapters.experiments.policies import comparators_of
 from palpate.adapters.experiments.results import RunFolder
 from palpate.simulation.work_cell.cell import WorkCell
 from tests.command_line import QUICK, CommandLine, finished_trials
@@ -28,17 +31,53 @@ def test_a_trained_policy_runs_and_does_not_learn(palpate: CommandLine, trained:
     assert "2 of 2 equal" in palpate.succeed("replay", out, "--jobs", 1)
 
 
-def test_several_processes_run_the_same_trials_and_a_claim_is_judged(palpate: CommandLine) -> None:
-    run = ("run", "--task.ready-height-mm", 1, "--policy", "omniscient", "--trials", 52)
-    printed = palpate.succeed(*run, "--out", "two", "--jobs", 2, "--claim", "success >= 0.9")
-    assert "success 100.0% (95 % interval 93.15% to 100.00%)" in printed
+def test_a_claim_is_judged_and_the_logs_of_several_processes_replay(palpate: CommandLine) -> None:
+    run = ("run", "--task.ready-height-mm", 1, "--policy", "omniscient")
+    printed = palpate.succeed(*run, "--trials", 40, "--out", "two", "--jobs", 2, "--claim", "success >= 0.9")
+    assert "success 100.0% (95 % interval 91.19% to 100.00%)" in printed
     assert "claim success >= 0.9: proved" in printed
-    done = palpate(*run, "--out", "one", "--recording.no-enabled", "--claim", "success >= 0.99")
+    assert "40 of 40 equal" in palpate.succeed("replay", "two", "--jobs", 1)
+    done = palpate(*run, "--trials", 1, "--out", "one", "--recording.no-enabled", "--claim", "success >= 0.99")
     assert done.code == 1
     assert "claim success >= 0.99: inconclusive" in done.stdout
-    for name in ("trials.csv", "decisions.csv"):
-        assert Path("one", name).read_bytes() == Path("two", name).read_bytes()
-    assert "52 of 52 equal" in palpate.succeed("replay", "two", "--jobs", 1)
+
+
+COUNTING = """
+from palpate.core.policy import Action, Decision, FixedPolicy
+
+class Counting(FixedPolicy):
+    trials = 0
+
+    def begin_trial(self, trial, rng):
+        self.trials += 1
+
+    def choose(self, observation):
+        return Decision(Action(f"trial {self.trials}", (1e-4, 0.0)), None, "counting")
+"""
+
+
+def test_frozen_policies_and_baselines_give_the_same_trials_in_one_process_and_in_two(
+    palpate: CommandLine, trained: Path
+) -> None:
+    for policy in (*comparators_of(RunConfig()), trained / "policy.json"):
+        words = ("run", *QUICK, "--policy", policy, "--trials", BLOCK + 2, "--recording.no-enabled")
+        folders = [Path(f"{Path(policy).stem}-{jobs}") for jobs in (1, 2)]
+        for jobs, out in enumerate(folders, 1):
+            palpate.succeed(*words, "--jobs", jobs, "--out", out)
+        for name in ("trials.csv", "decisions.csv"):
+            assert folders[0].joinpath(name).read_bytes() == folders[1].joinpath(name).read_bytes()
+
+
+def test_one_policy_object_serves_all_trials_of_one_process(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(Path.cwd()))
+    Path("counting.py").write_text(COUNTING)
+    words = ("--policy", "counting:Counting", "--cell.hole-uncertainty-mm", 3, "--trials", BLOCK + 2, *QUICK)
+    palpate.succeed("run", *words, "--recording.no-enabled", "--out", "run")
+    with Path("run/decisions.csv").open() as rows:
+        actions = {row["action"] for row in csv.DictReader(rows)}
+    assert f"trial {BLOCK + 2}" in actions
 
 
 def test_a_trip_in_a_process_of_its_own_ends_the_run_in_one_line(palpate: CommandLine) -> None:

@@ -75,7 +75,7 @@ class RunOptions(LiveSettings, RunSettings):
     """Claim about the policy, "success >= 0.99": the exact 95 % interval proves or refutes it, or is inconclusive.
     Exit code 0 then means proved."""
     jobs: Jobs = 1
-    """Processes in the simulator; 0 takes one per core. The trials do not depend on it."""
+    """Processes in the simulator; 0 takes one per core. With more than one, every 10 trials use a new policy object."""
     view: bool = False
     """Show the simulator in MuJoCo's viewer, in real time; closing the window ends the run."""
 

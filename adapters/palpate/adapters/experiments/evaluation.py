@@ -49,8 +49,8 @@ FIRST_EVALUATION_TRIAL: Final = TRIALS_OF_A_SERIES
 """Trials that evaluate are numbered from here for their random streams: never the ones that a policy was trained on."""
 
 
-BLOCK: Final = 50
-"""Trials of a block in the simulator. Each block begins with a new policy, so that any process can run it."""
+BLOCK: Final = 10
+"""Trials that a process of several runs at a time. Each block begins with a new policy object."""
 
 
 @dataclass(frozen=True)
@@ -188,9 +188,7 @@ def run_chosen(
     session: RealTimeSession | None = None,
     on_trial: Callable[[], object] = lambda: None,
 ) -> list[TrialRow]:
-    """Run a chosen policy, as :func:`run_policy` does, and note each trial in the run's folder.
-
-    In the simulator every ``BLOCK`` trials begin with a new policy.
+    """Run a chosen policy, one object for all trials, as :func:`run_policy` does, and note each in the run's folder.
 
     Args:
         subfolder: Where in the recorder's folder the logs go.
@@ -202,21 +200,15 @@ def run_chosen(
             folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
         on_trial()
 
-    block = BLOCK if isinstance(rig, SimulatedRig) else trials
-    rows: list[TrialRow] = []
-    for first in range(0, trials, block):
-        more = min(block, trials - first)
-        policy = chosen.on(rig)
-        rows += run_policy(config, ready, rig, chosen.perception, policy, more, done, recorded, session, first)
-        if len(rows) < first + more:
-            break
-    return rows
+    return run_policy(config, ready, rig, chosen.perception, chosen.on(rig), trials, done, recorded, session)
 
 
 def run_in_processes(
     name: str, config: RunConfig, trials: int, folder: RunFolder, jobs: int
 ) -> Generator[tuple[list[TrialRow], list[str]], None, None]:
-    """Run a policy in the simulator, block by block, with the same trials and files as :func:`run_chosen`.
+    """Run a policy in the simulator in blocks, each with a policy object of its own.
+
+    A policy that keeps nothing from trial to trial gives the same trials and files as with :func:`run_chosen`.
 
     Yields:
         The trials of a block in their order, and what could not be recorded of them.
