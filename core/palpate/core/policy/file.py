@@ -126,7 +126,7 @@ class PolicyDocument(Settings):
     def unlearned(self) -> PolicyDocument:
         """The same policy before it learned anything: what was programmed and set up, with initial values."""
         if self.foreign is not None:
-            return replace(self, foreign=self.foreign.unlearned())
+            return replace(self, foreign=replace(self.foreign, trials_learned=0, state=None))
         if self.learner is None:
             return self
         blank = new_learner(self.learner.parameters, self.states, [action.step() for action in self.actions])

@@ -1,12 +1,13 @@
-"""A third-party policy: code that a name leads to, in a wrapper that turns whatever it does wrong into one error."""
+"""A third-party policy in a wrapper that turns its errors into a PolicyError."""
 
 import copy
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from math import isfinite
 from operator import index
-from typing import Annotated, Any, ClassVar, Final, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Final
 
 import numpy as np
 from typing_extensions import override
@@ -16,12 +17,9 @@ from palpate.core.policy.base import Action, Decision, Hindsight, Observation, T
 from palpate.core.policy.learner import Learner, Reach
 from palpate.core.ports import Range, Settings
 
-T = TypeVar("T")
-
 LONGEST_CHOICE_NS: Final = 200_000_000
 """A choice on a rig that takes longer ends the trial: an arm without a command for so long is stopped anyway."""
 _METHODS: Final = ("serves", "begin_trial", "choose", "learn")
-_STATE: Final = {"get_state", "set_state"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,51 +55,33 @@ class ForeignEntry(Settings):
     state: Mapping[str, Any] | None = None
     """What it has learned, as its ``get_state`` gives it; None where it has none."""
 
-    def content(self) -> dict[str, Any]:
-        """The state of a learner."""
-        return {"trials_learned": self.trials_learned, "state": None if self.state is None else dict(self.state)}
-
-    def unlearned(self) -> Self:
-        """The same before it learned anything."""
-        return replace(self, trials_learned=0, state=None)
-
 
 class ForeignPolicy(Learner):
-    """A policy behind the interface that it claims to have. What it raises or gives that makes no sense is its fault.
+    """A third-party policy, with or without a state.
 
     Args:
         frozen: Keep it from learning: its ``learn`` and ``end_trial`` are not called.
 
     Attributes:
-        learns: Whether it offers what it has learned, by ``get_state`` and ``set_state``.
-        now_ns: The clock of the rig that it is at work on; None where no time passes.
+        learns: Whether it has ``get_state`` and ``set_state``.
+        now_ns: Clock of the rig, which limits the time of a choice.
 
     Raises:
-        ConfigurationError: It lacks what a policy needs, or has no state to be put to.
+        ConfigurationError: It lacks a method of a policy.
         PolicyError: It refuses its state.
     """
 
     def __init__(self, policy: Any, entry: ForeignEntry, context: PolicyContext, *, frozen: bool) -> None:
         self._policy, self._entry, self.context, self.frozen = policy, entry, context, frozen
-        self.now_ns: Callable[[], int] | None = None
+        self.now_ns: Callable[[], int] = lambda: 0
         self._trials = entry.trials_learned
-        self._has = self._called("being looked at", self._members)
-        missing = [name for name in (*_METHODS, "temperature") if name not in self._has]
+        missing = [name for name in _METHODS if not self._has(name)]
         if missing:
             kind = type(policy).__name__
             raise ConfigurationError("policy", entry.code, f"code that makes a policy; its {kind} lacks {missing[0]}")
-        self.learns = self._has >= _STATE
+        self.learns = self._has("get_state") and self._has("set_state")
         if entry.state is not None:
-            if not self.learns:
-                raise ConfigurationError(
-                    "policy", entry.code, "a policy with get_state and set_state, which it had once"
-                )
-            self.set_state(entry.content())
-
-    def _members(self) -> set[str]:
-        names = (*_METHODS, *_STATE, "end_trial")
-        methods = {name for name in names if callable(getattr(self._policy, name, None))}
-        return methods | ({"temperature"} if hasattr(self._policy, "temperature") else set())
+            self.set_state({"trials_learned": entry.trials_learned, "state": entry.state})
 
     @property
     def entry(self) -> ForeignEntry:
@@ -111,45 +91,42 @@ class ForeignPolicy(Learner):
     @property
     @override
     def temperature(self) -> float | None:
-        def given() -> float | None:
-            temperature = self._policy.temperature
-            return None if temperature is None else _finite(temperature)
-
-        return self._called("temperature", given)
+        with self._named("temperature"):
+            return _finite(getattr(self._policy, "temperature", None))
 
     @override
     def serves(self, state: int) -> bool:
-        return self._called("serves", lambda: bool(self._policy.serves(state)))
+        with self._named("serves"):
+            return bool(self._policy.serves(state))
 
     @override
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        self._called("begin_trial", lambda: self._policy.begin_trial(trial, rng))
+        with self._named("begin_trial"):
+            self._policy.begin_trial(trial, rng)
 
     @override
     def choose(self, observation: Observation) -> Decision:
-        """Its decision, with what is not the action set's own made of plain numbers.
+        """Return its decision in plain numbers.
 
         Raises:
-            PolicyError: It raised, gave no decision, or took too long for a rig.
+            PolicyError: It raised, gave no valid decision, or took too long for a rig.
         """
-        began_ns = 0 if self.now_ns is None else self.now_ns()
-        given: Any = self._called("choose", lambda: self._policy.choose(observation))
-        took_ns = 0 if self.now_ns is None else self.now_ns() - began_ns
+        began_ns = self.now_ns()
+        with self._named("choose"):
+            decision = self._plain(self._policy.choose(observation))
+        took_ns = self.now_ns() - began_ns
         if took_ns > LONGEST_CHOICE_NS:
             took = f"took {took_ns * 1e-9:.2f} s; at most {LONGEST_CHOICE_NS * 1e-9:g} s on a rig"
             raise PolicyError(self._entry.code, f"choose {took}")
-        return self._called("choose", lambda: self._plain(given))
+        return decision
 
     def _plain(self, given: Any) -> Decision:
-        if not isinstance(given, Decision) or not isinstance(given.action, Action):
-            raise TypeError(f"{given!r:.80} is no Decision with an Action")
         action, actions = given.action, self.context.actions
-        x, y = action.displacement_m
-        names = (action.name, given.source)
-        if not all(isinstance(name, str) and name and name.isprintable() for name in names):
-            raise ValueError(f"action and source are called {names}, which no log can show")
+        if not (action.name + given.source).isprintable():
+            raise ValueError(f"no log can show the action {action.name!r} from {given.source!r}")
         if given.index is None:
-            return Decision(Action(action.name, (_finite(x), _finite(y)), action.spatial), None, given.source)
+            x, y = action.displacement_m
+            return Decision(Action(action.name, (float(x), float(y)), action.spatial), None, given.source)
         place = index(given.index)
         if not 0 <= place < len(actions) or actions[place] != action:
             known = f"the action set has {len(actions)}, index None is for others"
@@ -158,15 +135,18 @@ class ForeignPolicy(Learner):
 
     @override
     def learn(self, transition: Transition) -> None:
-        if not self.frozen:
-            self._called("learn", lambda: self._policy.learn(transition))
+        if self.frozen:
+            return
+        with self._named("learn"):
+            self._policy.learn(transition)
 
     @override
     def end_trial(self, hindsight: Hindsight) -> None:
         if self.frozen:
             return
-        if "end_trial" in self._has:
-            self._called("end_trial", lambda: self._policy.end_trial(hindsight))
+        if self._has("end_trial"):
+            with self._named("end_trial"):
+                self._policy.end_trial(hindsight)
         self._trials += 1
 
     @property
@@ -176,34 +156,30 @@ class ForeignPolicy(Learner):
 
     @override
     def get_state(self) -> dict[str, Any]:
-        return {"trials_learned": self._trials, "state": self._called("get_state", self._plain_state)}
-
-    def _plain_state(self) -> dict[str, Any]:
-        # As bytes, because logs and policy files hold UTF-8.
-        text = json.dumps(self._policy.get_state(), allow_nan=False, ensure_ascii=False).encode()
-        plain = json.loads(text)
-        if not isinstance(plain, dict):
-            raise TypeError(f"{plain!r:.80} is no dict")
-        return plain
+        with self._named("get_state"):
+            # As bytes, because logs and policy files hold UTF-8.
+            text = json.dumps(dict(self._policy.get_state()), allow_nan=False, ensure_ascii=False).encode()
+            return {"trials_learned": self._trials, "state": json.loads(text)}
 
     @override
     def set_state(self, state: Mapping[str, Any]) -> None:
-        own, trials = copy.deepcopy(state["state"]), int(state["trials_learned"])
-        self._called("set_state", lambda: self._policy.set_state(own))
-        self._trials = trials
+        with self._named("set_state"):
+            self._policy.set_state(copy.deepcopy(dict(state["state"])))
+        self._trials = int(state["trials_learned"])
 
-    def _called(self, name: str, call: Callable[[], T]) -> T:
+    def _has(self, name: str) -> bool:
+        return callable(getattr(self._policy, name, None))
+
+    @contextmanager
+    def _named(self, name: str) -> Iterator[None]:
         try:
-            return call()
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:
-            # Third-party code may fail in any way.
+            yield
+        except (Exception, SystemExit) as error:
             raise PolicyError(self._entry.code, f"{name} failed with {told(error)}") from error
 
 
-def _finite(value: Any) -> float:
-    number = float(value)
-    if not isfinite(number):
+def _finite(value: Any) -> float | None:
+    number = None if value is None else float(value)
+    if number is not None and not isfinite(number):
         raise ValueError(f"{number} is no finite number")
     return number

@@ -75,16 +75,15 @@ def raising(error: BaseException) -> Any:
     [
         (raising(ValueError("two\nlines")), "choose failed with ValueError: two lines"),
         (raising(SystemExit("bye")), "choose failed with SystemExit: bye"),
-        (raising(GeneratorExit("over")), "choose failed with GeneratorExit: over"),
         (raising(MuteError()), "choose failed with MuteError: its text cannot be told"),
-        ("-x", "choose failed with TypeError: '-x' is no Decision with an Action"),
-        (Decision("-x", 0, "strange"), "is no Decision with an Action"),  # type: ignore[arg-type]
+        ("-x", "choose failed with AttributeError: 'str' object has no attribute 'action'"),
         (lambda: Decision(Action("far", (nan, 0.0)), None, "strange"), "two finite lengths in m"),
         (lambda: Decision(Action("far", (0.0, 0.0, 0.0)), None, "strange"), "too many values"),  # type: ignore[arg-type]
         (Decision(OWN, 3, "strange"), "'own' is not action 3; the action set has 8"),
         (Decision(ACTIONS[0], 8, "strange"), "'+x' is not action 8"),
         (Decision(ACTIONS[0], -8, "strange"), "'+x' is not action -8"),
-        (Decision(Action("", (0.0, 0.0)), None, "strange"), "which no log can show"),
+        (Decision(Action("\udcff", (0.0, 0.0)), None, "strange"), "no log can show the action"),
+        (Decision(OWN, None, 3), "choose failed with TypeError"),  # type: ignore[arg-type]
     ],
 )
 def test_what_makes_no_sense_is_the_policy_s_fault(gives: Any, said: str) -> None:
@@ -115,25 +114,15 @@ def test_a_choice_that_takes_too_long_by_the_rig_s_clock_ends_the_trial() -> Non
     assert slow.choose(SEEN).action == OWN
 
 
-@pytest.mark.parametrize("name", ["serves", "begin_trial", "choose", "learn", "temperature"])
+@pytest.mark.parametrize("name", ["serves", "begin_trial", "choose", "learn"])
 def test_what_lacks_a_method_is_no_policy(name: str) -> None:
     whole = Strange()
-    parts = {part: getattr(whole, part) for part in ("serves", "begin_trial", "choose", "learn", "temperature")}
+    parts = {part: getattr(whole, part) for part in ("serves", "begin_trial", "choose", "learn")}
     del parts[name]
     with pytest.raises(
         ConfigurationError, match=rf"'strange\.module:Strange' is refused: .*SimpleNamespace lacks {name}"
     ):
         policy(SimpleNamespace(**parts))
-
-
-def test_a_member_that_fails_is_the_policy_s_fault() -> None:
-    class Shy(Strange):
-        @property
-        def serves(self) -> Any:
-            raise GeneratorExit
-
-    with pytest.raises(PolicyError, match="being looked at failed with GeneratorExit"):
-        policy(Shy())
 
 
 @pytest.mark.parametrize(("given", "shown"), [(None, None), (1, 1.0), (np.float32(0.5), 0.5)])
@@ -158,15 +147,15 @@ def test_a_learner_keeps_its_state_in_a_policy_file_and_a_frozen_one_is_not_taug
     read = PolicyDocument.from_json_text(document.to_json_text())
     assert read == document
     assert read.foreign is not None
-    assert read.foreign.content() == made.get_state()
+    assert (read.foreign.trials_learned, read.foreign.state) == (1, {"asked": 1001})
     unlearned = read.unlearned().foreign
     assert unlearned is not None
-    assert unlearned.content() == {"trials_learned": 0, "state": None}
+    assert (unlearned.trials_learned, unlearned.state) == (0, None)
     again = ForeignPolicy(StrangeLearner(), read.foreign, CONTEXT, frozen=True)
     again.learn(Transition(0, 0, -1.0, None))
     again.end_trial(Hindsight(True, (0.0, 0.0, 0.0), 0.0))
     assert again.get_state() == made.get_state()
-    with pytest.raises(ConfigurationError, match="get_state and set_state, which it had once"):
+    with pytest.raises(PolicyError, match="set_state failed with AttributeError"):
         ForeignPolicy(Strange(), read.foreign, CONTEXT, frozen=True)
 
 
