@@ -1,5 +1,6 @@
 """An emulated Net F/T box at the other end of a network without delay, in virtual time."""
 
+from palpate.adapters.hardware.ati import NetFtTable
 from palpate.drivers.ati import NetFtBox, parse_box
 from palpate.drivers.errors import WiringError
 from palpate.simulation.emulators.ati import EmulatedBox
@@ -14,8 +15,9 @@ class VirtualBox:
         self.is_open, self.is_plugged, self._arrived = False, True, list[bytes]()
         clock.devices.append(self)
 
-    def open(self) -> tuple["VirtualBox", NetFtBox]:
-        self._require_cable()
+    def open(self, table: NetFtTable) -> tuple["VirtualBox", NetFtBox]:
+        if not self.is_plugged:
+            raise WiringError("box", "the network is unreachable", "plug it in")
         box = parse_box(self.box.page())
         self.is_open = True
         return self, box
@@ -25,7 +27,7 @@ class VirtualBox:
 
     def _require_cable(self) -> None:
         if not self.is_plugged:
-            raise WiringError("box", "the network is unreachable", "plug it in")
+            raise OSError("the network is unreachable")
 
     def send(self, datagram: bytes) -> None:
         self._require_cable()

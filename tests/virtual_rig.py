@@ -9,7 +9,7 @@ from typing import Any, Self
 
 from palpate.adapters.config import EmulationConfig, RunConfig, SensorFactsTable, overlay
 from palpate.adapters.hardware.approach import find_approach, walk
-from palpate.adapters.hardware.ati import NetFtForceSensor
+from palpate.adapters.hardware.ati import NetFtForceSensor, NetFtTable
 from palpate.adapters.hardware.emulated_cell import EmulatedCell
 from palpate.adapters.hardware.errors import told_of
 from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
@@ -99,7 +99,7 @@ class VirtualRig(Rig):
         else:
             adapter = arm_maker(arm)(_arm_table(arm, self.cell), context)
         self.sensor: ForceSensor = (
-            NetFtForceSensor(self.cell.box.open, clock, max_age_ns=50_000_000)
+            NetFtForceSensor(NetFtTable(), clock, self.cell.box.open)
             if force == "ati-netft"
             else force_sensor_maker(force)(_sensor_table(), context)
         )

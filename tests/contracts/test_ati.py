@@ -1,11 +1,10 @@
 """The adapter of ATI's Net F/T keeps the contract of a force sensor, against an emulated box in virtual time."""
 
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 
-from palpate.adapters.hardware.ati import NetFtForceSensor
+from palpate.adapters.hardware.ati import NetFtForceSensor, NetFtTable
 from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.ports import Life, Validity
 from palpate.core.ports.contracts import ForceSensorContract, ForceSensorRig
@@ -17,10 +16,10 @@ from tests.virtual_time import VirtualTime
 class Bench(VirtualBox):
     """An adapter, and the box that it talks to."""
 
-    def __init__(self, **settings: Any) -> None:
+    def __init__(self) -> None:
         self.load = [0.3, -0.2, 5.0, 0.01, 0.02, 0.03]
-        super().__init__(VirtualTime(), EmulatedBox(lambda now_ns: tuple(self.load), **settings))
-        self.sensor = NetFtForceSensor(self.open, self.clock, max_age_ns=50_000_000, start_timeout_s=1.0)
+        super().__init__(VirtualTime(), EmulatedBox(lambda now_ns: tuple(self.load)))
+        self.sensor = NetFtForceSensor(NetFtTable(start_timeout_s=1.0), self.clock, self.open)
 
     def ticks(self, count: int) -> None:
         self.clock.sleep(count / 140)
@@ -30,6 +29,9 @@ class Bench(VirtualBox):
             self.load[first : first + 3] = (x, y, z)
 
         return act
+
+    def fall_silent(self) -> None:
+        self.box.network = lambda datagrams: []
 
     def fail(self) -> None:
         self.box.status = 0x8000_0020
@@ -45,7 +47,7 @@ class TestNetFt(ForceSensorContract):
         return ForceSensorRig(
             device=bench.sensor, clock=bench.clock, advance=bench.ticks, max_age_ns=50_000_000 + 10**9 // 140,
             push_N=bench.push(0), twist_Nm=bench.push(3),
-            tolerance_N=1e-5, tolerance_Nm=1e-5, go_silent=lambda: setattr(bench.box, "silent", True),
+            tolerance_N=1e-5, tolerance_Nm=1e-5, go_silent=bench.fall_silent,
             is_open=lambda: bench.is_open, provoke_fault=bench.fail,
             disconnect=lambda: setattr(bench, "is_plugged", False),
             reconnect=lambda: setattr(bench, "is_plugged", True), runs_by_itself=True,
@@ -56,7 +58,10 @@ class TestNetFt(ForceSensorContract):
 def test_silence_is_stale_at_first_a_cut_cable_a_fault_and_both_name_their_cause(way: str) -> None:
     bench = Bench()
     with bench.sensor as sensor:
-        bench.box.silent, bench.is_plugged = way == "silent", way != "unplugged"
+        network = bench.box.network
+        bench.is_plugged = way != "unplugged"
+        if way == "silent":
+            bench.fall_silent()
         bench.ticks(10)
         if way == "silent":
             assert sensor.read().validity is Validity.STALE
@@ -65,14 +70,16 @@ def test_silence_is_stale_at_first_a_cut_cable_a_fault_and_both_name_their_cause
             sensor.read()
         assert sensor.life is Life.FAULTED
         bench.ticks(200)
-        bench.box.silent, bench.is_plugged = False, True
+        bench.box.network, bench.is_plugged = network, True
         sensor.acknowledge_fault()
         sensor.activate()
         assert sensor.read().validity is Validity.VALID
 
 
 def test_a_box_that_nobody_configured_for_us_does_not_open() -> None:
-    bench = Bench(force_unit="lbf")
+    bench = Bench()
+    page = bench.box.page().replace(b"<scfgfu>N<", b"<scfgfu>lbf<")
+    bench.box.page = lambda: page  # type: ignore[method-assign]
     with pytest.raises(ConfigurationError, match="set the force units to N"):
         bench.sensor.configure()
     assert (bench.sensor.life, bench.is_open) == (Life.CONSTRUCTED, False)

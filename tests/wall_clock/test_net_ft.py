@@ -8,7 +8,7 @@ from palpate.adapters.hardware import MonotonicClock, RigContext
 from palpate.adapters.hardware.ati import make_ati_netft
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Validity
-from palpate.drivers.ati import ip_address
+from palpate.drivers.ati import read_box
 from palpate.drivers.errors import DriverError
 from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
 
@@ -54,5 +54,5 @@ def test_the_public_client_reads_the_same() -> None:
 
 @pytest.mark.parametrize("host", ["a..b", "a" * 70 + ".net"])
 def test_a_name_that_no_host_can_have_is_one_error(host: str) -> None:
-    with pytest.raises(DriverError, match="has no address"):
-        ip_address(host)
+    with pytest.raises(DriverError, match="cannot be fetched"):
+        read_box(host, 80, 1.0)

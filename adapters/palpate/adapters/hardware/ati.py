@@ -11,56 +11,9 @@ from palpate.adapters.hardware.lateness import LATE_NS
 from palpate.adapters.hardware.plugins import DeviceSettings, Host, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.ports import Clock, Range, Settings
-from palpate.drivers.ati import RDT_PORT, NetFt, NetFtBox, UdpWire, fetch_page, ip_address, parse_box
+from palpate.drivers.ati import RDT_PORT, NetFt, NetFtBox, UdpWire, read_box
 
 _PAGE_S = 3.0
-
-
-class NetFtForceSensor(PolledForceSensor[NetFt]):
-    """A wrist sensor behind a Net F/T box; its frame is the box's own."""
-
-    REMEDY = "end other programs that ask the box for its stream, and let UDP through this computer's firewall"
-
-    def __init__(
-        self,
-        open_box: Callable[[], tuple[UdpWire, NetFtBox]],
-        clock: Clock,
-        *,
-        max_age_ns: int,
-        start_timeout_s: float = 5.0,
-        max_late_ns: int = LATE_NS,
-    ) -> None:
-        super().__init__(
-            "ATI Net F/T", clock, max_age_ns=max_age_ns, start_timeout_s=start_timeout_s, max_late_ns=max_late_ns
-        )
-        self._open_box = open_box
-
-    @property
-    @override
-    def period_ns(self) -> int:
-        return round(1e9 / self.opened().box.rate_Hz)
-
-    def reported_facts(self) -> SensorFactsTable:
-        """Rated ranges and rate, as the box states them. It does not state its noise."""
-        box = self.opened().box
-        return SensorFactsTable(range_N=box.range_N, range_Nm=box.range_Nm, rate_Hz=box.rate_Hz, frame="sensor")
-
-    @override
-    def _connect(self) -> None:
-        wire, box = self._open_box()
-        self._close_wire, self.device = wire.close, NetFt(wire, box)
-
-    @override
-    def _on_activate(self) -> None:
-        self.opened().start(self._clock.now_ns())
-        super()._on_activate()
-
-    def _on_deactivate(self) -> None:
-        self.opened().stop()
-
-    @override
-    def _leave(self, device: NetFt) -> None:
-        device.stop()
 
 
 @dataclass(frozen=True)
@@ -83,16 +36,53 @@ class NetFtTable(Settings):
     """Longest wait for the first reading."""
 
 
+class NetFtForceSensor(PolledForceSensor[NetFt]):
+    """A wrist sensor behind a Net F/T box; its frame is the box's own."""
+
+    REMEDY = "end other programs that ask the box for its stream, and let UDP through this computer's firewall"
+
+    def __init__(
+        self, table: NetFtTable, clock: Clock, open_box: Callable[[NetFtTable], tuple[UdpWire, NetFtBox]]
+    ) -> None:
+        super().__init__(
+            "ATI Net F/T", clock, max_age_ns=round(table.max_age_ms * 1e6), start_timeout_s=table.start_timeout_s,
+            max_late_ns=round(table.max_late_ms * 1e6),
+        )  # fmt: skip
+        self._table, self._open_box = table, open_box
+
+    @property
+    @override
+    def period_ns(self) -> int:
+        return round(1e9 / self.opened().box.rate_Hz)
+
+    def reported_facts(self) -> SensorFactsTable:
+        """Rated ranges and rate, as the box states them. It does not state its noise."""
+        box = self.opened().box
+        return SensorFactsTable(range_N=box.range_N, range_Nm=box.range_Nm, rate_Hz=box.rate_Hz, frame="sensor")
+
+    @override
+    def _connect(self) -> None:
+        wire, box = self._open_box(self._table)
+        self._close_wire, self.device = wire.close, NetFt(wire, box)
+
+    @override
+    def _on_activate(self) -> None:
+        self.opened().start(self._clock.now_ns())
+        super()._on_activate()
+
+    def _on_deactivate(self) -> None:
+        self.opened().stop()
+
+    @override
+    def _leave(self, device: NetFt) -> None:
+        device.stop()
+
+
 def make_ati_netft(settings: DeviceSettings, context: RigContext) -> NetFtForceSensor:
     """A Net F/T, of the table ``[force_sensor]`` of a rig file."""
-    table = overlay(NetFtTable(), settings)
+    return NetFtForceSensor(overlay(NetFtTable(), settings), context.clock, _open_box)
 
-    def open_box() -> tuple[UdpWire, NetFtBox]:
-        address = ip_address(table.host)
-        box = parse_box(fetch_page(address, table.http_port, _PAGE_S))
-        return UdpWire(address, table.port), box
 
-    return NetFtForceSensor(
-        open_box, context.clock, max_age_ns=round(table.max_age_ms * 1e6), start_timeout_s=table.start_timeout_s,
-        max_late_ns=round(table.max_late_ms * 1e6),
-    )  # fmt: skip
+def _open_box(table: NetFtTable) -> tuple[UdpWire, NetFtBox]:
+    box = read_box(table.host, table.http_port, _PAGE_S)
+    return UdpWire(table.host, table.port), box

@@ -1,7 +1,7 @@
 """The settings of a Net F/T box, from its page ``/netftapi2.xml``; FACT, fields as firmware 2.2.59 sends them."""
 
 import re
-import socket
+from contextlib import closing
 from dataclasses import dataclass
 from http.client import HTTPConnection, HTTPException
 from math import isfinite
@@ -13,8 +13,12 @@ from palpate.drivers.errors import SettingError, WiringError
 NAME: Final = "ATI Net F/T"
 CHECK: Final = "check the address in [force_sensor], the cable, and that this computer is in the same network"
 _PAGE: Final = "/netftapi2.xml"
-_MOST_BYTES: Final = 1 << 16
-_UNITS: Final = {"scfgfu": ("force", ("N",)), "scfgtu": ("torque", ("Nm", "N-m"))}
+_MAX_BYTES: Final = 1 << 16
+_REQUIRED: Final = {
+    "scfgfu": (("N",), "set the force units to N on the page Configurations of the box, and apply"),
+    "scfgtu": (("Nm", "N-m"), "set the torque units to Nm on the page Configurations of the box, and apply"),
+    "comrdte": (("Enabled",), "enable RDT on the page Communications of the box"),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +29,7 @@ class NetFtBox:
         range_N: Rated forces, (3,).
         range_Nm: Rated torques, (3,).
         sample_Hz: Rate of its own samples, which it counts; 0 where the page does not say.
+        calibration: Serial number of the calibration.
     """
 
     counts_per_N: float
@@ -32,46 +37,27 @@ class NetFtBox:
     range_N: Vector3
     range_Nm: Vector3
     rate_Hz: float
-    calibration: str = ""
-    firmware: str = ""
     sample_Hz: float = 0.0
+    calibration: str = ""
 
 
-def ip_address(host: str) -> str:
-    """The one address for page and stream; a box has IPv4 alone.
-
-    Raises:
-        WiringError: There is none.
-    """
-    try:
-        return socket.gethostbyname(host)
-    except (OSError, UnicodeError) as error:
-        raise WiringError(NAME, f"{host} has no address ({error})", CHECK) from error
-
-
-def fetch_page(address: str, port: int, timeout_s: float) -> bytes:
-    """Fetch the page.
+def read_box(host: str, port: int, timeout_s: float) -> NetFtBox:
+    """Fetch the page and read it.
 
     Args:
-        timeout_s: Longest wait for each part of it.
+        timeout_s: Longest wait for each part of the page.
 
     Raises:
         WiringError: The page cannot be fetched.
-        SettingError: The server has no such page.
+        SettingError: As by :func:`parse_box`.
     """
-    connection = HTTPConnection(address, port, timeout=timeout_s)
-    url = f"http://{address}:{port}{_PAGE}"
     try:
-        connection.request("GET", _PAGE)
-        answer = connection.getresponse()
-        page = answer.read(_MOST_BYTES)
-    except (OSError, HTTPException) as error:
-        raise WiringError(NAME, f"{url} cannot be fetched ({error})", CHECK) from error
-    finally:
-        connection.close()
-    if answer.status != 200:
-        raise SettingError(NAME, f"{url} answers {answer.status}", "check that this address is a Net F/T's")
-    return page
+        with closing(HTTPConnection(host, port, timeout=timeout_s)) as connection:
+            connection.request("GET", _PAGE)
+            page = connection.getresponse().read(_MAX_BYTES)
+    except (OSError, UnicodeError, HTTPException) as error:
+        raise WiringError(NAME, f"http://{host}:{port}{_PAGE} cannot be fetched ({error})", CHECK) from error
+    return parse_box(page)
 
 
 def parse_box(page: bytes) -> NetFtBox:
@@ -80,36 +66,29 @@ def parse_box(page: bytes) -> NetFtBox:
     Raises:
         SettingError: The box is set to units other than N and N m, does not stream, or the page lacks a field.
     """
-    for tag, (what, accepted) in _UNITS.items():
-        if (unit := _field(page, tag)) not in accepted:
-            remedy = f"set the {what} units to {accepted[0]} on the page Configurations of the box, and apply"
-            raise SettingError(NAME, f"it is set to a {what} in {unit}, not in {accepted[0]}", remedy)
-    if _field(page, "comrdte") != "Enabled":
-        raise SettingError(NAME, "its RDT interface is off", "enable RDT on the page Communications of the box")
-    fx, fy, fz, tx, ty, tz = _numbers(page, "cfgmr", 6)
-    (per_N,), (per_Nm,), (rate_Hz,) = (_numbers(page, tag, 1) for tag in ("cfgcpf", "cfgcpt", "comrdtrate"))
-    (sample_Hz,) = _numbers(page, "runrate", 1) if _field(page, "runrate", "") else (0.0,)
-    calibration, firmware = _field(page, "cfgcalsn", "unknown"), _field(page, "mfgdigver", "unknown")
-    return NetFtBox(per_N, per_Nm, (fx, fy, fz), (tx, ty, tz), rate_Hz, calibration, firmware, sample_Hz)
+    fields = {tag: text.strip() for tag, text in re.findall(r"<(\w+)>([^<]*)</\1>", page.decode("utf-8", "replace"))}
+    for tag, (accepted, remedy) in _REQUIRED.items():
+        if (found := _field(fields, tag)) not in accepted:
+            raise SettingError(NAME, f"its {tag} is {found}, not {accepted[0]}", remedy)
+    fx, fy, fz, tx, ty, tz = _numbers(fields, "cfgmr", 6)
+    (per_N,), (per_Nm,), (rate_Hz,) = (_numbers(fields, tag, 1) for tag in ("cfgcpf", "cfgcpt", "comrdtrate"))
+    (sample_Hz,) = _numbers(fields, "runrate", 1) if fields.get("runrate") else (0.0,)
+    return NetFtBox(per_N, per_Nm, (fx, fy, fz), (tx, ty, tz), rate_Hz, sample_Hz, fields.get("cfgcalsn", "unknown"))
 
 
-def _field(page: bytes, tag: str, default: str | None = None) -> str:
-    found = re.search(rb"<%b>([^<]*)</%b>" % (tag.encode(), tag.encode()), page)
-    if found is not None:
-        return found[1].decode("utf-8", "replace").strip()
-    if default is None:
+def _field(fields: dict[str, str], tag: str) -> str:
+    if tag not in fields:
         raise SettingError(NAME, f"its page {_PAGE} has no {tag}", "check that this address is a Net F/T's")
-    return default
+    return fields[tag]
 
 
-def _numbers(page: bytes, tag: str, count: int) -> list[float]:
-    text = _field(page, tag)
+def _numbers(fields: dict[str, str], tag: str, count: int) -> list[float]:
+    text = _field(fields, tag)
     try:
         numbers = [float(word) for word in text.split(";")]
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(isfinite(x) and x > 0.0 for x in numbers):
-        raise SettingError(
-            NAME, f"its page {_PAGE} says {tag} = {text!r}", "look at the page Configurations of the box"
-        )
+        problem = f"its page {_PAGE} has {tag} = {text!r}"
+        raise SettingError(NAME, problem, "check the page Configurations of the box")
     return numbers

@@ -2,14 +2,15 @@
 
 import socket
 import struct
-from dataclasses import asdict, dataclass
+from collections import Counter
+from contextlib import suppress
 from typing import Final
 
 from typing_extensions import override
 
 from palpate.drivers.ati.box import CHECK, NAME, NetFtBox
 from palpate.drivers.device import ForceSample, PolledSensor, listed
-from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, WiringError
+from palpate.drivers.errors import DeviceFaultError, SilentError, WiringError
 
 RDT_PORT: Final = 49152
 START, STOP = (struct.pack(">HHI", 0x1234, command, 0) for command in (2, 0))
@@ -19,7 +20,7 @@ _ASK_AGAIN_NS: Final = 100_000_000
 """A datagram may be lost: a stream that does not begin is requested again."""
 _STALL_NS: Final = 100_000_000
 _WRAP: Final = 1 << 32
-_MOST_DATAGRAMS: Final = 4096
+_MAX_DATAGRAMS: Final = 4096
 """Taken per call: more than a socket's buffer holds, so that a stream of any rate ends."""
 
 SATURATED: Final = 1 << 17
@@ -50,82 +51,59 @@ def faults_in(status: int) -> tuple[str, ...]:
 
 
 class UdpWire:
-    """Datagrams from and to one box."""
+    """Datagrams from and to one box; what the system refuses is an OSError.
 
-    def __init__(self, address: str, port: int) -> None:
-        self._text = f"{address}, UDP port {port}"
+    Raises:
+        WiringError: The box has no address.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
-        self._socket.connect((address, port))
+        try:
+            self._socket.connect((host, port))
+        except OSError as error:
+            self.close()
+            raise WiringError(NAME, f"{host}, UDP port {port} cannot be reached ({error})", CHECK) from error
 
     def send(self, datagram: bytes) -> None:
-        """Send a request.
-
-        Raises:
-            WiringError: The way to the box is gone.
-        """
-        try:
-            self._socket.send(datagram)
-        except OSError as error:
-            raise self._gone(error) from error
+        """Send a request."""
+        self._socket.send(datagram)
 
     def receive(self) -> list[bytes]:
-        """The datagrams that have arrived.
-
-        Raises:
-            WiringError: The way to the box is gone.
-        """
+        """Return the datagrams that have arrived."""
         datagrams: list[bytes] = []
-        try:
-            while len(datagrams) < _MOST_DATAGRAMS:
+        with suppress(BlockingIOError):
+            while len(datagrams) < _MAX_DATAGRAMS:
                 datagrams.append(self._socket.recv(2048))
-        except BlockingIOError:
-            pass
-        except OSError as error:
-            raise self._gone(error) from error
         return datagrams
 
     def close(self) -> None:
         """Close the socket."""
         self._socket.close()
 
-    def _gone(self, error: OSError) -> WiringError:
-        return WiringError(NAME, f"{self._text} cannot be reached ({error})", CHECK)
-
-
-@dataclass(slots=True)
-class RdtStatistics:
-    """Records of the stream.
-
-    Attributes:
-        lost: Those that never came, or came late.
-        old: Those that are no newer than one before.
-        unchanged: Those with a new number and the sample of the one before.
-        malformed: Datagrams that are no records.
-    """
-
-    samples: int = 0
-    lost: int = 0
-    old: int = 0
-    unchanged: int = 0
-    malformed: int = 0
-
 
 class NetFt(PolledSensor):
-    """A box that streams."""
+    """A box that streams.
+
+    Attributes:
+        records: Counts records by what they were: ``new``, ``lost``, ``old`` (no newer than one before) and
+            ``malformed`` (datagrams that are no records).
+    """
 
     def __init__(self, wire: UdpWire, box: NetFtBox) -> None:
         super().__init__()
         self.box, self.count_Hz = box, box.sample_Hz
-        self.statistics = RdtStatistics()
+        self.records: Counter[str] = Counter()
         self._wire = wire
-        self._newest: int | None = None
+        self._number: int | None = None
         self._asked_ns: int | None = None
         self._sequence = self._polled_ns = self._heard_ns = 0
 
     def start(self, now_ns: int) -> None:
-        """Request the stream; what still waits of another one is dropped."""
-        self._newest, self._asked_ns = None, now_ns
+        """Request the stream, and drop what still waits of an earlier one."""
+        self._number = self.count = None
+        self._asked_ns = now_ns
         self._receive()
         self._send(START)
 
@@ -138,7 +116,7 @@ class NetFt(PolledSensor):
         """Raise what is wrong now."""
         if self.failure is not None:
             raise self.failure
-        if self._newest is not None and self._polled_ns - self._heard_ns > _STALL_NS:
+        if self._number is not None and self._polled_ns - self._heard_ns > _STALL_NS:
             raise self.silence(self._polled_ns)
 
     @override
@@ -150,53 +128,50 @@ class NetFt(PolledSensor):
 
     @override
     def poll(self, now_ns: int) -> list[ForceSample]:
-        if self._asked_ns is not None and self._newest is None and now_ns - self._asked_ns >= _ASK_AGAIN_NS:
+        if self._asked_ns is not None and self._number is None and now_ns - self._asked_ns >= _ASK_AGAIN_NS:
             self._asked_ns = now_ns
             self._send(START)
         samples: list[ForceSample] = []
         self._polled_ns = now_ns
         for datagram in self._receive():
             if not datagram or len(datagram) % _RECORD.size:
-                self.statistics.malformed += 1
+                self.records["malformed"] += 1
                 continue
             for number, count, status, *counts in _RECORD.iter_unpack(datagram):
                 if self._is_new(number, count):
                     samples.append(self._sample(status, counts, now_ns))
         if samples:
             self.latest, self._heard_ns = samples[-1], now_ns
-        self.statistics.samples += len(samples)
-        bad = {name: count for name, count in asdict(self.statistics).items() if name != "samples"}
-        self._account.note(now_ns, bad)
+        self._account.note(now_ns, {name: count for name, count in self.records.items() if name != "new"})
         return samples
 
     def _receive(self) -> list[bytes]:
         try:
             return self._wire.receive()
-        except DriverError as error:
-            self.failure = self.failure or error
+        except OSError as error:
+            self._lose(error)
             return []
 
     def _send(self, request: bytes) -> None:
         try:
             self._wire.send(request)
-        except DriverError as error:
-            self.failure = self.failure or error
+        except OSError as error:
+            self._lose(error)
+
+    def _lose(self, error: OSError) -> None:
+        self.failure = self.failure or WiringError(NAME, f"the box cannot be reached ({error})", CHECK)
 
     def _is_new(self, number: int, count: int) -> bool:
-        """Whether a record is newer than all before; the others are counted."""
-        ahead = 1 if self._newest is None else (number - self._newest + _WRAP // 2) % _WRAP - _WRAP // 2
-        younger = self.count is None or 0 < (count - self.count) % _WRAP < _WRAP // 2
-        if ahead <= 0 and not younger:
-            self.statistics.old += 1
+        """Whether the sample of a record is newer than all before. A new stream numbers its records from 1."""
+        if self.count is not None and not 0 < (count - self.count) % _WRAP < _WRAP // 2:
+            self.records["old"] += 1
             return False
-        # A younger sample under an older number is the first of a stream that was started again.
-        self.statistics.lost += max(ahead, 1) - 1
-        self._sequence += max(ahead, 1)
-        self._newest = number
-        if count == self.count:
-            self.statistics.unchanged += 1
-            return False
-        self.count = count
+        ahead = 1 if self._number is None else (number - self._number) % _WRAP
+        ahead = ahead if 0 < ahead < _WRAP // 2 else 1
+        self.records["new"] += 1
+        self.records["lost"] += ahead - 1
+        self._sequence += ahead
+        self._number, self.count = number, count
         return True
 
     def _sample(self, status: int, counts: list[int], now_ns: int) -> ForceSample:

@@ -10,7 +10,7 @@ from palpate.adapters.hardware.doctor.ports import WrenchReading, examine_wrench
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor
 from palpate.adapters.hardware.ur import UrToolForceSensor
 from palpate.core.ports import CONTROL_RATE_HZ, Clock
-from palpate.drivers.device import PolledSensor
+from palpate.drivers.device import PolledSensor, listed
 from palpate.drivers.jr3 import CAN_TIMING, Jr3Statistics
 from palpate.drivers.ur import RANGE_N, RANGE_NM
 
@@ -153,26 +153,17 @@ def _judge_counters(before: Jr3Statistics, after: Jr3Statistics, notes: Notebook
 def examine_netft(sensor: NetFtForceSensor, clock: Clock, seconds: float, notes: Notebook) -> MeasuredNoise | None:
     """How the box is set, its rate, what was lost on the way, noise. The sensor is active."""
     device = sensor.opened()
-    box = device.box
-    notes.fact("identity", f"calibration {box.calibration}, firmware {box.firmware}")
-    forces, torques = (", ".join(f"{most:g}" for most in ranges) for ranges in (box.range_N, box.range_Nm))
-    notes.fact("full scales", f"{forces} N; {torques} N m")
+    box, records = device.box, device.records
+    notes.fact("identity", f"calibration {box.calibration}")
+    notes.fact("full scales", f"{box.range_N} N; {box.range_Nm} N m")
     readings, _ = listen(device, clock, seconds)
-    found = device.statistics
-    told = (
-        f"{found.samples} new, {found.lost} lost, {found.old} no newer than one before,"
-        f" {found.unchanged} with the sample of the one before; {found.malformed} datagrams were none"
-    )
-    notes.fact("records", told)
-    judge_rate(
-        readings, box.rate_Hz, "set the RDT output rate on the box's page Communications, or look at lost ones", notes
-    )
-    astray = found.lost + found.old
-    told = f"{astray} of {found.samples} records were lost or old"
-    notes.judge(astray <= 0.01 * found.samples, told, told, f"connect box {_DIRECTLY}")
-    return examine_wrench(
-        readings, notes, (*box.range_N, *box.range_Nm), 2.0 / min(box.counts_per_N, box.counts_per_Nm)
-    )
+    notes.fact("records", listed(records))
+    judge_rate(readings, box.rate_Hz, "set the RDT output rate on the box's page Communications", notes)
+    astray, new = records["lost"] + records["old"], records["new"]
+    found = f"{astray} of {new} records were lost or old"
+    notes.judge(astray <= 0.01 * new, found, found, f"connect box {_DIRECTLY}")
+    ranges = (*box.range_N, *box.range_Nm)
+    return examine_wrench(readings, notes, ranges, 2.0 / min(box.counts_per_N, box.counts_per_Nm))
 
 
 def examine_tool_force(

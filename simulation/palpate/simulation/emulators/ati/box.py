@@ -10,8 +10,7 @@ from contextlib import suppress
 from typing import Final, Self
 
 _NS: Final = 1_000_000_000
-_MAGIC: Final = 0x1234
-_STOP, _REAL_TIME = 0, 2
+_STOP, _STREAM = (struct.pack(">HH", 0x1234, command) for command in (0, 2))
 _RECORD: Final = struct.Struct(">3I6i")
 _COUNTS_PER_UNIT: Final = 1_000_000
 _INTERNAL_HZ: Final = 7000
@@ -27,25 +26,20 @@ class EmulatedBox:
 
     Attributes:
         status: Status word of the records.
-        silent: Set it to have nothing sent.
         network: The datagrams that arrive; set it to lose, repeat or reorder some.
     """
 
-    def __init__(self, wrench: Callable[[int], tuple[float, ...]], rate_Hz: int = 1000, force_unit: str = "N") -> None:
-        self.status, self.silent, self.streams = 0, False, False
+    def __init__(self, wrench: Callable[[int], tuple[float, ...]], rate_Hz: int = 1000) -> None:
+        self.status, self.streams = 0, False
         self.network: Callable[[list[bytes]], list[bytes]] = lambda datagrams: datagrams
-        self._wrench, self._rate_Hz, self._force_unit = wrench, rate_Hz, force_unit
+        self._wrench, self._rate_Hz = wrench, rate_Hz
         self._begin_ns = self._sent = self._wanted = 0
 
     def receive(self, request: bytes, now_ns: int) -> None:
         """Execute a request; other datagrams are ignored."""
-        if len(request) != 8:
-            return
-        magic, command, count = struct.unpack(">HHI", request)
-        if magic == _MAGIC and command == _STOP:
-            self.streams = False
-        elif magic == _MAGIC and command == _REAL_TIME:
-            self.streams, self._begin_ns, self._sent, self._wanted = True, now_ns, 0, count
+        if len(request) == 8 and request[:4] in (_STOP, _STREAM):
+            self.streams, self._begin_ns, self._sent = request.startswith(_STREAM), now_ns, 0
+            self._wanted = int.from_bytes(request[4:])
 
     def next_event_ns(self) -> int:
         """Time of the next datagram; far off without one."""
@@ -57,12 +51,12 @@ class EmulatedBox:
         while self.next_event_ns() <= now_ns:
             datagrams.append(self._record())
             self.streams = not self._wanted or self._sent < self._wanted
-        return [] if self.silent else self.network(datagrams)
+        return self.network(datagrams)
 
     def page(self) -> bytes:
         """The page of its settings, ``/netftapi2.xml``."""
         fields = {
-            "runrate": _INTERNAL_HZ, "cfgcalsn": "FT00000", "scfgfu": self._force_unit, "scfgtu": "Nm",
+            "runrate": _INTERNAL_HZ, "cfgcalsn": "FT00000", "scfgfu": "N", "scfgtu": "Nm",
             "cfgcpf": _COUNTS_PER_UNIT, "cfgcpt": _COUNTS_PER_UNIT, "cfgmr": "330;330;990;30;30;30",
             "comrdte": "Enabled", "comrdtrate": self._rate_Hz, "mfgdigver": "2.2.59",
         }  # fmt: skip
@@ -72,9 +66,8 @@ class EmulatedBox:
     def _record(self) -> bytes:
         self._sent += 1
         time_ns = self._begin_ns + self._sent * _NS // self._rate_Hz
-        counts = [
-            max(-(1 << 31), min(round(value * _COUNTS_PER_UNIT), (1 << 31) - 1)) for value in self._wrench(time_ns)
-        ]
+        scaled = (round(value * _COUNTS_PER_UNIT) for value in self._wrench(time_ns))
+        counts = (max(-(1 << 31), min(count, (1 << 31) - 1)) for count in scaled)
         words = (self._sent % (1 << 32), time_ns * _INTERNAL_HZ // _NS % (1 << 32), self.status)
         return _RECORD.pack(*words, *counts)
 
@@ -115,13 +108,11 @@ class NetFtServer:
             with suppress(OSError):
                 if self._web in ready:
                     self._answer()
-            with suppress(OSError):
                 if self._rdt in ready:
                     request, self._client = self._rdt.recvfrom(64)
                     self._box.receive(request, time.monotonic_ns())
-            for datagram in self._box.step(time.monotonic_ns()):
-                if self._client is not None:
-                    with suppress(OSError):
+                for datagram in self._box.step(time.monotonic_ns()):
+                    if self._client is not None:
                         self._rdt.sendto(datagram, self._client)
 
     def _answer(self) -> None:
