@@ -69,7 +69,7 @@ def test_every_source_file_is_in_it(wheel: Path) -> None:
     assert sources >= {
         *(f"palpate/{layer}/py.typed" for layer in LAYERS),
         "palpate/core/motion/zebra_zero.urdf",
-        "palpate/core/ports/contracts/rigs.py",
+        "palpate/core/ports/contracts/arm.py",
         "palpate/adapters/cli/main.py",
     }
 
