@@ -84,7 +84,7 @@ def run_trials(rig: Rig, ports: Ports, task: InsertionTask, session: RealTimeSes
         try:
             rig.prepare(trial)
             with session.loop():
-                report = run_trial(task, ports, trial_setup(scenario("paper"), trial), None, session.timed(()))
+                report = run_trial(task, ports, trial_setup(scenario("paper"), trial), None, (session.timer,))
             outcomes["none" if report.outcome is None else report.outcome.value] += 1
         except PalpateError as error:
             # The script is the person who has looked at it.
@@ -115,7 +115,7 @@ def main() -> None:
     task = build_task(config, ready, build_perception(config), RandomWalkPolicy(task_actions(config)))
     with ExitStack() as opened:
         session = opened.enter_context(RealTimeSession(requests))
-        print(*session.grants(), sep="\n")
+        print(*session.grants, sep="\n")
         if options.rig == "mujoco":
             simulated = opened.enter_context(SimulatedRig(config, ready))
             ports = replace(simulated.ports, clock=PacedClock(simulated.cell))

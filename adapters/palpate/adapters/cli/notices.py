@@ -46,7 +46,7 @@ def say(text: str) -> None:
 def print_grants(session: RealTimeSession | None, config: RunConfig) -> None:
     """Print, on a rig, what the system was asked for and what it answered, and which force will stop the arm."""
     if session is not None:
-        for line in (*session.grants(), limits_line(config.supervision, config.task)):
+        for line in (*session.grants, limits_line(config.supervision, config.task)):
             sys.stderr.write(f"palpate: {line}\n")
 
 

@@ -81,7 +81,7 @@ def run_scored_trial(
     if recorder is not None:
         observers = (recorder.begin(setup, world_of(rig), trial_name(trial - first)), *observers)
     if session is not None:
-        observers = session.timed(observers)
+        observers = (session.timer, *observers)
     try:
         with nullcontext() if session is None else session.loop(), folder_kept():
             report = run_trial(task, rig.ports, setup, supervisor, observers)

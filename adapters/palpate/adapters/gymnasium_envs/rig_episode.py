@@ -185,7 +185,7 @@ class RigEpisodes(Episodes):
         """Trials as they are asked for, in the thread of the loop."""
         with RealTimeSession(self.config.real_time) as session:
             limits = weakened_lines(self.config.supervision)
-            for line in (*session.grants(), limits_line(self.config.supervision, self.config.task), *limits):
+            for line in (*map(str, session.grants), limits_line(self.config.supervision, self.config.task), *limits):
                 _tell(line)
             while (asked := self._asked.get()) is not None:
                 try:

@@ -7,11 +7,12 @@ import resource
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
-from dataclasses import dataclass
-from typing import Final, Self
+from functools import partial
+from typing import Final, NamedTuple, Self, TypeAlias
 
 from palpate.adapters.config import RealTimeConfig
 
+_Taking: TypeAlias = Callable[[], AbstractContextManager[None]]
 _SWITCH_S: Final = 0.0001
 """Time after which the loop asks another thread for the interpreter; Python's own is 5 ms."""
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
@@ -19,19 +20,16 @@ _SCHEDULING_REMEDY: Final = (
     "add a line '@realtime - rtprio 51' to /etc/security/limits.d and log in again; a container needs"
     " --cap-add=SYS_NICE"
 )
+_CPU_REMEDY: Final = "choose a CPU that this process may use"
+_MEMORY_WISH: Final = "memory that is never paged out (mlockall)"
 _MEMORY_REMEDY: Final = (
     "add a line '@realtime - memlock unlimited' to /etc/security/limits.d and log in again; a container needs"
     " --ulimit memlock=-1"
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Grant:
-    """The result of one request; a refusal is no error.
-
-    Attributes:
-        reason: Why it was refused; empty when granted.
-    """
+class Grant(NamedTuple):
+    """The result of one request; a refusal has a reason and is no error."""
 
     wish: str
     reason: str = ""
@@ -55,34 +53,31 @@ class RealTime:
 
     def __init__(self, config: RealTimeConfig) -> None:
         self._config = config
-        self._kept = ExitStack()
-        self._of_loop: list[Callable[[], AbstractContextManager[None]]] = []
+        self._of_run = ExitStack()
+        self._of_loop: list[_Taking] = []
         self.grants: tuple[Grant, ...] = ()
 
     def __enter__(self) -> Self:
-        config = self._config
-        grants = []
+        config, grants = self._config, []
         if config.scheduling:
-            grants.append(self._try(_scheduling(config.priority), _SCHEDULING_REMEDY, lambda: _fifo(config.priority)))
+            take: _Taking = partial(_fifo, config.priority)
+            grants.append(_attempt(_scheduling(config.priority), _SCHEDULING_REMEDY, partial(self._try, take)))
         if config.cpu >= 0:
-            remedy = "choose a CPU that this process may use"
-            grants.append(self._try(f"the loop on CPU {config.cpu} alone", remedy, lambda: _pinned(config.cpu)))
-        with ExitStack() as kept:
-            if config.lock_memory:
-                wish = "memory that is never paged out (mlockall)"
-                grants.append(_attempt(wish, _MEMORY_REMEDY, lambda: kept.enter_context(_locked_memory())))
-            if config.freeze_objects:
-                gc.collect()
-                gc.freeze()
-                kept.callback(gc.unfreeze)
-                grants.append(Grant("objects of the start exempt from garbage collection"))
-            self._kept = kept.pop_all()
+            take = partial(_pinned, config.cpu)
+            grants.append(_attempt(f"the loop on CPU {config.cpu} alone", _CPU_REMEDY, partial(self._try, take)))
+        if config.lock_memory:
+            grants.append(_attempt(_MEMORY_WISH, _MEMORY_REMEDY, partial(self._of_run.enter_context, _locked_memory())))
+        if config.freeze_objects:
+            gc.collect()
+            gc.freeze()
+            self._of_run.callback(gc.unfreeze)
+            grants.append(Grant("objects of the start exempt from garbage collection"))
         self.grants = tuple(grants)
         return self
 
     def __exit__(self, *_: object) -> None:
         self._of_loop.clear()
-        self._kept.close()
+        self._of_run.close()
 
     @contextmanager
     def loop(self) -> Iterator[None]:
@@ -98,14 +93,10 @@ class RealTime:
                 opened.enter_context(take())
             yield
 
-    def _try(self, wish: str, remedy: str, take: Callable[[], AbstractContextManager[None]]) -> Grant:
+    def _try(self, take: _Taking) -> None:
         """Take it and give it back; :meth:`loop` takes what was granted."""
-
-        def once() -> None:
-            with take():
-                self._of_loop.append(take)
-
-        return _attempt(wish, remedy, once)
+        with take():
+            self._of_loop.append(take)
 
 
 def take_real_time(priority: int) -> Grant:
@@ -114,10 +105,7 @@ def take_real_time(priority: int) -> Grant:
     Args:
         priority: 1 to 99.
     """
-
-    def take() -> None:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
-
+    take = partial(os.sched_setscheduler, 0, os.SCHED_FIFO, os.sched_param(priority))
     return _attempt(_scheduling(priority), _SCHEDULING_REMEDY, take)
 
 

@@ -1,10 +1,7 @@
 """The real-time settings of one run, and how punctual its loop was."""
 
-from __future__ import annotations
-
-from contextlib import AbstractContextManager
 from time import perf_counter_ns
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import Any, Final
 
 import numpy as np
 from typing_extensions import override
@@ -13,16 +10,15 @@ from palpate.adapters.config import RealTimeConfig
 from palpate.adapters.hardware.real_time.scheduling import RealTime
 from palpate.adapters.log import dump_json
 from palpate.core.control_loop import LoopObserver
-from palpate.core.ports import AppliedCommand, JointCommand, JointSample, Snapshot, WrenchSample
-from palpate.core.trial import Supervised, TrialReport
+from palpate.core.trial import TrialReport
 
-if TYPE_CHECKING:
-    from palpate.core.policy import Observation
-
-_NAMES: Final = ("clock", "force", "joints", "perceive", "decide", "control", "supervise", "send", "record")
-_CLOCK, _FORCE, _JOINTS, _PERCEIVE, _DECIDE, _CONTROL, _SUPERVISE, _SEND, _RECORD = range(len(_NAMES))
 _EDGES_ms: Final = np.array([0.0, *np.geomspace(1e-3, 1e3, 181)])
 """Bins of the histogram of lateness: 30 to a decade."""
+
+
+def _ends(section: str) -> Any:
+    """Return an observer's method that is called at the end of a section of a tick."""
+    return lambda timer, *_: timer.end(section)
 
 
 class LoopTimer(LoopObserver):
@@ -35,11 +31,11 @@ class LoopTimer(LoopObserver):
     """
 
     def __init__(self) -> None:
-        self.longest_ns = dict.fromkeys(_NAMES, 0)
+        sections = ("clock", "force", "joints", "perceive", "decide", "control", "supervise", "send", "record")
+        self.longest_ns = dict.fromkeys(sections, 0)
         self.skipped_slots = 0
-        self._longest_ns, self._then_ns = [0] * len(_NAMES), 0
+        self._then_ns = self._worst_ns = 0
         self._late_ns: list[int] = []
-        self._worst_ns = 0
         self._counts = np.zeros(len(_EDGES_ms) - 1, np.int64)
         self._report: TrialReport | None = None
 
@@ -54,46 +50,22 @@ class LoopTimer(LoopObserver):
     @override
     def clock_read(self, deadline_ns: int, time_ns: int) -> None:
         self._late_ns.append(time_ns - deadline_ns)
-        self._over(_CLOCK)
+        self.end("clock")
 
-    @override
-    def force_read(self, sample: WrenchSample) -> None:
-        self._over(_FORCE)
-
-    @override
-    def joints_read(self, sample: JointSample) -> None:
-        self._over(_JOINTS)
-
-    @override
-    def sensed(self, observation: Observation | None) -> None:
-        self._over(_PERCEIVE)
-
-    @override
-    def chosen(self) -> None:
-        self._over(_DECIDE)
-
-    @override
-    def acted(self, command: JointCommand) -> None:
-        self._over(_CONTROL)
-
-    @override
-    def supervised(self, supervised: Supervised) -> None:
-        self._over(_SUPERVISE)
-
-    @override
-    def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
-        self._over(_SEND)
-
-    @override
-    def ended(self) -> None:
-        self._over(_RECORD)
+    force_read = _ends("force")
+    joints_read = _ends("joints")
+    sensed = _ends("perceive")
+    chosen = _ends("decide")
+    acted = _ends("control")
+    supervised = _ends("supervise")
+    sent = _ends("send")
+    ended = _ends("record")
 
     @override
     def stopped(self, error: BaseException | None) -> None:
         self._worst_ns = max(self._worst_ns, *self._late_ns, 0)
         self._counts += np.histogram(np.clip(np.array(self._late_ns) * 1e-6, 0.0, _EDGES_ms[-1]), _EDGES_ms)[0]
         self._late_ns.clear()
-        self.longest_ns = dict(zip(_NAMES, self._longest_ns, strict=True))
         if self._report is not None:
             self.skipped_slots += self._report.timing.skipped_slots
 
@@ -108,38 +80,24 @@ class LoopTimer(LoopObserver):
         median, p99 = (float(_EDGES_ms[np.searchsorted(below, share * self.ticks) + 1]) for share in (0.5, 0.99))
         return {"median": round(median, 4), "p99": round(p99, 4), "max": round(self._worst_ns * 1e-6, 4)}
 
-    def _over(self, section: int) -> None:
+    def end(self, section: str) -> None:
+        """Note the time since the section before."""
         now_ns = perf_counter_ns()
         took_ns, self._then_ns = now_ns - self._then_ns, now_ns
-        if took_ns > self._longest_ns[section]:
-            self._longest_ns[section] = took_ns
+        if took_ns > self.longest_ns[section]:
+            self.longest_ns[section] = took_ns
 
 
-class RealTimeSession:
-    """Real-time settings and timing of one run. A context manager; the loop's own thread enters it."""
+class RealTimeSession(RealTime):
+    """Real-time settings and timing of one run.
+
+    Attributes:
+        timer: The first observer of each trial.
+    """
 
     def __init__(self, config: RealTimeConfig) -> None:
-        self._real_time = RealTime(config)
+        super().__init__(config)
         self.timer = LoopTimer()
-
-    def __enter__(self) -> Self:
-        self._real_time.__enter__()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._real_time.__exit__()
-
-    def grants(self) -> list[str]:
-        """The requests to the system and their results; one line each."""
-        return [str(grant) for grant in self._real_time.grants]
-
-    def timed(self, observers: tuple[LoopObserver, ...]) -> tuple[LoopObserver, ...]:
-        """The observers of a trial, after the timer."""
-        return (self.timer, *observers)
-
-    def loop(self) -> AbstractContextManager[None]:
-        """Hold this around a trial: priority and CPU are for that alone."""
-        return self._real_time.loop()
 
     def report_json(self) -> str:
         """The timing of the run so far, for the end of a log."""
