@@ -11,7 +11,7 @@ from palpate.core.ports.values import CONTROL_RATE_HZ
 TICK_NS: Final = 10**9 // CONTROL_RATE_HZ
 """The period of the control loop."""
 
-_LOOKS: Final = 5000
+_READS: Final = 5000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,34 +37,24 @@ class ClockContract(ABC):
     def make(self) -> ClockRig:
         """Make a fresh rig."""
 
-    def test_time_is_integer_nanoseconds(self) -> None:
-        """The time is an int, before and after sleeping."""
-        rig = self.make()
-        for _ in range(2):
-            now = rig.clock.now_ns()
-            whole = isinstance(now, int) and not isinstance(now, bool)
-            require("type", whole, f"now_ns() = {now!r}", "an int, in ns")
-            rig.clock.sleep_until(now + rig.step_ns)
-
-    def test_time_never_goes_back(self) -> None:
-        """However often it is asked, the clock never goes back."""
+    def test_time_is_integer_nanoseconds_and_never_goes_back(self) -> None:
+        """The time is an int in ns, and never goes back."""
         clock = self.make().clock
         last_ns = clock.now_ns()
-        for _ in range(_LOOKS):
+        for _ in range(_READS):
             now_ns = clock.now_ns()
+            require("type", type(now_ns) is int, f"now_ns() = {now_ns!r}", "an int, in ns")
             require("order", now_ns >= last_ns, f"{now_ns} ns after {last_ns} ns", "no way back")
             last_ns = now_ns
 
     def test_past_deadline_returns_at_once(self) -> None:
         """With a deadline in the past ``sleep_until`` returns at once and does not turn time back."""
         rig = self.make()
-        rig.clock.sleep_until(rig.clock.now_ns() + rig.step_ns)
-        for ago_ns in (0, rig.step_ns // 3, 7 * rig.step_ns // 3):
-            before_ns = rig.clock.now_ns()
-            rig.clock.sleep_until(before_ns - ago_ns)
-            passed_ns = rig.clock.now_ns() - before_ns
-            at_once = 0 <= passed_ns <= 2 * rig.tolerance_ns
-            require("past deadline", at_once, f"{passed_ns} ns went by", f"at most {2 * rig.tolerance_ns} ns")
+        before_ns = rig.clock.now_ns()
+        rig.clock.sleep_until(before_ns - rig.step_ns)
+        passed_ns = rig.clock.now_ns() - before_ns
+        at_once = 0 <= passed_ns <= 2 * rig.tolerance_ns
+        require("past deadline", at_once, f"{passed_ns} ns went by", f"at most {2 * rig.tolerance_ns} ns")
 
     def test_absolute_deadlines_do_not_drift(self) -> None:
         """Of many deadlines, each a step or a little after the one before, the last is met as well as the first."""

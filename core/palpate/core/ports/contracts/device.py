@@ -14,10 +14,9 @@ from palpate.core.ports.contracts.bench import (
     DeviceRig,
     knob,
     require,
-    require_quiet,
     require_raises,
 )
-from palpate.core.ports.contracts.life import ONWARD, try_lives
+from palpate.core.ports.contracts.life import try_lives
 from palpate.core.ports.contracts.motion import MotionLimits
 from palpate.core.ports.lifecycle import Life
 
@@ -30,7 +29,6 @@ _CALLS: Final = 9
 _HANG_NS: Final = 500_000_000
 _THREAD_S: Final = 1.0
 """How long a thread may take to end after ``close``."""
-_ATTEMPTS: Final = 12
 
 
 class DeviceContract(ABC, Generic[RigT]):
@@ -56,7 +54,7 @@ class DeviceContract(ABC, Generic[RigT]):
         """Fail the clause unless the active device does its work."""
 
     def start_work(self, rig: RigT) -> None:
-        """Leave something under way in the active device."""
+        """Leave something under way in the active device, which the next request ends."""
 
     def disturb(self, rig: RigT) -> None:
         """Do what may come in any state."""
@@ -126,7 +124,7 @@ class DeviceContract(ABC, Generic[RigT]):
                 rig.pass_time(rig.patience_ns)
                 self.use(rig)
                 require(clause, False, "no error once it was activated again", "DeviceError while the cable is cut")
-            require_quiet(clause, device.close, "close() to work when nobody answers")
+            device.close()
             require(clause, device.life is Life.CLOSED, f"{device.life}", "CLOSED")
             require(clause, rig.is_open is None or not rig.is_open(), "a resource still open", "nothing open")
 
@@ -163,22 +161,6 @@ class DeviceContract(ABC, Generic[RigT]):
             median_ns, budget_ns = sorted(some_ns)[_CALLS // 2], rig.call_budget_ns
             require(clause, median_ns <= budget_ns, f"{median_ns} ns", f"at most {budget_ns} ns (call_budget_ns)")
             require(clause, max(some_ns) <= _HANG_NS, f"{max(some_ns)} ns", f"never more than {_HANG_NS} ns")
-
-    def revive(self, rig: RigT) -> None:
-        """Activate the device again, whatever its state, and fail the clause unless it then works.
-
-        A link that is dead may be found, and made again, on the way.
-        """
-        for attempt in range(_ATTEMPTS):
-            with suppress(*(DeviceError,) if attempt < _ATTEMPTS - 1 else ()):
-                if rig.device.life is not Life.ACTIVE:
-                    getattr(rig.device, ONWARD[rig.device.life].value)()
-                    self.activated(rig)
-                if rig.device.life is Life.ACTIVE:
-                    rig.advance(1)
-                    if self.may_use(rig):
-                        self.work(rig)
-                    return
 
 
 def bring(rig: DeviceRig[Any], life: Life) -> None:

@@ -35,7 +35,7 @@ _STEPS: Final = 40
 _BEFORE_CLOSE: Final = 20
 _RECENT: Final = 8
 """Steps in a message."""
-_PAUSES: Final = (0, 200)
+_PAUSE_TICKS: Final = 200
 _SHORTEN_S: Final = 5.0
 """How long steps that fail are shortened."""
 
@@ -87,27 +87,28 @@ class LifeMachine(RuleBasedStateMachine):
     @rule(step=st.sampled_from(("go on", "go on", "work", "refuse", "disturb", "wait", "fail", "replug", "close")),
           busy=st.booleans())  # fmt: skip
     def step(self, step: str, busy: bool) -> None:
-        """Take a step, with something under way in the active device or not."""
+        """Take a step; some end what is under way in the active device."""
         active, rig = self._life is Life.ACTIVE, self._rig
         if self._over:
             return
-        if busy and active and self._usable:
+        if busy and active and self._usable and step in ("go on", "disturb", "close"):
             self._try("start", partial(self.suite.start_work, rig))
-        if step == "close" and len(self._steps) >= _BEFORE_CLOSE:
+        if step == "disturb":
+            self._try("disturb", partial(self.suite.disturb, rig))
+        elif step == "close" and len(self._steps) >= _BEFORE_CLOSE:
             self._ask(LifeRequest.CLOSE)
         elif step == "fail" and active and rig.provoke_fault is not None:
-            self._fail()
+            self._try("fault", rig.provoke_fault)
+            self._faulted()
         elif step == "replug" and active and self._usable and rig.disconnect is not None and rig.reconnect is not None:
-            self._replug(used=busy)
+            self._replug()
         elif step == "work" and active and self._usable:
             self._try("work", partial(self.suite.work, rig))
         elif step in ("work", "refuse"):
             self._refuse()
-        elif step == "disturb":
-            self._try("disturb", partial(self.suite.disturb, rig))
         elif step == "wait":
             # An active arm may stop by itself where commands stay away for long.
-            rig.advance(_PAUSES[busy and not active])
+            rig.advance(1 if active else _PAUSE_TICKS)
         else:
             self._ask(ONWARD[self._life])
         rig.advance(1)
@@ -133,47 +134,39 @@ class LifeMachine(RuleBasedStateMachine):
         if self._life is Life.ACTIVE:
             self.suite.activated(self._rig)
 
-    def _fail(self) -> None:
-        self._try("fault", self._rig.provoke_fault)
+    def _faulted(self) -> None:
         self._life, self._cause = Life.FAULTED, str(self._rig.device.fault or "")
         self._require(bool(self._cause), "a fault without a cause", "the cause of the fault in words")
 
-    def _replug(self, *, used: bool) -> None:
+    def _replug(self) -> None:
         """Cut the cable and plug it in again; only a fault may come of that."""
         rig = self._rig
         self._try("cut", rig.disconnect)
         rig.pass_time(rig.patience_ns)
-        if used:
-            with suppress(DeviceError):
-                self.suite.use(rig)
+        with suppress(DeviceError):
+            self.suite.use(rig)
         self._try("plug in", rig.reconnect)
         rig.pass_time(rig.patience_ns)
-        self._try("", partial(self.suite.rest, rig))
-        self._try("work again", partial(self.suite.revive, rig))
+        if rig.device.life is Life.FAULTED:
+            self._faulted()
 
     def _refuse(self) -> None:
         """Ask for all that the state does not allow."""
         device = self._rig.device
-        for request in LifeRequest:
-            if (self._life, request) not in TRANSITIONS:
-                self._require_refused(request.value, getattr(device, request.value), request is LifeRequest.ACTIVATE)
+        refused = {r.value: getattr(device, r.value) for r in LifeRequest if (self._life, r) not in TRANSITIONS}
         if self._life is not Life.ACTIVE and self._usable:
-            self._require_refused("reading or sending", partial(self.suite.use, self._rig), True)
-
-    def _require_refused(self, what: str, action: Callable[[], object], needs_cause: bool) -> None:
-        latched = needs_cause and self._life is Life.FAULTED
-        wanted = f"{'FaultLatchedError with its cause' if latched else 'LifecycleError'} for {what}"
-        try:
-            result = action()
-        except FaultLatchedError as error:
-            self._require(self._life is Life.FAULTED and error.cause == self._cause, f"{error!r}", wanted)
-        except LifecycleError as error:
-            self._require(not latched, f"{error!r}", wanted)
-        except Exception as error:
-            self._require(False, f"{error!r}", wanted)
-        else:
-            self._require(False, f"no error, but {result!r}", f"{wanted} while {self._life.value}")
-        self._require(self._rig.device.life is self._life, f"{self._rig.device.life} after {what}", str(self._life))
+            refused["reading or sending"] = partial(self.suite.use, self._rig)
+        for what, action in refused.items():
+            latched = self._life is Life.FAULTED and what in ("activate", "reading or sending")
+            kinds = (FaultLatchedError,) if latched else (LifecycleError, FaultLatchedError)
+            try:
+                observed = f"no error, but {action()!r}"
+            except kinds as error:
+                cause = getattr(error, "cause", self._cause)
+                observed = "" if cause == self._cause else f"the cause {cause!r}"
+            except Exception as error:
+                observed = repr(error)
+            self._require(not observed, observed, f"{kinds[0].__name__} for {what} while {self._life.value}")
 
     def _try(self, step: str, action: Callable[[], object]) -> None:
         self._steps += [step] if step else []
