@@ -30,11 +30,6 @@ def desk(tmp_path: Path) -> Path:
     save(EVEN, tmp_path / "even.json")
     save(WASTEFUL, tmp_path / "wasteful.json")
     save(Machine(Kind.DFA, ("a", "b"), ((0, 0),), (True,)), tmp_path / "all.json")
-    (tmp_path / "full").mkdir()
-    (tmp_path / "full" / "file").touch()
-    (tmp_path / "one.txt").write_text("AAA\n")
-    (tmp_path / "old.json").write_text('{"schema": "palpate.automaton/1", "kind": "mealy"}')
-    (tmp_path / "broken.json").write_text('{"schema": "palpate.automaton/2"')
     return tmp_path
 
 
@@ -99,27 +94,3 @@ def test_recorded_trials_are_strings_and_the_automaton_is_a_memory(palpate: Comm
     # Nothing of the automaton's file is needed to replay the trials.
     automaton.unlink()
     assert "2 of 2 equal" in palpate.succeed("replay", "learned", "--jobs", 1)
-
-
-@pytest.mark.parametrize(
-    ("words", "named", "accepted"),
-    [
-        ("infer walks.txt", "--out", "a folder"),
-        ("infer full --out x", "full", "no logs"),
-        ("infer walks.txt --out full", "full", "holds something"),
-        ("infer walks.txt labelled.txt --out x", "walks.txt", "either one text file"),
-        ("infer one.txt --out x", "strings", "symbols"),
-        ("infer --show broken.json", "broken.json", "JSON"),
-        ("infer --show old.json", "palpate.automaton/1", "palpate.automaton/2"),
-        ("infer --show even.json --out even.pdf", "even.pdf", ".svg"),
-        ("infer --show even.json --out all.json", "all.json", "already"),
-        ("infer --show even.json all.json", "--show", "1 automaton file (got 2)"),
-        ("infer --compare even.json", "--compare", "2 automaton files (got 1)"),
-        ("infer --compare even.json all.json --out x", "--compare", "leave out --out"),
-        ("infer --compare --show even.json all.json", "--show or --compare", "not both"),
-        ("train --out x --perception.memory even.json", "perception.memory", "symbols of the machine"),
-        ("train --out x --perception.memory sometimes", "perception.memory", "last-2"),
-    ],
-)
-def test_refused_in_one_line(palpate: CommandLine, desk: Path, words: str, named: str, accepted: str) -> None:
-    palpate.refuses(words, named, accepted)

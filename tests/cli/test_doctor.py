@@ -12,23 +12,6 @@ from tests.command_line import CommandLine
 RIGS = Path(__file__).parents[2] / "rigs"
 
 
-TABLES = "[arm]\nadapter = 'zebra-nmc'\n{}\n[force_sensor]\nadapter = 'jr3-can'\n"
-
-
-@pytest.mark.parametrize(
-    ("content", "words", "named"),
-    [
-        (TABLES.format("").replace("zebra-nmc", "puma"), "--rig rig.toml", "arm.adapter = 'puma'"),
-        (TABLES.format("prot = '/dev/ttyUSB0'"), "--rig rig.toml", "did you mean arm.port?"),
-        (TABLES.format(""), "--rig rig.toml --seconds 0", "seconds = 0.0"),
-        (TABLES.format(""), "", "rig"),
-    ],
-)
-def test_refused_in_one_line(palpate: CommandLine, tmp_path: Path, content: str, words: str, named: str) -> None:
-    (tmp_path / "rig.toml").write_text(content)
-    assert named in palpate.refusal("doctor", *words.split())
-
-
 @pytest.mark.parametrize(
     "name", ["zebra-nmc-jr3.toml", "zebra-nmc-ati-netft.toml", "cia402-jr3-can.toml", "ur5e-ati-netft.toml"]
 )

@@ -1,4 +1,4 @@
-"""``palpate explore``: learning in a grid world, the figure, the strings; and refusals."""
+"""``palpate explore``: learning in a grid world, the figure, and the strings."""
 
 import csv
 import json
@@ -86,30 +86,6 @@ def test_walks_for_inference(palpate: CommandLine, tmp_path: Path) -> None:
     strings = read_strings(tmp_path / "walks.txt")
     assert (len(strings.words), strings.alphabet) == (50, ("A", "B", "C", "D"))
     assert max(map(len, strings.words)) <= 20
-
-
-@pytest.fixture
-def desk(tmp_path: Path) -> Path:
-    """A folder with things that are in the way."""
-    (tmp_path / "full").mkdir()
-    (tmp_path / "full" / "thing").write_text("")
-    (tmp_path / "there.svg").write_text("")
-    (tmp_path / "bad.txt").write_text("AB\nA.B\n")
-    return tmp_path
-
-
-@pytest.mark.parametrize(
-    ("words", "named", "accepted"),
-    [
-        ("--out full", "full", "a new or an empty folder"),
-        ("--figure there.svg", "there.svg", "is never overwritten"),
-        ("--figure out.pdf", "figure = 'out.pdf'", ".svg or .png"),
-        ("--strings bad.txt", "bad.txt", "is never overwritten"),
-        ("--strings new.txt --out new", "--figure, --strings and --out", "one of"),
-    ],
-)
-def test_refused_in_one_line(palpate: CommandLine, desk: Path, words: str, named: str, accepted: str) -> None:
-    palpate.refuses(f"explore {words}", named, accepted)
 
 
 @pytest.mark.parametrize(("at", "code", "lines"), [(1, 130, 0), (2, 130, 21), (9, 0, 61)])

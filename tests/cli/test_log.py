@@ -28,13 +28,9 @@ def desk(tmp_path: Path, logs: list[Path]) -> Path:
         "torn.mcap": sound[:middle],
         "damaged.mcap": sound[:middle] + bytes([sound[middle] ^ 0xFF]) + sound[middle + 1 :],
         "empty.mcap": b"",
-        "there.png": b"a picture of mine",
     }
     for name, content in contents.items():
         (tmp_path / name).write_bytes(content)
-    (tmp_path / "folder.mcap").mkdir()
-    (tmp_path / "full").mkdir()
-    (tmp_path / "full" / "mine").write_text("mine")
     return tmp_path
 
 
@@ -108,25 +104,3 @@ def test_recover_a_torn_and_a_damaged_log(palpate: CommandLine, desk: Path) -> N
     palpate.succeed("log", "plot", "torn.recovered.mcap")
     assert "named.mcap" in palpate.succeed("log", "recover", "torn.mcap", "--out", "named.mcap")
     assert (desk / "named.mcap").read_bytes() == (desk / "torn.recovered.mcap").read_bytes()
-
-
-@pytest.mark.parametrize(
-    ("words", "named", "accepted"),
-    [
-        ("frobnicate", "frobnicate", "info, plot, export, recover"),
-        ("info", "palpate log info", "name one or more"),
-        ("info sound.mcap --jsn", "--jsn", "did you mean --json?"),
-        ("plot sound.mcap torn.mcap", "torn.mcap", "not an option"),
-        ("plot missing.mcap", "missing.mcap", "name a log that is there"),
-        ("plot torn.mcap", "torn.mcap", "palpate log recover"),
-        ("plot sound.mcap --out there.png", "there.png", "name another file"),
-        ("export sound.mcap --out x", "to = ''", "one of csv, foxglove"),
-        ("export sound.mcap --to csv", "out = ''", "a folder"),
-        ("export sound.mcap --to csv --out full", "full", "a new or an empty folder"),
-        ("export sound.mcap torn.mcap --to csv --out x/y", "torn.mcap", "palpate log recover"),
-        ("export sound.mcap missing.mcap --to csv --out x/y", "missing.mcap", "is not there"),
-        ("recover torn.mcap --out there.png", "there.png", "never overwritten"),
-    ],
-)
-def test_refused_in_one_line(palpate: CommandLine, desk: Path, words: str, named: str, accepted: str) -> None:
-    palpate.refuses(f"log {words}", named, accepted)

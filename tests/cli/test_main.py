@@ -1,4 +1,4 @@
-"""Help, versions, and refusals in one line that says what would be accepted; of train, run, compare and show."""
+"""Help, versions, outputs that take nothing, and folders without permission."""
 
 import errno
 import io
@@ -15,8 +15,6 @@ from palpate.adapters.cli.main import main
 from palpate.core import __version__
 from tests.command_line import CommandLine
 
-LONG = "x" * 300
-"""A name longer than any file system takes."""
 RUN = ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--config")
 
 
@@ -111,68 +109,6 @@ def test_without_what_a_slim_install_leaves_out_trials_run_and_what_needs_it_say
     assert "1 of 1 equal" in done.stdout
     refused = done.stderr.splitlines()[-1]
     assert refused == "palpate: this needs torch, which a slim install leaves out: pip install torch"
-
-
-COMMANDS = (
-    "train, run, compare, study, show, explore, infer, replay, report, log, "
-    "render, check-adapter, emulate, doctor, calibrate, examples"
-)
-
-
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        # Unknown words.
-        ("frobnicate", COMMANDS),
-        ("train --scenario dark", "scenario = 'dark' is refused: one of paper, blind"),
-        ("train --scenario bilnd", "blind-keyed; did you mean blind?"),
-        ("train --learner cat", "learner = 'cat' is refused: one of q-learning, sarsa, belief"),
-        ("train --learner q-learning --learning.trace-decay 0.5", "sarsa or skills, which learning.trace_decay"),
-        ("train --learning.belief.patience 5", "learner = 'q-learning' is refused: belief, which learning.belief"),
-        ("train --learner belief --learning.alpha 0.5", "q-learning or sarsa or skills, which learning.alpha"),
-        ("train --learner hmm --perception.memory last-2", "none with the learner hmm"),
-        ("train --learner hmm --learning.hmm.lattice 0", "a lattice to round them to"),
-        ("train --learner hmm --learning.hmm.reach 200", "160800 hidden states' is refused: at most 2896"),
-        ("train --policy sarsa", "--learner sarsa chooses it"),
-        ("train --arm puma", "arm = 'puma' is refused: one of zebra-zero, ur3, ur5"),
-        ("run", "a policy file, or one of omniscient"),
-        ("run --policy magic", "policy = 'magic' is refused: a policy file, or one of omniscient"),
-        ("show", "policy file"),
-        # Numbers out of range.
-        ("train --task.goal.x-mm 1900", "zebra-zero reaches"),
-        ("train --perception.cutoff-Hz 70", "perception.cutoff_Hz = 70.0 is refused: "),
-        ("train --control.damping-N-s-per-m 1", "control.damping_N_s_per_m = 1.0 is refused: at least"),
-        # Values of another type.
-        ("train --perception.calibration 1 2", "6 values"),
-        ("train --out", "Expected 1"),
-        # Files and folders.
-        ("train --config missing.toml", "missing.toml' is refused: a readable file"),
-        ("train --config broken.toml", "a TOML file"),
-        ("train --policy missing.json", "missing.json' is refused: a readable file"),
-        ("run --policy a_file", "JSON"),
-        ("run --policy torque --claim success", "success >= SHARE with a share between 0 and 1"),
-        ("run --policy torque --jobs 2 --live rerun", "1 with --rig, --live or --view"),
-        ("train --out a_file/run", "name another folder"),
-        (f"train --out {LONG}", "name another folder"),
-        ("train --out \udcff", "\\udcff is no text in UTF-8; give it another name"),
-        ("train --out a_study", "a_study: already holds a run (run.toml)"),
-        ("compare --policy deep.json", "JSON (maximum recursion depth"),
-        (f"log export {LONG} --to csv --out x", "is not there; name a log"),
-        ("log plot .", ".: is no file; name a log"),
-        ("log recover .", ".: is no file; name a log"),
-        ("log info a_pipe", "a_pipe: is no file; name a log"),
-        ("log info \x1b[31m", "\\x1b[31m: is not there"),
-    ],
-)
-def test_refused_in_one_line(palpate: CommandLine, words: str, told: str) -> None:
-    Path("broken.toml").write_text("a = [")
-    Path("a_file").touch()
-    Path("deep.json").write_text("[" * 100_000)
-    Path("a_study").mkdir()
-    Path("a_study", "run.toml").touch()
-    Path("a_loop").symlink_to("a_loop")
-    os.mkfifo("a_pipe")
-    palpate.refuses(words, told)
 
 
 class FullDisk(io.StringIO):

@@ -139,24 +139,6 @@ def test_a_batch_goes_on_past_bad_logs_and_sums_up(
     assert files_in(tmp_path) == before
 
 
-@pytest.mark.parametrize(
-    ("words", "reason"),
-    [
-        ("", "no log was named"),
-        ("missing.mcap", "missing.mcap: is not there"),
-        (".", "holds no logs"),
-        ("LOG --set task.max_force=5", "did you mean task.max_force_N"),
-        ("LOG --set cell.peg.friction=0.5", "a setting of the core"),
-        ("LOG --policy nobody", "a policy file, or one of omniscient"),
-        ("LOG --continue-in-mujoco", "a what-if"),
-        ("LOG --out somewhere", "a what-if"),
-        ("LOG --jobs -1", "jobs = -1"),
-    ],
-)
-def test_refused_in_one_line(palpate: CommandLine, log: Path, words: str, reason: str) -> None:
-    assert reason in palpate.refusal("replay", *words.replace("LOG", str(log)).split())
-
-
 def test_a_log_of_another_arm_is_refused_with_a_configuration_given(
     palpate: CommandLine, log: Path, tmp_path: Path
 ) -> None:

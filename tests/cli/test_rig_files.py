@@ -1,4 +1,4 @@
-"""Rig files and words about rigs, as run and emulate refuse them. Nothing here runs in real time."""
+"""Rig files as run refuses them. Nothing here runs in real time."""
 
 from pathlib import Path
 
@@ -47,28 +47,6 @@ UR = '[arm]\nadapter = "ur-rtde"\nhost = "{}"\n[force_sensor]\nadapter = "jr3-ca
 def test_rig_files_that_cannot_work_are_refused_in_one_line(palpate: CommandLine, content: str, reason: str) -> None:
     Path("rig.toml").write_text(content)
     assert reason in palpate.refusal("run", "--rig", "rig.toml", "--policy", "torque", "--out", "run")
-
-
-@pytest.mark.parametrize(
-    ("words", "reason"),
-    [
-        ("run --rig missing.toml --policy torque", "missing.toml"),
-        (
-            "run --rig missing.toml --policy torque --cell.sensor.force-noise-N 0",
-            "--cell.sensor.force-noise-N sets up the",
-        ),
-        ("train --rig missing.toml --cell.tilt-mrad=2", "beside --rig, the rig says what is true of it"),
-        (f"run --rig {RIG_FILE} --policy omniscient", "on a real rig"),
-        ("emulate --arm irb", "arm = 'irb'"),
-        ("emulate --force ati", "force = 'ati'"),
-        ("emulate --wrist-backlash-deg -1", "wrist_backlash_deg"),
-        ("emulate --arm cia402 --wrist-backlash-deg 0.1", "except for zebra-nmc"),
-        ("emulate --priority 100", "priority = 100"),
-        ("emulate --rig-file .", "is there already"),
-    ],
-)
-def test_refused_in_one_line(palpate: CommandLine, words: str, reason: str) -> None:
-    assert reason in palpate.refusal(*words.split())
 
 
 @pytest.mark.parametrize("arm", ["ur5", "panda"])

@@ -218,41 +218,6 @@ def test_a_study_that_is_ended_leaves_no_workers(
         time.sleep(0.05)
 
 
-@pytest.fixture
-def desk(tmp_path: Path) -> Path:
-    """A folder with studies that do not do."""
-    texts = {
-        "small": SMALL,
-        "reach": "[grid]\n'task.goal.x_mm' = [400.0, 1900.0]",
-        "memory": "[base]\nperception.memory = 'nowhere.json'",
-        "programmed": "[base.learning.programmed]\nnowhere = '+x'",
-        "million": "[study]\ntrials = 10\nseeds = { first = 0, count = 1000000 }",
-        "billion": "[study]\nseeds = { count = 1000000 }\n[grid]\n'task.tare_ticks' = [1,2,3,4,5,6,7,8,9,10,11]",
-    }
-    for name, text in texts.items():
-        (tmp_path / f"{name}.toml").write_text(text)
-    (tmp_path / "other").mkdir()
-    (tmp_path / "other" / "notes.txt").touch()
-    return tmp_path
-
-
-@pytest.mark.parametrize(
-    ("words", "named", "accepted"),
-    [
-        ("reach.toml", "task.goal", "zebra-zero reaches"),
-        ("memory.toml", "perception.memory = 'nowhere.json'", "a readable file"),
-        ("programmed.toml", "learning.programmed = 'nowhere'", "a state of this task"),
-        ("million.toml", "1000000 cells of 10 trials in runs/million, about 80.0 GB", "only with --yes"),
-        ("billion.toml --yes", "11000000 cells", "at most 10000000"),
-        ("small.toml --engine threads", "engine = 'threads'", "sequential, processes"),
-        ("small.toml --out small.toml", "small.toml", "name another folder"),
-        ("small.toml --out other", "other: holds something already", "name another folder"),
-    ],
-)
-def test_refused_in_one_line(palpate: CommandLine, desk: Path, words: str, named: str, accepted: str) -> None:
-    palpate.refuses(f"study {words}", named, accepted)
-
-
 @pytest.mark.parametrize(("answer", "code"), [("y\n", 0), ("\n", 2), ("", 2)])
 def test_a_large_study_is_asked_about(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, answer: str, code: int) -> None:
     monkeypatch.setattr("palpate.adapters.cli.study._MANY", 0)

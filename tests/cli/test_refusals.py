@@ -1,0 +1,176 @@
+"""What commands refuse: exit code 2, and one line that names the setting or file and says what is accepted.
+
+Ranges and types of all settings are tried in ``tests/unit/adapters/config/test_toml_declared.py``.
+"""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from palpate.core.automata.document import save
+from palpate.core.automata.machine import Kind, Machine
+from tests.command_line import CommandLine
+
+RIG_FILE = Path(__file__).parents[2] / "rigs" / "zebra-nmc-jr3.toml"
+LONG = "x" * 300
+"""A name longer than any file system takes."""
+COMMANDS = (
+    "train, run, compare, study, show, explore, infer, replay, report, log, "
+    "render, check-adapter, emulate, doctor, calibrate, examples"
+)
+ADAPTERS = """
+number = 3
+def fails():
+    raise RuntimeError("no hardware here")
+class Bare:
+    pass
+"""
+STUDIES = {
+    "reach": "[grid]\n'task.goal.x_mm' = [400.0, 1900.0]",
+    "memory": "[base]\nperception.memory = 'nowhere.json'",
+    "programmed": "[base.learning.programmed]\nnowhere = '+x'",
+    "million": "[study]\ntrials = 10\nseeds = { first = 0, count = 1000000 }",
+    "billion": "[study]\nseeds = { count = 1000000 }\n[grid]\n'task.tare_ticks' = [1,2,3,4,5,6,7,8,9,10,11]",
+}
+TEXTS = {
+    "broken.toml": "a = [",
+    "broken.json": '{"schema": "palpate.automaton/2"',
+    "old.json": '{"schema": "palpate.automaton/1", "kind": "mealy"}',
+    "deep.json": "[" * 100_000,
+    "walks.txt": "AABBC\nABBC\nBBAC\n",
+    "labelled.txt": "1\taa\n0\ta\n",
+    "one.txt": "AAA\n",
+    "refused.py": ADAPTERS,
+    "unwell.py": "1 / 0\n",
+    "a_file": "",
+    "there.svg": "",
+    "there.png": "",
+    "full/file": "",
+    "a_study/run.toml": "",
+} | {f"{name}.toml": text for name, text in STUDIES.items()}
+
+
+@pytest.fixture
+def desk(palpate: CommandLine, trained: Path, tmp_path: Path) -> CommandLine:
+    """The command line in a folder with all kinds of files."""
+    for name, text in TEXTS.items():
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
+    log = (trained / "logs" / "trial-00001.mcap").read_bytes()
+    (tmp_path / "sound.mcap").write_bytes(log)
+    (tmp_path / "torn.mcap").write_bytes(log[: len(log) // 2])
+    save(Machine(Kind.DFA, ("a", "b"), ((1, 0), (0, 1)), (True, False)), tmp_path / "even.json")
+    save(Machine(Kind.DFA, ("a", "b"), ((0, 0),), (True,)), tmp_path / "all.json")
+    os.mkfifo(tmp_path / "a_pipe")
+    return palpate
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        # Unknown words and names.
+        ("frobnicate", COMMANDS),
+        ("log frobnicate", "info, plot, export, recover"),
+        ("log info sound.mcap --jsn", "did you mean --json?"),
+        ("log plot sound.mcap torn.mcap", "torn.mcap is not an option"),
+        ("train --scenario dark", "scenario = 'dark' is refused: one of paper, blind"),
+        ("train --scenario bilnd", "blind-keyed; did you mean blind?"),
+        ("study million.toml --engine threads", "engine = 'threads' is refused: one of sequential, processes"),
+        ("emulate --arm irb", "arm = 'irb'"),
+        ("train --arm puma", "arm = 'puma' is refused: one of zebra-zero, ur3, ur5"),
+        ("run", "a policy file, or one of omniscient"),
+        ("run --policy magic", "policy = 'magic' is refused: a policy file, or one of omniscient"),
+        ("replay sound.mcap --policy nobody", "a policy file, or one of omniscient"),
+        ("replay sound.mcap --set task.max_force=5", "did you mean task.max_force_N"),
+        ("train --out x --perception.memory sometimes", "last-2"),
+        # What does not go together.
+        ("train --learner q-learning --learning.trace-decay 0.5", "sarsa or skills, which learning.trace_decay"),
+        ("train --learning.belief.patience 5", "learner = 'q-learning' is refused: belief, which learning.belief"),
+        ("train --learner belief --learning.alpha 0.5", "q-learning or sarsa or skills, which learning.alpha"),
+        ("train --learner hmm --perception.memory last-2", "none with the learner hmm"),
+        ("train --learner hmm --learning.hmm.lattice 0", "a lattice to round them to"),
+        ("train --policy sarsa", "--learner sarsa chooses it"),
+        ("train --out x --perception.memory even.json", "symbols of the machine"),
+        ("run --policy torque --jobs 2 --live rerun", "1 with --rig, --live or --view"),
+        ("run --rig missing.toml --policy torque --cell.sensor.force-noise-N 0", "--cell.sensor.force-noise-N sets up"),
+        ("train --rig missing.toml --cell.tilt-mrad=2", "beside --rig, the rig says what is true of it"),
+        (f"run --rig {RIG_FILE} --policy omniscient", "on a real rig"),
+        ("emulate --arm cia402 --wrist-backlash-deg 0.1", "except for zebra-nmc"),
+        ("replay sound.mcap --set cell.peg.friction=0.5", "a setting of the core"),
+        ("replay sound.mcap --continue-in-mujoco", "a what-if"),
+        ("replay sound.mcap --out somewhere", "a what-if"),
+        ("explore --strings new.txt --out new", "one of --figure, --strings and --out"),
+        ("infer walks.txt labelled.txt --out x", "either one text file"),
+        ("infer --compare even.json all.json --out x", "leave out --out"),
+        ("infer --compare --show even.json all.json", "not both"),
+        # Values.
+        ("train --learner hmm --learning.hmm.reach 200", "160800 hidden states' is refused: at most 2896"),
+        ("train --task.goal.x-mm 1900", "zebra-zero reaches"),
+        ("train --perception.cutoff-Hz 70", "perception.cutoff_Hz = 70.0 is refused: "),
+        ("train --control.damping-N-s-per-m 1", "control.damping_N_s_per_m = 1.0 is refused: at least"),
+        ("train --perception.calibration 1 2", "6 values"),
+        ("train --out", "Expected 1"),
+        ("run --policy torque --claim success", "success >= SHARE with a share between 0 and 1"),
+        ("replay sound.mcap --jobs -1", "jobs = -1"),
+        ("study reach.toml", "zebra-zero reaches"),
+        ("study memory.toml", "perception.memory = 'nowhere.json' is refused: a readable file"),
+        ("study programmed.toml", "learning.programmed = 'nowhere' is refused: a state of this task"),
+        ("study million.toml", "1000000 cells of 10 trials in runs/million, about 80.0 GB"),
+        ("study billion.toml --yes", "'11000000 cells' is refused: at most 10000000"),
+        ("infer one.txt --out x", "symbols"),
+        # What is missing.
+        ("show", "policy file"),
+        ("doctor", "rig"),
+        ("log info", "name one or more"),
+        ("log export sound.mcap --out x", "to = '' is refused: one of csv, foxglove"),
+        ("log export sound.mcap --to csv", "out = '' is refused: a folder"),
+        ("replay", "no log was named"),
+        ("infer walks.txt", "--out"),
+        ("infer --show even.json all.json", "1 automaton file (got 2)"),
+        ("infer --compare even.json", "2 automaton files (got 1)"),
+        # Files that are read.
+        ("train --config missing.toml", "missing.toml' is refused: a readable file"),
+        ("train --config broken.toml", "a TOML file"),
+        ("train --policy missing.json", "missing.json' is refused: a readable file"),
+        ("run --rig missing.toml --policy torque", "missing.toml"),
+        ("compare --policy deep.json", "JSON (maximum recursion depth"),
+        ("infer --show broken.json", "JSON"),
+        ("infer --show old.json", "'palpate.automaton/1' is refused: 'palpate.automaton/2'"),
+        ("infer full --out x", "holds no logs"),
+        ("replay full", "holds no logs"),
+        ("replay missing.mcap", "missing.mcap: is not there"),
+        ("log info \x1b[31m", "\\x1b[31m: is not there"),
+        ("log info a_pipe", "a_pipe: is no file; name a log"),
+        ("log recover .", ".: is no file; name a log"),
+        (f"log export {LONG} --to csv --out x", "is not there; name a log"),
+        ("log plot torn.mcap", "palpate log recover"),
+        ("log export sound.mcap torn.mcap --to csv --out x/y", "palpate log recover"),
+        # Files and folders that are written.
+        ("train --out a_file/run", "name another folder"),
+        (f"train --out {LONG}", "name another folder"),
+        ("train --out \udcff", "\\udcff is no text in UTF-8; give it another name"),
+        ("train --out a_study", "a_study: already holds a run (run.toml)"),
+        ("study million.toml --yes --out full", "full: holds something already, and no study"),
+        ("explore --out full", "a new or an empty folder"),
+        ("explore --figure there.svg", "is never overwritten"),
+        ("explore --figure out.pdf", "figure = 'out.pdf' is refused: "),
+        ("infer walks.txt --out full", "holds something"),
+        ("infer --show even.json --out even.pdf", ".svg"),
+        ("infer --show even.json --out all.json", "already"),
+        ("log export sound.mcap --to csv --out full", "a new or an empty folder"),
+        ("log recover torn.mcap --out there.png", "never overwritten"),
+        ("emulate --rig-file .", "is there already"),
+        # Adapters.
+        ("check-adapter refused", "package.module:Name"),
+        ("check-adapter missing:Name", "No module named 'missing'"),
+        ("check-adapter unwell:Name", "ZeroDivisionError"),
+        ("check-adapter refused:Nobody", "it has no Nobody"),
+        ("check-adapter refused:number", "package.module:Name"),
+        ("check-adapter refused:fails", "no hardware here"),
+        ("check-adapter tests.fake_devices:FakeArm", "calling it failed"),
+    ],
+)
+def test_refused_in_one_line(desk: CommandLine, words: str, told: str) -> None:
+    desk.refuses(words, told)
