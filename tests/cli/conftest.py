@@ -1,12 +1,10 @@
 """Folders that commands leave, made once for the tests of all workers; to be read, or copied and changed."""
 
 import shutil
-from functools import partial
 from pathlib import Path
 
 import pytest
 
-from palpate.adapters.experiments import capture_half_width_m as measured
 from tests.command_line import CommandLine, shared_folder
 
 TRIALS = 3
@@ -38,10 +36,7 @@ def compared(tmp_path_factory: pytest.TempPathFactory, trained: Path) -> Path:
             policy.parent.mkdir(parents=True)
             shutil.copy(trained / "policy.json", policy)
         words = ("--task.time-limit-s", 0.6, "--trials", 2, "--out", out, "--policy", *policies)
-        with pytest.MonkeyPatch.context() as patched:
-            # Along one heading and not four: the average over them has a test of its own.
-            patched.setattr("palpate.adapters.cli.compare.capture_half_width_m", partial(measured, headings=1))
-            printed = CommandLine().succeed("compare", *words)
+        printed = CommandLine().succeed("compare", *words)
         (out.parent / f"{out.name}.txt").write_text(printed)
 
     return shared_folder(tmp_path_factory, "compared", make)

@@ -21,17 +21,13 @@ def test_all_strategies_stand_in_one_table(compared: Path) -> None:
             assert (row[f"{quantile}_low"], row[f"{quantile}_high"]) == ("", "")
             assert 0.0 <= float(row[quantile]) <= 0.6
         assert 4.0 < float(row["peak_force_N"]) < 30.0
-        assert 0.05 < float(row["capture_half_width_mm"]) < 0.5
     assert float(rows["omniscient"]["success"]) == 1.0
     # Equal policies on equal trials.
     assert rows[one] | {"policy": ""} == rows[two] | {"policy": ""}
 
     text = (compared / "compare.txt").read_text()
     assert text in compared.with_name(f"{compared.name}.txt").read_text()
-    width = rows["random"]["capture_half_width_mm"]
-    assert f"capture half-width {float(width):.3f} mm" in text
     assert [line.split()[0] for line in text.splitlines()[1:8]] == list(rows)
     summary = json.loads((compared / "summary.json").read_text())
     assert summary["finished"] is True
-    assert summary["capture_half_width_mm"] == float(width)
     assert (compared / "run.toml").is_file()

@@ -60,9 +60,7 @@ def replayed(messages: list[RawMessage], folder: Path) -> Replay:
 
 
 @pytest.mark.usefixtures("installed")
-def test_it_is_trained_run_shown_and_compared(
-    palpate: CommandLine, trained: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_it_is_trained_run_shown_and_compared(palpate: CommandLine, trained: Path) -> None:
     document = PolicyDocument.load(trained / "policy.json")
     assert document.foreign is not None
     assert document.foreign.trials_learned == 2
@@ -74,8 +72,6 @@ def test_it_is_trained_run_shown_and_compared(
     assert (start.policy, start.frozen) == (DRIFT, True)
     assert '"holes":2' in start.learner_json.replace(" ", "")
     assert DRIFT in palpate.succeed("log", "info", "learned/logs/trial-00000.mcap")
-    # The hole's width does not hang on the policy, and takes the longest to measure.
-    monkeypatch.setattr("palpate.adapters.cli.compare.capture_half_width_m", lambda config, ready: 1e-4)
     table = palpate.succeed("compare", "--policy", DRIFT, "--trials", 1, "--out", "table", "--task.time-limit-s", 1)
     assert "Drift" in table
     palpate.succeed("report", "learned")

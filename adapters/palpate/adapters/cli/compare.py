@@ -13,7 +13,6 @@ from palpate.adapters.experiments import (
     COMPARATORS,
     ChosenPolicy,
     RunFolder,
-    capture_half_width_m,
     comparators_of,
     open_rig,
     ready_pose,
@@ -64,13 +63,12 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
                 summaries[policy.name if taken else policy.label] = summary_of(rows)
             if not finished:
                 break
-    width_mm = round(capture_half_width_m(config, ready) * 1e3, 4) if finished else None
     table = comparison_table(summaries)
     foot = f"{config.arm}, scenario {config.scenario}, seed {config.seed}, {options.trials} trials each"
-    foot += "; ended early\n" if width_mm is None else f"; capture half-width {width_mm:.3f} mm at 5 mm/s on average\n"
+    foot += "\n" if finished else "; ended early\n"
     folder.write("compare.txt", table + foot)
-    folder.write("compare.csv", _csv(summaries, width_mm))
-    folder.write_json("summary.json", {"capture_half_width_mm": width_mm, "finished": finished, "policies": summaries})
+    folder.write("compare.csv", _csv(summaries))
+    folder.write_json("summary.json", {"finished": finished, "policies": summaries})
     sys.stdout.write("\n" + table + foot + f"saved in {folder.path}\n")
     return int(unrecorded(recorder)) if finished else 130
 
@@ -92,12 +90,12 @@ def comparison_table(summaries: Mapping[str, Mapping[str, Any]]) -> str:
     return aligned(lines)
 
 
-def _csv(summaries: Mapping[str, Mapping[str, Any]], width_mm: float | None) -> str:
+def _csv(summaries: Mapping[str, Mapping[str, Any]]) -> str:
     columns = ("success", "median_s", "p95_s")
     header = ["policy", "trials", *(f"{c}{end}" for c in columns for end in ("", "_low", "_high"))]
-    rows: list[list[Any]] = [[*header, "peak_force_N", "capture_half_width_mm"]]
+    rows: list[list[Any]] = [[*header, "peak_force_N"]]
     for name, s in summaries.items():
         intervals = (s["success_95"], s["median_95_s"], s["p95_95_s"])
         values = [v for c, (low, high) in zip(columns, intervals, strict=True) for v in (s[c], low, high)]
-        rows.append([name, s["trials"], *values, s["peak_force_N"], width_mm])
+        rows.append([name, s["trials"], *values, s["peak_force_N"]])
     return csv_text(rows)

@@ -10,7 +10,6 @@ from .build import require_limits as require_limits
 from .build import require_usable as require_usable
 from .build import supervisor_of as supervisor_of
 from .build import task_actions as task_actions
-from .capture_width import capture_half_width_m as capture_half_width_m
 from .claim import Claim as Claim
 from .evaluation import FIRST_EVALUATION_TRIAL as FIRST_EVALUATION_TRIAL
 from .evaluation import NOBODY_KNOWS as NOBODY_KNOWS

@@ -150,20 +150,3 @@ class Spiral(Comparator):
         radius = self._pitch_m * self._angle / (2 * pi)
         cx, cy = self._centre
         return self._move(cx + radius * cos(self._angle) - x, cy + radius * sin(self._angle) - y)
-
-
-class StraightPass(Comparator):
-    """On and on in one direction; it measures the capture width.
-
-    Attributes:
-        heading_rad: The direction, from x towards y of the task frame.
-    """
-
-    def __init__(self, step_m: float) -> None:
-        super().__init__("straight pass", ())
-        self.heading_rad = 0.0
-        self._step_m = step_m
-
-    def choose(self, observation: Observation) -> Decision:
-        """One more step in the same direction."""
-        return self._move(self._step_m * cos(self.heading_rad), self._step_m * sin(self.heading_rad))

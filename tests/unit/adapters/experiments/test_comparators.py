@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from palpate.adapters.experiments.comparators import Omniscient, OmniscientPose, Spiral, StraightPass, TorqueFollowing
+from palpate.adapters.experiments.comparators import Omniscient, OmniscientPose, Spiral, TorqueFollowing
 from palpate.core.motion import orientation
 from palpate.core.policy import Law, Policy, compass_actions
 from tests.unit.adapters.samples import observation
@@ -104,14 +104,6 @@ def test_the_spiral_goes_on_from_where_it_should_be() -> None:
     held_m = (0.1e-3, 0.0)
     displacement = policy.choose(observation(*held_m, action_number=10)).action.displacement_m
     assert np.add(held_m, displacement) == pytest.approx(free[11])
-
-
-def test_the_straight_pass_keeps_its_heading() -> None:
-    policy = StraightPass(STEP_M)
-    policy.heading_rad = 0.75 * pi
-    places = walk(policy, (1e-3, 0.0), 8)
-    unit = np.array([-1.0, 1.0]) / np.sqrt(2.0)
-    assert places - (1e-3, 0.0) == pytest.approx(np.arange(9)[:, None] * STEP_M * unit)
 
 
 @pytest.mark.parametrize("heading_deg", [-130.0, 20.0])
