@@ -1,9 +1,9 @@
 """System identification: fit the simulated cell to recorded trials, on a rig or in the simulator.
 
-You see friction, stiffness along and across the tool, damping ratio and delay of the wrench, each with a 95 % interval,
-and the force that is left over before and after the fit. The simulated cell is driven with the recorded commands, from
-before the touch to where the peg begins to sink; MuJoCo's toolbox minimises what is left between the recorded and the
-simulated wrench. Name logs of trials that begin above the plate and slide on it. Takes about a minute for four logs.
+It prints friction, stiffness along and across the tool, damping ratio and delay of the wrench, each with a 95 %
+interval, and the residual force before and after the fit. The simulated cell is driven with the recorded commands,
+from before the contact to where the peg begins to sink. MuJoCo's toolbox minimises the difference between the recorded
+and the simulated force. Name logs of trials that begin above the plate and slide on it. Four logs take about a minute.
 
 Needs ``pip install 'mujoco[sysid]'``: without that extra ``mujoco.sysid`` imports empty.
 """
@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import redirect_stdout
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -32,16 +32,14 @@ from palpate.core.trial import Phase, goal_in_base, wander_m
 from palpate.simulation.work_cell import WorkCell
 
 Array: TypeAlias = npt.NDArray[np.float64]
-Values: TypeAlias = dict[str, float]
 
 FREE_TICKS = 40
-"""In free air, before the touch."""
+"""In free air, before the contact."""
 SETTLED = slice(20, 30)
 TOUCHED_TICKS = FREE_TICKS + 20
 MOST_TICKS = 280
 SMOOTH_TICKS = 5
-STEP = 0.05
-"""Of a finite difference, as a share of the parameter."""
+CONTACT_MEANS = (TOUCHED_TICKS - SETTLED.start) // SMOOTH_TICKS
 NOTHING_DRAWN: dict[str, Any] = {
     "contacts": "searched", "hole_uncertainty_mm": 0.0, "hole_height_error_mm": 0.0, "tilt_mrad": 0.0,
     "sensor": {
@@ -76,21 +74,25 @@ def recorded(path: Path) -> Recorded | None:
     return Recorded(series.config, np.array(log.start.ready_rad), command, series.wrench[part, :3])
 
 
-def simulated_N(trial: Recorded, values: Values) -> Array:
-    """Forces of the cell with these values under the commands of a trial, tared, (ticks, 3)."""
-    cell = overlay(trial.config.cell, NOTHING_DRAWN)
-    springs = cell.compliance
+def simulated_N(trial: Recorded, parameters: Any) -> Array:
+    """Simulate the forces under the commands of a trial, tared and delayed, (ticks, 3)."""
+    values = {name: float(each.value[0]) for name, each in parameters.items()}
+    springs = trial.config.cell.compliance
     across = values["across_N_per_mm"] / springs.lateral_N_per_mm
-    springs = replace(
-        springs, axial_N_per_mm=values["axial_N_per_mm"], lateral_N_per_mm=values["across_N_per_mm"],
-        tilt_Nm_per_rad=springs.tilt_Nm_per_rad * across, torsion_Nm_per_rad=springs.torsion_Nm_per_rad * across,
-        damping_ratio=values["damping_ratio"],
-    )  # fmt: skip
-    cell = replace(cell, compliance=springs, peg=replace(cell.peg, friction=values["friction"]))
+    fitted = {
+        "peg": {"friction": values["friction"]},
+        "compliance": {
+            "axial_N_per_mm": values["axial_N_per_mm"],
+            "lateral_N_per_mm": values["across_N_per_mm"],
+            "tilt_Nm_per_rad": springs.tilt_Nm_per_rad * across,
+            "torsion_Nm_per_rad": springs.torsion_Nm_per_rad * across,
+            "damping_ratio": values["damping_ratio"],
+        },
+    }
     higher = pin.SE3(np.eye(3), np.array([0.0, 0.0, (1.0 - values["plate_mm"]) * 1e-3]))
     work_cell = WorkCell(
         Kinematics(arm_named(trial.config.arm), ToolGeometry()),
-        cell,
+        overlay(trial.config.cell, NOTHING_DRAWN | fitted),
         goal_in_base=goal_in_base(trial.config.task.goal) * higher,
         ready_rad=trial.ready_rad,
         rate_Hz=CONTROL_RATE_HZ,
@@ -102,108 +104,88 @@ def simulated_N(trial: Recorded, values: Values) -> Array:
         forces.append(work_cell.measure_wrench()[:3])
         work_cell.command(tuple(command))
         work_cell.advance()
-    force_N: Array = np.array(forces)
-    tared: Array = force_N - force_N[SETTLED].mean(axis=0)
-    return tared
+    force_N = np.array(forces) - np.mean(forces[SETTLED], axis=0)
+    ticks = np.arange(len(force_N))
+    measured = ticks - values["delay_ms"] * 1e-3 * CONTROL_RATE_HZ
+    return np.column_stack([np.interp(measured, ticks, axis) for axis in force_N.T])
 
 
-def late(force_N: Array, ticks: float) -> Array:
-    """Forces that come so many control ticks later."""
-    at = np.arange(len(force_N))
-    shifted: Array = np.column_stack([np.interp(at - ticks, at, axis) for axis in force_N.T])
-    return shifted
-
-
-def left_over_N(trial: Recorded, values: Values, ticks: int | None = None) -> Array:
-    """Recorded minus simulated forces to the end or so many ticks, means over SMOOTH_TICKS each, (n, 3)."""
-    part = replace(trial, command_rad=trial.command_rad[:ticks], force_N=trial.force_N[:ticks])
-    rest = part.force_N - late(simulated_N(part, values), values["delay_ms"] * 1e-3 * CONTROL_RATE_HZ)
-    rest = rest[SETTLED.start :]
+def residual_N(trial: Recorded, parameters: Any) -> Array:
+    """Recorded minus simulated forces, means over SMOOTH_TICKS each, (n, 3)."""
+    rest = (trial.force_N - simulated_N(trial, parameters))[SETTLED.start :]
     rest = rest[~np.isnan(rest[:, 0])]
-    means: Array = np.lib.stride_tricks.sliding_window_view(rest, SMOOTH_TICKS, axis=0)[::SMOOTH_TICKS].mean(axis=2)
+    means: Array = rest[: len(rest) // SMOOTH_TICKS * SMOOTH_TICKS].reshape(-1, SMOOTH_TICKS, 3).mean(axis=1)
     return means
 
 
 def sliding_share(force_N: Array) -> float:
-    """Force across over force along the tool, after the touch."""
-    rows = force_N[TOUCHED_TICKS:]
-    rows = rows[~np.isnan(rows[:, 0])]
-    return float(np.hypot(rows[:, 0], rows[:, 1]).sum() / np.abs(rows[:, 2]).sum())
+    """Force across over force along the tool, after the contact."""
+    across, along = np.hypot(force_N[:, 0], force_N[:, 1]), np.abs(force_N[:, 2])
+    return float(np.nansum(across[TOUCHED_TICKS:]) / np.nansum(along[TOUCHED_TICKS:]))
 
 
-def parameters(config: RunConfig) -> Any:
-    """What is fitted, from the configured values on, with bounds; 1 mm is the plate's height where it is believed."""
-    peg, springs = config.cell.peg, config.cell.compliance
-    told = {
-        "friction": (peg.friction, 0.02, 1.5),
-        "axial_N_per_mm": (springs.axial_N_per_mm, springs.axial_N_per_mm * 0.1, springs.axial_N_per_mm * 10.0),
-        "across_N_per_mm": (springs.lateral_N_per_mm, springs.lateral_N_per_mm * 0.1, springs.lateral_N_per_mm * 10.0),
+def configured(config: RunConfig) -> Any:
+    """What is fitted: configured value and bounds. The plate's height is 1 mm where it is believed."""
+    springs = config.cell.compliance
+    axial, across = springs.axial_N_per_mm, springs.lateral_N_per_mm
+    bounds = {
+        "friction": (config.cell.peg.friction, 0.02, 1.5),
+        "axial_N_per_mm": (axial, axial * 0.1, axial * 10.0),
+        "across_N_per_mm": (across, across * 0.1, across * 10.0),
         "damping_ratio": (springs.damping_ratio, 0.05, 5.0),
         "delay_ms": (10.0, 0.0, 100.0),
         "plate_mm": (1.0, -4.0, 6.0),
     }
-    return sysid.ParameterDict({name: sysid.Parameter(name, *values) for name, values in told.items()})
+    return sysid.ParameterDict({name: sysid.Parameter(name, *values) for name, values in bounds.items()})
 
 
-def optimized(start: Any, fitted: Sequence[str], residual: Callable[[Values], list[Array]]) -> tuple[Any, Any]:
-    """Fit some of the parameters; returns all of them, and the toolbox's result."""
+def optimized(start: Any, names: Iterable[str], residual: Callable[[Any], list[Array]]) -> tuple[Any, Any]:
+    """Fit the named parameters; returns all parameters, and the toolbox's result."""
     free = start.copy()
     for name, each in free.items():
-        each.frozen = name not in fitted
+        each.frozen = name not in names
 
     def of(vector: Array, template: Any) -> tuple[list[Array], None, None]:
         tried = template.copy()
         tried.update_from_vector(np.ravel(vector))
-        return residual(values_of(tried)), None, None
+        return residual(tried), None, None
 
-    settings: dict[str, Any] = {"max_iters": 30, "diff_step": STEP, "x_scale": "jac", "loss": "soft_l1"}
+    settings: dict[str, Any] = {"max_iters": 30, "diff_step": 0.05, "x_scale": "jac", "loss": "soft_l1"}
     # The optimiser prints its steps.
     with redirect_stdout(sys.stderr):
         found, result = sysid.optimize(free, of, optimizer="scipy", verbose=False, **settings)
     return found, result
 
 
-def values_of(some: Any) -> Values:
-    """The values by their names."""
-    return {name: float(each.value[0]) for name, each in some.items()}
+def fit(trials: Sequence[Recorded]) -> None:
+    """Fit the cell to trials of one arm and tool, and print what was found.
 
-
-@dataclass(frozen=True)
-class Fit:
-    """Values, half widths of their 95 % intervals, and what is left over before and after, in N rms."""
-
-    values: Values
-    widths: Values
-    before_N: float
-    after_N: float
-
-
-def fit(trials: Sequence[Recorded]) -> Fit:
-    """Fit the cell to trials of one arm and tool.
-
-    First what touches and sliding tell by themselves: from far off, when a simulated peg sticks and slips is chance.
+    Contact and sliding are fitted first: far from the solution, stick-slip of the simulated peg is chance.
     """
+    recorded_share = np.array([sliding_share(trial.force_N) for trial in trials])
 
-    def touch(values: Values) -> list[Array]:
-        return [left_over_N(trial, values, TOUCHED_TICKS)[:, 2] for trial in trials]
+    def touch(tried: Any) -> list[Array]:
+        return [residual_N(trial, tried)[:CONTACT_MEANS, 2] for trial in trials]
 
-    def slide(values: Values) -> list[Array]:
-        shares = [sliding_share(trial.force_N) - sliding_share(simulated_N(trial, values)) for trial in trials]
-        return [np.array(shares)]
+    def slide(tried: Any) -> list[Array]:
+        return [recorded_share - [sliding_share(simulated_N(trial, tried)) for trial in trials]]
 
-    def whole(values: Values) -> list[Array]:
-        return [left_over_N(trial, values).ravel() for trial in trials]
+    def whole(tried: Any) -> list[Array]:
+        return [residual_N(trial, tried).ravel() for trial in trials]
 
-    start = parameters(trials[0].config)
+    start = configured(trials[0].config)
     found, _ = optimized(start, ("axial_N_per_mm", "delay_ms", "plate_mm"), touch)
     softer = found["axial_N_per_mm"].value / found["axial_N_per_mm"].nominal
     found["across_N_per_mm"].value = found["across_N_per_mm"].value * softer
     found, _ = optimized(found, ("friction",), slide)
     found, result = optimized(found, start.keys(), whole)
-    rests = whole(values_of(found))
-    _, widths = sysid.calculate_intervals(rests, result.jac)
-    before, after = (float(np.sqrt(np.mean(np.concatenate(each) ** 2))) for each in (whole(values_of(start)), rests))
-    return Fit(values_of(found), dict(zip(start.keys(), np.ravel(widths).tolist(), strict=True)), before, after)
+    before, after = whole(start), whole(found)
+    _, widths = sysid.calculate_intervals(after, result.jac)
+    print("95 % intervals by the noise alone: other local minima, as stick-slip has them, are not included")
+    for (name, each), width in zip(found.items(), np.ravel(widths), strict=True):
+        print(f"{name:16} {each.value[0]:8.3f} +- {width:.3f}")
+    before_N, after_N = (float(np.sqrt(np.mean(np.concatenate(each) ** 2))) for each in (before, after))
+    print(f"residual force: {before_N:.3f} N rms before, {after_N:.3f} N rms after, {len(trials)} trials")
 
 
 def main() -> None:
@@ -220,10 +202,7 @@ def main() -> None:
         parser.error(str(error))
     if not trials:
         parser.error("no log holds a contact; name logs of trials that touch the plate")
-    found = fit(trials)
-    for name, value in found.values.items():
-        print(f"{name:16} {value:8.3f} +- {found.widths[name]:.3f}")
-    print(f"force left over: {found.before_N:.3f} N before, {found.after_N:.3f} N after, {len(trials)} trials")
+    fit(trials)
 
 
 if __name__ == "__main__":
