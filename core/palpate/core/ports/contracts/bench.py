@@ -140,28 +140,39 @@ class ForceSensorRig(SensorRig[ForceSensor]):
 
 
 @dataclass(frozen=True, kw_only=True)
-class JointEncoderRig(SensorRig[JointEncoder]):
-    """A joint encoder on the test bench.
+class MovingRig(DeviceRig[DeviceT]):
+    """What the rigs of the two ports of an arm have in common.
 
     Attributes:
-        expected_rad: Where the joints really stand, (n,), if that is known.
-        tolerance_rad: Greatest error and noise against ``expected_rad``.
-        arm: The arm whose joints these are, freshly constructed; the same object as ``device`` if one adapter serves
-            both ports.
-        step_rad: A move within one tick that this arm is allowed.
-        motion: How far and how fast that arm may be moved; None for a simulated one.
+        step_rad: A move within one tick that every joint is allowed, in both directions.
+        tolerance_rad: Greatest distance of an arm at rest from its command, or of an encoder from the joint; less than
+            half of ``step_rad``.
+        motion: How far and how fast the arm may be moved; None for a simulated one. Otherwise each clause begins with a
+            ramp to home, so ``expected_rad`` or ``position_rad`` is needed.
     """
 
-    joints: int
-    expected_rad: JointVector | None = None
-    tolerance_rad: float = 1e-6
-    arm: ArmCommand | None = None
     step_rad: float = 1e-3
+    tolerance_rad: float = 1e-6
     motion: MotionLimits | None = None
 
     @override
     def within(self, motion: MotionLimits) -> Self:
         return replace(self, motion=motion, step_rad=motion.step_rad(self.step_rad, self.tolerance_rad))
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointEncoderRig(SensorRig[JointEncoder], MovingRig[JointEncoder]):
+    """A joint encoder on the test bench.
+
+    Attributes:
+        expected_rad: Where the joints really stand, (n,), if that is known.
+        arm: The arm whose joints these are, freshly constructed; the same object as ``device`` if one adapter serves
+            both ports.
+    """
+
+    joints: int
+    expected_rad: JointVector | None = None
+    arm: ArmCommand | None = None
 
     @property
     @override
@@ -170,7 +181,7 @@ class JointEncoderRig(SensorRig[JointEncoder]):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ArmCommandRig(DeviceRig[ArmCommand]):
+class ArmCommandRig(MovingRig[ArmCommand]):
     """An arm on the test bench.
 
     Attributes:
@@ -178,33 +189,21 @@ class ArmCommandRig(DeviceRig[ArmCommand]):
             clause on position limits quick.
         lower_rad: Lower position limits, (n,).
         upper_rad: Upper position limits, (n,).
-        step_rad: A move within one tick that every joint is allowed, in both directions.
         fast_step_rad: A move within one tick that is too fast; one joint has room for it at home.
         position_rad: Where the joints really stand, (n,).
         turn_by_hand: Brings the joints of the arm, which is not active, to these angles from outside.
-        tolerance_rad: Greatest distance between commanded and real angles of an arm at rest; less than half of
-            ``step_rad``.
         stop_budget_ns: Longest that ``stop`` may take.
         limit_ticks: Ticks that the arm may be behind on its way to the nearest position limit.
-        motion: How far and how fast the arm may be moved; None for a simulated one. Otherwise each clause begins with a
-            ramp from where the arm stands to ``home_rad``, so ``position_rad`` is needed.
     """
 
     home_rad: JointVector
     lower_rad: JointVector
     upper_rad: JointVector
-    step_rad: float = 1e-3
     fast_step_rad: float
     position_rad: Callable[[], JointVector] | None = None
     turn_by_hand: Callable[[JointVector], None] | None = None
-    tolerance_rad: float = 1e-6
     stop_budget_ns: int = 100_000_000
     limit_ticks: int = 2000
-    motion: MotionLimits | None = None
-
-    @override
-    def within(self, motion: MotionLimits) -> Self:
-        return replace(self, motion=motion, step_rad=motion.step_rad(self.step_rad, self.tolerance_rad))
 
 
 def knob(value: T | None, name: str) -> T:

@@ -9,13 +9,7 @@ from time import perf_counter_ns
 from typing import Any, Final, Generic, TypeVar
 
 from palpate.core.errors import DeviceError, LifecycleError
-from palpate.core.ports.contracts.bench import (
-    ClauseNotApplicable,
-    DeviceRig,
-    knob,
-    require,
-    require_raises,
-)
+from palpate.core.ports.contracts.bench import DeviceRig, knob, require, require_raises
 from palpate.core.ports.contracts.life import try_lives
 from palpate.core.ports.contracts.motion import MotionLimits
 from palpate.core.ports.lifecycle import Life
@@ -109,8 +103,6 @@ class DeviceContract(ABC, Generic[RigT]):
         """With the cable cut, each use raises DeviceError, activated again too, and ``close`` works all the same."""
         with self.rig(Life.ACTIVE) as rig:
             clause, device = "lost device", rig.device
-            if not self.may_use(rig):
-                raise ClauseNotApplicable("the device may not be used")
             cut = knob(rig.disconnect, "disconnect")
             self.use(rig)
             cut()

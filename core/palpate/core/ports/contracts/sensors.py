@@ -4,9 +4,9 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from math import ceil, isfinite, pi
+from math import ceil, inf, pi
 from operator import attrgetter
-from typing import Any, Final, TypeAlias, TypeVar
+from typing import Any, ClassVar, Final, TypeAlias, TypeVar
 
 from typing_extensions import override
 
@@ -23,8 +23,6 @@ from palpate.core.ports.contracts.device import DeviceContract, bring
 from palpate.core.ports.contracts.motion import ramp
 from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import (
-    AppliedCommand,
-    CommandReason,
     JointCommand,
     JointSample,
     JointVector,
@@ -45,19 +43,21 @@ _SHARES: Final = (0.5, -0.7, -0.9)
 
 _Load: TypeAlias = Callable[[float, float, float], None]
 _Side: TypeAlias = tuple[_Load, Callable[[WrenchSample], Vector3], float, float | None, float]
+_Vector: TypeAlias = tuple[str, int, float, float]
+"""Name, length, what each number stays below, and how far two of the same world may differ by half."""
 SensorRigT = TypeVar("SensorRigT", bound=SensorRig[Any])
 
 
 class SampleContract(DeviceContract[SensorRigT]):
     """Clauses on samples, whatever they measure."""
 
-    _first: Any = None
+    sample_type: ClassVar[type]
     _last: Any = None
 
     @override
     @contextmanager
     def rig(self, life: Life) -> Iterator[SensorRigT]:
-        self._first = self._last = None
+        self._last = None
         with super().rig(life) as rig:
             yield rig
 
@@ -72,21 +72,22 @@ class SampleContract(DeviceContract[SensorRigT]):
         rig.advance(rig.settle_ticks)
         sample = rig.device.read()
         self._require_sound(rig, sample)
-        self._require_order(self._last or sample, sample)
-        self._last, self._first = sample, self._first or sample
-        found = self._differs(rig, self._first, sample)
-        require("as before", not found, found, "the same of the same world, at any time")
+        if self._last is not None:
+            self._require_order(self._last, sample)
+            self._require_same("same world", rig, self._last, sample)
+        self._last = sample
 
     def _load(self, rig: SensorRigT) -> None:
         """Put a load on the sensor, if the rig can."""
 
     @abstractmethod
-    def _differs(self, rig: SensorRigT, one: Any, other: Any) -> str:
-        """In what two samples of the same world are not the same; empty where they are."""
+    def _vectors(self, rig: SensorRigT) -> tuple[_Vector, ...]:
+        """The vectors of a sample."""
 
-    @abstractmethod
-    def _fault(self, rig: SensorRigT, sample: Any) -> str:
-        """What is wrong with the type, the frame or the numbers of a sample; empty if nothing."""
+    def _require_same(self, clause: str, rig: SensorRigT, one: Any, other: Any) -> None:
+        for name, _, _, tolerance in self._vectors(rig):
+            found, wanted = getattr(other, name), getattr(one, name)
+            require(clause, _near(found, wanted, 2.0 * tolerance), f"{name} = {found}", f"{wanted} as before")
 
     def test_every_sample_is_sound(self) -> None:
         """Each sample is of its type, finite, young and stamped in order."""
@@ -107,6 +108,8 @@ class SampleContract(DeviceContract[SensorRigT]):
         require("order of samples", newer or sample == last, " after ".join(stamps), "a new number for a new sample")
 
     def _require_sound(self, rig: SensorRigT, sample: Any) -> None:
+        kind = self.sample_type
+        require("sample", isinstance(sample, kind), f"a {type(sample).__name__}", f"a {kind.__name__}")
         for name in ("source_time_ns", "receive_time_ns", "sequence"):
             value = getattr(sample, name, None)
             require("stamps", type(value) is int, f"{name} = {value!r}", "an int")
@@ -116,8 +119,11 @@ class SampleContract(DeviceContract[SensorRigT]):
         young = sample.validity in (Validity.VALID, Validity.SATURATED) and now_ns - source_ns <= rig.max_age_ns
         observed = f"a sample, {sample.validity}, {now_ns - source_ns} ns old"
         require("age", young, observed, f"VALID or SATURATED, at most {rig.max_age_ns} ns old")
-        fault = self._fault(rig, sample)
-        require("sample", not fault, fault, "the types, units and frame of the port")
+        for name, length, most, _ in self._vectors(rig):
+            vector = getattr(sample, name)
+            sound = isinstance(vector, tuple) and len(vector) == length
+            sound = sound and all(isinstance(x, float) and abs(x) < most for x in vector)
+            require("sample", sound, f"{name} = {vector!r}", f"a tuple of {length} finite floats below {most:.3g}")
 
     def test_silence_is_marked(self) -> None:
         """Once the newest sample is over age, reading raises DeviceError or gives it marked STALE, without waiting."""
@@ -142,6 +148,8 @@ class SampleContract(DeviceContract[SensorRigT]):
 class ForceSensorContract(SampleContract[ForceSensorRig]):
     """Every force/torque sensor keeps these clauses; a subclass makes the rig."""
 
+    sample_type = WrenchSample
+
     @override
     def _load(self, rig: ForceSensorRig) -> None:
         if rig.twist_Nm is not None:
@@ -150,26 +158,17 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
             rig.push_N(*(share * rig.load_N for share in _SHARES))
 
     @override
-    def _differs(self, rig: ForceSensorRig, one: WrenchSample, other: WrenchSample) -> str:
-        if rig.push_N is None:
-            return ""  # the load on the tool is not known
-        near = _near(one.force_N, other.force_N, 2.0 * rig.tolerance_N)
-        if rig.twist_Nm is not None:
-            near = near and _near(one.torque_Nm, other.torque_Nm, 2.0 * rig.tolerance_Nm)
-        return "" if near else f"{other.force_N} N, {other.torque_Nm} N m after {one.force_N} N, {one.torque_Nm} N m"
+    def _vectors(self, rig: ForceSensorRig) -> tuple[_Vector, ...]:
+        # Without a knob the load on the tool is not known.
+        tolerance_N = rig.tolerance_N if rig.push_N else inf
+        tolerance_Nm = rig.tolerance_Nm if rig.push_N and rig.twist_Nm else inf
+        return ("force_N", 3, inf, tolerance_N), ("torque_Nm", 3, inf, tolerance_Nm)
 
     @override
-    def _fault(self, rig: ForceSensorRig, sample: Any) -> str:
-        if not isinstance(sample, WrenchSample):
-            return f"a {type(sample).__name__}"
-        for name, vector in (("force_N", sample.force_N), ("torque_Nm", sample.torque_Nm)):
-            if not (isinstance(vector, tuple) and len(vector) == 3 and all(isinstance(x, float) for x in vector)):
-                return f"{name} = {vector!r} instead of a tuple of 3 floats"
-            if not all(map(isfinite, vector)):
-                return f"{name} = {vector!r} in a {sample.validity.value} sample"
-        if (sample.kind, sample.frame) != (rig.kind, rig.frame):
-            return f"{sample.kind}, frame {sample.frame!r} instead of {rig.kind}, frame {rig.frame!r}"
-        return ""
+    def _require_sound(self, rig: ForceSensorRig, sample: Any) -> None:
+        super()._require_sound(rig, sample)
+        declared = (sample.kind, sample.frame) == (rig.kind, rig.frame)
+        require("sample", declared, f"{sample.kind}, frame {sample.frame!r}", f"{rig.kind}, frame {rig.frame!r}")
 
     def test_load_has_its_sign_axis_and_unit(self) -> None:
         """A known load changes its own component by as many N or N m, sign included, and no other component.
@@ -208,36 +207,24 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
         """A load that is there before ``configure`` is reported like a later one."""
         with self.rig(Life.ACTIVE) as rig:
             _settled(rig, knob(rig.push_N, "push_N"), _NOTHING)
-            self._load(rig)
-            rig.advance(rig.settle_ticks)
-            later = rig.device.read()
+            self.work(rig)
+            later = self._last
         with self.rig(Life.CONSTRUCTED) as rig:
             self._load(rig)
             bring(rig, Life.ACTIVE)
             rig.advance(rig.settle_ticks)
             # Comparing two readings under the same load leaves the sensor its weight and offset.
-            differs = self._differs(rig, later, rig.device.read())
-            require("tare", not differs, differs, "no taring on connect or activate")
+            self._require_same("tare", rig, later, rig.device.read())
 
 
 class JointEncoderContract(SampleContract[JointEncoderRig]):
     """Every joint encoder keeps these clauses; a subclass makes the rig."""
 
-    @override
-    def _differs(self, rig: JointEncoderRig, one: JointSample, other: JointSample) -> str:
-        near = _near(one.position_rad, other.position_rad, 2.0 * rig.tolerance_rad)
-        return "" if near else f"{other.position_rad} rad after {one.position_rad} rad"
+    sample_type = JointSample
 
     @override
-    def _fault(self, rig: JointEncoderRig, sample: Any) -> str:
-        if not isinstance(sample, JointSample):
-            return f"a {type(sample).__name__}"
-        angles = sample.position_rad
-        if not (isinstance(angles, tuple) and len(angles) == rig.joints and all(isinstance(x, float) for x in angles)):
-            return f"position_rad = {angles!r} instead of a tuple of {rig.joints} floats"
-        if not all(abs(q) <= _PLAUSIBLE_RAD for q in angles):
-            return f"position_rad = {angles!r}: not finite, or more than two turns"
-        return ""
+    def _vectors(self, rig: JointEncoderRig) -> tuple[_Vector, ...]:
+        return (("position_rad", rig.joints, _PLAUSIBLE_RAD, rig.tolerance_rad),)
 
     def test_angles_are_where_the_joints_stand(self) -> None:
         """The angles are those at which the joints are known to stand."""
@@ -260,15 +247,11 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
                 _require_there(rig, home, 0.5 * rig.step_rad, ticks=0)
                 rig.advance(1)
             for joint in range(-1, len(home)):  # at first to home itself
-                # The other side is for a joint that stands at its limit.
-                for end in (tuple(q + way * (k == joint) for k, q in enumerate(home)) for way in (way_rad, -way_rad)):
-                    applied = AppliedCommand(here)
-                    for asked in ramp(here, end, rig.step_rad):
-                        applied = arm.send(JointCommand(asked))
-                        rig.advance(1)
-                    here = end
-                    if applied.reason is CommandReason.AS_ASKED:
-                        break
+                end = tuple(q + way_rad * (k == joint) for k, q in enumerate(home))
+                for asked in ramp(here, end, rig.step_rad):
+                    arm.send(JointCommand(asked))
+                    rig.advance(1)
+                here = end
                 _require_there(rig, end, max(2.0 * rig.tolerance_rad, 0.25 * way_rad), ticks=_PATIENCE_TICKS)
 
 
