@@ -19,7 +19,7 @@ from palpate.adapters.experiments import (
     trial_setup,
     truth_fields,
 )
-from palpate.adapters.log import MemorySink, TrialRecorder, world_of
+from palpate.adapters.log import TrialRecorder, world_of
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError, PalpateError
 from palpate.core.ports import (
@@ -39,6 +39,7 @@ from palpate.core.ports import (
 from palpate.core.supervision import weaker_settings
 from palpate.core.trial import Task
 from tests.support.faults import FaultPlan, faulty
+from tests.support.memory_sink import MemorySink
 
 _FRESH_NS: Final = 10**12
 """What a fault holds back is not marked stale by its port: that is the supervisor's affair."""

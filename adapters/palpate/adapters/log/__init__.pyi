@@ -68,7 +68,6 @@ from .world import recorded_drawn as recorded_drawn
 from .world import recorded_sensor as recorded_sensor
 from .world import recorded_turn as recorded_turn
 from .world import world_of as world_of
-from .writer_client import MemorySink as MemorySink
 from .writer_client import Opening as Opening
 from .writer_client import ProcessSink as ProcessSink
 from .writer_client import Sink as Sink

@@ -100,25 +100,14 @@ class FlightRecorder(LoopObserver):
         self._ask_sink()
 
     @property
-    def tick(self) -> int:
-        """The tick that is under way; -1 before the first."""
-        return self._tick
-
-    @property
     def failed_port(self) -> str:
         """The port whose call ended the trial; empty where it was none."""
         return self._unfinished.calling
 
-    def call(self, entry: CallEntry) -> None:
-        """Record a port call that is none of a tick's four: one that failed, or one outside the loop."""
-        if self._recording:
-            self._put_start()
-            self._keep(CALL, entry)
-
     @override
     def begun(self, start_ns: int, report: TrialReport) -> None:
         self._now_ns, self._report = start_ns, report
-        self.call(CallEntry(tick=self._tick, port="clock", call="now_ns", time_ns=start_ns))
+        self._call(CallEntry(tick=self._tick, port="clock", call="now_ns", time_ns=start_ns))
 
     @override
     def waited(self, tick: int, deadline_ns: int) -> None:
@@ -153,7 +142,7 @@ class FlightRecorder(LoopObserver):
             self._now_ns = tick.time_ns
         if tick.calling and isinstance(error, PalpateError):
             asked = tick.command
-            self.call(
+            self._call(
                 CallEntry(
                     tick=self._tick,
                     port=tick.calling,
@@ -170,9 +159,15 @@ class FlightRecorder(LoopObserver):
         if isinstance(error, PalpateError):
             stop = replace(stop, error=type(error).__name__, text=str(error))
         if error is None or isinstance(error, PalpateError):
-            self.call(stop)
+            self._call(stop)
 
     # Inside.
+
+    def _call(self, entry: CallEntry) -> None:
+        """Record a port call that is none of a tick's four: one that failed, or one outside the loop."""
+        if self._recording:
+            self._put_start()
+            self._keep(CALL, entry)
 
     def _put_start(self) -> None:
         """Before anything else: the task has begun, or never will, and what the trial starts with is known."""

@@ -10,14 +10,13 @@ from abc import abstractmethod
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
 from typing import IO, Any, Final, Protocol, cast
 
 from typing_extensions import override
 
-from palpate.adapters.log.file import LogFile, describe_channels
-from palpate.adapters.log.writer_process import CLOSE, OPEN, QUIT, frame, messages_in
+from palpate.adapters.log.file import describe_channels
+from palpate.adapters.log.writer_process import CLOSE, OPEN, QUIT, frame
 from palpate.core.errors import OutputError
 
 _PIPE_BYTES: Final = 1 << 20
@@ -66,34 +65,6 @@ class Sink(Protocol):
     def gone(self) -> bool:
         """Whether nobody takes anything any more."""
         return False
-
-
-class MemorySink(Sink):
-    """Keeps everything in memory, log by log: for tests and short logs."""
-
-    def __init__(self) -> None:
-        self.logs: list[bytes] = []
-        self._open: tuple[LogFile, BytesIO] | None = None
-
-    @override
-    def open(self, opening: Opening) -> None:
-        stream = BytesIO()
-        self._open = (LogFile(stream, describe_channels(), opening.metadata), stream)
-
-    @override
-    def put(self, frames: bytes, *, vital: bool = False) -> bool:
-        if self._open is not None:
-            for channel, time_ns, payload in messages_in(frames):
-                self._open[0].add(channel, time_ns, payload)
-        return True
-
-    @override
-    def close(self, frames: bytes) -> None:
-        if self._open is not None:
-            self.put(frames)
-            self._open[0].finish()
-            self.logs.append(self._open[1].getvalue())
-            self._open = None
 
 
 class ProcessSink(Sink):

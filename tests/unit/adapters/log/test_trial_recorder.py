@@ -15,13 +15,14 @@ from palpate.adapters.experiments.policies import comparator, learning_policy
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import run_scored_trial, trial_setup
-from palpate.adapters.log import MemorySink, Sink, TrialLog, TrialRecorder, read_log, set_aside, sound_messages
+from palpate.adapters.log import Sink, TrialLog, TrialRecorder, read_log, set_aside, sound_messages
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError, OutputError
 from palpate.core.policy import Policy
 from palpate.core.ports import World, WrenchSample
 from palpate.core.tasks.insertion import InsertionTask
 from palpate.core.trial import Outcome, TrialReport, TrialSetup
+from tests.support.memory_sink import MemorySink
 from tests.unit.adapters.log.recording_bench import log_of
 from tests.unit.adapters.samples import QUICK, ready_pose
 

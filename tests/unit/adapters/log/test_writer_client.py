@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.log import MemorySink, Opening, ProcessSink, message_frame, read_log
+from palpate.adapters.log import Opening, ProcessSink, message_frame, read_log
 from palpate.adapters.log import writer_client as module
 from palpate.adapters.signals import ENDING
 from palpate.core.errors import DeviceError, OutputError
+from tests.support.memory_sink import MemorySink
 from tests.unit.adapters.log.crafted import log_bytes, messages
 from tests.unit.adapters.log.recording_bench import Bench, ticks_of
 

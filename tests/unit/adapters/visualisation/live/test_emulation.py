@@ -4,11 +4,11 @@ from typing_extensions import override
 
 from palpate.adapters.config import RunConfig
 from palpate.adapters.hardware import CellMoment
-from palpate.adapters.log import MemorySink
 from palpate.adapters.visualisation.live import EmulationView
 from palpate.adapters.visualisation.live.trial_stream import POSE_TICKS, TrialStream
 from palpate.adapters.visualisation.live.viewer_process import WholeFrames
 from palpate.core.ports import Truth
+from tests.support.memory_sink import MemorySink
 from tests.unit.adapters.samples import ready_pose
 from tests.unit.adapters.visualisation.live.kept_display import KeptDisplay
 
