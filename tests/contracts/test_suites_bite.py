@@ -7,6 +7,7 @@ import pytest
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports.contracts import (
+    TICK_NS,
     ClauseNotApplicable,
     ClauseOutcome,
     ClockContract,
@@ -14,7 +15,7 @@ from palpate.core.ports.contracts import (
     clauses,
     run_clauses,
 )
-from tests.contracts.unsafe import ARM, CLOCK, ENCODER, FORCE, UNSAFE, force
+from tests.contracts.unsafe import ARM, CLOCK, ENCODER, FORCE, UNSAFE, Mirrors
 from tests.fake_devices import FakeForceSensor
 
 SUITES = (FORCE, ENCODER, ARM, CLOCK)
@@ -43,7 +44,7 @@ def test_without_any_one_clause_something_gets_through() -> None:
 
 
 def test_a_violation_says_what_was_seen_and_what_is_wanted() -> None:
-    suite = FORCE.trying(force(lambda f: tuple(-x for x in f)))
+    suite = FORCE.trying(Mirrors)
     with pytest.raises(ContractViolation) as caught:
         suite.test_load_has_its_sign_axis_and_unit()
     assert str(caught.value) == (
@@ -78,6 +79,16 @@ def test_a_world_that_runs_by_itself_may_have_news_at_any_time() -> None:
         return FakeForceSensor.read(self)
 
     suite = FORCE.trying(type("Lively", (FakeForceSensor,), {"read": a_moment}), runs_by_itself=True)
+    assert failed(suite) == {}
+
+
+def test_a_sensor_slower_than_the_loop_keeps_the_contract() -> None:
+    def every_third_tick(self: Any) -> Any:
+        last = self._sample
+        self.silent = last is not None and self.clock.now_ns() < last.source_time_ns + 3 * TICK_NS
+        return FakeForceSensor.read(self)
+
+    suite = FORCE.trying(type("Slow", (FakeForceSensor,), {"read": every_third_tick}), go_silent=None, settle_ticks=3)
     assert failed(suite) == {}
 
 

@@ -7,7 +7,7 @@ from threading import Event, Thread, get_ident
 from time import sleep
 from typing import Any
 
-from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector, Life, WrenchKind
+from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector, Life, Validity, WrenchKind
 from palpate.core.ports.contracts import TICK_NS, FakeClock
 
 # As a module: a suite that is imported by name would be run here once more as it is.
@@ -26,10 +26,6 @@ def altered(base: Any, /, **changes: Callable[[Any], Any]) -> Any:
         return replace(sample, **{name: change(sample) for name, change in changes.items()})
 
     return type("Altered" + "".join(changes), (base,), {"read": read})
-
-
-def force(change: Callable[[Any], Any]) -> Any:
-    return altered(FakeForceSensor, force_N=lambda sample: change(sample.force_N))
 
 
 # The life of a device
@@ -156,6 +152,15 @@ class StaleIsZero(FakeForceSensor):
 
 def never_stale(clock: FakeClock) -> FakeForceSensor:
     return FakeForceSensor(clock, max_age_ns=10**18)
+
+
+class Mirrors(FakeForceSensor):
+    """Whose range is marked, at least."""
+
+    def read(self) -> Any:
+        sample = super().read()
+        validity = Validity.SATURATED if max(map(abs, sample.force_N)) > 50.0 else sample.validity
+        return replace(sample, force_N=tuple(-x for x in sample.force_N), validity=validity)
 
 
 class ClipsTorque(FakeForceSensor):
@@ -395,7 +400,7 @@ UNSAFE: list[tuple[Any, Any, str]] = [
     (FORCE, altered(FakeForceSensor, kind=lambda _: WrenchKind.TARED), SOUND),
     (ENCODER, LosesJoint, SOUND),
     *((FORCE, kind, SILENT) for kind in (never_stale, StaleIsZero)),
-    (FORCE, force(lambda f: tuple(-x for x in f)), LOAD),
+    (FORCE, Mirrors, LOAD),
     (FORCE, altered(FakeForceSensor, torque_Nm=lambda s: tuple(map(abs, s.torque_Nm))), LOAD),
     (FORCE, ClipsTorque, "what_is_beyond_the_range"),
     (FORCE, TaresOnConfigure, TARE),
