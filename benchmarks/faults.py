@@ -122,7 +122,7 @@ def main() -> None:
         text += f"{options.task}, {arm}, {seeds}, {minutes:.1f} min\n\n{by_fault(runs)}\n\n{verdict(runs)}\n"
     sys.stdout.write(text)
     if options.out is not None:
-        write_whole(options.out, text, remedy="name another file with --out")
+        write_whole(options.out, text)
     raise SystemExit(0 if good else "a requirement is not met")
 
 

@@ -65,7 +65,7 @@ def main() -> None:
             (folder / "automaton.json").write_text(to_json_text(found.machine), encoding="utf-8")
             (folder / "automaton.svg").write_bytes(machine_picture(found.machine, "map 2"))
             (folder / "learning.png").write_bytes(learning_figure([panels], "png"))
-    except PalpateError as error:
+    except (PalpateError, OSError) as error:
         parser.error(str(error))
     print(f"look at {options.out}/automaton.svg and {options.out}/learning.png")
 

@@ -84,7 +84,7 @@ def main() -> None:
                     f"{name}: {sum(row.success for row in rows)} of {len(rows)} inserted, median {median(times):.2f} s"
                 )
                 (folder / f"{name}.png").write_bytes(learning_curve(rows, f"{name}, scenario blind"))
-    except PalpateError as error:
+    except (PalpateError, OSError) as error:
         parser.error(str(error))
     print(f"look at {options.out}/torque.png and {options.out}/homing.png")
 

@@ -75,7 +75,7 @@ def main() -> None:
         train(config, trials, folder)
         last = read_log(max((folder.path / LOG_FOLDER).glob("*.mcap")))
         folder.write("last-trial.png", timeline(last))
-    except PalpateError as error:
+    except (PalpateError, OSError) as error:
         parser.error(str(error))
     folder.write("learning_curve.png", learning_curve(folder.read_trials(), "Train and look"))
     print(render_table(PolicyDocument.load(folder.path / "policy.json")))

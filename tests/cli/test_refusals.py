@@ -148,8 +148,8 @@ def desk(palpate: CommandLine, trained: Path, tmp_path: Path) -> CommandLine:
         ("log plot torn.mcap", "palpate log recover"),
         ("log export sound.mcap torn.mcap --to csv --out x/y", "palpate log recover"),
         # Files and folders that are written.
-        ("train --out a_file/run", "name another folder"),
-        (f"train --out {LONG}", "name another folder"),
+        ("train --out a_file/run", "a_file/run: Not a directory"),
+        (f"train --out {LONG}", "File name too long"),
         ("train --out \udcff", "\\udcff is no text in UTF-8; give it another name"),
         ("train --out a_study", "a_study: already holds a run (run.toml)"),
         ("study million.toml --yes --out full", "full: holds something already, and no study"),

@@ -53,10 +53,11 @@ def _ended(words: Sequence[str], interrupts: Interrupts) -> int:
         sys.stderr.close()
         return 1
     except OSError as error:
+        if error.filename:
+            return _fail(PalpateError(f"{error.filename}: {error.strerror}"), 2)
         # Such as a full disk behind the output.
         sys.stdout = open(os.devnull, "w")
-        told = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
-        return _fail(PalpateError(f"{told}; what was finished before is kept"), 1)
+        return _fail(PalpateError(f"{error.strerror or error}; what was finished before is kept"), 1)
     except Exception:
         if not interrupts.raised:
             raise

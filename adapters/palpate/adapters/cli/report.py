@@ -29,8 +29,6 @@ class ReportOptions(Settings):
 def report(options: ReportOptions) -> int:
     """Make the page of a folder; returns the exit code."""
     folder = Path(options.folder)
-    if not os.path.isdir(folder):
-        raise OutputError(str(folder), "is no folder", "name the folder of a run or of a study")
     study, run = os.path.exists(folder / "study.toml"), os.path.exists(folder / "run.toml")
     if not study and not (run and os.path.exists(folder / "trials.csv")):
         raise OutputError(str(folder), "is no folder of palpate train, run or study", "name one of these")
@@ -40,6 +38,6 @@ def report(options: ReportOptions) -> int:
     require_free(folder / PAGE)
     page = study_page(folder) if study else run_page(folder, logs=options.logs)
     html = html_of(page, version("palpate"))
-    write_whole(folder / PAGE, html, remedy="name a folder that can be written to")
+    write_whole(folder / PAGE, html)
     sys.stdout.write(f"{len(html) / 1e6:.1f} MB in {folder / PAGE}\n")
     return 0

@@ -145,7 +145,7 @@ class RunFolder:
         """Make sure that nothing would be overwritten.
 
         Raises:
-            OutputError: The folder already holds a run, or cannot be made.
+            OutputError: The folder already holds a run.
         """
         # os.path.exists, unlike Path.exists, takes a name that is too long or not permitted for not there.
         if os.path.exists(self.path) and not os.path.isdir(self.path):
@@ -161,20 +161,17 @@ class RunFolder:
         """Make the folder, for a new run.
 
         Raises:
-            OutputError: That is not possible, or it holds a run.
+            OutputError: It holds a run.
         """
         self.require_free()
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OutputError(str(self.path), f"cannot be made ({error.strerror})", "name another folder") from error
+        self.path.mkdir(parents=True, exist_ok=True)
 
     @contextmanager
     def writing(self, *, again: bool = False) -> Iterator[None]:
         """Make the folder and keep other writers out while inside; what a writer before left by a crash is told.
 
         Raises:
-            OutputError: Another process writes here, or the folder cannot be made.
+            OutputError: Another process writes here.
         """
         if not again:
             self.create()
@@ -199,12 +196,8 @@ class RunFolder:
             return False
 
     def write(self, name: str, content: str | bytes, *, durable: bool = True) -> None:
-        """Write or replace a file, whole or not at all; ``durable`` as in :func:`write_whole`.
-
-        Raises:
-            OutputError: It cannot be written.
-        """
-        write_whole(self.path / name, content, remedy="what was written before is there", durable=durable)
+        """Write or replace a file, whole or not at all; ``durable`` as in :func:`write_whole`."""
+        write_whole(self.path / name, content, durable=durable)
 
     def write_json(self, name: str, content: Any, *, durable: bool = True) -> None:
         """Write or replace a JSON file, as :meth:`write` does."""

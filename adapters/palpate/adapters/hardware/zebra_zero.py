@@ -17,7 +17,7 @@ from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.following import LATER_NS
 from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, RigContext
-from palpate.core.errors import ConfigurationError, OutputError
+from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range, Settings, write_whole
 from palpate.drivers.errors import WiringError
 from palpate.drivers.nmc import POWER_UP_BAUD, BusSettings
@@ -57,7 +57,7 @@ class CountsFile(CountsStore):
     @override
     def save(self, counts: SixCounts) -> None:
         # A stop must not fail for a full disk; without the file the next run begins from the home pose.
-        with suppress(OutputError):
+        with suppress(OSError):
             write_whole(self.path, json.dumps(counts))
 
 

@@ -100,11 +100,7 @@ class ProcessSink(Sink):
         # for the run: the run ends when it ends, and the log is to hold it.
         command = [sys.executable, "-P", "-m", *program]
         pipe = subprocess.PIPE
-        try:
-            self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, bufsize=0, process_group=0)
-        except OSError as error:
-            remedy = "mend that, or switch recording off"
-            raise OutputError(called, f"cannot be started ({error.strerror})", remedy) from error
+        self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, bufsize=0, process_group=0)
         # Both are there, because pipes were asked for.
         self._stdin = cast(IO[bytes], self._process.stdin)
         self._stdout = cast(IO[bytes], self._process.stdout)

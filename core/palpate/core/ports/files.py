@@ -50,15 +50,14 @@ def require_no_file(path: Path, flag: str = "--out") -> None:
     """Make sure that a file can be made there, without losing anything: before work that takes long.
 
     Raises:
-        OutputError: Something of that name is there already, or nothing can be written there.
+        OutputError: Something of that name is there already.
+        OSError: Nothing can be written there.
     """
     _require_free(path, flag)
     passing = _passing_name(path)
-    try:
+    with _naming(path):
         passing.write_bytes(b"")
         passing.unlink()
-    except OSError as error:
-        raise _unwritable(path, error, f"file with {flag}") from error
 
 
 def _require_free(path: Path, flag: str) -> None:
@@ -71,7 +70,8 @@ def require_free_folder(path: Path) -> None:
     """Make sure that a folder can be made there, or is there and empty: before work that takes long.
 
     Raises:
-        OutputError: A file, or a folder that holds something, is there already, or nothing can be written there.
+        OutputError: A file, or a folder that holds something, is there already.
+        OSError: Nothing can be written there.
     """
     _require_empty(path)
     with _passing_folder(path):
@@ -81,40 +81,31 @@ def require_free_folder(path: Path) -> None:
 def _require_empty(path: Path) -> None:
     if not os.path.lexists(path):
         return
-    try:
-        if os.path.islink(path) or not os.path.isdir(path):
-            raise OutputError(str(path), "is no folder", "name another folder with --out")
-        if os.listdir(path):
-            raise OutputError(str(path), "holds something already", "name a new or an empty folder with --out")
-    except OSError as error:
-        raise OutputError(str(path), f"cannot be looked into ({error.strerror})", "name another folder") from error
+    if os.path.islink(path) or not os.path.isdir(path):
+        raise OutputError(str(path), "is no folder", "name another folder with --out")
+    if os.listdir(path):
+        raise OutputError(str(path), "holds something already", "name a new or an empty folder with --out")
 
 
-def write_whole(
-    path: Path, content: str | bytes, *, remedy: str = "name a writable place", durable: bool = True
-) -> None:
+def write_whole(path: Path, content: str | bytes, *, durable: bool = True) -> None:
     """Write or replace a file; an old one stays intact until the new one is complete.
 
     Args:
         content: All of it; text is written as UTF-8 with the line ends that it has.
         durable: Whether it must outlast a power cut from the moment this returns. Waiting for the disk takes
             milliseconds; without it a power cut may leave the old file, but a killed process never leaves half of one.
-
-    Raises:
-        OutputError: The place cannot be written.
     """
     passing = _passing_name(path)
     try:
-        with open(passing, "wb") as stream:
+        with _naming(path), open(passing, "wb") as stream:
             stream.write(content.encode("utf-8") if isinstance(content, str) else content)
             if durable:
                 stream.flush()
                 os.fsync(stream.fileno())
-        os.replace(passing, path)
-        if durable:
-            _sync(passing.parent)
-    except OSError as error:
-        raise OutputError(str(path), f"cannot be written ({error.strerror})", remedy) from error
+        with _naming(path):
+            os.replace(passing, path)
+            if durable:
+                _sync(passing.parent)
     finally:
         with suppress(OSError):
             _remove(passing)
@@ -139,19 +130,19 @@ def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
     """Gives the name under which to write a file; on a good end it is renamed to ``path``, on a bad one removed.
 
     Raises:
-        OutputError: Something is there already, or it cannot be written there.
+        OutputError: Something is there already.
+        OSError: It cannot be written there.
     """
     _require_free(path, flag)
     passing = _passing_name(path)
     try:
-        yield passing
-        # Once more, because writing takes a while.
-        _require_free(path, flag)
-        _sync(passing)
-        os.replace(passing, path)
-        _sync(passing.parent)
-    except OSError as error:
-        raise _unwritable(path, error, f"file with {flag}") from error
+        with _naming(path):
+            yield passing
+            # Once more, because writing takes a while.
+            _require_free(path, flag)
+            _sync(passing)
+            os.replace(passing, path)
+            _sync(passing.parent)
     finally:
         _remove(passing)
 
@@ -163,7 +154,8 @@ def new_folder(path: Path) -> Iterator[Path]:
     Folders above ``path`` that are missing are made, and go again on a bad end.
 
     Raises:
-        OutputError: A file or a folder that holds something is there already, or it cannot be written there.
+        OutputError: A file or a folder that holds something is there already.
+        OSError: It cannot be written there.
     """
     _require_empty(path)
     with _passing_folder(path) as passing:
@@ -178,13 +170,12 @@ def _passing_folder(path: Path) -> Iterator[Path]:
     passing = _passing_name(path)
     made: list[Path] = []
     try:
-        for parent in reversed([p for p in path.absolute().parents if not os.path.lexists(p)]):
-            parent.mkdir()
-            made.append(parent)
-        passing.mkdir()
-        yield passing
-    except OSError as error:
-        raise _unwritable(path, error, "folder with --out") from error
+        with _naming(path):
+            for parent in reversed([p for p in path.absolute().parents if not os.path.lexists(p)]):
+                parent.mkdir()
+                made.append(parent)
+            passing.mkdir()
+            yield passing
     finally:
         _remove(passing)
         for parent in reversed(made):
@@ -214,6 +205,11 @@ def _remove(passing: Path) -> None:
         os.unlink(passing)
 
 
-def _unwritable(path: Path, error: OSError, kind: str) -> OutputError:
-    # Copying many files tells of each in a list, and has no one cause.
-    return OutputError(str(path), f"cannot be written ({error.strerror or str(error)[:200]})", f"name another {kind}")
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Let an OSError name the file or folder itself, not the one that is made in its place."""
+    try:
+        yield
+    except OSError as error:
+        # Copying many files raises a list of errors, which has no one cause.
+        raise OSError(error.errno, error.strerror or str(error)[:200], str(path)) from error

@@ -114,7 +114,7 @@ def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
         RunFolder(tmp_path / "file").require_free()
     below = RunFolder(tmp_path / "file" / "run")
     below.require_free()
-    with pytest.raises(OutputError, match="cannot be made"):
+    with pytest.raises(NotADirectoryError, match="file"):
         below.create()
 
 
@@ -135,7 +135,7 @@ def test_a_folder_that_holds_a_run_is_not_made_for_another(folder: RunFolder) ->
 
 def test_a_folder_that_vanished_is_reported(tmp_path: Path) -> None:
     gone = RunFolder(tmp_path / "gone")
-    with pytest.raises(OutputError, match="cannot be written"):
+    with pytest.raises(FileNotFoundError, match=r"gone/run\.toml"):
         gone.write("run.toml", "")
     with pytest.raises(FileNotFoundError, match="gone"):
         gone.append_trial(scored_trial(0))

@@ -98,7 +98,7 @@ def test_a_writer_that_cannot_run_is_told_before_anything_is_lost(
         sink.open(Opening(tmp_path / "1.mcap", {}))
     sink.shut()
     monkeypatch.setattr(module.sys, "executable", str(tmp_path / "none"))
-    with pytest.raises(OutputError, match="cannot be started"):
+    with pytest.raises(FileNotFoundError, match="none"):
         ProcessSink(queue_bytes=1 << 20, patient=True)
 
 

@@ -67,8 +67,8 @@ def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(
         raise error
 
     monkeypatch.setattr("builtins.open" if fails == "open" else f"os.{fails}", full)
-    with pytest.raises((OutputError, KeyboardInterrupt), match="No space left.*; make room" if error.args else None):
-        write_whole(path, "new", remedy="make room")
+    with pytest.raises((OSError, KeyboardInterrupt), match=r"No space left.*a\.txt" if error.args else None):
+        write_whole(path, "new")
     monkeypatch.undo()
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
@@ -162,7 +162,7 @@ def test_a_folder_that_holds_something_is_refused(tmp_path: Path) -> None:
         pass
     with pytest.raises(OutputError, match="is no folder"), new_folder(tmp_path / "a"):
         pass
-    with pytest.raises(OutputError, match="cannot be written"), new_folder(tmp_path / "a" / "b"):
+    with pytest.raises(NotADirectoryError, match="a/b"), new_folder(tmp_path / "a" / "b"):
         pass
     assert (tmp_path / "a").read_text() == "mine"
     assert len(list(tmp_path.iterdir())) == 1
@@ -172,14 +172,14 @@ def test_whether_a_folder_can_be_made_is_known_beforehand(tmp_path: Path) -> Non
     for place in (tmp_path, tmp_path / "new", tmp_path / "above" / "new"):
         require_free_folder(place)
     for place in (tmp_path / ("x" * 300), Path("/proc/new")):
-        with pytest.raises(OutputError, match="cannot be written"):
+        with pytest.raises(OSError, match=place.name):
             require_free_folder(place)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_names_that_no_file_system_takes(tmp_path: Path) -> None:
-    with pytest.raises(OutputError), new_folder(tmp_path / ("x" * 300)):
+    with pytest.raises(OSError, match="too long"), new_folder(tmp_path / ("x" * 300)):
         pass
-    with pytest.raises(OutputError), new_file(tmp_path / ("x" * 300)) as passing:
+    with pytest.raises(OSError, match="too long"), new_file(tmp_path / ("x" * 300)) as passing:
         passing.write_bytes(b"")
     assert list(tmp_path.iterdir()) == []

@@ -97,12 +97,7 @@ class StudyFolder:
         """
         if not os.path.lexists(self.path):
             return
-        try:
-            names = [name for name in os.listdir(self.path) if name != LOCK]
-        except OSError as error:
-            raise OutputError(
-                str(self.path), f"is no folder that can be used ({error.strerror})", _ELSEWHERE
-            ) from error
+        names = [name for name in os.listdir(self.path) if name != LOCK]
         if STUDY_FILE not in names:
             if names:
                 raise OutputError(str(self.path), f"holds something already, and no study ({names[0]})", _ELSEWHERE)

@@ -138,10 +138,7 @@ def _run(job: CellJob, config: RunConfig, path: Path) -> CellOutcome:
     for name, digest in job.files.items():
         if digest_of(job.path(name), "file") != digest:
             raise ConfigurationError("file", name, "a file that stays as it was when the study began")
-    try:
-        path.mkdir()
-    except OSError as error:
-        raise OutputError(str(path), f"cannot be made ({error.strerror})", "make room or mend it") from error
+    path.mkdir()
     folder = RunFolder(path)
     code = "" if job.cell.policy in (*LEARNERS, *job.files) else foreign_code(job.cell.policy)
     learns = job.cell.policy in LEARNERS or (code and foreign_learns(code, config))

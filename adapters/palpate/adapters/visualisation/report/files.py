@@ -14,10 +14,8 @@ from palpate.core.errors import OutputError
 def read_text(path: Path) -> str:
     """Return a whole text file; nothing where there is none."""
     try:
-        return path.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        return ""
-    except (OSError, UnicodeDecodeError) as error:
+        return path.read_bytes().decode("utf-8-sig") if path.exists() else ""
+    except UnicodeDecodeError as error:
         raise OutputError(str(path), f"cannot be read ({error})", "fix the file or rerun") from error
 
 

@@ -71,7 +71,7 @@ def test_another_version_and_another_file_do_not_fit(held: Held, monkeypatch: py
 def test_a_folder_with_something_else_or_a_damaged_study_is_refused(held: Held, tmp_path: Path) -> None:
     folder, study, cells = held
     (tmp_path / "file").touch()
-    with pytest.raises(OutputError, match="no folder that can be used"):
+    with pytest.raises(NotADirectoryError, match="file"):
         StudyFolder(tmp_path / "file").require_fits(study, cells, {})
     with pytest.raises(OutputError, match="holds something already, and no study"):
         StudyFolder(folder.cells).require_fits(study, cells, {})
