@@ -20,16 +20,14 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-import pinocchio as pin
 from mujoco import sysid
 
 from palpate.adapters.config import RunConfig, overlay
 from palpate.adapters.log import find_logs, read_log, series_of
+from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import LogError
-from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ
-from palpate.core.trial import Phase, goal_in_base, wander_m
-from palpate.simulation.work_cell import WorkCell
+from palpate.core.trial import Phase, ReadyPose
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -54,7 +52,7 @@ class Recorded:
     """The part of a trial that is fitted: commands, (ticks, joints), and tared forces in N, (ticks, 3)."""
 
     config: RunConfig
-    ready_rad: Array
+    ready: ReadyPose
     command_rad: Array
     force_N: Array
 
@@ -70,8 +68,9 @@ def recorded(path: Path) -> Recorded | None:
     end = min(first.get(Phase.INSERT.value, begin + MOST_TICKS) - SMOOTH_TICKS, begin + MOST_TICKS)
     applied = [each.applied.position_rad for each in log.records() if each.applied is not None]
     part = (series.ticks >= begin) & (series.ticks < min(end, len(applied)))
+    ready = ReadyPose(np.array(log.start.ready_rad), np.eye(3))
     command = np.array(applied[begin : begin + int(part.sum())])
-    return Recorded(series.config, np.array(log.start.ready_rad), command, series.wrench[part, :3])
+    return Recorded(series.config, ready, command, series.wrench[part, :3])
 
 
 def simulated_N(trial: Recorded, parameters: Any) -> Array:
@@ -89,15 +88,9 @@ def simulated_N(trial: Recorded, parameters: Any) -> Array:
             "damping_ratio": values["damping_ratio"],
         },
     }
-    higher = pin.SE3(np.eye(3), np.array([0.0, 0.0, (1.0 - values["plate_mm"]) * 1e-3]))
-    work_cell = WorkCell(
-        Kinematics(arm_named(trial.config.arm), ToolGeometry()),
-        overlay(trial.config.cell, NOTHING_DRAWN | fitted),
-        goal_in_base=goal_in_base(trial.config.task.goal) * higher,
-        ready_rad=trial.ready_rad,
-        rate_Hz=CONTROL_RATE_HZ,
-        wander_m=2.0 * wander_m(trial.config.task),
-    )
+    goal = {"z_mm": trial.config.task.goal.z_mm + values["plate_mm"] - 1.0}
+    config = overlay(trial.config, {"cell": NOTHING_DRAWN | fitted, "task": {"goal": goal}})
+    work_cell = SimulatedRig(config, trial.ready).cell
     work_cell.place(trial.command_rad[0])
     forces = []
     for command in trial.command_rad.tolist():

@@ -120,10 +120,10 @@ def test_infer_automaton(example: Example, tmp_path: Path) -> None:
 
 
 def test_system_identification(example: Example, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """A cell that is other than its configuration: friction 0.35 for 0.2, springs of 0.7, a wrench 20 ms late."""
+    """A cell with friction 0.35 for 0.2, springs of 0.7, a wrench 20 ms late and a plate that is 0.8 mm higher."""
     config = replace(scenario("paper"), seed=11)
     ready, chosen = find_ready_pose(config.arm, config.task), ChosenPolicy("torque", config)
-    other = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
+    other = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0, plate_mm=0.8)
     with ExitStack() as opened, SimulatedRig(config, ready, other) as rig:
         run_chosen(chosen, config, ready, rig, 1, recorder=RunFolder(tmp_path).recorder(config.recording, opened))
     assert example.code("system_identification", tmp_path / "logs") == 0
@@ -134,6 +134,7 @@ def test_system_identification(example: Example, tmp_path: Path, capfd: pytest.C
     assert found["across_N_per_mm"] == pytest.approx(28.0, rel=0.2)
     assert found["damping_ratio"] == pytest.approx(0.7, rel=0.2)
     assert found["delay_ms"] == pytest.approx(20.0, abs=3.0)
+    assert found["plate_mm"] == pytest.approx(1.8, abs=0.15)
 
 
 def test_system_identification_refuses_what_holds_no_contact(example: Example, tmp_path: Path) -> None:
