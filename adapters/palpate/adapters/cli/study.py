@@ -52,7 +52,7 @@ def study(options: StudyOptions) -> int:
         raise ConfigurationError("study", f"{asked.count} cells", f"at most {MOST_CELLS}")
     size = _size(asked, folder)
     _permit(asked, folder, size, options.yes)
-    files = {path: digest_of(path, setting) for path, setting in asked.files().items()}
+    files = {path: digest_of(path) for path in sorted(asked.files())}
     require_possible(asked)
     engine = Sequential() if options.engine == "sequential" else Processes(options.jobs or os.cpu_count() or 1)
     cells = list(asked.cells())

@@ -137,12 +137,12 @@ class Study:
         """
         return configured({**self.base, **fields, "seed": seed}, os.getcwd())
 
-    def files(self) -> dict[str, str]:
-        """Files that results depend on, and the setting that names each."""
-        found = {name: "policy" for name in self.policies if not _made_by_name(name)}
+    def files(self) -> set[str]:
+        """Return the files that results depend on."""
+        found = {name for name in self.policies if not _made_by_name(name)}
         for field in FILES:
             values = [self.base.get(field), *(one.get(field) for one in self.listed), *self.grid.get(field, ())]
-            found |= {value: field for value in values if names_file(field, value)}
+            found |= {value for value in values if names_file(field, value)}
         return found
 
     def text(self, versions: Mapping[str, str], files: Mapping[str, str]) -> str:

@@ -122,21 +122,14 @@ def one_thread(config: RunConfig) -> Iterator[None]:
         yield
 
 
-def digest_of(name: str, setting: str) -> str:
-    """Digest of a file that results depend on.
-
-    Raises:
-        ConfigurationError: It cannot be read.
-    """
-    try:
-        return hashlib.sha256(whole_file(name)).hexdigest()
-    except OSError as error:
-        raise ConfigurationError(setting, name, f"a readable file ({error.strerror})") from error
+def digest_of(name: str) -> str:
+    """Return the digest of a file that results depend on."""
+    return hashlib.sha256(whole_file(name)).hexdigest()
 
 
 def _run(job: CellJob, config: RunConfig, path: Path) -> CellOutcome:
     for name, digest in job.files.items():
-        if digest_of(job.path(name), "file") != digest:
+        if digest_of(job.path(name)) != digest:
             raise ConfigurationError("file", name, "a file that stays as it was when the study began")
     path.mkdir()
     folder = RunFolder(path)

@@ -1,22 +1,19 @@
 """Reads the files of result folders; an error is one line with the file's path."""
 
 import json
-import tomllib
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.config import run_facts
+from palpate.adapters.config import read_toml, run_facts
 from palpate.adapters.experiments import RunFolder, TrialRow
+from palpate.core import ports
 from palpate.core.errors import OutputError
 
 
 def read_text(path: Path) -> str:
     """Return a whole text file; nothing where there is none."""
-    try:
-        return path.read_bytes().decode("utf-8-sig") if path.exists() else ""
-    except UnicodeDecodeError as error:
-        raise OutputError(str(path), f"cannot be read ({error})", "fix the file or rerun") from error
+    return ports.read_text(path, "file") if path.exists() else ""
 
 
 def read_json(path: Path) -> dict[str, Any]:
@@ -33,12 +30,8 @@ def read_json(path: Path) -> dict[str, Any]:
 def read_run_toml(folder: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the settings of a run, and the facts of its call; both empty where there is no ``run.toml``."""
     path = folder / "run.toml"
-    try:
-        settings = tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as error:
-        raise OutputError(str(path), f"is no TOML file ({error})", "fix the file or rerun") from error
-    facts = run_facts(settings, path)
-    return settings, facts
+    settings = read_toml(path) if path.exists() else {}
+    return settings, run_facts(settings, path)
 
 
 def read_trials(folder: Path) -> tuple[TrialRow, ...]:

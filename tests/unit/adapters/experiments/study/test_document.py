@@ -82,7 +82,7 @@ def test_files_that_results_depend_on(tmp_path: Path) -> None:
         '[grid]\n"perception.memory" = ["none", "last-2", "m.json"]',
         tmp_path,
     )
-    assert study.files() == {str(policy): "policy", "e.csv": "learning.examples", "m.json": "perception.memory"}
+    assert study.files() == {str(policy), "e.csv", "m.json"}
 
 
 def test_a_study_without_end_is_counted_without_being_listed(tmp_path: Path) -> None:
