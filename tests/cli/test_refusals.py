@@ -115,7 +115,7 @@ def desk(palpate: CommandLine, trained: Path, tmp_path: Path) -> CommandLine:
         ("run --policy torque --claim success", "success >= SHARE with a share between 0 and 1"),
         ("replay sound.mcap --jobs -1", "jobs = -1"),
         ("study reach.toml", "zebra-zero reaches"),
-        ("study memory.toml", "perception.memory = 'nowhere.json' is refused: a readable file"),
+        ("study memory.toml", "nowhere.json: No such file or directory"),
         ("study programmed.toml", "learning.programmed = 'nowhere' is refused: a state of this task"),
         ("study million.toml", "1000000 cells of 10 trials in runs/million, about 80.0 GB"),
         ("study billion.toml --yes", "'11000000 cells' is refused: at most 10000000"),
