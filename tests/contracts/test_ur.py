@@ -4,7 +4,7 @@ import pytest
 
 from palpate.adapters.hardware.arm_on_bus import BusArm
 from palpate.adapters.hardware.plugins import RigContext
-from palpate.adapters.hardware.ur import UrTable, UrToolForceSensor, ur_arm
+from palpate.adapters.hardware.ur import UrTable, UrToolForceSensor, UrToolTable, ur_arm
 from palpate.core.errors import DeviceError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports import Validity
@@ -34,9 +34,7 @@ class Bench(VirtualUr):
         return arm
 
     def sensor(self) -> UrToolForceSensor:
-        self.reader = UrToolForceSensor(
-            lambda: self, self.clock, rate_Hz=500.0, max_age_ns=MAX_AGE_NS, start_timeout_s=1.0
-        )
+        self.reader = UrToolForceSensor(lambda: self, self.clock, UrToolTable(start_timeout_s=1.0))
         return self.reader
 
     def fail(self) -> None:

@@ -44,10 +44,7 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
     def __init__(
         self, table: NetFtTable, clock: Clock, open_box: Callable[[NetFtTable], tuple[UdpWire, NetFtBox]]
     ) -> None:
-        super().__init__(
-            "ATI Net F/T", clock, max_age_ns=round(table.max_age_ms * 1e6), start_timeout_s=table.start_timeout_s,
-            max_late_ns=round(table.max_late_ms * 1e6),
-        )  # fmt: skip
+        super().__init__("ATI Net F/T", clock, table, table.max_late_ms)
         self._table, self._open_box = table, open_box
 
     @property

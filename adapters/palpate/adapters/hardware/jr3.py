@@ -1,9 +1,9 @@
 """The JR3 driver as a force sensor: wiring and marks, nothing else."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Final
 
+from can import BusABC
 from typing_extensions import override
 
 from palpate.adapters.config import SensorFactsTable, overlay
@@ -25,20 +25,34 @@ from palpate.drivers.jr3 import (
 )
 
 _NAME: Final = "JR3"
-
-
-@dataclass(frozen=True)
-class OpenWire:
-    """A wire to the board, open."""
-
-    wire: CanTransport
-    close: Callable[[], None]
-
-
 _LEAVE_S: Final = 5.0
 """Longest wait for a board to take the end of its stream."""
 _DEAD_S: Final = 0.2
 """The same for a board that has failed: it is told, and may have no way to answer."""
+
+
+@dataclass(frozen=True)
+class Jr3CanTable(CanBusTable):
+    """A JR3 on CAN in a rig file."""
+
+    TABLE: ClassVar[str] = "force_sensor"
+
+    node: Annotated[int, Range(1, 127)] = 1
+    """The board's node."""
+    canopen_nodes: tuple[int, ...] = ()
+    """CANopen nodes on the same bus."""
+    cutoff_Hz: float = 50.0
+    """Cut-off of the board's filter."""
+    period_us: int = 5000
+    """Time between two readings."""
+    axes: Annotated[str, OneOf("left-handed", "right-handed")] = "left-handed"
+    """Handedness of the sensor's axes."""
+    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
+    """Age above which a sample is marked as stale."""
+    max_late_ms: Annotated[float, Range(0.0, 10_000.0)] = LATE_NS * 1e-6
+    """Readings that come by more than this later than they did, by the board's count, are a fault; 0 asks for none."""
+    start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 30.0
+    """Longest wait for the first reading."""
 
 
 class Jr3ForceSensor(PolledForceSensor[Jr3]):
@@ -46,18 +60,12 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
 
     REMEDY = "choose a higher cut-off, or look at it"
 
-    def __init__(
-        self,
-        open_wire: Callable[[], OpenWire],
-        settings: Jr3Settings,
-        clock: Clock,
-        *,
-        max_age_ns: int,
-        start_timeout_s: float = 30.0,
-        max_late_ns: int = LATE_NS,
-    ) -> None:
-        super().__init__(_NAME, clock, max_age_ns=max_age_ns, start_timeout_s=start_timeout_s, max_late_ns=max_late_ns)
-        self._open_wire, self.settings = open_wire, settings
+    def __init__(self, table: Jr3CanTable, clock: Clock) -> None:
+        super().__init__(_NAME, clock, table, table.max_late_ms)
+        self._table = table
+        signs = LEFT_HANDED if table.axes == "left-handed" else RIGHT_HANDED
+        with translating("force_sensor"):
+            self.settings = Jr3Settings(table.cutoff_Hz, table.period_us, signs)
 
     @property
     @override
@@ -89,9 +97,9 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
 
     @override
     def _connect(self) -> None:
-        opened = self._open_wire()
-        self._close_wire = opened.close
-        self.device = Jr3(opened.wire, self.settings)
+        table, bus = self._table, open_jr3_bus(self._table)
+        self._close_wire = bus.shutdown
+        self.device = Jr3(CanTransport(CanLink(bus), table.node, table.canopen_nodes), self.settings)
         start_up(self.device, self._clock.now_ns, self._sleep, self._start_timeout_s)
 
     @override
@@ -100,49 +108,13 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
         shut_down(device, self._clock.now_ns, self._sleep, wait_s)
 
 
-@dataclass(frozen=True)
-class Jr3CanTable(CanBusTable):
-    """A JR3 on CAN in a rig file."""
-
-    TABLE: ClassVar[str] = "force_sensor"
-
-    node: Annotated[int, Range(1, 127)] = 1
-    """The board's node."""
-    canopen_nodes: tuple[int, ...] = ()
-    """CANopen nodes on the same bus."""
-    cutoff_Hz: float = 50.0
-    """Cut-off of the board's filter."""
-    period_us: int = 5000
-    """Time between two readings."""
-    axes: Annotated[str, OneOf("left-handed", "right-handed")] = "left-handed"
-    """Handedness of the sensor's axes."""
-    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
-    """Age above which a sample is marked as stale."""
-    max_late_ms: Annotated[float, Range(0.0, 10_000.0)] = LATE_NS * 1e-6
-    """Readings that come by more than this later than they did, by the board's count, are a fault; 0 asks for none."""
-    start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 30.0
-    """Longest wait for the first reading."""
-
-    def sensor(self, open_wire: Callable[[], OpenWire], context: RigContext) -> Jr3ForceSensor:
-        """The adapter."""
-        signs = LEFT_HANDED if self.axes == "left-handed" else RIGHT_HANDED
-        with translating("force_sensor"):
-            settings = Jr3Settings(self.cutoff_Hz, self.period_us, signs)
-        return Jr3ForceSensor(
-            open_wire, settings, context.clock, max_age_ns=round(self.max_age_ms * 1e6),
-            start_timeout_s=self.start_timeout_s, max_late_ns=round(self.max_late_ms * 1e6),
-        )  # fmt: skip
-
-
 def make_jr3_can(settings: DeviceSettings, context: RigContext) -> Jr3ForceSensor:
     """A JR3 on CAN, of the table ``[force_sensor]`` of a rig file."""
-    table = overlay(Jr3CanTable(), settings)
-    return table.sensor(lambda: open_can_wire(table), context)
+    return Jr3ForceSensor(overlay(Jr3CanTable(), settings), context.clock)
 
 
-def open_can_wire(table: Jr3CanTable) -> OpenWire:
+def open_jr3_bus(table: Jr3CanTable) -> BusABC:
     """Open the bus."""
     # We only ever ask whether something is there; slcan would wait a millisecond for it.
     extra: dict[str, Any] = {"timeout": 0.0} if table.bus["interface"] == "slcan" else {}
-    bus = open_bus(**(extra | table.bus))
-    return OpenWire(CanTransport(CanLink(bus), table.node, table.canopen_nodes), bus.shutdown)
+    return open_bus(**(extra | table.bus))

@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Callable
 from contextlib import suppress
-from typing import ClassVar, Final, Generic, TypeVar
+from typing import ClassVar, Final, Generic, Protocol, TypeVar
 
 from palpate.adapters.hardware.errors import lately, told, translated, translating
 from palpate.adapters.hardware.lateness import Lateness
@@ -15,6 +15,18 @@ from palpate.drivers.errors import DriverError, SilentError
 DriverT = TypeVar("DriverT", bound=PolledSensor)
 _LINE_NS: Final = 20_000_000
 """What line and system may add to the sensor's own period before a reading counts as missing."""
+
+
+class PollingTable(Protocol):
+    """The part of a table ``[force_sensor]`` that each polled sensor has."""
+
+    @property
+    def max_age_ms(self) -> float:
+        """Age above which a sample is marked as stale."""
+
+    @property
+    def start_timeout_s(self) -> float:
+        """Longest wait for the first reading."""
 
 
 class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
@@ -30,12 +42,11 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
     REMEDY: ClassVar[str] = "look at it"
     """What to do where it is there and delivers nothing."""
 
-    def __init__(
-        self, name: str, clock: Clock, *, max_age_ns: int, start_timeout_s: float, max_late_ns: int = 0
-    ) -> None:
+    def __init__(self, name: str, clock: Clock, table: PollingTable, max_late_ms: float = 0.0) -> None:
         super().__init__(name)
-        self._lateness = Lateness(max_late_ns)
-        self._clock, self._max_age_ns, self._start_timeout_s = clock, max_age_ns, start_timeout_s
+        self._lateness = Lateness(round(max_late_ms * 1e6))
+        self._clock, self._max_age_ns = clock, round(table.max_age_ms * 1e6)
+        self._start_timeout_s = table.start_timeout_s
         self._close_wire: Callable[[], None] | None = None
         self.device: DriverT | None = None
         self._polled_ns = 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, ClassVar, Final
 
 from typing_extensions import override
@@ -113,11 +114,9 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
 
     REMEDY = "see that the controller is switched on, and that no firewall stands before port 30004"
 
-    def __init__(
-        self, link: Callable[[], UrLink], clock: Clock, *, rate_Hz: float, max_age_ns: int, start_timeout_s: float
-    ) -> None:
-        super().__init__(_TOOL, clock, max_age_ns=max_age_ns, start_timeout_s=start_timeout_s)
-        self._link, self._rate_Hz = link, rate_Hz
+    def __init__(self, link: Callable[[], UrLink], clock: Clock, table: UrToolTable) -> None:
+        super().__init__(_TOOL, clock, table)
+        self._link, self._rate_Hz = link, table.rate_Hz
         self._way: UrLink | None = None
 
     @property
@@ -151,7 +150,5 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
 def make_ur_tool_force(settings: DeviceSettings, context: RigContext) -> UrToolForceSensor:
     """The tool force of an e-Series arm."""
     table = overlay(UrToolTable(), settings)
-    return UrToolForceSensor(
-        lambda: UrLink(table.host, table.rate_Hz, _OPEN_S, context.hurry), context.clock,
-        rate_Hz=table.rate_Hz, max_age_ns=round(table.max_age_ms * 1e6), start_timeout_s=table.start_timeout_s,
-    )  # fmt: skip
+    link = partial(UrLink, table.host, table.rate_Hz, _OPEN_S, context.hurry)
+    return UrToolForceSensor(link, context.clock, table)

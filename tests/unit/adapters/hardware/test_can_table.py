@@ -8,7 +8,7 @@ from can.interfaces.virtual import VirtualBus
 
 from palpate.adapters.config import overlay
 from palpate.adapters.hardware.cia402 import Cia402Table
-from palpate.adapters.hardware.jr3 import Jr3CanTable, open_can_wire
+from palpate.adapters.hardware.jr3 import Jr3CanTable, open_jr3_bus
 from palpate.core.errors import ConfigurationError
 from palpate.drivers.can.link import CanFrame, CanLink, open_bus
 from palpate.drivers.errors import SilentError, WiringError
@@ -23,7 +23,7 @@ def test_the_table_can_goes_to_python_can_as_it_is(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(can, "Bus", opened)
     own = {"interface": "kvaser", "channel": 0, "single_handle": True, "nested": {"a": [1]}}
-    open_can_wire(overlay(Jr3CanTable(), {"can": own})).close()
+    open_jr3_bus(overlay(Jr3CanTable(), {"can": own})).shutdown()
     assert given == [{"bitrate": 1_000_000, **own}]
     table = overlay(Cia402Table(), {"channel": "can1", "can": {"bitrate": 500_000}})
     assert table.bus == {"interface": "socketcan", "channel": "can1", "bitrate": 500_000}
