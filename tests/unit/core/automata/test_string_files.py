@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 
 from palpate.core.automata.string_files import read_strings, strings_of, text_of, write_strings
 from palpate.core.automata.strings import Strings
-from palpate.core.errors import ConfigurationError, OutputError
+from palpate.core.errors import ConfigurationError
 
 
 def test_letters_together() -> None:
@@ -83,7 +83,7 @@ def test_files(tmp_path) -> None:
     path.write_bytes(b"AB\n\xff")
     with pytest.raises(ConfigurationError, match="a text file in UTF-8; its byte 3 is not"):
         read_strings(path)
-    with pytest.raises(OutputError):
+    with pytest.raises(FileNotFoundError):
         write_strings(strings, tmp_path / "no" / "place")
 
 
