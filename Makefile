@@ -58,7 +58,7 @@ types: setup
 # What waits for real time runs by itself afterwards: beside busy workers its devices would come late.
 # Bytecode is kept, also where the environment says not to: each process that a test starts would compile all anew.
 test: export PYTHONDONTWRITEBYTECODE :=
-# Three workers share two processors, for some tests sleep; their libraries' own threads would only wait for each other.
+# One worker per processor; threads of their libraries would only wait for each other.
 test: export OMP_NUM_THREADS := 1
 # Types are checked beside the tests: neither keeps two processors busy all the time.
 test: style
@@ -66,7 +66,7 @@ test: style
 	$(BIN)/pytest -n 2 --dist loadgroup tests/wall_clock
 
 suite: setup
-	$(BIN)/pytest -n 3 --dist loadgroup --ignore tests/wall_clock --ignore tests/documents
+	$(BIN)/pytest -n 2 --dist loadgroup --ignore tests/wall_clock --ignore tests/documents
 
 # Under a minute; its builder is an extra of its own, which neither training nor tests need.
 docs-setup: setup
