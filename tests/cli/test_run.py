@@ -78,6 +78,17 @@ def test_one_policy_object_serves_all_trials_of_one_process(
     assert f"trial {BLOCK + 2}" in actions
 
 
+def test_logs_of_several_processes_are_in_the_folder_of_their_run(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("first", "second"):
+        Path(name).mkdir()
+        monkeypatch.chdir(name)
+        palpate.succeed("run", *QUICK, "--policy", "torque", "--trials", BLOCK + 1, "--jobs", 2, "--out", "run")
+        assert len(list(Path("run/logs").glob("*.mcap"))) == BLOCK + 1
+        monkeypatch.chdir("..")
+
+
 def test_a_trip_in_a_process_of_its_own_ends_the_run_in_one_line(palpate: CommandLine) -> None:
     done = palpate(
         "run", "--policy", "torque", "--supervision.max-force-N", 6, "--trials", 9, "--jobs", 2, "--out", "out"

@@ -216,7 +216,9 @@ def run_in_processes(
     Raises:
         PalpateError: A trial failed, in the words of its own error.
     """
-    blocks = ((name, config, folder.path, first, min(BLOCK, trials - first)) for first in range(0, trials, BLOCK))
+    # Workers that are there already keep the working folder in which they were begun.
+    path = folder.path.absolute()
+    blocks = ((name, config, path, first, min(BLOCK, trials - first)) for first in range(0, trials, BLOCK))
     for done, troubles, problem in in_processes(_run_block, blocks, jobs):
         for scored in done:
             folder.append_trial(scored, FIRST_EVALUATION_TRIAL)

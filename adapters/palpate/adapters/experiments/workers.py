@@ -4,6 +4,7 @@ import os
 import signal
 import threading
 import time
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
@@ -21,7 +22,14 @@ def in_processes(function: Callable[..., T], calls: Iterable[tuple[Any, ...]], j
     parallel = Parallel(n_jobs=jobs, return_as="generator", initializer=begin_worker, initargs=(os.getpid(),))
     with interrupts_wait():
         given = parallel(delayed(function)(*arguments) for arguments in calls)
-    yield from given
+    try:
+        for result in given:  # noqa: UP028  (with "yield from" it would be closed before warnings are ignored)
+            yield result
+    finally:
+        with warnings.catch_warnings():
+            # joblib warns of the calls that it cancels when it is closed early.
+            warnings.simplefilter("ignore", UserWarning)
+            given.close()
 
 
 def begin_worker(parent: int) -> None:
