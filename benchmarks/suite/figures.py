@@ -100,6 +100,12 @@ def machine() -> dict[str, str]:
     }
 
 
+def _as_text(facts: dict[str, str]) -> str:
+    """The machine in one line; versions with their names."""
+    plain = ("processor", "memory", "system")
+    return ", ".join(value if name in plain else f"{name} {value}" for name, value in facts.items())
+
+
 def as_dict(form: Form, facts: dict[str, str], load: float, groups: list[Group]) -> dict[str, Any]:
     """Plain JSON values, ratios included."""
     described = [
@@ -111,7 +117,7 @@ def as_dict(form: Form, facts: dict[str, str], load: float, groups: list[Group])
 def table(form: Form, facts: dict[str, str], load: float, groups: list[Group]) -> str:
     """All figures, in columns."""
     busy = " (busy: times are too long, and ratios less sure)" if load > _BUSY else ""
-    parts = [f"{form.name} form; {', '.join(facts.values())}; load at the beginning {load:.1f}{busy}\n"]
+    parts = [f"{form.name} form; {_as_text(facts)}; load at the beginning {load:.1f}{busy}\n"]
     for group in groups:
         parts.append(f"\n{group.title}  ({group.seconds:.0f} s)\n")
         if group.missing:
