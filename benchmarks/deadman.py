@@ -151,7 +151,7 @@ class Loop:
         return said
 
     def forget(self) -> None:
-        """What it said of trips for which nobody asked: on a busy machine they come."""
+        """Its messages about unrequested trips, which occur on a busy machine."""
         while not self.lines.empty():
             if not self.lines.get():
                 raise SystemExit("the loop has ended")

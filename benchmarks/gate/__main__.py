@@ -84,7 +84,7 @@ def judge(
 
 
 def in_parts(jobs: int, ones: Sequence[Candidate], *arguments: Any) -> None:
-    """Judge in so many forks of this process."""
+    """Judge in several forks of this process."""
     children = []
     for first in range(jobs):
         child = os.fork()

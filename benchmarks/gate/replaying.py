@@ -165,7 +165,7 @@ def _traced(checkout: Path, logs: Sequence[Path]) -> dict[str, dict[int, list[st
 
 @contextmanager
 def loaded_as(path: str, text: str) -> Iterator[None]:
-    """What is imported from now on of palpate is loaded anew, this file with another text."""
+    """Reload palpate on its next import, with another text of this file."""
     for name in [name for name in sys.modules if name.partition(".")[0] == "palpate"]:
         del sys.modules[name]
     get_data, path_stats = SourceFileLoader.get_data, SourceFileLoader.path_stats
@@ -186,7 +186,7 @@ def loaded_as(path: str, text: str) -> Iterator[None]:
 
 
 def swapped(path: str, name: str, source: str) -> bool:
-    """Give a function of the file the code that it has in another text of the file; nothing is imported anew.
+    """Give a function of the file the code that it has in another text of the file; nothing is imported again.
 
     Returns:
         Whether it has other code now; not so where the texts differ in what is run at the import, such as a default.

@@ -13,6 +13,7 @@ from .plugins import folder_kept as folder_kept
 from .plugins import from_here as from_here
 from .plugins import imported as imported
 from .real_time import RealTimeConfig as RealTimeConfig
+from .rig import RIG_FORMAT as RIG_FORMAT
 from .rig import DeviceEntry as DeviceEntry
 from .rig import RigFile as RigFile
 from .rig import SensorFactsTable as SensorFactsTable

@@ -64,7 +64,7 @@ class OperatorTable(Settings):
 
 
 _SHORTEST_MS: Final = 20.0
-_FORMAT: Final = 1
+RIG_FORMAT: Final = 1
 """Format of rig files; the key ``format`` may name it."""
 
 
@@ -130,8 +130,8 @@ class RigFile(Settings):
             ConfigurationError: It is missing, no TOML, or does not say what a rig is.
         """
         table = read_toml(path, "rig")
-        if (found := table.pop("format", _FORMAT)) != _FORMAT:
-            raise ConfigurationError("format", found, f"{_FORMAT}, which this palpate reads, in {path}")
+        if (found := table.pop("format", RIG_FORMAT)) != RIG_FORMAT:
+            raise ConfigurationError("format", found, f"{RIG_FORMAT}, which this palpate reads, in {path}")
         unknown = sorted(set(table) - {"rig", "arm", "force_sensor", "operator", "watchdog", "calibration"})
         if unknown:
             accepted = f"the tables rig, arm, force_sensor, operator, watchdog and calibration in {path}"

@@ -9,7 +9,7 @@ from typing import Any, Final, Protocol, Self
 
 import numpy as np
 
-from palpate.adapters.config import EmulationConfig, RunConfig, literal
+from palpate.adapters.config import RIG_FORMAT, EmulationConfig, RunConfig, literal
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
@@ -132,7 +132,7 @@ class EmulatedCell:
     def rig_toml(self) -> str:
         """The rig file for these devices; known once they are served."""
         name = f"emulated {self.emulation.arm} and {self.emulation.force}"
-        lines = [f'[rig]\nname = "{name}"\nemulated = true\n']
+        lines = [f'format = {RIG_FORMAT}\n\n[rig]\nname = "{name}"\nemulated = true\n']
         for table, entries in self._entries.items():
             lines.append(f"\n[{table}]\n")
             lines += [

@@ -28,7 +28,7 @@ _NAME: Final = "JR3"
 _LEAVE_S: Final = 5.0
 """Longest wait for a board to take the end of its stream."""
 _DEAD_S: Final = 0.2
-"""The same for a board that has failed: it is told, and may have no way to answer."""
+"""The same for a board that has failed: the request is sent, and an answer may not come."""
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ def test_emulated_drives_are_waited_for_longer_than_real_ones() -> None:
     config = RunConfig()
     with EmulatedCell(config, find_ready_pose(config.arm, config.task), EmulationConfig(arm="cia402")) as cell:
         written = cell.rig_toml()
+        assert written.startswith("format = 1\n")
     table = tomllib.loads(written)["arm"]
     assert table.pop("adapter") == "cia402"
     # With 3 missed SYNCs, as of real drives, a calibration on a busy computer ended again and again.

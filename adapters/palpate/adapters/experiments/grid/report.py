@@ -1,4 +1,4 @@
-"""What learning runs came to: a table for people, figures for programs, a line for every trial.
+"""Outcomes of learning runs: a table for people, figures for programs, a line for every trial.
 
 The mean over the last trials never stands alone: beside it stand what full information and the best policy without it
 would need, because "better than before" means little where it is not known what is possible.
@@ -25,7 +25,7 @@ _COLUMNS: Final = ("seed", "trial", "steps", "reached", "start_column", "start_r
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """What one run came to."""
+    """Outcome of one run."""
 
     seed: int
     first: float

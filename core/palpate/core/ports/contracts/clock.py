@@ -84,5 +84,5 @@ class FakeClock(Clock):
         self._now_ns = max(self._now_ns, deadline_ns)
 
     def advance(self, ticks: int = 1) -> None:
-        """Let so many control ticks go by."""
+        """Let ``ticks`` control ticks pass."""
         self._now_ns += ticks * TICK_NS
