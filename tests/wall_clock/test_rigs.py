@@ -36,9 +36,9 @@ def relax(rig: Path) -> None:
     arm, sensor = text.split("[force_sensor]\n")
     patience = "" if "patience" in arm else "patience = 8.0\n"
     arm = arm.replace("[arm]\n", f"[arm]\nmax_age_ms = 1000.0\n{patience}")
-    arm = arm.replace("[rig]\n", "[rig]\napproach_rad_s = 0.8\n")
     watchdog = "[watchdog]\ncommand_ms = 2000.0\nsensor_ms = 2000.0\n"
-    rig.write_text(f"{watchdog}{arm}[force_sensor]\nmax_age_ms = 1000.0\n{sensor}")
+    arm = arm.replace("[rig]\n", f"{watchdog}[rig]\napproach_rad_s = 0.8\n")
+    rig.write_text(f"{arm}[force_sensor]\nmax_age_ms = 1000.0\n{sensor}")
 
 
 @contextmanager
