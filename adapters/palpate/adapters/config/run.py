@@ -126,8 +126,8 @@ class RunConfig(Settings):
     learner: Annotated[str, OneOf(*LEARNERS)] = "q-learning"
     """What learns: q-learning, sarsa, belief, hmm or skills; a preset, as the scenario is."""
     arm: str | ArmDescription = "zebra-zero"
-    """Arm: zebra-zero, ur3, ur5, ur10, panda, z1, xarm7, or one that another package brings; in TOML a table [arm] as
-    well, with urdf, flange and posture_rad of an arm of your own."""
+    """Arm: zebra-zero, ur3, ur5, ur10, ur3e, ur5e, ur10e, ur16e, ur20, panda, z1, xarm7, or one that another package
+    brings; in TOML a table [arm] as well, with urdf, flange and posture_rad of an arm of your own."""
     seed: Annotated[int, Range(0, 2**63 - 1)] = 0
     """Every random stream of every trial follows from it."""
     task: TaskConfig = field(default_factory=TaskConfig)

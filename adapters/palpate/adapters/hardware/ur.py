@@ -88,7 +88,7 @@ def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> A
     if len(context.lower_rad) != _JOINTS:
         raise ConfigurationError("arm", context.arm.name, f"an arm of {_JOINTS} joints; {_NAME} has no other")
     if context.arm.name in _OTHERS:
-        accepted = "the kinematics of this arm: --arm ur3, ur5 or ur10, or its own urdf"
+        accepted = "the kinematics of this arm: --arm ur5e, ur10e or another of its maker's, or its own urdf"
         raise ConfigurationError("arm", context.arm.name, accepted)
     with translating("arm"):
         arm_settings = UrSettings(

@@ -114,6 +114,19 @@ def _of_robot_data(name: str, urdf: str, flange: str, *posture_rad: float, tool_
 
 
 _UR: Final = "ur_description/urdf"
+_UR_POSTURE: Final = (0.0, -1.6, 2.0, -1.97, -1.57, 0.0)
+
+
+def _of_ur(name: str) -> ArmDescription:
+    return ArmDescription(
+        urdf=str(Path(__file__).with_name("ur") / f"{name}.urdf"),
+        flange="tool0",
+        posture_rad=_UR_POSTURE,
+        name=name,
+        evidence="nominal kinematics, limits, masses: Universal_Robots_ROS2_Description of Universal Robots, commit"
+        " 2221ec0f, BSD-3-Clause; encoder step and servos: assumed",
+    )
+
 
 ZEBRA_ZERO: Final = ArmDescription(
     name="zebra-zero",
@@ -129,9 +142,10 @@ ARMS: Final[dict[str, ArmDescription]] = {
     arm.name: arm
     for arm in (
         ZEBRA_ZERO,
-        _of_robot_data("ur3", f"{_UR}/ur3_robot.urdf", "tool0", 0.0, -1.6, 2.0, -1.97, -1.57, 0.0),
-        _of_robot_data("ur5", f"{_UR}/ur5_robot.urdf", "tool0", 0.0, -1.6, 2.0, -1.97, -1.57, 0.0),
-        _of_robot_data("ur10", f"{_UR}/ur10_robot.urdf", "tool0", 0.0, -1.6, 2.0, -1.97, -1.57, 0.0),
+        _of_robot_data("ur3", f"{_UR}/ur3_robot.urdf", "tool0", *_UR_POSTURE),
+        _of_robot_data("ur5", f"{_UR}/ur5_robot.urdf", "tool0", *_UR_POSTURE),
+        _of_robot_data("ur10", f"{_UR}/ur10_robot.urdf", "tool0", *_UR_POSTURE),
+        *map(_of_ur, ("ur3e", "ur5e", "ur10e", "ur16e", "ur20")),
         _of_robot_data("panda", "panda_description/urdf/panda.urdf", "panda_link8", 0.0, 0.1, 0.0, -2.7, 0.0, 2.8, 0.0),
         _of_robot_data("z1", "z1_description/urdf/z1.urdf", "link06", 0.0, 2.1, -1.5, 0.97, 0.0, 0.0, tool_axis="x"),
         _of_robot_data("xarm7", "xarm_description/urdf/xarm7.urdf", "link_eef", 0.0, 0.1, 0.0, 0.65, 0.0, 0.55, 0.0),

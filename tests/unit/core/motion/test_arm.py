@@ -18,7 +18,8 @@ arms = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
 
 
 def test_arms_are_found_by_name() -> None:
-    assert set(ARMS) == {"zebra-zero", "ur3", "ur5", "ur10", "panda", "z1", "xarm7"}
+    own = {"ur3e", "ur5e", "ur10e", "ur16e", "ur20"}
+    assert set(ARMS) == {"zebra-zero", "ur3", "ur5", "ur10", "panda", "z1", "xarm7", *own}
     for name, arm in ARMS.items():
         assert arm_named(name) is arm
         assert arm.name == name

@@ -1,5 +1,6 @@
 """Kinematics against the table of the arm, an oracle of its own, finite differences and spatial algebra."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import cos, pi, sin
 from pathlib import Path
@@ -32,10 +33,20 @@ ZEBRA_DH = (
 )
 
 
-def flange_by_table(q: Array) -> Array:
-    """Homogeneous transform of the flange, (4, 4), from the DH table alone."""
+# a2, a3, d1, d4, d5, d6 in m, as Universal Robots publishes them on its page of DH parameters.
+UR_LENGTHS = {
+    "ur3e": (-0.24355, -0.2132, 0.15185, 0.13105, 0.08535, 0.0921),
+    "ur5e": (-0.425, -0.3922, 0.1625, 0.1333, 0.0997, 0.0996),
+    "ur10e": (-0.6127, -0.57155, 0.1807, 0.17415, 0.11985, 0.11655),
+    "ur16e": (-0.4784, -0.36, 0.1807, 0.17415, 0.11985, 0.11655),
+    "ur20": (-0.8620, -0.7287, 0.2363, 0.2010, 0.1593, 0.1543),
+}
+
+
+def flange_by_table(q: Array, table: Sequence[tuple[float, float, float, float]] = ZEBRA_DH) -> Array:
+    """Homogeneous transform of the flange, (4, 4), from a DH table alone."""
     placement = np.eye(4)
-    for angle, (offset, d, a, alpha) in zip(q, ZEBRA_DH, strict=True):
+    for angle, (offset, d, a, alpha) in zip(q, table, strict=True):
         c, s, ca, sa = cos(angle + offset), sin(angle + offset), cos(alpha), sin(alpha)
         placement = placement @ np.array(
             [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
@@ -62,6 +73,29 @@ def test_the_zebra_zero_follows_its_table_everywhere() -> None:
         expected = flange_by_table(q)
         np.testing.assert_allclose(kinematics.tip_position_m, expected[:3, 3], atol=1e-12)
         np.testing.assert_allclose(kinematics.tip_rotation, expected[:3, :3], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", UR_LENGTHS)
+def test_arms_of_universal_robots_follow_their_published_table_everywhere(name: str) -> None:
+    a2, a3, d1, d4, d5, d6 = UR_LENGTHS[name]
+    table = (
+        (0.0, d1, 0.0, pi / 2), (0.0, 0.0, a2, 0.0), (0.0, 0.0, a3, 0.0),
+        (0.0, d4, 0.0, pi / 2), (0.0, d5, 0.0, -pi / 2), (0.0, d6, 0.0, 0.0),
+    )  # fmt: skip
+    kinematics = Kinematics(arm_named(name), NO_TOOL)
+    turned = np.diag([-1.0, -1.0, 1.0, 1.0])  # from the controller's Base to ROS's base_link
+    for q in random_angles(kinematics, 100):
+        kinematics.update(q)
+        expected = turned @ flange_by_table(q, table)
+        np.testing.assert_allclose(kinematics.tip_position_m, expected[:3, 3], atol=1e-9)
+        np.testing.assert_allclose(kinematics.tip_rotation, expected[:3, :3], atol=1e-9)
+
+
+def test_at_zero_a_ur10e_points_forward() -> None:
+    kinematics = Kinematics(arm_named("ur10e"), NO_TOOL)
+    kinematics.update((0.0,) * 6)
+    # By hand: x = 612.7 + 571.55, y = 174.15 + 116.55, z = 180.7 - 119.85 mm.
+    assert kinematics.tip_position_m == pytest.approx([1.18425, 0.2907, 0.06085], abs=1e-9)
 
 
 def test_the_joint_limits_are_those_of_the_table() -> None:
