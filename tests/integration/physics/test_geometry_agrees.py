@@ -45,6 +45,6 @@ def test_every_joint_is_limited_as_the_urdf_says(arm: str) -> None:
     assert len(ranges) == kinematics.joints
     with SimulatedRig(RunConfig(arm=arm), ready_pose(arm)) as rig:
         for name, limits in ranges.items():
-            joint = rig.cell.model.joint(name)
+            joint = rig.cell.model.joint(f"joint_{kinematics.model.getJointId(name)}")
             assert joint.limited[0]
             assert tuple(joint.range) == limits

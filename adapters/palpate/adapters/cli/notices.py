@@ -52,7 +52,12 @@ def print_grants(session: RealTimeSession | None, config: RunConfig) -> None:
 
 def print_weakened(config: RunConfig) -> None:
     """Print what is set weaker than it comes, the supervisor's limits or the cell; that shall not be overlooked."""
-    for line in (*weakened_lines(config.supervision), *accuracy_lines(config.cell)):
+    print_lines((*weakened_lines(config.supervision), *accuracy_lines(config.cell)))
+
+
+def print_lines(lines: Sequence[str]) -> None:
+    """Print what a person should know before a run."""
+    for line in lines:
         sys.stderr.write(f"palpate: {line}\n")
 
 

@@ -14,8 +14,8 @@ from palpate.core.ports import Settings, fitted, kinds_of, table_beside, whole_t
 T = TypeVar("T", bound=Settings)
 
 
-def read_toml(path: str | Path, named: str = "config") -> dict[str, Any]:
-    """The table in a TOML file. The URDF of its arm is looked for from the file's folder.
+def read_toml(path: str | Path, field: str = "config") -> dict[str, Any]:
+    """The table in a TOML file. URDF and calibration of its arm are looked for from the file's folder.
 
     Raises:
         ConfigurationError: No such file, or it is not TOML.
@@ -23,12 +23,13 @@ def read_toml(path: str | Path, named: str = "config") -> dict[str, Any]:
     try:
         table = tomllib.loads(whole_text(path).read())
     except OSError as error:
-        raise ConfigurationError(named, str(path), f"a readable file ({error.strerror})") from error
+        raise ConfigurationError(field, str(path), f"a readable file ({error.strerror})") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise ConfigurationError(named, str(path), f"a TOML file ({error})") from error
-    arm = table.get("arm")
-    if isinstance(arm, dict) and isinstance(urdf := arm.get("urdf"), str) and urdf and "://" not in urdf:
-        arm["urdf"] = str(Path(path).resolve().parent / urdf)
+        raise ConfigurationError(field, str(path), f"a TOML file ({error})") from error
+    if isinstance(arm := table.get("arm"), dict):
+        for key in ("urdf", "calibration"):
+            if isinstance(named := arm.get(key), str) and named and "://" not in named:
+                arm[key] = str(Path(path).resolve().parent / named)
     return table
 
 

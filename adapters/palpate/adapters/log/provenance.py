@@ -39,11 +39,12 @@ def core_sha256() -> str:
 
 @cache
 def arm_sha256(named: str | ArmDescription) -> str:
-    """Digest of what the kinematics are made of: the arm's URDF, where the tool is on it, and its encoders."""
+    """Digest of what the kinematics are made of: URDF and calibration of the arm, its tool, and its encoders."""
     arm = arm_named(named)
     own = (arm.tool_axis, arm.lower_rad, arm.upper_rad, arm.velocity_limit_rad_s)
     facts = (arm.flange, arm.encoder_step_rad, ToolGeometry(), own)
-    return hashlib.sha256(arm.find_urdf().read_bytes() + b"\0" + repr(facts).encode()).hexdigest()
+    calibration = Path(arm.calibration).read_bytes() if arm.calibration else b""
+    return hashlib.sha256(arm.find_urdf().read_bytes() + calibration + b"\0" + repr(facts).encode()).hexdigest()
 
 
 @cache

@@ -44,15 +44,20 @@ class ArmDescription(Settings):
     encoder_step_rad: tuple[_AboveZero, ...] = ()
     """Joint angle per encoder count; 131 072 counts a turn if nothing is given (assumed)."""
     lower_rad: tuple[float, ...] = ()
-    """Lower joint limits, instead of the URDF's."""
+    """Lower joint limits, instead of the URDF's; needed where it has none, as for a continuous joint."""
     upper_rad: tuple[float, ...] = ()
-    """Upper joint limits, instead of the URDF's."""
+    """Upper joint limits, likewise."""
     velocity_limit_rad_s: tuple[_AboveZero, ...] = ()
-    """Joint velocity limits, instead of the URDF's."""
+    """Joint velocity limits, likewise."""
+    calibration: str = ""
+    """Path of the controller's own kinematics as Universal Robots' ROS 2 driver saves them, from the folder of the file
+    that names it; empty for the nominal ones of the URDF."""
     servo_stiffness_Nm_per_rad: tuple[_AboveZero, ...] = ()
-    """Simulated joint servo stiffness; 4e3 for the last three joints and 2e4 for the others (assumed)."""
+    """Simulated joint servo stiffness; if not given, 4e3 for the last three joints and 2e4 for the others, more for
+    an arm of more than 30 kg (assumed)."""
     servo_armature_kg_m2: tuple[_AboveZero, ...] = ()
-    """Simulated motor inertia seen at the joint; 0.4 for the last three joints and 2 for the others (assumed)."""
+    """Simulated motor inertia seen at the joint; if not given, 0.4 for the last three joints and 2 for the others, more
+    for an arm of more than 30 kg (assumed)."""
     evidence: str = ""
     """Where the figures come from, and which of them are assumed."""
 
@@ -61,17 +66,11 @@ class ArmDescription(Settings):
         joints = len(self.posture_rad)
         if joints not in (6, 7):
             raise ConfigurationError("arm.posture_rad", self.posture_rad, "6 or 7 numbers, one a joint")
-        proximal = joints - 3
-        assumed = {
-            "name": Path(self.urdf).stem,
-            "encoder_step_rad": (2 * pi / _COUNTS,) * joints,
-            "servo_stiffness_Nm_per_rad": (2e4,) * proximal + (4e3,) * 3,
-            "servo_armature_kg_m2": (2.0,) * proximal + (0.4,) * 3,
-        }
-        for field, value in assumed.items():
+        for field, value in (("name", Path(self.urdf).stem), ("encoder_step_rad", (2 * pi / _COUNTS,) * joints)):
             if not getattr(self, field):
                 object.__setattr__(self, field, value)
-        for field in (*list(assumed)[1:], "lower_rad", "upper_rad", "velocity_limit_rad_s"):
+        servos = ("servo_stiffness_Nm_per_rad", "servo_armature_kg_m2")
+        for field in ("encoder_step_rad", *servos, "lower_rad", "upper_rad", "velocity_limit_rad_s"):
             if len(vector := getattr(self, field)) not in (0, joints):
                 raise ConfigurationError(f"arm.{field}", vector, f"{joints} numbers, one a joint as in posture_rad")
 

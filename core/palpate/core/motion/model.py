@@ -13,13 +13,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from math import hypot, inf, isfinite, sqrt
+from math import hypot, inf, sqrt
 from operator import mul
 from pathlib import Path
 from struct import Struct
 from tempfile import TemporaryFile
 from typing import Final, TypeAlias
-from xml.etree import ElementTree
 
 import numpy as np
 import numpy.typing as npt
@@ -27,12 +26,23 @@ import pinocchio as pin
 
 from palpate.core.errors import AssetError, ConfigurationError
 from palpate.core.motion.arm import ArmDescription
+from palpate.core.motion.urdf import prepared_urdf
 from palpate.core.ports import JointVector, Vector3, whole_file
 
 
 def filler(array: npt.NDArray[np.float64]) -> Callable[..., None]:
     """What sets a whole array, (n,), contiguous in memory, from n floats; others than n it refuses."""
     return partial(Struct(f"{array.size}d").pack_into, array.data, 0)
+
+
+@dataclass(frozen=True)
+class _Loaded:
+    """Pinocchio's model of the joints that lead to the flange, and frames of the URDF."""
+
+    model: pin.Model
+    flange: pin.Frame
+    controller_base: pin.SE3
+    controller_flange: pin.Frame
 
 
 def load_model(arm: ArmDescription) -> tuple[pin.Model, pin.Frame]:
@@ -43,31 +53,53 @@ def load_model(arm: ArmDescription) -> tuple[pin.Model, pin.Frame]:
     Raises:
         AssetError: The file is missing or no URDF, or what leads to its flange are not six or seven revolute joints.
     """
+    loaded = _loaded(arm)
+    return loaded.model.copy(), loaded.flange
+
+
+def controller_flange(arm: ArmDescription, q_rad: Sequence[float]) -> pin.SE3:
+    """Placement of the controller's flange in the controller's base at joint angles (n,).
+
+    These are the links ``tool0`` and ``base``, as ROS descriptions of industrial arms have them; where there are none,
+    the flange and the root.
+    """
+    loaded = _loaded(arm)
+    data = loaded.model.createData()
+    pin.forwardKinematics(loaded.model, data, np.array(q_rad))
+    frame = loaded.controller_flange
+    return loaded.controller_base.actInv(data.oMi[frame.parentJoint] * frame.placement)
+
+
+def _loaded(arm: ArmDescription) -> _Loaded:
     path = arm.find_urdf()
     try:
-        model, flange = _parsed(arm, path, whole_file(path))
+        return _parsed(arm, path, whole_file(path), whole_file(arm.calibration) if arm.calibration else b"")
     except OSError as error:
-        raise AssetError("arm", str(path), f"a readable URDF ({error.strerror})") from error
-    return model.copy(), flange
+        what = "calibration" if error.filename == arm.calibration else "URDF"
+        raise AssetError("arm", str(error.filename or path), f"a readable {what} ({error.strerror})") from error
 
 
-# Kept by what is in the file: one that was written anew is read anew.
+# Kept by what is in the files: one that was written again is read again.
 @lru_cache(maxsize=8)
-def _parsed(arm: ArmDescription, path: Path, content: bytes) -> tuple[pin.Model, pin.Frame]:
+def _parsed(arm: ArmDescription, path: Path, content: bytes, calibration: bytes) -> _Loaded:
+    text, moving = prepared_urdf(arm, path, content, calibration)
     said = list[str]()
     try:
-        chain = _chain(arm, path, ElementTree.fromstring(content))
         with _heard(said):
-            model = pin.buildModelFromUrdf(str(path))
-    except (ElementTree.ParseError, ValueError, RuntimeError) as error:
-        if isinstance(error, AssetError):
-            raise
+            model = pin.buildModelFromXML(text)
+    except (ValueError, RuntimeError) as error:
         cause = said[0] if said else " ".join(str(error).split())
         raise AssetError("arm", str(path), f"a readable URDF ({cause})") from error
-    others = [index for index in range(1, model.njoints) if model.names[index] not in chain]
+    others = [index for index in range(1, model.njoints) if model.names[index] not in moving]
     if others:
         model = pin.buildReducedModel(model, others, pin.neutral(model))
-    return _without_frames(model), model.frames[model.getFrameId(arm.flange)]
+
+    # A joint may have the name of a link.
+    links = {frame.name: frame for frame in model.frames if frame.type == pin.FrameType.BODY}
+    flange = links[arm.flange]
+    base, tool = links.get("base"), links.get("tool0", flange)
+    in_base = base.placement if base is not None and base.parentJoint == 0 else pin.SE3.Identity()
+    return _Loaded(_without_frames(model), flange, in_base, tool if tool.parentJoint == flange.parentJoint else flange)
 
 
 @contextmanager
@@ -101,44 +133,12 @@ def _without_frames(model: pin.Model) -> pin.Model:
     return bare
 
 
-def _chain(arm: ArmDescription, path: Path, root: ElementTree.Element) -> list[str]:
-    """Names of the joints that move the flange."""
-    if root.tag != "robot":
-        raise AssetError("arm", str(path), f"a readable URDF (its outermost element is {root.tag!r}, not 'robot')")
-    if not any(link.get("name") == arm.flange for link in root.findall("link")):
-        raise AssetError("arm", str(path), f"a URDF with a frame {arm.flange!r} for the flange")
-    above = {child.get("link"): joint for joint in root.findall("joint") if (child := joint.find("child")) is not None}
-    moving: list[str] = []
-    link: str | None = arm.flange
-    while (joint := above.pop(link, None)) is not None:
-        name, kind, parent = joint.get("name", ""), joint.get("type"), joint.find("parent")
-        if kind not in ("fixed", "revolute") or joint.find("mimic") is not None:
-            what = "mimic" if kind == "revolute" else kind
-            accepted = f"a URDF with revolute joints only up to {arm.flange!r}; {name!r} is {what}"
-            if kind == "continuous":
-                accepted += ": write revolute, with the limits of its cable"
-            raise AssetError("arm", str(path), accepted)
-        if kind == "revolute":
-            _require_limit(path, name, joint.find("limit"))
-            moving.append(name)
-        link = None if parent is None else parent.get("link")
-    if len(moving) not in (6, 7) or len(moving) != len(arm.posture_rad):
-        wanted = "6 or 7 joints" if len(moving) not in (6, 7) else f"{len(arm.posture_rad)} joints, as in posture_rad,"
-        raise AssetError("arm", str(path), f"a URDF in which {wanted} lead to {arm.flange!r}, not {len(moving)}")
-    return moving
-
-
-def _require_limit(path: Path, name: str, limit: ElementTree.Element | None) -> None:
-    """The library would tell of one that is missing in several lines of its own, without the remedy."""
-    told = {} if limit is None else {"lower": "0", "upper": "0", **limit.attrib}
-    if not all(isfinite(float(told.get(key, "nan"))) for key in ("lower", "upper", "effort", "velocity")):
-        accepted = f"a URDF with limits of {name!r}: <limit lower= upper= effort= velocity= />, all of them numbers"
-        raise AssetError("arm", str(path), accepted)
-
-
 Array: TypeAlias = npt.NDArray[np.float64]
 
 _LOCAL: Final = pin.ReferenceFrame.LOCAL
+FASTEST_RAD_S: Final = 6.9
+"""Joints that may turn faster are led no faster: a tick's step then stays below the supervisor's widest limit, 50 mrad
+for a command's jump, and no task comes near it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +161,7 @@ class Kinematics:
         model: Pinocchio's model, with the operational frames ``sensor`` and ``tip`` added.
         lower_rad: Lower joint limits, (n,).
         upper_rad: Upper joint limits, (n,).
-        velocity_limit_rad_s: Joint velocity limits, (n,).
+        velocity_limit_rad_s: Joint velocity limits, (n,), at most :data:`FASTEST_RAD_S`.
         tip_position_m: Tip position in the base frame, (3,); a view that the next ``update`` changes.
         tip_rotation: Rotation from tip (or sensor) frame to base frame, (3, 3); a view, too.
 
@@ -184,9 +184,9 @@ class Kinematics:
         self.joints = int(self.model.nq)
         self._q: Array = np.zeros(self.joints)
         self._set_q = filler(self._q)
-        self.lower_rad: Array = np.array(arm.lower_rad or self.model.lowerPositionLimit)
-        self.upper_rad: Array = np.array(arm.upper_rad or self.model.upperPositionLimit)
-        self.velocity_limit_rad_s: Array = np.array(arm.velocity_limit_rad_s or self.model.velocityLimit)
+        self.lower_rad: Array = np.array(self.model.lowerPositionLimit)
+        self.upper_rad: Array = np.array(self.model.upperPositionLimit)
+        self.velocity_limit_rad_s: Array = np.minimum(self.model.velocityLimit, FASTEST_RAD_S)
         self._require_limits()
 
     def _require_limits(self) -> None:

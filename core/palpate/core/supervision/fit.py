@@ -47,7 +47,13 @@ def require_fitting(
     _between(config, "max_force_rate_N_s", rate, "what noise alone shows", most)
     _between(config, "max_tracking_error_mrad", 2e3 * max(kinematics.arm.encoder_step_rad), "two encoder steps", inf)
     reach_mrad = float(kinematics.velocity_limit_rad_s.max()) * _PERIOD_S * 1e3
-    _between(config, "max_command_jump_mrad", reach_mrad, "what the joints' velocity limits allow", inf)
+    _between(
+        config,
+        "max_command_jump_mrad",
+        reach_mrad,
+        "what the joints' velocity limits allow ([arm] velocity_limit_rad_s)",
+        inf,
+    )
     if config.on_trip == "retract":
         _require_retraction(config, kinematics, ready_rad)
 

@@ -1,4 +1,5 @@
 from .accuracy import accuracy_lines as accuracy_lines
+from .arm_dynamics import inertia_lines as inertia_lines
 from .cell import WorkCell as WorkCell
 from .conditions import ConditionsConfig as ConditionsConfig
 from .config import CellConfig as CellConfig

@@ -6,7 +6,7 @@ cylinder on a flat plate gives torque directions that are wrong by tens of degre
 sides is one convex body.
 """
 
-from math import cos, hypot, isfinite, sin, sqrt
+from math import cos, hypot, sin, sqrt
 from typing import Any, Final
 
 import mujoco
@@ -14,7 +14,8 @@ import numpy as np
 import pinocchio as pin
 
 from palpate.core.errors import AssetError
-from palpate.core.motion import ArmDescription, Kinematics
+from palpate.core.motion import Kinematics
+from palpate.simulation.work_cell.arm_dynamics import body_inertias, servos
 from palpate.simulation.work_cell.config import PLATE_REACH_M, CellConfig
 from palpate.simulation.work_cell.contact_pairs import Leeway, listed_pairs
 from palpate.simulation.work_cell.contact_shapes import (
@@ -83,10 +84,15 @@ def build_work_cell(
     _add_sensors(spec, config)
     if config.contacts == "listed":
         _tell_place(spec)
+    if listed is not None:
+        _list_pairs(spec, config, boxes, listed)
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        accepted = f"a URDF that MuJoCo can simulate ({' '.join(str(error).split())})"
+        raise AssetError("arm", kinematics.arm.urdf, accepted) from error
     if listed is None:
-        return spec.compile()
-    _list_pairs(spec, config, boxes, listed)
-    model = spec.compile()
+        return model
     # Pairs in the list are tried in any case; bodies without types collide in no other.
     model.body_contype[:] = model.body_conaffinity[:] = 0
     return model
@@ -94,16 +100,13 @@ def build_work_cell(
 
 def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
     """Bodies, joints and servos of the arm; returns the body that carries the flange."""
-    model, arm = kinematics.model, kinematics.arm
+    model, (inertias, _) = kinematics.model, body_inertias(kinematics)
+    stiffness, armature = servos(kinematics, inertias)
     axes = _joint_axes(model)
     bodies = {0: spec.worldbody}
     for index in range(1, model.njoints):
-        parent, placement, inertia = (
-            bodies[model.parents[index]],
-            model.jointPlacements[index],
-            model.inertias[index],
-        )
-        _require_inertia(arm, model.names[index], inertia)
+        j = index - 1
+        parent, placement, inertia = bodies[model.parents[index]], model.jointPlacements[index], inertias[j]
         body = parent.add_body(
             name=f"link_{index}",
             pos=placement.translation,
@@ -114,14 +117,14 @@ def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
             explicitinertial=True,
             gravcomp=1.0,
         )
-        j = index - 1
+        # Never the URDF's names, which may be those of the cell's own joints, or none.
         body.add_joint(
-            name=model.names[index],
+            name=f"joint_{index}",
             type=mujoco.mjtJoint.mjJNT_HINGE,
             axis=axes[j],
             range=(float(kinematics.lower_rad[j]), float(kinematics.upper_rad[j])),
             limited=mujoco.mjtLimited.mjLIMITED_TRUE,
-            armature=arm.servo_armature_kg_m2[j],
+            armature=armature[j],
         )
         start, length = placement.translation, hypot(*placement.translation)
         if length > 0.02:
@@ -132,15 +135,14 @@ def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
                 **_ONLY_SEEN,
                 rgba=(0.75, 0.77, 0.8, 1.0),
             )
-        stiffness = arm.servo_stiffness_Nm_per_rad[j]
-        servo = spec.add_actuator(name=f"servo_{index}", target=model.names[index])
+        servo = spec.add_actuator(name=f"servo_{index}", target=f"joint_{index}")
         servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
         # With integral action, as industrial joint servos have it: without, the arm gives way by some 30 microradian
         # when it presses, and the gripper's springs make of that a torque as large as the one that points at the hole.
         servo.set_to_pid(
-            kp=stiffness,
-            kv=2.0 * sqrt(stiffness * arm.servo_armature_kg_m2[j]),
-            ki=stiffness / _SERVO_INTEGRAL_S,
+            kp=stiffness[j],
+            kv=2.0 * sqrt(stiffness[j] * armature[j]),
+            ki=stiffness[j] / _SERVO_INTEGRAL_S,
             ctrlspec=int(mujoco.mjtCtrlInput.mjINPUT_POS),
         )
         bodies[index] = body
@@ -342,13 +344,6 @@ def quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
     """A rotation matrix, (3, 3), as MuJoCo has it: w, x, y, z."""
     x, y, z, w = pin.Quaternion(rotation).coeffs().tolist()
     return w, x, y, z
-
-
-def _require_inertia(arm: ArmDescription, joint: str, inertia: pin.Inertia) -> None:
-    told = np.isfinite(inertia.inertia).all() and isfinite(inertia.mass) and inertia.mass > 0.0
-    if not (told and np.linalg.eigvalsh(inertia.inertia)[0] > 0.0):
-        accepted = f"for the simulated cell, a URDF with a mass and an inertia above 0 of what {joint!r} moves"
-        raise AssetError("arm", arm.urdf, f"{accepted}: <inertial>")
 
 
 def _full_inertia(inertia: np.ndarray) -> tuple[float, ...]:

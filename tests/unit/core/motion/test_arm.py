@@ -35,12 +35,7 @@ def test_an_unknown_arm_is_refused_with_the_known_ones() -> None:
 def test_a_description_fits_its_urdf(arm: ArmDescription) -> None:
     kinematics = Kinematics(arm, ToolGeometry())
     assert kinematics.joints == 6 + (arm.name in ("panda", "xarm7"))
-    for figures in (
-        arm.posture_rad,
-        arm.encoder_step_rad,
-        arm.servo_stiffness_Nm_per_rad,
-        arm.servo_armature_kg_m2,
-    ):
+    for figures in (arm.posture_rad, arm.encoder_step_rad):
         assert len(figures) == kinematics.joints
     assert within_limits(kinematics, arm.posture_rad)
     assert min(arm.encoder_step_rad) > 0.0

@@ -1,13 +1,16 @@
 """What an arm's URDF must be, and one line that says what it is not."""
 
 import os
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from palpate.core.errors import AssetError, ConfigurationError
-from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry
+from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry, arm_named
+from palpate.core.motion.model import controller_flange
 
 SIX = (0.1, 0.5, 0.2, 0.8, -0.1, 0.6)
 
@@ -68,7 +71,6 @@ def test_the_tool_points_along_the_axis_that_is_named(tmp_path: Path, axis: str)
 @pytest.mark.parametrize(
     ("joints", "kind", "flange", "accepted"),
     [
-        (6, "continuous", "tool", "'j2' is continuous: write revolute, with the limits"),
         (6, "floating", "tool", "revolute joints only up to 'tool'; 'j2' is floating"),
         (6, "prismatic", "tool", "'j2' is prismatic"),
         (5, "revolute", "tool", "6 or 7 joints lead to 'tool', not 5"),
@@ -87,15 +89,31 @@ def test_an_arm_that_cannot_be_used_is_refused(
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("limit", ["", '<limit upper="1" effort="1"/>', '<limit upper="nan" effort="1" velocity="1"/>'])
-def test_a_joint_without_limits_is_refused_in_one_line(
-    tmp_path: Path, limit: str, capfd: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("limit", "accepted"),
+    [
+        ("", "limits of 'j0': [arm] lower_rad and upper_rad"),
+        ('<limit upper="1" effort="1"/>', "a speed of 'j0': [arm] velocity_limit_rad_s"),
+        ('<limit upper="nan" effort="1" velocity="1"/>', "limits of 'j0'"),
+        ('<limit lower="0" upper="0" effort="1" velocity="1"/>', "limits of 'j0'"),
+        ('<limit lower="-1" upper="1" velocity="0"/>', "a speed of 'j0'"),
+        (
+            '<limit lower="-360" upper="360" velocity="1"/>',
+            "'j0' in rad, at most two turns (got -360 to 360, which look",
+        ),
+    ],
+)
+def test_a_joint_without_limits_is_refused_in_one_line_unless_the_table_has_them(
+    tmp_path: Path, limit: str, accepted: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "a.urdf"
     text = Path(urdf(path, 6)).read_text()
     path.write_text(text.replace('<limit lower="-2.5" upper="2.5" velocity="1" effort="1"/>', limit, 1))
-    with pytest.raises(AssetError, match="limits of 'j0': <limit lower="):
+    with pytest.raises(AssetError, match=re.escape(accepted)):
         Kinematics(ArmDescription(str(path), "tool", SIX), ToolGeometry())
+    own = {"lower_rad": (-1.5,) * 6, "upper_rad": (1.5,) * 6, "velocity_limit_rad_s": (0.5,) * 6}
+    kinematics = Kinematics(ArmDescription(str(path), "tool", SIX, **own), ToolGeometry())
+    assert (kinematics.lower_rad[0], kinematics.upper_rad[0], kinematics.velocity_limit_rad_s[0]) == (-1.5, 1.5, 0.5)
     assert capfd.readouterr() == ("", "")
 
 
@@ -104,7 +122,7 @@ def test_a_joint_without_limits_is_refused_in_one_line(
     [
         ("</robot>", '<link name="second"/></robot>', "Two root links found: [l0] and [second]"),
         ('name="j3"', 'name="j2"', "joint 'j2' is not unique"),
-        ('xyz="0 0 0.15"', 'xyz="0 0 ${height}"', "Unable to parse component [${height}] to a double"),
+        ('xyz="0 0 0.15"', 'xyz="0 0 high"', "Unable to parse component [high] to a double"),
     ],
 )
 def test_what_the_library_says_of_a_urdf_is_in_the_one_line(
@@ -155,3 +173,127 @@ def test_a_process_without_a_standard_error_has_its_arm(tmp_path: Path, monkeypa
     arm = ArmDescription(urdf(tmp_path / "arm.urdf", 6), "tool", SIX)
     monkeypatch.setattr(os, "dup", closed)
     assert Kinematics(arm, ToolGeometry()).joints == 6
+
+
+def altered(path: Path, *changes: tuple[str, str], encoding: str = "utf-8") -> ArmDescription:
+    text = Path(urdf(path, 6)).read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path.write_bytes(text.encode(encoding))
+    return ArmDescription(str(path), "tool", SIX)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "accepted"),
+    [
+        ('xyz="0 0 0.15"', 'xyz="0 0 ${height}"', "a plain URDF: run xacro first"),
+        ("<robot ", "<xacro:x/><robot ", "a plain URDF: run xacro first"),
+        ('<robot name="any">', '<robot name="any" xmlns:xacro="http://ros.org/xacro"><xacro:a/>', "run xacro first"),
+        ('<child link="l1"/>', '<child link="l0"/>', "a tree: links 'l0' are a loop"),
+        ("</robot>", '<joint name="x"><parent link="l3"/><child link="l0"/></joint></robot>', "are a loop"),
+        ("</robot>", '<joint name="x"><parent link="l0"/><child link="l3"/></joint></robot>', "a tree: 'l3' is below "),
+        ("</robot>", '<joint name="x"><parent link="l0"/></joint></robot>', "'x' joins 'l0' and ''"),
+        ('<link name="l2"/>', "", "'j1' joins 'l1' and 'l2', and one is not there"),
+        ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>', "an axis of 'j0' of length 1 (got 0 0 0)"),
+        ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 2"/>', "an axis of 'j0' of length 1 (got 0 0 2)"),
+        ('xyz="0 0 0.15"', 'xyz="0 0 150"', "a URDF in metres: its joints are 150.8 m apart in all"),
+    ],
+)  # fmt: skip
+def test_what_pinocchio_would_die_of_or_take_silently_is_refused_in_one_line(
+    tmp_path: Path, old: str, new: str, accepted: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(AssetError) as caught:
+        Kinematics(altered(tmp_path / "a.urdf", (old, new)), ToolGeometry())
+    assert accepted in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_link_and_a_joint_may_have_one_name_and_a_joint_none(tmp_path: Path) -> None:
+    same = altered(tmp_path / "a.urdf", ('name="j3"', 'name="tool"'), ('name="j4"', 'name=""'), ('name="j5"', ""))
+    kinematics, plain = Kinematics(same, ToolGeometry()), Kinematics(altered(tmp_path / "b.urdf"), ToolGeometry())
+    for each in (kinematics, plain):
+        each.update(SIX)
+    assert kinematics.tip_position_m.tolist() == plain.tip_position_m.tolist()
+
+
+def test_a_urdf_is_read_in_the_encoding_that_it_declares(tmp_path: Path) -> None:
+    declared = ("<robot ", '<?xml version="1.0" encoding="ISO-8859-1"?><robot ')
+    arm = altered(tmp_path / "a.urdf", declared, ('name="j3"', 'name="Gr\u00f6\u00dfe"'), encoding="latin-1")
+    assert list(Kinematics(arm, ToolGeometry()).model.names)[4] == "Gr\u00f6\u00dfe"
+
+
+def test_a_continuous_joint_has_the_limits_of_the_table(tmp_path: Path) -> None:
+    path = tmp_path / "a.urdf"
+    path.write_text(
+        Path(urdf(path, 6, "continuous")).read_text().replace('lower="-2.5" upper="2.5" velocity', "velocity")
+    )
+    arm = ArmDescription(str(path), "tool", SIX, lower_rad=(-2.0,) * 6, upper_rad=(2.0,) * 6)
+    kinematics = Kinematics(arm, ToolGeometry())
+    assert kinematics.joints == 6
+    assert kinematics.upper_rad.tolist() == [2.0] * 6
+
+
+def test_an_axis_that_was_rounded_is_one_of_length_one(tmp_path: Path) -> None:
+    rounded = altered(tmp_path / "a.urdf", ('<axis xyz="0 0 1"/>', '<axis xyz="0 0.707 0.707"/>'))
+    exact = altered(tmp_path / "b.urdf", ('<axis xyz="0 0 1"/>', f'<axis xyz="0 {0.5**0.5!r} {0.5**0.5!r}"/>'))
+    places = []
+    for arm in (rounded, exact):
+        kinematics = Kinematics(arm, ToolGeometry())
+        kinematics.update(SIX)
+        places.append(kinematics.tip_position_m)
+    np.testing.assert_allclose(*places, atol=1e-15)
+
+
+def test_a_joint_that_turns_faster_than_any_command_may_jump_is_led_more_slowly(tmp_path: Path) -> None:
+    kinematics = Kinematics(altered(tmp_path / "a.urdf", ('velocity="1"', 'velocity="20"')), ToolGeometry())
+    assert kinematics.velocity_limit_rad_s.tolist() == [6.9, 1.0, 1.0, 1.0, 1.0, 1.0]
+
+
+def calibration(path: Path, **changes: float) -> str:
+    """The nominal UR5e in the format of the maker's ROS driver, with changes to its third joint."""
+    origins = {
+        "shoulder": (0, 0, 0.1625, 0, 0, 0), "upper_arm": (0, 0, 0, 1.570796327, 0, 0),
+        "forearm": (-0.425, 0, 0, 0, 0, 0), "wrist_1": (-0.3922, 0, 0.1333, 0, 0, 0),
+        "wrist_2": (0, -0.0997, 0, 1.570796327, 0, 0),
+        "wrist_3": (0, 0.0996, 0, 1.570796326589793, 3.141592653589793, 3.141592653589793),
+    }  # fmt: skip
+    lines = ["kinematics:"]
+    for name, figures in origins.items():
+        each = dict(zip(("x", "y", "z", "roll", "pitch", "yaw"), figures, strict=True))
+        each |= changes if name == "forearm" else {}
+        lines += [f"  {name}:", *(f"    {key}: {value}" for key, value in each.items())]
+    path.write_text("\n".join([*lines, "  hash: calib_12788084448423163542", ""]))
+    return str(path)
+
+
+def test_the_calibration_of_a_controller_replaces_the_nominal_origins(tmp_path: Path) -> None:
+    arm, q = arm_named("ur5e"), (0.1, -1.2, 1.3, -1.6, -1.5, 0.2)
+    nominal = controller_flange(arm, q)
+    same = controller_flange(replace(arm, calibration=calibration(tmp_path / "same.yaml")), q)
+    np.testing.assert_allclose(same.homogeneous, nominal.homogeneous, atol=1e-8)
+    longer = controller_flange(replace(arm, calibration=calibration(tmp_path / "longer.yaml", x=-0.428)), q)
+    assert np.linalg.norm(longer.translation - nominal.translation) == pytest.approx(3e-3, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arm", "changes", "accepted"),
+    [
+        ("ur10e", {}, "the calibration of this arm, of the e-Series by name; 'elbow_joint' is elsewhere by 188 mm"),
+        ("ur5", {}, "the calibration of this arm, of the e-Series by name; 'shoulder_pan_joint' is elsewhere"),
+        ("panda", {}, "none with an arm of 7 joints"),
+        ("ur5e", {"yaw": float("nan")}, "x, y, z, roll, pitch and yaw of forearm"),
+    ],
+)
+def test_a_calibration_of_another_arm_is_refused(
+    tmp_path: Path, arm: str, changes: dict[str, float], accepted: str
+) -> None:
+    other = replace(arm_named(arm), calibration=calibration(tmp_path / "c.yaml", **changes))
+    with pytest.raises(AssetError, match=re.escape(accepted)):
+        Kinematics(other, ToolGeometry())
+
+
+def test_a_calibration_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(AssetError, match="a readable calibration"):
+        Kinematics(replace(arm_named("ur5e"), calibration=str(tmp_path / "none.yaml")), ToolGeometry())

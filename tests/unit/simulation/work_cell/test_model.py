@@ -1,11 +1,9 @@
 """The work cell: its MuJoCo model, its gripper's springs, its sensors, and what differs from trial to trial."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from math import cos, hypot, radians, sin
-from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -13,12 +11,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from palpate.core.errors import AssetError
 from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry, arm_named
 from palpate.core.motion.arm import ARMS
 from palpate.core.ports.values import CONTROL_RATE_HZ
 from palpate.core.trial import GoalConfig, goal_in_base
-from palpate.simulation.work_cell import CellConfig, ConditionsConfig, WorkCell, build_work_cell
+from palpate.simulation.work_cell import CellConfig, ConditionsConfig, WorkCell
 from palpate.simulation.work_cell.config import ComplianceConfig, PegConfig, SensorConfig
 
 GOAL = goal_in_base(GoalConfig())
@@ -87,21 +84,6 @@ def test_only_peg_and_plate_collide() -> None:
     assert plate_type & peg_affinity
     assert not peg_type & peg_affinity
     assert not plate_type & plate_affinity
-
-
-@pytest.mark.parametrize(
-    "inertial",
-    ["", '<inertial><mass value="-3"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'],
-)
-def test_an_arm_without_inertia_cannot_be_simulated(tmp_path: Path, inertial: str) -> None:
-    zebra = arm_named("zebra-zero")
-    text = re.sub(r"(?s)<inertial>.*?</inertial>", inertial, zebra.find_urdf().read_text(), count=1)
-    (tmp_path / "light.urdf").write_text(text)
-    arm = replace(zebra, urdf=str(tmp_path / "light.urdf"))
-    with pytest.raises(AssetError, match="a mass and an inertia above 0 of what 'joint_1' moves"):
-        build_work_cell(
-            Kinematics(arm, ToolGeometry()), CellConfig(), goal_in_base=GOAL, tool_yaw_rad=0.0, period_s=1.0 / 140
-        )
 
 
 @pytest.mark.parametrize("arm", ARMS)

@@ -1,0 +1,211 @@
+"""The URDF of an arm, checked before Pinocchio sees it, which dies of a graph that is no tree.
+
+Limits of the arm's table and a calibration of its controller are put into it, so that both libraries have one source.
+"""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from math import hypot, inf, isfinite, pi
+from pathlib import Path
+from typing import Final
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+import numpy as np
+import pinocchio as pin
+
+from palpate.core.errors import AssetError
+from palpate.core.motion.arm import ArmDescription
+
+_XACRO: Final = "a plain URDF: run xacro first, as in: xacro robot.urdf.xacro > robot.urdf"
+_MOST_RAD: Final = 4.0 * pi
+"""No arm's joint turns by more than two turns from its zero; 360 degrees read as radians are 57 turns."""
+_FARTHEST_M: Final = 10.0
+"""No arm's joints are farther apart in all; those of a small arm in millimetres are."""
+_UNIT: Final = 1e-2
+"""Error of an axis's length that rounding to two digits leaves."""
+_CALIBRATED: Final = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
+_ENTRY: Final = re.compile(r"\s*(\w+):\s*([^\s#]*)")
+_CALIBRATED_M, _CALIBRATED_RAD = 0.05, 0.1
+"""A calibration that moves a joint by more is that of another arm: real ones move it by millimetres."""
+
+Refusal = Callable[[str], AssetError]
+
+
+def prepared_urdf(
+    arm: ArmDescription, path: Path, content: bytes, calibration: bytes = b""
+) -> tuple[str, tuple[str, ...]]:
+    """Return the URDF for Pinocchio, and the names of the joints that move the flange, base first.
+
+    Args:
+        content: The file, in the encoding that it declares.
+        calibration: Origins of six joints in the format of Universal Robots' ROS 2 driver; empty for the URDF's own.
+
+    Raises:
+        AssetError: It is no URDF, no tree, or its joints do not suit.
+    """
+
+    def refused(accepted: str) -> AssetError:
+        return AssetError("arm", str(path), accepted)
+
+    root = _root(content, refused)
+    moving = _chain(arm, _joints_above(root, refused), refused)
+    if calibration:
+        _calibrate(moving, calibration, arm.calibration)
+    for number, joint in enumerate(moving):
+        _set_limits(arm, number, joint, refused)
+        _set_axis(joint, refused)
+    return ElementTree.tostring(root, "unicode"), tuple(joint.get("name", "") for joint in moving)
+
+
+def _root(content: bytes, refused: Refusal) -> Element:
+    try:
+        root = ElementTree.fromstring(content)
+    except (ElementTree.ParseError, LookupError, ValueError) as error:
+        # LookupError and ValueError: an encoding that is not known.
+        raise refused(_XACRO if "unbound prefix" in str(error) else f"a readable URDF ({error})") from error
+    if root.tag != "robot":
+        raise refused(f"a readable URDF (its outermost element is {root.tag!r}, not 'robot')")
+    for link in root.findall("link"):
+        # Their meshes and materials are not looked for.
+        for seen in (*link.findall("visual"), *link.findall("collision")):
+            link.remove(seen)
+    if any("xacro}" in each.tag or any("${" in text for text in each.attrib.values()) for each in root.iter()):
+        raise refused(_XACRO)
+    return root
+
+
+def _joints_above(root: Element, refused: Refusal) -> dict[str, Element]:
+    """Return the joint above each link but the base."""
+    links = {link.get("name", "") for link in root.findall("link")}
+    above: dict[str, Element] = {}
+    for joint in root.findall("joint"):
+        parent, child = _link(joint, "parent"), _link(joint, "child")
+        # A joint without a name is legal for nobody, but has one place only.
+        name = joint.get("name") or f"joint above {child}"
+        joint.set("name", name)
+        if not {parent, child} <= links:
+            raise refused(f"a URDF with all links: {name!r} joins {parent!r} and {child!r}, and one is not there")
+        if child in above:
+            raise refused(f"a tree: {child!r} is below both {above[child].get('name')!r} and {name!r}")
+        above[child] = joint
+    for link in above:
+        seen, at = [link], _link(above[link], "parent")
+        while at in above and at not in seen:
+            seen.append(at)
+            at = _link(above[at], "parent")
+        if at == link:
+            raise refused(f"a tree: links {', '.join(map(repr, reversed(seen)))} are a loop")
+    return above
+
+
+def _chain(arm: ArmDescription, above: Mapping[str, Element], refused: Refusal) -> list[Element]:
+    """Return the joints that move the flange, base first."""
+    if arm.flange not in above:
+        raise refused(f"a URDF with a frame {arm.flange!r} for the flange, below a joint")
+    moving: list[Element] = []
+    at, length_m = arm.flange, 0.0
+    while (joint := above.get(at)) is not None:
+        kind, mimic = joint.get("type"), joint.find("mimic") is not None
+        if mimic or kind not in ("fixed", "revolute", "continuous"):
+            what = "mimic" if mimic else kind
+            raise refused(f"a URDF with revolute joints only up to {arm.flange!r}; {joint.get('name')!r} is {what}")
+        if kind != "fixed":
+            moving.insert(0, joint)
+        length_m += hypot(*_numbers(joint.find("origin"), "xyz", "0 0 0"))
+        at = _link(joint, "parent")
+    if len(moving) not in (6, 7) or len(moving) != len(arm.posture_rad):
+        wanted = "6 or 7 joints" if len(moving) not in (6, 7) else f"{len(arm.posture_rad)} joints, as in posture_rad,"
+        raise refused(f"a URDF in which {wanted} lead to {arm.flange!r}, not {len(moving)}")
+    if length_m > _FARTHEST_M:
+        raise refused(f"a URDF in metres: its joints are {length_m:.4g} m apart in all; it seems to be in millimetres")
+    return moving
+
+
+def _set_limits(arm: ArmDescription, number: int, joint: Element, refused: Refusal) -> None:
+    """Put the limits of the arm's table in; what is missing then is refused."""
+    name, limit = joint.get("name"), joint.find("limit")
+    if limit is None:
+        limit = ElementTree.SubElement(joint, "limit")
+    joint.set("type", "revolute")
+    found = {"lower": "0", "upper": "0", "effort": "0", **limit.attrib}
+    if _number(found["lower"]) == _number(found["upper"]):
+        del found["lower"], found["upper"]
+    given = {"lower": arm.lower_rad, "upper": arm.upper_rad, "velocity": arm.velocity_limit_rad_s}
+    found |= {key: repr(values[number]) for key, values in given.items() if values}
+    lower, upper, velocity = (_number(found.get(key, "nan")) for key in given)
+    if not isfinite(lower) or not isfinite(upper):
+        raise refused(f"limits of {name!r}: [arm] lower_rad and upper_rad, or <limit lower= upper= /> in the URDF")
+    if max(-lower, upper) > _MOST_RAD:
+        told = f"got {lower:g} to {upper:g}, which look like degrees"
+        raise refused(f"limits of {name!r} in rad, at most two turns ({told}), or [arm] lower_rad and upper_rad")
+    if not 0.0 < velocity < inf:
+        raise refused(f"a speed of {name!r}: [arm] velocity_limit_rad_s, or <limit velocity= /> in the URDF")
+    limit.attrib.update(found)
+
+
+def _set_axis(joint: Element, refused: Refusal) -> None:
+    axis = joint.find("axis")
+    x, y, z = _numbers(axis, "xyz", "1 0 0")
+    length = hypot(x, y, z)
+    if not abs(length - 1.0) <= _UNIT:
+        raise refused(f"an axis of {joint.get('name')!r} of length 1 (got {x:g} {y:g} {z:g})")
+    if axis is not None and length != 1.0:
+        axis.set("xyz", f"{x / length!r} {y / length!r} {z / length!r}")
+
+
+def _calibrate(moving: Sequence[Element], content: bytes, path: str) -> None:
+    """Replace the origins of the joints by those of a calibration."""
+
+    def refused(accepted: str) -> AssetError:
+        return AssetError("arm.calibration", path, accepted)
+
+    found: dict[str, dict[str, float]] = {}
+    section = ""
+    for line in content.decode("utf-8", "replace").splitlines():
+        if (entry := _ENTRY.match(line)) is None:
+            continue
+        key, value = entry.groups()
+        if value:
+            found.setdefault(section, {})[key] = _number(value)
+        else:
+            section = key
+    if len(moving) != len(_CALIBRATED):
+        raise refused("none with an arm of 7 joints")
+    for joint, name in zip(moving, _CALIBRATED, strict=True):
+        figures = [found.get(name, {}).get(key, float("nan")) for key in ("x", "y", "z", "roll", "pitch", "yaw")]
+        if not all(map(isfinite, figures)):
+            raise refused(f"x, y, z, roll, pitch and yaw of {name}, as Universal Robots' ROS 2 driver writes them")
+        origin = joint.find("origin")
+        before = _placement([*_numbers(origin, "xyz", "0 0 0"), *_numbers(origin, "rpy", "0 0 0")])
+        off = before.actInv(_placement(figures))
+        away_m, turned_rad = hypot(*off.translation), hypot(*pin.log3(off.rotation))
+        if away_m > _CALIBRATED_M or turned_rad > _CALIBRATED_RAD:
+            accepted = f"the calibration of this arm, of the e-Series by name; {joint.get('name')!r} is elsewhere"
+            raise refused(f"{accepted} by {away_m * 1e3:.0f} mm and {turned_rad:.2g} rad")
+        if origin is None:
+            origin = ElementTree.SubElement(joint, "origin")
+        origin.set("xyz", " ".join(map(repr, figures[:3])))
+        origin.set("rpy", " ".join(map(repr, figures[3:])))
+
+
+def _placement(figures: Sequence[float]) -> pin.SE3:
+    return pin.SE3(pin.rpy.rpyToMatrix(*figures[3:]), np.array(figures[:3]))
+
+
+def _link(joint: Element, end: str) -> str:
+    found = joint.find(end)
+    return "" if found is None else found.get("link", "")
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")
+
+
+def _numbers(element: Element | None, key: str, usual: str) -> list[float]:
+    """Return three numbers; what is none is left to the parser, which names it."""
+    words = (usual if element is None else element.get(key, usual)).split()
+    return [_number(word) for word in words] if len(words) == 3 else [float("nan")] * 3
