@@ -33,7 +33,9 @@ def scored_trial(index: int, *, success: bool = True, decisions: int = 2) -> Sco
         ],
         temperature=5.0,
     )
-    return ScoredTrial(report, Truth((1e-4, -2e-4, 0.0), (1e-4, -2e-4, 0.01), 0.01, 6.25), success)
+    return ScoredTrial(
+        report, Truth((1e-4, -2e-4, 0.0), (1e-4, -2e-4, 0.01), 0.01, 6.25), success, report.exploration_time_s
+    )
 
 
 def trial_rows(*times_s: float, success: bool = True) -> list[TrialRow]:

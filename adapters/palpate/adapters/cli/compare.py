@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.cli.notices import print_troubles, print_weakened, unrecorded
+from palpate.adapters.cli.notices import print_troubles, print_weakened, trips_line, unrecorded
 from palpate.adapters.cli.options import CompareOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments import (
@@ -66,6 +66,8 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
     table = comparison_table(summaries)
     foot = f"{config.arm}, scenario {config.scenario}, seed {config.seed}, {options.trials} trials each"
     foot += "\n" if finished else "; ended early\n"
+    reasons = [f"{name}: {line}" for name, s in summaries.items() if (line := trips_line(s))]
+    foot = "".join((*reasons, foot))
     folder.write("compare.txt", table + foot)
     folder.write("compare.csv", _csv(summaries))
     folder.write_json("summary.json", {"finished": finished, "policies": summaries})
@@ -75,7 +77,7 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
 
 def comparison_table(summaries: Mapping[str, Mapping[str, Any]]) -> str:
     """Success, times and forces, one strategy a line; intervals (95 %) in brackets, where one can be stated."""
-    head = ("policy", "success", "median s", "95th percentile s", "peak N")
+    head = ("policy", "success", "median s", "95th percentile s", "peak N", "trips")
     lines = [head]
     for name, s in summaries.items():
         lines.append(
@@ -85,6 +87,7 @@ def comparison_table(summaries: Mapping[str, Mapping[str, Any]]) -> str:
                 shown_interval(s["median_s"], *s["median_95_s"]),
                 shown_interval(s["p95_s"], *s["p95_95_s"]),
                 f"{s['peak_force_N']:.1f}",
+                str(sum(s["trips"].values())),
             )
         )
     return aligned(lines)
@@ -93,9 +96,9 @@ def comparison_table(summaries: Mapping[str, Mapping[str, Any]]) -> str:
 def _csv(summaries: Mapping[str, Mapping[str, Any]]) -> str:
     columns = ("success", "median_s", "p95_s")
     header = ["policy", "trials", *(f"{c}{end}" for c in columns for end in ("", "_low", "_high"))]
-    rows: list[list[Any]] = [[*header, "peak_force_N"]]
+    rows: list[list[Any]] = [[*header, "peak_force_N", "trips"]]
     for name, s in summaries.items():
         intervals = (s["success_95"], s["median_95_s"], s["p95_95_s"])
         values = [v for c, (low, high) in zip(columns, intervals, strict=True) for v in (s[c], low, high)]
-        rows.append([name, s["trials"], *values, s["peak_force_N"]])
+        rows.append([name, s["trials"], *values, s["peak_force_N"], sum(s["trips"].values())])
     return csv_text(rows)

@@ -74,6 +74,15 @@ def marked_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> s
     return f"marked for their timing: {summary['marked']} of {summary['trials']} trials{fate} ({why})\n"
 
 
+def trips_line(summary: Mapping[str, Any]) -> str:
+    """How many trials a trip ended, and for which reasons; empty for none."""
+    if not summary["trips"]:
+        return ""
+    reasons = ", ".join(f"{reason} {count}" for reason, count in summary["trips"].items())
+    count = sum(summary["trips"].values())
+    return f"trips: {count} of {summary['trials']} trials, counted as failures at the time limit ({reasons})\n"
+
+
 def unrecorded(recorder: TrialRecorder | None) -> bool:
     """Whether anything could not be recorded: then a run has not gone well."""
     return recorder is not None and bool(recorder.troubles)

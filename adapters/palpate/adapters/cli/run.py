@@ -10,6 +10,7 @@ from palpate.adapters.cli.notices import (
     marked_line,
     print_troubles,
     print_weakened,
+    trips_line,
 )
 from palpate.adapters.cli.opening import opened_recorder, opened_rig
 from palpate.adapters.cli.options import RunOptions
@@ -88,7 +89,7 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
         f"{judged}"
         f"time median {summary['median_s']:.2f} s, 95th percentile {summary['p95_s']:.2f} s\n"
         f"peak force {summary['peak_force_N']:.1f} N; outcomes {summary['outcomes']}\n"
-        f"{marked_line(summary)}saved in {folder.path}\n"
+        f"{trips_line(summary)}{marked_line(summary)}saved in {folder.path}\n"
     )
     if len(rows) < options.trials:
         return 130

@@ -12,6 +12,7 @@ from palpate.adapters.cli.notices import (
     marked_line,
     print_weakened,
     say,
+    trips_line,
     unrecorded,
 )
 from palpate.adapters.cli.opening import opened_recorder, opened_rig
@@ -252,7 +253,7 @@ def _with_progress(trainer: Trainer, trials: int, first: int, folder: RunFolder)
     with progress(trials, "trial", initial=first) as bar:
 
         def show(scored: ScoredTrial) -> None:
-            times.append(scored.report.exploration_time_s)
+            times.append(scored.exploration_time_s)
             wins.append(scored.success)
             recent = wins[-WINDOW:]
             temperature = scored.report.temperature
@@ -269,8 +270,9 @@ def _finish(config: RunConfig, folder: RunFolder, trials: int) -> None:
     rows, summary = write_training(config, folder, trials)
     if rows:
         say(results_line(rows))
-        if marked := marked_line(summary, learned=config.admission.learn_from_marked):
-            say(marked.rstrip())
+        for line in (trips_line(summary), marked_line(summary, learned=config.admission.learn_from_marked)):
+            if line:
+                say(line.rstrip())
         say(_look_at(folder))
 
 

@@ -64,9 +64,12 @@ from .training import write_training as write_training
 from .trial import ScoredTrial as ScoredTrial
 from .trial import fit_of as fit_of
 from .trial import interrupting as interrupting
+from .trial import outcome_of as outcome_of
 from .trial import require_sound as require_sound
+from .trial import rest_reinforcement as rest_reinforcement
 from .trial import run_scored_trial as run_scored_trial
 from .trial import score as score
 from .trial import trial_setup as trial_setup
+from .trial import trip_of as trip_of
 from .trial import truth_fields as truth_fields
 from .workers import in_processes as in_processes

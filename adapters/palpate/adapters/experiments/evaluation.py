@@ -115,7 +115,7 @@ def run_policy(
                 break
             rows.append(TrialRow.of(scored, FIRST_EVALUATION_TRIAL))
             on_trial(scored)
-            require_sound(scored, FIRST_EVALUATION_TRIAL)
+            require_sound(rig, scored, FIRST_EVALUATION_TRIAL)
             if ended:
                 break
     return rows

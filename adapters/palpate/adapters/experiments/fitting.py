@@ -87,7 +87,7 @@ def _collect(config: RunConfig, ready: ReadyPose, rig: Rig) -> list[tuple[float,
     task = build_task(config, ready, plain_perception(config), walk)
     supervisor = supervisor_of(rig, config, ready)
     for k in range(config.perception.fit_trials):
-        require_sound(run_scored_trial(config, rig, task, FIRST_FITTING_TRIAL + k, supervisor=supervisor))
+        require_sound(rig, run_scored_trial(config, rig, task, FIRST_FITTING_TRIAL + k, supervisor=supervisor))
     return walk.samples
 
 

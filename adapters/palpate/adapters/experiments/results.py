@@ -38,6 +38,7 @@ class TrialRow:
     """One line of ``trials.csv``. Where the hole is unknown, its columns are empty.
 
     Attributes:
+        trip: Why it was cut off: name of the reason and text; empty for a trial that was not.
         drawn: What else was drawn for the trial, each in a column of its own after the others; see ``Truth.drawn``.
     """
 
@@ -56,6 +57,7 @@ class TrialRow:
     ticks: int
     temperature: float | None
     marked: str
+    trip: str
     drawn: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
     @classmethod
@@ -65,9 +67,9 @@ class TrialRow:
         known = report if truth is None else truth
         return cls(
             trial=report.setup.index - first,
-            outcome="unknown" if report.outcome is None else report.outcome.value,
+            outcome=scored.outcome,
             success=scored.success,
-            exploration_time_s=round(report.exploration_time_s, 6),
+            exploration_time_s=round(scored.exploration_time_s, 6),
             actions=report.actions,
             peak_force_N=round(known.peak_force_N, 6),
             measured_peak_force_N=round(report.peak_force_N, 6),
@@ -79,6 +81,7 @@ class TrialRow:
             ticks=report.ticks,
             temperature=report.temperature,
             marked=scored.marked,
+            trip=scored.trip,
             drawn={} if truth is None else truth.drawn,
         )
 

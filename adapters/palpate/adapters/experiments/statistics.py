@@ -4,7 +4,7 @@ scipy.stats takes a second to import and is imported where an interval is made.
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import inf, isfinite
 from typing import Any, Final, TypeAlias
 
@@ -117,6 +117,7 @@ def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
         "p95_95_s": _ends(quantile_interval(times, 0.95)),
         "peak_force_N": round(max((row.peak_force_N for row in rows), default=0.0), 3),
         "outcomes": {name: sum(row.outcome == name for row in rows) for name in sorted({r.outcome for r in rows})},
+        "trips": _counted(row.trip for row in rows),
         "marked": sum(bool(row.marked) for row in rows),
         "marked_why": _reasons(rows),
     }
@@ -163,6 +164,11 @@ def policy_summary(config: RunConfig, policy: str, rows: Sequence[TrialRow], tri
 
 def _inside_area(config: RunConfig) -> float:
     return reachable_share(config.task, config.cell.hole_uncertainty_mm, config.cell.conditions.hole_shift_mm)
+
+
+def _counted(trips: Iterable[str]) -> dict[str, int]:
+    """How often each reason of a trip occurred, by its name."""
+    return dict(sorted(Counter(trip.partition(":")[0] for trip in trips if trip).items()))
 
 
 def _reasons(rows: Sequence[TrialRow]) -> dict[str, int]:

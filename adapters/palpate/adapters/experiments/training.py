@@ -13,12 +13,19 @@ from palpate.adapters.experiments.figure import learning_curve
 from palpate.adapters.experiments.policies import perception_settings
 from palpate.adapters.experiments.results import RunFolder, TrialRow
 from palpate.adapters.experiments.statistics import training_summary
-from palpate.adapters.experiments.trial import ScoredTrial, interrupting, require_sound, run_scored_trial
+from palpate.adapters.experiments.trial import (
+    OVERLOADS,
+    ScoredTrial,
+    interrupting,
+    require_sound,
+    rest_reinforcement,
+    run_scored_trial,
+)
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder, made_with
 from palpate.core.errors import ConfigurationError, OutputError
 from palpate.core.perception import Perception, perception_to_dict
-from palpate.core.policy import Policy, document_of, learner_of
+from palpate.core.policy import Policy, TabularLearner, Transition, document_of, learner_of
 from palpate.core.ports import Rig, json_of_file
 from palpate.core.trial import Outcome, ReadyPose
 
@@ -133,12 +140,31 @@ class Trainer:
                     break
                 if scored.marked and not self._config.admission.learn_from_marked:
                     self._learner.set_state(before)
+                elif scored.trip:
+                    self._learn_from_trip(scored, before)
                 self._folder.append_trial(scored)
                 # No further than here: what was learned of it must not stay, and a resumed run repeats it.
-                require_sound(scored)
+                require_sound(self._rig, scored)
                 self.next_trial += 1
                 self.checkpoint()
                 on_trial(scored)
+
+    def _learn_from_trip(self, scored: ScoredTrial, before: dict[str, Any]) -> None:
+        """Keep of a tripped trial, which is an episode without an end, what its actions caused.
+
+        Where a sensor may have failed, every transition of the trial may be wrong: the learner goes back to where it
+        was. An exceeded limit is a consequence of the last action. A table of Q charges it with the rest of the time
+        limit, for an action that costs nothing more would be tried again and again; other learners know nothing of
+        costs and keep the actions that were finished.
+        """
+        report = scored.report
+        if report.trip is None or report.trip.reason not in OVERLOADS:
+            self._learner.set_state(before)
+        elif isinstance(self._learner, TabularLearner) and report.decisions:
+            last, cost = report.decisions[-1], rest_reinforcement(self._config, report.exploration_time_s)
+            if last.index is not None:
+                state = self._perception.states.index(last.state)
+                self._learner.learn(Transition(state, last.index, cost, None))
 
     def checkpoint(self) -> None:
         """Save what a resumed run starts from."""

@@ -9,12 +9,14 @@ from typing import Any, Final
 from typing_extensions import override
 
 from palpate.adapters.config import AdmissionConfig, RunConfig, folder_kept, task_kind
+from palpate.adapters.experiments.build import build_reinforcement
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder, trial_name, world_of
 from palpate.adapters.signals import on_ending_signal
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError, require_whole
-from palpate.core.ports import Rig, Truth
+from palpate.core.policy import ActionOutcome
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Rig, Truth
 from palpate.core.supervision import Supervisor
 from palpate.core.trial import Fit, Outcome, Supervised, Task, TrialReport, TrialSetup, Trip, TripReason
 
@@ -26,7 +28,9 @@ class ScoredTrial:
     Attributes:
         report: The core's own account, from port data.
         truth: What really happened; None where it is unknown.
-        success: What the task takes for it, by its account and the truth; without a truth, by its account alone.
+        success: What the task takes for it, by its account and the truth; without a truth, by its account alone. Never
+            of a trial that a trip ended.
+        exploration_time_s: That of the report; of a trial that a trip ended, the time limit.
         marked: Why its timing does not count; empty for an admitted trial.
         stopped_by: What stopped the arm besides core and supervisor; empty for nothing.
         blamed: Whose samples the trial ended for, or whose lateness; empty for nobody's.
@@ -35,12 +39,41 @@ class ScoredTrial:
     report: TrialReport
     truth: Truth | None
     success: bool
+    exploration_time_s: float
     marked: str = ""
     stopped_by: str = ""
     blamed: str = ""
 
+    @property
+    def outcome(self) -> str:
+        """How it ended, in words."""
+        outcome = outcome_of(self.report)
+        return "unknown" if outcome is None else outcome.value
+
+    @property
+    def trip(self) -> str:
+        """What :func:`trip_of` gives."""
+        return trip_of(self.report)
+
+
+def outcome_of(report: TrialReport) -> Outcome | None:
+    """Return how a trial ended; a trip takes precedence over what the task reports in the same tick."""
+    return report.outcome if report.trip is None else Outcome.TRIPPED
+
+
+def trip_of(report: TrialReport) -> str:
+    """Return why supervisor, sensors or an operator cut a trial off, with the reason's name; empty if none did."""
+    if report.trip is not None:
+        return str(report.trip)
+    return report.events[-1].detail if report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED) else ""
+
 
 _MOST_TRIALS: Final = 10**9
+OVERLOADS: Final = (
+    TripReason.FORCE_LIMIT, TripReason.TORQUE_LIMIT, TripReason.FORCE_RATE, TripReason.WORKSPACE,
+    TripReason.EXPLORATION_AREA,
+)  # fmt: skip
+"""Limits that the last action exceeded, by samples that were sound. Behind every other reason may be a fault."""
 _OF_THE_ARM: Final = (
     TripReason.JOINT_POSITION, TripReason.JOINT_VELOCITY, TripReason.TRACKING_ERROR, TripReason.WORKSPACE,
     TripReason.EXPLORATION_AREA, TripReason.PLATE_NOT_FELT,
@@ -64,6 +97,8 @@ def run_scored_trial(
     watching: tuple[LoopObserver, ...] = (),
 ) -> ScoredTrial:
     """Prepare the world, run one trial over the ports, and score it.
+
+    In the simulator a trip is a result: it is not left latched, and the next trial begins.
 
     Args:
         recorder: Records it; prepared with what the trials are trials of.
@@ -89,6 +124,8 @@ def run_scored_trial(
         if recorder is not None:
             recorder.fail(task.report, error, _rig_fields(rig, session))
         raise
+    if rig.simulated and report.trip is not None:
+        rig.latch.release()
     scored = score(config, report, rig.truth())
     scored = replace(scored, stopped_by=rig.stopped_by(), blamed=witness.blamed)
     if recorder is not None:
@@ -130,11 +167,13 @@ def _rig_fields(rig: Rig, session: RealTimeSession | None) -> dict[str, Any]:
 
 def score(config: RunConfig, report: TrialReport, truth: Truth | None) -> ScoredTrial:
     """Hold the core's account against the truth."""
-    marked = objections(report, config.admission)
+    marked, time_s = objections(report, config.admission), report.exploration_time_s
+    if trip_of(report):
+        return ScoredTrial(report, truth, False, max(time_s, config.task.time_limit_s), marked)
     if truth is None:
-        return ScoredTrial(report, None, report.outcome in (Outcome.INSERTED, Outcome.DONE), marked)
+        return ScoredTrial(report, None, report.outcome in (Outcome.INSERTED, Outcome.DONE), time_s, marked)
     success = task_kind(config.task.name).achieved(config.task, report, truth, fit_of(config))
-    return ScoredTrial(report, truth, success, marked)
+    return ScoredTrial(report, truth, success, time_s, marked)
 
 
 def fit_of(config: RunConfig) -> Fit:
@@ -143,6 +182,13 @@ def fit_of(config: RunConfig) -> Fit:
     lean_mrad = cell.tilt_mrad + cell.conditions.plate_lean_mrad
     clearance_mm = max(cell.peg.clearance_mm, cell.worn_clearance_mm)
     return Fit(cell.peg.diameter_mm, clearance_mm, lean_mrad, cell.peg.hole_depth_mm)
+
+
+def rest_reinforcement(config: RunConfig, exploration_time_s: float) -> float:
+    """Reinforcement of plain actions in the time that is left of a trial's limit."""
+    ticks = config.task.ticks_per_action
+    left = int(max(config.task.time_limit_s - exploration_time_s, 0.0) * CONTROL_RATE_HZ / ticks)
+    return left * build_reinforcement(config)(ActionOutcome(ticks * PERIOD_S, 0.0))
 
 
 def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
@@ -173,17 +219,16 @@ def objections(report: TrialReport, config: AdmissionConfig) -> str:
     return "; ".join(found)
 
 
-def require_sound(scored: ScoredTrial, first: int = 0) -> None:
-    """Refuse to go on after a trial whose data cannot be trusted; ``first`` is the index of the trial that is number 0.
+def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
+    """Refuse to go on after a trip on a rig of devices; ``first`` is the index of the trial that is number 0.
 
     Raises:
         DeviceError: With the trial's number, as tables have it.
     """
-    # A trip may fall on the tick in which the task itself ended.
-    if scored.report.trip is not None or scored.report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED):
+    if scored.trip and not rig.simulated:
         told = "; ".join(filter(None, (scored.blamed, scored.stopped_by)))
         cause = f" ({told})" if told else ""
-        raise DeviceError("rig", f"trial {scored.report.setup.index - first}: {scored.report.events[-1].detail}{cause}")
+        raise DeviceError("rig", f"trial {scored.report.setup.index - first}: {scored.trip}{cause}")
 
 
 @contextmanager

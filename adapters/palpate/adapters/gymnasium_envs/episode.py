@@ -24,10 +24,12 @@ from palpate.adapters.experiments import (
     build_supervisor,
     configured_perception,
     fitted_perception,
+    outcome_of,
     ready_pose,
     require_usable,
     score,
     trial_setup,
+    trip_of,
 )
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import next_snapshot, trial_ticks
@@ -133,7 +135,7 @@ class Episodes(ABC):
     @property
     def outcome(self) -> Outcome | None:
         """How the trial ended; None while it runs."""
-        return self.report.outcome
+        return outcome_of(self.report)
 
     @property
     def exploration_time_s(self) -> float:
@@ -142,13 +144,6 @@ class Episodes(ABC):
             return self.report.exploration_time_s
         contact_tick = next(event.tick for event in self.report.events if event.name == "contact")
         return (self.report.ticks - 1 - contact_tick) * PERIOD_S
-
-    @property
-    def decisions_left(self) -> int:
-        """Decisions of a trial that would come in the time that is left of its limit."""
-        task = self.config.task
-        left = max(task.time_limit_s - self.exploration_time_s, 0.0)
-        return int(left * CONTROL_RATE_HZ / task.ticks_per_action)
 
     @property
     @abstractmethod
@@ -188,15 +183,18 @@ class Episodes(ABC):
     def _known(self, *, success: bool, earned: float) -> dict[str, Any]:
         """For people, for scoring, and for repeating a trial; an agent may not learn from it."""
         report, (symbol, state) = self.report, self.task.percept or (0, 0)
+        trip = trip_of(report)
+        counted_s = self.config.task.time_limit_s if trip else 0.0
         return {
             "seed": self.config.seed,
             "trial": self.trial,
             "skipped_trials": self.skipped,
             "phase": self.task.phase.value,
-            "outcome": "" if report.outcome is None else report.outcome.value,
+            "outcome": "" if self.outcome is None else self.outcome.value,
+            "trip": trip,
             "is_success": success,
             "time_s": report.ticks / CONTROL_RATE_HZ,
-            "exploration_time_s": self.exploration_time_s,
+            "exploration_time_s": max(self.exploration_time_s, counted_s),
             "decisions": len(report.decisions),
             "symbol": self.perception.symbols[symbol],
             "state": self.perception.states[state],
@@ -215,7 +213,7 @@ class InsertionEpisodes(Episodes):
     """
 
     def __init__(self, config: RunConfig) -> None:
-        self._ready = ready = ready_pose(config)
+        ready = ready_pose(config)
         require_usable(config, ready)
         super().__init__(config)
         self._opened = ExitStack()
@@ -239,9 +237,7 @@ class InsertionEpisodes(Episodes):
 
     def _begin(self) -> None:
         self._let_go()
-        if self._supervisor.latch.cause:
-            # Only a person may acknowledge that. A simulated cell begins anew, and its supervisor with it.
-            self._supervisor = build_supervisor(self.config, self._ready, self.rig.sensor_facts)
+        self._supervisor.latch.release()
         self.rig.seed = self.config.seed
         # The clock too, so that an episode is the same to the last bit whatever was before.
         self.rig.set_clock_ticks(0)

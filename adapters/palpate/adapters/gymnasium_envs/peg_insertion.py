@@ -13,7 +13,7 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.adapters.config import RigFile
-from palpate.adapters.experiments import ready_pose, task_actions
+from palpate.adapters.experiments import ready_pose, rest_reinforcement, task_actions
 from palpate.adapters.gymnasium_envs.episode import (
     Episodes,
     InsertionEpisodes,
@@ -240,8 +240,8 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         truncated = over and episodes.outcome is Outcome.TIME_LIMIT
         reward = earned
         if over and not truncated and episodes.outcome is not Outcome.INSERTED:
-            left = -episodes.plain_reinforcement * episodes.decisions_left
-            reward -= left if self._penalty is None else self._penalty
+            rest = rest_reinforcement(episodes.config, episodes.exploration_time_s)
+            reward += rest if self._penalty is None else -self._penalty
         observation, info = episodes.seen()
         return observation, reward, over and not truncated, truncated, info
 

@@ -202,7 +202,7 @@ class RigEpisodes(Episodes):
         )
         self.folder.append_trial(scored, first)
         self._rows.append(TrialRow.of(scored, first))
-        require_sound(scored, first)
+        require_sound(self.rig, scored, first)
         return self._look(success=scored.success)
 
     def _look(self, *, success: bool = False) -> tuple[Any, dict[str, Any]]:

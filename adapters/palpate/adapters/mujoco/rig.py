@@ -22,9 +22,12 @@ class SimulatedRig(Rig):
 
     Attributes:
         latch: Set by a trip or a fault of a device; while it is, no trial begins here.
+        simulated: True.
         cell: The work cell behind them, for scoring and for pictures.
         seed: Gives, with a trial's index, its hole and sensor errors; may be another from one trial to the next.
     """
+
+    simulated = True
 
     def __init__(self, config: RunConfig, ready: ReadyPose, hidden: HiddenValues | None = None) -> None:
         require_corners(config)

@@ -91,7 +91,7 @@ def compare_calls(tape: Tape, report: TrialReport, *, refused: bool) -> None:
 
 def compare_latch(tape: Tape, cause: str, error: BaseException | None) -> None:
     """Hold what keeps the rig still against the recorded trip, or the device's error that was raised as recorded."""
-    trips = (event.detail.partition(": ")[2] for event in tape.log.events if event.name == "trip")
+    trips = (event.detail for event in tape.log.events if event.name == "trip")
     told = next(trips, str(error) if isinstance(error, DeviceError) else "")
     if told != cause:
         # A trip's text holds rounded numbers, which another processor may round otherwise.

@@ -41,6 +41,10 @@ class FaultLatch:
         """Something tripped or failed; the first cause stays."""
         self.cause = self.cause or cause
 
+    def release(self) -> None:
+        """Clear it without a person: only where nothing can be hurt and each trial begins with a world set up anew."""
+        self.cause = ""
+
     def require_free(self) -> None:
         """Before anything is begun.
 

@@ -112,10 +112,12 @@ class Rig(Protocol):
 
     Attributes:
         latch: Set by a trip or a fault of a device; while it is, no trial begins here, whoever calls.
+        simulated: Whether all ports are the simulator's, so that a trip is a result and not a danger.
     """
 
     ports: Ports
     latch: FaultLatch
+    simulated: bool = False
 
     @property
     @abstractmethod

@@ -260,7 +260,7 @@ class Supervisor:
 
     def _take_command(self, trip: Trip, snapshot: Snapshot, asked_rad: JointVector) -> Supervised:
         self._trip, self._pulls = trip, 0
-        self.latch.set(trip.text)
+        self.latch.set(str(trip))
         self._move(GuardEvent.TRIP_AND_RETRACT if self._retracts else GuardEvent.TRIP_AND_HOLD)
         if self._retracts:
             self._retreat.start(self._held)

@@ -52,6 +52,9 @@ class Trip:
     text: str
     sample: str = ""
 
+    def __str__(self) -> str:
+        return f"{self.reason.name}: {self.text}"
+
 
 @dataclass(frozen=True, slots=True)
 class Expectation:

@@ -47,7 +47,8 @@ def test_after_a_trip_or_a_device_s_error_nothing_moves_on_the_same_rig_until_it
         run_policy(config, ready_pose(), rig, build_perception(config), walk, 1, lambda scored: None, recorded)
 
     with SimulatedRig(QUICK, ready_pose()) as rig:
-        sound = rig.ports
+        # As a rig of devices: in the simulator a trip is a result.
+        rig.simulated, sound = False, rig.ports
         if broken is not None:
             rig.ports = faulty(sound, (broken,))
         with pytest.raises(DeviceError, match=cause):

@@ -47,7 +47,7 @@ def test_what_was_drawn_has_columns_of_its_own(folder: RunFolder) -> None:
     scored = replace(plain, truth=replace(plain.truth, drawn=drawn))
     folder.append_trial(scored)
     header = (folder.path / "trials.csv").read_text().splitlines()[0]
-    assert header.endswith(",marked,tilt_heading_deg,clearance_mm")
+    assert header.endswith(",marked,trip,tilt_heading_deg,clearance_mm")
     assert folder.read_trials() == [TrialRow.of(scored)]
 
 

@@ -99,7 +99,7 @@ def test_a_run_that_was_killed_between_two_files_goes_on_as_if_it_had_not(
     trained(folder, 1)
     # The trial after the checkpoint had been written in part.
     with (folder.path / "trials.csv").open("a") as stream:
-        stream.write("1,inserted,True,9.9,1,1.0,1.0,10.0,0.0,0.0,0.0,0.0,300,5.0\n")
+        stream.write("1,inserted,True,9.9,1,1.0,1.0,10.0,0.0,0.0,0.0,0.0,300,5.0,,\n")
     with (folder.path / "decisions.csv").open("a") as stream:
         stream.write("1,136,x+ y0,x+ y0,+x,learned,-1.0,5.0\n1,150,x+")
     trained(folder, 3)
@@ -149,14 +149,15 @@ def test_a_damaged_checkpoint_is_refused(tmp_path: Path, text: str | None) -> No
         Checkpoint.load(folder)
 
 
-def test_a_trial_with_untrustworthy_data_ends_the_run() -> None:
-    scored = scored_trial(4)
-    require_sound(scored)
+def test_on_a_rig_a_trial_with_untrustworthy_data_ends_the_run() -> None:
+    scored, rig = scored_trial(4), SimulatedRig(QUICK, ready_pose())
+    rig.simulated = False
+    require_sound(rig, scored)
     scored.report.outcome = Outcome.SENSOR_FAULT
     scored.report.events.append(Event(7, "end", "sensor fault: force sample stale"))
     with pytest.raises(DeviceError, match=r"trial 1: sensor fault: force sample stale$"):
-        require_sound(scored, first=3)
+        require_sound(rig, scored, first=3)
     with pytest.raises(DeviceError, match=r"force sample stale \(JR3\)$"):
-        require_sound(replace(scored, blamed="JR3"), first=3)
+        require_sound(rig, replace(scored, blamed="JR3"), first=3)
     with pytest.raises(DeviceError, match=r"\(JR3: late; fault of the arm: stop not seen\)"):
-        require_sound(replace(scored, blamed="JR3: late", stopped_by="fault of the arm: stop not seen"))
+        require_sound(rig, replace(scored, blamed="JR3: late", stopped_by="fault of the arm: stop not seen"))

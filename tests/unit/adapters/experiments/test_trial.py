@@ -42,6 +42,7 @@ class StandIn:
     """A rig about which only the truth is known."""
 
     ports: Any = None
+    simulated = True
 
     def __init__(self, truth: Truth) -> None:
         self._truth, self.latch = truth, FaultLatch()

@@ -88,6 +88,7 @@ def test_a_trip_of_the_supervisor_terminates_and_the_next_episode_begins_anew() 
             _, reward, terminated, truncated, info = env.step(EAST)
             over = terminated or truncated
         assert (terminated, info["outcome"], reward) == (True, "safety trip", -1.0)
+        assert info["trip"].startswith("FORCE_LIMIT: ")
     env.close()
 
 

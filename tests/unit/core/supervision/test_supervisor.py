@@ -58,7 +58,9 @@ def test_a_trip_latches_until_it_is_acknowledged() -> None:
         assert done.command == held
         assert done.intervention is not None
         assert done.intervention.trip is trip
-    with pytest.raises(FaultLatchedError, match=r"supervisor: stopped by a fault \(force 31.00 N, limit 30 N\)"):
+    with pytest.raises(
+        FaultLatchedError, match=r"supervisor: stopped by a fault \(FORCE_LIMIT: force 31.00 N, limit 30 N\)"
+    ):
         guard.begin()
     guard.latch.acknowledge("a person", "it was a test")
     guard.begin()
@@ -82,7 +84,9 @@ def test_the_latch_holds_whoever_watches_the_rig_next_until_somebody_acknowledge
         with pytest.raises(ConfigurationError, match=f"acknowledgement.{field} = "):
             latch.acknowledge(by, reason)
     latch.acknowledge("Ada", "the plate is gone")
-    assert latch.acknowledgements == [Acknowledgement("Ada", "the plate is gone", "force 31.00 N, limit 30 N")]
+    assert latch.acknowledgements == [
+        Acknowledgement("Ada", "the plate is gone", "FORCE_LIMIT: force 31.00 N, limit 30 N")
+    ]
     Bench(latch=latch).clean(3)
     bench.supervisor.begin()
     assert (bench.supervisor.state, bench.supervisor.trip) == (Guard.ACTIVE, None)

@@ -23,7 +23,7 @@ from palpate.core.ports import json_of_file
 
 _IN_OTHER_COLUMNS: Final = ("scenario", "arm", "seed", "policy", "finished")
 """Entries of a summary that the cell's own columns, or the line itself, hold already."""
-_COUNTS: Final = ("outcomes", "marked_why")
+_COUNTS: Final = ("outcomes", "trips", "marked_why")
 
 
 def table_of(study: Study, rows: Sequence[tuple[StudyCell, Mapping[str, Any]]]) -> str:
