@@ -1,5 +1,6 @@
 """Rig files as run refuses them. Nothing here runs in real time."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,7 @@ import pytest
 from palpate.adapters.cli.arguments import parse
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.config.run import RunConfig
+from palpate.adapters.hardware import FaultFile
 from tests.command_line import CommandLine
 
 RIG_FILE = Path(__file__).parents[2] / "rigs" / "zebra-nmc-jr3.toml"
@@ -75,3 +77,53 @@ def test_devices_that_are_not_there_are_the_operator_s_to_mend(palpate: CommandL
     assert "the operator's fault" in done.stderr
     # The same call is to go through once the devices are plugged in.
     assert not (tmp_path / "run").exists()
+
+
+def faulted(rig: str = "rig.toml") -> None:
+    """A rig file whose rig has an open fault."""
+    shutil.copy(RIG_FILE, rig)
+    latch = FaultFile.of(Path(rig))
+    latch.set("PLATE_NOT_FELT: nothing felt down to 2.93 mm")
+    latch.end()
+
+
+RUN = "run --rig rig.toml --policy torque --out out"
+MOVING = (
+    RUN, "train --rig rig.toml --learner belief --out out", "calibrate --rig rig.toml", "doctor --rig rig.toml --move",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("words", MOVING)
+def test_a_rig_with_an_open_fault_is_refused_in_one_line_with_the_option_to_copy(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, words: str
+) -> None:
+    faulted()
+    monkeypatch.setattr("palpate.adapters.hardware.arm_on_bus.BusArm.connect", lambda _: pytest.fail("was opened"))
+    done = palpate(*words.split())
+    assert (done.code, len(done.stderr.splitlines())) == (1, 1), done
+    assert "PLATE_NOT_FELT: nothing felt down to 2.93 mm" in done.stderr
+    assert done.stderr.endswith('acknowledge it: --acknowledge "1 NAME: why"\n')
+    assert not Path("out").exists()
+
+
+def test_an_acknowledgement_names_the_open_fault_and_needs_a_rig_that_moves(palpate: CommandLine) -> None:
+    faulted()
+    refused = palpate.refusal(*RUN.split(), "--acknowledge", "2 Ada: mended")
+    assert "acknowledge = '2 Ada: mended' is refused: the open fault, 1 (PLATE_NOT_FELT: nothing felt" in refused
+    assert "nothing without --rig" in palpate.refusal("run", "--policy", "torque", "--acknowledge", "1 Ada: mended")
+    assert "nothing without --move" in palpate.refusal("doctor", "--rig", "rig.toml", "--acknowledge", "1 Ada: mended")
+
+
+def test_a_fault_stays_open_where_the_devices_cannot_be_opened(palpate: CommandLine) -> None:
+    faulted()
+    before = Path("rig.toml.fault.json").read_bytes()
+    done = palpate(*RUN.split(), "--acknowledge", "1 Ada: mended")
+    assert done.code == 1
+    assert "cannot be opened" in done.stderr
+    assert Path("rig.toml.fault.json").read_bytes() == before
+
+
+def test_a_broken_fault_file_keeps_the_rig_still(palpate: CommandLine) -> None:
+    shutil.copy(RIG_FILE, "rig.toml")
+    Path("rig.toml.fault.json").write_text("{")
+    assert "does not move" in palpate.refusal(*RUN.split())

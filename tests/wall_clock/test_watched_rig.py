@@ -11,7 +11,7 @@ import pytest
 
 from palpate.adapters.config import DeviceEntry, RealTimeConfig, RigFile, RunConfig, SensorFactsTable
 from palpate.adapters.config.rig import OperatorTable, WatchdogTable
-from palpate.adapters.hardware import ArmAdapter, HardwareRig, RigContext, find_approach
+from palpate.adapters.hardware import ArmAdapter, FaultFile, HardwareRig, RigContext, find_approach
 from palpate.adapters.hardware import rig as hardware_rig
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Life
@@ -26,9 +26,15 @@ LONG_NS = 3_600_000_000_000
 
 
 class CountedArm(FakeArm):
-    """Counts its commands."""
+    """Counts its commands, and may report a fault once it has power."""
 
     sent = 0
+    fail_on_activation = ""
+
+    def _on_activate(self) -> None:
+        super()._on_activate()
+        if self.fail_on_activation:
+            self._latch(self.fail_on_activation)
 
     def send(self, command: JointCommand) -> AppliedCommand:
         self.sent += 1
@@ -67,11 +73,15 @@ def rig_of(monkeypatch: pytest.MonkeyPatch) -> Make:
     monkeypatch.setattr(hardware_rig, "force_sensor_maker", lambda _: force)
 
     def make(
-        watchdog: WatchdogTable, operator: OperatorTable, config: RunConfig = CONFIG, facts: SensorFactsTable = FACTS
+        watchdog: WatchdogTable,
+        operator: OperatorTable,
+        config: RunConfig = CONFIG,
+        facts: SensorFactsTable = FACTS,
+        latch: FaultFile | None = None,
     ) -> tuple[HardwareRig, Devices]:
         entry = DeviceEntry("fake", {})
         file = RigFile("fakes", entry, entry, 2.0, operator, watchdog, facts)
-        return HardwareRig(file, config, find_approach(config, ready_pose())), devices
+        return HardwareRig(file, config, find_approach(config, ready_pose()), latch), devices
 
     return make
 
@@ -89,6 +99,28 @@ def test_the_arm_walks_to_the_ready_pose_once_and_again_on_request(rig_of: Make)
         rig.prepare(2)
         assert devices.arm.sent > before
         assert rig.stopped_by() == ""
+
+
+def test_a_fault_is_kept_until_it_is_acknowledged_and_no_device_reports_one(
+    rig_of: Make, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    quiet = WatchdogTable(command_ms=60_000, sensor_ms=60_000), NO_KEYS, CONFIG, FACTS
+    path = tmp_path / "rig.toml"
+    rig, _ = rig_of(*quiet, FaultFile.of(path))
+    with pytest.raises(DeviceError), rig:
+        raise DeviceError("arm", "fell silent")
+    assert "fault 1: arm: fell silent; kept in" in capsys.readouterr().err
+    with pytest.raises(FaultLatchedError, match='--acknowledge "1 NAME: why"'):
+        FaultFile.of(path)
+    rig, devices = rig_of(*quiet, FaultFile.of(path, "1 Ada: plugged in"))
+    devices.arm.fail_on_activation = "protective stop"
+    with pytest.raises(DeviceError, match="protective stop, still; fault 1 cannot be acknowledged"), rig:
+        pytest.fail("was entered")
+    rig, _ = rig_of(*quiet, FaultFile.of(path, "1 Ada: plugged in"))
+    with rig:
+        rig.prepare(0)
+    assert [one.by for one in rig.latch.acknowledgements] == ["Ada"]
+    FaultFile.of(path)
 
 
 def test_what_a_run_asks_of_the_system_reaches_the_threads_of_its_adapters(rig_of: Make) -> None:

@@ -125,9 +125,9 @@ class DeviceError(PalpateError, RuntimeError):
 class FaultLatchedError(DeviceError):
     """The device stopped after a fault and waits until a person acknowledges it."""
 
-    def __init__(self, device: str, cause: str) -> None:
+    def __init__(self, device: str, cause: str, remedy: str = "acknowledge it before going on") -> None:
         self.cause = cause
-        super().__init__(device, f"stopped by a fault ({cause}); acknowledge it before going on")
+        super().__init__(device, f"stopped by a fault ({cause}); {remedy}")
 
 
 def one_line(said: object) -> str:

@@ -21,7 +21,14 @@ from palpate.adapters.experiments.calibration import (
     touch_picture,
     weigh_picture,
 )
-from palpate.adapters.hardware import HardwareRig, MonotonicClock, RigContext, find_approach, force_sensor_maker
+from palpate.adapters.hardware import (
+    FaultFile,
+    HardwareRig,
+    MonotonicClock,
+    RigContext,
+    find_approach,
+    force_sensor_maker,
+)
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.core.errors import ConfigurationError, OutputError, UsageError
 from palpate.core.motion import arm_named
@@ -71,6 +78,9 @@ class _Bench:
         if not os.access(self._path, os.W_OK):
             raise OutputError(options.rig, "is to be read only", "make it writable, or name a copy with --rig")
         _require_writable(self._out, "out")
+        self._latch: FaultFile | None = None
+        if set(options.steps) - {"rest"}:
+            self._latch = FaultFile.of(self._path, options.acknowledge)
         if "hole" in options.steps and "weigh" not in options.steps:
             _require_turn(self._file)
 
@@ -114,7 +124,7 @@ class _Bench:
         ready = find_ready_pose(config.arm, config.task)
         warm_up(config, ready)
         with (
-            HardwareRig(file, config, find_approach(config, ready)) as rig,
+            HardwareRig(file, config, find_approach(config, ready), self._latch) as rig,
             RealTimeSession(config.real_time) as session,
         ):
             print_grants(session, config)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from palpate.adapters.cli.options import DoctorOptions
 from palpate.adapters.config import RigFile
-from palpate.adapters.hardware import MonotonicClock, RigContext
+from palpate.adapters.hardware import FaultFile, MonotonicClock, RigContext
 from palpate.adapters.hardware.doctor import (
     Examination,
     FindingsSection,
@@ -36,7 +36,10 @@ def doctor(options: DoctorOptions) -> int:
     if not options.rig:
         raise ConfigurationError("rig", options.rig, "a rig file: palpate doctor --rig FILE")
     file = RigFile.load(Path(options.rig))
-    wishes = Wishes(options.seconds, _Terminal() if options.push else None, options.move)
+    if options.acknowledge and not options.move:
+        raise ConfigurationError("acknowledge", options.acknowledge, "nothing without --move: nothing moves")
+    begin = FaultFile.of(Path(options.rig), options.acknowledge).begin if options.move else str
+    wishes = Wishes(options.seconds, _Terminal() if options.push else None, options.move, begin)
     examination = Examination(file, RigContext.of(file.model or options.arm, MonotonicClock()), wishes, System())
     sections: list[FindingsSection] = []
     try:

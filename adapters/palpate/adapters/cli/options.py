@@ -38,8 +38,17 @@ class LiveSettings(Settings):
     """Port of this computer at which the viewer connects; 0 takes its usual one, 8765 or 9876."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class AcknowledgeSettings(Settings):
+    """Option of every command that moves a rig."""
+
+    acknowledge: str = ""
+    """Let a rig move after a fault: "NUMBER NAME: why", with the number of the fault, your name and why it is safe.
+    Clears that fault only, once, and not while a device still reports it."""
+
+
 @dataclass(frozen=True)
-class TrainOptions(LiveSettings, RunSettings):
+class TrainOptions(AcknowledgeSettings, LiveSettings, RunSettings):
     """Learn an insertion from scratch, and leave a folder with everything about it."""
 
     trials: Trials = 350
@@ -59,7 +68,7 @@ class TrainOptions(LiveSettings, RunSettings):
 
 
 @dataclass(frozen=True)
-class RunOptions(LiveSettings, RunSettings):
+class RunOptions(AcknowledgeSettings, LiveSettings, RunSettings):
     """Run a trained policy, or a comparator, without learning."""
 
     policy: str = ""
@@ -157,7 +166,7 @@ class CheckAdapterOptions(Settings):
 
 
 @dataclass(frozen=True)
-class DoctorOptions(Settings):
+class DoctorOptions(AcknowledgeSettings):
     """Open each device of a rig, measure how it does, and say how to mend what is wrong.
 
     Nothing moves and no servo is switched on, except with --move. End other programs that use the devices first.
@@ -179,7 +188,7 @@ class DoctorOptions(Settings):
 
 
 @dataclass(frozen=True)
-class CalibrateOptions(RunSettings):
+class CalibrateOptions(AcknowledgeSettings, RunSettings):
     """Find out what a new rig lacks, in steps that a person confirms, and write it into the rig file.
 
     Nothing that is in the file is lost. The arm moves at 5 mm/s at most, and stops where the force changes by 10 N.

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from palpate.adapters.config import PerceptionConfig, RigFile, RunConfig, task_kind
-from palpate.adapters.hardware import HardwareRig, find_approach
+from palpate.adapters.hardware import FaultFile, HardwareRig, find_approach
 from palpate.adapters.mujoco import SimulatedRig, simulated_sensor
 from palpate.core.automata import AutomatonState, load
 from palpate.core.errors import ConfigurationError
@@ -256,12 +256,19 @@ def _require_quiet(config: RunConfig, sensor: SensorFacts) -> None:
     raise ConfigurationError("force_sensor.facts", told, accepted)
 
 
-def open_rig(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> Rig:
+def open_rig(config: RunConfig, ready: ReadyPose, rig_file: str = "", acknowledge: str = "") -> Rig:
     """The rig that trials run on, not yet entered: the simulator, or the devices of a rig file.
 
+    Args:
+        acknowledge: ``NUMBER NAME: why`` of a person who acknowledges the rig's open fault.
+
     Raises:
-        ConfigurationError: The rig file or a setting in it cannot be used.
+        ConfigurationError: The rig file or a setting in it cannot be used, or nothing is to be acknowledged.
+        FaultLatchedError: A fault of the rig has not been acknowledged.
     """
     if not rig_file:
+        if acknowledge:
+            raise ConfigurationError("acknowledge", acknowledge, "nothing without --rig: a simulator keeps no fault")
         return SimulatedRig(config, ready)
-    return HardwareRig(RigFile.load(Path(rig_file)), config, find_approach(config, ready))
+    file, latch = RigFile.load(Path(rig_file)), FaultFile.of(Path(rig_file), acknowledge)
+    return HardwareRig(file, config, find_approach(config, ready), latch)

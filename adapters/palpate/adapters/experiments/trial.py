@@ -55,6 +55,12 @@ class ScoredTrial:
         """What :func:`trip_of` gives."""
         return trip_of(self.report)
 
+    @property
+    def cause(self) -> str:
+        """The trip, and which device or person is behind it."""
+        told = "; ".join(filter(None, (self.blamed, self.stopped_by)))
+        return f"{self.trip} ({told})" if told else self.trip
+
 
 def outcome_of(report: TrialReport) -> Outcome | None:
     """Return how a trial ended; a trip takes precedence over what the task reports in the same tick."""
@@ -124,10 +130,12 @@ def run_scored_trial(
         if recorder is not None:
             recorder.fail(task.report, error, _rig_fields(rig, session))
         raise
-    if rig.simulated and report.trip is not None:
-        rig.latch.release()
     scored = score(config, report, rig.truth())
     scored = replace(scored, stopped_by=rig.stopped_by(), blamed=witness.blamed)
+    if scored.trip and rig.simulated:
+        rig.latch.release()
+    elif scored.trip:
+        rig.latch.set(scored.cause)
     if recorder is not None:
         recorder.end(report, truth_fields(scored) | _rig_fields(rig, session))
     return scored
@@ -226,9 +234,7 @@ def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
         DeviceError: With the trial's number, as tables have it.
     """
     if scored.trip and not rig.simulated:
-        told = "; ".join(filter(None, (scored.blamed, scored.stopped_by)))
-        cause = f" ({told})" if told else ""
-        raise DeviceError("rig", f"trial {scored.report.setup.index - first}: {scored.trip}{cause}")
+        raise DeviceError("rig", f"trial {scored.report.setup.index - first}: {scored.cause}")
 
 
 @contextmanager

@@ -5,6 +5,7 @@ from __future__ import annotations
 import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,7 +14,7 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.adapters.config import RigFile
-from palpate.adapters.experiments import ready_pose, rest_reinforcement, task_actions
+from palpate.adapters.experiments import open_rig, ready_pose, rest_reinforcement, task_actions
 from palpate.adapters.gymnasium_envs.episode import (
     Episodes,
     InsertionEpisodes,
@@ -87,6 +88,7 @@ if TYPE_CHECKING:
 _NAME: Final = "palpate/PegInsertion-v0"
 _ARGUMENTS: Final = (
     "scenario", "arm", "actions", "observations", "failure_penalty", "config", "rig", "out", "decision_limit_s", "task",
+    "acknowledge",
 )  # fmt: skip
 
 
@@ -128,6 +130,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         decision_limit_s: On a rig, how long the agent may take for a decision, 0.01 s to 60 s. One that is not there
             when it is due is replaced by a rest, and counted; after this time the arm is stopped and the rig latched.
         task: The kind of insertion; empty takes that of ``config``, or steps across.
+        acknowledge: On a rig with an open fault, ``NUMBER NAME: why`` of the person who acknowledges it.
 
     Raises:
         ConfigurationError: An argument or a setting is unknown or refused.
@@ -149,6 +152,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         out: str = "",
         decision_limit_s: float = 0.3,
         task: str = "",
+        acknowledge: str = "",
         **unknown: object,
     ) -> None:
         self._arguments = {
@@ -177,7 +181,8 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             # Here, because it loads what only a rig needs.
             from palpate.adapters.gymnasium_envs.rig_episode import RigEpisodes
 
-            self._episodes = RigEpisodes(settings, rig, out, decision_limit_s)
+            made = partial(open_rig, acknowledge=acknowledge)
+            self._episodes = RigEpisodes(settings, rig, out, decision_limit_s, made)
             # Whatever becomes of the program: an environment that nobody has any more leaves the arm stopped.
             weakref.finalize(self, self._episodes.close)
         else:

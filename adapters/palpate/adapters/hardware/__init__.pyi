@@ -3,6 +3,7 @@ from .approach import withdrawal as withdrawal
 from .clock import MonotonicClock as MonotonicClock
 from .emulated_cell import CellMoment as CellMoment
 from .emulated_cell import EmulatedCell as EmulatedCell
+from .fault_file import FaultFile as FaultFile
 from .plugins import ArmAdapter as ArmAdapter
 from .plugins import RigContext as RigContext
 from .plugins import force_sensor_maker as force_sensor_maker

@@ -14,6 +14,7 @@ from palpate.adapters.hardware.approach import WayToReadyPose, walk
 from palpate.adapters.hardware.bus_process import OperatorsHand, host_arm
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.errors import told_of
+from palpate.adapters.hardware.fault_file import FaultFile
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.hardware.real_time import RealTime, join_loop
 from palpate.adapters.hardware.sensor_facts import gathered, reported_by
@@ -31,7 +32,6 @@ from palpate.adapters.hardware.watchdogs import (
 from palpate.core.errors import DeviceError, LifecycleError
 from palpate.core.ports import (
     ArmCommand,
-    FaultLatch,
     ForceSensor,
     Life,
     Ports,
@@ -67,13 +67,16 @@ class HardwareRig(Rig):
 
     Args:
         approach: How the arm comes to the ready pose before the first trial.
+        latch: Outlives the program; None for one that ends with it.
 
     Attributes:
-        latch: Set by a trip or a fault of a device; while it is, no trial begins here.
+        latch: Set by a trip, an operator's stop or a fault of a device; while it is, nothing moves here.
         operator: Stops the arm at a person's word.
     """
 
-    def __init__(self, file: RigFile, config: RunConfig, approach: WayToReadyPose) -> None:
+    def __init__(
+        self, file: RigFile, config: RunConfig, approach: WayToReadyPose, latch: FaultFile | None = None
+    ) -> None:
         clock, real_time = MonotonicClock(), config.real_time
         context = replace(RigContext.of(config.arm, clock), hurry=lambda: join_loop(real_time))
         sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
@@ -115,7 +118,8 @@ class HardwareRig(Rig):
         self._devices, self._watched = (sensor, adapter.encoder, adapter.arm), watched
         self._file, self._approach, self._limit_N = file, approach, config.task.max_force_N
         self._at_ready = False
-        self.latch = FaultLatch()
+        self.latch: FaultFile = FaultFile(None) if latch is None else latch
+        self.latch.still = self._reported
         self._facts: SensorFacts | None = None
         # For the way alone; whoever runs trials asks for more, and tells what was granted.
         self._real_time = RealTime(RealTimeConfig(scheduling=real_time.scheduling, priority=real_time.priority))
@@ -165,6 +169,11 @@ class HardwareRig(Rig):
         fault = self.ports.arm.fault
         return found or (f"fault of the arm: {fault}" if fault else "")
 
+    def _reported(self) -> str:
+        """The fault that a device reports; empty for none."""
+        found = ((getattr(device, "name", "device"), device.fault) for device in self._devices)
+        return next((f"{name}: {fault}" for name, fault in found if fault), "")
+
     @override
     def device_behind(self, sample: str) -> str:
         sensor, encoder, _ = self._devices
@@ -202,6 +211,7 @@ class HardwareRig(Rig):
             self._facts = gathered(self._file.facts, reported_by(self._devices[0]))
             for device in devices.values():
                 device.activate()
+            self.latch.begin()
             # Ends its thread; the arm itself allows to be closed twice.
             opened.callback(self._watched.close)
             opened.enter_context(self._real_time)
@@ -211,9 +221,14 @@ class HardwareRig(Rig):
             self._opened = opened.pop_all()
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         self.ports.arm.stop()
-        self._opened.close()
+        if isinstance(error, DeviceError):
+            self.latch.set(str(error))
+        try:
+            self._opened.close()
+        finally:
+            self.latch.end()
 
 
 def _mounted(sensor: ForceSensor, file: RigFile) -> ForceSensor:

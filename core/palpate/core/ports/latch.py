@@ -37,6 +37,11 @@ class FaultLatch:
         self.cause = ""
         self.acknowledgements: list[Acknowledgement] = []
 
+    @property
+    def remedy(self) -> str:
+        """What a person has to do."""
+        return "acknowledge it before going on"
+
     def set(self, cause: str) -> None:
         """Something tripped or failed; the first cause stays."""
         self.cause = self.cause or cause
@@ -52,7 +57,7 @@ class FaultLatch:
             FaultLatchedError: A trip or fault has not been acknowledged.
         """
         if self.cause:
-            raise FaultLatchedError(_NAME, self.cause)
+            raise FaultLatchedError(_NAME, self.cause, self.remedy)
 
     def acknowledge(self, by: str, reason: str) -> None:
         """Let trials begin again; a person's decision, never a program's.

@@ -40,11 +40,13 @@ class Wishes:
 
     Attributes:
         person: Who pushes the tool; None leaves that out.
+        before_move: Is called before the first motion, and refuses it by an error.
     """
 
     seconds: float
     person: Person | None
     move: bool
+    before_move: Callable[[], object] = str
 
 
 class Examination:
@@ -164,6 +166,7 @@ class Examination:
         arm, encoder = adapter.arm, adapter.encoder
         if isinstance(arm, BusArm):
             arm.activate()
+        self._wishes.before_move()
         examine_following(arm, encoder, self._context.clock, self._context.upper_rad, self._arm_notes)
         if isinstance(arm, BusArm) and isinstance(arm.connect(), ZebraZero):
             self._arm_notes.note("its servos go on holding the arm", "switch the controller off to release it")

@@ -1,0 +1,198 @@
+"""The latch of a rig in a file next to its rig file: it outlives the program, and only a person clears it."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
+from datetime import datetime
+from pathlib import Path
+from typing import ClassVar, Final
+
+from typing_extensions import override
+
+from palpate.core.errors import ConfigurationError, DeviceError, OutputError, one_line
+from palpate.core.ports import Acknowledgement, FaultLatch, Settings, json_of_file, write_whole
+
+FORMAT: Final = 1
+_WORDS: Final = re.compile(r"\s*(\d+)\s+([^:]*\S)\s*:\s*(\S.*)", re.DOTALL)
+_NAME, _WHY = "NAME", "why"
+"""Placeholders in the option that messages print."""
+
+
+@dataclass(frozen=True)
+class Fault(Settings):
+    """A trip, or a fault of a device.
+
+    Attributes:
+        number: Counts the faults of a rig from 1.
+        by: Name of the person who acknowledged it; empty while it is open, as only the last one may be.
+    """
+
+    TABLE: ClassVar[str] = "fault"
+
+    number: int
+    cause: str
+    time: str
+    by: str = ""
+    reason: str = ""
+    acknowledged: str = ""
+
+
+@dataclass(frozen=True)
+class _Document(Settings):
+    """Content of the file."""
+
+    format: int
+    faults: tuple[Fault, ...]
+
+
+class FaultFile(FaultLatch):
+    """The latch of one rig. It is written as soon as something trips, by a thread of its own: a disk may take long.
+
+    Args:
+        path: The file; None keeps the latch in memory only.
+        words: ``NUMBER NAME: why`` of a person who acknowledges the open fault; used up by :meth:`begin`.
+
+    Attributes:
+        still: Returns the fault that a device reports at present; empty for none.
+
+    Raises:
+        OutputError: The file cannot be read.
+        FaultLatchedError: A fault is open, and it is not acknowledged.
+        ConfigurationError: The words acknowledge nothing, or another fault.
+    """
+
+    def __init__(self, path: Path | None, words: str = "") -> None:
+        super().__init__()
+        self.still: Callable[[], str] = str
+        self._path, self._faults = path, tuple[Fault, ...]()
+        self._writer: threading.Thread | None = None
+        self._problem = ""
+        self._load()
+        self._given = self._parsed(words) if words else None
+        if self._given is None:
+            self.require_free()
+
+    @classmethod
+    def of(cls, rig_file: Path, words: str = "") -> FaultFile:
+        """The latch of the rig of a rig file."""
+        path = rig_file.resolve()
+        return cls(path.with_name(f"{path.name}.fault.json"), words)
+
+    @property
+    def number(self) -> int:
+        """Number of the newest fault; 0 before the first."""
+        return self._faults[-1].number if self._faults else 0
+
+    @property
+    @override
+    def remedy(self) -> str:
+        return f'acknowledge it: --acknowledge "{self.number} {_NAME}: {_WHY}"'
+
+    def begin(self) -> None:
+        """Acknowledge what the words are for. To be called before the first motion, with all devices open.
+
+        Raises:
+            FaultLatchedError: A fault is open, perhaps since another program ran.
+            DeviceError: A device still reports a fault.
+            OutputError: The file cannot be read or written: a fault would be lost.
+        """
+        self._load()
+        if self._given is not None:
+            given, self._given = self._given, None
+            self.acknowledge(given.by, given.reason)
+            sys.stderr.write(f"palpate: fault {self.number} is acknowledged by {given.by}: {given.reason}\n")
+        self.require_free()
+        self._write()
+
+    @override
+    def set(self, cause: str) -> None:
+        if self.cause:
+            return
+        super().set(one_line(cause))
+        self._faults = (*self._faults, Fault(self.number + 1, self.cause, _now()))
+        self._writer = threading.Thread(target=self._keep, name="fault file")
+        self._writer.start()
+
+    @override
+    def acknowledge(self, by: str, reason: str) -> None:
+        self._wait()
+        if told := self.still():
+            raise DeviceError("rig", f"{told}, still; fault {self.number} cannot be acknowledged before that is over")
+        before, cause = self._faults, self.cause
+        super().acknowledge(by, reason)
+        self._faults = (*before[:-1], replace(before[-1], by=by, reason=reason, acknowledged=_now()))
+        try:
+            self._write()
+        except OutputError:
+            # What is not on the disk has not happened.
+            self.acknowledgements.pop()
+            self._faults, self.cause = before, cause
+            raise
+
+    def end(self) -> None:
+        """Wait until a new fault is on the disk, and print how to acknowledge it."""
+        self._wait()
+        if self.cause and self._path is not None:
+            told = self._problem or f"kept in {self._path}"
+            with suppress(OSError):
+                sys.stderr.write(f"palpate: fault {self.number}: {self.cause}; {told}; {self.remedy}\n")
+
+    def _parsed(self, words: str) -> Acknowledgement:
+        found, accepted = _WORDS.fullmatch(words), '"NUMBER NAME: why"'
+        if self.cause:
+            accepted = f'"{self.number} {_NAME}: {_WHY}", with your name and the reason'
+        if found is None or _NAME == found[2] or _WHY == found[3].strip():
+            raise ConfigurationError("acknowledge", words, accepted)
+        if not self.cause or int(found[1]) != self.number:
+            last = self._faults[-1] if self._faults else None
+            done = f"; {last.by} acknowledged fault {last.number} at {last.acknowledged}" if last and last.by else ""
+            open_fault = f"the open fault, {self.number} ({self.cause})" if self.cause else f"no fault is open{done}"
+            raise ConfigurationError("acknowledge", words, open_fault)
+        return Acknowledgement(found[2], found[3].strip(), self.cause)
+
+    def _load(self) -> None:
+        if self._path is None:
+            return
+        try:
+            found = _Document.read(json_of_file(self._path), "fault file")
+            if found.format != FORMAT:
+                raise ValueError(f"format {found.format}, not {FORMAT}")
+            self._faults = found.faults
+        except FileNotFoundError:
+            self._faults = ()
+        except (OSError, ValueError) as error:
+            remedy = "repair it; without its faults the rig does not move"
+            raise OutputError(str(self._path), f"cannot be read ({error})", remedy) from error
+        last = self._faults[-1] if self._faults else None
+        self.cause = "" if last is None or last.by else last.cause
+
+    def _write(self) -> None:
+        if self._path is None:
+            return
+        content = {"format": FORMAT, "faults": [asdict(fault) for fault in self._faults]}
+        try:
+            write_whole(self._path, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+        except OSError as error:
+            problem = f"cannot be written ({error.strerror})"
+            raise OutputError(str(self._path), problem, "a rig whose faults cannot be kept does not move") from error
+
+    def _keep(self) -> None:
+        try:
+            self._write()
+        except OutputError as error:
+            self._problem = f"not kept: {error}"
+
+    def _wait(self) -> None:
+        writer, self._writer = self._writer, None
+        if writer is not None:
+            writer.join()
+
+
+def _now() -> str:
+    return datetime.now().astimezone().isoformat(timespec="seconds")
