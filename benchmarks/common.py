@@ -59,7 +59,7 @@ class Trials:
 
     def __init__(self, config: RunConfig, make: Make | None = None, perception: Perception | None = None) -> None:
         self.config = config
-        ready = find_ready_pose(config.arm, config.task)
+        ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
         self.perception = build_perception(config) if perception is None else perception
         self.rig = SimulatedRig(config, ready)
         make = learner if make is None else make

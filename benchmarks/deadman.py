@@ -32,7 +32,7 @@ import numpy as np
 
 from benchmarks.deadman_loop import FASTEST_RAD_S, NS
 from palpate.adapters.config import EMULATED_ARMS, EmulationConfig
-from palpate.adapters.config.run import scenario
+from palpate.adapters.config.compose import scenario
 from palpate.adapters.hardware.emulated_cell import EmulatedCell
 from palpate.adapters.hardware.real_time import take_real_time
 from palpate.core.trial.ready_pose import find_ready_pose
@@ -93,7 +93,9 @@ def emulated(arm: str, folder: Path, rt: bool) -> Iterator[tuple[Watched, Path, 
     emulation = EmulationConfig(arm=arm, force="jr3-can")
     if rt:
         take_real_time(EMULATED_PRIORITY)
-    with EmulatedCell(config, find_ready_pose(config.arm, config.task), emulation, counts) as cell:
+    with EmulatedCell(
+        config, find_ready_pose(config.arm, config.tool.geometry, config.task), emulation, counts
+    ) as cell:
         rig = folder / "rig.toml"
         # Where the adapter has a limit of its own, that is the one of the rig files that come with palpate.
         text = cell.rig_toml()

@@ -16,8 +16,8 @@ from dataclasses import replace
 from typing import Final
 
 from benchmarks.emulated_rig import emulated_rig
+from palpate.adapters.config.compose import scenario
 from palpate.adapters.config.real_time import RealTimeConfig
-from palpate.adapters.config.run import scenario
 from palpate.adapters.experiments.build import build_perception, build_task, task_actions
 from palpate.adapters.experiments.trial import trial_setup
 from palpate.adapters.hardware.approach import find_approach
@@ -111,7 +111,7 @@ def main() -> None:
         requests = RealTimeConfig(True, options.priority, True, options.cpu, True)
     # Threads of the rig that keep the arm's cycles take the loop's priority.
     config = replace(scenario("paper"), real_time=requests)
-    ready = find_ready_pose(config.arm, config.task)
+    ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
     task = build_task(config, ready, build_perception(config), RandomWalkPolicy(task_actions(config)))
     with ExitStack() as opened:
         session = opened.enter_context(RealTimeSession(requests))

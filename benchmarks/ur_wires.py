@@ -92,7 +92,7 @@ def tried(strike: Strike, folder: Path) -> str:
     config = replace(scenario("paper"), seed=0)
     rig, out, ended = folder / "rig.toml", folder / "out", threading.Event()
     emulation = EmulationConfig("ur5-rtde", "ati-netft")
-    with EmulatedCell(config, find_ready_pose(config.arm, config.task), emulation) as cell:
+    with EmulatedCell(config, find_ready_pose(config.arm, config.tool.geometry, config.task), emulation) as cell:
         rig.write_text(cell.rig_toml())
         life = threading.Thread(target=cell.run, args=(ended.is_set, lambda truth: None))
         life.start()

@@ -74,7 +74,7 @@ def main() -> None:
     try:
         require_whole("trials", trials, 1, 1_000_000)
         require_free_folder(options.out)
-        ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
+        ready, perception = find_ready_pose(config.arm, config.tool.geometry, config.task), build_perception(config)
         with SimulatedRig(config, ready) as rig, new_folder(options.out) as folder:
             policies = {"torque": comparator("torque", config, lambda: ()), "homing": Homing()}
             for name, policy in policies.items():

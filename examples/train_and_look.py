@@ -44,7 +44,7 @@ def tell(scored: ScoredTrial) -> None:
 def train(config: RunConfig, trials: int, folder: RunFolder) -> None:
     """Train into the folder, as ``palpate train`` does."""
     folder.require_free()
-    ready = find_ready_pose(config.arm, config.task)
+    ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
     perception = build_perception(config)
     policy = learning_policy(config, perception)
     folder.create()

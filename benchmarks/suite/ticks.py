@@ -77,12 +77,12 @@ class Recorded:
 
 def learning_task() -> Any:
     """A task that learns, from the beginning."""
-    ready, perception = find_ready_pose(CONFIG.arm, CONFIG.task), build_perception(CONFIG)
+    ready, perception = find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task), build_perception(CONFIG)
     return build_task(CONFIG, ready, perception, learning_policy(CONFIG, perception))
 
 
 def simulated() -> SimulatedRig:
-    return SimulatedRig(CONFIG, find_ready_pose(CONFIG.arm, CONFIG.task))
+    return SimulatedRig(CONFIG, find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task))
 
 
 def throughput(form: Form) -> list[Row]:
@@ -160,7 +160,7 @@ def tick(form: Form) -> list[Row]:
 
 def supervisor(form: Form) -> list[Row]:
     """The supervisor and the task's own step over the same snapshots, in turns."""
-    ready, perception = find_ready_pose(CONFIG.arm, CONFIG.task), build_perception(CONFIG)
+    ready, perception = find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task), build_perception(CONFIG)
     task = build_task(CONFIG, ready, perception, comparator("torque", CONFIG, tuple))
     trials = []
     with simulated() as rig:
@@ -213,7 +213,7 @@ class Course:
         if folder is not None:
             sink = lambda: ProcessSink(queue_bytes=4_096_000, patient=True)  # noqa: E731
             self.recorder = TrialRecorder(sink, folder, CONFIG.recording).__enter__()
-            ready, perception = find_ready_pose(CONFIG.arm, CONFIG.task), build_perception(CONFIG)
+            ready, perception = find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task), build_perception(CONFIG)
             policy = learning_policy(CONFIG, perception)
             self.task = build_task(CONFIG, ready, perception, policy)
             self.recorder.of("bench", CONFIG, ready, self.task, perception, policy, frozen=False)

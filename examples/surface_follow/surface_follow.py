@@ -19,7 +19,7 @@ from typing import Annotated, Any, ClassVar, Final
 
 from typing_extensions import override
 
-from palpate.core.motion import ArmDescription, DampingControl, PositionControl, TipMotion
+from palpate.core.motion import ArmDescription, DampingControl, PositionControl, TipMotion, ToolGeometry
 from palpate.core.ports import PERIOD_S, STILL, Range, Settings, Truth, Vector3
 from palpate.core.tasks.contact import ContactProof, LiftCheck, RunningPhase, TouchTask, TrialState
 from palpate.core.trial import (
@@ -252,8 +252,8 @@ class SurfaceFollow(TaskKind):
         return Workspace((0.5 * own.stroke_mm, 0.0), task.ready_height_mm, own.relief_mm)
 
     @override
-    def ready(self, arm: str | ArmDescription, task: TaskConfig) -> ReadyPose:
-        return find_ready_pose(arm, task, self.workspace(task))
+    def ready(self, arm: str | ArmDescription, tool: ToolGeometry, task: TaskConfig) -> ReadyPose:
+        return find_ready_pose(arm, tool, task, self.workspace(task))
 
     @override
     def setup(self, task: TaskConfig, seed: int, trial: int) -> TrialSetup:

@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
-from palpate.core.motion import Kinematics, ToolGeometry, arm_named
+from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, ManagedDevice
 from palpate.core.ports.contracts import (
     ArmCommandContract,
@@ -22,6 +22,7 @@ from palpate.core.ports.contracts import (
 )
 from palpate.core.trial import find_ready_pose, goal_in_base
 from palpate.simulation.work_cell.cell import WorkCell
+from tests.support.tool import TOOL
 
 TICK_NS = 10**9 // CONTROL_RATE_HZ
 # Loud enough to tell two samples apart, far below the loads; a bias, so that a hidden tare would show.
@@ -37,10 +38,10 @@ def the_cell() -> WorkCell:
     config = RunConfig()
     sensor = replace(config.cell.sensor, force_noise_N=NOISE_N, torque_noise_Nm=NOISE_N / 10)
     return WorkCell(
-        Kinematics(arm_named(config.arm), ToolGeometry()),
+        Kinematics(arm_named(config.arm), TOOL),
         replace(config.cell, sensor=sensor),
         goal_in_base=goal_in_base(config.task.goal),
-        ready_rad=find_ready_pose(config.arm, config.task).q_rad,
+        ready_rad=find_ready_pose(config.arm, config.tool.geometry, config.task).q_rad,
         rate_Hz=CONTROL_RATE_HZ,
     )
 
@@ -78,7 +79,7 @@ class Bench:
 
     @property
     def speed_rad_s(self) -> JointVector:
-        kinematics = Kinematics(arm_named("zebra-zero"), ToolGeometry())
+        kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
         return tuple(kinematics.velocity_limit_rad_s.tolist())
 
     def arm(self) -> MujocoArm:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from palpate.core.motion import ToolGeometry
+from tests.support.tool import TOOL
 
 EXPLORING: Final = 150
 """A tick at which trial 0 explores."""
@@ -59,6 +59,6 @@ def dead_across(tick: int) -> tuple[Mapping[str, Any], ...]:
 
 def shove(tick: int, x_N: float, y_N: float, **more: Any) -> tuple[Mapping[str, Any], ...]:
     """A lateral force with the torque that it has at the tip."""
-    lever_m = ToolGeometry().tip_from_sensor_m
+    lever_m = TOOL.tip_m[2]
     wrench = ((0, x_N), (1, y_N), (3, -lever_m * y_N), (4, lever_m * x_N))
     return tuple(force("offset", tick, magnitude=value, channels=(channel,), **more) for channel, value in wrench)

@@ -2,14 +2,15 @@
 
 import numpy as np
 
-from palpate.core.motion import Kinematics, ToolGeometry, arm_named
+from palpate.core.motion import Kinematics, arm_named
 from palpate.drivers.zebra_zero.counts import Transmission
+from tests.support.tool import TOOL
 
 POSES = 2000
 
 
 def test_the_tip_is_where_the_counts_say() -> None:
-    kinematics = Kinematics(arm_named("zebra-zero"), ToolGeometry())
+    kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
     transmission = Transmission()
     rng = np.random.default_rng(0)
     worst_m = 0.0

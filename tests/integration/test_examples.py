@@ -122,7 +122,7 @@ def test_infer_automaton(example: Example, tmp_path: Path) -> None:
 def test_system_identification(example: Example, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """A cell with friction 0.35 for 0.2, springs of 0.7, a wrench 20 ms late and a plate that is 0.8 mm higher."""
     config = replace(scenario("paper"), seed=11)
-    ready, chosen = find_ready_pose(config.arm, config.task), ChosenPolicy("torque", config)
+    ready, chosen = find_ready_pose(config.arm, config.tool.geometry, config.task), ChosenPolicy("torque", config)
     other = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0, plate_mm=0.8)
     with ExitStack() as opened, SimulatedRig(config, ready, other) as rig:
         run_chosen(chosen, config, ready, rig, 1, recorder=RunFolder(tmp_path).recorder(config.recording, opened))

@@ -34,7 +34,7 @@ def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are
 ) -> None:
     springs = {"control": {"axial_stiffness_N_per_mm": 3.5}}
     config = overlay(replace(scenario("paper"), seed=3, arm=kind), springs)
-    ready, chosen = find_ready_pose(config.arm, config.task), ChosenPolicy("torque", config)
+    ready, chosen = find_ready_pose(config.arm, config.tool.geometry, config.task), ChosenPolicy("torque", config)
     with ExitStack() as opened, VirtualRig(config, ready, arm, force, LATE, phase=0.4) as rig:
         run_chosen(chosen, config, ready, rig, 1, recorder=RunFolder(tmp_path).recorder(config.recording, opened))
     (path,) = find_logs([str(tmp_path)])
@@ -50,7 +50,7 @@ def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are
 def struck(arm: str, force: str, strike: Callable[[VirtualRig], None], at_ns: int = 900_000_000) -> str:
     """How a trial ends that is struck some time after its beginning."""
     config = replace(scenario("paper"), seed=3, arm="ur5" if arm == "ur5-rtde" else "zebra-zero")
-    ready, chosen = find_ready_pose(config.arm, config.task), ChosenPolicy("torque", config)
+    ready, chosen = find_ready_pose(config.arm, config.tool.geometry, config.task), ChosenPolicy("torque", config)
     with VirtualRig(config, ready, arm, force, HiddenValues(), phase=0.4) as rig:
         prepare, timer = rig.prepare, Timer(rig.desk.clock)
 

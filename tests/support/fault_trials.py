@@ -22,7 +22,7 @@ from palpate.adapters.experiments import (
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import PalpateError, PolicyError
-from palpate.core.motion import Kinematics, ToolGeometry, arm_named
+from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
     AppliedCommand,
@@ -33,6 +33,7 @@ from palpate.core.ports import (
 from palpate.core.supervision import SupervisionConfig, Supervisor
 from palpate.core.trial import Outcome, Phase, Task
 from tests.support.faults import FaultPlan, FaultyArm, faulty
+from tests.support.tool import TOOL
 
 HARDWARE_LIMIT_N: Final = 60.0
 """A true force above this counts as damage: the paper's sensor saturates there."""
@@ -284,7 +285,7 @@ class Bench:
         task, supervisor = self._parts()
         struck, error = list[int](), None
         self._rig.prepare(seed)
-        course = _Course(Kinematics(arm_named(self.config.arm), ToolGeometry()))
+        course = _Course(Kinematics(arm_named(self.config.arm), TOOL))
         plans = fault.at(tick, seed, self._rig.sensor_facts)
         ports = faulty(self._rig.ports, plans, lambda moment: struck.append(course.tick))
         try:

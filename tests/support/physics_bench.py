@@ -17,13 +17,14 @@ from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.control_loop import tick_time_ns
 from palpate.core.motion.arm import arm_named
 from palpate.core.motion.laws import ControlLaw, DampingControl, HybridControl, PositionControl
-from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.motion.model import Kinematics
 from palpate.core.motion.tip_motion import TipMotion
 from palpate.core.perception import SignalProcessor
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Snapshot, Vector3, WrenchSample
 from palpate.core.trial import N_PER_KGF, Measurement, ReadyPose, find_ready_pose, goal_in_base
 from palpate.simulation.work_cell.config import CellConfig, ComplianceConfig, PegConfig, SensorConfig
 from palpate.simulation.work_cell.model import quaternion
+from tests.support.tool import TOOL
 
 LEAST_OFFSET_M, MOST_OFFSET_M = 0.3e-3, 3e-3
 _SILENT = SensorConfig(force_noise_N=0.0, torque_noise_Nm=0.0, force_bias_N=0.0, torque_bias_Nm=0.0)
@@ -63,7 +64,7 @@ def rms(values: list[float]) -> float:
 @cache
 def ready_pose(arm: str) -> ReadyPose:
     """The ready pose over the default goal; the same for every cell."""
-    return find_ready_pose(arm, RunConfig().task)
+    return find_ready_pose(arm, RunConfig().tool.geometry, RunConfig().task)
 
 
 class Bench:
@@ -81,9 +82,9 @@ class Bench:
         signal = SignalProcessor(CONTROL_RATE_HZ, config.perception.cutoff_Hz, config.perception.filter_order)
         axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
         self._goal, self.rig = goal, SimulatedRig(config, ready)
-        self.measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal, axial_N_per_m)
+        self.measurement = Measurement(Kinematics(arm, TOOL), goal, signal, axial_N_per_m)
         self.press_N = config.task.press_kgf * N_PER_KGF
-        self._motion = TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S)
+        self._motion = TipMotion(Kinematics(arm, TOOL), goal, ready.tip_rotation, PERIOD_S)
         along = DampingControl(
             control.damping_N_s_per_m,
             (0.0, 0.0, -self.press_N),

@@ -164,7 +164,7 @@ def serve(rig_file: Path, ended: threading.Event) -> None:
     """Both devices before the simulated cell, in real time, until ended."""
     config, clock = RunConfig(), MonotonicClock()
     example = (Path(__file__).parent / "rig.toml").read_text(encoding="utf-8")
-    with SimulatedRig(config, find_ready_pose(config.arm, config.task)) as rig:
+    with SimulatedRig(config, find_ready_pose(config.arm, config.tool.geometry, config.task)) as rig:
         rig.prepare(0)
         cell = rig.cell
         joints, wrench = tuple(cell.joint_angles()), tuple(cell.measure_wrench())

@@ -9,13 +9,14 @@ import pytest
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.motion.arm import ARMS, arm_named
-from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.motion.model import Kinematics
 from tests.support.physics_bench import ready_pose
+from tests.support.tool import TOOL
 
 
 @pytest.mark.parametrize("arm", ARMS)
 def test_the_tip_is_where_forward_kinematics_puts_it(arm: str) -> None:
-    kinematics = Kinematics(arm_named(arm), ToolGeometry())
+    kinematics = Kinematics(arm_named(arm), TOOL)
     rng = np.random.default_rng(1)
     with SimulatedRig(RunConfig(arm=arm), ready_pose(arm)) as rig:
         model, data = rig.cell.model, rig.cell.data
@@ -36,7 +37,7 @@ def test_the_tip_is_where_forward_kinematics_puts_it(arm: str) -> None:
 @pytest.mark.parametrize("arm", ARMS)
 def test_every_joint_is_limited_as_the_urdf_says(arm: str) -> None:
     urdf = ET.parse(arm_named(arm).find_urdf()).getroot()
-    kinematics = Kinematics(arm_named(arm), ToolGeometry())
+    kinematics = Kinematics(arm_named(arm), TOOL)
     ranges = {
         joint.attrib["name"]: (float(limit.attrib["lower"]), float(limit.attrib["upper"]))
         for joint in urdf.findall("joint")

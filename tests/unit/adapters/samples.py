@@ -15,7 +15,7 @@ QUICK = RunConfig(task=TaskConfig(time_limit_s=1.0))
 @cache
 def ready_pose() -> ReadyPose:
     """The ready pose of the default arm and goal."""
-    return find_ready_pose(RunConfig().arm, RunConfig().task)
+    return find_ready_pose(RunConfig().arm, RunConfig().tool.geometry, RunConfig().task)
 
 
 def scored_trial(index: int, *, success: bool = True, decisions: int = 2) -> ScoredTrial:

@@ -17,7 +17,7 @@ from typing import Self
 import numpy as np
 import pinocchio as pin
 
-from palpate.core.motion import Array, InverseKinematics, Kinematics, TipMotion, ToolGeometry, arm_named
+from palpate.core.motion import Array, InverseKinematics, Kinematics, TipMotion, arm_named
 from palpate.core.perception import (
     GatedThresholds,
     IdentityState,
@@ -42,8 +42,8 @@ from palpate.core.ports.contracts import FakeClock
 from palpate.core.tasks.insertion import Agent, InsertionTask
 from palpate.core.trial import N_PER_KGF, ControlConfig, GoalConfig, Measurement, TaskConfig, goal_in_base
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
+from tests.support.tool import TOOL
 
-TOOL = ToolGeometry()
 STIFFNESS_N_PER_M = 5e3
 LATERAL_N_PER_M = 4e4
 LEVER_M = 2e-3

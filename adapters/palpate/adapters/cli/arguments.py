@@ -13,9 +13,9 @@ import shutil
 import sys
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import is_dataclass, replace
+from dataclasses import dataclass, is_dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Final, TypeVar, get_args, get_origin
+from typing import Annotated, Any, Final, TypeVar, cast, get_args, get_origin
 
 import tyro
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
@@ -23,26 +23,27 @@ from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, Pri
 from palpate.adapters.cli.commands import COMMANDS, options_of
 from palpate.adapters.config import (
     INSERTION,
+    JOB,
     LEARNERS,
     OF_SOME,
     RigFile,
     RunConfig,
+    compose,
     learner_in,
-    overlay,
+    merged,
+    read_job,
     read_toml,
     run_facts,
-    scenario,
-    task_kind,
     with_options,
 )
 from palpate.core.errors import ConfigurationError, UsageError
-from palpate.core.ports import kinds_of, table_beside
+from palpate.core.ports import SensorFacts, kinds_of, table_beside
 
 T = TypeVar("T")
 
 
 def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
-    """The options on a command line, over those of ``--config``, over those of the scenario."""
+    """Return the options on a command line, over those of ``--config``, over the job and the presets."""
     flags = flags_of(kind)
     if "--task.name" in flags:
         arguments = [re.sub(r"^--task(?==|$)", "--task.name", word) for word in arguments]
@@ -50,13 +51,13 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     if command == "run":
         _require_no_learning(arguments)
     default: Any = None
-    cell_in_file = False
+    stated: Stated | None = None
     if "run" in kind.__dataclass_fields__:  # type: ignore[attr-defined]
-        config, facts, cell_in_file = _base(arguments)
+        stated = _stated(arguments)
         # A run.toml also holds how many trials the same command ran, and with which policy.
-        begun = facts if facts.get("command") == command else {}
+        begun = stated.facts if stated.facts.get("command") == command else {}
         known = {name: _frozen(begun[name]) for name in ("trials", "policy") if name in begun}
-        default = kind(run=config, **known)  # type: ignore[call-arg]
+        default = kind(run=stated.composed({}), **known)  # type: ignore[call-arg]
     output = io.StringIO()
     try:
         with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):
@@ -77,9 +78,35 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
         raise UsageError(_one_line(output.getvalue())) from None
     if unknown:
         raise UsageError(f"{unknown[0]} is not an option of palpate {command}{_suggestion(flags, unknown[0])}")
-    run = getattr(parsed, "run", None)
-    result: T = parsed if run is None else replace(parsed, run=with_options(run))
-    return _on_rig(result, arguments, cell_in_file) if getattr(result, "rig", "") and default is not None else result
+    options: Any = parsed
+    if stated is None:
+        return cast("T", options)
+    completed: T = replace(options, run=with_options(stated.composed(_given(options.run, flags, arguments))))
+    return completed
+
+
+def _given(parsed: RunConfig, flags: Mapping[str, bool], arguments: Sequence[str]) -> dict[str, Any]:
+    """Return the settings that flags name, as nested tables."""
+    tables: dict[str, Any] = {}
+    for word in arguments:
+        flag = word.partition("=")[0].replace("_", "-")
+        if flag not in flags:
+            continue
+        *path, last = re.sub(r"([-.])no-(?=[^.]*$)", r"\1", flag).removeprefix("--").replace("-", "_").split(".")
+        found: Any = parsed
+        table = tables
+        for part in path:
+            name = _declared(found, part)
+            found, table = getattr(found, name, None), table.setdefault(name, {})
+        if name := _declared(found, last):
+            table[name] = getattr(found, name)
+    return tables
+
+
+def _declared(table: Any, flag: str) -> str:
+    """Return the name of a field as it is declared, for flags in lower case; empty where there is none."""
+    names = kinds_of(type(table)) if is_dataclass(table) else ()
+    return next((name for name in names if name.lower() == flag.lower()), "")
 
 
 def readers(untouched: Sequence[object]) -> ConstructorRegistry:
@@ -119,41 +146,28 @@ def _require_no_learning(arguments: Sequence[str]) -> None:
             raise UsageError(f"{name} changes nothing: palpate run does not learn; palpate train --policy FILE does")
 
 
-def _on_rig(options: Any, arguments: Sequence[str], cell_in_file: bool) -> Any:
-    """The options with the rig's arm, and nothing of the simulated cell's: what is true of a rig is said by the rig."""
-    for word in arguments:
-        if word.startswith("--cell."):
-            flag = word.partition("=")[0]
-            raise UsageError(f"{flag} sets up the simulated cell; beside --rig, the rig says what is true of it")
-    if cell_in_file and "--resume" not in arguments:
-        sys.stderr.write(
-            f"palpate: [cell] of {_value_of('--config', arguments)} is ignored: the rig says what is true of it\n"
-        )
-        options = replace(options, run=replace(options.run, cell=scenario(options.run.scenario).cell))
-    file = RigFile.load(Path(options.rig))
-    model, given = file.model, {word.partition("=")[0].replace("_", "-") for word in arguments}
-    measured = file.calibration.run_settings()
-    for table, flag in (("task", "--task.goal."), ("control", "--control.axial-stiffness")):
-        # What a person says on the command line stands above what was measured.
-        if table in measured and not any(word.startswith(flag) for word in given) and "--resume" not in given:
-            options = replace(options, run=overlay(options.run, {table: measured[table]}))
-    if model is None:
-        return options
-    if _value_of("--arm", arguments):
-        raise UsageError(f"--arm beside --rig: {options.rig} has the arm {model.name}, by its URDF")
-    return replace(options, run=replace(options.run, arm=model))
-
-
 def _frozen(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-def _base(arguments: Sequence[str]) -> tuple[RunConfig, dict[str, Any], bool]:
-    """What the flags start from: the scenario, named on the command line or in the file, and the file over it.
+@dataclass(frozen=True)
+class Stated:
+    """What files, presets and rig say before the flags."""
 
-    Returns:
-        The configuration, the table ``[run]`` of the file, and whether the file sets up the simulated cell.
-    """
+    name: str
+    learner: str
+    task: str
+    table: Mapping[str, Any]
+    facts: Mapping[str, Any]
+    job: Mapping[str, Any] | None
+    sensor: SensorFacts | None
+
+    def composed(self, given: Mapping[str, Any]) -> RunConfig:
+        """Return the configuration with these flags."""
+        return compose(self.name, self.learner, self.table, given, task=self.task, job=self.job, sensor=self.sensor)
+
+
+def _stated(arguments: Sequence[str]) -> Stated:
     table: dict[str, Any] = {}
     facts: dict[str, Any] = {}
     path = _value_of("--config", arguments) or _resumed_run(arguments)
@@ -161,16 +175,41 @@ def _base(arguments: Sequence[str]) -> tuple[RunConfig, dict[str, Any], bool]:
         table = read_toml(Path(path))
         facts = run_facts(table, path)
     learned = "belief" if _value_of("--from-logs", arguments) else _learner_of_policies(arguments)
-    presets = {
-        "scenario": _preset("scenario", "paper", arguments, table, path),
-        "learner": _preset("learner", learned or "q-learning", arguments, table, path),
-    }
-    _require_of_learner(presets["learner"], arguments, {} if facts else table.get("learning", {}))
-    config = scenario(*presets.values())
-    if (task := _task(arguments, table, path)) != INSERTION:
-        config = overlay(overlay(config, task_kind(task).preset), {"task": {"name": task}})
-    config = overlay(config, {**table, **presets})
-    return config, facts, "cell" in table
+    learner = _preset("learner", learned or "q-learning", arguments, table, path)
+    _require_of_learner(learner, arguments, {} if facts else table.get("learning", {}))
+    rig = RigFile.load(Path(file)) if (file := _value_of("--rig", arguments)) else None
+    job_file = _value_of("--job", arguments) or ("" if rig is None or path else rig.job)
+    job = read_job(job_file) if job_file else None
+    name = _preset("scenario", "paper" if job is None else JOB, arguments, table, path)
+    if rig is not None:
+        table, job = _on_rig(rig, file, table, job, arguments)
+    sensor = None if rig is None else rig.facts.noise()
+    return Stated(name, learner, _task(arguments, table, path), table, facts, job, sensor)
+
+
+def _on_rig(
+    rig: RigFile, path: str, table: Mapping[str, Any], job: Mapping[str, Any] | None, arguments: Sequence[str]
+) -> tuple[dict[str, Any], dict[str, Any] | None]:
+    """Return settings and job without a simulated cell, and with the rig's arm and what was measured on it."""
+    for word in arguments:
+        if word.startswith("--cell."):
+            flag = word.partition("=")[0]
+            raise UsageError(f"{flag} sets up the simulated cell; with --rig, the rig says what is true of it")
+    if job is None and not {"part", "tool"} <= set(table):
+        raise UsageError(
+            f'--rig needs --job FILE, which states part and tool (or a line job = "FILE" in [rig] of {path})'
+        )
+    for tables, file in ((table, _value_of("--config", arguments)), (job or {}, _value_of("--job", arguments))):
+        if "cell" in tables and file:
+            sys.stderr.write(f"palpate: [cell] of {file} is ignored: the rig says what is true of it\n")
+    measured = {} if "--resume" in arguments else rig.calibration.run_settings()
+    own: dict[str, Any] = {} if rig.model is None else {"arm": rig.model}
+    if own and _value_of("--arm", arguments):
+        raise UsageError(f"--arm with --rig: {path} has the arm {rig.model}, by its URDF")
+    stated = {key: value for key, value in (job or {}).items() if key != "cell"}
+    told = {key: value for key, value in table.items() if key != "cell"}
+    # What was measured on the rig stands above what drawing and file say, and below the command line.
+    return merged(told, measured, own), None if job is None else stated
 
 
 def _preset(kind: str, usual: str, arguments: Sequence[str], table: Mapping[str, Any], path: str) -> str:

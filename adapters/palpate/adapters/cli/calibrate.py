@@ -121,7 +121,7 @@ class _Bench:
         config = overlay(self._options.run, before.calibration.run_settings())
         # As the sensor is mounted: how it is turned is what is measured.
         file = replace(before, calibration=CalibrationTable())
-        ready = find_ready_pose(config.arm, config.task)
+        ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
         warm_up(config, ready)
         with (
             HardwareRig(file, config, find_approach(config, ready), self._latch) as rig,

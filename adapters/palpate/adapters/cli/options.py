@@ -23,8 +23,10 @@ class RunSettings(Settings):
     """What every command takes that runs trials."""
 
     run: Flat = field(default_factory=RunConfig)
+    job: str = ""
+    """Job file: part, tool, arm, place and limits; all other settings follow. Without one: the paper's peg."""
     config: str = ""
-    """TOML file with any of the settings below (a run.toml too); flags win over it."""
+    """TOML file with any of the settings below (a run.toml too); it wins over the job, and flags over it."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,5 +1,10 @@
 from .calibration import CalibrationTable as CalibrationTable
 from .calibration import write_into as write_into
+from .compose import compose as compose
+from .compose import merged as merged
+from .compose import read_job as read_job
+from .compose import scenario as scenario
+from .compose import without_world as without_world
 from .emulation import EMULATED_ARMS as EMULATED_ARMS
 from .emulation import EmulationConfig as EmulationConfig
 from .grid import HMM as HMM
@@ -21,9 +26,9 @@ from .run import AdmissionConfig as AdmissionConfig
 from .run import PerceptionConfig as PerceptionConfig
 from .run import RecordingConfig as RecordingConfig
 from .run import RunConfig as RunConfig
-from .run import scenario as scenario
 from .run_file import RUN_FORMAT as RUN_FORMAT
 from .run_file import run_facts as run_facts
+from .scenarios import JOB as JOB
 from .scenarios import LEARNERS as LEARNERS
 from .tasks import INSERTION as INSERTION
 from .tasks import require_corners as require_corners

@@ -3,11 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, TypeAlias
+from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
 from palpate.core.errors import OutputError
 from palpate.core.ports import Range, Settings, Vector3, read_text, write_whole
 
+_GRAVITY_M_S2: Final = 9.81
 _Spread: TypeAlias = Annotated[float, Range(0.0)]
 
 
@@ -33,13 +34,13 @@ class CalibrationTable(Settings):
     """Turn of the sensor about the tool's axis, from x towards y; its samples are turned back by it."""
     mounting_sd_deg: _Spread | None = None
     plate_mm: Annotated[float, Range(-2000.0, 2000.0)] | None = None
-    """Height of the plate, base frame; instead of task.goal.z_mm."""
+    """Height of the plate, base frame; instead of place.z_mm."""
     plate_sd_mm: _Spread | None = None
     hole_mm: tuple[float, float] | None = None
-    """Place of the hole, x and y, base frame; instead of task.goal.x_mm and y_mm."""
+    """Place of the hole, x and y, base frame; instead of place.x_mm and y_mm."""
     hole_sd_mm: tuple[float, float] | None = None
     axial_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] | None = None
-    """Stiffness along the tool, of gripper, arm and plate; instead of control.axial_stiffness_N_per_mm."""
+    """Stiffness along the tool, of gripper, arm and plate; instead of tool.axial_N_per_mm."""
     axial_stiffness_sd_N_per_mm: _Spread | None = None
     force_rate_Hz: _Spread | None = None
     """Rate of new samples of the force sensor, as far as they reach a loop of 140 Hz."""
@@ -48,13 +49,17 @@ class CalibrationTable(Settings):
 
     def run_settings(self) -> dict[str, Any]:
         """The settings of a run that this replaces, as tables."""
-        goal = dict(zip(("x_mm", "y_mm"), self.hole_mm or (), strict=False))
+        place = dict(zip(("x_mm", "y_mm"), self.hole_mm or (), strict=False))
         if self.plate_mm is not None:
-            goal["z_mm"] = self.plate_mm
-        tables: dict[str, Any] = {"task": {"goal": goal}} if goal else {}
+            place["z_mm"] = self.plate_mm
+        tool: dict[str, Any] = {}
+        if self.weight_N is not None:
+            tool["mass_kg"] = round(self.weight_N / _GRAVITY_M_S2, 4)
+        if self.centre_of_mass_mm is not None:
+            tool["centre_of_mass_mm"] = self.centre_of_mass_mm
         if self.axial_stiffness_N_per_mm is not None:
-            tables["control"] = {"axial_stiffness_N_per_mm": self.axial_stiffness_N_per_mm}
-        return tables
+            tool["axial_N_per_mm"] = self.axial_stiffness_N_per_mm
+        return {name: table for name, table in (("place", place), ("tool", tool)) if table}
 
 
 def write_into(path: Path, tables: Mapping[str, Mapping[str, Any]]) -> None:

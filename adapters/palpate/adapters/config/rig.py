@@ -13,7 +13,7 @@ from palpate.adapters.config.calibration import CalibrationTable
 from palpate.adapters.config.toml import overlay, read_toml
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import ArmDescription
-from palpate.core.ports import Holds, Range, Settings, Vector3, fitted, kinds_of
+from palpate.core.ports import Holds, Range, SensorFacts, Settings, Vector3, fitted, kinds_of
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,12 @@ class SensorFactsTable(Settings):
     """Rate of its samples."""
     frame: Annotated[str, Holds(bool, "the name of a frame")] | None = None
     """Frame of its samples; sensor where nobody says another."""
+
+    def noise(self) -> SensorFacts | None:
+        """Return the stated noise, from which settings are derived; None where it is not stated."""
+        if self.noise_N is None or self.noise_Nm is None:
+            return None
+        return SensorFacts(self.noise_N, self.noise_Nm)
 
 
 @dataclass(frozen=True)
@@ -117,6 +123,8 @@ class RigFile(Settings):
     """What is stated of the force sensor."""
     calibration: CalibrationTable = field(default_factory=CalibrationTable)
     """What a commissioning has found out."""
+    job: str = ""
+    """Job file of the rig, for commands that are given none."""
     emulated: bool = False
     """Nobody can be hurt: `palpate emulate` writes it into its rig file."""
     model: ArmDescription | None = None
@@ -137,9 +145,11 @@ class RigFile(Settings):
             accepted = f"the tables rig, arm, force_sensor, operator, watchdog and calibration in {path}"
             raise ConfigurationError(unknown[0], table[unknown[0]], accepted)
         rig = _optional(path, table, "rig")
-        strange = sorted(set(rig) - {"name", "approach_rad_s", "emulated"})
+        strange = sorted(set(rig) - {"name", "approach_rad_s", "emulated", "job"})
         if strange:
-            raise ConfigurationError(f"rig.{strange[0]}", rig[strange[0]], "name, approach_rad_s or emulated")
+            raise ConfigurationError(f"rig.{strange[0]}", rig[strange[0]], "name, approach_rad_s, job or emulated")
+        if isinstance(job := rig.get("job"), str) and job:
+            rig = {**rig, "job": str(path.resolve().parent / job)}
         device, sensor = _device(path, table, "arm"), dict(_table(path, table, "force_sensor"))
         facts = _table(path, {"force_sensor.facts": sensor.pop("facts", {})}, "force_sensor.facts")
         told: Mapping[str, Any] = {}

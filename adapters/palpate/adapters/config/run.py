@@ -7,9 +7,9 @@ from typing_extensions import override
 
 from palpate.adapters.config.learning import LearningConfig
 from palpate.adapters.config.real_time import RealTimeConfig
-from palpate.adapters.config.scenarios import BLIND, LEARNERS, SCENARIOS, SUITED
-from palpate.adapters.config.toml import overlay
-from palpate.core.errors import ConfigurationError, require_in, require_one_of
+from palpate.adapters.config.scenarios import LEARNERS, SCENARIOS
+from palpate.core.errors import ConfigurationError, require_in
+from palpate.core.job import LimitsConfig, PartConfig, PlaceConfig, ToolConfig
 from palpate.core.motion import ArmDescription
 from palpate.core.ports import CHANNELS, CONTROL_RATE_HZ, Holds, OneOf, Range, Settings
 from palpate.core.supervision import SupervisionConfig
@@ -118,11 +118,11 @@ class RunConfig(Settings):
     """Everything that a run depends on, apart from package versions."""
 
     scenario: Annotated[str, OneOf(*SCENARIOS)] = "paper"
-    """Preset that the other settings start from. paper: the hole is at the nominal goal; blind: within 3 mm of it;
-    blind with one condition more: blind-tilt-2, blind-tilt-4 (mrad), blind-regrip, blind-bias, blind-bias-drawn,
-    blind-drift, blind-noise, blind-batches, blind-wear, blind-corner, blind-smooth, blind-rough, blind-tight,
-    blind-5 (mm), blind-grip, blind-plate, blind-yaw; and with all three of these a peg that is not round:
-    blind-triangle, blind-square, blind-hexagon, blind-rounded-square, blind-keyed."""
+    """Preset that the other settings start from. job: none, only the job; paper: the hole is at the nominal goal;
+    blind: within 3 mm of it; blind with one condition more: blind-tilt-2, blind-tilt-4 (mrad), blind-regrip,
+    blind-bias, blind-bias-drawn, blind-drift, blind-noise, blind-batches, blind-wear, blind-corner, blind-smooth,
+    blind-rough, blind-tight, blind-5 (mm), blind-grip, blind-plate, blind-yaw; and with all three of these a peg that
+    is not round: blind-triangle, blind-square, blind-hexagon, blind-rounded-square, blind-keyed."""
     learner: Annotated[str, OneOf(*LEARNERS)] = "q-learning"
     """What learns: q-learning, sarsa, belief, hmm or skills; a preset, as the scenario is."""
     arm: str | ArmDescription = "zebra-zero"
@@ -130,6 +130,10 @@ class RunConfig(Settings):
     brings; in TOML a table [arm] as well, with urdf, flange and posture_rad of an arm of your own."""
     seed: Annotated[int, Range(0, 2**63 - 1)] = 0
     """Every random stream of every trial follows from it."""
+    part: PartConfig = field(default_factory=PartConfig)
+    tool: ToolConfig = field(default_factory=ToolConfig)
+    place: PlaceConfig = field(default_factory=lambda: PlaceConfig(start_uncertainty_mm=3.0))
+    limits: LimitsConfig = field(default_factory=LimitsConfig)
     task: TaskConfig = field(default_factory=TaskConfig)
     cell: CellConfig = field(default_factory=CellConfig)
     perception: PerceptionConfig = field(default_factory=PerceptionConfig)
@@ -158,17 +162,3 @@ class RunConfig(Settings):
                 self.cell.peg.hole_depth_mm,
                 f"at least task.insertion_depth_mm = {self.task.insertion_depth_mm:g}, or no trial can succeed",
             )
-
-
-def scenario(name: str, learner: str = "q-learning") -> RunConfig:
-    """The preset of a scenario, for a learner.
-
-    Raises:
-        ConfigurationError: There is none of that name.
-    """
-    require_one_of("scenario", name, tuple(SCENARIOS))
-    require_one_of("learner", learner, tuple(LEARNERS))
-    config = overlay(RunConfig(scenario=name, learner=learner), LEARNERS[learner])
-    if name == "paper":
-        return config
-    return overlay(overlay(overlay(config, BLIND), SCENARIOS[name]), SUITED.get((name, learner), {}))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from palpate.adapters.config.plugins import entries, from_here, imported
 from palpate.core.errors import ConfigurationError
-from palpate.simulation.work_cell import KEYED, SIDES
+from palpate.core.job import KEYED, SIDES
 
 if TYPE_CHECKING:
     # Kinematics are loaded by whoever makes a task.

@@ -12,7 +12,7 @@ from palpate.adapters.hardware import FaultFile, HardwareRig, find_approach
 from palpate.adapters.mujoco import SimulatedRig, simulated_sensor
 from palpate.core.automata import AutomatonState, load
 from palpate.core.errors import ConfigurationError
-from palpate.core.motion import Kinematics, TipMotion, ToolGeometry, arm_named
+from palpate.core.motion import Kinematics, TipMotion, arm_named
 from palpate.core.perception import (
     FACTS,
     GatedThresholds,
@@ -139,7 +139,7 @@ def ready_pose(config: RunConfig) -> ReadyPose:
         ConfigurationError: There is no such task or arm, or the task's settings do not go together.
         UnreachableError: The arm cannot do the task there.
     """
-    return task_kind(config.task.name).ready(config.arm, config.task)
+    return task_kind(config.task.name).ready(config.arm, config.tool.geometry, config.task)
 
 
 def build_insertion(config: RunConfig, ready: ReadyPose, perception: Perception, policy: Policy) -> InsertionTask:
@@ -172,8 +172,8 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
         config.perception.calibration,
     )
     axial_N_per_m, aligned = config.control.axial_stiffness_N_per_mm * 1e3, config.task.prove_contact
-    measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal, axial_N_per_m, aligned=aligned)
-    motion = TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S)
+    measurement = Measurement(Kinematics(arm, config.tool.geometry), goal, signal, axial_N_per_m, aligned=aligned)
+    motion = TipMotion(Kinematics(arm, config.tool.geometry), goal, ready.tip_rotation, PERIOD_S)
     task, earned = replace(config.task, play_mm=play_mm(config)), build_reinforcement(config)
     parts = TaskParts(task, config.control, measurement, motion, perception, policy, earned)
     return task_kind(config.task.name).make(parts)
@@ -189,7 +189,7 @@ def build_supervisor(
         latch: The rig's, so that nothing moves on there after a trip, whoever calls; None for a supervisor of its own,
             as a simulated cell or a replay has that begins anew.
     """
-    kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+    kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
     ready_rad = tuple(ready.q_rad.tolist())
     workspace, scale = task_kind(config.task.name).workspace(config.task), config.perception.calibration
     return Supervisor(config.supervision, config.task, workspace, kinematics, sensor, scale, latch, ready_rad)
@@ -235,7 +235,7 @@ def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> 
             trip, or the sensor's frame is not the task's.
     """
     _require_quiet(config, sensor)
-    kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+    kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
     require_fitting(config.supervision, config.task, kinematics, ready.q_rad, sensor)
 
 

@@ -16,7 +16,7 @@ import gymnasium.error
 import numpy as np
 from typing_extensions import override
 
-from palpate.adapters.config import RunConfig, overlay, read_toml, run_facts, scenario, task_kind
+from palpate.adapters.config import INSERTION, RunConfig, compose, read_toml, run_facts
 from palpate.adapters.experiments import (
     OUTSIDE,
     build_insertion,
@@ -313,14 +313,12 @@ def run_config(scenario_name: str, arm: str, settings: Settings, task: str = "")
     # How the run of a run.toml came about is no setting.
     run_facts(table, str(settings))
     name = scenario_name or table.get("scenario", "paper")
-    config = scenario(name, table.get("learner", "q-learning"))
     told = table.get("task", {})
     named = told.get("name", "") if isinstance(told, Mapping) else ""
     if task and named not in ("", task):
         raise ConfigurationError("task.name", named, f"{task}, which this environment is of")
-    if task := task or named:
-        config = overlay(overlay(config, task_kind(task).preset), {"task": {"name": task}})
-    config = overlay(config, {**table, "scenario": name})
+    learner = table.get("learner", "q-learning")
+    config = compose(name, learner, {**table, "scenario": name}, task=task or named or INSERTION)
     return replace(config, arm=arm) if arm else config
 
 

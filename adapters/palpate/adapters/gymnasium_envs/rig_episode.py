@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from typing_extensions import override
 
-from palpate.adapters.config import RunConfig, scenario
+from palpate.adapters.config import RunConfig, without_world
 from palpate.adapters.experiments import (
     RunFolder,
     TrialRow,
@@ -75,7 +75,7 @@ class RigEpisodes(Episodes):
         if threading.current_thread() is not threading.main_thread():
             # Signals, the operator's among them, reach a program's main thread only.
             raise LifecycleError("rig", "in another thread", "open()", "make the environment in the main thread")
-        config = replace(config, cell=scenario(config.scenario).cell)
+        config = without_world(config)
         ready = ready_pose(config)
         require_usable(config, ready, rig_file)
         super().__init__(config)

@@ -54,6 +54,7 @@ class WayToReadyPose:
     """
 
     arm: ArmDescription
+    tool: ToolGeometry
     goal_in_base: pin.SE3
     clear_m: float
     poses_rad: tuple[JointVector, ...]
@@ -85,7 +86,7 @@ def walk(approach: WayToReadyPose, ports: Ports, speed_rad_s: float, limit_N: fl
 
 def require_right_turn(approach: WayToReadyPose, begin_rad: JointVector) -> None:
     """A joint that reads more than half a turn from the ready pose must not be as well a turn nearer to it."""
-    limits = Kinematics(approach.arm, ToolGeometry())
+    limits = Kinematics(approach.arm, approach.tool)
     joints = zip(begin_rad, approach.poses_rad[-1], limits.lower_rad, limits.upper_rad, strict=False)
     for number, (q, ready, low, high) in enumerate(joints, start=1):
         nearer = q - copysign(tau, q - ready)
@@ -104,7 +105,7 @@ def withdrawal(approach: WayToReadyPose, begin_rad: JointVector) -> list[JointVe
     Raises:
         DeviceError: The arm cannot move the tool that way from where it is.
     """
-    kinematics = Kinematics(approach.arm, ToolGeometry())
+    kinematics = Kinematics(approach.arm, approach.tool)
     kinematics.update(begin_rad)
     tip = kinematics.tip_in_base
     height_m = -float(approach.goal_in_base.actInv(tip).translation[2])
@@ -206,9 +207,9 @@ def find_approach(config: RunConfig, ready: ReadyPose) -> WayToReadyPose:
     Raises:
         UnreachableError: The arm cannot get there.
     """
-    inverse = InverseKinematics(Kinematics(arm_named(config.arm), ToolGeometry()), PERIOD_S)
+    inverse = InverseKinematics(Kinematics(arm_named(config.arm), config.tool.geometry), PERIOD_S)
     goal = goal_in_base(config.task.goal)
     above = goal.act(np.array([0.0, 0.0, -APPROACH_HEIGHT_M]))
     q = inverse.solve(pin.SE3(ready.tip_rotation, above), free_yaw=False, seed_rad=ready.q_rad, field="task.goal")
     poses = tuple(q.tolist()), tuple(ready.q_rad.tolist())
-    return WayToReadyPose(arm_named(config.arm), goal, config.task.ready_height_mm * 1e-3, poses)
+    return WayToReadyPose(arm_named(config.arm), config.tool.geometry, goal, config.task.ready_height_mm * 1e-3, poses)

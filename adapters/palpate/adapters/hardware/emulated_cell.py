@@ -12,7 +12,7 @@ import numpy as np
 from palpate.adapters.config import RIG_FORMAT, EmulationConfig, RunConfig, literal
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.core.errors import ConfigurationError
-from palpate.core.motion import Kinematics, ToolGeometry, arm_named
+from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Truth, Vector3
 from palpate.core.trial import ReadyPose, find_ready_pose, goal_in_base, wander_m
 from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
@@ -84,8 +84,8 @@ class EmulatedCell:
             raise ConfigurationError("arm", config.arm, "zebra-zero behind the NMC bus")
         if emulation.arm == "ur5-rtde":
             config = replace(config, arm="ur5")
-            ready = find_ready_pose(config.arm, config.task)
-        kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+            ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
+        kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
         self.config, self.emulation, self._counts_file = config, emulation, counts_file
         self.hidden = replace(
             HiddenValues.drawn(config.seed) if emulation.hide else HiddenValues(),

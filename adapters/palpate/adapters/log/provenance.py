@@ -38,11 +38,11 @@ def core_sha256() -> str:
 
 
 @cache
-def arm_sha256(named: str | ArmDescription) -> str:
+def arm_sha256(named: str | ArmDescription, tool: ToolGeometry) -> str:
     """Digest of what the kinematics are made of: URDF and calibration of the arm, its tool, and its encoders."""
     arm = arm_named(named)
     own = (arm.tool_axis, arm.lower_rad, arm.upper_rad, arm.velocity_limit_rad_s)
-    facts = (arm.flange, arm.encoder_step_rad, ToolGeometry(), own)
+    facts = (arm.flange, arm.encoder_step_rad, tool, own)
     calibration = Path(arm.calibration).read_bytes() if arm.calibration else b""
     return hashlib.sha256(arm.find_urdf().read_bytes() + calibration + b"\0" + repr(facts).encode()).hexdigest()
 

@@ -154,11 +154,11 @@ class _Tip:
     """Forward kinematics of the arm that the log names."""
 
     def __init__(self, log: TrialLog, config: RunConfig) -> None:
-        from palpate.core.motion import Kinematics, ToolGeometry, arm_named
+        from palpate.core.motion import Kinematics, arm_named
         from palpate.core.trial import goal_in_base
 
         try:
-            self._kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+            self._kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
         except PalpateError as error:
             raise LogError(
                 log.path,

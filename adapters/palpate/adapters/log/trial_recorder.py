@@ -106,7 +106,7 @@ class TrialRecorder:
                 "command": command,
                 "config_toml": to_toml(with_options(config)),
                 "arm": str(config.arm),
-                "model_sha256": arm_sha256(config.arm),
+                "model_sha256": arm_sha256(config.arm, config.tool.geometry),
                 "core_sha256": core_sha256(),
                 "ready_rad": tuple(ready.q_rad.tolist()),
                 "tip_rotation": tuple(ready.tip_rotation.ravel().tolist()),

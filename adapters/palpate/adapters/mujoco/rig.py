@@ -6,7 +6,7 @@ from typing import Self
 
 from palpate.adapters.config import RunConfig, require_corners
 from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
-from palpate.core.motion import Kinematics, ToolGeometry, arm_named
+from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, SIMULATOR, FaultLatch, Ports, Rig, SensorFacts, Truth, World
 from palpate.core.trial import ReadyPose, goal_in_base, wander_m
 from palpate.simulation.work_cell import HiddenValues, SensorConfig, WorkCell
@@ -31,7 +31,7 @@ class SimulatedRig(Rig):
 
     def __init__(self, config: RunConfig, ready: ReadyPose, hidden: HiddenValues | None = None) -> None:
         require_corners(config)
-        kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+        kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
         self.seed, self.latch = config.seed, FaultLatch()
         self._facts = simulated_sensor(config.cell.sensor)
         self.cell = WorkCell(

@@ -12,7 +12,7 @@ from palpate.adapters.log import DecisionEntry, TrialLog, config_of, json_in
 from palpate.adapters.mujoco.graphics import off_screen_context
 from palpate.adapters.mujoco.views import FIELD_OF_VIEW_DEG, Array, View, close_up, whole_arm
 from palpate.core.errors import LogError, PalpateError
-from palpate.core.motion import Kinematics, ToolGeometry, arm_named, wrench_about
+from palpate.core.motion import Kinematics, arm_named, rotated, wrench_about
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Vector3
 from palpate.core.trial import goal_in_base, wander_m
 from palpate.simulation.work_cell import build_work_cell, quaternion, trial_world
@@ -74,7 +74,7 @@ class DrawnCell:
         # Whatever it touched with, it is drawn as what it is.
         cell = replace(world.cell, peg=replace(world.cell.peg, contact="hull"))
         try:
-            kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+            kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
             yaw = goal.rotation.T @ np.array(log.start.tip_rotation).reshape(3, 3)[:, 0]
             if not np.isfinite(yaw).all():
                 raise ValueError("the tool's orientation is none")
@@ -98,7 +98,8 @@ class DrawnCell:
         self.peg_diameter_m = cell.peg.diameter_mm * 1e-3
         self.peg = cell.peg
         self.plate_depth_m = cell.peg.hole_depth_mm * 1e-3 + 0.005
-        self._compliance, self._tool = cell.compliance, kinematics.tool
+        self._compliance, to_sensor = cell.compliance, kinematics.tip_in_sensor
+        self._to_tip, self._lever_m = to_sensor.rotation.T.tolist(), (-to_sensor.inverse().translation).tolist()
         plate = self.model.body("plate").id
         self.model.body_pos[plate] = self.mouth_m
         self.model.body_quat[plate] = quaternion(goal.rotation @ pin.exp3(np.array(world.hole_turn_rad)))
@@ -126,9 +127,10 @@ class DrawnCell:
     def _bent(self, moment: Moment) -> tuple[float, ...]:
         if moment.force_N is None or moment.torque_Nm is None:
             return (0.0,) * len(_SPRINGS)
-        springs, (fx, fy, fz) = self._compliance, moment.force_N
-        pivot = (0.0, 0.0, self._tool.tip_from_sensor_m - springs.centre_above_tip_mm * 1e-3)
-        tx, ty, tz = wrench_about(moment.force_N, moment.torque_Nm, pivot)
+        springs, (fx, fy, fz) = self._compliance, rotated(self._to_tip, moment.force_N)
+        x, y, z = self._lever_m
+        pivot = (x, y, z - springs.centre_above_tip_mm * 1e-3)
+        tx, ty, tz = wrench_about((fx, fy, fz), rotated(self._to_tip, moment.torque_Nm), pivot)
         lateral, axial = springs.lateral_N_per_mm * 1e3, springs.axial_N_per_mm * 1e3
         tilt = springs.tilt_Nm_per_rad
         return fx / lateral, fy / lateral, fz / axial, tx / tilt, ty / tilt, tz / springs.torsion_Nm_per_rad

@@ -16,7 +16,7 @@ def known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
             causes.append(f"{name} {version} (recorded with {recorded.get(name)})")
     if start.core_sha256 != core_sha256():
         causes.append("the core's code is not the one that recorded")
-    if start.model_sha256 != arm_sha256(rebuilt.config.arm):
+    if start.model_sha256 != arm_sha256(rebuilt.config.arm, rebuilt.config.tool.geometry):
         causes.append(f"the model of the arm {rebuilt.config.arm} is not the one that recorded")
     if isinstance(rebuilt.policy, ForeignPolicy):
         told = PolicyDocument.from_json_text(start.policy_json).foreign if start.policy_json else None

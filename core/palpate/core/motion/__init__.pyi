@@ -10,7 +10,6 @@ from .laws import limited as limited
 from .model import Array as Array
 from .model import FixedFrame as FixedFrame
 from .model import Kinematics as Kinematics
-from .model import ToolGeometry as ToolGeometry
 from .model import filler as filler
 from .model import rotated as rotated
 from .model import wrench_about as wrench_about
@@ -20,3 +19,4 @@ from .tip_motion import TipMotion as TipMotion
 from .tip_motion import leaning as leaning
 from .tip_motion import orientation as orientation
 from .tip_motion import turn_of as turn_of
+from .tool import ToolGeometry as ToolGeometry

@@ -3,7 +3,7 @@
 The latter in plain floats: for a single vector these are faster than a call of Pinocchio, and they run at every tick.
 
 Frames: *base* is the arm's root; *sensor* sits on the flange, z along the tool axis out of the tool; *tip*
-is the centre of the peg's end face, parallel to *sensor*. *Task* has its origin at the nominal goal (the
+is the centre of the peg's end face, z along the peg. *Task* has its origin at the nominal goal (the
 centre of the hole's mouth, where it is assumed to be), z into the hole, x along the x of *base*: motion into
 the hole is +z, and pressing on the plate gives a negative Fz.
 """
@@ -26,6 +26,7 @@ import pinocchio as pin
 
 from palpate.core.errors import AssetError, ConfigurationError
 from palpate.core.motion.arm import ArmDescription
+from palpate.core.motion.tool import ToolGeometry
 from palpate.core.motion.urdf import prepared_urdf
 from palpate.core.ports import JointVector, Vector3, whole_file
 
@@ -141,19 +142,6 @@ FASTEST_RAD_S: Final = 6.9
 for a command's jump, and no task comes near it."""
 
 
-@dataclass(frozen=True, slots=True)
-class ToolGeometry:
-    """Where sensor and peg tip are, along the tool axis.
-
-    Attributes:
-        sensor_from_flange_m: Distance of the sensor's origin beyond the flange.
-        tip_from_sensor_m: Distance of the peg tip beyond the sensor's origin.
-    """
-
-    sensor_from_flange_m: float = 0.03
-    tip_from_sensor_m: float = 0.14
-
-
 class Kinematics:
     """One arm with its tool. Keeps Pinocchio's work space, so each user makes one of its own.
 
@@ -163,7 +151,8 @@ class Kinematics:
         upper_rad: Upper joint limits, (n,).
         velocity_limit_rad_s: Joint velocity limits, (n,), at most :data:`FASTEST_RAD_S`.
         tip_position_m: Tip position in the base frame, (3,); a view that the next ``update`` changes.
-        tip_rotation: Rotation from tip (or sensor) frame to base frame, (3, 3); a view, too.
+        tip_rotation: Rotation from tip frame to base frame, (3, 3); a view, too.
+        tip_in_sensor: Placement of the tip frame in the sensor frame.
 
     Raises:
         AssetError: The URDF is missing, cannot be read, has no such flange, or not six or seven revolute joints that
@@ -174,8 +163,13 @@ class Kinematics:
     def __init__(self, arm: ArmDescription, tool: ToolGeometry) -> None:
         self.arm, self.tool = arm, tool
         self.model, flange = load_model(arm)
-        self._sensor_id = self._add_frame("sensor", flange, tool.sensor_from_flange_m)
-        self._tip_id = self._add_frame("tip", flange, tool.sensor_from_flange_m + tool.tip_from_sensor_m)
+        # Columns are the tool's axes in the flange; a turn of the axes' names keeps the frame right-handed.
+        axes = np.roll(np.eye(3), "zxy".index(arm.tool_axis), axis=0)
+        sensor, tip = _placement(tool.sensor_m, tool.sensor_rpy_rad), _placement(tool.tip_m, tool.tip_rpy_rad)
+        self.tip_in_sensor: pin.SE3 = tip
+        turned = pin.SE3(axes, np.zeros(3))
+        self._sensor_id = self._add_frame("sensor", flange, turned * sensor)
+        self._tip_id = self._add_frame("tip", flange, turned * (sensor * tip))
         self._data = self.model.createData()
         self._tip = self._data.oMf[self._tip_id]
         # Views into Pinocchio's memory: asking for them anew costs more than the kinematics itself.
@@ -202,10 +196,7 @@ class Kinematics:
                 accepted = f"an angle from {low:g} to {high:g}, the limits of joint {name}"
                 raise ConfigurationError(f"arm.posture_rad[{number}]", posture, accepted)
 
-    def _add_frame(self, name: str, flange: pin.Frame, distance_m: float) -> int:
-        # Columns are the sensor's axes in the flange; a turn of the axes' names keeps the frame right-handed.
-        axes = np.roll(np.eye(3), "zxy".index(self.arm.tool_axis), axis=0)
-        offset = pin.SE3(axes, axes[:, 2] * distance_m)
+    def _add_frame(self, name: str, flange: pin.Frame, offset: pin.SE3) -> int:
         frame = pin.Frame(name, flange.parentJoint, flange.placement * offset, pin.FrameType.OP_FRAME)
         return int(self.model.addFrame(frame))
 
@@ -248,6 +239,10 @@ class Kinematics:
         """Twist that takes the tip to a placement in unit time, (6,), linear first, in the tip frame."""
         error: Array = pin.log6(self._tip.actInv(target_in_base)).vector
         return error
+
+
+def _placement(position_m: Vector3, rpy_rad: Vector3) -> pin.SE3:
+    return pin.SE3(pin.rpy.rpyToMatrix(*rpy_rad), np.array(position_m))
 
 
 def rotated(rotation: Sequence[Sequence[float]], vector: Vector3) -> Vector3:

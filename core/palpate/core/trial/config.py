@@ -15,7 +15,7 @@ LEAST_PLAY_MM: Final = 0.6
 
 @dataclass(frozen=True)
 class GoalConfig(Settings):
-    """Where the hole is believed to be, in the arm's base frame; the hole points straight down."""
+    """Where the hole is believed to be, in the arm's base frame."""
 
     TABLE: ClassVar[str] = "task.goal"
 
@@ -25,6 +25,8 @@ class GoalConfig(Settings):
     """Distance to its left."""
     z_mm: Annotated[float, Range(-2000.0, 2000.0)] = 20.0
     """Height of the plate's surface."""
+    rpy_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Roll, pitch and yaw of the hole about the base's axes; zeros for one that points straight down."""
 
 
 @dataclass(frozen=True)

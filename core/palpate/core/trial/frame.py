@@ -16,7 +16,9 @@ _TASK_IN_BASE: Final = np.diag([1.0, -1.0, -1.0])  # x with the base's x, z stra
 
 def goal_in_base(goal: GoalConfig) -> pin.SE3:
     """Placement of the task frame in the base frame."""
-    return pin.SE3(_TASK_IN_BASE, np.array([goal.x_mm, goal.y_mm, goal.z_mm]) * 1e-3)
+    turned = pin.rpy.rpyToMatrix(*np.radians(goal.rpy_deg)) if any(goal.rpy_deg) else np.eye(3)
+    rotation = pin.SE3(turned, np.zeros(3)) * pin.SE3(_TASK_IN_BASE, np.zeros(3))
+    return pin.SE3(rotation.rotation, np.array([goal.x_mm, goal.y_mm, goal.z_mm]) * 1e-3)
 
 
 def draw_in_disc(rng: np.random.Generator, radius_m: float, shape: str) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.motion import ArmDescription, TipMotion
+from palpate.core.motion import ArmDescription, TipMotion, ToolGeometry
 from palpate.core.perception import Perception
 from palpate.core.policy import Action, Policy, Reinforcement, compass_actions
 from palpate.core.ports import Settings, Truth, kinds_of
@@ -72,7 +72,7 @@ class TaskKind(Protocol):
         """Where the tip has to be able to be."""
 
     @abstractmethod
-    def ready(self, arm: str | ArmDescription, task: TaskConfig) -> ReadyPose:
+    def ready(self, arm: str | ArmDescription, tool: ToolGeometry, task: TaskConfig) -> ReadyPose:
         """The pose from which trials begin.
 
         Raises:

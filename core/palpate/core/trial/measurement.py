@@ -7,7 +7,7 @@ from typing import Final
 import pinocchio as pin
 
 from palpate.core.errors import DeviceError
-from palpate.core.motion import FixedFrame, Kinematics, wrench_about
+from palpate.core.motion import FixedFrame, Kinematics, rotated, wrench_about
 from palpate.core.perception import SignalProcessor, Wrench
 from palpate.core.ports import CONTROL_RATE_HZ, JointSample, JointVector, Snapshot, Validity, Vector3
 
@@ -53,8 +53,11 @@ class Measurement:
         self._kinematics, self._signal, self._aligned = kinematics, signal, aligned
         self.axial_N_per_m, self.depth_step_m = axial_N_per_m, kinematics.depth_step_m()
         self._task, self.joints = FixedFrame(task_in_base), kinematics.joints
-        self._lever_m = kinematics.tool.tip_from_sensor_m
-        self._tip_in_sensor: Vector3 = (0.0, 0.0, self._lever_m)
+        tip_in_sensor = kinematics.tip_in_sensor
+        # Wrenches are taken into the tip's axes first, so that one lever serves all.
+        self._to_tip = tip_in_sensor.rotation.T.tolist() if any(kinematics.tool.tip_rpy_rad) else None
+        x, y, z = (-tip_in_sensor.inverse().translation).tolist()
+        self._tip_in_sensor: Vector3 = (x, y, z)
         self._scale = signal.scale
         self._weight_N = self._above_tip_m = 0.0
         self.reset()
@@ -107,11 +110,14 @@ class Measurement:
         kinematics.update(q_rad)
         self.position_m = self._task.place_m(kinematics.tip_position_m.tolist())
         self._tip_in_base = rotation = kinematics.tip_rotation.tolist()
-        lever_m = self._lever_m
         (bx, by, bz, btx, bty, btz), (sx, sy, sz, stx, sty, stz) = self._bias, self._scale
         (fx, fy, fz), (tx, ty, tz) = raw.force_N, raw.torque_Nm
-        self._live_N = fx, fy, fz = (fx - bx) * sx, (fy - by) * sy, (fz - bz) * sz
-        self._live_Nm = tx, ty, tz = (tx - btx) * stx, (ty - bty) * sty, (tz - btz) * stz
+        fx, fy, fz = (fx - bx) * sx, (fy - by) * sy, (fz - bz) * sz
+        tx, ty, tz = (tx - btx) * stx, (ty - bty) * sty, (tz - btz) * stz
+        if self._to_tip is not None:
+            fx, fy, fz = rotated(self._to_tip, (fx, fy, fz))
+            tx, ty, tz = rotated(self._to_tip, (tx, ty, tz))
+        self._live_N, self._live_Nm = (fx, fy, fz), (tx, ty, tz)
         self.force_N = self._task.vector_of(rotation, (fx, fy, fz))
         if self._weight_N:
             (_, _, u), (_, _, v), (_, _, w) = rotation
@@ -120,7 +126,8 @@ class Measurement:
             self.turned_rad = self._turned_rad()
         x, y, z = self.force_N
         self.force_norm_N = sqrt(x * x + y * y + z * z)
-        self.torque_across_at_tip_Nm = hypot(tx + lever_m * fy, ty - lever_m * fx)
+        across_x, across_y, _ = wrench_about((fx, fy, fz), (tx, ty, tz), self._tip_in_sensor)
+        self.torque_across_at_tip_Nm = hypot(across_x, across_y)
         self._filtered = filtered = self._signal.filtered((fx, fy, fz, tx, ty, tz))
         self.filtered_force_z_N = filtered[2]
         depth_m = self.position_m[2]

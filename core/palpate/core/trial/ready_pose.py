@@ -55,7 +55,9 @@ def wander_m(task: TaskConfig) -> float:
     return (centre_mm + sqrt(2.0) * task.area_half_width_mm) * 1e-3
 
 
-def find_ready_pose(arm: str | ArmDescription, task: TaskConfig, workspace: Workspace | None = None) -> ReadyPose:
+def find_ready_pose(
+    arm: str | ArmDescription, tool: ToolGeometry, task: TaskConfig, workspace: Workspace | None = None
+) -> ReadyPose:
     """Solve for the ready pose, tool pointing into the hole, its yaw left to the arm.
 
     Args:
@@ -67,7 +69,7 @@ def find_ready_pose(arm: str | ArmDescription, task: TaskConfig, workspace: Work
         UnreachableError: The arm cannot get there, or not to the corners of the exploration area.
     """
     description = arm_named(arm)
-    kinematics = Kinematics(description, ToolGeometry())
+    kinematics = Kinematics(description, tool)
     inverse = InverseKinematics(kinematics, PERIOD_S)
     goal = goal_in_base(task.goal)
 
@@ -95,7 +97,7 @@ def find_ready_pose(arm: str | ArmDescription, task: TaskConfig, workspace: Work
 
 
 def require_turns(
-    arm: str | ArmDescription, ready: ReadyPose, task: TaskConfig, turns_deg: tuple[float, float]
+    arm: str | ArmDescription, tool: ToolGeometry, ready: ReadyPose, task: TaskConfig, turns_deg: tuple[float, float]
 ) -> None:
     """Refuse turns of the tool that the arm cannot make above the goal.
 
@@ -106,7 +108,7 @@ def require_turns(
         UnreachableError: It cannot, for the first such turn.
     """
     description, goal = arm_named(arm), goal_in_base(task.goal)
-    inverse = InverseKinematics(Kinematics(description, ToolGeometry()), PERIOD_S)
+    inverse = InverseKinematics(Kinematics(description, tool), PERIOD_S)
     place, upright = goal.act(np.array([0.0, 0.0, -task.ready_height_mm * 1e-3])), goal.rotation.T @ ready.tip_rotation
     for name, angle_deg, axis in zip(("lean", "lean", "yaw"), (turns_deg[0], *turns_deg), range(3), strict=True):
         for sign in (-1.0, 1.0):

@@ -4,8 +4,6 @@ from .cell import WorkCell as WorkCell
 from .conditions import ConditionsConfig as ConditionsConfig
 from .config import CellConfig as CellConfig
 from .config import SensorConfig as SensorConfig
-from .cross_section import KEYED as KEYED
-from .cross_section import SIDES as SIDES
 from .hidden import HiddenValues as HiddenValues
 from .model import build_work_cell as build_work_cell
 from .model import quaternion as quaternion

@@ -35,7 +35,7 @@ def body_inertias(kinematics: Kinematics) -> tuple[list[pin.Inertia], list[str]]
 
 def inertia_lines(named: str | ArmDescription) -> list[str]:
     """Return a line for the person where inertias are estimated, else none."""
-    _, estimated = body_inertias(Kinematics(arm_named(named), ToolGeometry(0.0, 0.0)))
+    _, estimated = body_inertias(Kinematics(arm_named(named), ToolGeometry()))
     if not estimated:
         return []
     return [f"the URDF has no mass or inertia of what {', '.join(estimated)} move: estimated as those of capsules"]

@@ -7,10 +7,11 @@ from typing import Annotated, ClassVar, Final
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
+from palpate.core.job import KEYED, ROUNDED, SIDES
 from palpate.core.ports import OneOf, Range, Settings
 from palpate.simulation.work_cell.conditions import ConditionsConfig
 from palpate.simulation.work_cell.contour import FLAT, ContourConfig
-from palpate.simulation.work_cell.cross_section import KEYED, ROUNDED, SIDES, CrossSection
+from palpate.simulation.work_cell.cross_section import CrossSection
 
 SURFACE_BEGINS_MM: Final = 3.0
 """So far beside a round hole the broad boxes of the plate's surface begin."""

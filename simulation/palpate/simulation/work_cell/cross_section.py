@@ -8,12 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import acos, ceil, cos, pi, sin, tan
-from typing import Final
-
-SIDES: Final = {"triangle": 3, "square": 4, "hexagon": 6, "rounded-square": 4, "keyed": 0}
-"""Those of each shape that is not round; a keyed one is round but for its flat."""
-ROUNDED: Final = "rounded-square"
-KEYED: Final = "keyed"
 
 
 @dataclass(frozen=True, slots=True)

@@ -179,11 +179,11 @@ def _add_wrist(
     # The task's z points out of the tool as the tip's does, so the yaw takes headings in the task to the tip's.
     lean = config.tilt_heading_deg / 180.0 * np.pi - tool_yaw_rad
     tilt = config.tilt_mrad * 1e-3
-    mass = springs.moving_mass_kg
+    mass, length_m = springs.moving_mass_kg, hypot(*tool.tip_m)
     body = sensor.add_body(
         name="peg",
-        pos=(0.0, 0.0, tool.tip_from_sensor_m),
-        quat=(cos(tilt / 2), -sin(tilt / 2) * sin(lean), sin(tilt / 2) * cos(lean), 0.0),
+        pos=kinematics.tip_in_sensor.translation,
+        quat=_turned(kinematics, (cos(tilt / 2), -sin(tilt / 2) * sin(lean), sin(tilt / 2) * cos(lean), 0.0)),
         mass=mass,
         ipos=(0.0, 0.0, -0.05),
         inertia=(mass * 1.5e-3, mass * 1.5e-3, mass * 1.5e-4),
@@ -225,7 +225,7 @@ def _add_wrist(
                 **touching,
             )
     if peg.is_hull and config.contour.shape == FLAT:
-        spec.add_mesh(name="peg", uservert=np.ravel(peg_corners(peg, tool.tip_from_sensor_m)))
+        spec.add_mesh(name="peg", uservert=np.ravel(peg_corners(peg, length_m)))
         turn = (cos(tool_yaw_rad / 2), 0.0, 0.0, -sin(tool_yaw_rad / 2))
         body.add_geom(
             type=mujoco.mjtGeom.mjGEOM_MESH,
@@ -236,7 +236,7 @@ def _add_wrist(
             **touching,
         )
     else:
-        _add_cylinder(body, config, tool.tip_from_sensor_m / 2)
+        _add_cylinder(body, config, length_m / 2)
     body.add_site(name="tip", pos=(0.0, 0.0, 0.0))
 
 
@@ -344,6 +344,14 @@ def quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
     """A rotation matrix, (3, 3), as MuJoCo has it: w, x, y, z."""
     x, y, z, w = pin.Quaternion(rotation).coeffs().tolist()
     return w, x, y, z
+
+
+def _turned(kinematics: Kinematics, tilt: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    """Orientation of a tilted peg in the sensor frame, w, x, y, z."""
+    if not any(kinematics.tool.tip_rpy_rad):
+        return tilt
+    w, x, y, z = tilt
+    return quaternion(kinematics.tip_in_sensor.rotation @ pin.Quaternion(w, x, y, z).toRotationMatrix())
 
 
 def _full_inertia(inertia: np.ndarray) -> tuple[float, ...]:

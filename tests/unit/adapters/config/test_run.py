@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from palpate.adapters.config import overlay, task_kind, to_toml
-from palpate.adapters.config.run import SCENARIOS, RunConfig, scenario
+from palpate.adapters.config.compose import scenario
+from palpate.adapters.config.run import SCENARIOS, RunConfig
 from palpate.adapters.experiments.build import require_usable
 from palpate.core.errors import ConfigurationError
 from palpate.core.trial import find_ready_pose
@@ -91,7 +92,7 @@ def test_presets() -> None:
 
 def test_a_belief_presses_harder_where_the_sensor_is_noisy() -> None:
     noisy = scenario("blind-noise", "belief")
-    require_usable(noisy, find_ready_pose(noisy.arm, noisy.task))
+    require_usable(noisy, find_ready_pose(noisy.arm, noisy.tool.geometry, noisy.task))
     assert noisy.task.press_kgf > scenario("blind", "belief").task.press_kgf
     assert scenario("blind-noise").task == scenario("blind").task
 
@@ -102,7 +103,7 @@ PRESETS = [scenario(name) for name in SCENARIOS]
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_a_preset_can_be_run_differs_from_the_others_and_is_told_of(name: str) -> None:
     config = scenario(name)
-    require_usable(config, find_ready_pose(config.arm, config.task))
+    require_usable(config, find_ready_pose(config.arm, config.tool.geometry, config.task))
     assert config.scenario == name
     assert overlay(RunConfig(), loads(to_toml(config))) == config
     assert sum(replace(other, scenario=name) == config for other in PRESETS) == 1
@@ -117,4 +118,4 @@ def test_a_hole_deeper_than_it_comes_is_used_by_policies_without_states_of_their
     # Their perception was made of the task and a hole as it comes, which refused the two.
     config = overlay(RunConfig(), {"cell": {"peg": {"hole_depth_mm": 18.0}}})
     config = overlay(config, {"task": {"insertion_depth_mm": 18.0}})
-    require_usable(config, find_ready_pose(config.arm, config.task))
+    require_usable(config, find_ready_pose(config.arm, config.tool.geometry, config.task))

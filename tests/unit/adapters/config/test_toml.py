@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig, scenario
+from palpate.adapters.config.compose import scenario
+from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig
 from palpate.adapters.config.toml import literal, overlay, read_toml, to_toml
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import ArmDescription

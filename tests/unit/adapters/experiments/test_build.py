@@ -12,18 +12,19 @@ from palpate.adapters.experiments.policies import comparator
 from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import ConfigurationError, UnreachableError
-from palpate.core.motion import Kinematics, ToolGeometry, arm_named
+from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports import CommandReason, JointCommand, Life, SensorFacts
 from palpate.core.trial import N_PER_KGF, GoalConfig, TaskConfig, find_ready_pose, goal_in_base
 from palpate.simulation.work_cell import SensorConfig
+from tests.support.tool import TOOL
 from tests.unit.adapters.samples import QUICK, ready_pose
 
 
 @pytest.mark.parametrize("arm", ["zebra-zero", "ur5"])
 def test_the_ready_pose_is_above_the_hole_and_points_into_it(arm: str) -> None:
     config = RunConfig(arm=arm)
-    ready = find_ready_pose(config.arm, config.task)
-    kinematics = Kinematics(arm_named(arm), ToolGeometry())
+    ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
+    kinematics = Kinematics(arm_named(arm), TOOL)
     kinematics.update(ready.q_rad)
     goal = goal_in_base(config.task.goal)
     assert goal.actInv(kinematics.tip_position_m) == pytest.approx(np.array([0.0, 0.0, -3e-3]), abs=1e-6)
@@ -35,7 +36,7 @@ def test_a_hole_whose_surroundings_are_out_of_reach_is_refused() -> None:
     def reachable(x_mm: float, half_width_mm: float) -> bool:
         task = TaskConfig(goal=GoalConfig(x_mm=x_mm), area_half_width_mm=half_width_mm, start_uncertainty_mm=0.0)
         try:
-            find_ready_pose("zebra-zero", task)
+            find_ready_pose("zebra-zero", TOOL, task)
         except UnreachableError:
             return False
         return True

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from palpate.adapters.config import overlay
-from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig, scenario
+from palpate.adapters.config.compose import scenario
+from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig
 from palpate.adapters.experiments import (
     build_perception,
     comparator,

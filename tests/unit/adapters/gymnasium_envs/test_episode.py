@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.adapters.config.run import PerceptionConfig, RunConfig, scenario
+from palpate.adapters.config.compose import scenario
+from palpate.adapters.config.run import PerceptionConfig, RunConfig
 from palpate.adapters.experiments import run_toml, task_actions
 from palpate.adapters.gymnasium_envs import episode
 from palpate.adapters.gymnasium_envs.episode import (

@@ -51,7 +51,7 @@ class Bench:
     def __init__(self, rig: SimulatedRig, think_ms: int) -> None:
         self.rig, self.desk = rig, Handover(0.3, grace_s=0.0)
         self.agent = SlowAgent(self.desk, think_ms)
-        ready = find_ready_pose(CONFIG.arm, CONFIG.task)
+        ready = find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task)
         self.task: InsertionTask = build_task(CONFIG, ready, build_perception(CONFIG), self.desk)
         rig.prepare(0)
         self._supervisor = supervisor_of(rig, CONFIG, ready)
@@ -63,7 +63,7 @@ class Bench:
 
 @pytest.fixture
 def rig() -> Iterator[SimulatedRig]:
-    with SimulatedRig(CONFIG, find_ready_pose(CONFIG.arm, CONFIG.task)) as made:
+    with SimulatedRig(CONFIG, find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task)) as made:
         yield made
 
 

@@ -14,7 +14,7 @@ from palpate.adapters.experiments import build_perception, build_task, comparato
 from palpate.adapters.hardware.approach import WITHDRAWAL_M_S, find_approach, require_right_turn, walk, withdrawal
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError
-from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry
+from palpate.core.motion import InverseKinematics, Kinematics
 from palpate.core.ports.decorator import DeviceDecorator, SensorDecorator
 from palpate.core.ports.devices import ArmCommand, ForceSensor, JointEncoder
 from palpate.core.ports.values import (
@@ -28,6 +28,7 @@ from palpate.core.ports.values import (
     WrenchSample,
 )
 from palpate.core.trial import find_ready_pose, goal_in_base
+from tests.support.tool import TOOL
 from tests.unit.adapters.samples import ready_pose
 
 CONFIG = RunConfig()
@@ -36,7 +37,7 @@ APPROACH = find_approach(CONFIG, ready_pose())
 
 def tip_m(q_rad: JointVector) -> np.ndarray:
     """The tip in the frame of the goal, z into the hole, (3,)."""
-    kinematics = Kinematics(APPROACH.arm, ToolGeometry())
+    kinematics = Kinematics(APPROACH.arm, TOOL)
     kinematics.update(q_rad)
     tip: np.ndarray = goal_in_base(CONFIG.task.goal).actInv(kinematics.tip_position_m)
     return tip
@@ -86,7 +87,7 @@ def test_an_encoder_that_lost_a_turn_is_refused_before_the_arm_moves(
     arm: str, joint: int, off_rad: float, refused: bool
 ) -> None:
     config = replace(CONFIG, arm=arm)
-    approach = find_approach(config, find_ready_pose(arm, config.task))
+    approach = find_approach(config, find_ready_pose(arm, config.tool.geometry, config.task))
     read = list(approach.poses_rad[-1])
     read[joint] += off_rad
     with pytest.raises(DeviceError, match=f"joint {joint + 1} reads") if refused else nullcontext():
@@ -142,7 +143,7 @@ def test_wrenches_in_another_frame_are_refused_before_the_arm_moves() -> None:
 
 
 def test_an_arm_that_was_left_pressing_may_let_go_of_more_than_the_limit() -> None:
-    limit_N, kinematics = CONFIG.task.max_force_N, Kinematics(APPROACH.arm, ToolGeometry())
+    limit_N, kinematics = CONFIG.task.max_force_N, Kinematics(APPROACH.arm, TOOL)
     inverse = InverseKinematics(kinematics, 1.0 / CONTROL_RATE_HZ)
     with SimulatedRig(CONFIG, ready_pose()) as rig:
         rig.prepare(0)

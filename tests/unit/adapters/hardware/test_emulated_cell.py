@@ -13,7 +13,9 @@ from tests.virtual_time import VirtualTime
 
 def test_emulated_drives_are_waited_for_longer_than_real_ones() -> None:
     config = RunConfig()
-    with EmulatedCell(config, find_ready_pose(config.arm, config.task), EmulationConfig(arm="cia402")) as cell:
+    with EmulatedCell(
+        config, find_ready_pose(config.arm, config.tool.geometry, config.task), EmulationConfig(arm="cia402")
+    ) as cell:
         written = cell.rig_toml()
         assert written.startswith("format = 1\n")
     table = tomllib.loads(written)["arm"]
@@ -28,7 +30,9 @@ def test_a_wrench_is_as_old_at_any_moment_between_two_ticks_of_the_cell(monkeypa
     """Held until the next it was up to one older, by chance: a latency of 20 ms was one of 22.5 between two sets."""
     monkeypatch.setattr(emulated_cell, "_HUM", (0.0,) * 6)
     config = RunConfig()
-    cell = EmulatedCell(config, find_ready_pose(config.arm, config.task), EmulationConfig(arm="cia402"))
+    cell = EmulatedCell(
+        config, find_ready_pose(config.arm, config.tool.geometry, config.task), EmulationConfig(arm="cia402")
+    )
     tick_ns = 10**9 // CONTROL_RATE_HZ
     cell.tick(tick_ns)
     before = np.array(cell.cell.before_errors)
@@ -44,7 +48,9 @@ def test_a_wrench_is_as_old_at_any_moment_between_two_ticks_of_the_cell(monkeypa
 def test_a_sensor_s_noise_goes_on_where_the_cell_is_held_up() -> None:
     """Readings that are equal in each digit are those of a sensor that is stuck, and end a run."""
     config = RunConfig()
-    cell = EmulatedCell(config, find_ready_pose(config.arm, config.task), EmulationConfig(arm="cia402"))
+    cell = EmulatedCell(
+        config, find_ready_pose(config.arm, config.tool.geometry, config.task), EmulationConfig(arm="cia402")
+    )
     cell.tick(10**9 // CONTROL_RATE_HZ)
     felt = np.array([cell._wrench_source(time_ns) for time_ns in range(10**8, 2 * 10**8, 10**6)])
     assert np.all(np.std(felt[:, :3], axis=0) < 0.02)

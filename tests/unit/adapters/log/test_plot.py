@@ -11,15 +11,16 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate.adapters.config.run import scenario
+from palpate.adapters.config.compose import scenario
 from palpate.adapters.log.plot import timeline
 from palpate.adapters.log.reader import TrialLog, read_log
 from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry, TickRecord
 from palpate.adapters.log.series import series_of, tare_of
 from palpate.core.errors import LogError
-from palpate.core.motion import Kinematics, ToolGeometry, arm_named
+from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
 from palpate.core.trial.frame import goal_in_base
+from tests.support.tool import TOOL
 from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log
 
 TARE = EventEntry(tick=20, name="tare", detail="0.5 -1 2.5 N, 0.01 0.02 -3e-05 N m, sensor frame")
@@ -87,7 +88,7 @@ def test_without_a_tare_event_the_mean_at_rest_serves(tmp_path: Path) -> None:
 
 def test_the_tip_is_where_the_kinematics_say_in_the_task_frame(tmp_path: Path) -> None:
     series = series_of(log(tmp_path, [tick(0), tick(5)]))
-    kinematics = Kinematics(arm_named("zebra-zero"), ToolGeometry())
+    kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
     goal = goal_in_base(scenario("paper").task.goal)
     for row, number in ((0, 0), (2, 5)):
         kinematics.update(tuple(q + 1e-4 * number for q in POSTURE))

@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 
 from palpate.core.errors import AssetError, ConfigurationError
-from palpate.core.motion import Kinematics, ToolGeometry
+from palpate.core.motion import Kinematics
 from palpate.core.motion import arm as arm_module
 from palpate.core.motion.arm import ARMS, ArmDescription, arm_named
+from tests.support.tool import TOOL
 from tests.unit.core.motion.limits import within_limits
 
 arms = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
@@ -33,7 +34,7 @@ def test_an_unknown_arm_is_refused_with_the_known_ones() -> None:
 
 @arms
 def test_a_description_fits_its_urdf(arm: ArmDescription) -> None:
-    kinematics = Kinematics(arm, ToolGeometry())
+    kinematics = Kinematics(arm, TOOL)
     assert kinematics.joints == 6 + (arm.name in ("panda", "xarm7"))
     for figures in (arm.posture_rad, arm.encoder_step_rad):
         assert len(figures) == kinematics.joints

@@ -9,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.errors import UnreachableError
-from palpate.core.motion import ArmDescription, Array, InverseKinematics, Kinematics, ToolGeometry, arm_named
+from palpate.core.motion import ArmDescription, Array, InverseKinematics, Kinematics, arm_named
 from palpate.core.motion.arm import ARMS
 from palpate.core.ports import PERIOD_S
 from palpate.core.trial import GoalConfig, goal_in_base
+from tests.support.tool import TOOL
 from tests.unit.core.motion.limits import within_limits
 
 ZEBRA = arm_named("zebra-zero")
@@ -24,8 +25,8 @@ class Bench:
     """An arm, its inverse kinematics, and a second work space to look at the result with."""
 
     def __init__(self, arm: ArmDescription) -> None:
-        self.look = Kinematics(arm, ToolGeometry())
-        self.inverse = InverseKinematics(Kinematics(arm, ToolGeometry()), PERIOD_S)
+        self.look = Kinematics(arm, TOOL)
+        self.inverse = InverseKinematics(Kinematics(arm, TOOL), PERIOD_S)
         self.posture: Array = np.array(arm.posture_rad)
         self.reach: Array = self.look.velocity_limit_rad_s * PERIOD_S
 

@@ -13,13 +13,15 @@ from hypothesis import strategies as st
 
 from palpate.adapters.config import scenario
 from palpate.core.errors import AssetError
+from palpate.core.motion import ToolGeometry
 from palpate.core.motion.arm import ARMS, ArmDescription, arm_named
-from palpate.core.motion.model import Array, FixedFrame, Kinematics, ToolGeometry, rotated, wrench_about
+from palpate.core.motion.model import Array, FixedFrame, Kinematics, rotated, wrench_about
 from palpate.core.ports.values import Vector3
 from palpate.core.trial import goal_in_base
+from tests.support.tool import TOOL
 
 ZEBRA = arm_named("zebra-zero")
-NO_TOOL = ToolGeometry(0.0, 0.0)
+NO_TOOL = ToolGeometry()
 arms = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
 
 # Standard Denavit-Hartenberg: offset of theta [rad], d [m], a [m], alpha [rad] (reference/hardware.md, 2.3).
@@ -106,7 +108,7 @@ def test_the_joint_limits_are_those_of_the_table() -> None:
 
 
 def test_the_tool_sits_on_the_flange_along_its_axis() -> None:
-    tool = ToolGeometry()  # sensor 0.03 m beyond the flange, tip 0.14 m beyond that
+    tool = TOOL  # sensor 0.03 m beyond the flange, tip 0.14 m beyond that
     kinematics, bare = Kinematics(ZEBRA, tool), Kinematics(ZEBRA, NO_TOOL)
     for q in random_angles(kinematics, 20):
         kinematics.update(q)
@@ -131,7 +133,7 @@ def test_the_ur5_is_the_ur5() -> None:
 
 @arms
 def test_the_jacobian_is_the_derivative_of_the_tip(arm: ArmDescription) -> None:
-    kinematics, step = Kinematics(arm, ToolGeometry()), 1e-6
+    kinematics, step = Kinematics(arm, TOOL), 1e-6
     for q in random_angles(kinematics, 25):
         jacobian = kinematics.tip_jacobian(q)
         assert jacobian.shape == (6, kinematics.joints)
@@ -147,7 +149,7 @@ def test_the_jacobian_is_the_derivative_of_the_tip(arm: ArmDescription) -> None:
 
 
 def test_the_tip_error_leads_to_the_target() -> None:
-    kinematics = Kinematics(ZEBRA, ToolGeometry())
+    kinematics = Kinematics(ZEBRA, TOOL)
     here, there = random_angles(kinematics, 2)
     kinematics.update(there)
     target = kinematics.tip_in_base
@@ -158,7 +160,7 @@ def test_the_tip_error_leads_to_the_target() -> None:
 
 
 def test_views_follow_and_copies_stay() -> None:
-    kinematics = Kinematics(ZEBRA, ToolGeometry())
+    kinematics = Kinematics(ZEBRA, TOOL)
     first, second = random_angles(kinematics, 2)
     kinematics.update(first)
     view, copy, sensor = kinematics.tip_position_m, kinematics.tip_in_base, kinematics.sensor_in_base
@@ -186,7 +188,7 @@ def test_a_urdf_that_cannot_be_read_is_an_asset_error(tmp_path: Path, content: s
     if content is not None:
         path.write_text(content)
     with pytest.raises(AssetError, match="a readable URDF") as caught:
-        Kinematics(replace(ZEBRA, urdf=str(path)), ToolGeometry())
+        Kinematics(replace(ZEBRA, urdf=str(path)), TOOL)
     assert (caught.value.field, caught.value.value) == ("arm", str(path))
     assert "\n" not in str(caught.value)
 

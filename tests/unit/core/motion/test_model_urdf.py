@@ -11,6 +11,7 @@ import pytest
 from palpate.core.errors import AssetError, ConfigurationError
 from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry, arm_named
 from palpate.core.motion.model import controller_flange
+from tests.support.tool import TOOL
 
 SIX = (0.1, 0.5, 0.2, 0.8, -0.1, 0.6)
 
@@ -35,7 +36,7 @@ def test_what_lies_beyond_the_flange_and_meshes_that_are_missing_do_not_matter(t
         '<joint name="grip" type="continuous"><parent link="tool"/><child link="finger"/><axis xyz="1 0 0"/></joint>'
     )
     plain, gripper = (
-        Kinematics(ArmDescription(urdf(tmp_path / f"{len(text)}.urdf", 6, more=text), "tool", SIX), ToolGeometry())
+        Kinematics(ArmDescription(urdf(tmp_path / f"{len(text)}.urdf", 6, more=text), "tool", SIX), TOOL)
         for text in ("", more)
     )
     assert gripper.joints == 6
@@ -46,9 +47,9 @@ def test_what_lies_beyond_the_flange_and_meshes_that_are_missing_do_not_matter(t
 
 def test_a_file_that_was_written_anew_is_read_anew_and_each_arm_has_a_model_of_its_own(tmp_path: Path) -> None:
     arm = ArmDescription(urdf(tmp_path / "a.urdf", 6), "tool", SIX)
-    before, again = Kinematics(arm, ToolGeometry()), Kinematics(arm, ToolGeometry(0.0, 0.5))
+    before, again = Kinematics(arm, TOOL), Kinematics(arm, ToolGeometry(tip_m=(0.0, 0.0, 0.5)))
     Path(arm.urdf).write_text(Path(arm.urdf).read_text().replace('upper="2.5"', 'upper="2.0"'))
-    after = Kinematics(arm, ToolGeometry())
+    after = Kinematics(arm, TOOL)
     assert [each.upper_rad[0] for each in (before, again, after)] == [2.5, 2.5, 2.0]
     for kinematics in (before, again, after):
         kinematics.update(SIX)
@@ -58,11 +59,11 @@ def test_a_file_that_was_written_anew_is_read_anew_and_each_arm_has_a_model_of_i
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
 def test_the_tool_points_along_the_axis_that_is_named(tmp_path: Path, axis: str) -> None:
     arm = ArmDescription(urdf(tmp_path / "a.urdf", 6), "tool", SIX, tool_axis=axis)
-    kinematics = Kinematics(arm, ToolGeometry())
+    kinematics = Kinematics(arm, TOOL)
     kinematics.update(SIX)
     flange = kinematics.sensor_in_base.translation - 0.03 * kinematics.tip_rotation[:, 2]
     np.testing.assert_allclose(kinematics.tip_position_m, flange + 0.17 * kinematics.tip_rotation[:, 2], atol=1e-15)
-    by_z = Kinematics(ArmDescription(arm.urdf, "tool", SIX), ToolGeometry())
+    by_z = Kinematics(ArmDescription(arm.urdf, "tool", SIX), TOOL)
     by_z.update(SIX)
     np.testing.assert_allclose(kinematics.tip_rotation[:, 2], by_z.tip_rotation[:, "xyz".index(axis)], atol=1e-15)
     assert np.linalg.det(kinematics.tip_rotation) == pytest.approx(1.0)
@@ -83,7 +84,7 @@ def test_an_arm_that_cannot_be_used_is_refused(
     tmp_path: Path, joints: int, kind: str, flange: str, accepted: str
 ) -> None:
     with pytest.raises(AssetError) as caught:
-        Kinematics(ArmDescription(urdf(tmp_path / "a.urdf", joints, kind), flange, SIX), ToolGeometry())
+        Kinematics(ArmDescription(urdf(tmp_path / "a.urdf", joints, kind), flange, SIX), TOOL)
     assert accepted in str(caught.value)
     assert "a.urdf" in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -110,9 +111,9 @@ def test_a_joint_without_limits_is_refused_in_one_line_unless_the_table_has_them
     text = Path(urdf(path, 6)).read_text()
     path.write_text(text.replace('<limit lower="-2.5" upper="2.5" velocity="1" effort="1"/>', limit, 1))
     with pytest.raises(AssetError, match=re.escape(accepted)):
-        Kinematics(ArmDescription(str(path), "tool", SIX), ToolGeometry())
+        Kinematics(ArmDescription(str(path), "tool", SIX), TOOL)
     own = {"lower_rad": (-1.5,) * 6, "upper_rad": (1.5,) * 6, "velocity_limit_rad_s": (0.5,) * 6}
-    kinematics = Kinematics(ArmDescription(str(path), "tool", SIX, **own), ToolGeometry())
+    kinematics = Kinematics(ArmDescription(str(path), "tool", SIX, **own), TOOL)
     assert (kinematics.lower_rad[0], kinematics.upper_rad[0], kinematics.velocity_limit_rad_s[0]) == (-1.5, 1.5, 0.5)
     assert capfd.readouterr() == ("", "")
 
@@ -131,7 +132,7 @@ def test_what_the_library_says_of_a_urdf_is_in_the_one_line(
     path = Path(urdf(tmp_path / "a.urdf", 6))
     path.write_text(path.read_text().replace(old, new, 1))
     with pytest.raises(AssetError) as caught:
-        Kinematics(ArmDescription(str(path), "tool", SIX), ToolGeometry())
+        Kinematics(ArmDescription(str(path), "tool", SIX), TOOL)
     assert accepted in str(caught.value)
     assert capfd.readouterr() == ("", "")
 
@@ -151,7 +152,7 @@ def test_posture_and_limits_must_fit(
 ) -> None:
     given = {"urdf": urdf(tmp_path / "a.urdf", 6), "flange": "tool", "posture_rad": SIX, field: vector}
     with pytest.raises(ConfigurationError) as caught:
-        Kinematics(ArmDescription(**given), ToolGeometry())  # type: ignore[arg-type]
+        Kinematics(ArmDescription(**given), TOOL)  # type: ignore[arg-type]
     assert caught.value.field == named
     assert accepted in str(caught.value)
 
@@ -160,7 +161,7 @@ def test_limits_of_the_description_are_those_of_the_arm(tmp_path: Path) -> None:
     arm = ArmDescription(
         urdf(tmp_path / "a.urdf", 6), "tool", SIX, lower_rad=(-1.0,) * 6, velocity_limit_rad_s=(0.5,) * 6
     )
-    kinematics = Kinematics(arm, ToolGeometry())
+    kinematics = Kinematics(arm, TOOL)
     assert kinematics.lower_rad.tolist() == [-1.0] * 6
     assert kinematics.upper_rad.tolist() == [2.5] * 6
     assert kinematics.velocity_limit_rad_s.tolist() == [0.5] * 6
@@ -172,7 +173,7 @@ def test_a_process_without_a_standard_error_has_its_arm(tmp_path: Path, monkeypa
 
     arm = ArmDescription(urdf(tmp_path / "arm.urdf", 6), "tool", SIX)
     monkeypatch.setattr(os, "dup", closed)
-    assert Kinematics(arm, ToolGeometry()).joints == 6
+    assert Kinematics(arm, TOOL).joints == 6
 
 
 def altered(path: Path, *changes: tuple[str, str], encoding: str = "utf-8") -> ArmDescription:
@@ -204,7 +205,7 @@ def test_what_pinocchio_would_die_of_or_take_silently_is_refused_in_one_line(
     tmp_path: Path, old: str, new: str, accepted: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(AssetError) as caught:
-        Kinematics(altered(tmp_path / "a.urdf", (old, new)), ToolGeometry())
+        Kinematics(altered(tmp_path / "a.urdf", (old, new)), TOOL)
     assert accepted in str(caught.value)
     assert "\n" not in str(caught.value)
     assert capfd.readouterr() == ("", "")
@@ -212,7 +213,7 @@ def test_what_pinocchio_would_die_of_or_take_silently_is_refused_in_one_line(
 
 def test_a_link_and_a_joint_may_have_one_name_and_a_joint_none(tmp_path: Path) -> None:
     same = altered(tmp_path / "a.urdf", ('name="j3"', 'name="tool"'), ('name="j4"', 'name=""'), ('name="j5"', ""))
-    kinematics, plain = Kinematics(same, ToolGeometry()), Kinematics(altered(tmp_path / "b.urdf"), ToolGeometry())
+    kinematics, plain = Kinematics(same, TOOL), Kinematics(altered(tmp_path / "b.urdf"), TOOL)
     for each in (kinematics, plain):
         each.update(SIX)
     assert kinematics.tip_position_m.tolist() == plain.tip_position_m.tolist()
@@ -221,7 +222,7 @@ def test_a_link_and_a_joint_may_have_one_name_and_a_joint_none(tmp_path: Path) -
 def test_a_urdf_is_read_in_the_encoding_that_it_declares(tmp_path: Path) -> None:
     declared = ("<robot ", '<?xml version="1.0" encoding="ISO-8859-1"?><robot ')
     arm = altered(tmp_path / "a.urdf", declared, ('name="j3"', 'name="Gr\u00f6\u00dfe"'), encoding="latin-1")
-    assert list(Kinematics(arm, ToolGeometry()).model.names)[4] == "Gr\u00f6\u00dfe"
+    assert list(Kinematics(arm, TOOL).model.names)[4] == "Gr\u00f6\u00dfe"
 
 
 def test_a_continuous_joint_has_the_limits_of_the_table(tmp_path: Path) -> None:
@@ -230,7 +231,7 @@ def test_a_continuous_joint_has_the_limits_of_the_table(tmp_path: Path) -> None:
         Path(urdf(path, 6, "continuous")).read_text().replace('lower="-2.5" upper="2.5" velocity', "velocity")
     )
     arm = ArmDescription(str(path), "tool", SIX, lower_rad=(-2.0,) * 6, upper_rad=(2.0,) * 6)
-    kinematics = Kinematics(arm, ToolGeometry())
+    kinematics = Kinematics(arm, TOOL)
     assert kinematics.joints == 6
     assert kinematics.upper_rad.tolist() == [2.0] * 6
 
@@ -240,14 +241,14 @@ def test_an_axis_that_was_rounded_is_one_of_length_one(tmp_path: Path) -> None:
     exact = altered(tmp_path / "b.urdf", ('<axis xyz="0 0 1"/>', f'<axis xyz="0 {0.5**0.5!r} {0.5**0.5!r}"/>'))
     places = []
     for arm in (rounded, exact):
-        kinematics = Kinematics(arm, ToolGeometry())
+        kinematics = Kinematics(arm, TOOL)
         kinematics.update(SIX)
         places.append(kinematics.tip_position_m)
     np.testing.assert_allclose(*places, atol=1e-15)
 
 
 def test_a_joint_that_turns_faster_than_any_command_may_jump_is_led_more_slowly(tmp_path: Path) -> None:
-    kinematics = Kinematics(altered(tmp_path / "a.urdf", ('velocity="1"', 'velocity="20"')), ToolGeometry())
+    kinematics = Kinematics(altered(tmp_path / "a.urdf", ('velocity="1"', 'velocity="20"')), TOOL)
     assert kinematics.velocity_limit_rad_s.tolist() == [6.9, 1.0, 1.0, 1.0, 1.0, 1.0]
 
 
@@ -291,9 +292,9 @@ def test_a_calibration_of_another_arm_is_refused(
 ) -> None:
     other = replace(arm_named(arm), calibration=calibration(tmp_path / "c.yaml", **changes))
     with pytest.raises(AssetError, match=re.escape(accepted)):
-        Kinematics(other, ToolGeometry())
+        Kinematics(other, TOOL)
 
 
 def test_a_calibration_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(AssetError, match="a readable calibration"):
-        Kinematics(replace(arm_named("ur5e"), calibration=str(tmp_path / "none.yaml")), ToolGeometry())
+        Kinematics(replace(arm_named("ur5e"), calibration=str(tmp_path / "none.yaml")), TOOL)

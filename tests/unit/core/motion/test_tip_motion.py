@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.motion import GivingWay, Kinematics, TipMotion, ToolGeometry, arm_named, orientation, turn_of
+from palpate.core.motion import GivingWay, Kinematics, TipMotion, arm_named, orientation, turn_of
 from palpate.core.ports import PERIOD_S, AppliedCommand, CommandReason, JointVector, Vector3
 from palpate.core.trial import GoalConfig, goal_in_base
+from tests.support.tool import TOOL
 from tests.unit.core.fake_world import ready_pose
 
 ARMS = ("zebra-zero", "ur5")
@@ -17,11 +18,11 @@ STILL: Vector3 = (0.0, 0.0, 0.0)
 
 class Bench:
     def __init__(self, name: str) -> None:
-        self.look = Kinematics(arm_named(name), ToolGeometry())
+        self.look = Kinematics(arm_named(name), TOOL)
         self.task = goal_in_base(GoalConfig())
         self.home, rotation = ready_pose(name)
         self.rotation = np.array(rotation)
-        self.motion = TipMotion(Kinematics(arm_named(name), ToolGeometry()), self.task, self.rotation, PERIOD_S)
+        self.motion = TipMotion(Kinematics(arm_named(name), TOOL), self.task, self.rotation, PERIOD_S)
         self.motion.start(self.home)
 
     def tip_m(self, q: JointVector) -> list[float]:

@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.errors import DeviceError
-from palpate.core.motion import Array, Kinematics, ToolGeometry, arm_named
+from palpate.core.motion import Array, Kinematics, arm_named
 from palpate.core.perception import SignalProcessor, Wrench
 from palpate.core.ports import CONTROL_RATE_HZ, JointSample, JointVector, Snapshot, Vector3, WrenchSample
 from palpate.core.trial import GoalConfig, Measurement, goal_in_base
+from tests.support.tool import TOOL
 from tests.unit.core.fake_world import ready_pose
 
 ARM = arm_named("zebra-zero")
@@ -26,11 +27,11 @@ forces = st.tuples(*[st.floats(-20.0, 20.0)] * 3)
 
 def build(scale: Wrench = (1.0,) * 6) -> Measurement:
     signal = SignalProcessor(CONTROL_RATE_HZ, 4.0, 2, scale)
-    return Measurement(Kinematics(ARM, ToolGeometry(0.03, 0.14)), GOAL, signal, 5e3)
+    return Measurement(Kinematics(ARM, TOOL), GOAL, signal, 5e3)
 
 
 def sensor_to_task() -> Array:
-    kinematics = Kinematics(ARM, ToolGeometry(0.03, 0.14))
+    kinematics = Kinematics(ARM, TOOL)
     kinematics.update(ANGLES)
     rotation: Array = GOAL.rotation.T @ kinematics.tip_rotation
     return rotation
@@ -79,7 +80,7 @@ def test_a_sample_of_another_arm_is_refused() -> None:
 @pytest.mark.parametrize(("late_ticks", "aligned"), [(0, True), (1, True), (2, True), (5, True), (6, True), (5, False)])
 def test_depth_is_that_of_the_place_at_the_time_of_a_force_that_is_late(late_ticks: int, aligned: bool) -> None:
     """Place and force of different times made a tool that heaves seem to sink: 17 false drops in a trial."""
-    kinematics, signal = Kinematics(ARM, ToolGeometry(0.03, 0.14)), SignalProcessor(CONTROL_RATE_HZ, 4.0)
+    kinematics, signal = Kinematics(ARM, TOOL), SignalProcessor(CONTROL_RATE_HZ, 4.0)
     measurement = Measurement(kinematics, GOAL, signal, 1e12, aligned=aligned)
     step_ns, depths = 1_000_000_000 // CONTROL_RATE_HZ, list[float]()
     for tick in range(12):
@@ -100,7 +101,7 @@ def test_what_the_weight_does_otherwise_in_a_tool_that_leans_is_taken_off() -> N
     weight_N, above_tip_m = 3.4, 0.06
 
     def hanging(q: JointVector) -> Snapshot:
-        kinematics = Kinematics(ARM, ToolGeometry(0.03, 0.14))
+        kinematics = Kinematics(ARM, TOOL)
         kinematics.update(q)
         force = kinematics.tip_rotation.T @ (0.0, 0.0, -weight_N)
         torque = np.cross((0.0, 0.0, 0.14 - above_tip_m), force)

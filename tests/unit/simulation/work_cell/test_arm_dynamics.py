@@ -8,12 +8,13 @@ import mujoco
 import pytest
 
 from palpate.core.errors import AssetError
-from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry
+from palpate.core.motion import ArmDescription, Kinematics
 from palpate.core.motion.arm import ARMS, arm_named
 from palpate.core.trial import GoalConfig, goal_in_base
 from palpate.simulation.work_cell.arm_dynamics import body_inertias, inertia_lines, servos
 from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.model import build_work_cell
+from tests.support.tool import TOOL
 
 GOAL = goal_in_base(GoalConfig())
 
@@ -27,7 +28,7 @@ def zebra(tmp_path: Path, old: str | re.Pattern[str], new: str, count: int = 0) 
 
 
 def compiled(arm: ArmDescription) -> mujoco.MjModel:
-    kinematics = Kinematics(arm, ToolGeometry())
+    kinematics = Kinematics(arm, TOOL)
     return build_work_cell(kinematics, CellConfig(), goal_in_base=GOAL, tool_yaw_rad=0.0, period_s=1.0 / 140)
 
 
@@ -36,7 +37,7 @@ def test_a_body_without_mass_has_that_of_a_capsule_and_a_line_says_so(tmp_path: 
     arm = zebra(tmp_path, INERTIAL, f"<inertial>{mass}</inertial>" if mass else "", count=1)
     (line,) = inertia_lines(arm)
     assert line == "the URDF has no mass or inertia of what joint_1 move: estimated as those of capsules"
-    waist = body_inertias(Kinematics(arm, ToolGeometry()))[0][0]
+    waist = body_inertias(Kinematics(arm, TOOL))[0][0]
     # 0.24 m long, 0.04 m in radius: 1200 kg/m3 x (pi r2 l + 4/3 pi r3).
     assert waist.mass == pytest.approx(1.7693, rel=1e-3)
     assert waist.lever == pytest.approx([0.0, 0.0, 0.12])
@@ -45,7 +46,7 @@ def test_a_body_without_mass_has_that_of_a_capsule_and_a_line_says_so(tmp_path: 
 
 def test_a_given_mass_is_kept_where_only_the_inertia_is_missing(tmp_path: Path) -> None:
     arm = zebra(tmp_path, INERTIAL, '<inertial><origin xyz="0 0.02 0.1"/><mass value="5"/></inertial>', count=1)
-    waist = body_inertias(Kinematics(arm, ToolGeometry()))[0][0]
+    waist = body_inertias(Kinematics(arm, TOOL))[0][0]
     assert waist.mass == 5.0
     assert waist.lever == pytest.approx([0.0, 0.02, 0.1])
 
@@ -56,7 +57,7 @@ def test_an_arm_without_any_inertia_can_be_simulated(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", sorted(set(ARMS) - {"ur20"}))
 def test_arms_that_come_with_palpate_have_the_usual_servos(name: str) -> None:
-    kinematics = Kinematics(arm_named(name), ToolGeometry())
+    kinematics = Kinematics(arm_named(name), TOOL)
     stiffness, armature = servos(kinematics, body_inertias(kinematics)[0])
     proximal = kinematics.joints - 3
     assert stiffness == [2e4] * proximal + [4e3] * 3
@@ -66,13 +67,13 @@ def test_arms_that_come_with_palpate_have_the_usual_servos(name: str) -> None:
 
 def test_servos_grow_with_the_inertia_of_the_arm_unless_they_are_given(tmp_path: Path) -> None:
     heavy = zebra(tmp_path, r'<mass value="[0-9.]+"', '<mass value="35"')
-    kinematics = Kinematics(heavy, ToolGeometry())
+    kinematics = Kinematics(heavy, TOOL)
     inertias = body_inertias(kinematics)[0]
     stiffness, armature = servos(kinematics, inertias)
     assert stiffness[1] > 2.5e4
     assert stiffness[1] / armature[1] == pytest.approx(1e4)
     own = replace(heavy, servo_stiffness_Nm_per_rad=(1e3,) * 6)
-    assert servos(Kinematics(own, ToolGeometry()), inertias) == ([1e3] * 6, armature)
+    assert servos(Kinematics(own, TOOL), inertias) == ([1e3] * 6, armature)
 
 
 @pytest.mark.parametrize("joint", ["slide_x", "servo_1", "plate"])

@@ -6,9 +6,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry, arm_named
+from palpate.core.motion import InverseKinematics, Kinematics, arm_named
 from palpate.simulation.work_cell import SIDES, CellConfig, ConditionsConfig
 from palpate.simulation.work_cell.config import PegConfig
+from tests.support.tool import TOOL
 from tests.unit.simulation.work_cell.test_model import GOAL, cell_of, ready_rad
 
 ARM, DEPTH_M = "zebra-zero", 6e-3
@@ -17,7 +18,7 @@ ARM, DEPTH_M = "zebra-zero", 6e-3
 @pytest.mark.parametrize("section", SIDES)
 @pytest.mark.parametrize("contacts", ["listed", "searched"])
 def test_a_peg_turned_as_the_hole_is_fits_and_one_that_is_not_does_not(section: str, contacts: str) -> None:
-    kinematics = Kinematics(arm_named(ARM), ToolGeometry())
+    kinematics = Kinematics(arm_named(ARM), TOOL)
     conditions = ConditionsConfig(yaw_deg=5.0, plate_lean_mrad=30.0)
     config = CellConfig(peg=PegConfig(cross_section=section), contacts=contacts, hole_uncertainty_mm=3.0)
     cell = cell_of(replace(config, conditions=conditions))

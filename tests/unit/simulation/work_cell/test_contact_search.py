@@ -7,9 +7,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry, arm_named
+from palpate.core.motion import InverseKinematics, Kinematics, arm_named
 from palpate.simulation.work_cell import CellConfig
 from palpate.simulation.work_cell.config import PegConfig
+from tests.support.tool import TOOL
 from tests.unit.simulation.work_cell.test_model import GOAL, cell_of, ready_rad
 
 ARM, WANDER_M = "zebra-zero", 5e-3
@@ -18,7 +19,7 @@ NOTHING, NEAR, FAR, EVERYTHING = range(4)
 
 def joints_rad(x_mm: float, z_mm: float, turn_rad: float = 0.0, lean_rad: float = 0.0) -> np.ndarray:
     """Joint angles that put the tip there, task frame, turned and leaning from how the tool is held."""
-    kinematics = Kinematics(arm_named(ARM), ToolGeometry())
+    kinematics = Kinematics(arm_named(ARM), TOOL)
     kinematics.update(ready_rad(ARM))
     rotation = kinematics.tip_rotation @ pin.rpy.rpyToMatrix(0.0, lean_rad, turn_rad)
     place = pin.SE3(rotation, GOAL.act(np.array([x_mm, 0.0, z_mm]) * 1e-3))

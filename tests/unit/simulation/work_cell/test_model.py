@@ -11,12 +11,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry, arm_named
+from palpate.core.motion import InverseKinematics, Kinematics, arm_named
 from palpate.core.motion.arm import ARMS
 from palpate.core.ports.values import CONTROL_RATE_HZ
 from palpate.core.trial import GoalConfig, goal_in_base
 from palpate.simulation.work_cell import CellConfig, ConditionsConfig, WorkCell
 from palpate.simulation.work_cell.config import ComplianceConfig, PegConfig, SensorConfig
+from tests.support.tool import TOOL
 
 GOAL = goal_in_base(GoalConfig())
 READY_M = np.array([0.0, 0.0, -3e-3])
@@ -25,7 +26,7 @@ SILENT = SensorConfig(force_noise_N=0.0, torque_noise_Nm=0.0, force_bias_N=0.0, 
 
 @cache
 def ready_rad(arm: str) -> np.ndarray:
-    kinematics = Kinematics(arm_named(arm), ToolGeometry())
+    kinematics = Kinematics(arm_named(arm), TOOL)
     return InverseKinematics(kinematics, 1.0).solve(
         pin.SE3(GOAL.rotation, GOAL.act(READY_M)),
         free_yaw=True,
@@ -35,7 +36,7 @@ def ready_rad(arm: str) -> np.ndarray:
 
 
 def cell_of(config: CellConfig, arm: str = "zebra-zero", **more: float) -> WorkCell:
-    kinematics = Kinematics(arm_named(arm), ToolGeometry())
+    kinematics = Kinematics(arm_named(arm), TOOL)
     return WorkCell(kinematics, config, goal_in_base=GOAL, ready_rad=ready_rad(arm), rate_Hz=CONTROL_RATE_HZ, **more)
 
 

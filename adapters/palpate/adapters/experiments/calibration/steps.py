@@ -30,7 +30,7 @@ from palpate.adapters.experiments.trial import trial_setup
 from palpate.adapters.hardware import TurnedForceSensor, find_approach, withdrawal
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import DeviceError, UndeterminedError, UnreachableError
-from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry, arm_named
+from palpate.core.motion import InverseKinematics, Kinematics, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Clock, ForceSensor, Rig, Validity
 from palpate.core.trial import Outcome, ReadyPose, find_ready_pose, goal_in_base
 
@@ -89,7 +89,8 @@ class Commissioning:
     ) -> None:
         self._rig, self._loop = rig, loop
         self._description = arm_named(config.arm)
-        self._kinematics = Kinematics(self._description, ToolGeometry())
+        self._tool = config.tool.geometry
+        self._kinematics = Kinematics(self._description, self._tool)
         self.arm = CarefulArm(rig, self._kinematics, loop)
         self.believe(config)
 
@@ -97,7 +98,7 @@ class Commissioning:
         """Go on with another belief of where the plate and its hole are."""
         self.config = overlay(config, {"task": _CAREFUL})
         self._goal = goal_in_base(config.task.goal)
-        self._ready: ReadyPose = find_ready_pose(config.arm, config.task)
+        self._ready: ReadyPose = find_ready_pose(config.arm, config.tool.geometry, config.task)
         self._approach = find_approach(config, self._ready)
 
     def weigh(self) -> tuple[ToolLoad, Array, Array, float]:
@@ -202,9 +203,9 @@ class Commissioning:
     def _tilted(self, above_rad: Array) -> list[Array]:
         """Poses with the tool tilted about its middle, as far as the arm can take them without turning over."""
         tip = self.arm.place(above_rad)
-        lever = np.array([0.0, 0.0, _MIDDLE * (ToolGeometry().tip_from_sensor_m + ToolGeometry().sensor_from_flange_m)])
+        lever = np.array([0.0, 0.0, _MIDDLE * (self._tool.sensor_m[2] + self._tool.tip_m[2])])
         middle = tip.act(-lever)
-        inverse = InverseKinematics(Kinematics(self._description, ToolGeometry()), PERIOD_S)
+        inverse = InverseKinematics(Kinematics(self._description, self._tool), PERIOD_S)
 
         def poses_at(tilt_deg: float) -> list[Array]:
             poses = []

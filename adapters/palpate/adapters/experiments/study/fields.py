@@ -5,7 +5,7 @@ import os
 from collections.abc import Mapping
 from typing import Any, Final
 
-from palpate.adapters.config import LEARNERS, RunConfig, field_value, learner_in, overlay, scenario, task_kind
+from palpate.adapters.config import INSERTION, LEARNERS, RunConfig, compose, field_value, learner_in
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import fitted
 
@@ -71,10 +71,8 @@ def configured(settings: Mapping[str, Any], folder: str) -> RunConfig:
         for part in path:
             inner = inner.setdefault(part, {})
         inner[last] = value
-    config = scenario(*presets)
-    if task := settings.get("task.name"):
-        config = overlay(config, task_kind(fitted("task.name", task, str)).preset)
-    return overlay(config, table)
+    task = fitted("task.name", settings.get("task.name", INSERTION), str)
+    return compose(*presets, table, task=task)
 
 
 def with_learner(settings: Mapping[str, Any], policy: str, folder: str) -> dict[str, Any]:

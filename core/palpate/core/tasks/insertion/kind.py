@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Final
 
 from typing_extensions import override
 
-from palpate.core.motion import ArmDescription
+from palpate.core.motion import ArmDescription, ToolGeometry
 from palpate.core.ports import PERIOD_S, Settings, Truth
 from palpate.core.tasks.insertion.agent import Agent
 from palpate.core.tasks.insertion.task import InsertionTask
@@ -55,9 +55,9 @@ class Insertion(TaskKind):
         return Workspace((side_mm, side_mm), task.ready_height_mm, task.insertion_depth_mm)
 
     @override
-    def ready(self, arm: str | ArmDescription, task: TaskConfig) -> ReadyPose:
+    def ready(self, arm: str | ArmDescription, tool: ToolGeometry, task: TaskConfig) -> ReadyPose:
         options_of(NoOptions, task)
-        return find_ready_pose(arm, task)
+        return find_ready_pose(arm, tool, task)
 
     @override
     def setup(self, task: TaskConfig, seed: int, trial: int) -> TrialSetup:

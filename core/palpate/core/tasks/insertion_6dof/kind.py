@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from typing_extensions import override
 
-from palpate.core.motion import ArmDescription, TipMotion
+from palpate.core.motion import ArmDescription, TipMotion, ToolGeometry
 from palpate.core.perception import TaskFacts
 from palpate.core.policy import Action, Law, Spatial
 from palpate.core.ports import PERIOD_S, Settings
@@ -73,7 +73,7 @@ class Insertion6Dof(Insertion):
     """A peg with corners, or one that leans, into a hole whose orientation is not known."""
 
     preset: Mapping[str, Any] = {
-        "task": {"area_half_width_mm": 11.0, "depth_tolerance_mm": 0.5},
+        "part": {"depth_tolerance_mm": 0.5},
         "cell": {"contacts": "searched"},
     }
     options: type[Settings] = SpatialOptions
@@ -85,9 +85,9 @@ class Insertion6Dof(Insertion):
         return Workspace(flat.side_mm, flat.above_mm, flat.below_mm, turns_deg)
 
     @override
-    def ready(self, arm: str | ArmDescription, task: TaskConfig) -> ReadyPose:
-        own, ready = options_of(SpatialOptions, task), find_ready_pose(arm, task)
-        require_turns(arm, ready, task, (own.most_lean_deg, own.most_yaw_deg))
+    def ready(self, arm: str | ArmDescription, tool: ToolGeometry, task: TaskConfig) -> ReadyPose:
+        own, ready = options_of(SpatialOptions, task), find_ready_pose(arm, tool, task)
+        require_turns(arm, tool, ready, task, (own.most_lean_deg, own.most_yaw_deg))
         return ready
 
     @override

@@ -23,7 +23,7 @@ from palpate.simulation.work_cell import HiddenValues
 from tests.virtual_time import VirtualTime
 
 CONFIG = replace(scenario("paper"), seed=7)
-READY = find_ready_pose(CONFIG.arm, CONFIG.task)
+READY = find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task)
 PNG = b"\x89PNG"
 
 
@@ -82,7 +82,7 @@ def test_where_to_tilt_is_found_before_the_arm_waits_for_commands(monkeypatch: p
 
 def test_an_arm_that_reaches_few_steep_tilts_is_tilted_less() -> None:
     config = replace(CONFIG, arm="panda")
-    with SimulatedRig(config, find_ready_pose("panda", config.task)) as rig:
+    with SimulatedRig(config, find_ready_pose("panda", config.tool.geometry, config.task)) as rig:
         rig.prepare(0)
         load, down, _, _ = Commissioning(rig, config).weigh()
     assert load.weight_N.value == pytest.approx(9.81 * 0.35, rel=0.02)

@@ -3,7 +3,8 @@ from dataclasses import asdict, replace
 
 import pytest
 
-from palpate.adapters.config.run import RunConfig, scenario
+from palpate.adapters.config.compose import scenario
+from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments.policies import first_difference
 from palpate.adapters.experiments.study.fields import configured, leaves, plain, plain_value, setting
 from palpate.core.errors import ConfigurationError

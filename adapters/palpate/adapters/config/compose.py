@@ -1,0 +1,124 @@
+"""The one place where presets, a job, files and flags become the configuration of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config.scenarios import BLIND, JOB, LEARNERS, SCENARIOS
+from palpate.adapters.config.tasks import INSERTION, task_kind
+from palpate.adapters.config.toml import overlay, read_toml
+from palpate.core.errors import ConfigurationError, require_one_of
+from palpate.core.job import JOB_TABLES, Job, PlaceConfig, derived_settings
+from palpate.core.motion import arm_named
+from palpate.core.ports import SensorFacts
+from palpate.simulation.work_cell import CellConfig
+
+_OF_A_JOB: Final = (*JOB_TABLES, "arm", "cell")
+
+
+def read_job(path: str | Path) -> dict[str, Any]:
+    """Return the tables of a job file.
+
+    Raises:
+        ConfigurationError: It cannot be read, or has other tables than those of a job.
+    """
+    table = read_toml(path, "job")
+    for name, value in table.items():
+        if name not in _OF_A_JOB:
+            accepted = f"in a job file one of the tables {', '.join(_OF_A_JOB)}; other settings belong in --config"
+            raise ConfigurationError(name, value, accepted)
+        if name != "arm" and not isinstance(value, Mapping):
+            raise ConfigurationError(name, value, "a table")
+    for name in ("part", "tool"):
+        if name not in table:
+            raise ConfigurationError("job", str(path), f"a file with a table [{name}]")
+    return table
+
+
+def compose(
+    name: str = "paper",
+    learner: str = "q-learning",
+    *tables: Mapping[str, Any],
+    task: str = INSERTION,
+    job: Mapping[str, Any] | None = None,
+    sensor: SensorFacts | None = None,
+) -> RunConfig:
+    """Compose a configuration. What stands further down wins.
+
+    Derived settings come first, then the presets of learner, scenario and task, the job, and the tables in their order.
+    The settings are derived from the job's tables as all of these leave them.
+
+    Args:
+        name: Scenario; ``job`` for none.
+        tables: Nested tables of settings, such as a file's and the flags'.
+        job: Tables of a job file; without one the paper's job.
+        sensor: Noise of a rig's force sensor; that of the simulated cell unless given.
+
+    Raises:
+        ConfigurationError: There is no such preset, a field is unknown, or a value is refused.
+    """
+    require_one_of("scenario", name, tuple(SCENARIOS))
+    require_one_of("learner", learner, tuple(LEARNERS))
+    chosen: dict[str, Any] = {"scenario": name, "learner": learner}
+    preset = {} if task == INSERTION else {**task_kind(task).preset}
+    if task != INSERTION:
+        chosen["task"] = {"name": task}
+    blind = {} if name in ("paper", JOB) else BLIND
+    layers = [LEARNERS[learner], blind, SCENARIOS[name], preset, job or {}, *tables]
+    stated = merged(*layers, chosen)
+    if isinstance(arm := stated.get("arm"), Mapping):
+        stated["arm"] = _arm(arm)
+    base = RunConfig() if job is None else RunConfig(place=PlaceConfig())
+    known = overlay(base, {key: stated[key] for key in JOB_TABLES if key in stated})
+    if sensor is None:
+        noise = overlay(base.cell.sensor, _table(_table(stated, "cell"), "sensor"))
+        sensor = SensorFacts(noise.force_noise_N, noise.torque_noise_Nm)
+    derived = derived_settings(Job(known.part, known.tool, known.place, known.limits), sensor, task)
+    return overlay(base, merged(derived, stated))
+
+
+def merged(*tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Merge nested tables; what comes later wins."""
+    result: dict[str, Any] = {}
+    for table in tables:
+        for key, value in table.items():
+            before = result.get(key)
+            both = isinstance(before, Mapping) and isinstance(value, Mapping)
+            result[key] = merged(before, value) if both else value  # type: ignore[arg-type]
+    return result
+
+
+def scenario(name: str, learner: str = "q-learning") -> RunConfig:
+    """Return the preset of a scenario, for a learner.
+
+    Raises:
+        ConfigurationError: There is none of that name.
+    """
+    return compose(name, learner)
+
+
+def without_world(config: RunConfig) -> RunConfig:
+    """Return the configuration with the simulated cell that its job describes, and nothing else of that."""
+    job = Job(config.part, config.tool, config.place, config.limits)
+    tables = derived_settings(job, SensorFacts(0.1, 0.004), config.task.name)
+    return replace(config, cell=overlay(CellConfig(), tables["cell"]))
+
+
+def _arm(table: Mapping[str, Any]) -> Any:
+    """An arm by its name with fields of its own, where the table names no URDF."""
+    if "urdf" in table or "name" not in table:
+        return table
+    named = arm_named(table["name"])
+    fields = {key: value for key, value in table.items() if key != "name"}
+    return overlay(named, fields) if fields else table["name"]
+
+
+def _table(tables: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    value = tables.get(name, {})
+    if not isinstance(value, Mapping):
+        raise ConfigurationError(name, value, "a table")
+    return value

@@ -1,0 +1,17 @@
+from .derived import Constants as Constants
+from .derived import Derived as Derived
+from .derived import Quantities as Quantities
+from .derived import derive as derive
+from .derived import jamming_force_N as jamming_force_N
+from .settings import corner_distance_mm as corner_distance_mm
+from .settings import derived_settings as derived_settings
+from .tables import JOB_TABLES as JOB_TABLES
+from .tables import KEYED as KEYED
+from .tables import ROUND as ROUND
+from .tables import ROUNDED as ROUNDED
+from .tables import SIDES as SIDES
+from .tables import Job as Job
+from .tables import LimitsConfig as LimitsConfig
+from .tables import PartConfig as PartConfig
+from .tables import PlaceConfig as PlaceConfig
+from .tables import ToolConfig as ToolConfig

@@ -1,0 +1,233 @@
+"""Settings that follow from part, tool, place, limits and sensor: one formula each.
+
+All quantities are in one consistent system of units, so that metres, newtons and seconds give the same settings as
+millimetres, newtons and seconds. What has a unit and does not come from the job is a field of :class:`Constants`.
+Figures in brackets refer to measurements on the simulated cell, ``docs/results.md``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import Final
+
+from palpate.core.job.tables import Job
+from palpate.core.ports import SensorFacts
+
+N_PER_KGF: Final = 9.80665
+_PAPERS_SHARE: Final = 0.7 / (0.5 * 14.5)
+"""Torque threshold of the source paper, over pressing force and radius of its peg."""
+_NOISES_PRESSED: Final = 26.0
+"""Standard deviations of the force in a pressing force: the torque of a contact is then as clear as in the paper's cell
+at its quietest useful sensor."""
+_CONTACT_SHARE: Final = 0.2
+"""A contact is felt at this share of the pressing force, as in the source paper."""
+_NOISES_CONTACT: Final = 4.0
+"""Standard deviations of the force in a contact: one false contact in 30 000 samples."""
+_NOISES_TORQUE: Final = 2.5
+"""Standard deviations of the filtered torque in a torque threshold."""
+_NOISE_BAND: Final = 1.11
+"""White noise passes a second-order Butterworth low-pass as if it ended at 1.11 times its cut-off."""
+_NOISES_UNEXPECTED: Final = 9.3
+"""Standard deviations of one channel that the norm of the difference of two samples stays below."""
+_JAMS_FROM: Final = 0.8
+"""Jam number from which the pressing force of the insertion grows."""
+_OVER_JAM: Final = 1.3
+_MOST_PRESS_SHARE: Final = 0.4
+"""Share of the highest force that an insertion may press with: the rest is for what walls and stops add."""
+_STEP_SHARE: Final = 0.2
+"""Length of a step over half the width of the area: five steps from the middle to the edge, as in the paper."""
+_SWEEP_SLACK: Final = 1.25
+"""Time of a search over that of one sweep of the area."""
+_SMALLEST_SWEEP: Final = 1.8
+"""Distance of neighbouring paths over the capture half-width that a sweep can count on."""
+
+
+@dataclass(frozen=True)
+class Constants:
+    """What has a unit and is no property of a job, with the reason.
+
+    Attributes:
+        press_N: Pressing force of the source paper, 0.5 kgf: enough for sensors of up to 0.19 N.
+        most_press_N: Above it pegs stick and slip at a friction of 0.5.
+        speed_in_air_m_s: Speed at which a damping law without contact moves: the paper's cell.
+        edge_m: Broken edge of a peg without a chamfer (ISO 13715 allows 0.05 to 0.3 mm).
+        search_speed_m_s: Speed of a search.
+        capture_delay_s: The capture half-width shrinks by this times the speed (1.5 to 2 ms).
+        area_margin_m: Area beyond the farthest hole and start, for the last half step.
+        search_s: Time of a trial's exploration besides the sweep: first contact, and returns to a likely place.
+        least_time_s: Time limit of the source paper's explorations.
+        least_unexpected_N: Threshold for an unexpected contact with a quiet sensor.
+        least_torque_Nm: Torque limit that no light contact reaches on a short tool.
+        ready_height_m: Height of the ready pose over a plate that is known and a tool that is not tilted.
+        height_margin_m: What is left of it in the worst case.
+        period_s: Control period.
+        cutoff_Hz: Cut-off of perception's low-pass.
+        lateral_time_s: Time constant with which lateral forces decay during the insertion.
+        gravity_m_s2: Acceleration of free fall.
+    """
+
+    press_N: float = 0.5 * N_PER_KGF
+    most_press_N: float = 10.0
+    speed_in_air_m_s: float = 0.012258
+    edge_m: float = 1e-4
+    search_speed_m_s: float = 0.016
+    capture_delay_s: float = 1.5625e-3
+    area_margin_m: float = 5e-4
+    search_s: float = 5.0
+    least_time_s: float = 20.0
+    least_unexpected_N: float = 3.0
+    least_torque_Nm: float = 5.0
+    ready_height_m: float = 3e-3
+    height_margin_m: float = 2e-3
+    period_s: float = 1.0 / 140.0
+    cutoff_Hz: float = 4.0
+    lateral_time_s: float = 0.1
+    gravity_m_s2: float = 9.81
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """A job as physical quantities, in the units of its :class:`Constants`.
+
+    Attributes:
+        radius_m: Radius of the peg, or of its inscribed circle.
+        lever_m: Distance of the tip from the sensor's origin.
+        deviation_m: Largest distance of the hole from where it is believed.
+        start_m: Largest distance of a start from there.
+        height_m: Largest error of the plate's height.
+    """
+
+    radius_m: float
+    clearance_m: float
+    depth_m: float
+    chamfer_m: float
+    friction: float
+    tilt_rad: float
+    deviation_m: float
+    start_m: float
+    height_m: float
+    lever_m: float
+    axial_N_per_m: float
+    lateral_N_per_m: float
+    tilt_Nm_per_rad: float
+    damping_ratio: float
+    moving_kg: float
+    force_N: float
+    noise_N: float
+    noise_Nm: float
+
+    @classmethod
+    def of(cls, job: Job, sensor: SensorFacts) -> Quantities:
+        """Return the quantities of a job in SI units."""
+        part, tool, place = job.part, job.tool, job.place
+        return cls(
+            radius_m=part.peg_mm * 0.5e-3,
+            clearance_m=part.clearance_mm * 1e-3,
+            depth_m=part.depth_mm * 1e-3,
+            chamfer_m=part.chamfer_mm * 1e-3,
+            friction=part.friction_max,
+            tilt_rad=place.tilt_uncertainty_mrad * 1e-3,
+            deviation_m=place.position_uncertainty_mm * 1e-3,
+            start_m=place.start_uncertainty_mm * 1e-3,
+            height_m=place.height_uncertainty_mm * 1e-3,
+            lever_m=sqrt(sum(each * each for each in tool.tip_mm)) * 1e-3,
+            axial_N_per_m=tool.axial_N_per_mm * 1e3,
+            lateral_N_per_m=tool.lateral_N_per_mm * 1e3,
+            tilt_Nm_per_rad=tool.tilt_Nm_per_rad,
+            damping_ratio=tool.damping_ratio,
+            moving_kg=tool.moving_mass_kg,
+            force_N=job.limits.force_N,
+            noise_N=sensor.noise_N,
+            noise_Nm=sensor.noise_Nm,
+        )
+
+
+@dataclass(frozen=True)
+class Derived:
+    """What follows, in the units of the quantities it follows from.
+
+    Attributes:
+        press_N: Pressing force of the search.
+        insertion_press_N: Pressing force of the insertion.
+        contact_N: Reaction force that counts as contact.
+        torque_Nm: Torque about the tip that points at the hole.
+        damping_N_s_per_m: Damping along the tool.
+        lateral_m_per_N_s: Integral gain of the lateral force in the hole.
+        capture_m: Half-width of the strip that takes the peg into the hole at the speed of a search.
+        pitch_m: Distance of neighbouring paths of a search.
+        half_width_m: Half the side of the searched square.
+        step_m: Length of an exploratory step.
+        time_s: Time limit of the exploration.
+        unexpected_N: Force that counts as an unexpected contact.
+        torque_limit_Nm: Torque about the sensor that stops the arm.
+        ready_height_m: Height of the ready pose.
+    """
+
+    press_N: float
+    insertion_press_N: float
+    contact_N: float
+    torque_Nm: float
+    damping_N_s_per_m: float
+    lateral_m_per_N_s: float
+    capture_m: float
+    pitch_m: float
+    half_width_m: float
+    step_m: float
+    time_s: float
+    unexpected_N: float
+    torque_limit_Nm: float
+    ready_height_m: float
+
+
+def jamming_force_N(job: Quantities) -> float:
+    """Force on the walls of a tilted peg, as friction turns it against the motion: largest over the depths on the way.
+
+    A peg that is tilted by theta fits freely down to l = 2 c / theta. Deeper, the gripper is bent back by
+    theta - 2 c / l over a lever l, and two walls bear that torque: 2 mu k (theta - 2 c / l) / l, largest at
+    l = 4 c / theta.
+    """
+    if not job.tilt_rad:
+        return 0.0
+    depth_m = min(job.depth_m, 4.0 * job.clearance_m / job.tilt_rad)
+    bent_rad = job.tilt_rad - 2.0 * job.clearance_m / depth_m
+    return max(2.0 * job.friction * job.tilt_Nm_per_rad * bent_rad / depth_m, 0.0)
+
+
+def derive(job: Quantities, known: Constants = Constants()) -> Derived:
+    """Return the settings of a job."""
+    press_N = min(max(known.press_N, _NOISES_PRESSED * job.noise_N), max(known.most_press_N, known.press_N))
+    press_N = min(press_N, _MOST_PRESS_SHARE * job.force_N)
+    jam_N = jamming_force_N(job)
+    insertion_N = press_N
+    if jam_N > _JAMS_FROM * press_N:
+        insertion_N = min(max(press_N, _OVER_JAM * jam_N), _MOST_PRESS_SHARE * job.force_N)
+    critical_N_s_per_m = sqrt(job.axial_N_per_m * job.moving_kg)
+    passed = sqrt(_NOISE_BAND * known.cutoff_Hz * 2.0 * known.period_s)
+    edge_m = max(known.edge_m, job.chamfer_m)
+    capture_m = job.clearance_m + edge_m - known.capture_delay_s * known.search_speed_m_s
+    half_width_m = max(job.deviation_m, job.start_m) + known.area_margin_m
+    side_m = 2.0 * half_width_m
+    sweep_s = side_m * side_m / (_SMALLEST_SWEEP * capture_m * known.search_speed_m_s)
+    return Derived(
+        press_N=press_N,
+        insertion_press_N=insertion_N,
+        contact_N=max(_CONTACT_SHARE * press_N, _NOISES_CONTACT * job.noise_N),
+        torque_Nm=max(_PAPERS_SHARE * press_N * job.radius_m, _NOISES_TORQUE * passed * job.noise_Nm),
+        damping_N_s_per_m=max(
+            # Half the bound of stability of the sampled law.
+            2.0 * job.axial_N_per_m * known.period_s,
+            # A gripper that is moved is late by its damper: the share of the press that this hides stays below 0.3.
+            2.0 * job.damping_ratio * critical_N_s_per_m / 0.3,
+            press_N / known.speed_in_air_m_s,
+        ),
+        lateral_m_per_N_s=1.0 / (job.lateral_N_per_m * known.lateral_time_s),
+        capture_m=capture_m,
+        pitch_m=2.0 * capture_m,
+        half_width_m=half_width_m,
+        step_m=min(_STEP_SHARE * half_width_m, job.radius_m / 2.0),
+        time_s=max(known.least_time_s, known.search_s + _SWEEP_SLACK * sweep_s),
+        unexpected_N=max(known.least_unexpected_N, _NOISES_UNEXPECTED * job.noise_N),
+        torque_limit_Nm=max(known.least_torque_Nm, 1.05 * job.force_N * (job.lever_m + job.radius_m)),
+        ready_height_m=max(known.ready_height_m, job.height_m + job.radius_m * job.tilt_rad + known.height_margin_m),
+    )

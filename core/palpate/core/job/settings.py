@@ -1,0 +1,142 @@
+"""The derived quantities as tables of settings, in the units of these."""
+
+from __future__ import annotations
+
+from math import acos, asin, cos, degrees, pi, radians, sin, sqrt
+from typing import Any, Final
+
+from palpate.core.job.derived import N_PER_KGF, Derived, Quantities, derive
+from palpate.core.job.tables import KEYED, ROUND, ROUNDED, SIDES, Job, PartConfig
+from palpate.core.ports import SensorFacts
+
+_INSERTION_6DOF: Final = "insertion-6dof"
+_KNOWN_POSITION_MM: Final = 1.0
+"""Positions that the source paper's symbols tell from the goal, where the hole is known to be there."""
+_UNKNOWN_POSITION_MM: Final = 50.0
+"""Larger than any area: where the hole is not known, symbols are of torque alone."""
+
+
+def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]:
+    """Return nested tables of all settings that follow from a job.
+
+    Args:
+        sensor: Noise of the force sensor that the job runs with.
+        task: Name of the task; six degrees of freedom have options of their own.
+    """
+    part, tool, place, limits = job.part, job.tool, job.place, job.limits
+    found = derive(Quantities.of(job, sensor))
+    known = place.position_uncertainty_mm == 0.0
+    tables: dict[str, Any] = {
+        "task": {
+            "goal": {"x_mm": place.x_mm, "y_mm": place.y_mm, "z_mm": place.z_mm, "rpy_deg": place.rpy_deg},
+            "start_uncertainty_mm": place.start_uncertainty_mm,
+            "surface_uncertainty_mm": place.height_uncertainty_mm,
+            "insertion_depth_mm": part.depth_mm,
+            "depth_tolerance_mm": part.depth_tolerance_mm,
+            "max_force_N": limits.force_N,
+            "travel_speed_mm_s": limits.speed_mm_s,
+            "press_kgf": _shown(found.press_N / N_PER_KGF),
+            "contact_kgf": _shown(found.contact_N / N_PER_KGF),
+            "area_half_width_mm": _shown(found.half_width_m * 1e3),
+            "step_mm": _shown(found.step_m * 1e3),
+            "time_limit_s": _shown(found.time_s),
+            "ready_height_mm": _shown(found.ready_height_m * 1e3),
+        },
+        "control": {
+            "axial_stiffness_N_per_mm": tool.axial_N_per_mm,
+            "lateral_stiffness_N_per_mm": tool.lateral_N_per_mm,
+            "damping_N_s_per_m": _shown(found.damping_N_s_per_m),
+            "force_integral_m_per_N_s": _shown(found.lateral_m_per_N_s),
+        },
+        "perception": {
+            "torque_threshold_kgf_mm": _shown(found.torque_Nm / N_PER_KGF * 1e3),
+            "position_threshold_mm": _KNOWN_POSITION_MM if known else _UNKNOWN_POSITION_MM,
+        },
+        "learning": {
+            "belief": {"capture_mm": _shown(found.capture_m * 1e3), "pitch_mm": _shown(found.pitch_m * 1e3)},
+        },
+        "supervision": _supervision(found, limits.force_N),
+        "cell": _cell(job),
+    }
+    if task == _INSERTION_6DOF:
+        tables["task"] |= _spatial(job)
+    return tables
+
+
+def _supervision(found: Derived, force_N: float) -> dict[str, Any]:
+    limits = {
+        "max_force_N": (force_N, 30.0),
+        "unexpected_contact_N": (_shown(found.unexpected_N), 3.0),
+        "max_torque_Nm": (_shown(found.torque_limit_Nm), 5.0),
+    }
+    # What the job asks for is stated, as a person who weakens a limit states it.
+    weakened = tuple(name for name, (value, usual) in limits.items() if value > usual)
+    return {name: value for name, (value, _) in limits.items()} | {"weakened": weakened}
+
+
+def _cell(job: Job) -> dict[str, Any]:
+    """The simulated cell that a job describes, its uncertainties at their largest."""
+    part, tool, place = job.part, job.tool, job.place
+    drawn = {"tilt_heading": "drawn", "grip_trials": 1} if place.tilt_uncertainty_mrad else {}
+    return {
+        "peg": {
+            "cross_section": part.shape,
+            "diameter_mm": part.peg_mm,
+            "clearance_mm": part.clearance_mm,
+            "hole_depth_mm": part.floor_mm,
+            "corner_radius_mm": part.corner_radius_mm,
+            "flat_mm": part.flat_mm,
+            "chamfer_mm": part.chamfer_mm,
+        },
+        "compliance": {
+            "lateral_N_per_mm": tool.lateral_N_per_mm,
+            "axial_N_per_mm": tool.axial_N_per_mm,
+            "tilt_Nm_per_rad": tool.tilt_Nm_per_rad,
+            "torsion_Nm_per_rad": tool.torsion_Nm_per_rad,
+            "damping_ratio": tool.damping_ratio,
+            "moving_mass_kg": tool.moving_mass_kg,
+        },
+        "hole_uncertainty_mm": place.position_uncertainty_mm,
+        "tilt_mrad": place.tilt_uncertainty_mrad,
+        "conditions": {"yaw_deg": place.yaw_uncertainty_deg, **drawn},
+    }
+
+
+def _spatial(job: Job) -> dict[str, Any]:
+    """Settings of the insertion in six degrees of freedom, from the cross-section."""
+    part, tool, place = job.part, job.tool, job.place
+    sides, corner_mm = SIDES.get(part.shape, 0), corner_distance_mm(part)
+    flat_deg = degrees(acos(corner_mm / (part.peg_mm / 2.0))) if part.shape == KEYED else 0.0
+    least_deg = degrees(place.tilt_uncertainty_mrad * 1e-3) + 1.5
+    lean_deg = min(max(degrees(asin(min(1.8 / corner_mm, 1.0))), least_deg), 8.0)
+    options = {
+        "corners": float(sides),
+        "corner_mm": _shown(corner_mm),
+        "flat_deg": _shown(flat_deg),
+        "lean_deg": _shown(lean_deg),
+        "tool_kg": tool.mass_kg,
+        "tool_above_tip_mm": tool.centre_above_tip_mm,
+    }
+    area_mm = place.position_uncertainty_mm + 0.5
+    if part.shape != ROUND:
+        swing_mm = 0.7 * corner_mm * sin(radians(place.yaw_uncertainty_deg))
+        half_corner_rad = (pi / 2.0 - pi / sides) if sides else pi / 4.0
+        inside_mm = min((place.position_uncertainty_mm + swing_mm) / sin(half_corner_rad), corner_mm)
+        options["inside_mm"] = _shown(max(inside_mm, 0.5))
+        area_mm += inside_mm + 1.0
+    return {"options": options, "area_half_width_mm": _shown(max(area_mm, place.start_uncertainty_mm + 0.5))}
+
+
+def corner_distance_mm(part: PartConfig) -> float:
+    """Distance of a peg's corners, or of its flat, from its axis; its radius where it has neither."""
+    half_mm, sides = part.peg_mm / 2.0, SIDES.get(part.shape, 0)
+    if part.shape == KEYED:
+        return half_mm - part.flat_mm
+    if part.shape == ROUNDED:
+        return (half_mm - part.corner_radius_mm) * sqrt(2.0) + part.corner_radius_mm
+    return half_mm / cos(pi / sides) if sides else half_mm
+
+
+def _shown(value: float) -> float:
+    """The value to four significant digits, as a person would write it."""
+    return float(f"{value:.4g}")

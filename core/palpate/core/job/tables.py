@@ -1,0 +1,228 @@
+"""What a person states about a job: the drawing of the part, the tool on the bench, where, and within which limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import cos, pi, radians
+from typing import Annotated, ClassVar, Final, TypeAlias
+
+from typing_extensions import override
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.motion import ToolGeometry
+from palpate.core.ports import OneOf, Range, Settings, Vector3
+
+ROUND: Final = "round"
+SIDES: Final = {"triangle": 3, "square": 4, "hexagon": 6, "rounded-square": 4, "keyed": 0}
+"""Sides of a cross-section by its name; those that are not listed are round."""
+KEYED: Final = "keyed"
+ROUNDED: Final = "rounded-square"
+_NM: Final = 6
+"""Decimals of a millimetre that are kept when two sizes are subtracted: a nanometre."""
+_MOST_CLEARANCE_MM: Final = 5.0
+
+_Angle: TypeAlias = Annotated[float, Range(-360.0, 360.0)]
+_Length: TypeAlias = Annotated[float, Range(-2000.0, 2000.0)]
+
+
+@dataclass(frozen=True)
+class PartConfig(Settings):
+    """The part, as on its drawing."""
+
+    TABLE: ClassVar[str] = "part"
+
+    shape: Annotated[str, OneOf(ROUND, *SIDES)] = ROUND
+    """Cross-section of peg and hole: round, triangle, square, hexagon, rounded-square, or keyed (round with a flat)."""
+    peg_mm: Annotated[float, Range(1.0, 100.0)] = 29.0
+    """Diameter of the peg; width across flats where it has sides."""
+    hole_mm: Annotated[float, Range(1.002, 110.0)] = 29.15
+    """Diameter, or width across flats, of the hole."""
+    corner_radius_mm: Annotated[float, Range(0.2, 50.0)] = 3.0
+    """Radius of the corners of a rounded square."""
+    flat_mm: Annotated[float, Range(0.1, 50.0)] = 3.0
+    """Height of the segment that the flat of a keyed peg takes off."""
+    chamfer_mm: Annotated[float, Range(0.0, 10.0)] = 0.0
+    """Chamfer of the peg's end at 45 degrees; 0 for a broken edge."""
+    depth_mm: Annotated[float, Range(0.5, 60.0)] = 10.0
+    """Depth to reach."""
+    hole_depth_mm: Annotated[float, Range(0.0, 80.0)] = 0.0
+    """Depth of the hole's floor; 0 for the depth to reach."""
+    depth_tolerance_mm: Annotated[float, Range(0.01, 5.0)] = 0.2
+    """Tolerance of the depth that is reached."""
+    friction_max: Annotated[float, Range(0.0, 1.5)] = 0.6
+    """Highest coefficient of friction between peg and hole."""
+
+    @property
+    def clearance_mm(self) -> float:
+        """Radial clearance: half the difference of the sizes."""
+        return round((self.hole_mm - self.peg_mm) / 2.0, _NM)
+
+    @property
+    def floor_mm(self) -> float:
+        """Depth of the hole's floor."""
+        return self.hole_depth_mm or self.depth_mm
+
+    @property
+    def play_mm(self) -> float:
+        """Largest distance between two positions of the peg's axis in the hole's mouth."""
+        sides, across_mm = SIDES.get(self.shape, 0), 2.0 * self.clearance_mm
+        if sides:
+            # An odd number of corners has none opposite another.
+            across_mm *= cos(0.5 * pi / sides * (sides % 2)) / cos(pi / sides)
+        return across_mm + self.chamfer_mm
+
+    def describe(self) -> str:
+        """Return sizes and fit in one line, as a drawing and a gauge would have them."""
+        unit = "" if self.shape == ROUND else f"{self.shape} "
+        return (
+            f"{unit}peg {self.peg_mm:.3f} mm, hole {self.hole_mm:.3f} mm, radial clearance {self.clearance_mm:.3f} mm,"
+            f" depth {self.depth_mm:g} mm"
+        )
+
+    @override
+    def check(self) -> None:
+        if not 0.001 <= self.clearance_mm <= _MOST_CLEARANCE_MM:
+            accepted = (
+                f"from {self.peg_mm + 0.002:g} to {self.peg_mm + 2.0 * _MOST_CLEARANCE_MM:g} for part.peg_mm ="
+                f" {self.peg_mm:g} (radial clearance 0.001 to 5 mm)"
+            )
+            raise ConfigurationError(self.dotted("hole_mm"), self.hole_mm, accepted)
+        if self.floor_mm < self.depth_mm:
+            accepted = f"at least part.depth_mm = {self.depth_mm:g}"
+            raise ConfigurationError(self.dotted("hole_depth_mm"), self.hole_depth_mm, accepted)
+        if self.depth_tolerance_mm >= self.depth_mm:
+            accepted = f"below part.depth_mm = {self.depth_mm:g}"
+            raise ConfigurationError(self.dotted("depth_tolerance_mm"), self.depth_tolerance_mm, accepted)
+        half_mm = self.peg_mm / 2.0
+        for name, most, applies in (
+            ("corner_radius_mm", half_mm, self.shape == ROUNDED),
+            ("flat_mm", half_mm, self.shape == KEYED),
+            ("chamfer_mm", half_mm / 2.0, True),
+        ):
+            if applies and getattr(self, name) >= most:
+                accepted = f"below {most:g} on a peg of {self.peg_mm:g} mm"
+                raise ConfigurationError(self.dotted(name), getattr(self, name), accepted)
+
+
+@dataclass(frozen=True)
+class ToolConfig(Settings):
+    """What is on the arm's flange: the force sensor, and the gripper that holds the peg.
+
+    The sensor's frame has its z axis out of the tool. All stiffnesses are those felt at the tip.
+    """
+
+    TABLE: ClassVar[str] = "tool"
+
+    sensor_mm: tuple[_Length, _Length, _Length] = (0.0, 0.0, 30.0)
+    """Origin of the force sensor's frame from the flange, in the flange's axes with z along the tool."""
+    sensor_rpy_deg: tuple[_Angle, _Angle, _Angle] = (0.0, 0.0, 0.0)
+    """Its roll, pitch and yaw there."""
+    tip_mm: tuple[_Length, _Length, _Length] = (0.0, 0.0, 140.0)
+    """Centre of the peg's end face from the sensor's origin, in the sensor's frame."""
+    tip_rpy_deg: tuple[_Angle, _Angle, _Angle] = (0.0, 0.0, 0.0)
+    """Roll, pitch and yaw of the peg there; its axis is the tip's z."""
+    mass_kg: Annotated[float, Range(0.06, 20.0)] = 0.35
+    """Mass of all that hangs on the force sensor, as palpate calibrate measures it."""
+    rigid_mass_kg: Annotated[float, Range(0.0, 20.0)] = 0.05
+    """Share of it that is fixed to the sensor; the rest moves on the gripper's compliance."""
+    centre_of_mass_mm: tuple[_Length, _Length, _Length] = (0.0, 0.0, 77.142857)
+    """Its centre of mass, in the sensor's frame."""
+    axial_N_per_mm: Annotated[float, Range(0.5, 1000.0)] = 5.0
+    """Stiffness of what holds the peg along the tool axis."""
+    lateral_N_per_mm: Annotated[float, Range(1.0, 1000.0)] = 40.0
+    """Stiffness across the tool axis."""
+    tilt_Nm_per_rad: Annotated[float, Range(1.0, 2000.0)] = 50.0
+    """Stiffness against tilting."""
+    torsion_Nm_per_rad: Annotated[float, Range(1.0, 2000.0)] = 50.0
+    """Stiffness against turning about the tool axis."""
+    damping_ratio: Annotated[float, Range(0.05, 5.0)] = 0.7
+    """Damping of the gripper, as a share of critical damping."""
+
+    @property
+    def geometry(self) -> ToolGeometry:
+        """Sensor and tip on the flange, in metres and radians."""
+        return ToolGeometry(
+            _metres(self.sensor_mm), _radians(self.sensor_rpy_deg), _metres(self.tip_mm), _radians(self.tip_rpy_deg)
+        )
+
+    @property
+    def moving_mass_kg(self) -> float:
+        """Mass on the gripper's compliance."""
+        return round(self.mass_kg - self.rigid_mass_kg, 9)
+
+    @property
+    def centre_above_tip_mm(self) -> float:
+        """Height of the centre of mass above the tip, along the tool."""
+        return round(self.tip_mm[2] - self.centre_of_mass_mm[2], _NM)
+
+    @override
+    def check(self) -> None:
+        if self.moving_mass_kg < 0.01:
+            accepted = f"at least 0.01 below tool.mass_kg = {self.mass_kg:g}"
+            raise ConfigurationError(self.dotted("rigid_mass_kg"), self.rigid_mass_kg, accepted)
+        if self.tip_mm[2] <= 0.0:
+            raise ConfigurationError(
+                self.dotted("tip_mm"), self.tip_mm, "a third number above 0: the tip is beyond the sensor"
+            )
+
+
+@dataclass(frozen=True)
+class PlaceConfig(Settings):
+    """Where the hole is believed to be, and how far it may really be off."""
+
+    TABLE: ClassVar[str] = "place"
+
+    x_mm: Annotated[float, Range(-3000.0, 3000.0)] = 400.0
+    """Centre of the hole's mouth in front of the arm's base."""
+    y_mm: Annotated[float, Range(-3000.0, 3000.0)] = 0.0
+    """The same to the base's left."""
+    z_mm: Annotated[float, Range(-3000.0, 3000.0)] = 20.0
+    """Height of the plate's surface above the base."""
+    rpy_deg: tuple[_Angle, _Angle, _Angle] = (0.0, 0.0, 0.0)
+    """Roll, pitch and yaw of the hole about the base's axes; zeros for a hole that points straight down."""
+    position_uncertainty_mm: Annotated[float, Range(0.0, 20.0)] = 0.0
+    """Largest distance of the hole from there, sideways."""
+    height_uncertainty_mm: Annotated[float, Range(0.0, 5.0)] = 0.5
+    """Largest error of the plate's height."""
+    tilt_uncertainty_mrad: Annotated[float, Range(0.0, 150.0)] = 0.0
+    """Largest angle between the peg's axis and the hole's."""
+    yaw_uncertainty_deg: Annotated[float, Range(0.0, 45.0)] = 0.0
+    """Largest turn of the hole about its axis against the peg."""
+    start_uncertainty_mm: Annotated[float, Range(0.0, 20.0)] = 0.0
+    """Largest distance of a trial's start from the believed hole; each trial draws its own."""
+
+
+@dataclass(frozen=True)
+class LimitsConfig(Settings):
+    """What the process may do."""
+
+    TABLE: ClassVar[str] = "limits"
+
+    force_N: Annotated[float, Range(1.0, 500.0)] = 30.0
+    """Highest force on the part."""
+    speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 20.0
+    """Highest speed of the tip in free space."""
+
+
+@dataclass(frozen=True)
+class Job(Settings):
+    """A job without its arm: the four tables together."""
+
+    part: PartConfig = field(default_factory=PartConfig)
+    tool: ToolConfig = field(default_factory=ToolConfig)
+    place: PlaceConfig = field(default_factory=PlaceConfig)
+    limits: LimitsConfig = field(default_factory=LimitsConfig)
+
+
+JOB_TABLES: Final = ("part", "tool", "place", "limits")
+"""Tables of a job file besides ``arm`` and ``cell``."""
+
+
+def _metres(mm: Vector3) -> Vector3:
+    x, y, z = mm
+    return x * 1e-3, y * 1e-3, z * 1e-3
+
+
+def _radians(deg: Vector3) -> Vector3:
+    x, y, z = deg
+    return radians(x), radians(y), radians(z)
