@@ -17,9 +17,9 @@ import numpy as np
 
 from benchmarks.common import table
 from palpate.adapters.config.run import RunConfig
+from palpate.core.job import SIDES
 from palpate.core.motion.arm import ARMS
 from palpate.simulation.work_cell.config import PLATE_REACH_M, ComplianceConfig, PegConfig
-from palpate.simulation.work_cell.cross_section import SIDES
 from tests.support.physics_bench import LEAST_OFFSET_M, MOST_OFFSET_M, Bench, headings, quiet, rms
 
 FLAT_M = 6e-3

@@ -6,10 +6,10 @@ import pytest
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.job import KEYED, SIDES
 from palpate.core.motion.arm import ARMS
 from palpate.core.trial.report import Outcome
 from palpate.simulation.work_cell.config import CellConfig, PegConfig
-from palpate.simulation.work_cell.cross_section import KEYED, SIDES
 from tests.integration.physics.trials import random_walk
 from tests.support.physics_bench import ready_pose
 

@@ -155,7 +155,7 @@ class FakeWorld:
         self.force_N = _plus(force, (0.0, 0.0, 0.0))
         to_sensor = kinematics.tip_rotation.T @ self._task.rotation
         force_in_sensor = to_sensor @ force
-        lever = np.cross((0.0, 0.0, TOOL.tip_from_sensor_m), force_in_sensor)
+        lever = np.cross((0.0, 0.0, TOOL.tip_m[2]), force_in_sensor)
         torque_in_sensor = to_sensor @ torque + lever
         return _plus(force_in_sensor, WEIGHT_AND_BIAS_N), _plus(torque_in_sensor, WEIGHT_AND_BIAS_NM)
 

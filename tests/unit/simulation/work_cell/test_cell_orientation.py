@@ -6,8 +6,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from palpate.core.job import SIDES
 from palpate.core.motion import InverseKinematics, Kinematics, arm_named
-from palpate.simulation.work_cell import SIDES, CellConfig, ConditionsConfig
+from palpate.simulation.work_cell import CellConfig, ConditionsConfig
 from palpate.simulation.work_cell.config import PegConfig
 from tests.support.tool import TOOL
 from tests.unit.simulation.work_cell.test_model import GOAL, cell_of, ready_rad

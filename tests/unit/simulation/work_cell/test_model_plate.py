@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import ConfigurationError
+from palpate.core.job import KEYED, ROUNDED, SIDES
 from palpate.simulation.work_cell.config import PLATE_REACH_M, CellConfig, PegConfig
-from palpate.simulation.work_cell.cross_section import KEYED, ROUNDED, SIDES
 from tests.unit.simulation.work_cell.test_model import cell_of
 
 

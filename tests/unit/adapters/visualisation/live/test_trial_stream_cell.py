@@ -9,7 +9,7 @@ import pytest
 from palpate.adapters.log import read_log
 from palpate.adapters.mujoco import DrawnCell
 from palpate.adapters.visualisation.live.trial_stream import CellFrames
-from palpate.simulation.work_cell.cross_section import SIDES
+from palpate.core.job import SIDES
 from tests.golden.record import HERE as GOLDEN
 
 

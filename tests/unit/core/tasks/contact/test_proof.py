@@ -13,7 +13,7 @@ from palpate.core.tasks.contact.proof import ContactProof
 from palpate.core.trial import ControlConfig, TaskConfig, TrialSetup, Trip, TripReason
 from tests.unit.core.fake_world import TOOL, measurement, ready_pose
 
-LEVER_M = TOOL.tip_from_sensor_m
+LEVER_M = TOOL.tip_m[2]
 ANGLES, _ = ready_pose()
 
 
