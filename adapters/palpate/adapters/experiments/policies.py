@@ -36,9 +36,6 @@ from palpate.core.ports import CONTROL_RATE_HZ, Settings
 from palpate.core.tasks.insertion_6dof import CornerFirst, Hypotheses, SpatialOptions
 from palpate.core.trial import N_PER_KGF, options_of
 
-SPIRAL_PITCH_M: Final = 0.30e-3
-"""Distance between the turns: 1.7 times the capture half-width of the default cell (docs/results.md), because chords
-between the points of a spiral leave wider gaps than its turns."""
 OMNISCIENT_SPEED_M_S: Final = 0.01
 
 _TURN_SHARE: Final = 0.75
@@ -63,8 +60,8 @@ OUTSIDE: Final = "environment"
 _MAKERS: Final[dict[str, Callable[[RunConfig, Hole], Policy]]] = {
     "omniscient": lambda config, hole_m: Omniscient(hole_m, OMNISCIENT_SPEED_M_S * _action_s(config)),
     "torque": lambda config, _: TorqueFollowing(_compass(config), _threshold_Nm(config)),
-    "spiral-10": lambda config, _: Spiral("spiral-10", SPIRAL_PITCH_M, 0.010 * _action_s(config)),
-    "spiral-5": lambda config, _: Spiral("spiral-5", SPIRAL_PITCH_M, 0.005 * _action_s(config)),
+    "spiral-10": lambda config, _: Spiral("spiral-10", _pitch_m(config), 0.010 * _action_s(config)),
+    "spiral-5": lambda config, _: Spiral("spiral-5", _pitch_m(config), 0.005 * _action_s(config)),
     "random": lambda config, _: RandomWalkPolicy(_plain_actions(config)),
     "hypotheses": lambda config, _: Hypotheses(config.task, spatial_options(config, "hypotheses")),
     "corner-first": lambda config, _: CornerFirst(spatial_options(config)),
@@ -125,6 +122,11 @@ def _plain_actions(config: RunConfig) -> tuple[Action, ...]:
 def _compass(config: RunConfig) -> list[Action]:
     """The steps among them; they come first, so each has the number that it has among all."""
     return [action for action in _plain_actions(config) if action.spatial is None]
+
+
+def _pitch_m(config: RunConfig) -> float:
+    """Distance between the turns of a search, which follows from clearance and chamfer."""
+    return config.learning.belief.pitch_mm * 1e-3
 
 
 def _action_s(config: RunConfig) -> float:

@@ -1,0 +1,34 @@
+"""A job may put sensor, tip and hole into any pose: the same rule inserts."""
+
+import pytest
+
+from palpate.adapters.config import RunConfig, compose
+from palpate.adapters.experiments import ChosenPolicy, TrialRow, ready_pose, run_chosen
+from palpate.adapters.mujoco import SimulatedRig
+
+
+@pytest.mark.parametrize(
+    ("tool", "place"),
+    [
+        ({"sensor_rpy_deg": (0.0, 0.0, 30.0)}, {}),
+        ({"tip_rpy_deg": (0.0, 10.0, 0.0), "tip_mm": (20.0, 0.0, 130.0)}, {}),
+        ({"tip_mm": (0.0, 0.0, 250.0)}, {"z_mm": 0.0}),
+        ({}, {"rpy_deg": (20.0, 0.0, 0.0)}),
+    ],
+    ids=["turned sensor", "bent tool", "long tool", "inclined plate"],
+)
+def test_the_torque_rule_inserts_whatever_the_poses_are(tool: object, place: object) -> None:
+    config = compose("job", "q-learning", {"arm": "ur10"}, job={"part": {}, "tool": tool, "place": place})
+    assert [row.success for row in rows(config)] == [True, True]
+
+
+def test_a_longer_tool_keeps_the_flange_farther_from_the_plate() -> None:
+    short = compose("job", job={"part": {}, "tool": {"tip_mm": (0.0, 0.0, 140.0)}})
+    long = compose("job", job={"part": {}, "tool": {"tip_mm": (0.0, 0.0, 200.0)}})
+    assert ready_pose(short).q_rad.tolist() != ready_pose(long).q_rad.tolist()
+
+
+def rows(config: RunConfig) -> list[TrialRow]:
+    ready, chosen = ready_pose(config), ChosenPolicy("torque", config)
+    with SimulatedRig(config, ready) as rig:
+        return list(run_chosen(chosen, config, ready, rig, 2))
