@@ -94,7 +94,7 @@ class VirtualRig(Rig):
         context = RigContext.of(config.arm, clock)
         if arm == "ur5-rtde":
             stated = self.cell.entries("arm") | {"host": "virtual"}
-            del stated["adapter"]
+            del stated["adapter"], stated["name"]
             adapter = ur_arm(overlay(UrTable(), stated), context, lambda: self.cell.link)
         else:
             adapter = arm_maker(arm)(_arm_table(arm, self.cell), context)

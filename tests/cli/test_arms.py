@@ -51,5 +51,15 @@ def test_an_arm_that_cannot_be_used_is_refused_in_one_line(
 def test_a_rig_file_that_has_the_arm_is_not_told_another(palpate: CommandLine, bench: Path) -> None:
     bench.write_text(ARM + 'adapter = "cia402"\n[force_sensor]\nadapter = "jr3-can"\n')
     line = palpate.refusal("run", "--rig", str(bench), "--arm", "ur5", "--policy", "torque")
-    assert "--arm beside --rig" in line
-    assert "has the arm bench, by its URDF" in line
+    assert "arm = 'ur5' is refused: bench, which the rig file has, or none" in line
+
+
+def test_an_arm_by_name_in_a_file_may_have_other_limits(palpate: CommandLine) -> None:
+    Path("arm.toml").write_text('[arm]\nname = "ur5e"\nvelocity_limit_rad_s = [1, 1, 1, 1, 1, 1]\n')
+    printed = palpate.succeed("run", "--config", "arm.toml", "--policy", "torque", "--trials", 1, "--out", "out")
+    assert "torque, ur5e, scenario paper" in printed
+    assert 'urdf = "package://palpate/ur/ur5e.urdf"' in Path("out/run.toml").read_text()
+    assert "1 of 1 equal in every bit" in palpate.succeed("replay", "out")
+    Path("name.toml").write_text('[arm]\nname = "ur5e"\n')
+    palpate.succeed("run", "--config", "name.toml", "--policy", "torque", "--trials", 1, "--out", "named")
+    assert 'arm = "ur5e"' in Path("named/run.toml").read_text()

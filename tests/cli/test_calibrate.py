@@ -8,7 +8,7 @@ import pytest
 
 from tests.command_line import CommandLine
 
-RIG = '[rig]\nname = "bench"\n[arm]\nadapter = "zebra-nmc"\n[force_sensor]\nadapter = "jr3-can"\n'
+RIG = '[rig]\nname = "bench"\n[arm]\nname = "zebra-zero"\nadapter = "zebra-nmc"\n[force_sensor]\nadapter = "jr3-can"\n'
 
 
 @pytest.mark.parametrize(

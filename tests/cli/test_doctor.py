@@ -26,7 +26,7 @@ def test_the_shipped_rig_files_can_be_used(palpate: CommandLine, name: str) -> N
 def test_what_only_the_driver_refuses_is_a_finding(palpate: CommandLine, tmp_path: Path) -> None:
     rig = tmp_path / "rig.toml"
     rig.write_text(
-        '[arm]\nadapter = "zebra-nmc"\nport = "/dev/nowhere"\nbaud = 19200\ndivider = 1\n'
+        '[arm]\nname = "zebra-zero"\nadapter = "zebra-nmc"\nport = "/dev/nowhere"\nbaud = 19200\ndivider = 1\n'
         '[force_sensor]\nadapter = "jr3-can"\ninterface = "slcan"\nchannel = "/dev/nowhere/either"\n'
     )
     done = palpate("doctor", "--rig", rig, "--seconds", "1")

@@ -13,31 +13,56 @@ from tests.command_line import CommandLine
 
 RIG_FILE = Path(__file__).parents[2] / "rigs" / "zebra-nmc-jr3.toml"
 
-FACTS = "[arm]\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'jr3-can'\nfacts = {}\n"
+FACTS = "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'jr3-can'\nfacts = {}\n"
 
-STRANGE = "[arm]\nadapter = '{}'\n[force_sensor]\nadapter = 'jr3-can'\n"
-UR = '[arm]\nadapter = "ur-rtde"\nhost = "{}"\n[force_sensor]\nadapter = "jr3-can"\n'
+STRANGE = "[arm]\nname = 'zebra-zero'\nadapter = '{}'\n[force_sensor]\nadapter = 'jr3-can'\n"
+UR = '[arm]\nname = "zebra-zero"\nadapter = "ur-rtde"\nhost = "{}"\n[force_sensor]\nadapter = "jr3-can"\n'
 
 
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
         ("", "arm = None"),
-        ("[arm]\nadapter = 'zebra-nmc'\n", "force_sensor = None"),
-        ("[arm]\nadapter = 'irb'\n[force_sensor]\nadapter = 'jr3-can'\n", "one of cia402, ur-rtde, zebra-nmc"),
+        ("[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\n", "force_sensor = None"),
         (
-            "[arm]\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'ati'\n",
+            "[arm]\nname = 'zebra-zero'\nadapter = 'irb'\n[force_sensor]\nadapter = 'jr3-can'\n",
+            "one of cia402, ur-rtde, zebra-nmc",
+        ),
+        (
+            "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'ati'\n",
             "one of ati-netft, jr3-can, ur-rtde",
         ),
-        ("[arm]\nadapter = 'nowhere:make'\n[force_sensor]\nadapter = 'jr3-can'\n", "a module that can be imported"),
-        ("[arm]\nadapter = 'zebra-nmc'\nbaudrate = 3\n[force_sensor]\nadapter = 'jr3-can'\n", "did you mean arm.baud"),
-        ("[arm]\nadapter = 'zebra-nmc'\ndivider = 1\n[force_sensor]\nadapter = 'jr3-can'\n", "46.67, 35, 28"),
-        ("[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "arm.counts_per_rad"),
-        ("[arm]\nadapter = 'ur-rtde'\n[force_sensor]\nadapter = 'jr3-can'\n", "kinematics of this arm: --arm ur3, ur5"),
-        ("[rig]\nspeed = 3\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "rig.speed"),
+        (
+            "[arm]\nname = 'zebra-zero'\nadapter = 'nowhere:make'\n[force_sensor]\nadapter = 'jr3-can'\n",
+            "a module that can be imported",
+        ),
+        (
+            "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\nbaudrate = 3\n[force_sensor]\nadapter = 'jr3-can'\n",
+            "did you mean arm.baud",
+        ),
+        (
+            "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\ndivider = 1\n[force_sensor]\nadapter = 'jr3-can'\n",
+            "46.67, 35, 28",
+        ),
+        ("[arm]\nname = 'zebra-zero'\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "arm.counts_per_rad"),
+        (
+            "[arm]\nadapter = 'ur-rtde'\n[force_sensor]\nadapter = 'jr3-can'\n",
+            'in the rig file [arm] name = "ur5e" or another, or urdf, flange and posture_rad; or --arm NAME',
+        ),
+        (
+            "[arm]\nname = 'ur6'\nadapter = 'ur-rtde'\n[force_sensor]\nadapter = 'jr3-can'\n",
+            "one of zebra-zero, ur3, ur5",
+        ),
+        (
+            "[rig]\nspeed = 3\n[arm]\nname = 'zebra-zero'\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n",
+            "rig.speed",
+        ),
         (FACTS.format("{ noise_N = 0 }"), "force_sensor.facts.noise_N = 0.0 is refused: a number above 0"),
         (FACTS.format("3"), "a table [force_sensor.facts]"),
-        ("[watchdog]\nloop = 1\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "watchdog.loop"),
+        (
+            "[watchdog]\nloop = 1\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n",
+            "watchdog.loop",
+        ),
         ("[arm\n", "a TOML file"),
         (STRANGE.format("os:getcwd"), "'os:getcwd' is refused: a function that makes an adapter; it raised TypeError("),
         (STRANGE.format("os:name"), "function that makes an adapter; it raised TypeError(\"'str' object is not"),
@@ -53,7 +78,11 @@ def test_rig_files_that_cannot_work_are_refused_in_one_line(palpate: CommandLine
 
 @pytest.mark.parametrize("arm", ["ur5", "panda"])
 def test_a_zebra_is_not_led_by_the_kinematics_of_another_arm(palpate: CommandLine, arm: str) -> None:
-    told = palpate.refusal("run", "--rig", str(RIG_FILE), "--arm", arm, "--policy", "torque", "--trials", "1")
+    words = ("--arm", arm, "--policy", "torque", "--trials", "1")
+    told = palpate.refusal("run", "--rig", str(RIG_FILE), *words)
+    assert f"arm = '{arm}' is refused: zebra-zero, which the rig file has, or none" in told
+    Path("rig.toml").write_text(RIG_FILE.read_text().replace('name = "zebra-zero"', ""))
+    told = palpate.refusal("run", "--rig", "rig.toml", *words)
     assert f"arm = '{arm}' is refused: zebra-zero, or the URDF of this arm, with 6 joints" in told
 
 
@@ -68,7 +97,7 @@ def test_the_cell_of_a_file_is_ignored_beside_a_rig_and_that_is_said(palpate: Co
 
 
 def test_devices_that_are_not_there_are_the_operator_s_to_mend(palpate: CommandLine, tmp_path: Path) -> None:
-    arm = "[arm]\nadapter = 'zebra-nmc'\nport = '/dev/ttyNONE'\nat_home = true\n"
+    arm = "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\nport = '/dev/ttyNONE'\nat_home = true\n"
     sensor = "[force_sensor]\nadapter = 'jr3-can'\ninterface = 'slcan'\nchannel = '/dev/ttyNONE'\n"
     (tmp_path / "rig.toml").write_text(arm + sensor)
     done = palpate("run", "--rig", "rig.toml", "--policy", "torque", "--out", "run")

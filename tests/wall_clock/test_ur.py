@@ -149,7 +149,7 @@ def test_without_the_client_one_line_names_the_extra(
 ) -> None:
     monkeypatch.setitem(sys.modules, "rtde_control", None)
     (tmp_path / "rig.toml").write_text(
-        "[arm]\nadapter = 'ur-rtde'\nhost = '127.0.0.9'\n[force_sensor]\nadapter = 'ur-rtde'\n"
+        "[arm]\nname = 'ur5'\nadapter = 'ur-rtde'\nhost = '127.0.0.9'\n[force_sensor]\nadapter = 'ur-rtde'\n"
     )
     told = palpate.refusal("run", "--rig", "rig.toml", "--arm", "ur5", "--policy", "torque", "--trials", "1")
     assert "pip install 'palpate[ur]'" in told
@@ -160,7 +160,9 @@ def test_insertion_by_the_tool_force_is_refused_with_the_figures(palpate: Comman
         sensor = (
             f"[force_sensor]\nadapter = 'ur-rtde'\nhost = '{server.host}'\nfacts = {{noise_N = 1.75, noise_Nm = 0.1}}"
         )
-        (tmp_path / "rig.toml").write_text(f"[arm]\nadapter = 'ur-rtde'\nhost = '{server.host}'\n{sensor}\n")
+        (tmp_path / "rig.toml").write_text(
+            f"[arm]\nname = 'ur5'\nadapter = 'ur-rtde'\nhost = '{server.host}'\n{sensor}\n"
+        )
         line = palpate.refusal("run", "--rig", "rig.toml", "--arm", "ur5", "--policy", "torque", "--trials", "1")
         assert "noise of 1.75 N and 100 mN m" in line
         assert "less than 0.98 N" in line

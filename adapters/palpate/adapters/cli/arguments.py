@@ -203,9 +203,11 @@ def _on_rig(
         if "cell" in tables and file:
             sys.stderr.write(f"palpate: [cell] of {file} is ignored: the rig says what is true of it\n")
     measured = {} if "--resume" in arguments else rig.calibration.run_settings()
-    own: dict[str, Any] = {} if rig.model is None else {"arm": rig.model}
-    if own and _value_of("--arm", arguments):
-        raise UsageError(f"--arm with --rig: {path} has the arm {rig.model}, by its URDF")
+    arm = {**table, **(job or {})}.get("arm", "")
+    name = arm.get("name", "") if isinstance(arm, Mapping) else str(arm)
+    named = _value_of("--arm", arguments) or name
+    # Where both name one arm, the table with more in it stands.
+    own: dict[str, Any] = {} if arm and rig.model in ("", name) and named == name else {"arm": rig.arm_model(named)}
     stated = {key: value for key, value in (job or {}).items() if key != "cell"}
     told = {key: value for key, value in table.items() if key != "cell"}
     # What was measured on the rig stands above what drawing and file say, and below the command line.

@@ -40,7 +40,7 @@ def doctor(options: DoctorOptions) -> int:
         raise ConfigurationError("acknowledge", options.acknowledge, "nothing without --move: nothing moves")
     begin = FaultFile.of(Path(options.rig), options.acknowledge).begin if options.move else str
     wishes = Wishes(options.seconds, _Terminal() if options.push else None, options.move, begin)
-    examination = Examination(file, RigContext.of(file.model or options.arm, MonotonicClock()), wishes, System())
+    examination = Examination(file, RigContext.of(options.arm or file.arm_model(), MonotonicClock()), wishes, System())
     sections: list[FindingsSection] = []
     try:
         for section in examination.sections():

@@ -185,8 +185,8 @@ class DoctorOptions(AcknowledgeSettings):
     """Ask somebody to push the tool, or to hang a weight on it, and check the signs of the wrench."""
     move: bool = False
     """Switch the arm on, move its last joint by 0.001 rad and back, and check that it follows."""
-    arm: str = "zebra-zero"
-    """Kinematic model of the arm, where the rig file has none; names as palpate run takes them."""
+    arm: str = ""
+    """Kinematic model of the arm instead of the rig file's; names as palpate run takes them."""
 
 
 @dataclass(frozen=True)

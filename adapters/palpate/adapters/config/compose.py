@@ -13,7 +13,7 @@ from palpate.adapters.config.tasks import INSERTION, task_kind
 from palpate.adapters.config.toml import overlay, read_toml
 from palpate.core.errors import ConfigurationError, require_one_of
 from palpate.core.job import JOB_TABLES, Job, PlaceConfig, derived_settings
-from palpate.core.motion import arm_named
+from palpate.core.motion import arm_of_table
 from palpate.core.ports import SensorFacts
 from palpate.simulation.work_cell import CellConfig
 
@@ -71,7 +71,7 @@ def compose(
     layers = [LEARNERS[learner], blind, SCENARIOS[name], preset, job or {}, *tables]
     stated = merged(*layers, chosen)
     if isinstance(arm := stated.get("arm"), Mapping):
-        stated["arm"] = _arm(arm)
+        stated["arm"] = arm_of_table(arm)
     base = RunConfig() if job is None else RunConfig(place=PlaceConfig())
     known = overlay(base, {key: stated[key] for key in JOB_TABLES if key in stated})
     if sensor is None:
@@ -106,15 +106,6 @@ def without_world(config: RunConfig) -> RunConfig:
     job = Job(config.part, config.tool, config.place, config.limits)
     tables = derived_settings(job, SensorFacts(0.1, 0.004), config.task.name)
     return replace(config, cell=overlay(CellConfig(), tables["cell"]))
-
-
-def _arm(table: Mapping[str, Any]) -> Any:
-    """An arm by its name with fields of its own, where the table names no URDF."""
-    if "urdf" in table or "name" not in table:
-        return table
-    named = arm_named(table["name"])
-    fields = {key: value for key, value in table.items() if key != "name"}
-    return overlay(named, fields) if fields else table["name"]
 
 
 def _table(tables: Mapping[str, Any], name: str) -> Mapping[str, Any]:

@@ -12,7 +12,7 @@ from typing_extensions import override
 from palpate.adapters.config.calibration import CalibrationTable
 from palpate.adapters.config.toml import overlay, read_toml
 from palpate.core.errors import ConfigurationError
-from palpate.core.motion import ArmDescription
+from palpate.core.motion import ArmDescription, arm_of_table
 from palpate.core.ports import Holds, Range, SensorFacts, Settings, Vector3, fitted, kinds_of
 
 
@@ -127,8 +127,8 @@ class RigFile(Settings):
     """Job file of the rig, for commands that are given none."""
     emulated: bool = False
     """Nobody can be hurt: `palpate emulate` writes it into its rig file."""
-    model: ArmDescription | None = None
-    """The arm by its URDF, where the table ``[arm]`` has one; what the run is told of its arm where it has none."""
+    model: str | ArmDescription = ""
+    """The arm's model, by name or by the URDF of the table ``[arm]``; empty where the file has none."""
 
     @classmethod
     def load(cls, path: Path) -> RigFile:
@@ -153,12 +153,12 @@ class RigFile(Settings):
         device, sensor = _device(path, table, "arm"), dict(_table(path, table, "force_sensor"))
         facts = _table(path, {"force_sensor.facts": sensor.pop("facts", {})}, "force_sensor.facts")
         told: Mapping[str, Any] = {}
-        if "urdf" in device.settings:
+        if "urdf" in device.settings or "name" in device.settings:
             told = {key: value for key, value in device.settings.items() if key in kinds_of(ArmDescription)}
             device = replace(device, settings={k: v for k, v in device.settings.items() if k not in told})
         return cls(
             arm=device,
-            model=fitted("arm", told, str | ArmDescription) if told else None,
+            model=fitted("arm", arm_of_table(told), str | ArmDescription) if told else "",
             force_sensor=_device(path, {"force_sensor": sensor}, "force_sensor"),
             facts=overlay(SensorFactsTable(), facts),
             operator=overlay(OperatorTable(), _optional(path, table, "operator")),
@@ -166,6 +166,19 @@ class RigFile(Settings):
             calibration=overlay(CalibrationTable(), _optional(path, table, "calibration")),
             **{"name": path.stem, **rig},
         )
+
+    def arm_model(self, given: str = "") -> str | ArmDescription:
+        """The arm's model: the file's, or the one that is given where it has none.
+
+        Raises:
+            ConfigurationError: There is neither, or both and they differ.
+        """
+        if not self.model and not given:
+            accepted = 'in the rig file [arm] name = "ur5e" or another, or urdf, flange and posture_rad; or --arm NAME'
+            raise ConfigurationError("arm", given, accepted)
+        if self.model and given not in ("", str(self.model)):
+            raise ConfigurationError("arm", given, f"{self.model}, which the rig file has, or none")
+        return self.model or given
 
 
 def _device(path: Path, table: Mapping[str, Any], name: str) -> DeviceEntry:

@@ -170,12 +170,9 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             raise ConfigurationError("render_mode", render_mode, "None on a rig, of which there is no picture")
         self.render_mode = render_mode
         self._camera: Camera | None = None
-        if rig and (model := RigFile.load(Path(rig)).model) is not None:
-            if arm:
-                raise ConfigurationError("arm", arm, f"none beside a rig that has its arm, {model.name}, by its URDF")
-            settings = replace(run_config(scenario, arm, config, task), arm=model)
-        else:
-            settings = run_config(scenario, arm, config, task)
+        settings = run_config(scenario, arm, config, task)
+        if rig:
+            settings = replace(settings, arm=RigFile.load(Path(rig)).arm_model(arm))
         self._episodes: Episodes
         if rig:
             # Here, because it loads what only a rig needs.

@@ -222,7 +222,7 @@ class EmulatedCell:
             self._motors, self._hold = plant, server.exclusive
             # Emulated modules wake at once: the wait is for the reset to get through line and adapter.
             self._serve(server, "arm", lambda: {
-                "adapter": "zebra-nmc", "port": server.path, "baud": emulation.baud,
+                "adapter": "zebra-nmc", "name": str(self.config.arm), "port": server.path, "baud": emulation.baud,
                 "adapter_latency_ms": emulation.usb_latency_ms, "divider": emulation.divider, "at_home": True,
                 "counts_file": self._counts_file, "reset_wait_ms": 20.0 + 2.0 * emulation.usb_latency_ms,
             })  # fmt: skip
@@ -236,7 +236,8 @@ class EmulatedCell:
         drives = [CanopenDrive(axis + 1, motors, axis) for axis in range(len(start))]
         bus = SlcanServer(EmulatedCanBus(drives))
         self._serve(bus, "arm", lambda: {
-            "adapter": "cia402", "interface": "slcan", "channel": bus.channel, "divider": emulation.divider,
+            "adapter": "cia402", "name": str(self.config.arm), "interface": "slcan", "channel": bus.channel,
+            "divider": emulation.divider,
             "nodes": [drive + 1 for drive in range(len(start))], "counts_per_rad": list(scale), "patience": 10.0,
         })  # fmt: skip
 
@@ -245,7 +246,7 @@ class EmulatedCell:
         server = self.ur = UrServer(controller)
         self._motors, self._hold = controller, server.exclusive
         self._serve(server, "arm", lambda: {
-            "adapter": "ur-rtde", "host": server.host, "payload_kg": _UR.payload_kg,
+            "adapter": "ur-rtde", "name": str(self.config.arm), "host": server.host, "payload_kg": _UR.payload_kg,
             "payload_cog_m": list(_UR.payload_cog_m), "tcp_offset": list(_UR.tcp_offset), "guard_N": 45.0,
         })  # fmt: skip
         if self.emulation.force == "ur-rtde":

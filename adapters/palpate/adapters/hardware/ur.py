@@ -23,8 +23,6 @@ from palpate.drivers.ur import RANGE_N, RANGE_NM, UrArm, UrLink, UrSettings, UrT
 _NAME: Final = "Universal Robots arm"
 _TOOL: Final = "Universal Robots tool force"
 _JOINTS: Final = 6
-_OTHERS: Final = ("zebra-zero", "z1")
-"""Arms of six joints, of other makers, that come with palpate: runs take the first where none is named."""
 _OPEN_S: Final = 3.0
 _DEADMAN_S: Final = 0.1
 
@@ -87,9 +85,6 @@ def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> A
     """The same over a link of the caller's."""
     if len(context.lower_rad) != _JOINTS:
         raise ConfigurationError("arm", context.arm.name, f"an arm of {_JOINTS} joints; {_NAME} has no other")
-    if context.arm.name in _OTHERS:
-        accepted = "the kinematics of this arm: --arm ur5e, ur10e or another of its maker's, or its own urdf"
-        raise ConfigurationError("arm", context.arm.name, accepted)
     with translating("arm"):
         arm_settings = UrSettings(
             lower_rad=context.lower_rad, upper_rad=context.upper_rad, velocity_rad_s=context.velocity_limit_rad_s,

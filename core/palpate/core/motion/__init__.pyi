@@ -1,5 +1,6 @@
 from .arm import ArmDescription as ArmDescription
 from .arm import arm_named as arm_named
+from .arm import arm_of_table as arm_of_table
 from .inverse import InverseKinematics as InverseKinematics
 from .laws import ControlLaw as ControlLaw
 from .laws import DampingControl as DampingControl

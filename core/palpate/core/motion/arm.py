@@ -1,11 +1,12 @@
 """What distinguishes one arm from another: its URDF, its resolution, its servos, and a posture to start from."""
 
 import sys
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from importlib.metadata import entry_points
 from math import pi
 from pathlib import Path
-from typing import Annotated, ClassVar, Final, TypeAlias
+from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
 from typing_extensions import override
 
@@ -16,6 +17,7 @@ GROUP: Final = "palpate.arms"
 """Entry points of other packages: the name that ``--arm`` takes, and an :class:`ArmDescription`."""
 
 _ROBOT_DATA: Final = "package://example-robot-data/"
+_OURS: Final = "package://palpate/"
 _COUNTS: Final = 131_072
 
 _AboveZero: TypeAlias = Annotated[float, Range(0.0, above=True)]
@@ -84,6 +86,8 @@ class ArmDescription(Settings):
         Raises:
             AssetError: It is a file of a package that is not installed, or of one whose place is not known.
         """
+        if self.urdf.startswith(_OURS):
+            return Path(__file__).parent / self.urdf.removeprefix(_OURS)
         if not self.urdf.startswith(_ROBOT_DATA):
             if self.urdf.startswith("package://"):
                 raise AssetError("arm", self.urdf, f"a path, or {_ROBOT_DATA}...; other packages are not looked for")
@@ -118,7 +122,7 @@ _UR_POSTURE: Final = (0.0, -1.6, 2.0, -1.97, -1.57, 0.0)
 
 def _of_ur(name: str) -> ArmDescription:
     return ArmDescription(
-        urdf=str(Path(__file__).with_name("ur") / f"{name}.urdf"),
+        urdf=f"{_OURS}ur/{name}.urdf",
         flange="tool0",
         posture_rad=_UR_POSTURE,
         name=name,
@@ -129,7 +133,7 @@ def _of_ur(name: str) -> ArmDescription:
 
 ZEBRA_ZERO: Final = ArmDescription(
     name="zebra-zero",
-    urdf=str(Path(__file__).with_name("zebra_zero.urdf")),
+    urdf=_OURS + "zebra_zero.urdf",
     flange="flange",
     posture_rad=(0.0, 1.17, -1.42, 0.0, 0.55, 0.0),
     # 192 000 counts a turn on joints 1 to 3; the wrist base ratio of 69 332 stands for the coupled wrist joints.
@@ -150,6 +154,17 @@ ARMS: Final[dict[str, ArmDescription]] = {
         _of_robot_data("xarm7", "xarm_description/urdf/xarm7.urdf", "link_eef", 0.0, 0.1, 0.0, 0.65, 0.0, 0.55, 0.0),
     )
 }
+
+
+def arm_of_table(table: Mapping[str, Any]) -> str | dict[str, Any]:
+    """A table ``[arm]`` as a setting: an arm by name alone is that name; other keys beside it change that arm.
+
+    Raises:
+        ConfigurationError: There is none of that name.
+    """
+    if "urdf" in table or not isinstance(name := table.get("name"), str):
+        return dict(table)
+    return name if len(table) == 1 else {**asdict(arm_named(name)), **table}
 
 
 def arm_named(arm: str | ArmDescription) -> ArmDescription:
