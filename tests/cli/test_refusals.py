@@ -12,7 +12,8 @@ from palpate.core.automata.document import save
 from palpate.core.automata.machine import Kind, Machine
 from tests.command_line import CommandLine
 
-RIG_FILE = Path(__file__).parents[2] / "rigs" / "zebra-nmc-jr3.toml"
+ROOT = Path(__file__).parents[2]
+ON_A_RIG = f"--rig {ROOT / 'rigs' / 'zebra-nmc-jr3.toml'} --job {ROOT / 'examples' / 'jobs' / 'paper-peg.toml'}"
 LONG = "x" * 300
 """A name longer than any file system takes."""
 COMMANDS = (
@@ -76,7 +77,7 @@ def desk(palpate: CommandLine, trained: Path, tmp_path: Path) -> CommandLine:
         ("log info sound.mcap --jsn", "did you mean --json?"),
         ("log plot sound.mcap torn.mcap", "torn.mcap is not an option"),
         ("train --scenario dark", "scenario = 'dark' is refused: one of paper, blind"),
-        ("train --scenario bilnd", "blind-keyed; did you mean blind?"),
+        ("train --scenario bilnd", "job; did you mean blind?"),
         ("study million.toml --engine threads", "engine = 'threads' is refused: one of sequential, processes"),
         ("emulate --arm irb", "arm = 'irb'"),
         ("train --arm puma", "arm = 'puma' is refused: one of zebra-zero, ur3, ur5"),
@@ -94,9 +95,9 @@ def desk(palpate: CommandLine, trained: Path, tmp_path: Path) -> CommandLine:
         ("train --policy sarsa", "--learner sarsa chooses it"),
         ("train --out x --perception.memory even.json", "symbols of the machine"),
         ("run --policy torque --jobs 2 --live rerun", "1 with --rig, --live or --view"),
-        ("run --rig missing.toml --policy torque --cell.sensor.force-noise-N 0", "--cell.sensor.force-noise-N sets up"),
-        ("train --rig missing.toml --cell.tilt-mrad=2", "beside --rig, the rig says what is true of it"),
-        (f"run --rig {RIG_FILE} --policy omniscient", "on a real rig"),
+        (f"run {ON_A_RIG} --policy torque --cell.sensor.force-noise-N 0", "--cell.sensor.force-noise-N sets up"),
+        (f"train {ON_A_RIG} --cell.tilt-mrad=2", "with --rig, the rig says what is true of it"),
+        (f"run {ON_A_RIG} --policy omniscient", "on a real rig"),
         ("emulate --arm cia402 --wrist-backlash-deg 0.1", "except for zebra-nmc"),
         ("replay sound.mcap --set cell.peg.friction=0.5", "a setting of the core"),
         ("replay sound.mcap --continue-in-mujoco", "a what-if"),

@@ -57,7 +57,9 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
         # A run.toml also holds how many trials the same command ran, and with which policy.
         begun = stated.facts if stated.facts.get("command") == command else {}
         known = {name: _frozen(begun[name]) for name in ("trials", "policy") if name in begun}
-        default = kind(run=stated.composed({}), **known)  # type: ignore[call-arg]
+        run = stated.composed({})
+        # Of options with values the parser would make a flag each; the flags' options are merged with those later.
+        default = kind(run=replace(run, task=replace(run.task, options={})), **known)  # type: ignore[call-arg]
     output = io.StringIO()
     try:
         with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):

@@ -29,7 +29,6 @@ BLIND: Final[Table] = {"place": {"position_uncertainty_mm": 3.0, "start_uncertai
 """What all but ``paper`` and ``job`` begin with: the hole lies anywhere within 3 mm of the nominal goal."""
 
 SCENARIOS: Final[Mapping[str, Table]] = {
-    JOB: {},
     "paper": {},
     "blind": {},
     "blind-tilt-2": {"place": {"tilt_uncertainty_mrad": 2.0}, "cell": {"conditions": _TILT | _ONE_GRIP}},
@@ -59,8 +58,9 @@ SCENARIOS: Final[Mapping[str, Table]] = {
         }
         for shape in SIDES
     },
+    JOB: {},
 }
-"""Settings by the preset's name; over ``BLIND``, except for ``paper``."""
+"""Settings by the preset's name; over ``BLIND``, except for ``paper`` and ``job``."""
 
 LEARNERS: Final[Mapping[str, Table]] = {
     "q-learning": {},

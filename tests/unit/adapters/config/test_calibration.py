@@ -32,8 +32,7 @@ def test_results_are_put_in_and_nothing_is_lost(tmp_path: Path) -> None:
     rig = RigFile.load(path)
     assert (rig.facts.noise_N, rig.facts.range_N) == (0.08, (100.0, 100.0, 200.0))
     assert (rig.calibration.mounting_deg, rig.emulated) == (3.0, False)
-    goal = {"x_mm": 401.0, "y_mm": -1.5, "z_mm": 21.25}
-    assert rig.calibration.run_settings() == {"task": {"goal": goal}}
+    assert rig.calibration.run_settings() == {"place": {"x_mm": 401.0, "y_mm": -1.5, "z_mm": 21.25}}
     assert [each.name for each in tmp_path.iterdir()] == ["rig.toml"]
 
 
