@@ -91,7 +91,7 @@ class VirtualRig(Rig):
         )  # fmt: skip
         clock = self.desk.clock
         self.cell = VirtualCell(self.desk, config, ready, emulation, clock.now_ns() + round(phase * _TICK_NS), late_ns)
-        context = RigContext.of(config.arm, clock)
+        context = replace(RigContext.of(config.arm, clock), tool=config.tool, accept_kinematics=True)
         if arm == "ur5-rtde":
             stated = self.cell.entries("arm") | {"host": "virtual"}
             del stated["adapter"], stated["name"]

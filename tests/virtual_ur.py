@@ -53,6 +53,7 @@ class VirtualUr(UrLink):
                 "runtime_state",
                 "payload",
                 "payload_cog",
+                "actual_TCP_pose",
             )
             values: Any = [controller.read(name) for name in names]
             self._seen = UrState(now_ns, now_ns * 1e-9, *values)

@@ -28,7 +28,7 @@ class Bench(VirtualUr):
     reader: UrToolForceSensor | None = None
 
     def arm(self) -> BusArm:
-        context = RigContext(self.clock, arm_named("ur5"), LOWER, UPPER, (1.0,) * 6)
+        context = RigContext(self.clock, arm_named("ur5"), LOWER, UPPER, (1.0,) * 6, accept_kinematics=True)
         arm = ur_arm(UrTable(), context, lambda: self).arm
         assert isinstance(arm, BusArm)
         return arm

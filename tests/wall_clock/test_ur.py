@@ -4,6 +4,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +41,7 @@ def served(**settings: Any) -> Iterator[UrServer]:
 
 @pytest.fixture
 def context() -> RigContext:
-    return RigContext.of("ur5", MonotonicClock())
+    return replace(RigContext.of("ur5", MonotonicClock()), accept_kinematics=True)
 
 
 def wait_for(awaited: Callable[[], object]) -> None:

@@ -120,7 +120,8 @@ class _Bench:
             _require_turn(before)
         config = overlay(self._options.run, before.calibration.run_settings())
         # As the sensor is mounted: how it is turned is what is measured.
-        file = replace(before, calibration=CalibrationTable())
+        accepted = self._options.accept_kinematics
+        file = replace(before, calibration=CalibrationTable(), accept_kinematics=accepted)
         ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
         warm_up(config, ready)
         with (

@@ -1,10 +1,11 @@
 """``palpate doctor``."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from palpate.adapters.cli.options import DoctorOptions
-from palpate.adapters.config import RigFile
+from palpate.adapters.config import RigFile, overlay, read_job
 from palpate.adapters.hardware import FaultFile, MonotonicClock, RigContext
 from palpate.adapters.hardware.doctor import (
     Examination,
@@ -17,6 +18,7 @@ from palpate.adapters.hardware.doctor import (
     summary_text,
 )
 from palpate.core.errors import ConfigurationError
+from palpate.core.job import ToolConfig
 
 
 class _Terminal(Person):
@@ -40,7 +42,13 @@ def doctor(options: DoctorOptions) -> int:
         raise ConfigurationError("acknowledge", options.acknowledge, "nothing without --move: nothing moves")
     begin = FaultFile.of(Path(options.rig), options.acknowledge).begin if options.move else str
     wishes = Wishes(options.seconds, _Terminal() if options.push else None, options.move, begin)
-    examination = Examination(file, RigContext.of(options.arm or file.arm_model(), MonotonicClock()), wishes, System())
+    # Without --move nothing moves by the model, so it is compared and no more.
+    context = replace(
+        RigContext.of(options.arm or file.arm_model(), MonotonicClock()),
+        tool=overlay(ToolConfig(), read_job(file.job)["tool"]) if file.job else None,
+        accept_kinematics=options.accept_kinematics or file.emulated or not options.move,
+    )
+    examination = Examination(file, context, wishes, System())
     sections: list[FindingsSection] = []
     try:
         for section in examination.sections():

@@ -25,7 +25,7 @@ Options = RunOptions | TrainOptions
 def opened_rig(opened: ExitStack, options: Options, config: RunConfig, ready: ReadyPose) -> tuple[LiveView | None, Rig]:
     """The live view, if one is asked for, and the rig; until ``opened`` closes."""
     live = opened.enter_context(watched(options))
-    closed = open_rig(config, ready, options.rig, options.acknowledge)
+    closed = open_rig(config, ready, options.rig, options.acknowledge, accept_kinematics=options.accept_kinematics)
     if options.rig:
         warm_up(config, ready)
     else:

@@ -42,7 +42,11 @@ class LiveSettings(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class AcknowledgeSettings(Settings):
-    """Option of every command that moves a rig."""
+    """Options of every command that moves a rig."""
+
+    accept_kinematics: bool = False
+    """Move an arm by its nominal model, which is up to 10 mm off where the arm now is. Its own calibration in the rig
+    file makes this needless."""
 
     acknowledge: str = ""
     """Let a rig move after a fault: "NUMBER NAME: why", with the number of the fault, your name and why it is safe.

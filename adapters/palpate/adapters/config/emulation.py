@@ -8,7 +8,8 @@ from typing_extensions import override
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import OneOf, Range, Settings
 
-EMULATED_ARMS: Final = ("zebra-nmc", "cia402", "ur5-rtde")
+UR_ARMS: Final = ("ur5-rtde", "ur3e-rtde", "ur5e-rtde", "ur10e-rtde", "ur16e-rtde", "ur20-rtde")
+EMULATED_ARMS: Final = ("zebra-nmc", "cia402", *UR_ARMS)
 
 
 @dataclass(frozen=True)
@@ -16,10 +17,10 @@ class EmulationConfig(Settings):
     """Which devices an emulated rig has, and what a rig file does not say of them."""
 
     arm: Annotated[str, OneOf(*EMULATED_ARMS)] = "zebra-nmc"
-    """Arm: zebra-nmc (the Zebra Zero's own serial bus), cia402 (a refit with CAN drives) or ur5-rtde (a UR5 behind a
-    controller of Universal Robots, at the first free address from 127.0.0.1 on: palpate run --rig FILE --arm ur5)."""
+    """Arm: zebra-nmc (the Zebra Zero's own serial bus), cia402 (a refit with CAN drives) or ur5-rtde, ur10e-rtde and
+    others (behind a controller of Universal Robots, at the first free address from 127.0.0.1 on)."""
     force: Annotated[str, OneOf("jr3-can", "ati-netft", "ur-rtde")] = "jr3-can"
-    """Force sensor: jr3-can, ati-netft, or ur-rtde, the one in the flange of ur5-rtde."""
+    """Force sensor: jr3-can, ati-netft, or ur-rtde, the one in the flange of an arm of Universal Robots."""
     baud: int = 230_400
     """Line rate of the arm's serial bus."""
     divider: Annotated[int, Range(1, 14)] = 2
@@ -42,6 +43,6 @@ class EmulationConfig(Settings):
     def check(self) -> None:
         if self.wrist_backlash_deg and self.arm != "zebra-nmc":
             raise ConfigurationError("wrist_backlash_deg", self.wrist_backlash_deg, "0, except for zebra-nmc")
-        if self.force == "ur-rtde" and self.arm != "ur5-rtde":
-            accepted = "ur-rtde only with --arm ur5-rtde: the sensor is in its flange"
+        if self.force == "ur-rtde" and self.arm not in UR_ARMS:
+            accepted = "ur-rtde only with --arm ur5e-rtde or another of its maker: the sensor is in its flange"
             raise ConfigurationError("force", self.force, accepted)

@@ -127,6 +127,8 @@ class RigFile(Settings):
     """Job file of the rig, for commands that are given none."""
     emulated: bool = False
     """Nobody can be hurt: `palpate emulate` writes it into its rig file."""
+    accept_kinematics: bool = False
+    """A person accepts the nominal model of the arm, for this run; no key of the file."""
     model: str | ArmDescription = ""
     """The arm's model, by name or by the URDF of the table ``[arm]``; empty where the file has none."""
 

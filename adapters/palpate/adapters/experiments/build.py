@@ -256,11 +256,19 @@ def _require_quiet(config: RunConfig, sensor: SensorFacts) -> None:
     raise ConfigurationError("force_sensor.facts", told, accepted)
 
 
-def open_rig(config: RunConfig, ready: ReadyPose, rig_file: str = "", acknowledge: str = "") -> Rig:
+def open_rig(
+    config: RunConfig,
+    ready: ReadyPose,
+    rig_file: str = "",
+    acknowledge: str = "",
+    *,
+    accept_kinematics: bool = False,
+) -> Rig:
     """The rig that trials run on, not yet entered: the simulator, or the devices of a rig file.
 
     Args:
         acknowledge: ``NUMBER NAME: why`` of a person who acknowledges the rig's open fault.
+        accept_kinematics: A person accepts that the arm is moved by its nominal model.
 
     Raises:
         ConfigurationError: The rig file or a setting in it cannot be used, or nothing is to be acknowledged.
@@ -271,4 +279,5 @@ def open_rig(config: RunConfig, ready: ReadyPose, rig_file: str = "", acknowledg
             raise ConfigurationError("acknowledge", acknowledge, "nothing without --rig: a simulator keeps no fault")
         return SimulatedRig(config, ready)
     file, latch = RigFile.load(Path(rig_file)), FaultFile.of(Path(rig_file), acknowledge)
-    return HardwareRig(file, config, find_approach(config, ready), latch)
+    accepted = replace(file, accept_kinematics=accept_kinematics)
+    return HardwareRig(accepted, config, find_approach(config, ready), latch)

@@ -89,6 +89,7 @@ _NAME: Final = "palpate/PegInsertion-v0"
 _ARGUMENTS: Final = (
     "scenario", "arm", "actions", "observations", "failure_penalty", "config", "rig", "out", "decision_limit_s", "task",
     "acknowledge",
+    "accept_kinematics",
 )  # fmt: skip
 
 
@@ -131,6 +132,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             when it is due is replaced by a rest, and counted; after this time the arm is stopped and the rig latched.
         task: The kind of insertion; empty takes that of ``config``, or steps across.
         acknowledge: On a rig with an open fault, ``NUMBER NAME: why`` of the person who acknowledges it.
+        accept_kinematics: On a rig, move the arm by its nominal model.
 
     Raises:
         ConfigurationError: An argument or a setting is unknown or refused.
@@ -153,6 +155,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         decision_limit_s: float = 0.3,
         task: str = "",
         acknowledge: str = "",
+        accept_kinematics: bool = False,
         **unknown: object,
     ) -> None:
         self._arguments = {
@@ -178,7 +181,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             # Here, because it loads what only a rig needs.
             from palpate.adapters.gymnasium_envs.rig_episode import RigEpisodes
 
-            made = partial(open_rig, acknowledge=acknowledge)
+            made = partial(open_rig, acknowledge=acknowledge, accept_kinematics=accept_kinematics)
             self._episodes = RigEpisodes(settings, rig, out, decision_limit_s, made)
             # Whatever becomes of the program: an environment that nobody has any more leaves the arm stopped.
             weakref.finalize(self, self._episodes.close)

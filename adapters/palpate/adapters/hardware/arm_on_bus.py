@@ -2,7 +2,7 @@
 
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -55,6 +55,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
     """Encoders and servos of an arm on a bus, at a whole fraction of the control rate; the newest command wins.
 
     Args:
+        judge: Called when the arm is open, before it gets power; returns lines for the person, or refuses the arm.
         later_ns: By so much later than before angles may follow the set-points; 0 asks nothing of how they follow.
     """
 
@@ -69,8 +70,10 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         max_age_ns: int,
         later_ns: int = 0,
         hurry: Callable[[], object] | None = None,
+        judge: Callable[[ArmDriver], Sequence[str]] = lambda driver: (),
     ) -> None:
         super().__init__(name)
+        self._judge = judge
         self._hurry, self._later_ns = hurry, later_ns
         self._open_bus, self._clock, self._joints = open_bus, clock, joints
         self._opened: OpenArm | None = None
@@ -241,7 +244,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
             driver = self.connect()
             with translating(self.name):
                 driver.open()
-            for note in driver.notes:
+            for note in (*driver.notes, *self._judge(driver)):
                 sys.stderr.write(f"palpate: {self.name}: {note}\n")
         except BaseException:
             self._release(owned=True)

@@ -8,11 +8,12 @@ from operator import sub
 from typing import Any, Final, Protocol, Self
 
 import numpy as np
+import pinocchio as pin
 
 from palpate.adapters.config import RIG_FORMAT, EmulationConfig, RunConfig, literal
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.core.errors import ConfigurationError
-from palpate.core.motion import Kinematics, arm_named
+from palpate.core.motion import Kinematics, arm_named, controller_frames
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Truth, Vector3
 from palpate.core.trial import ReadyPose, find_ready_pose, goal_in_base, wander_m
 from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
@@ -33,10 +34,6 @@ _BEHIND_FILTER: Final = 0.77
 _HUM: Final = (0.01,) * 3 + (0.0004,) * 3
 """Standard deviations of what is new at each look, N and N m: a sensor's noise does not stand still with the cell."""
 _NOTES: Final = {"patience": "  # emulated drives share this computer with the loop; leave this out for real ones"}
-_UR: Final = ControllerConfig(
-    payload_kg=1.1, payload_cog_m=(0.0, 0.0, 0.06), tcp_offset=(0.0, 0.0, 0.15, 0.0, 0.0, 0.0)
-)
-"""What somebody has entered at the emulated pendant."""
 
 
 @dataclass(frozen=True)
@@ -82,8 +79,8 @@ class EmulatedCell:
     def __init__(self, config: RunConfig, ready: ReadyPose, emulation: EmulationConfig, counts_file: str = "") -> None:
         if emulation.arm == "zebra-nmc" and config.arm != "zebra-zero":
             raise ConfigurationError("arm", config.arm, "zebra-zero behind the NMC bus")
-        if emulation.arm == "ur5-rtde":
-            config = replace(config, arm="ur5")
+        if emulation.arm.endswith("-rtde"):
+            config = replace(config, arm=emulation.arm.removesuffix("-rtde"))
             ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
         kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
         self.config, self.emulation, self._counts_file = config, emulation, counts_file
@@ -227,7 +224,7 @@ class EmulatedCell:
                 "counts_file": self._counts_file, "reset_wait_ms": 20.0 + 2.0 * emulation.usb_latency_ms,
             })  # fmt: skip
             return
-        if emulation.arm == "ur5-rtde":
+        if emulation.arm.endswith("-rtde"):
             self._prepare_ur(start)
             return
         scale = (_COUNTS_PER_RAD,) * len(start)
@@ -242,12 +239,13 @@ class EmulatedCell:
         })  # fmt: skip
 
     def _prepare_ur(self, start: JointVector) -> None:
-        controller = UrController(start, ToolForce(self._wrench_source), _UR)
+        pendant = ControllerConfig(arm=str(self.config.arm), **self._entered())
+        controller = UrController(start, ToolForce(self._wrench_source), pendant)
         server = self.ur = UrServer(controller)
         self._motors, self._hold = controller, server.exclusive
         self._serve(server, "arm", lambda: {
-            "adapter": "ur-rtde", "name": str(self.config.arm), "host": server.host, "payload_kg": _UR.payload_kg,
-            "payload_cog_m": list(_UR.payload_cog_m), "tcp_offset": list(_UR.tcp_offset), "guard_N": 45.0,
+            "adapter": "ur-rtde", "name": str(self.config.arm), "host": server.host, "payload_kg": pendant.payload_kg,
+            "payload_cog_m": list(pendant.payload_cog_m), "tcp_offset": list(pendant.tcp_offset), "guard_N": 45.0,
         })  # fmt: skip
         if self.emulation.force == "ur-rtde":
             noise_N, noise_Nm = (precision / 2.0 for precision in PRECISION)
@@ -255,6 +253,18 @@ class EmulatedCell:
             self._serve(
                 nullcontext(), "force_sensor", lambda: {"adapter": "ur-rtde", "host": server.host, "facts": facts}
             )
+
+    def _entered(self) -> dict[str, Any]:
+        """What is entered at the emulated pendant: the tool of the job, in the axes of the flange."""
+        tool, frames = self.config.tool, Kinematics(arm_named(self.config.arm), self.config.tool.geometry)
+        start = tuple(self.cell.joint_angles())
+        frames.update(start)
+        flange = controller_frames(frames.arm, start)[1]
+        tip, sensor = flange.actInv(frames.tip_in_base), flange.actInv(frames.sensor_in_base)
+        centre_m = sensor.act(np.array(tool.centre_of_mass_mm) * 1e-3)
+        places = (*tip.translation.tolist(), *pin.log3(tip.rotation).tolist())
+        rounded = [tuple(round(value, 6) + 0.0 for value in values) for values in (centre_m.tolist(), places)]
+        return {"payload_kg": tool.mass_kg, "payload_cog_m": rounded[0], "tcp_offset": rounded[1]}
 
     def _prepare_sensor(self) -> None:
         # Boards of a cell were switched on long before anyone connects.

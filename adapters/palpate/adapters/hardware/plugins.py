@@ -12,6 +12,7 @@ from typing import Annotated, Any, Final, TypeAlias, TypeVar
 
 from palpate.adapters.config import entries, from_here, imported
 from palpate.core.errors import ConfigurationError, PalpateError
+from palpate.core.job import ToolConfig
 from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import ArmCommand, Clock, ForceSensor, Holds, JointEncoder, JointVector
 
@@ -32,6 +33,8 @@ class RigContext:
         lower_rad: Lower joint limits of that arm, (n,).
         upper_rad: Upper joint limits, (n,).
         velocity_limit_rad_s: Joint velocity limits, (n,).
+        tool: What the job says is on its flange; None where there is no job.
+        accept_kinematics: A person has accepted a nominal model of the arm, or the rig is emulated.
         hurry: Called first by each thread that an adapter starts to keep the arm's cycles: puts it into the real-time
             class and onto the loop's CPU, where the run asks for these.
     """
@@ -42,6 +45,8 @@ class RigContext:
     upper_rad: JointVector
     velocity_limit_rad_s: JointVector
     hurry: Callable[[], object] = _as_it_is
+    tool: ToolConfig | None = None
+    accept_kinematics: bool = False
 
     @classmethod
     def of(cls, arm: str | ArmDescription, clock: Clock) -> RigContext:

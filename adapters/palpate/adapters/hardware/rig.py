@@ -78,7 +78,9 @@ class HardwareRig(Rig):
         self, file: RigFile, config: RunConfig, approach: WayToReadyPose, latch: FaultFile | None = None
     ) -> None:
         clock, real_time = MonotonicClock(), config.real_time
-        context = replace(RigContext.of(config.arm, clock), hurry=lambda: join_loop(real_time))
+        accepted = file.emulated or file.accept_kinematics
+        own = RigContext.of(config.arm, clock)
+        context = replace(own, hurry=lambda: join_loop(real_time), tool=config.tool, accept_kinematics=accepted)
         sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
         table, watchdog = file.operator, file.watchdog
         adapter, hand = _arm(file, context, clock, real_time)

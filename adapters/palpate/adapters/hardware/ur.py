@@ -14,10 +14,12 @@ from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.following import LATER_NS
+from palpate.adapters.hardware.kinematics_check import ReportedPose, judge_kinematics, judge_tool
 from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, Host, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, Clock, Holds, OneOf, Range, Settings
+from palpate.drivers.device import ArmDriver
 from palpate.drivers.ur import RANGE_N, RANGE_NM, UrArm, UrLink, UrSettings, UrToolForce
 
 _NAME: Final = "Universal Robots arm"
@@ -100,8 +102,23 @@ def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> A
     arm = BusArm(
         _NAME, open_bus, context.clock, joints=_JOINTS, divider=table.divider,
         max_age_ns=round(table.max_age_ms * 1e6), later_ns=round(LATER_NS * table.patience), hurry=context.hurry,
+        judge=lambda driver: judged(driver, context),
     )  # fmt: skip
     return ArmAdapter(arm, arm)
+
+
+def judged(driver: ArmDriver, context: RigContext) -> list[str]:
+    """Lines on how model and tool agree with an open arm.
+
+    Raises:
+        ConfigurationError: They do not.
+    """
+    if not isinstance(driver, UrArm) or (seen := driver.seen) is None:
+        return []
+    settings = driver.settings
+    found = ReportedPose(seen.q_rad, seen.tcp_pose, settings.tcp_offset, seen.payload_kg, seen.payload_cog_m)
+    lines = [judge_kinematics(context, found)]
+    return lines if context.tool is None else [*lines, judge_tool(context, context.tool, found)]
 
 
 class UrToolForceSensor(PolledForceSensor[UrToolForce]):

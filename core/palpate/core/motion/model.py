@@ -58,17 +58,17 @@ def load_model(arm: ArmDescription) -> tuple[pin.Model, pin.Frame]:
     return loaded.model.copy(), loaded.flange
 
 
-def controller_flange(arm: ArmDescription, q_rad: Sequence[float]) -> pin.SE3:
-    """Placement of the controller's flange in the controller's base at joint angles (n,).
+def controller_frames(arm: ArmDescription, q_rad: Sequence[float]) -> tuple[pin.SE3, pin.SE3]:
+    """Placements of the controller's base and flange in the arm's root at joint angles (n,).
 
-    These are the links ``tool0`` and ``base``, as ROS descriptions of industrial arms have them; where there are none,
-    the flange and the root.
+    These are the links ``base`` and ``tool0``, as ROS descriptions of industrial arms have them; where there are none,
+    the root and the flange.
     """
     loaded = _loaded(arm)
     data = loaded.model.createData()
     pin.forwardKinematics(loaded.model, data, np.array(q_rad))
     frame = loaded.controller_flange
-    return loaded.controller_base.actInv(data.oMi[frame.parentJoint] * frame.placement)
+    return loaded.controller_base.copy(), data.oMi[frame.parentJoint] * frame.placement
 
 
 def _loaded(arm: ArmDescription) -> _Loaded:

@@ -70,6 +70,11 @@ class UrArm(LatchingArm):
         self._judge_set_up(seen)
         self._state = ArmState.CONFIGURED
 
+    @property
+    def seen(self) -> UrState | None:
+        """The newest state; None before :meth:`open`."""
+        return self._seen
+
     def enable(self) -> None:
         """Start the control program, watched by the controller; the arm holds still. A lost link is made again."""
         self._require("enable()", ArmState.CONFIGURED)

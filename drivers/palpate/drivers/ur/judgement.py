@@ -72,8 +72,12 @@ def require_sense(seen: UrState, before: UrState | None, host: str) -> None:
     elapsed_s = 0.0 if before is None else abs(seen.timestamp_s - before.timestamp_s)
     way_rad = 0.0 if before is None else max(abs(a - b) for a, b in zip(seen.q_rad, before.q_rad, strict=True))
     farthest_rad = max(map(abs, seen.q_rad))
+    numbers = (*seen.q_rad, *seen.wrench, *seen.tcp_pose, seen.timestamp_s)
     findings = (
-        (not all(map(isfinite, (*seen.q_rad, *seen.wrench, seen.timestamp_s))), "what should be numbers is none"),
+        (
+            not all(map(isfinite, numbers)),
+            "what should be numbers is none",
+        ),
         (farthest_rad > _FULL_RAD, f"a joint at {farthest_rad:.3g} rad"),
         (
             way_rad > _SLACK_RAD + _FASTEST_RAD_S * elapsed_s,

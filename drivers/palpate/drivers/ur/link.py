@@ -43,6 +43,7 @@ class UrState:
         wrench: Raw force and torque in the tool flange, (6,) N and N m; its weight is in it.
         robot_mode: RTDE's robot_mode. safety_mode: RTDE's safety_mode. runtime: RTDE's runtime_state.
         payload_cog_m: Its centre from the flange, (3,).
+        tcp_pose: Tool centre point in the controller's base, (6,): metres and a rotation vector.
     """
 
     stamp_ns: int
@@ -54,6 +55,7 @@ class UrState:
     runtime: int
     payload_kg: float
     payload_cog_m: tuple[float, ...]
+    tcp_pose: tuple[float, ...]
 
 
 class UrLink:

@@ -20,6 +20,7 @@ _START_S: Final = 2.0
 _MOST: Final = 1 << 16
 _VARIABLES: Final = [
     "timestamp", "actual_q", "ft_raw_wrench", "robot_mode", "safety_mode", "runtime_state", "payload", "payload_cog",
+    "actual_TCP_pose",
 ]  # fmt: skip
 
 
@@ -154,6 +155,7 @@ class Served:
             "wrench": receive.getFtRawWrench(), "robot_mode": receive.getRobotMode(),
             "safety_mode": receive.getSafetyMode(), "runtime": receive.getRuntimeState(),
             "payload_kg": receive.getPayload(), "payload_cog_m": receive.getPayloadCog(),
+            "tcp_pose": receive.getActualTCPPose(),
         }  # fmt: skip
         if receive.getTimestamp() != timestamp_s:
             # A package came in between: its parts would not be of one time.

@@ -10,7 +10,7 @@ import pytest
 
 from palpate.core.errors import AssetError, ConfigurationError
 from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry, arm_named
-from palpate.core.motion.model import controller_flange
+from palpate.core.motion.model import controller_frames
 from tests.support.tool import TOOL
 
 SIX = (0.1, 0.5, 0.2, 0.8, -0.1, 0.6)
@@ -271,10 +271,10 @@ def calibration(path: Path, **changes: float) -> str:
 
 def test_the_calibration_of_a_controller_replaces_the_nominal_origins(tmp_path: Path) -> None:
     arm, q = arm_named("ur5e"), (0.1, -1.2, 1.3, -1.6, -1.5, 0.2)
-    nominal = controller_flange(arm, q)
-    same = controller_flange(replace(arm, calibration=calibration(tmp_path / "same.yaml")), q)
+    nominal = controller_frames(arm, q)[1]
+    same = controller_frames(replace(arm, calibration=calibration(tmp_path / "same.yaml")), q)[1]
     np.testing.assert_allclose(same.homogeneous, nominal.homogeneous, atol=1e-8)
-    longer = controller_flange(replace(arm, calibration=calibration(tmp_path / "longer.yaml", x=-0.428)), q)
+    longer = controller_frames(replace(arm, calibration=calibration(tmp_path / "longer.yaml", x=-0.428)), q)[1]
     assert np.linalg.norm(longer.translation - nominal.translation) == pytest.approx(3e-3, abs=1e-9)
 
 

@@ -22,6 +22,7 @@ from palpate.adapters.hardware.plugins import RigContext, arm_maker
 from palpate.adapters.hardware.real_time import RealTime, take_real_time
 from palpate.adapters.signals import ignore_ending_signals
 from palpate.core.errors import DeviceError
+from palpate.core.job import ToolConfig
 from palpate.core.motion import ArmDescription
 from palpate.core.ports import JointVector
 
@@ -38,6 +39,8 @@ class _Assignment(NamedTuple):
     origin_ns: int
     arm: ArmDescription
     limits: tuple[JointVector, JointVector, JointVector]
+    tool: ToolConfig | None
+    accept_kinematics: bool
     real_time: RealTimeConfig
     deadman_ns: int
 
@@ -106,7 +109,8 @@ def host_arm(
     # Made here as well, which opens nothing: so what is wrong in a rig file is told before anything starts.
     name = str(getattr(arm_maker(adapter)(settings, context).arm, "name", "arm"))
     limits = (context.lower_rad, context.upper_rad, context.velocity_limit_rad_s)
-    assignment = _Assignment(adapter, dict(settings), clock.origin_ns, context.arm, limits, real_time, deadman_ns)
+    own = context.tool, context.accept_kinematics
+    assignment = _Assignment(adapter, dict(settings), clock.origin_ns, context.arm, limits, *own, real_time, deadman_ns)
     return HostedArm(name, lambda: _StartedProcess(assignment, clock), clock, deadman_ns)
 
 
@@ -150,7 +154,7 @@ def _serve(told: _Assignment, end: socket.socket, board: Board, is_orphan: Calla
     hurry()
     # Between the bus and what comes from the loop.
     sys.setswitchinterval(_SWITCH_S)
-    context = RigContext(clock, told.arm, *told.limits, hurry)
+    context = RigContext(clock, told.arm, *told.limits, hurry, told.tool, told.accept_kinematics)
     pair = HostedPair(arm_maker(told.adapter)(told.settings, context))
     with RealTime(replace(told.real_time, scheduling=False, cpu=-1)):
         return Host(Wire(end, clock), board, pair, clock, told.deadman_ns, is_orphan).serve()

@@ -135,7 +135,7 @@ class Examination:
             examine_cia402(driver, clock, seconds, notes)
         elif isinstance(driver, UrArm):
             arm.configure()
-            examine_ur(driver, clock, seconds, notes)
+            examine_ur(driver, self._context, seconds, notes)
         else:
             self._examine_strange_arm(adapter)
         if not self._wishes.move:

@@ -5,7 +5,9 @@ from typing import Final
 
 from palpate.adapters.hardware.doctor.findings import Notebook
 from palpate.adapters.hardware.doctor.pace import at_rate, rate_Hz, spread_of
-from palpate.core.ports import CONTROL_RATE_HZ, Clock
+from palpate.adapters.hardware.plugins import RigContext
+from palpate.adapters.hardware.ur import judged
+from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.drivers.ur import UrArm
 
 _CABLE: Final = "connect controller and computer directly, or through one switch that carries nothing else"
@@ -13,12 +15,18 @@ _OTHER_WORK: Final = "end other work on this computer; ask for real-time schedul
 _FRESH_SHARE: Final = 0.99
 
 
-def examine_ur(arm: UrArm, clock: Clock, seconds: float, notes: Notebook) -> None:
+def examine_ur(arm: UrArm, context: RigContext, seconds: float, notes: Notebook) -> None:
     """Who the controller is, what payload it is set to, how its data come; its program is not led."""
     if arm.hello is not None:
         notes.fact("controller", f"PolyScope {arm.hello.version}, robot {arm.hello.serial}")
     settings = arm.settings
     notes.ok(f"payload {settings.payload_kg:g} kg and tool centre point are those of the rig file")
+    for line in judged(arm, context):
+        notes.ok(line)
+    if not context.arm.calibration:
+        remedy = "save the controller's own and name it in the rig file: [arm] calibration = FILE"
+        notes.note("the model of the arm is nominal", remedy)
+    clock = context.clock
     begun: list[int] = []
     late_ns: list[int] = []
     fresh: list[bool] = []

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Final
 
+from palpate.simulation.emulators.ur.kinematics import tool_pose
+
 JOINTS: Final = 6
 CYCLE_NS: Final = 2_000_000
 _CYCLE_S: Final = 2e-3
@@ -58,12 +60,14 @@ class ControllerConfig:
     """How the controller is set up.
 
     Attributes:
+        arm: Which arm it has.
         payload_cog_m: Its centre, from the flange, (3,).
         tcp_offset: Tool centre point from the flange: metres and rotation vector, (6,).
     """
 
     version: tuple[int, int, int, int] = (5, 11, 1, 108318)
     serial: str = "20205500001"
+    arm: str = "ur5"
     payload_kg: float = 0.0
     payload_cog_m: tuple[float, ...] = (0.0, 0.0, 0.0)
     tcp_offset: tuple[float, ...] = (0.0,) * 6
@@ -151,6 +155,7 @@ class UrController:
             "robot_status_bits": lambda: powered | 2 * (self.runtime is RuntimeState.PLAYING),
             "safety_status_bits": lambda: bits, "payload": lambda: self.config.payload_kg,
             "payload_cog": lambda: self.config.payload_cog_m, "tcp_offset": lambda: self.config.tcp_offset,
+            "actual_TCP_pose": lambda: tool_pose(self.config.arm, self._measured, self.config.tcp_offset),
         }  # fmt: skip
         return fields[name]() if name in fields else None
 

@@ -14,7 +14,7 @@ _TYPES: Final = {
     "timestamp": "DOUBLE", "actual_q": "VECTOR6D", "target_q": "VECTOR6D", "actual_qd": "VECTOR6D",
     "target_qd": "VECTOR6D", "ft_raw_wrench": "VECTOR6D", "robot_mode": "INT32", "safety_mode": "INT32",
     "runtime_state": "UINT32", "robot_status_bits": "UINT32", "safety_status_bits": "UINT32", "payload": "DOUBLE",
-    "payload_cog": "VECTOR3D", "tcp_offset": "VECTOR6D",
+    "payload_cog": "VECTOR3D", "tcp_offset": "VECTOR6D", "actual_TCP_pose": "VECTOR6D",
 }  # fmt: skip
 
 

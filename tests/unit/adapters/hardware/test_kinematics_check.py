@@ -1,0 +1,126 @@
+"""The model of an arm against the pose that its controller reports, and the tool against what is entered there."""
+
+from dataclasses import replace
+from math import cos, hypot, pi, sin
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from palpate.adapters.hardware import RigContext
+from palpate.adapters.hardware.kinematics_check import ReportedPose, disagreement, judge_kinematics, judge_tool
+from palpate.adapters.hardware.ur import UrTable, ur_arm
+from palpate.core.errors import ConfigurationError
+from palpate.core.job import ToolConfig
+from palpate.core.motion import arm_named
+from palpate.simulation.emulators.ur.kinematics import LENGTHS_M, tool_pose
+from tests.unit.core.motion.test_model_urdf import calibration
+from tests.virtual_ur import HOME, VirtualUr
+
+TOOL = ToolConfig()
+# The default tool: sensor 30 mm, tip 140 mm beyond it, 0.35 kg at 77.1 mm; the sensor and its plate weigh 0.15 kg.
+TCP = (0.0, 0.0, 0.17, 0.0, 0.0, 0.0)
+CENTRE = (0.0, 0.0, (0.35 * 0.107142857 + 0.15 * 0.015) / 0.5)
+
+
+def reported(arm: str = "ur5e", q: tuple[float, ...] = HOME, **changes: Any) -> ReportedPose:
+    given = {"tool_on_flange": TCP, "payload_kg": 0.5, "payload_centre_m": CENTRE, **changes}
+    return ReportedPose(q, tool_pose(arm, q, given["tool_on_flange"]), **given)
+
+
+def context(arm: Any = "ur5e", **changes: Any) -> RigContext:
+    return replace(RigContext.of(arm, VirtualUr().clock), **changes)
+
+
+def test_the_emulated_controller_reports_a_pose_that_was_computed_by_hand() -> None:
+    # All joints at zero: x = a2 + a3, y = -d4 - d6 and a tool along -y, z = d1 - d5.
+    pose = tool_pose("ur10e", (0.0,) * 6, (0.0, 0.0, 0.1, 0.0, 0.0, 0.0))
+    assert pose[:3] == pytest.approx((-1.18425, -0.17415 - 0.11655 - 0.1, 0.1807 - 0.11985))
+    assert pose[3:] == pytest.approx((pi / 2, 0.0, 0.0))
+    # The base joint turns it about z, the last joint the tool about its own axis.
+    turned = tool_pose("ur10e", (0.3, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0,) * 6)
+    x, y = -1.18425, -0.2907
+    assert turned[:2] == pytest.approx((cos(0.3) * x - sin(0.3) * y, sin(0.3) * x + cos(0.3) * y))
+
+
+@pytest.mark.parametrize("name", LENGTHS_M)
+def test_every_arm_of_universal_robots_agrees_with_its_controller(name: str) -> None:
+    rng = np.random.default_rng(2)
+    for q in rng.uniform(-pi, pi, (20, 6)):
+        mm, mrad = disagreement(arm_named(name), reported(name, tuple(q.tolist())))
+        assert (mm, mrad) == pytest.approx((0.0, 0.0), abs=2e-3 if name.endswith("e") or name == "ur20" else 0.05)
+
+
+@pytest.mark.parametrize(("model", "real"), [("ur10", "ur5"), ("ur5", "ur5e"), ("ur16e", "ur10e"), ("ur5e", "ur20")])
+def test_the_model_of_another_arm_is_refused_even_where_a_nominal_one_is_accepted(model: str, real: str) -> None:
+    with pytest.raises(ConfigurationError, match=r"the model of this arm; its flange is [0-9.]+ mm") as caught:
+        judge_kinematics(context(model, accept_kinematics=True), reported(real))
+    assert (caught.value.field, caught.value.value) == ("arm", model)
+
+
+def moved(pose: ReportedPose, mm: float) -> ReportedPose:
+    x, *rest = pose.tool_in_base
+    return replace(pose, tool_in_base=(x + mm * 1e-3, *rest))
+
+
+def test_a_nominal_model_is_accepted_by_a_person_up_to_ten_millimetres() -> None:
+    with pytest.raises(ConfigurationError, match=r"--accept-kinematics: its nominal model is 9\.0 mm"):
+        judge_kinematics(context(), moved(reported(), 9.0))
+    accepted = context(accept_kinematics=True)
+    assert judge_kinematics(accepted, moved(reported(), 9.0)).startswith("the nominal model of ur5e is 9.0 mm and")
+    with pytest.raises(ConfigurationError, match="at most 10 mm and 50 mrad"):
+        judge_kinematics(accepted, moved(reported(), 11.0))
+    with pytest.raises(ConfigurationError, match="is nan mm"):
+        judge_kinematics(accepted, moved(reported(), float("nan")))
+
+
+def test_a_calibrated_model_needs_nobody_and_is_refused_from_one_millimetre_on(tmp_path: Path) -> None:
+    arm = replace(arm_named("ur5e"), calibration=calibration(tmp_path / "own.yaml"))
+    assert judge_kinematics(context(arm), moved(reported(), 0.9)).startswith("the calibrated model of ur5e is 0.9 mm")
+    with pytest.raises(ConfigurationError, match="at most 1 mm and 5 mrad"):
+        judge_kinematics(context(arm), moved(reported(), 1.1))
+    turned = reported(tool_on_flange=TCP)
+    turn = np.array(turned.tool_in_base[3:])
+    off = replace(turned, tool_in_base=(*turned.tool_in_base[:3], *(turn * (1.0 + 0.006 / hypot(*turn)))))
+    with pytest.raises(ConfigurationError, match=r"and 6\.0 mrad"):
+        judge_kinematics(context(arm), replace(off, tool_on_flange=(0.0,) * 6))
+
+
+def test_the_tool_of_the_job_is_compared_with_what_is_entered_at_the_controller() -> None:
+    told = "payload of the controller and tool agree, and so does its tool centre point"
+    assert judge_tool(context(), TOOL, reported()) == told
+    assert "it has no tool centre point" in judge_tool(context(), TOOL, reported(tool_on_flange=(0.0,) * 6))
+
+
+@pytest.mark.parametrize(
+    ("changes", "field", "accepted"),
+    [
+        ({"tool_on_flange": (0.0, 0.0, 0.15, 0.0, 0.0, 0.0)}, "tool.tip_mm", "the tip at (0, 0, 150) mm"),
+        ({"payload_kg": 0.0}, "tool.mass_kg", "a mass that fits the payload of 0 kg"),
+        ({"payload_kg": 3.0}, "tool.mass_kg", "a mass that fits the payload of 3 kg"),
+        ({"payload_centre_m": (0.05, 0.0, 0.08)}, "tool.centre_of_mass_mm", "the payload's centre at (50, 0, 80) mm"),
+    ],
+)  # fmt: skip
+def test_another_tool_than_the_controller_has_is_refused(changes: dict[str, Any], field: str, accepted: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        judge_tool(context(), TOOL, reported(**changes))
+    assert caught.value.field == field
+    assert accepted in str(caught.value)
+
+
+def test_an_arm_is_compared_before_it_gets_power(capsys: pytest.CaptureFixture[str]) -> None:
+    stated = {"payload_kg": 0.5, "payload_cog_m": CENTRE, "tcp_offset": TCP}
+    link = VirtualUr(arm="ur5e", **stated)
+    table = UrTable(**stated)  # type: ignore[arg-type]
+    for arm, accepted, told in (("ur5e", False, r"nominal model is 0\.0 mm"), ("ur10e", True, "its flange is")):
+        adapter = ur_arm(table, context(arm, clock=link.clock, tool=TOOL, accept_kinematics=accepted), lambda: link)
+        with pytest.raises(ConfigurationError, match=told):
+            adapter.arm.configure()
+        assert not link.is_open
+    adapter = ur_arm(table, context("ur5e", clock=link.clock, tool=TOOL, accept_kinematics=True), lambda: link)
+    adapter.arm.configure()
+    adapter.arm.close()
+    first, second = capsys.readouterr().err.splitlines()
+    assert "the nominal model of ur5e is 0.0 mm and 0.0 mrad from the flange that the controller reports" in first
+    assert "payload of the controller and tool agree" in second
