@@ -224,13 +224,7 @@ def _step(
 
 
 def _go(
-    arm: ArmCommand,
-    encoder: JointEncoder,
-    clock: Clock,
-    start: JointVector,
-    joint: int,
-    begin: float,
-    end: float,
+    arm: ArmCommand, encoder: JointEncoder, clock: Clock, start: JointVector, joint: int, begin: float, end: float
 ) -> tuple[JointVector, float]:
     """Return where the arm is in the end, and the largest distance on the way between set-point and joint."""
     begin_ns, most = clock.now_ns(), 0.0
