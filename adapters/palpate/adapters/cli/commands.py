@@ -32,6 +32,10 @@ COMMANDS: dict[str, Command] = {
         "many runs: settings, policies and seeds from one file, on several processes",
         "study:study", "study_options:StudyOptions",
     ),
+    "plan": Command(
+        "judge a job before anything moves: derived settings, regime, verdict; simulate it",
+        "plan:plan", "options:PlanOptions",
+    ),
     "show": Command("print what a policy file holds", "show:show", "options:ShowOptions"),
     "explore": Command(
         "learn in a grid world with an ambiguous sensor, and hold it against the optimum",

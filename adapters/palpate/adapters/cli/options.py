@@ -108,6 +108,34 @@ class CompareOptions(RunSettings):
 
 
 @dataclass(frozen=True)
+class PlanOptions(Settings):
+    """Print what follows from a job, whether it is feasible, and which task and policy suit it best. Nothing moves.
+
+    With --trials it also simulates the job, each trial in another cell: hole anywhere in its circle, plate height, tilt
+    (from 0), friction (from 0.1 to the highest), noise (0.8 to 1.25) and stiffness (0.9 to 1.1) evenly from their
+    ranges, headings and yaw too. Every 10 trials begin with a new policy object; the first of a learner's 10 is its
+    training and does not count.
+
+    Exit code 0: feasible; 1: not; 2: the job or an option cannot be used.
+    """
+
+    job: Annotated[str, tyro.conf.Positional]
+    """Job file: part, tool, arm, place and limits."""
+    task: Annotated[str, OneOf("", "insertion", "insertion-6dof")] = ""
+    """Task: insertion or insertion-6dof; the better one if not given."""
+    arm: str = ""
+    """Arm instead of the job's, by name."""
+    trials: Annotated[int, Range(0, 1_000_000)] = 0
+    """Number of simulated trials; 0 simulates none."""
+    jobs: Jobs = 1
+    """Processes; 0 takes one per core. The result does not depend on it."""
+    seed: Annotated[int, Range(0, 2**63 - 1)] = 0
+    """Every random stream of the simulated trials follows from it."""
+    out: str = ""
+    """File for the picture of the trials; JOB-plan.png if not given. It must not exist yet."""
+
+
+@dataclass(frozen=True)
 class ShowOptions(Settings):
     """Print what a policy file holds: states, best actions, values, visits."""
 

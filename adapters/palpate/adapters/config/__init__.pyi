@@ -1,9 +1,13 @@
 from .calibration import CalibrationTable as CalibrationTable
 from .calibration import write_into as write_into
 from .compose import compose as compose
+from .compose import depth_step_mm as depth_step_mm
+from .compose import job_of as job_of
 from .compose import merged as merged
 from .compose import read_job as read_job
 from .compose import scenario as scenario
+from .compose import simulated_noise as simulated_noise
+from .compose import verdict_on as verdict_on
 from .compose import without_world as without_world
 from .emulation import EMULATED_ARMS as EMULATED_ARMS
 from .emulation import EmulationConfig as EmulationConfig

@@ -12,8 +12,8 @@ from palpate.adapters.config.scenarios import BLIND, JOB, LEARNERS, SCENARIOS
 from palpate.adapters.config.tasks import INSERTION, task_kind
 from palpate.adapters.config.toml import overlay, read_toml
 from palpate.core.errors import ConfigurationError, require_one_of
-from palpate.core.job import JOB_TABLES, Job, PlaceConfig, derived_settings
-from palpate.core.motion import arm_of_table
+from palpate.core.job import JOB_TABLES, Job, PlaceConfig, Verdict, derived_settings, judge
+from palpate.core.motion import Kinematics, arm_named, arm_of_table
 from palpate.core.ports import SensorFacts
 from palpate.simulation.work_cell import CellConfig
 
@@ -76,8 +76,8 @@ def compose(
     known = overlay(base, {key: stated[key] for key in JOB_TABLES if key in stated})
     if sensor is None:
         noise = overlay(base.cell.sensor, _table(_table(stated, "cell"), "sensor"))
-        sensor = SensorFacts(noise.force_noise_N, noise.torque_noise_Nm)
-    derived = derived_settings(Job(known.part, known.tool, known.place, known.limits), sensor, task)
+        sensor = simulated_noise(replace(base, cell=replace(base.cell, sensor=noise)))
+    derived = derived_settings(job_of(known), sensor, task)
     return overlay(base, merged(derived, stated))
 
 
@@ -101,10 +101,34 @@ def scenario(name: str, learner: str = "q-learning") -> RunConfig:
     return compose(name, learner)
 
 
+def job_of(config: RunConfig) -> Job:
+    """Return the job in a configuration."""
+    return Job(config.part, config.tool, config.place, config.limits)
+
+
+def simulated_noise(config: RunConfig) -> SensorFacts:
+    """Return the noise of the simulated force sensor."""
+    sensor = config.cell.sensor
+    return SensorFacts(sensor.force_noise_N, sensor.torque_noise_Nm)
+
+
+def depth_step_mm(config: RunConfig) -> float:
+    """Return the standard deviation of the tip's place along the tool, by the steps of the arm's encoders."""
+    return Kinematics(arm_named(config.arm), config.tool.geometry).depth_step_m() * 1e3
+
+
+def verdict_on(config: RunConfig, task: str = "") -> Verdict:
+    """Judge the job of a configuration on its arm, with the noise of the simulated sensor.
+
+    Args:
+        task: Name of the task; the best of the shipped ones unless given.
+    """
+    return judge(job_of(config), simulated_noise(config), step_mm=depth_step_mm(config), task=task)
+
+
 def without_world(config: RunConfig) -> RunConfig:
     """Return the configuration with the simulated cell that its job describes, and nothing else of that."""
-    job = Job(config.part, config.tool, config.place, config.limits)
-    tables = derived_settings(job, SensorFacts(0.1, 0.004), config.task.name)
+    tables = derived_settings(job_of(config), SensorFacts(0.1, 0.004), config.task.name)
     return replace(config, cell=overlay(CellConfig(), tables["cell"]))
 
 

@@ -7,11 +7,12 @@ from math import sqrt
 from pathlib import Path
 from typing import Final
 
-from palpate.adapters.config import PerceptionConfig, RigFile, RunConfig, task_kind
+from palpate.adapters.config import PerceptionConfig, RigFile, RunConfig, depth_step_mm, job_of, task_kind
 from palpate.adapters.hardware import FaultFile, HardwareRig, find_approach
 from palpate.adapters.mujoco import SimulatedRig, simulated_sensor
 from palpate.core.automata import AutomatonState, load
 from palpate.core.errors import ConfigurationError
+from palpate.core.job import require_depth
 from palpate.core.motion import Kinematics, TipMotion, arm_named
 from palpate.core.perception import (
     FACTS,
@@ -221,6 +222,15 @@ def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> N
     if task.prove_contact and task.insertion_depth_mm <= plate_mm:
         accepted = f"more than {plate_mm:g}, as deep as the plate itself may be taken to lie"
         raise ConfigurationError("task.insertion_depth_mm", task.insertion_depth_mm, accepted)
+    if task.area_half_width_mm < config.place.position_uncertainty_mm:
+        accepted = (
+            f"at least place.position_uncertainty_mm = {config.place.position_uncertainty_mm:g}, or holes lie outside"
+        )
+        raise ConfigurationError("task.area_half_width_mm", task.area_half_width_mm, accepted)
+    edge_mm = config.place.height_uncertainty_mm + 0.5e-3 * config.part.peg_mm * config.place.tilt_uncertainty_mrad
+    if task.ready_height_mm <= edge_mm:
+        accepted = f"more than {edge_mm:.3g}, or a tilted peg may begin in a plate that is higher than stated"
+        raise ConfigurationError("task.ready_height_mm", task.ready_height_mm, accepted)
     walk = RandomWalkPolicy(task_actions(config))
     build_task(config, ready, plain_perception(config), walk)
     if not rig_file:
@@ -235,6 +245,8 @@ def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> 
             trip, or the sensor's frame is not the task's.
     """
     _require_quiet(config, sensor)
+    step_mm, tolerance_mm = depth_step_mm(config), config.task.depth_tolerance_mm
+    require_depth(job_of(config), sensor, step_mm=step_mm, tolerance_mm=tolerance_mm)
     kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
     require_fitting(config.supervision, config.task, kinematics, ready.q_rad, sensor)
 

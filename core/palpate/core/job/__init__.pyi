@@ -3,6 +3,11 @@ from .derived import Derived as Derived
 from .derived import Quantities as Quantities
 from .derived import derive as derive
 from .derived import jamming_force_N as jamming_force_N
+from .derived import wall_force_N as wall_force_N
+from .regime import DEVIATIONS as DEVIATIONS
+from .regime import Regime as Regime
+from .regime import largest_tilt_rad as largest_tilt_rad
+from .regime import regime_of as regime_of
 from .settings import corner_distance_mm as corner_distance_mm
 from .settings import derived_settings as derived_settings
 from .tables import JOB_TABLES as JOB_TABLES
@@ -15,3 +20,8 @@ from .tables import LimitsConfig as LimitsConfig
 from .tables import PartConfig as PartConfig
 from .tables import PlaceConfig as PlaceConfig
 from .tables import ToolConfig as ToolConfig
+from .verdict import BELIEF_AREA_MM as BELIEF_AREA_MM
+from .verdict import Choice as Choice
+from .verdict import Verdict as Verdict
+from .verdict import judge as judge
+from .verdict import require_depth as require_depth

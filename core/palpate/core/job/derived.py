@@ -22,6 +22,8 @@ _NOISES_PRESSED: Final = 26.0
 at its quietest useful sensor."""
 _CONTACT_SHARE: Final = 0.2
 """A contact is felt at this share of the pressing force, as in the source paper."""
+_MOST_CONTACT_SHARE: Final = 0.9
+"""A press is more than a contact, also of a sensor that is too noisy for the job."""
 _NOISES_CONTACT: Final = 4.0
 """Standard deviations of the force in a contact: one false contact in 30 000 samples."""
 _NOISES_TORQUE: Final = 2.5
@@ -33,7 +35,7 @@ _NOISES_UNEXPECTED: Final = 9.3
 _JAMS_FROM: Final = 0.8
 """Jam number from which the pressing force of the insertion grows."""
 _OVER_JAM: Final = 1.3
-_MOST_PRESS_SHARE: Final = 0.4
+MOST_PRESS_SHARE: Final = 0.4
 """Share of the highest force that an insertion may press with: the rest is for what walls and stops add."""
 _STEP_SHARE: Final = 0.2
 """Length of a step over half the width of the area: five steps from the middle to the edge, as in the paper."""
@@ -65,6 +67,8 @@ class Constants:
         cutoff_Hz: Cut-off of perception's low-pass.
         lateral_time_s: Time constant with which lateral forces decay during the insertion.
         gravity_m_s2: Acceleration of free fall.
+        half_period_s: Mean half-period of a dither: servos smooth shorter ones away.
+        window_s: Longest time in which a contact is verified; the tool goes on meanwhile.
     """
 
     press_N: float = 0.5 * N_PER_KGF
@@ -84,6 +88,8 @@ class Constants:
     cutoff_Hz: float = 4.0
     lateral_time_s: float = 0.1
     gravity_m_s2: float = 9.81
+    half_period_s: float = 5.0 / 140.0
+    window_s: float = 0.4
 
 
 @dataclass(frozen=True)
@@ -116,6 +122,7 @@ class Quantities:
     force_N: float
     noise_N: float
     noise_Nm: float
+    tolerance_m: float
 
     @classmethod
     def of(cls, job: Job, sensor: SensorFacts) -> Quantities:
@@ -140,6 +147,7 @@ class Quantities:
             force_N=job.limits.force_N,
             noise_N=sensor.noise_N,
             noise_Nm=sensor.noise_Nm,
+            tolerance_m=part.depth_tolerance_mm * 1e-3,
         )
 
 
@@ -180,28 +188,32 @@ class Derived:
     ready_height_m: float
 
 
-def jamming_force_N(job: Quantities) -> float:
-    """Force on the walls of a tilted peg, as friction turns it against the motion: largest over the depths on the way.
+def wall_force_N(job: Quantities) -> float:
+    """Force of each of the two walls on a tilted peg: largest over the depths on the way.
 
     A peg that is tilted by theta fits freely down to l = 2 c / theta. Deeper, the gripper is bent back by
-    theta - 2 c / l over a lever l, and two walls bear that torque: 2 mu k (theta - 2 c / l) / l, largest at
-    l = 4 c / theta.
+    theta - 2 c / l over a lever l, and two walls bear that torque: k (theta - 2 c / l) / l, largest at l = 4 c / theta.
     """
     if not job.tilt_rad:
         return 0.0
     depth_m = min(job.depth_m, 4.0 * job.clearance_m / job.tilt_rad)
     bent_rad = job.tilt_rad - 2.0 * job.clearance_m / depth_m
-    return max(2.0 * job.friction * job.tilt_Nm_per_rad * bent_rad / depth_m, 0.0)
+    return max(job.tilt_Nm_per_rad * bent_rad / depth_m, 0.0)
+
+
+def jamming_force_N(job: Quantities) -> float:
+    """Force along the hole with which friction on both walls resists a tilted peg."""
+    return 2.0 * job.friction * wall_force_N(job)
 
 
 def derive(job: Quantities, known: Constants = Constants()) -> Derived:
     """Return the settings of a job."""
     press_N = min(max(known.press_N, _NOISES_PRESSED * job.noise_N), max(known.most_press_N, known.press_N))
-    press_N = min(press_N, _MOST_PRESS_SHARE * job.force_N)
+    press_N = min(press_N, MOST_PRESS_SHARE * job.force_N)
     jam_N = jamming_force_N(job)
     insertion_N = press_N
     if jam_N > _JAMS_FROM * press_N:
-        insertion_N = min(max(press_N, _OVER_JAM * jam_N), _MOST_PRESS_SHARE * job.force_N)
+        insertion_N = min(max(press_N, _OVER_JAM * jam_N), MOST_PRESS_SHARE * job.force_N)
     critical_N_s_per_m = sqrt(job.axial_N_per_m * job.moving_kg)
     passed = sqrt(_NOISE_BAND * known.cutoff_Hz * 2.0 * known.period_s)
     edge_m = max(known.edge_m, job.chamfer_m)
@@ -212,7 +224,7 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
     return Derived(
         press_N=press_N,
         insertion_press_N=insertion_N,
-        contact_N=max(_CONTACT_SHARE * press_N, _NOISES_CONTACT * job.noise_N),
+        contact_N=min(max(_CONTACT_SHARE * press_N, _NOISES_CONTACT * job.noise_N), _MOST_CONTACT_SHARE * press_N),
         torque_Nm=max(_PAPERS_SHARE * press_N * job.radius_m, _NOISES_TORQUE * passed * job.noise_Nm),
         damping_N_s_per_m=max(
             # Half the bound of stability of the sampled law.

@@ -1,0 +1,145 @@
+"""``palpate plan``: the answer on a job before anything moves."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from math import degrees, inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from palpate.adapters.cli.options import PlanOptions
+from palpate.adapters.config import INSERTION, RunConfig, compose, read_job, task_kind, verdict_on
+from palpate.core.errors import ConfigurationError, UnreachableError
+from palpate.core.job import Choice, Derived, Regime, Verdict
+from palpate.core.trial import find_ready_pose
+from palpate.simulation import work_cell
+
+if TYPE_CHECKING:
+    from palpate.adapters.experiments import ScoredTrial
+
+_DERIVED: Final = (
+    ("press_N", 1.0, "N", "presses the peg on the plate during the search"),
+    ("insertion_press_N", 1.0, "N", "presses it into the hole"),
+    ("contact_N", 1.0, "N", "reaction that counts as contact"),
+    ("torque_Nm", 1e3, "mN m", "torque about the tip that points at the hole"),
+    ("damping_N_s_per_m", 1.0, "N s/m", "damping along the tool"),
+    ("half_width_m", 1e3, "mm", "half the side of the searched square"),
+    ("capture_m", 1e3, "mm", "distance from which the hole takes the peg in"),
+    ("pitch_m", 1e3, "mm", "distance of neighbouring paths of a search"),
+    ("step_m", 1e3, "mm", "longest step of a rule"),
+    ("time_s", 1.0, "s", "time limit of a search"),
+    ("unexpected_N", 1.0, "N", "force that stops the arm in free space"),
+    ("ready_height_m", 1e3, "mm", "height of the ready pose above the plate"),
+)
+"""Derived settings: name, factor to the unit shown, unit, meaning."""
+
+
+def plan(options: PlanOptions) -> int:
+    """Print derived settings, regime and verdict, and what simulated trials give; returns the exit code."""
+    picture = Path(options.out or f"{Path(options.job).stem}-plan.png")
+    if options.trials and picture.exists():
+        raise ConfigurationError("out", str(picture), "a file that does not exist yet")
+    job = read_job(options.job)
+    if options.arm:
+        job = {**job, "arm": {"name": options.arm}}
+    begun = compose("job", job=job)
+    verdict = verdict_on(begun, options.task)
+    config = compose("job", verdict.choice.learner, {"seed": options.seed}, task=verdict.choice.task, job=job)
+    if config.part.depth_tolerance_mm != begun.part.depth_tolerance_mm:
+        # A task may begin with a tolerance of its own, where the job states none.
+        verdict = verdict_on(config, verdict.choice.task)
+    reasons = list(verdict.reasons)
+    # Kinds of task load their phases, which a plain insertion's pose does not need.
+    ready = find_ready_pose if config.task.name == INSERTION else task_kind(config.task.name).ready
+    try:
+        ready(config.arm, config.tool.geometry, config.task)
+    except UnreachableError as error:
+        reasons.append(f"{error}: move the hole nearer to the arm, or use another arm or posture")
+    sys.stdout.write(_account(config, verdict, reasons, options))
+    if options.trials and not reasons:
+        sys.stdout.flush()
+        return _simulated(config, verdict.choice, options, picture, job.get("cell", {}))
+    return 1 if reasons else 0
+
+
+def _account(config: RunConfig, verdict: Verdict, reasons: list[str], options: PlanOptions) -> str:
+    lines = [config.part.describe(), f"arm {config.arm}, tolerance of depth {config.part.depth_tolerance_mm:g} mm"]
+    lines += ["", "settings that follow", *_derived_lines(verdict.derived)]
+    lines += ["", "regime", *_regime_lines(verdict.regime, config)]
+    valid = _validity_lines(config)
+    if reasons:
+        lines += ["", "verdict: not feasible", *(f"  {reason}" for reason in reasons)]
+    else:
+        command = f"{verdict.choice.command} --job {options.job}" + (f" --arm {options.arm}" if options.arm else "")
+        lines += ["", f"verdict: feasible, {verdict.choice.reason}", f"  {command}"]
+    return "\n".join((*lines, *(f"  {line}" for line in valid), ""))
+
+
+def _derived_lines(found: Derived) -> list[str]:
+    return [f"  {getattr(found, name) * factor:>9.3g} {unit:<6} {meaning}" for name, factor, unit, meaning in _DERIVED]
+
+
+def _regime_lines(regime: Regime, config: RunConfig) -> list[str]:
+    jam = "none" if regime.jam_depth_m == inf else f"{regime.jam_depth_m * 1e3:.2g} mm"
+    depth = ", ".join(
+        f"{name} {part * 1e3:.2g}"
+        for name, part in (("noise", regime.noise_m), ("tilt", regime.tilted_m), ("encoders", regime.step_m))
+    )
+    shown = (
+        (regime.natural_Hz, "Hz", "natural frequency of the tool on its gripper"),
+        (regime.jam_number, "", f"jam number J: force that jams over the press (depth of jamming: {jam})"),
+        (regime.wall_N, "N", f"largest force of each wall; friction may hold the peg with {regime.held_N:.2g} N"),
+        (degrees(regime.friction_rad), "deg", "half-angle of the friction cone"),
+        (regime.capture_m * 1e3, "mm", "half-width of capture"),
+        (regime.search_s, "s", "one sweep of the searched square"),
+        (regime.depth_m * 1e3, "mm", f"standard deviation of depth ({depth}); the tolerance must hold four"),
+        (regime.window_s, "s", f"to verify a contact by a dither of {regime.dither_N:.2g} N"),
+    )  # fmt: skip
+    return [f"  {value:>9.3g} {unit:<6} {meaning}" for value, unit, meaning in shown]
+
+
+def _validity_lines(config: RunConfig) -> list[str]:
+    lines = getattr(work_cell, "validity_lines", None)
+    return [] if lines is None else list(lines(config.cell))
+
+
+def _simulated(
+    config: RunConfig, choice: Choice, options: PlanOptions, picture: Path, stated: dict[str, object]
+) -> int:
+    from palpate.adapters.cli.progress import progress
+    from palpate.adapters.experiments import ScoredTrial, TrialRow
+    from palpate.adapters.experiments.figure import trials_picture
+    from palpate.adapters.experiments.planning import simulate
+    from palpate.core.ports import write_whole
+
+    done = list[ScoredTrial]()
+    with progress(options.trials, "trial", choice.policy or choice.learner) as bar:
+        for series, ran in simulate(config, choice.policy, options.trials, options.jobs or 1, stated):
+            done += series
+            bar.update(ran)
+    sys.stdout.write(_rates(config, choice, done))
+    write_whole(picture, trials_picture([TrialRow.of(each) for each in done], f"{options.job}, simulated"))
+    sys.stdout.write(f"  picture in {picture}\n")
+    return 0
+
+
+def _rates(config: RunConfig, choice: Choice, done: list[ScoredTrial]) -> str:
+    from palpate.adapters.experiments import TrialRow, exact_interval, summary_of
+    from palpate.adapters.experiments.planning import untrue
+
+    def rate(name: str, count: int) -> str:
+        low, high = exact_interval(count, len(done))
+        return f"  {name:<16} {count} of {len(done)} (95 % interval {low:.1%} to {high:.1%})"
+
+    figures = summary_of([TrialRow.of(each) for each in done])
+    trips = Counter(each.trip.partition(":")[0] for each in done if each.trip)
+    lines = [
+        "", f"simulated: {choice.task}, {choice.policy or choice.learner}, seed {config.seed}",
+        rate("inserted", sum(each.success for each in done)),
+        rate('false "inserted"', sum(untrue(config, each) for each in done)),
+        rate("trips", sum(trips.values())) + "".join(f", {reason} {count}" for reason, count in trips.items()),
+        f"  time             median {figures['median_s']:.2f} s, 95th percentile {figures['p95_s']:.2f} s",
+        f"  highest force    {figures['peak_force_N']:.1f} N (limit {config.limits.force_N:g} N)",
+    ]  # fmt: skip
+    return "\n".join((*lines, ""))

@@ -1,0 +1,112 @@
+"""Simulates a job over its uncertainties: each trial in a world that is drawn from the ranges of the job."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Final
+
+from palpate.adapters.config import RunConfig, overlay, task_kind
+from palpate.adapters.experiments.build import build_perception, build_task, plain_perception, ready_pose, supervisor_of
+from palpate.adapters.experiments.evaluation import true_hole_m
+from palpate.adapters.experiments.policies import comparator, learning_policy
+from palpate.adapters.experiments.trial import ScoredTrial, fit_of, run_scored_trial
+from palpate.adapters.experiments.workers import in_processes
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.core.policy import learner_of
+from palpate.core.ports import Rig
+from palpate.core.trial import Purpose, generator
+
+SERIES: Final = 10
+"""Trials of one learner, which begins from nothing; the first is its training and does not count."""
+_LEAST_FRICTION: Final = 0.1
+"""Dry metal on metal or plastic has no less."""
+_NOISE_SHARES: Final = (0.8, 1.25)
+_STIFFNESS_SHARES: Final = (0.9, 1.1)
+"""A gripper is known to some ten per cent."""
+_SPRINGS: Final = ("lateral_N_per_mm", "axial_N_per_mm", "tilt_Nm_per_rad", "torsion_Nm_per_rad")
+
+
+def drawn_world(config: RunConfig, trial: int, stated: Mapping[str, Any]) -> RunConfig:
+    """Draw the cell of a trial: plate, tilt, friction, noise and stiffness, each evenly from its range.
+
+    The hole and headings are drawn by the cell itself.
+
+    Args:
+        stated: Table ``cell`` of the job: a friction in it is kept.
+    """
+    rng = generator(config.seed, Purpose.HIDDEN, trial)
+    height, tilt, friction, noise, stiffness = rng.uniform(size=5).tolist()
+    cell, place = config.cell, config.place
+    most = config.part.friction_max
+    peg: dict[str, Any] = {}
+    if "friction" not in stated.get("peg", {}):
+        least = min(_LEAST_FRICTION, most)
+        peg["friction"] = least + friction * (most - least)
+    share = _within(noise, _NOISE_SHARES)
+    return overlay(config, {
+        "cell": {
+            "peg": peg,
+            "hole_height_error_mm": _within(height, (-place.height_uncertainty_mm, place.height_uncertainty_mm)),
+            "tilt_mrad": tilt * cell.tilt_mrad,
+            "sensor": {
+                "force_noise_N": share * cell.sensor.force_noise_N,
+                "torque_noise_Nm": share * cell.sensor.torque_noise_Nm,
+            },
+            "compliance": {
+                name: _within(stiffness, _STIFFNESS_SHARES) * getattr(cell.compliance, name) for name in _SPRINGS
+            },
+        }
+    })  # fmt: skip
+
+
+def run_series(
+    config: RunConfig, policy: str, numbers: range, world: Callable[[int], RunConfig] | None = None
+) -> Iterator[ScoredTrial]:
+    """Run trials of one policy object, a trip ending one trial and no more.
+
+    Args:
+        policy: Name of a rule; empty for the learner of the settings, from nothing.
+        world: Gives the configuration whose cell a trial runs in; the same for all unless given.
+    """
+    ready, rigs = ready_pose(config), list[Rig]()
+    perception = plain_perception(config) if policy else build_perception(config)
+    rule = comparator(policy, config, lambda: true_hole_m(rigs[-1])) if policy else learning_policy(config, perception)
+    task, learner = build_task(config, ready, perception, rule), learner_of(rule)
+    for trial in numbers:
+        with SimulatedRig(config if world is None else world(trial), ready) as rig:
+            rigs.append(rig)
+            before = None if learner is None else learner.get_state()
+            scored = run_scored_trial(config, rig, task, trial, supervisor=supervisor_of(rig, config, ready))
+            if scored.trip and learner is not None and before is not None:
+                learner.set_state(before)
+        yield scored
+
+
+def untrue(config: RunConfig, scored: ScoredTrial) -> bool:
+    """Whether a trial was taken for inserted and was not."""
+    truth = scored.truth
+    return truth is not None and task_kind(config.task.name).untrue(config.task, scored.report, truth, fit_of(config))
+
+
+def simulate(
+    config: RunConfig, policy: str, trials: int, jobs: int, stated: Mapping[str, Any]
+) -> Iterator[tuple[list[ScoredTrial], int]]:
+    """Run the trials of a job in series, each with a policy object of its own; the same for any number of jobs.
+
+    Yields:
+        The trials of a series that count, and how many it ran.
+    """
+    blocks = [(config, policy, first, min(SERIES, trials - first), stated) for first in range(0, trials, SERIES)]
+    yield from map(_series, *zip(*blocks, strict=True)) if jobs == 1 else in_processes(_series, blocks, jobs)
+
+
+def _series(
+    config: RunConfig, policy: str, first: int, trials: int, stated: Mapping[str, Any]
+) -> tuple[list[ScoredTrial], int]:
+    numbers = range(first, first + trials)
+    done = list(run_series(config, policy, numbers, lambda trial: drawn_world(config, trial, stated)))
+    return done if policy else done[1:], len(done)
+
+
+def _within(share: float, ends: tuple[float, float]) -> float:
+    return ends[0] + share * (ends[1] - ends[0])

@@ -1,0 +1,153 @@
+"""The regime of a job: the physical quantities that decide which task and policy can do it.
+
+All quantities are in one consistent system of units, as in :mod:`palpate.core.job.derived`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan, ceil, floor, inf, pi, sqrt
+from typing import Final
+
+from palpate.core.job.derived import Constants, Derived, Quantities, jamming_force_N, wall_force_N
+
+DEVIATIONS: Final = 4.0
+"""Standard deviations of depth in a tolerance: outside them is one floor in 16 000."""
+_DITHER_SHARE: Final = 0.3
+"""Force of a dither over the press: contact is kept."""
+_PEAK: Final = 1.5
+"""Peak over mean velocity of a smooth half-period."""
+_RMS: Final = 0.5
+"""Root mean square of the force that a dither causes, over its amplitude."""
+_INTERVAL: Final = 2.0
+"""Half-width of a confidence interval of 95 %, in standard deviations."""
+_FAIR: Final = 0.5
+"""Half-width over stiffness up to which half the stiffness is told from the whole."""
+_FEWEST: Final = 12
+"""Samples of the shortest window: two periods of a dither, so that friction averages out."""
+_SLOW_SHARE: Final = 0.25
+"""Share of the samples in a window that noise alone would need; each point of the dither counts several times."""
+
+
+@dataclass(frozen=True)
+class Regime:
+    """Quantities of a job, in the units of what it is derived from.
+
+    Attributes:
+        natural_Hz: Natural frequency of the tool on its gripper.
+        jam_number: Force that jams a tilted peg over the pressing force of the search.
+        pressed_number: The same over the pressing force of the insertion.
+        jam_depth_m: Depth at which it jams under the pressing force of the search; infinite for none.
+        wall_N: Largest force of each wall on a tilted peg on the way down.
+        friction_rad: Half-angle of the friction cone.
+        held_N: Largest force with which friction on both walls may hold a pull back.
+        capture_m: Half-width of the strip that takes the peg into the hole.
+        search_s: Time of one sweep of the searched area.
+        noise_m: Standard deviation of depth by the noise of the force, of surface and floor together.
+        tilted_m: The same by the peg's tilt.
+        step_m: The same by the encoders.
+        depth_m: Standard deviation of the depth in the hole, of all three.
+        dither_N: Force of a dither.
+        window_s: Time that a verification of contact needs.
+    """
+
+    natural_Hz: float
+    jam_number: float
+    pressed_number: float
+    jam_depth_m: float
+    wall_N: float
+    friction_rad: float
+    held_N: float
+    capture_m: float
+    search_s: float
+    noise_m: float
+    tilted_m: float
+    step_m: float
+    depth_m: float
+    dither_N: float
+    window_s: float
+
+
+def regime_of(
+    job: Quantities,
+    found: Derived,
+    *,
+    step_m: float,
+    speed_m_s: float,
+    known: Constants,
+) -> Regime:
+    """Return the regime of a job.
+
+    Args:
+        found: What follows from it.
+        step_m: Standard deviation of the tip's place along the tool, by the encoders' steps.
+        speed_m_s: Highest speed of the tip.
+    """
+    jam_N = jamming_force_N(job)
+    noise_m, tilted_m, encoder_m = depth_parts_m(job, step_m, known)
+    # Amplitude of the motion: contact is kept, and the tip is no faster than it may be.
+    dither_N = min(_DITHER_SHARE * found.press_N, 0.5 * speed_m_s * known.half_period_s / _PEAK * job.axial_N_per_m)
+    side_m = 2.0 * found.half_width_m
+    return Regime(
+        natural_Hz=sqrt(job.axial_N_per_m / job.moving_kg) / (2.0 * pi),
+        jam_number=jam_N / found.press_N,
+        pressed_number=jam_N / found.insertion_press_N,
+        jam_depth_m=_jam_depth_m(job, found.press_N),
+        wall_N=wall_force_N(job),
+        friction_rad=atan(job.friction),
+        held_N=jam_N,
+        capture_m=found.capture_m,
+        search_s=side_m * side_m / (found.pitch_m * known.search_speed_m_s),
+        noise_m=noise_m,
+        tilted_m=tilted_m,
+        step_m=encoder_m,
+        depth_m=sqrt(noise_m * noise_m + tilted_m * tilted_m + encoder_m * encoder_m),
+        dither_N=dither_N,
+        window_s=_window_s(job.noise_N, dither_N, known.period_s),
+    )
+
+
+def depth_parts_m(job: Quantities, step_m: float, known: Constants) -> tuple[float, float, float]:
+    """Return the standard deviations of a depth: by force noise, by tilt, by the encoders.
+
+    A depth is the difference of two readings, floor and surface. The force passes the low-pass of the gripper's spring
+    and damper, whose time constant is tau = 2 zeta sqrt(m / k). A tilt up to theta moves the peg's edge against its
+    centre by up to R theta, evenly distributed.
+    """
+    tau_s = 2.0 * job.damping_ratio * sqrt(job.moving_kg / job.axial_N_per_m)
+    passed = sqrt(known.period_s / (known.period_s + 2.0 * tau_s))
+    noise_m = sqrt(2.0) * passed * job.noise_N / job.axial_N_per_m
+    return noise_m, job.radius_m * job.tilt_rad / sqrt(12.0), sqrt(2.0) * step_m
+
+
+def largest_tilt_rad(job: Quantities, force_N: float) -> float:
+    """Return the tilt up to which walls and friction hold a peg with less than this force."""
+    slope = 2.0 * job.friction * job.tilt_Nm_per_rad
+    if not slope:
+        return inf
+    tilt_rad = sqrt(8.0 * job.clearance_m * force_N / slope)
+    if tilt_rad * job.depth_m >= 4.0 * job.clearance_m:
+        return tilt_rad
+    return force_N * job.depth_m / slope + 2.0 * job.clearance_m / job.depth_m
+
+
+def _jam_depth_m(job: Quantities, press_N: float) -> float:
+    """Smallest depth l with 2 mu k (theta - 2 c / l) / l = P."""
+    slope = 2.0 * job.friction * job.tilt_Nm_per_rad
+    square = (slope * job.tilt_rad) ** 2 - 8.0 * job.clearance_m * slope * press_N
+    if square < 0.0:
+        return inf
+    depth_m = (slope * job.tilt_rad - sqrt(square)) / (2.0 * press_N)
+    return depth_m if 0.0 < depth_m <= job.depth_m else inf
+
+
+def quiet_N(dither_N: float, known: Constants) -> float:
+    """Return the largest noise in which a dither verifies a contact within a window."""
+    samples = (floor(known.window_s / known.period_s + 0.5) - _FEWEST) / _SLOW_SHARE
+    return sqrt(samples) * _RMS * dither_N * _FAIR / (2.0 * _INTERVAL)
+
+
+def _window_s(noise_N: float, dither_N: float, period_s: float) -> float:
+    """Time after which the confidence interval of the measured stiffness is narrow."""
+    samples = (2.0 * _INTERVAL * noise_N / (_RMS * dither_N * _FAIR)) ** 2
+    return (_FEWEST + ceil(_SLOW_SHARE * samples)) * period_s

@@ -1,0 +1,185 @@
+"""The verdict on a job: feasible or not, why, and the best of the shipped tasks and policies for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf, sqrt
+from typing import Final
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.job.derived import MOST_PRESS_SHARE, Constants, Derived, Quantities, derive
+from palpate.core.job.regime import DEVIATIONS, Regime, depth_parts_m, largest_tilt_rad, quiet_N, regime_of
+from palpate.core.job.settings import corner_distance_mm
+from palpate.core.job.tables import ROUND, Job
+from palpate.core.ports import SensorFacts
+
+PLAIN: Final = "insertion"
+SPATIAL: Final = "insertion-6dof"
+BELIEF_AREA_MM: Final = 8.0
+"""Half the side of the largest area that a belief covers within a tick."""
+_JAMS_FROM: Final = 1.0
+"""Jam number under the pressing force of the insertion from which a tilted peg sticks."""
+_LEAST_CORNER_MM: Final = 4.0
+"""Distance of corners from the axis below which a tilted peg's corner dips less than an edge of the plate is rough."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Task and policy that suit a job best.
+
+    Attributes:
+        learner: Learner that is trained; ``q-learning``, the preset of settings, where a rule needs no training.
+        policy: Name of the rule; empty for the learner.
+        reason: Why these.
+    """
+
+    task: str
+    learner: str
+    policy: str
+    reason: str
+
+    @property
+    def command(self) -> str:
+        """Options of ``palpate train``, or of ``palpate run`` with a rule."""
+        task = "" if self.task == PLAIN else f" --task {self.task}"
+        named = f"run --policy {self.policy}" if self.policy else f"train --learner {self.learner}"
+        return f"palpate {named}{task}"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What is known of a job before anything moves.
+
+    Attributes:
+        reasons: Why it is not feasible, each with a remedy; empty for a feasible job.
+    """
+
+    derived: Derived
+    regime: Regime
+    choice: Choice
+    reasons: tuple[str, ...]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether nothing speaks against it."""
+        return not self.reasons
+
+
+def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> Verdict:
+    """Judge a job.
+
+    Args:
+        step_mm: Standard deviation of the tip's place along the tool, by the encoders' steps.
+        task: Name of the task; the best of the shipped ones unless given.
+    """
+    quantities, known = Quantities.of(job, sensor), Constants()
+    found = derive(quantities, known)
+    regime = regime_of(quantities, found, step_m=step_mm * 1e-3, speed_m_s=job.limits.speed_mm_s * 1e-3, known=known)
+    jams = regime.pressed_number > _JAMS_FROM
+    round_peg = job.part.shape == ROUND
+    named = task or (PLAIN if round_peg and not jams else SPATIAL)
+    choice = _choice(job, found, regime, named, jams)
+    reasons = [_depth_reason(job, quantities, regime), _window_reason(job, quantities, found, regime, known)]
+    if jams and named == PLAIN:
+        reasons.append(_jam_reason(job, quantities, found, regime))
+    reasons += _place_reasons(job, quantities, found, choice)
+    return Verdict(found, regime, choice, tuple(filter(None, reasons)))
+
+
+def require_depth(job: Job, sensor: SensorFacts, *, step_mm: float, tolerance_mm: float) -> None:
+    """Refuse a tolerance of depth below four standard deviations of depth.
+
+    Raises:
+        ConfigurationError: It is.
+    """
+    quantities = replace(Quantities.of(job, sensor), tolerance_m=tolerance_mm * 1e-3)
+    noise_m, tilted_m, encoder_m = parts = depth_parts_m(quantities, step_mm * 1e-3, Constants())
+    least_m = DEVIATIONS * sqrt(noise_m * noise_m + tilted_m * tilted_m + encoder_m * encoder_m)
+    if least_m > quantities.tolerance_m:
+        remedy = _depth_remedy(quantities, parts)
+        accepted = f"at least {least_m * 1e3:.2g}, four standard deviations of depth; or {remedy}"
+        raise ConfigurationError("task.depth_tolerance_mm", tolerance_mm, accepted)
+
+
+def _choice(job: Job, found: Derived, regime: Regime, task: str, jams: bool) -> Choice:
+    if task == PLAIN:
+        if found.half_width_m * 1e3 > BELIEF_AREA_MM:
+            reason = f"the area of {found.half_width_m * 1e3:.3g} mm is too large for a belief"
+            return Choice(task, "q-learning", "torque", reason)
+        return Choice(task, "belief", "", "a round peg that does not jam")
+    if job.part.shape != ROUND:
+        return Choice(task, "q-learning", "corner-first", f"a {job.part.shape} peg, whose turn only a corner shows")
+    reason = f"a round peg that jams where it cannot tilt back (J = {regime.jam_number:.1f})" if jams else "as asked"
+    return Choice(task, "q-learning", "hypotheses", reason)
+
+
+def _depth_reason(job: Job, quantities: Quantities, regime: Regime) -> str:
+    if DEVIATIONS * regime.depth_m <= quantities.tolerance_m:
+        return ""
+    parts = regime.noise_m, regime.tilted_m, regime.step_m
+    return (
+        f"the tolerance of depth, {job.part.depth_tolerance_mm:g} mm, is below four standard deviations of depth,"
+        f" {DEVIATIONS * regime.depth_m * 1e3:.2g} mm: allow that, or {_depth_remedy(quantities, parts)}"
+    )
+
+
+def _depth_remedy(job: Quantities, parts: tuple[float, float, float]) -> str:
+    """The cheapest way to a smaller standard deviation, by its largest part: noise, tilt or encoders."""
+    noise_m, tilted_m, _ = parts
+    rest = sum(part * part for part in parts) - max(parts) ** 2
+    left = (job.tolerance_m / DEVIATIONS) ** 2 - rest
+    share = (left**0.5 if left > 0.0 else 0.0) / max(*parts, 1e-30)
+    if max(parts) == noise_m:
+        text = "use a quieter force sensor or a stiffer gripper"
+        return f"use a force sensor with at most {share * job.noise_N:.2g} N of noise" if share else text
+    if max(parts) == tilted_m:
+        return f"reduce the tilt to {share * job.tilt_rad * 1e3:.2g} mrad" if share else "reduce the tilt"
+    return "use an arm with finer encoders"
+
+
+def _window_reason(job: Job, quantities: Quantities, found: Derived, regime: Regime, known: Constants) -> str:
+    if regime.window_s <= known.window_s:
+        return ""
+    most_N = quiet_N(regime.dither_N, known)
+    share = quantities.noise_N / most_N
+    if found.press_N < known.press_N:
+        # The dither is as weak as the press.
+        other = f"raise limits.force_N to {share * job.limits.force_N:.2g}"
+    else:
+        other = f"use a gripper of at least {share * job.tool.axial_N_per_mm:.2g} N/mm"
+    return (
+        f"a dither of {regime.dither_N:.2g} N does not show the gripper's stiffness within {known.window_s:g} s in a"
+        f" noise of {quantities.noise_N:g} N (it takes {regime.window_s:.2g} s): use a force sensor with at most"
+        f" {most_N:.2g} N of noise, or {other}"
+    )
+
+
+def _jam_reason(job: Job, quantities: Quantities, found: Derived, regime: Regime) -> str:
+    tilt_mrad = largest_tilt_rad(quantities, found.press_N) * 1e3
+    at = job.part.depth_mm if regime.jam_depth_m == inf else regime.jam_depth_m * 1e3
+    return (
+        f"a peg tilted by {job.place.tilt_uncertainty_mrad:g} mrad jams at {at:.2g} mm (J = {regime.jam_number:.1f}):"
+        f" use --task {SPATIAL}, press with at least {regime.held_N:.2g} N (limits.force_N of at least"
+        f" {regime.held_N / MOST_PRESS_SHARE:.3g}), or reduce the tilt to {tilt_mrad:.2g} mrad"
+    )
+
+
+def _place_reasons(job: Job, quantities: Quantities, found: Derived, choice: Choice) -> list[str]:
+    reasons = []
+    half_mm = found.half_width_m * 1e3
+    if choice.policy == "torque":
+        bent_Nm = quantities.tilt_Nm_per_rad * quantities.tilt_rad
+        most_Nm = 2.0 * found.press_N * quantities.radius_m
+        if bent_Nm > most_Nm or found.torque_Nm > found.press_N * quantities.radius_m:
+            reasons.append(
+                f"the area of {half_mm:.3g} mm is above {BELIEF_AREA_MM:g} mm, the most that the learner belief covers,"
+                f" and the torque of the tilt or of noise hides that of the hole from the torque rule: locate the hole"
+                f" within {BELIEF_AREA_MM - 0.5:g} mm"
+            )
+    corner_mm = corner_distance_mm(job.part)
+    if choice.policy == "corner-first" and corner_mm < _LEAST_CORNER_MM:
+        reasons.append(
+            f"the corners are {corner_mm:.2g} mm from the axis, too near for one of them to be felt first: use a part"
+            f" with corners at least {_LEAST_CORNER_MM:g} mm from it, or align the part within its clearance"
+        )
+    return reasons

@@ -1,0 +1,94 @@
+"""``palpate plan``: what it prints of a job, its exit codes, and the trials that it simulates."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.command_line import CommandLine
+
+ROOT = Path(__file__).parents[2]
+DOWEL = ROOT / "examples" / "jobs" / "dowel-12-h7.toml"
+
+
+def changed(path: Path, *changes: tuple[str, str]) -> Path:
+    """The dowel's job with other lines, in a file of its own."""
+    text = DOWEL.read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path.write_text(text)
+    return path
+
+
+def test_a_feasible_job_is_printed_with_its_settings_regime_and_command(palpate: CommandLine) -> None:
+    done = palpate("plan", DOWEL)
+    assert (done.code, done.stderr) == (0, "")
+    assert "peg 12.000 mm, hole 12.018 mm, radial clearance 0.009 mm, depth 20 mm" in done.stdout
+    assert "4.9 N      presses the peg on the plate during the search" in done.stdout
+    assert "31.8 Hz     natural frequency of the tool on its gripper" in done.stdout
+    assert f"verdict: feasible, a round peg that does not jam\n  palpate train --learner belief --job {DOWEL}" in (
+        done.stdout
+    )
+
+
+def test_another_arm_may_be_named_and_has_to_reach_the_hole(palpate: CommandLine) -> None:
+    assert "--arm ur5e" in palpate.succeed("plan", DOWEL, "--arm", "ur5e")
+    done = palpate("plan", DOWEL, "--arm", "ur3")
+    assert done.code == 1
+    assert "move the hole nearer to the arm" in done.stdout
+
+
+def test_a_job_that_jams_has_exit_code_1_and_a_remedy(palpate: CommandLine, tmp_path: Path) -> None:
+    job = changed(tmp_path / "tilted.toml", ("tilt_uncertainty_mrad = 2.0", "tilt_uncertainty_mrad = 6.0"))
+    assert "--task insertion-6dof" in palpate.succeed("plan", job)
+    done = palpate("plan", job, "--task", "insertion")
+    assert done.code == 1
+    assert "jams at 3.2 mm (J = 4.1): use --task insertion-6dof, press with at least 20 N" in done.stdout
+
+
+def test_a_run_refuses_what_the_plan_refuses(palpate: CommandLine, tmp_path: Path) -> None:
+    job = changed(tmp_path / "job.toml", ("depth_tolerance_mm = 0.3", "depth_tolerance_mm = 0.05"))
+    done = palpate("plan", job)
+    assert done.code == 1
+    assert "0.05 mm, is below four standard deviations of depth, 0.074 mm" in done.stdout
+    assert "at least 0.074, four standard deviations" in palpate.refusal(
+        "run", "--policy", "torque", "--job", job, "--out", tmp_path / "run"
+    )
+
+
+@pytest.mark.parametrize(
+    ("flag", "value", "told"),
+    [
+        ("--task.area-half-width-mm", 1.0, "at least place.position_uncertainty_mm = 1.5, or holes lie outside"),
+        ("--task.ready-height-mm", 0.5, "more than 0.512, or a tilted peg may begin in a plate"),
+    ],
+)
+def test_settings_by_hand_that_contradict_the_job_are_refused(
+    palpate: CommandLine, tmp_path: Path, flag: str, value: float, told: str
+) -> None:
+    words = ("run", "--policy", "torque", "--job", DOWEL, "--out", tmp_path / "run", flag, value)
+    assert told in palpate.refusal(*words)
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ((("hole_mm = 12.018", "hole_mm = 11.9"),), "part.hole_mm = 11.9 is refused"),
+        ((("[part]", "[parts]"),), "parts"),
+        ((('name = "ur10"', 'name = "ur11"'),), "ur11"),
+    ],
+)
+def test_bad_input_has_exit_code_2(
+    palpate: CommandLine, tmp_path: Path, changes: tuple[tuple[str, str], ...], told: str
+) -> None:
+    assert told in palpate.refusal("plan", changed(tmp_path / "job.toml", *changes))
+
+
+def test_a_job_is_simulated_over_its_uncertainties(palpate: CommandLine) -> None:
+    printed = palpate.succeed("plan", DOWEL, "--trials", 3, "--seed", 1)
+    # The first trial of a learner is its training.
+    assert "inserted         2 of 2 (95 % interval 15.8% to 100.0%)" in printed
+    assert 'false "inserted" 0 of 2' in printed
+    assert "highest force" in printed
+    assert Path("dowel-12-h7-plan.png").read_bytes().startswith(b"\x89PNG")
+    assert "a file that does not exist yet" in palpate.refusal("plan", DOWEL, "--trials", 1)

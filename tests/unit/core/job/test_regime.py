@@ -1,0 +1,139 @@
+"""Derived settings and the regime: figures computed by hand, the paper's defaults, and any consistent units."""
+
+from dataclasses import fields, replace
+from math import atan, pi, sqrt
+from typing import Any
+
+import pytest
+
+from palpate.adapters.config import compose
+from palpate.core.job import (
+    Constants,
+    Job,
+    Quantities,
+    derive,
+    derived_settings,
+    jamming_force_N,
+    largest_tilt_rad,
+    regime_of,
+    wall_force_N,
+)
+from palpate.core.policy.belief import BeliefParameters
+from palpate.core.ports import SensorFacts
+from palpate.core.supervision import SupervisionConfig
+from palpate.core.trial import ControlConfig, TaskConfig
+from palpate.simulation.work_cell import CellConfig
+
+QUIET, KNOWN = SensorFacts(0.1, 0.004), Constants()
+DOWEL = replace(
+    Quantities.of(Job(), QUIET),
+    radius_m=6e-3, deviation_m=3e-3, clearance_m=9e-6, depth_m=20e-3, friction=0.4, tilt_rad=4e-3,
+    axial_N_per_m=2e4, moving_kg=0.5,
+)  # fmt: skip
+
+
+def regime(job: Quantities, known: Constants = KNOWN, speed_m_s: float = 0.02, step_m: float = 1e-5) -> Any:
+    return regime_of(job, derive(job, known), step_m=step_m, speed_m_s=speed_m_s, known=known)
+
+
+def test_wall_force_and_jam_number_by_hand() -> None:
+    # 4 c / theta = 9 mm is on the way: k theta^2 / (8 c) = 50 * 16e-6 / 72e-6 N on each wall.
+    assert wall_force_N(DOWEL) == pytest.approx(50.0 * 16e-6 / 72e-6)
+    assert jamming_force_N(DOWEL) == pytest.approx(0.8 * 11.1111, rel=1e-4)
+    found = regime(DOWEL)
+    assert found.jam_number == pytest.approx(8.8889 / 4.903325, rel=1e-4)
+    # J above 0.8: the insertion presses with 1.3 J of the press.
+    assert found.pressed_number == pytest.approx(1.0 / 1.3)
+    assert found.held_N == pytest.approx(8.8889, rel=1e-4)
+
+
+def test_a_short_hole_ends_before_the_walls_are_loaded_most() -> None:
+    short = replace(DOWEL, depth_m=6e-3)
+    assert wall_force_N(short) == pytest.approx(50.0 * (4e-3 - 18e-6 / 6e-3) / 6e-3)
+    assert wall_force_N(replace(DOWEL, depth_m=4.4e-3)) == 0.0
+    assert wall_force_N(replace(DOWEL, tilt_rad=0.0)) == 0.0
+
+
+@pytest.mark.parametrize("depth_m", [6e-3, 20e-3])
+def test_the_largest_tilt_jams_at_just_that_force(depth_m: float) -> None:
+    job = replace(DOWEL, depth_m=depth_m)
+    tilt_rad = largest_tilt_rad(job, 4.9)
+    assert jamming_force_N(replace(job, tilt_rad=tilt_rad)) == pytest.approx(4.9)
+
+
+def test_the_peg_jams_where_friction_first_equals_the_press() -> None:
+    found, press_N = regime(DOWEL), 4.903325
+    depth_m = found.jam_depth_m
+    assert 4.5e-3 < depth_m < 9e-3
+    assert 0.8 * 50.0 * (4e-3 - 18e-6 / depth_m) / depth_m == pytest.approx(press_N)
+    assert regime(replace(DOWEL, tilt_rad=1e-3)).jam_depth_m == float("inf")
+
+
+def test_frequency_cone_and_search_by_hand() -> None:
+    found = regime(DOWEL)
+    assert found.natural_Hz == pytest.approx(sqrt(2e4 / 0.5) / (2 * pi))
+    assert found.friction_rad == pytest.approx(atan(0.4))
+    # Capture is c + 0.1 mm - 1.5625 ms * 16 mm/s = 0.084 mm; the square has a side of 7 mm.
+    assert found.capture_m == pytest.approx(84e-6)
+    assert found.search_s == pytest.approx(49e-6 / (168e-6 * 0.016))
+
+
+def test_the_standard_deviation_of_depth_by_hand() -> None:
+    found = regime(DOWEL)
+    tau_s = 1.4 * sqrt(0.5 / 2e4)
+    passed = sqrt((1 / 140) / (1 / 140 + 2 * tau_s))
+    assert found.noise_m == pytest.approx(sqrt(2) * passed * 0.1 / 2e4)
+    assert found.tilted_m == pytest.approx(24e-6 / sqrt(12))
+    assert found.step_m == pytest.approx(sqrt(2) * 1e-5)
+    assert found.depth_m == pytest.approx(sqrt(found.noise_m**2 + found.tilted_m**2 + found.step_m**2))
+
+
+def test_the_time_of_a_verification_grows_with_the_noise() -> None:
+    quiet, noisy = regime(DOWEL), regime(replace(DOWEL, noise_N=1.0))
+    assert quiet.dither_N == pytest.approx(0.3 * 4.903325)
+    # (4 * 0.1 / (0.5 * 1.47 * 0.5))^2 = 1.2 samples, a quarter of them beyond the 12 of the shortest.
+    assert quiet.window_s == pytest.approx(13 / 140)
+    assert noisy.dither_N == pytest.approx(3.0)
+    assert noisy.window_s == pytest.approx((12 + 8) / 140)
+    # A soft gripper is bent by what the speed allows, not by what the press does.
+    assert regime(replace(DOWEL, axial_N_per_m=1e3)).dither_N == pytest.approx(0.5 * 0.02 * 5 / 140 / 1.5 * 1e3)
+
+
+def scaled(value: Any, length: float, mass: float, time: float) -> Any:
+    """The same quantities in other units, by the units in their names."""
+    force = mass * length / time**2
+    powers = {
+        "m": length, "rad": 1.0, "N_per_m": force / length, "Nm_per_rad": force * length, "ratio": 1.0, "kg": mass,
+        "N": force, "Nm": force * length, "m_s": length / time, "s": time, "Hz": 1 / time, "m_s2": length / time**2,
+        "N_s_per_m": force * time / length, "m_per_N_s": length / force / time, "number": 1.0, "friction": 1.0,
+    }  # fmt: skip
+    names = [field.name for field in fields(value)]
+    units = {name: max((u for u in powers if name == u or name.endswith(f"_{u}")), key=len) for name in names}
+    return replace(value, **{name: getattr(value, name) * powers[units[name]] for name in names})
+
+
+@pytest.mark.parametrize("units", [(1e3, 1.0, 1.0), (1e3, 1e3, 1e3), (39.37, 2.2, 60.0)])
+def test_other_units_give_the_same_settings_and_regime(units: tuple[float, float, float]) -> None:
+    """(1e3, 1e3, 1e3) are mm, g, ms, so mN is g m / s^2 in these: forces differ by their factor alone."""
+    length, mass, time = units
+    job = replace(DOWEL, noise_N=0.3)
+    other, known = scaled(job, *units), scaled(Constants(), *units)
+    expected = scaled(derive(job), *units)
+    assert vars(derive(other, known)) == pytest.approx(vars(expected))
+    found = regime(other, known, 0.02 * length / time, 1e-5 * length)
+    assert vars(found) == pytest.approx(vars(scaled(regime(job), *units)))
+    assert mass
+
+
+def test_the_papers_job_gives_the_defaults() -> None:
+    job = Job(place=replace(Job().place, start_uncertainty_mm=3.0))
+    tables = derived_settings(job, QUIET, "insertion")
+    classes = {"task": TaskConfig(), "control": ControlConfig(), "supervision": SupervisionConfig()}
+    classes["learning"] = BeliefParameters()
+    tables["learning"] = tables["learning"]["belief"]
+    tables["task"].pop("goal")
+    for name, defaults in classes.items():
+        for field, value in tables[name].items():
+            assert value == getattr(defaults, field), (name, field)
+    assert compose().cell == CellConfig()
+    assert tables["perception"] == {"torque_threshold_kgf_mm": 0.7, "position_threshold_mm": 1.0}

@@ -1,0 +1,95 @@
+"""The verdict on a job: what is refused, in which words, and the task and policy that it names."""
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.job import Job, LimitsConfig, PartConfig, PlaceConfig, ToolConfig, Verdict, judge, require_depth
+from palpate.core.ports import SensorFacts
+
+QUIET = SensorFacts(0.1, 0.004)
+TIGHT = PartConfig(peg_mm=12.0, hole_mm=12.018, depth_mm=20.0, depth_tolerance_mm=0.3, friction_max=0.4)
+
+
+def verdict(
+    part: PartConfig = TIGHT, sensor: SensorFacts = QUIET, task: str = "", force_N: float = 30.0, **place: Any
+) -> Verdict:
+    job = Job(part, ToolConfig(), PlaceConfig(**place), LimitsConfig(force_N=force_N))
+    return judge(job, sensor, step_mm=0.005, task=task)
+
+
+def test_a_round_peg_that_fits_is_inserted_by_a_belief() -> None:
+    found = verdict(position_uncertainty_mm=2.0)
+    assert found.feasible
+    assert (found.choice.task, found.choice.learner, found.choice.policy) == ("insertion", "belief", "")
+    assert found.choice.command == "palpate train --learner belief"
+
+
+def test_a_tilted_peg_that_no_press_frees_is_turned() -> None:
+    found = verdict(tilt_uncertainty_mrad=6.0)
+    assert found.regime.pressed_number > 1.0
+    assert found.choice.task == "insertion-6dof"
+    refused = verdict(tilt_uncertainty_mrad=6.0, task="insertion")
+    (reason,) = refused.reasons
+    assert reason == (
+        "a peg tilted by 6 mrad jams at 3.2 mm (J = 4.1): use --task insertion-6dof, press with at least 20 N"
+        " (limits.force_N of at least 50), or reduce the tilt to 3 mrad"
+    )
+    # As it says: with that tilt the job is done, and with that force.
+    assert verdict(tilt_uncertainty_mrad=2.9, task="insertion").feasible
+    assert verdict(tilt_uncertainty_mrad=6.0, task="insertion", force_N=50.1).feasible
+
+
+def test_a_tolerance_below_four_standard_deviations_is_refused_with_both_figures() -> None:
+    noisy = SensorFacts(0.9, 0.004)
+    (reason,) = verdict(sensor=noisy, task="insertion", part=replace(TIGHT, depth_tolerance_mm=0.2)).reasons
+    assert reason.startswith("the tolerance of depth, 0.2 mm, is below four standard deviations of depth, 0.5")
+    assert "use a force sensor with at most 0.3" in reason
+    # The one that is named is enough.
+    assert verdict(sensor=SensorFacts(0.34, 0.004), part=replace(TIGHT, depth_tolerance_mm=0.2)).feasible
+
+
+def test_the_remedy_names_the_largest_part_of_the_deviation() -> None:
+    wide = PartConfig(peg_mm=60.0, hole_mm=61.0, depth_mm=10.0)
+    (reason,) = verdict(wide, tilt_uncertainty_mrad=8.0).reasons
+    assert "reduce the tilt to 5.5 mrad" in reason
+    assert verdict(wide, tilt_uncertainty_mrad=5.4).feasible
+
+
+def test_a_run_is_refused_by_the_tolerance_that_its_settings_have() -> None:
+    job = Job()
+    require_depth(job, QUIET, step_mm=0.005, tolerance_mm=0.2)
+    with pytest.raises(ConfigurationError, match=r"depth_tolerance_mm = 0\.05 is refused: at least 0\.063, four"):
+        require_depth(job, QUIET, step_mm=0.005, tolerance_mm=0.05)
+
+
+def test_a_contact_that_noise_hides_is_refused_with_three_figures() -> None:
+    soft = Job(PartConfig(depth_tolerance_mm=2.0), replace(ToolConfig(), axial_N_per_mm=1.0))
+    (reason,) = judge(soft, SensorFacts(0.4, 0.004), step_mm=0.005).reasons
+    assert "a dither of 0.24 N" in reason
+    assert "within 0.4 s in a noise of 0.4 N" in reason
+    assert judge(soft, SensorFacts(0.19, 0.004), step_mm=0.005).feasible
+
+
+def test_an_area_above_that_of_a_belief_is_left_to_the_torque_rule_where_it_can_see_the_hole() -> None:
+    loose = PartConfig()
+    found = verdict(loose, position_uncertainty_mm=9.0)
+    assert (found.choice.policy, found.feasible) == ("torque", True)
+    (reason,) = verdict(loose, position_uncertainty_mm=9.0, tilt_uncertainty_mrad=4.0).reasons
+    assert "locate the hole within 7.5 mm" in reason
+
+
+def test_shapes_are_inserted_corner_first_unless_their_corners_are_too_near() -> None:
+    square = PartConfig(shape="square", peg_mm=20.0, hole_mm=20.1, depth_tolerance_mm=0.5)
+    found = verdict(square, yaw_uncertainty_deg=5.0)
+    assert found.choice.command == "palpate run --policy corner-first --task insertion-6dof"
+    assert found.feasible
+    (reason,) = verdict(replace(square, peg_mm=5.0, hole_mm=5.05)).reasons
+    assert "3.5 mm from the axis" in reason
+
+
+def test_a_force_limit_too_low_for_the_noise_is_refused() -> None:
+    (reason,) = verdict(PartConfig(depth_tolerance_mm=1.0), SensorFacts(0.6, 0.01), force_N=5.0).reasons
+    assert "raise limits.force_N to 6" in reason
