@@ -71,7 +71,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "proportional": Mishap(
         settings={
             "control": {"force_proportional_m_per_N": 1e-5},
-            "task": {"time_limit_s": 3.0, "tare_ticks": 8, "prove_contact": False},
+            "task": {"time_limit_s": 3.0, "tare_ticks": 8},
         },
         at=(160, "stop"),
     ),
@@ -223,7 +223,6 @@ MISHAPS: Final[dict[str, Mishap]] = {
             "task": {
                 "tare_ticks": 8,
                 "insertion_depth_mm": 1.0,
-                "prove_contact": False,
                 "start_uncertainty_mm": 2.5,
                 "ready_height_mm": 1.0,
             },
@@ -240,7 +239,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
     ),
     "no-contact": Mishap(
         (force("unit", 0, factor=0.01),),
-        {"task": {"insertion_depth_mm": 0.5, "prove_contact": False}, **weak(flat_line_samples=1_000_000)},
+        {"task": {"insertion_depth_mm": 0.5}, **weak(flat_line_samples=1_000_000)},
     ),
     "leaning": Mishap(settings={"cell": {"tilt_mrad": 2.0, "tilt_heading_deg": 40.0}}),
     "lift-low": Mishap(

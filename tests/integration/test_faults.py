@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from palpate.adapters.config import RunConfig, overlay
+from palpate.adapters.config import RunConfig
 from palpate.core.ports import SensorFacts
 from tests.support.fault_trials import Case, Fault, FaultRun, Verdict, cases, device_faults, run_cases, sensor_faults
 from tests.support.pegs_6dof import config_of
@@ -32,12 +32,6 @@ def test_without_the_supervisor_faults_do_harm() -> None:
     spike = "joint_encoder spike 0.1 rad"
     [one] = run(lambda case: case.fault.name == spike and case.phase == "explore", supervised=False)
     assert one.verdict is Verdict.FAILED
-
-
-def test_an_unverified_contact_of_a_scaled_force_is_a_false_success() -> None:
-    unverified = overlay(CONFIG, {"task": {"prove_contact": False}})
-    [one] = run(lambda case: case.fault.name == "force times 2" and case.phase == "lift", unverified, supervised=False)
-    assert one.verdict is Verdict.FALSE_SUCCESS
 
 
 def test_a_tilted_corner_is_not_pushed_on_when_the_sensor_shows_a_tenth_of_the_force_inverted() -> None:

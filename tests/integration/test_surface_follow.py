@@ -83,14 +83,14 @@ def test_a_sensor_that_lies_is_named_by_the_lift_before_a_stroke(
     world = FakeWorld()
     world.spoil = spoil
     report = followed(world)
-    assert report.outcome is Outcome.UNPROVED
+    assert report.outcome is Outcome.CONTACT_MISMATCH
     assert told in report.events[-1].detail
 
 
 def test_a_surface_that_is_not_there_ends_the_trial() -> None:
     report = followed(FakeWorld(height_m=0.012))
     assert report.outcome is Outcome.NO_CONTACT
-    assert followed(sloping(0.3), relief_mm=0.5).outcome is Outcome.UNPROVED
+    assert followed(sloping(0.3), relief_mm=0.5).outcome is Outcome.CONTACT_MISMATCH
 
 
 SHORT = f"--task {TASK} --task.options stroke_mm 10 way_mm 12"

@@ -8,7 +8,7 @@ to the nearest pit, as the torque of a tilted peg does. The sensor carries weigh
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
 from math import hypot
 from types import TracebackType
@@ -66,6 +66,7 @@ class Pit:
     radius_m: float = 0.3e-3
     walls: bool = True
     friction_N: float = 0.0
+    friction_below_m: float = 0.0
     play_m: float = 0.0
 
 
@@ -118,6 +119,7 @@ class FakeWorld:
         self.tip_m: Vector3 = (0.0, 0.0, 0.0)
         self.force_N: Vector3 = (0.0, 0.0, 0.0)
         self._inside: Pit | None = None
+        self._held_N = 0.0
         self._kinematics = kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
         self._task = goal_in_base(GoalConfig())
         home, _ = ready_pose()
@@ -169,8 +171,14 @@ class FakeWorld:
         pit = self._inside
         push = self.stiffness_N_per_m * max(z - height - (pit.depth_m if pit else 0.0), 0.0)
         if pit is None or not pit.walls:
+            self._held_N = push
             return np.array([0.0, 0.0, -push]), self._cue(x, y, push)
-        push, across, far_m = max(push, pit.friction_N), LATERAL_N_PER_M, hypot(pit.x_m - x, pit.y_m - y)
+        # The spring moves the peg once it bears more than friction holds.
+        self._held_N += self.stiffness_N_per_m * (z - self._heights_m[0])
+        friction_N = pit.friction_N if z > pit.friction_below_m else 0.0
+        self._held_N = min(max(self._held_N, -friction_N), friction_N)
+        push = max(push, self._held_N) if push else self._held_N
+        across, far_m = LATERAL_N_PER_M, hypot(pit.x_m - x, pit.y_m - y)
         if pit.play_m:
             across *= max(1.0 - pit.play_m / max(far_m, 1e-9), 0.0)
         return np.array([across * (pit.x_m - x), across * (pit.y_m - y), -push]), np.zeros(3)
@@ -272,17 +280,11 @@ def build_task(
     task: TaskConfig | None = None,
     control: ControlConfig | None = None,
     reinforcement: Reinforcement | None = None,
-    *,
-    proves: bool = False,
 ) -> InsertionTask:
-    """The core over the zebra-zero, with every part its own.
-
-    Without proofs of contact, unless they are asked for: a tip that heaves, is lifted or pushed does not stand where
-    the laws of motion alone lead it.
-    """
+    """The core over the zebra-zero, with every part its own; the gripper is an ideal spring."""
     return InsertionTask(
-        replace(task or TaskConfig(), prove_contact=proves),
-        control or ControlConfig(),
+        task or TaskConfig(),
+        control or ControlConfig(moving_mass_kg=0.0, rigid_mass_kg=0.0),
         measurement(),
         tip_motion(),
         Agent(paper_perception(), policy, reinforcement or ActionPenalty(), PERIOD_S),

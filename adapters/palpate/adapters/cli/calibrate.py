@@ -135,7 +135,7 @@ class _Bench:
             elif step == "touch":
                 self._touch(commissioning)
             else:
-                self._hole(commissioning, before.calibration.mounting_deg or 0.0)
+                self._hole(commissioning, before.calibration.mounting_deg or 0.0, before.calibration.weight_N or 0.0)
 
     def _weigh(self, commissioning: Commissioning) -> None:
         load, down, means, joint_rate_Hz = commissioning.weigh()
@@ -162,8 +162,8 @@ class _Bench:
         text = f"plate at {height.text('mm', 1e3)}; stiffness {stiffness.text('N/mm', 1e-3)}"
         self._keep("touch", {_TABLE: values}, touch_picture(touched), text)
 
-    def _hole(self, commissioning: Commissioning, turn_deg: float) -> None:
-        x, y, places = commissioning.insert(turn_deg)
+    def _hole(self, commissioning: Commissioning, turn_deg: float, weight_N: float) -> None:
+        x, y, places = commissioning.insert(turn_deg, weight_N)
         values = {"hole_mm": _values((x, y), 1e3), "hole_sd_mm": _spreads((x, y), 1e3)}
         text = f"hole at x {x.text('mm', 1e3)}, y {y.text('mm', 1e3)}"
         self._keep("hole", {_TABLE: values}, hole_picture(places, x, y), text)

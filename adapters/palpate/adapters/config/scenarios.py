@@ -65,9 +65,8 @@ SCENARIOS: Final[Mapping[str, Table]] = {
 LEARNERS: Final[Mapping[str, Table]] = {
     "q-learning": {},
     "sarsa": {},
-    # A heave of drawn strokes is as loud as a touch: in blind the 95th percentile of times grew by a fifth.
     "belief": {
-        "task": {"ticks_per_action": 4, "moving_share": 1.0, "uneven_heave": False},
+        "task": {"ticks_per_action": 4, "moving_share": 1.0},
         "perception": {"cutoff_Hz": 10.0},
     },
     "hmm": {"learning": {"hmm": {"reach": 20, "lattice": 3}}},

@@ -42,7 +42,16 @@ from palpate.core.policy import (
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, FaultLatch, Rig, SensorFacts
 from palpate.core.supervision import Supervisor, require_fitting
 from palpate.core.tasks.insertion import InsertionTask
-from palpate.core.trial import LEAST_PLAY_MM, N_PER_KGF, Measurement, ReadyPose, Task, TaskParts, goal_in_base
+from palpate.core.trial import (
+    LEAST_PLAY_MM,
+    N_PER_KGF,
+    ControlConfig,
+    Measurement,
+    ReadyPose,
+    Task,
+    TaskParts,
+    goal_in_base,
+)
 
 NONE: Final = "none"
 _BENT_MM: Final = 0.2
@@ -163,6 +172,23 @@ def play_mm(config: RunConfig) -> float:
     return max(LEAST_PLAY_MM, peg.play_mm(config.cell.worn_clearance_mm) + _BENT_MM)
 
 
+def end_tilt_mm(config: RunConfig) -> float:
+    """How much lower one side of the peg's end is on the plate than in the hole, by drawing and grip."""
+    peg, conditions = config.cell.peg, config.cell.conditions
+    # Walls leave a peg what tilt the clearance allows.
+    free_mrad = 2e3 * peg.clearance_mm / config.task.insertion_depth_mm
+    tilt_mrad = config.cell.tilt_mrad + conditions.plate_lean_mrad
+    return max(config.task.end_tilt_mm, 0.5e-3 * peg.diameter_mm * max(tilt_mrad - free_mrad, 0.0))
+
+
+def _tool_of(config: RunConfig) -> ControlConfig:
+    """The control settings, with mass and damping of the gripper as its data sheet says where they are the defaults."""
+    control, gripper, default = config.control, config.cell.compliance, ControlConfig()
+    if (control.moving_mass_kg, control.damping_ratio) != (default.moving_mass_kg, default.damping_ratio):
+        return control
+    return replace(control, moving_mass_kg=gripper.moving_mass_kg, damping_ratio=gripper.damping_ratio)
+
+
 def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, policy: Policy) -> Task:
     """The core, ready to run over any ports."""
     arm, goal = arm_named(config.arm), goal_in_base(config.task.goal)
@@ -172,11 +198,14 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
         config.perception.filter_order,
         config.perception.calibration,
     )
-    axial_N_per_m, aligned = config.control.axial_stiffness_N_per_mm * 1e3, config.task.prove_contact
-    measurement = Measurement(Kinematics(arm, config.tool.geometry), goal, signal, axial_N_per_m, aligned=aligned)
+    control = _tool_of(config)
+    axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
+    kinematics = Kinematics(arm, config.tool.geometry)
+    measurement = Measurement(kinematics, goal, signal, axial_N_per_m, control.damping_s(axial_N_per_m))
     motion = TipMotion(Kinematics(arm, config.tool.geometry), goal, ready.tip_rotation, PERIOD_S)
-    task, earned = replace(config.task, play_mm=play_mm(config)), build_reinforcement(config)
-    parts = TaskParts(task, config.control, measurement, motion, perception, policy, earned)
+    task = replace(config.task, play_mm=play_mm(config), end_tilt_mm=end_tilt_mm(config))
+    earned = build_reinforcement(config)
+    parts = TaskParts(task, control, measurement, motion, perception, policy, earned)
     return task_kind(config.task.name).make(parts)
 
 
@@ -219,7 +248,7 @@ def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> N
     """
     task = config.task
     plate_mm = task.surface_uncertainty_mm + task.depth_tolerance_mm
-    if task.prove_contact and task.insertion_depth_mm <= plate_mm:
+    if task.insertion_depth_mm <= plate_mm:
         accepted = f"more than {plate_mm:g}, as deep as the plate itself may be taken to lie"
         raise ConfigurationError("task.insertion_depth_mm", task.insertion_depth_mm, accepted)
     if task.area_half_width_mm < config.place.position_uncertainty_mm:
@@ -269,7 +298,12 @@ def _require_quiet(config: RunConfig, sensor: SensorFacts) -> None:
 
 
 def open_rig(
-    config: RunConfig, ready: ReadyPose, rig_file: str = "", acknowledge: str = "", *, accept_kinematics: bool = False
+    config: RunConfig,
+    ready: ReadyPose,
+    rig_file: str = "",
+    acknowledge: str = "",
+    *,
+    accept_kinematics: bool = False,
 ) -> Rig:
     """The rig that trials run on, not yet entered: the simulator, or the devices of a rig file.
 

@@ -170,6 +170,7 @@ class Derived:
         unexpected_N: Force that counts as an unexpected contact.
         torque_limit_Nm: Torque about the sensor that stops the arm.
         ready_height_m: Height of the ready pose.
+        end_tilt_m: How much lower one side of the peg is on the plate than in the hole.
     """
 
     press_N: float
@@ -186,6 +187,7 @@ class Derived:
     unexpected_N: float
     torque_limit_Nm: float
     ready_height_m: float
+    end_tilt_m: float
 
 
 def wall_force_N(job: Quantities) -> float:
@@ -241,5 +243,7 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
         time_s=max(known.least_time_s, known.search_s + _SWEEP_SLACK * sweep_s),
         unexpected_N=max(known.least_unexpected_N, _NOISES_UNEXPECTED * job.noise_N),
         torque_limit_Nm=max(known.least_torque_Nm, 1.05 * job.force_N * (job.lever_m + job.radius_m)),
+        # Walls leave a peg the tilt that the clearance allows.
+        end_tilt_m=job.radius_m * max(job.tilt_rad - 2.0 * job.clearance_m / job.depth_m, 0.0),
         ready_height_m=max(known.ready_height_m, job.height_m + job.radius_m * job.tilt_rad + known.height_margin_m),
     )

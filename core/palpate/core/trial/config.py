@@ -1,6 +1,7 @@
 """A task as its user describes it, in the paper's units (mm, kgf)."""
 
 from dataclasses import dataclass, field
+from math import sqrt
 from typing import Annotated, ClassVar, Final
 
 from typing_extensions import override
@@ -62,16 +63,19 @@ class TaskConfig(Settings):
     """Contact is a reaction force along the tool axis above this."""
     press_kgf: Annotated[float, Range(0.02, 10.0)] = 0.5
     """Force with which the peg is pressed on the plate."""
+    insertion_press_kgf: Annotated[float, Range(0.0, 10.0)] = 0.0
+    """Force with which it is pressed into the hole; 0 takes task.press_kgf."""
+    friction: Annotated[float, Range(0.0, 2.0)] = 0.6
+    """Highest coefficient of friction between peg and part: friction on a wall may pull so much."""
+    end_tilt_mm: Annotated[float, Range(0.0, 10.0)] = 0.0
+    """How much lower one side of a tilted peg's end is on the plate than in the hole: radius times the tilt that the
+    walls take out."""
     insertion_depth_mm: Annotated[float, Range(0.5, 60.0)] = 10.0
     """Depth to be reached."""
     depth_tolerance_mm: Annotated[float, Range(0.01, 5.0)] = 0.2
     """How far the estimated depth may fall short: encoders, force noise and contact height enter it."""
     surface_uncertainty_mm: Annotated[float, Range(0.0, 5.0)] = 0.5
     """How far the plate's height may differ from what is believed; it matters where the peg never touches the plate."""
-    prove_contact: bool = True
-    """Hold force against position from the first touch on; "inserted" needs the answers of a wall and of the floor."""
-    uneven_heave: bool = True
-    """While it slides and proves contact the tool heaves by strokes of drawn lengths, which no recording follows."""
     play_mm: Annotated[float, Range(0.0, 12.0)] = 0.0
     """How far the peg may move sideways in the hole, and 0.2 mm for the gripper; further out no wall is looked for. 0:
     what the shapes of peg and hole, chamfer and wear included, leave, and 0.6 at least."""
@@ -85,6 +89,11 @@ class TaskConfig(Settings):
     """Samples averaged for taring, after as many ticks of rest."""
 
     @property
+    def insertion_press_N(self) -> float:
+        """Force with which the peg is pressed into the hole."""
+        return (self.insertion_press_kgf or self.press_kgf) * N_PER_KGF
+
+    @property
     def reach_m(self) -> float:
         """How far a wall of the hole is looked for."""
         return (self.play_mm or LEAST_PLAY_MM) * 1e-3
@@ -95,11 +104,16 @@ class TaskConfig(Settings):
             raise ConfigurationError(
                 "task.press_kgf", self.press_kgf, f"more than task.contact_kgf = {self.contact_kgf:g}"
             )
-        if self.max_force_N <= self.press_kgf * N_PER_KGF:
+        if 0.0 < self.insertion_press_kgf <= self.contact_kgf:
             raise ConfigurationError(
-                "task.max_force_N",
-                self.max_force_N,
-                f"more than the pressing force, {self.press_kgf * N_PER_KGF:.3g} N",
+                "task.insertion_press_kgf",
+                self.insertion_press_kgf,
+                f"0, or more than task.contact_kgf = {self.contact_kgf:g}",
+            )
+        press_N = max(self.press_kgf * N_PER_KGF, self.insertion_press_N)
+        if self.max_force_N <= press_N:
+            raise ConfigurationError(
+                "task.max_force_N", self.max_force_N, f"more than the pressing force, {press_N:.3g} N"
             )
         if self.area_centre == "goal" and self.start_uncertainty_mm > self.area_half_width_mm:
             raise ConfigurationError(
@@ -128,3 +142,15 @@ class ControlConfig(Settings):
     """Stiffness of the gripper along the tool axis: depth is corrected by force over stiffness."""
     lateral_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] = 40.0
     """Stiffness across it; bounds the lateral gains."""
+    moving_mass_kg: Annotated[float, Range(0.0, 100.0)] = 0.3
+    """Mass that the gripper's springs carry."""
+    damping_ratio: Annotated[float, Range(0.0, 5.0)] = 0.7
+    """Damping of these springs; with the mass it gives how far a force is ahead of the spring."""
+    rigid_mass_kg: Annotated[float, Range(0.0, 100.0)] = 0.05
+    """Mass that the force sensor carries before the springs."""
+    tilt_stiffness_Nm_per_rad: Annotated[float, Range(0.1, 1e5)] = 50.0
+    """Stiffness of the gripper against tilting: bounds the torque of a tilted peg in its hole."""
+
+    def damping_s(self, stiffness_N_per_m: float) -> float:
+        """Return damping over stiffness of one of the gripper's springs."""
+        return 2.0 * self.damping_ratio * sqrt(self.moving_mass_kg / stiffness_N_per_m)

@@ -33,7 +33,7 @@ class TripReason(enum.Enum):
     COMMAND_JUMP = "command jumps"
     PLATE_NOT_FELT = "deeper than the plate can be, with nothing felt"
     WALL_NOT_FELT = "no wall of the hole answers"
-    FORCE_WITHOUT_SPRING = "force does not follow the gripper's spring"
+    CONTACT_MISMATCH = "force does not respond as the gripper's spring does"
     TORQUE_WITHOUT_FORCE = "torque does not fit the force over the tool's lever"
     PULLED = "pulled where the tool can only be pushed"
 

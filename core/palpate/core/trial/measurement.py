@@ -9,7 +9,7 @@ import pinocchio as pin
 from palpate.core.errors import DeviceError
 from palpate.core.motion import FixedFrame, Kinematics, rotated, wrench_about
 from palpate.core.perception import SignalProcessor, Wrench
-from palpate.core.ports import CONTROL_RATE_HZ, JointSample, JointVector, Snapshot, Validity, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointSample, JointVector, Snapshot, Validity, Vector3
 
 _ONE_TIME_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
 """Samples that are no further apart than a tick count as of one time."""
@@ -23,13 +23,12 @@ class Measurement:
     Args:
         signal: Tares, scales and filters the six wrench channels.
         axial_N_per_m: Stiffness of what lies between the flange and the tip, along the tool.
-        aligned: Depth takes the place at the time of the force, where that is behind the encoders by more than a tick;
-            False, as in trials without proofs of contact, takes the newest of both.
+        damping_s: Damping of that over its stiffness.
 
     Attributes:
         depth_step_m: Standard deviation of the tip's place along the tool axis, by the encoders' steps.
         position_m: Tip according to the encoders, (3,); they cannot see the gripper's springs.
-        tip_depth_m: Depth of the true tip below the nominal plane: the encoders', corrected for the spring.
+        tip_depth_m: Depth of the true tip below the nominal plane: the encoders', corrected for spring and damper.
         turned_rad: How the tool leans, and its yaw, (2,); zeros unless its weight is taken off, as it is where a tool
             turns.
         force_N: Tared, scaled, unfiltered force, (3,).
@@ -47,10 +46,11 @@ class Measurement:
         task_in_base: pin.SE3,
         signal: SignalProcessor,
         axial_N_per_m: float,
-        *,
-        aligned: bool = True,
+        damping_s: float = 0.0,
     ) -> None:
-        self._kinematics, self._signal, self._aligned = kinematics, signal, aligned
+        self._kinematics, self._signal = kinematics, signal
+        # Share of the spring's way that is covered in a tick; the damper bears the rest of the force.
+        self._eased = min(PERIOD_S / (damping_s + 0.5 * PERIOD_S), 1.0)
         self.axial_N_per_m, self.depth_step_m = axial_N_per_m, kinematics.depth_step_m()
         self._task, self.joints = FixedFrame(task_in_base), kinematics.joints
         tip_in_sensor = kinematics.tip_in_sensor
@@ -87,7 +87,7 @@ class Measurement:
 
     def tare(self, bias: Wrench) -> None:
         """Take this wrench, six channels in the sensor frame, as zero from now on."""
-        self._bias = bias
+        self._bias, self._bent_m = bias, 0.0
         self._upright_heading_rad: float | None = None
         self._signal.tare(bias)
         self._signal.reset(bias)
@@ -130,10 +130,8 @@ class Measurement:
         self.torque_across_at_tip_Nm = hypot(across_x, across_y)
         self._filtered = filtered = self._signal.filtered((fx, fy, fz, tx, ty, tz))
         self.filtered_force_z_N = filtered[2]
-        depth_m = self.position_m[2]
-        if self._aligned:
-            depth_m = self._depth_at(raw.source_time_ns, joints.source_time_ns)
-        self.tip_depth_m = depth_m + self.force_N[2] / self.axial_N_per_m
+        self._bent_m += self._eased * (self.force_N[2] / self.axial_N_per_m - self._bent_m)
+        self.tip_depth_m = self._depth_at(raw.source_time_ns, joints.source_time_ns) + self._bent_m
 
     def _turned_rad(self) -> tuple[float, float]:
         """Yaw is by the heading of the tool's x axis, towards the task's y; a lean of 10 degrees changes it by 0.4."""

@@ -64,7 +64,7 @@ class StandIn:
         (Outcome.INSERTED, 0.0, 0.00981, False),
         (Outcome.INSERTED, 0.0, 0.00979, True),
         (Outcome.INSERTED, 0.0012, 0.01, True),  # beside the plate
-        (Outcome.JAMMED, 0.0, 0.005, False),
+        (Outcome.WEDGED, 0.0, 0.005, False),
     ],
 )
 def test_a_false_success_is_a_peg_called_inserted_that_is_not(
@@ -83,7 +83,7 @@ def test_a_false_success_is_a_peg_called_inserted_that_is_not(
         (Outcome.INSERTED, 0.00994, 5.0, False),  # the core believes so, the peg is not there
         (Outcome.INSERTED, 0.01, 30.0, False),  # a peak between two samples
         (Outcome.TIME_LIMIT, 0.01, 5.0, False),
-        (Outcome.JAMMED, 0.01, 5.0, False),
+        (Outcome.WEDGED, 0.01, 5.0, False),
     ],
 )
 def test_success_is_full_depth_within_the_force_limit(

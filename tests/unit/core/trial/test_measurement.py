@@ -77,11 +77,11 @@ def test_a_sample_of_another_arm_is_refused() -> None:
         build().update(sample._replace(joints=replace(sample.joints, position_rad=ANGLES[:5])))
 
 
-@pytest.mark.parametrize(("late_ticks", "aligned"), [(0, True), (1, True), (2, True), (5, True), (6, True), (5, False)])
-def test_depth_is_that_of_the_place_at_the_time_of_a_force_that_is_late(late_ticks: int, aligned: bool) -> None:
+@pytest.mark.parametrize("late_ticks", [0, 1, 2, 5, 6])
+def test_depth_is_that_of_the_place_at_the_time_of_a_force_that_is_late(late_ticks: int) -> None:
     """Place and force of different times made a tool that heaves seem to sink: 17 false drops in a trial."""
     kinematics, signal = Kinematics(ARM, TOOL), SignalProcessor(CONTROL_RATE_HZ, 4.0)
-    measurement = Measurement(kinematics, GOAL, signal, 1e12, aligned=aligned)
+    measurement = Measurement(kinematics, GOAL, signal, 1e12)
     step_ns, depths = 1_000_000_000 // CONTROL_RATE_HZ, list[float]()
     for tick in range(12):
         seen = snapshot()
@@ -92,9 +92,29 @@ def test_depth_is_that_of_the_place_at_the_time_of_a_force_that_is_late(late_tic
         measurement.update(seen._replace(wrench=wrench, joints=JointSample(angles, tick * step_ns, 0, tick)))
         depths.append(measurement.position_m[2])
     then = depths[-1]
-    if aligned and late_ticks > 1:
+    if late_ticks > 1:
         then = 0.5 * (depths[-1 - late_ticks] + depths[-2 - late_ticks])
     assert measurement.tip_depth_m == pytest.approx(then, abs=1e-9)
+
+
+@pytest.mark.parametrize("damping_s", [0.0, 0.01, 0.03])
+def test_depth_follows_the_spring_behind_its_damper(damping_s: float) -> None:
+    """A step of force bends the spring by force over stiffness, with the damper's time constant."""
+    kinematics, signal = Kinematics(ARM, TOOL), SignalProcessor(CONTROL_RATE_HZ, 4.0)
+    measurement = Measurement(kinematics, GOAL, signal, 5e3, damping_s)
+    seen, bent_m = snapshot(), list[float]()
+    for _ in range(40):
+        measurement.update(seen)
+    unloaded_m, unloaded_N = measurement.tip_depth_m, measurement.force_N[2]
+    pressed = replace(seen.wrench, force_N=(0.0, 0.0, -5.0))
+    for _ in range(40):
+        measurement.update(seen._replace(wrench=pressed))
+        bent_m.append(unloaded_m - measurement.tip_depth_m)
+    loaded_m = (unloaded_N - measurement.force_N[2]) / 5e3
+    assert bent_m[-1] == pytest.approx(loaded_m, rel=1e-3)
+    ticks = damping_s * CONTROL_RATE_HZ
+    passed = next(tick for tick, each in enumerate(bent_m, 1) if each > 0.63 * loaded_m)
+    assert passed == pytest.approx(max(ticks, 1.0), abs=1.0)
 
 
 def test_what_the_weight_does_otherwise_in_a_tool_that_leans_is_taken_off() -> None:

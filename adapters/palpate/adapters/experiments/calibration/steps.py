@@ -147,11 +147,14 @@ class Commissioning:
         height = Estimate(float(self._goal.translation[2]) - depth.value, depth.sd)
         return Touched(height, depth, stiffness, pressed)
 
-    def insert(self, mounting_deg: float) -> tuple[Estimate, Estimate, list[tuple[float, float]]]:
+    def insert(
+        self, mounting_deg: float, weight_N: float = 0.0
+    ) -> tuple[Estimate, Estimate, list[tuple[float, float]]]:
         """Insert the peg slowly a few times, by what its torque tells; the core proves that it is in the hole.
 
         Args:
             mounting_deg: The sensor's turn about the tool's axis.
+            weight_N: Of what the sensor carries; 0 takes the configured masses.
 
         Returns:
             Place of the hole, x and y, m, base frame; where the peg came to rest each time.
@@ -162,7 +165,10 @@ class Commissioning:
         ports = self._rig.ports
         turned = replace(ports, force_sensor=TurnedForceSensor(ports.force_sensor, mounting_deg))
         chosen = ChosenPolicy("torque", self.config)
-        task = build_task(self.config, self._ready, chosen.perception, chosen.on(self._rig))
+        control = self.config.control
+        if weight_N:
+            control = replace(control, rigid_mass_kg=max(weight_N / 9.81 - control.moving_mass_kg, 0.0))
+        task = build_task(replace(self.config, control=control), self._ready, chosen.perception, chosen.on(self._rig))
         places = []
         for trial in range(_INSERTIONS):
             with self.arm.moving():

@@ -4,12 +4,16 @@ from .axial_check import LOWEST_SHARE as LOWEST_SHARE
 from .axial_check import AxialCheck as AxialCheck
 from .axial_check import Mean as Mean
 from .both_walls import BothWallsCheck as BothWallsCheck
+from .dither import Dither as Dither
 from .first_touch import FirstTouch as FirstTouch
+from .monitor import Monitor as Monitor
 from .proof import PAST_PLATE_M as PAST_PLATE_M
 from .proof import ContactProof as ContactProof
 from .proof import LiftCheck as LiftCheck
-from .proof import NoProof as NoProof
 from .proof import Proof as Proof
+from .response import Response as Response
+from .response import Spring as Spring
+from .response import Verdict as Verdict
 from .restless import RestlessForce as RestlessForce
 from .touch_task import TouchTask as TouchTask
 from .trial_state import TrialState as TrialState

@@ -215,7 +215,7 @@ class AnsweredForce:
             if self._answer.other_kg is not None:
                 carried_kg = f"{self._answer.other_kg:.2f} kg by its inertia"
                 text = f"{text}, or it carries some {carried_kg}, and task.options.tool_kg = {self._mass_kg:g} is wrong"
-            self._state.doubt(Trip(TripReason.FORCE_WITHOUT_SPRING, self._state.tick, text))
+            self._state.doubt(Trip(TripReason.CONTACT_MISMATCH, self._state.tick, text))
         self._waited_ticks += 1
         self._stood_ticks += 1
         if self._stood_ticks <= _STAND_TICKS:

@@ -2,7 +2,6 @@
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from math import inf
 from typing import Final, Protocol
 
 from typing_extensions import override
@@ -67,24 +66,6 @@ class Proof(Protocol):
         """
 
 
-class NoProof(Proof):
-    """Nothing is held against anything: what a log, run folder or policy file means that lacks the setting."""
-
-    deepest_plate_m = inf
-
-    @override
-    def begin(self, setup: TrialSetup) -> None:
-        return
-
-    @override
-    def watch_touch(self, snapshot: Snapshot, measured: Measurement) -> None:
-        return
-
-    @override
-    def contradiction(self, snapshot: Snapshot, measured: Measurement, *, tared: bool) -> Trip | None:
-        return None
-
-
 class ContactProof(Proof):
     """What a trial holds force against position with, from the first touch to the floor of the hole.
 
@@ -104,7 +85,7 @@ class ContactProof(Proof):
         # Neither does a heave lose contact, nor comes it near the force limit.
         room_N = min(press_N - task.contact_kgf * N_PER_KGF, task.max_force_N - press_N)
         swing_N = min(_SWING_SHARE * press_N, 0.5 * room_N)
-        self.life = SignOfLife(stiffness_N_per_m, swing_N, speed_m_s, uneven=task.uneven_heave)
+        self.life = SignOfLife(stiffness_N_per_m, swing_N, speed_m_s)
         self.axial = AxialCheck(stiffness_N_per_m, press_N, speed_m_s, 1.0 / CONTROL_RATE_HZ)
         self.wall = WallCheck(task.reach_m)
 
@@ -158,12 +139,12 @@ class ContactProof(Proof):
     def above_plate(self, tick: int, rise_m: float) -> Trip:
         """The sensor shows the plate's reaction where the tip is above it."""
         text = f"the force sensor shows contact {rise_m * 1e3:.2f} mm above the plate that was touched"
-        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, text)
+        return Trip(TripReason.CONTACT_MISMATCH, tick, text)
 
     def led_back(self, tick: int) -> Trip:
         """The peg was in the hole, and the force leads it out again."""
         text = "the force leads the peg back out of the hole from where it stood: it is not the hole's"
-        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, text)
+        return Trip(TripReason.CONTACT_MISMATCH, tick, text)
 
     def no_wall(self, tick: int, depth_m: float) -> Trip:
         """The peg should be in the hole, and no wall answered."""
@@ -190,7 +171,7 @@ class ContactProof(Proof):
             f"the tip was at full depth without a floor, and is at {depth_m * 1e3:.2f} mm, {least_m * 1e3:.2f} mm"
             " needed, while nothing moves it along: the force along the axis is not what there is"
         )
-        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, text)
+        return Trip(TripReason.CONTACT_MISMATCH, tick, text)
 
     def drifts(self, tick: int, depth_m: float, change_N: float, limit_N: float) -> Trip:
         """The tip sank without the plate's force going, and at rest the force changes by itself."""
@@ -198,7 +179,7 @@ class ContactProof(Proof):
             f"the force changes by {change_N:+.2f} N in half a second while the tool stands still at"
             f" {depth_m * 1e3:.2f} mm, at most {limit_N:g} N is right: the force sensor drifts"
         )
-        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, text)
+        return Trip(TripReason.CONTACT_MISMATCH, tick, text)
 
     def no_floor(self, tick: int, depth_m: float, limit_m: float) -> Trip:
         """The tip went past the floor that it seemed to touch."""
@@ -206,7 +187,7 @@ class ContactProof(Proof):
             f"the tip is {depth_m * 1e3:.2f} mm deep, where the floor must be above {limit_m * 1e3:.2f} mm, and the"
             " force does not grow: nothing is there"
         )
-        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, text)
+        return Trip(TripReason.CONTACT_MISMATCH, tick, text)
 
     def floor_too_soft(self, tick: int, press_N: float, needed_N: float) -> Trip:
         """No lift could be made on the floor in the time for it."""
@@ -214,7 +195,7 @@ class ContactProof(Proof):
             f"the floor bore no lift in time: it pushes back with {press_N:.2f} N, {needed_N:.2f} N needed;"
             " friction carries the rest, or the force sensor is wrong"
         )
-        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, text)
+        return Trip(TripReason.CONTACT_MISMATCH, tick, text)
 
     def no_spring(self, tick: int) -> Trip:
         """A lift did not change the force as the gripper's spring does."""
@@ -223,7 +204,7 @@ class ContactProof(Proof):
             f"the force follows a lift with {share:.2f} of control.axial_stiffness_N_per_mm, {LOWEST_SHARE:g} to"
             f" {HIGHEST_SHARE:g} are right: the force sensor does not show what there is, or the gripper is another one"
         )
-        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, text)
+        return Trip(TripReason.CONTACT_MISMATCH, tick, text)
 
 
 class LiftCheck:

@@ -79,7 +79,7 @@ class RestlessForce:
             return x, y, z + along_m_s
         if self._waited_ticks == _LONGEST_TICKS:
             text = "the force does not follow a tool that pushed without any: the force sensor is dead"
-            self._state.doubt(Trip(TripReason.FORCE_WITHOUT_SPRING, self._state.tick, text))
+            self._state.doubt(Trip(TripReason.CONTACT_MISMATCH, self._state.tick, text))
         self._waited_ticks += 1
         return 0.0, 0.0, along_m_s
 

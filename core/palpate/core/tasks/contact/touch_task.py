@@ -128,7 +128,7 @@ class TouchTask(Task):
         self.tip_m, self.turned_rad = self._measurement.position_m, self._measurement.turned_rad
         if state.expectation.doubt is not None:
             # A supervisor would have taken over in the tick of the doubt.
-            state.end(Outcome.UNPROVED, state.expectation.doubt.text)
+            state.end(Outcome.CONTACT_MISMATCH, state.expectation.doubt.text)
         elif self._interrupted:
             self._wind_up()
         if state.phase is not _DONE:

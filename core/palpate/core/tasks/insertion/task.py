@@ -12,18 +12,9 @@ from typing_extensions import override
 from palpate.core.motion import TipMotion
 from palpate.core.policy import Hindsight
 from palpate.core.ports import Vector3
-from palpate.core.tasks.contact import ContactProof, NoProof, Proof, TouchTask
+from palpate.core.tasks.contact import Monitor, TouchTask
 from palpate.core.tasks.insertion.agent import Agent
-from palpate.core.tasks.insertion.phases import (
-    Approach,
-    Equipment,
-    Explore,
-    ExploringChecks,
-    Insert,
-    Laws,
-    Prove,
-    SinkingChecks,
-)
+from palpate.core.tasks.insertion.phases import Approach, Equipment, Explore, Insert, Laws
 from palpate.core.tasks.insertion.trial_state import InsertionState
 from palpate.core.trial import ControlConfig, Measurement, Outcome, Phase, Purpose, TaskConfig, TrialSetup, generator
 
@@ -48,26 +39,10 @@ class InsertionTask(TouchTask):
         self._agent = agent
         state, laws = InsertionState(agent, measurement), Laws.of(task, control)
         equipment = Equipment(task, measurement, motion, laws, agent, state)
-        checked: Proof = NoProof()
-        self._prove: Prove | None = None
-        exploring: ExploringChecks | None = None
-        sinking: SinkingChecks | None = None
-        if task.prove_contact:
-            checked = proof = ContactProof(task, control)
-            exploring, sinking, self._prove = (
-                ExploringChecks(equipment, proof),
-                SinkingChecks(equipment, proof),
-                Prove(equipment, proof),
-            )
-        super().__init__(task, measurement, motion, laws.free, state, checked)
-        self._approach, self._explore = Approach(equipment, checked), self._explore_with(equipment, exploring)
-        self._insert = self._insert_with(equipment, sinking)
-
-    def _explore_with(self, equipment: Equipment, checks: ExploringChecks | None) -> Explore:
-        return Explore(equipment, checks)
-
-    def _insert_with(self, equipment: Equipment, checks: SinkingChecks | None) -> Insert:
-        return Insert(equipment, checks)
+        monitor = Monitor(state, task, control, measurement.depth_step_m)
+        super().__init__(task, measurement, motion, laws.free, state, monitor)
+        self._approach, self._explore = Approach(equipment, monitor), Explore(equipment, monitor)
+        self._insert = Insert(equipment, monitor, control)
 
     @override
     def begin(self, setup: TrialSetup) -> None:
@@ -101,14 +76,9 @@ class InsertionTask(TouchTask):
         elif phase in (Phase.APPROACH, Phase.EXPLORE):
             self._insert.enter()
             self._enter(Phase.INSERT, self._insert)
-        elif not self._insert.deep:
+        else:
             self._explore.resume()
             self._enter(Phase.EXPLORE, self._explore, area=self._explore.area)
-        elif self._prove is not None:
-            self._prove.enter()
-            self._enter(Phase.PROVE, self._prove)
-        else:
-            self._state.end_inserted(self._insert.depth_m)
 
     @override
     def _may_end(self) -> bool:

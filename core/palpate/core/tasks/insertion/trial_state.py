@@ -54,7 +54,7 @@ class InsertionState(TrialState):
     @override
     def end(self, outcome: Outcome, detail: str) -> None:
         measured = self._measurement
-        if outcome in (Outcome.TIME_LIMIT, Outcome.JAMMED, Outcome.FORCE_LIMIT):
+        if outcome in (Outcome.TIME_LIMIT, Outcome.WEDGED, Outcome.UNCERTAIN_DEPTH, Outcome.FORCE_LIMIT):
             # No goal, but it did cost: an action that always ends a trial like this must not look as good as new.
             self._agent.gave_up(measured.position_m, *measured.filtered_wrench_at_tip())
         if self.report.depth_m == 0.0:

@@ -11,8 +11,10 @@ from palpate.core.motion import DampingControl, GivingWay, limited, rotated
 from palpate.core.policy import Action, Law, Spatial
 from palpate.core.ports import PERIOD_S, STILL, Vector3
 from palpate.core.tasks.contact import AnsweredForce, RestlessForce
-from palpate.core.tasks.insertion.phases import Equipment, Explore, ExploringChecks
+from palpate.core.tasks.insertion.phases import Equipment
 from palpate.core.tasks.insertion_6dof.insert import LEANT_RAD
+from palpate.core.tasks.insertion_6dof.old_explore import Explore
+from palpate.core.tasks.insertion_6dof.old_exploring_checks import ExploringChecks
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 from palpate.core.trial import Trip, TripReason
 

@@ -7,7 +7,9 @@ from typing_extensions import override
 
 from palpate.core.motion import GivingWay
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
-from palpate.core.tasks.insertion.phases import Equipment, Insert, SinkingChecks
+from palpate.core.tasks.insertion.phases import Equipment
+from palpate.core.tasks.insertion_6dof.old_insert import Insert
+from palpate.core.tasks.insertion_6dof.old_sinking_checks import SinkingChecks
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 from palpate.core.trial import N_PER_KGF
 

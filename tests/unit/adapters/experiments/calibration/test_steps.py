@@ -48,7 +48,7 @@ def test_hidden_values_are_found_and_the_peg_is_inserted_by_them() -> None:
         touched = commissioning.touch()
         found = {"task": {"goal": {"z_mm": touched.height_m.value * 1e3}}}
         commissioning.believe(overlay(CONFIG, found))
-        x, y, places = commissioning.insert(load.mounting_deg.value)
+        x, y, places = commissioning.insert(load.mounting_deg.value, load.weight_N.value)
         assert rig.truth().peak_force_N < 10.0
     # Of the configured cell hang 0.35 kg there, 0.3 of them 50 mm above the tip.
     mass_kg = 0.35 + hidden.gripper_kg

@@ -59,5 +59,5 @@ def test_one_that_shows_no_sign_stops_it_and_is_doubted(force_N: Callable[[int, 
     way_m, doubts = pushed(force_N, gain=gain)
     assert way_m * 40e3 < 24.0
     assert doubts == [
-        "FORCE_WITHOUT_SPRING: the force does not follow a tool that pushed without any: the force sensor is dead"
+        "CONTACT_MISMATCH: the force does not follow a tool that pushed without any: the force sensor is dead"
     ]

@@ -31,9 +31,6 @@ def test_a_tool_that_goes_back_to_where_it_was_answered_may_meet_a_wall_there() 
     ("arm", "phase", "seed", "fault"),
     [
         pytest.param(
-            "zebra-zero", "explore", 97300, "of 1 s, sign flipped", id="the depth it shows hides that it is low"
-        ),
-        pytest.param(
             "ur5",
             "insert",
             97301,
@@ -51,14 +48,5 @@ def test_a_repeated_force_that_is_turned_bends_the_gripper_no_further(
     config = config_of("square", "asked", arm, {})
     [chosen] = [each for each in sensor_faults() if each.name.endswith(f"{fault}, fresh noise")]
     [[run]] = run_cases(config, [Case(chosen, phase, seed)], "corner-first")
-    assert run.latched
-    assert run.peak_force_N < 60.0
-
-
-def test_a_tool_that_waits_does_so_though_it_seems_to_be_out_of_the_hole() -> None:
-    """The gripper was drawn out by 1.3 mm, no lie was looked for any more, and it was bent across by 107 N."""
-    config = overlay(config_of("square", "asked", "zebra-zero", {}), {"task": {"uneven_heave": False}})
-    [chosen] = [each for each in sensor_faults() if each.name.endswith("of 1 s, sign flipped, fresh noise")]
-    [[run]] = run_cases(config, [Case(chosen, "explore", 97321)], "corner-first")
     assert run.latched
     assert run.peak_force_N < 60.0

@@ -4,7 +4,7 @@ from typing import Final
 
 from typing_extensions import override
 
-from palpate.core.ports import STILL, Vector3
+from palpate.core.ports import Vector3
 from palpate.core.tasks.contact import Proof, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import N_PER_KGF, Outcome
@@ -39,21 +39,19 @@ class Approach(RunningPhase):
         self._proof.watch_touch(state.snapshot, measured)
         if measured.filtered_force_z_N < -self._contact_N:
             state.explore_start = state.tick
-            if depth >= self._depth_m - self._tolerance_m - self._slack_m:
-                # The surface was never touched, so its height is known only as well as the plate was set up.
-                state.event("hole", "the approach went straight into it")
-                state.end_inserted(depth)
-                return STILL
-            state.surface_m = depth
-            state.event("contact", f"surface at {depth * 1e3:.3f} mm below the nominal plane")
-            self.over = self.touched = True
+            self.over = True
+            self.touched = depth < self._depth_m - self._tolerance_m - self._slack_m
+            if self.touched:
+                state.surface_m = depth
+                state.event("contact", f"surface at {depth * 1e3:.3f} mm below the nominal plane")
         elif depth > self._proof.deepest_plate_m:
             state.explore_start = state.tick
+            self.over = True
+        if self.over and not self.touched:
             # The surface was never touched, so its height is known only as well as the plate was set up.
             state.slack_m = self._slack_m
-            state.event("nothing felt where the plate must be")
-            self.over = True
-        elif self._motion.reference_m[2] > self._depth_m + _NO_CONTACT_M:
+            state.event("no contact where the plate must be")
+        if not self.over and self._motion.reference_m[2] > self._depth_m + _NO_CONTACT_M:
             # By the reference, so that the search also ends for an arm that does not follow.
             state.end(Outcome.NO_CONTACT, f"nothing touched, tip at {depth * 1e3:.2f} mm")
         return self._law.velocity_m_s(self._motion.reference_m, self._target_m, measured.force_N)

@@ -5,12 +5,13 @@ from typing import Final, Self
 
 from palpate.core.motion import ControlLaw, DampingControl, ForceControl, HybridControl, PositionControl, TipMotion
 from palpate.core.ports import PERIOD_S
-from palpate.core.tasks.contact import ContactProof, LiftCheck
 from palpate.core.tasks.insertion.agent import Agent
 from palpate.core.tasks.insertion.trial_state import InsertionState
 from palpate.core.trial import N_PER_KGF, ControlConfig, Measurement, TaskConfig
 
 _ACROSS_SPEED_M_S: Final = 0.005
+_DROP_M: Final = 3e-4
+"""A tip this far below the surface is in the hole, past a chamfer's or a worn edge."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +39,11 @@ class Laws:
         travel = task.travel_speed_mm_s * 1e-3
         lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
         axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
-        press = (0.0, 0.0, -task.press_kgf * N_PER_KGF)
-        along = DampingControl(control.damping_N_s_per_m, press, travel, axial_N_per_m, PERIOD_S)
+
+        def pressing(force_N: float) -> DampingControl:
+            return DampingControl(control.damping_N_s_per_m, (0.0, 0.0, -force_N), travel, axial_N_per_m, PERIOD_S)
+
+        along = pressing(task.press_kgf * N_PER_KGF)
         free = PositionControl(control.position_gain_per_s, travel, PERIOD_S)
         inserting = HybridControl(
             ForceControl(
@@ -50,7 +54,7 @@ class Laws:
                 lateral_N_per_m,
                 PERIOD_S,
             ),
-            along,
+            pressing(task.insertion_press_N),
         )
         return cls(free, HybridControl(free, along), along, inserting)
 
@@ -71,6 +75,9 @@ class Equipment:
     agent: Agent
     state: InsertionState
 
-    def lift_check(self, proof: ContactProof) -> LiftCheck:
-        """A lift that holds the force against the gripper's spring."""
-        return LiftCheck(self.state, self.measurement, self.motion, proof)
+    @property
+    def drop_m(self) -> float:
+        """Least depth below the surface that is none of a tilted peg's, of noise or of the encoders' steps."""
+        noise_m = self.state.noise[2] / self.measurement.axial_N_per_m
+        tilted_m = 1.5e-3 * self.task.end_tilt_mm
+        return max(_DROP_M, tilted_m + 4.0 * noise_m + 2.0 * self.measurement.depth_step_m)

@@ -1,21 +1,20 @@
 """The exploration: pressed on the plate, action by action, until the reaction of the plate is lost."""
 
-from math import hypot, inf
+from math import hypot
 from typing import Final
 
 from typing_extensions import override
 
 from palpate.core.policy import Action
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, STILL, Vector3
-from palpate.core.tasks.contact import PAST_PLATE_M, RunningPhase
+from palpate.core.tasks.contact import PAST_PLATE_M, Monitor, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
-from palpate.core.tasks.insertion.phases.exploring_checks import ExploringChecks
 from palpate.core.trial import N_PER_KGF, ExplorationArea, Outcome
 
-DROP_M: Final = 3e-4
-"""A tip this far below the surface is in the hole; a drop that ends before was an edge, and exploration goes on."""
 _LOST_TICKS: Final = 4
 """So many unfiltered samples without contact mean that it is lost; the filtered force lags by 60 ms."""
+_SUNK_TICKS: Final = 2
+"""A dithering tool seems a little lower for a tick where encoders are behind the force."""
 _CAUGHT_SHARE: Final = 1.5
 """A force across the tool above this share of the pressing force is none of friction's: an edge of the hole holds the
 peg, and friction there may bear it so that neither loss of contact nor depth shows it."""
@@ -27,18 +26,14 @@ class Explore(RunningPhase):
     """Actions across the plate, each a steady step and a rest.
 
     Args:
-        checks: Prove contact between; None for a task without proofs.
+        monitor: Dithers the tool, and stops it until the force responds.
     """
 
-    def __init__(self, equipment: Equipment, checks: ExploringChecks | None) -> None:
-        task = equipment.task
+    def __init__(self, equipment: Equipment, monitor: Monitor) -> None:
+        task, self._equipment, self._monitor = equipment.task, equipment, monitor
         self._task, self._state, self._agent = task, equipment.state, equipment.agent
         self._measurement, self._motion, self._law = equipment.measurement, equipment.motion, equipment.laws.press
-        self._checks = checks
-        self._first_drop_m = inf if checks is None else PAST_PLATE_M
-        # A tool that heaves is a little higher or lower than encoders show that are behind the force.
-        self._sunk_ticks = 1 if checks is None else 2
-        self._caught_N = inf if checks is None else _CAUGHT_SHARE * task.press_kgf * N_PER_KGF
+        self._caught_N = _CAUGHT_SHARE * task.press_kgf * N_PER_KGF
         self._limit_ticks = task.time_limit_s * CONTROL_RATE_HZ
         self._ticks, self._moving_ticks = task.ticks_per_action, task.moving_share * task.ticks_per_action
         self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, task.press_kgf * N_PER_KGF
@@ -49,8 +44,6 @@ class Explore(RunningPhase):
         self._surface_found = False
         # Where nothing was felt on the way down it is resumed without having been entered: with a choice.
         self.countdown = 0
-        if self._checks is not None:
-            self._checks.begin()
 
     def enter(self) -> None:
         """The plate was touched: the first action is to rest."""
@@ -62,8 +55,6 @@ class Explore(RunningPhase):
         self.over = False
         self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
         self._lost_ticks = self._deep_ticks = 0
-        if self._checks is not None:
-            self._checks.resume()
 
     @override
     def step(self) -> Vector3:
@@ -76,10 +67,10 @@ class Explore(RunningPhase):
         lost = z > -self._contact_N
         # Friction on the hole's wall can go on pushing back while the peg already sinks: depth shows it as well.
         # Before the first action the surface is not known well: encoders on a slow bus lag behind the force.
-        drop_m = DROP_M if self._agent.decisions else self._first_drop_m
+        drop_m = self._equipment.drop_m if self._agent.decisions else PAST_PLATE_M
         deep = self._depth_m > drop_m
         self._deep_ticks = self._deep_ticks + 1 if deep else 0
-        sunk = self._deep_ticks >= self._sunk_ticks
+        sunk = self._deep_ticks >= _SUNK_TICKS
         caught = hypot(x, y) > self._caught_N
         if lost or sunk or caught:
             # Moving on across a hole while the peg drops would press it against the wall: the step ends here.
@@ -93,10 +84,8 @@ class Explore(RunningPhase):
                 self.over = True
         else:
             self._lost_ticks = 0
-            if self._checks is not None:
-                check = self._checks.step(self.countdown)
-                if check is not None:
-                    return check
+            if self._monitor.spent or self._monitor.contradicted:
+                return self._wait()
             self.countdown -= 1
             if self.countdown <= 0:
                 # Where to go is known when the policy has chosen.
@@ -142,13 +131,16 @@ class Explore(RunningPhase):
             share = 1.0
         (x, y, z), (dx, dy) = self._step_from_m, self._step_m
         target_m = x + share * dx, y + share * dy, z
-        across_x, across_y, along = self._law.velocity_m_s(
-            self._motion.reference_m, target_m, self._measurement.force_N
-        )
-        if share < 1.0 and self._checks is not None and self._agent.decisions and not self._lost_ticks:
-            # The height of the plate is read at rest, and so is the torque.
-            along += self._checks.heave_m_s()
-        return across_x, across_y, along
+        vx, vy, vz = self._law.velocity_m_s(self._motion.reference_m, target_m, self._measurement.force_N)
+        self._monitor.spend((vx, vy, 0.0))
+        return vx, vy, vz if self._lost_ticks else vz + self._monitor.dither_m_s()
+
+    def _wait(self) -> Vector3:
+        """Press and dither on the spot until the force responds."""
+        self._monitor.wait("to the dither on the plate", supported=True)
+        reference_m = self._motion.reference_m
+        _, _, vz = self._law.velocity_m_s(reference_m, reference_m, self._measurement.force_N)
+        return 0.0, 0.0, vz + self._monitor.dither_m_s()
 
     def _perceive(self) -> None:
         measured, state = self._measurement, self._state

@@ -5,8 +5,8 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.core.ports import CONTROL_RATE_HZ, STILL, Vector3
-from palpate.core.tasks.contact import BothWallsCheck, ContactProof, Mean, RunningPhase
-from palpate.core.tasks.insertion.phases.equipment import Equipment
+from palpate.core.tasks.contact import BothWallsCheck, ContactProof, LiftCheck, Mean, RunningPhase
+from palpate.core.tasks.insertion.phases import Equipment
 from palpate.core.trial import N_PER_KGF
 
 _PAST_FLOOR_M: Final = 3e-4
@@ -22,7 +22,11 @@ class Prove(RunningPhase):
 
     def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
         task = equipment.task
-        self._equipment, self._proof, self._lift = equipment, proof, equipment.lift_check(proof)
+        self._equipment, self._proof, self._lift = (
+            equipment,
+            proof,
+            LiftCheck(equipment.state, equipment.measurement, equipment.motion, proof),
+        )
         self._walls = BothWallsCheck(task.reach_m)
         self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, task.press_kgf * N_PER_KGF
         self._shallowest_m = (task.insertion_depth_mm - task.depth_tolerance_mm) * 1e-3

@@ -3,8 +3,8 @@
 from typing import Final
 
 from palpate.core.ports import Vector3
-from palpate.core.tasks.contact import HIGHEST_SHARE, LOWEST_SHARE, ContactProof
-from palpate.core.tasks.insertion.phases.equipment import Equipment
+from palpate.core.tasks.contact import HIGHEST_SHARE, LOWEST_SHARE, ContactProof, LiftCheck
+from palpate.core.tasks.insertion.phases import Equipment
 from palpate.core.trial import N_PER_KGF
 
 _PRESSED_SHARE: Final = 0.6
@@ -25,7 +25,11 @@ class ExploringChecks:
     """What is checked between the ticks of an action."""
 
     def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
-        self._equipment, self._proof, self._lift = equipment, proof, equipment.lift_check(proof)
+        self._equipment, self._proof, self._lift = (
+            equipment,
+            proof,
+            LiftCheck(equipment.state, equipment.measurement, equipment.motion, proof),
+        )
         self._press_N = equipment.task.press_kgf * N_PER_KGF
 
     def begin(self) -> None:

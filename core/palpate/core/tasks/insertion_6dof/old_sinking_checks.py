@@ -4,8 +4,8 @@ from math import inf
 from typing import Final
 
 from palpate.core.ports import CONTROL_RATE_HZ, STILL, Vector3
-from palpate.core.tasks.contact import PAST_PLATE_M, ContactProof, Mean
-from palpate.core.tasks.insertion.phases.equipment import Equipment
+from palpate.core.tasks.contact import PAST_PLATE_M, ContactProof, LiftCheck, Mean
+from palpate.core.tasks.insertion.phases import Equipment
 from palpate.core.trial import N_PER_KGF, Outcome
 
 _WALL_M: Final = 5e-4
@@ -36,7 +36,11 @@ class SinkingChecks:
     """What is checked on the way down."""
 
     def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
-        self._equipment, self._proof, self._lift = equipment, proof, equipment.lift_check(proof)
+        self._equipment, self._proof, self._lift = (
+            equipment,
+            proof,
+            LiftCheck(equipment.state, equipment.measurement, equipment.motion, proof),
+        )
         self._press_N, self._contact_N = equipment.task.press_kgf * N_PER_KGF, equipment.task.contact_kgf * N_PER_KGF
         self._wall_depth_m = min(_WALL_M, 0.5 * equipment.task.insertion_depth_mm * 1e-3)
 
@@ -53,7 +57,7 @@ class SinkingChecks:
         """Velocity of the tip while a check is made, (3,) m/s, task frame; None when there is nothing to check."""
         if self._equipment.state.tick - self._entered_tick > _LONGEST_TICKS:
             time_s = _LONGEST_TICKS / CONTROL_RATE_HZ
-            self._equipment.state.end(Outcome.JAMMED, f"at {depth_m * 1e3:.2f} mm, after {time_s:g} s")
+            self._equipment.state.end(Outcome.WEDGED, f"at {depth_m * 1e3:.2f} mm, after {time_s:g} s")
             return STILL
         self.watch_way()
         if self._proof.new and not self._freed and self._rest_ticks >= 0 and not self._lift.running:

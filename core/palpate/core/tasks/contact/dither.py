@@ -1,0 +1,53 @@
+"""A dither with random half-periods, superimposed on the motion of a tool that presses."""
+
+from typing import Final
+
+import numpy as np
+
+from palpate.core.ports import PERIOD_S
+
+_HALF_PERIOD_TICKS: Final = (3, 8)
+"""A half-period is drawn from the first up to, not including, the second: servos smooth shorter ones away, and longer
+ones look alike from trial to trial."""
+_PEAK: Final = 1.5
+"""Peak over mean velocity of a half-period, s * s * (3 - 2 * s)."""
+
+
+class Dither:
+    """Motion back and forth about where it began; no recorded or delayed force follows it by chance.
+
+    Args:
+        amplitude_m: Largest distance from there; less where the speed does not allow it.
+        speed_m_s: Largest speed.
+    """
+
+    def __init__(self, amplitude_m: float, speed_m_s: float) -> None:
+        self.amplitude_m, self._speed_m_s = amplitude_m, speed_m_s
+
+    @property
+    def usual_m(self) -> float:
+        """Amplitude that a half-period of mean length reaches at this speed."""
+        ticks = 0.5 * (_HALF_PERIOD_TICKS[0] + _HALF_PERIOD_TICKS[1] - 1)
+        return min(self.amplitude_m, 0.5 * self._speed_m_s * ticks * PERIOD_S / _PEAK)
+
+    def begin(self, rng: np.random.Generator) -> None:
+        """Begin a trial whose half-periods this generator draws."""
+        self._rng, self._side = rng, 1.0
+        self._left = self._ticks = 0
+        self._offset_m = self._distance_m = 0.0
+
+    def velocity_m_s(self) -> float:
+        """Return the velocity for this tick."""
+        if not self._left:
+            self._side = -self._side
+            self._ticks = self._left = int(self._rng.integers(*_HALF_PERIOD_TICKS))
+            most_m = self._speed_m_s * self._ticks * PERIOD_S / _PEAK
+            self._distance_m = min(max(self._side * self.amplitude_m - self._offset_m, -most_m), most_m)
+        done, self._left = self._ticks - self._left, self._left - 1
+        moved_m = self._distance_m * (_smooth((done + 1) / self._ticks) - _smooth(done / self._ticks))
+        self._offset_m += moved_m
+        return moved_m / PERIOD_S
+
+
+def _smooth(share: float) -> float:
+    return share * share * (3.0 - 2.0 * share)

@@ -1,0 +1,239 @@
+"""The contact monitor: has the force sensor recently shown what the motion must cause, and how far may the tool go?"""
+
+from __future__ import annotations
+
+from math import hypot
+from typing import Final
+
+from typing_extensions import override
+
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Snapshot, Vector3
+from palpate.core.tasks.contact.dither import Dither
+from palpate.core.tasks.contact.proof import Proof
+from palpate.core.tasks.contact.response import Response, Spring, Verdict
+from palpate.core.tasks.contact.trial_state import TrialState
+from palpate.core.trial import (
+    N_PER_KGF,
+    ControlConfig,
+    Measurement,
+    Purpose,
+    TaskConfig,
+    TrialSetup,
+    Trip,
+    TripReason,
+    generator,
+)
+
+_PATIENCE_TICKS: Final = CONTROL_RATE_HZ
+"""Stationary, until the force responds: two of the longest windows."""
+_DITHER_SHARE: Final = 0.3
+"""Amplitude of the dither's force over the press: contact is kept, and sliding friction's roughness, about a tenth of
+the press, does not hide the response."""
+_MOST_DITHER_SHARE: Final = 0.5
+"""The same with much noise: as much press is left."""
+_AXIAL: Final = (0.65, 1.5)
+"""Accepted share of the stiffness: a gripper is known to some ten per cent; half and twice the force are outside."""
+_ACROSS: Final = (0.0, 1.5)
+"""Across, peg, wall and arm may give way more than a stiff gripper: it shows a live sensor, not its scale."""
+_PUSH_N: Final = 3.0
+"""Force of a push against a wall: the response to half of it is narrow with a noise of 0.3 N."""
+_GROWTH: Final = 1.02
+"""Of the push in each tick in which a wall is felt and the response is unknown: doubled in a quarter of a second."""
+_PUSH_SHARE: Final = 0.25
+"""Largest bend of the gripper by a push, over the budget."""
+_TOUCH_SHARE: Final = 0.15
+"""A force below this share of the press is none of a contact's: half the dither's amplitude."""
+_PULL_SHARE: Final = 0.5
+"""A pull above this share of the press, and friction, is none of a contact's: less than a peg rebounds with."""
+_SAMPLES: Final = 4
+"""Samples in a row that an implausible wrench lasts: more than an impact."""
+_TILT_RAD: Final = 6e-3
+"""Tilt that the walls of a hole may take out of a peg."""
+_LEVER_M: Final = 0.06
+"""No peg is wider or deeper in its hole: the longest lever of a force about the tip."""
+PAST_PLATE_M: Final = 1e-3
+"""A tip this far below the lowest possible plate is not on it; an approach overshoots by less."""
+
+
+class Monitor(Proof):
+    """Dither, response and budget of a trial, along the tool axis and across it.
+
+    The budget is the force by which the gripper may bend, unseen by a faulty sensor, since the last verification.
+
+    Args:
+        step_m: Standard deviation of the tip's place by the encoders.
+
+    Attributes:
+        axial: Response along the tool axis.
+        across: Response along a push.
+        direction: Of the push, (2,); None without one.
+        spent_N: Bend of the gripper since the last verification, if the tip had not moved.
+        budget_N: Largest one.
+    """
+
+    def __init__(self, state: TrialState, task: TaskConfig, control: ControlConfig, step_m: float) -> None:
+        self._state, self._step_m = state, step_m
+        self.axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
+        self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
+        self.press_N, self.contact_N = task.press_kgf * N_PER_KGF, task.contact_kgf * N_PER_KGF
+        self._slack_m, self._friction = task.surface_uncertainty_mm * 1e-3, task.friction
+        self.deepest_plate_m = self._slack_m + PAST_PLATE_M
+        self._torque_Nm = _TILT_RAD * control.tilt_stiffness_Nm_per_rad
+        # With what presses already, the gripper's force stays below the limit.
+        self.budget_N = task.max_force_N - max(self.press_N, task.insertion_press_N)
+        self.axial, self.across = (
+            Response(Spring(stiffness, control.damping_s(stiffness), control.rigid_mass_kg, *accepted))
+            for stiffness, accepted in ((self.axial_N_per_m, _AXIAL), (self._lateral_N_per_m, _ACROSS))
+        )
+        speed_m_s = task.travel_speed_mm_s * 1e-3
+        self._dither, self._push_dither = Dither(0.0, speed_m_s), Dither(0.0, speed_m_s)
+
+    @override
+    def begin(self, setup: TrialSetup) -> None:
+        rng = generator(setup.seed, Purpose.HEAVE, setup.index)
+        self._dither.begin(rng)
+        self._push_dither.begin(rng)
+        self._tared = self.touched = False
+        self._sequence: int | None = None
+        self.direction: tuple[float, float] | None = None
+        self._pulls = self._misfits = 0
+        self._depth_m: float | None = None
+        self._verified()
+
+    def _adapt(self) -> None:
+        """Choose amplitudes by the noise while the sensor was tared."""
+        noise_N, press_N = self._state.noise[2], self.press_N
+        least_N = self.axial.spring.least_dither_N(noise_N, self._step_m)
+        amplitude_N = min(max(_DITHER_SHARE * press_N, least_N), _MOST_DITHER_SHARE * press_N)
+        self._dither.amplitude_m = amplitude_N / self.axial_N_per_m
+        self.axial.begin(noise_N, self._step_m, self._dither.usual_m * self.axial_N_per_m)
+        least_N = max(0.5 * _PUSH_N, self.across.spring.least_dither_N(max(self._state.noise[:2]), self._step_m))
+        self._least_push_m = min(least_N, _PUSH_SHARE * self.budget_N) / self._lateral_N_per_m
+
+    def _verified(self) -> None:
+        self.spent_N, self._waited_ticks = 0.0, 0
+
+    @override
+    def watch_touch(self, snapshot: Snapshot, measured: Measurement) -> None:
+        # From where the plate may be, a tool that feels nothing may press on it.
+        z = measured.position_m[2]
+        if self._depth_m is not None and z > -self._slack_m:
+            self.spent_N += abs(z - self._depth_m) * self.axial_N_per_m
+        self._depth_m = z
+
+    @override
+    def contradiction(self, snapshot: Snapshot, measured: Measurement, *, tared: bool) -> Trip | None:
+        wrench, joints_ns, (x, y, z) = snapshot.wrench, snapshot.joints.source_time_ns, measured.position_m
+        new, self._sequence = wrench.sequence != self._sequence, wrench.sequence
+        if not tared:
+            return None
+        if not self._tared:
+            self._tared = True
+            self._adapt()
+            self.push(None)
+        self.axial.add_place(joints_ns, z)
+        if self.direction is not None:
+            ux, uy = self.direction
+            self.across.add_place(joints_ns, x * ux + y * uy)
+        if not new:
+            return None
+        fx, fy, fz = measured.force_N
+        if fz > -max(_TOUCH_SHARE * self.press_N, 4.0 * self._state.noise[2]):
+            self.axial.restart()
+        else:
+            self.touched = True
+        self.axial.add_force(wrench.source_time_ns, fz)
+        if self.direction is not None:
+            self.across.add_force(wrench.source_time_ns, fx * ux + fy * uy)
+        if self.verified:
+            self._verified()
+        return self._implausible(snapshot.tick, measured)
+
+    def _implausible(self, tick: int, measured: Measurement) -> Trip | None:
+        """A wrench that no contact at the tip can cause, in several samples in a row."""
+        x, y, z = measured.force_N
+        pull_N = _PULL_SHARE * self.press_N + self._friction * hypot(x, y)
+        self._pulls = self._pulls + 1 if z > pull_N else 0
+        torque_Nm, limit_Nm = measured.torque_across_at_tip_Nm, self._torque_Nm + _LEVER_M * measured.force_norm_N
+        self._misfits = self._misfits + 1 if torque_Nm > limit_Nm else 0
+        if self._pulls >= _SAMPLES:
+            text = f"the force sensor shows a pull of {z:.2f} N, at most {pull_N:.2f} N is possible"
+            return Trip(TripReason.PULLED, tick, text)
+        if self._misfits >= _SAMPLES:
+            text = (
+                f"torque about the tip {torque_Nm:.3f} N m, at most {limit_Nm:.3f} N m with this force:"
+                " a channel of the force sensor is dead, swapped or wrong"
+            )
+            return Trip(TripReason.TORQUE_WITHOUT_FORCE, tick, text)
+        return None
+
+    def dither_m_s(self) -> float:
+        """Return the dither's velocity along the axis, for a tool that presses."""
+        return self._dither.velocity_m_s()
+
+    @property
+    def push_N(self) -> float:
+        """Force of a push, twice the amplitude of its dither."""
+        return 2.0 * self._push_dither.amplitude_m * self._lateral_N_per_m
+
+    def push_dither_m_s(self, *, met: bool = False) -> float:
+        """Return the dither's velocity along a push.
+
+        Args:
+            met: A wall is felt: the push grows until it responds.
+        """
+        if met and self.push_N < 2.0 * _PUSH_SHARE * self.budget_N:
+            self._push_dither.amplitude_m *= _GROWTH
+        return self._push_dither.velocity_m_s()
+
+    def push(self, direction: tuple[float, float] | None) -> None:
+        """Push in this direction from now on, or no longer."""
+        self.direction = direction
+        self._push_dither.amplitude_m = self._least_push_m
+        dither_N, noise_N = self._push_dither.usual_m * self._lateral_N_per_m, max(self._state.noise[:2])
+        self.across.begin(noise_N, self._step_m, dither_N, self.axial.lag)
+
+    @property
+    def verified(self) -> bool:
+        """Whether the force responds, along the axis or along a push."""
+        along = self.axial.verdict()
+        pushed = self.direction is not None and self.across.verdict() is Verdict.VERIFIED
+        return along is Verdict.VERIFIED or (pushed and along is not Verdict.CONTRADICTED)
+
+    @property
+    def supported(self) -> bool:
+        """Whether the tool rests on something that responds as the gripper's spring does."""
+        return self.axial.verdict() is Verdict.VERIFIED
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether the response along the axis is none of the gripper's."""
+        return self.axial.verdict() is Verdict.CONTRADICTED
+
+    @property
+    def spent(self) -> bool:
+        """Whether the tool may go no further until the force responds."""
+        return self.spent_N > self.budget_N
+
+    def spend(self, velocity_m_s: Vector3) -> None:
+        """Account for a tick with this velocity, without the dither."""
+        x, y, z = velocity_m_s
+        self.spent_N += (hypot(x, y) * self._lateral_N_per_m + abs(z) * self.axial_N_per_m) * PERIOD_S
+
+    def wait(self, where: str, *, supported: bool = False) -> None:
+        """Account for a tick on the spot; report a mismatch after too many, or after a window that contradicts.
+
+        Args:
+            supported: The tool presses on something that does not give way.
+        """
+        self._waited_ticks += 1
+        if self._waited_ticks > (self.axial.window + 2 if supported and self.contradicted else _PATIENCE_TICKS):
+            self.mismatch(f"the force does not respond {where}")
+
+    def mismatch(self, text: str) -> None:
+        """Report that the force cannot be trusted; the supervisor takes over."""
+        measured = f"stiffness along the axis {self.axial.text()}"
+        if self.direction is not None:
+            measured += f"; across it {self.across.text()}"
+        reason = TripReason.CONTACT_MISMATCH if self.touched else TripReason.PLATE_NOT_FELT
+        self._state.doubt(Trip(reason, self._state.tick, f"{text}: {measured}"))

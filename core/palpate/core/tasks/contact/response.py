@@ -1,0 +1,214 @@
+"""Regression of the measured force on the motion of the flange: does the force respond as the gripper's spring does?"""
+
+from __future__ import annotations
+
+import enum
+from collections import deque
+from dataclasses import dataclass
+from math import ceil, hypot, inf, sqrt
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.core.ports import PERIOD_S
+
+_FEWEST: Final = 12
+"""Samples of the shortest window: two periods of the dither, so that friction averages out."""
+_MOST: Final = 56
+"""Of the longest, 0.4 s: a sensor that needs more is too noisy for this press."""
+_SMOOTHED: Final = 0.5
+"""Root mean square of the force that the dither causes, over its amplitude: a sine's 0.7, less what servos smooth."""
+_DEVIATIONS: Final = 2.0
+"""Half-width of the confidence interval, in standard deviations: 95 %."""
+_OUTLIER: Final = 1.5
+"""Residuals above so many deviations count less (Huber's constant): stick and slip."""
+_NORMAL: Final = 1.48
+"""Standard deviation over median deviation of a normal distribution."""
+_NARROW, _FAIR = 0.25, 0.5
+"""Half-width over stiffness: for a result that the trial ends with, and for going on. Half and twice the stiffness are
+told apart with both."""
+_LAGS: Final = 5
+"""The force may be less than so many ticks older than its time stamp says."""
+_DECIDED: Final = 7e-3
+"""A lag this much less likely than another, exp(-5), is excluded."""
+_ATTENUATED: Final = 0.7
+"""Attenuation is corrected as far as half a force stays below the accepted stiffness."""
+_EVERY: Final = 2
+"""A sliding window is fitted with every second sample, which halves the time of a tick."""
+_LEAST: Final = 1e-9
+"""In place of zero, in N or N^2."""
+_NS: Final = 1e-9
+
+Array = NDArray[np.float64]
+
+
+class Verdict(enum.Enum):
+    """Result of a window."""
+
+    VERIFIED = "verified"
+    CONTRADICTED = "contradicted"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True)
+class Spring:
+    """The gripper along one axis, and which measured stiffness counts as its own.
+
+    Attributes:
+        damping_s: Damping over stiffness.
+        rigid_kg: Mass that the sensor carries before the spring.
+        lowest, highest: Accepted measured stiffness, as a share of its own.
+    """
+
+    stiffness_N_per_m: float
+    damping_s: float
+    rigid_kg: float
+    lowest: float
+    highest: float
+
+    def noise_N(self, noise_N: float, step_m: float) -> float:
+        """Return the noise of force and places together."""
+        return hypot(noise_N, self.stiffness_N_per_m * step_m)
+
+    def least_dither_N(self, noise_N: float, step_m: float) -> float:
+        """Return the amplitude of a dither whose force is verified in the longest window."""
+        return _per_root_sample(self.noise_N(noise_N, step_m)) / sqrt(_MOST - _FEWEST)
+
+
+def _per_root_sample(noise_N: float) -> float:
+    """Amplitude of a dither, times the root of the samples after which noise leaves half of the narrow interval."""
+    return _DEVIATIONS * noise_N / (_SMOOTHED * _NARROW)
+
+
+class Response:
+    """Least squares of force = -share * (k * (z + damping_s * v) + rigid_kg * a) + constant, over a sliding window.
+
+    z, v and a are the encoders' place and its derivatives at the time of the force.
+
+    Attributes:
+        share: Measured stiffness as a share of the gripper's in the newest window; None without one.
+        half_width: Half-width of its confidence interval.
+        lag: Ticks by which the force is older than its time stamp; None until the responses have shown it.
+        window: Samples of a window.
+    """
+
+    def __init__(self, spring: Spring) -> None:
+        self.spring = spring
+        self.begin(0.0, 0.0, 1.0)
+
+    def begin(self, noise_N: float, step_m: float, dither_N: float, lag: int | None = None) -> None:
+        """Forget everything: a new trial or direction.
+
+        Args:
+            step_m: Standard deviation of a place by the encoders.
+            dither_N: Amplitude of the force that the dither causes.
+        """
+        spring, self._noise_N, self.lag = self.spring, noise_N, lag
+        # Errors of the places attenuate a regression on them.
+        blur_N = spring.stiffness_N_per_m * step_m
+        self._blur_N2 = blur_N * blur_N * (1.0 + 0.5 * (spring.damping_s / PERIOD_S) ** 2)
+        self.window = min(_FEWEST + ceil((_per_root_sample(spring.noise_N(noise_N, step_m)) / dither_N) ** 2), _MOST)
+        self._likely = np.ones(_LAGS)
+        self._places: deque[tuple[float, float]] = deque(maxlen=3 * _LAGS)
+        self._forces: deque[tuple[float, float]] = deque(maxlen=3 * _LAGS)
+        self._rows: Array = np.zeros((4 * _MOST, 1 + _LAGS))
+        self.restart()
+
+    def restart(self) -> None:
+        """Use only samples from now on."""
+        self._first = self._end = 0
+        self.share: float | None = None
+        self.half_width = inf
+
+    def add_place(self, time_ns: int, place_m: float) -> None:
+        """Add a place by the encoders; a repeated one is ignored."""
+        if not self._places or time_ns * _NS > self._places[-1][0]:
+            self._places.append((time_ns * _NS, place_m))
+
+    def add_force(self, time_ns: int, force_N: float) -> None:
+        """Add a new force sample and update the newest window."""
+        self._forces.append((time_ns * _NS, force_N))
+        # A later place makes the velocity a central difference.
+        while self._forces and len(self._places) >= 3 and self._places[-1][0] > self._forces[0][0] + 0.5 * PERIOD_S:
+            time_s, old_N = self._forces.popleft()
+            if self._end == len(self._rows):
+                kept = self._rows[-_MOST:].copy()
+                self._first, self._end = max(self._first + _MOST - self._end, 0), _MOST
+                self._rows[:_MOST] = kept
+            row, lags = self._rows[self._end], range(_LAGS) if self.lag is None else (self.lag,)
+            row[0] = old_N
+            for each in lags:
+                row[1 + each] = self._expected_N(time_s - each * PERIOD_S)
+            self._end += 1
+        if self._end - self._first >= self.window and (self.share is None or self._end % _EVERY == 0):
+            self._fit_last(self.window)
+
+    def verified_since_restart(self) -> bool:
+        """Return whether all samples since the restart verify the response narrowly; the tool has to be stationary."""
+        if self._end - self._first < self.window:
+            return False
+        self._fit_last(min(self._end - self._first, _MOST))
+        return self.verdict(_NARROW) is Verdict.VERIFIED
+
+    def verdict(self, half_width: float = _FAIR) -> Verdict:
+        """Return the verdict of the newest window; a smaller half-width asks for more certainty."""
+        if self.share is None:
+            return Verdict.UNKNOWN
+        lowest, highest = self.spring.lowest, self.spring.highest
+        if self.share - self.half_width > highest or self.share + self.half_width < lowest:
+            return Verdict.CONTRADICTED
+        right = lowest <= self.share <= highest and self.half_width < half_width * self.share
+        return Verdict.VERIFIED if right else Verdict.UNKNOWN
+
+    def text(self) -> str:
+        """Return the measured stiffness, its interval and the expected one."""
+        own = 1e-3 * self.spring.stiffness_N_per_m
+        share = "not measured" if self.share is None else f"{self.share * own:.2f} +- {self.half_width * own:.2f} N/mm"
+        return f"{share}, expected {self.spring.lowest * own:.2f} to {self.spring.highest * own:.2f} N/mm"
+
+    def _expected_N(self, time_s: float) -> float:
+        """Force of spring, damper and mass at this time, by a parabola through the three places nearest to it."""
+        places = self._places
+        middle = len(places) - 2
+        while middle > 1 and places[middle][0] > time_s + 0.5 * PERIOD_S:
+            middle -= 1
+        (t0, x0), (t1, x1), (t2, x2) = places[middle - 1], places[middle], places[middle + 1]
+        slope = (x2 - x1) / (t2 - t1)
+        bend = (slope - (x1 - x0) / (t1 - t0)) / (t2 - t0)
+        place = x1 + (time_s - t1) * (slope + bend * (time_s - t2))
+        velocity = slope + bend * (2.0 * time_s - t1 - t2)
+        spring = self.spring
+        return -spring.stiffness_N_per_m * (place + spring.damping_s * velocity) - spring.rigid_kg * 2.0 * bend
+
+    def _fit_last(self, count: int) -> None:
+        rows = self._rows[self._end - count : self._end]
+        lags = slice(1, None) if self.lag is None else slice(1 + self.lag, 2 + self.lag)
+        shares, half_widths = self._fitted(rows[:, lags], rows[:, :1])
+        best = int((shares / half_widths).argmax())
+        self.share, self.half_width = float(shares[best]), float(half_widths[best])
+        if self.lag is None and self.verdict() is Verdict.VERIFIED:
+            likely = self._likely * np.maximum(shares / half_widths, 1.0) ** 2
+            self._likely = likely = likely / likely.max()
+            if (likely > _DECIDED).sum() == 1:
+                self.lag = int(likely.argmax())
+
+    def _fitted(self, expected: Array, measured: Array) -> tuple[Any, Any]:
+        """Return share and half-width for each column of expected forces; outliers count less in the second pass."""
+        total, count = np.add.reduce, len(measured)
+        x, y = expected - total(expected) / count, measured - total(measured) / count
+        # A flange that does not move measures nothing.
+        share = total(x * y) / np.maximum(total(x * x), _LEAST)
+        off = np.abs(y - share * x)
+        usual = np.maximum(_NORMAL * np.sort(off, axis=0)[count // 2], max(self._noise_N, _LEAST))
+        weights = np.minimum(1.0, _OUTLIER * usual / np.maximum(off, _LEAST))
+        samples = total(weights)
+        x = expected - total(weights * expected) / samples
+        y = measured - total(weights * measured) / samples
+        weighted = weights * x
+        square = total(weighted * x)
+        square = np.maximum(np.maximum(square - samples * self._blur_N2, _ATTENUATED * square), _LEAST)
+        share = total(weighted * y) / square
+        rest = y - share * x
+        variance = np.maximum(total(weights * rest * rest) / (samples - 2.0), max(self._noise_N**2, _LEAST))
+        return share, _DEVIATIONS * np.sqrt(variance / square)

@@ -1,0 +1,175 @@
+"""The exploration: pressed on the plate, action by action, until the reaction of the plate is lost."""
+
+from math import hypot, inf
+from typing import Final
+
+from typing_extensions import override
+
+from palpate.core.policy import Action
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, STILL, Vector3
+from palpate.core.tasks.contact import PAST_PLATE_M, RunningPhase
+from palpate.core.tasks.insertion.phases import Equipment
+from palpate.core.tasks.insertion_6dof.old_exploring_checks import ExploringChecks
+from palpate.core.trial import N_PER_KGF, ExplorationArea, Outcome
+
+DROP_M: Final = 3e-4
+"""A tip this far below the surface is in the hole; a drop that ends before was an edge, and exploration goes on."""
+_LOST_TICKS: Final = 4
+"""So many unfiltered samples without contact mean that it is lost; the filtered force lags by 60 ms."""
+_CAUGHT_SHARE: Final = 1.5
+"""A force across the tool above this share of the pressing force is none of friction's: an edge of the hole holds the
+peg, and friction there may bear it so that neither loss of contact nor depth shows it."""
+_SURFACE_M: Final = 1e-4
+"""A height that differs by more than this from the surface's is not the surface's."""
+
+
+class Explore(RunningPhase):
+    """Actions across the plate, each a steady step and a rest.
+
+    Args:
+        checks: Prove contact between; None for a task without proofs.
+    """
+
+    def __init__(self, equipment: Equipment, checks: ExploringChecks | None) -> None:
+        task = equipment.task
+        self._task, self._state, self._agent = task, equipment.state, equipment.agent
+        self._measurement, self._motion, self._law = equipment.measurement, equipment.motion, equipment.laws.press
+        self._checks = checks
+        self._first_drop_m = inf if checks is None else PAST_PLATE_M
+        # A tool that heaves is a little higher or lower than encoders show that are behind the force.
+        self._sunk_ticks = 1 if checks is None else 2
+        self._caught_N = inf if checks is None else _CAUGHT_SHARE * task.press_kgf * N_PER_KGF
+        self._limit_ticks = task.time_limit_s * CONTROL_RATE_HZ
+        self._ticks, self._moving_ticks = task.ticks_per_action, task.moving_share * task.ticks_per_action
+        self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, task.press_kgf * N_PER_KGF
+
+    def begin(self, start_m: tuple[float, float]) -> None:
+        """A trial begins that starts here, (x, y), task frame."""
+        self.area = ExplorationArea.of(self._task, start_m)
+        self._surface_found = False
+        # Where nothing was felt on the way down it is resumed without having been entered: with a choice.
+        self.countdown = 0
+        if self._checks is not None:
+            self._checks.begin()
+
+    def enter(self) -> None:
+        """The plate was touched: the first action is to rest."""
+        self.countdown = self._task.ticks_per_action
+        self.resume()
+
+    def resume(self) -> None:
+        """What seemed to be the hole was none: the running action goes on, at rest."""
+        self.over = False
+        self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
+        self._lost_ticks = self._deep_ticks = 0
+        if self._checks is not None:
+            self._checks.resume()
+
+    @override
+    def step(self) -> Vector3:
+        """On with the action; where one is over, ``state.observation`` is what the next one is to be chosen by."""
+        measured, state = self._measurement, self._state
+        if self._out_of_time():
+            return STILL
+        x, y, z = measured.force_N
+        self._agent.effort_N.append(measured.force_norm_N)
+        lost = z > -self._contact_N
+        # Friction on the hole's wall can go on pushing back while the peg already sinks: depth shows it as well.
+        # Before the first action the surface is not known well: encoders on a slow bus lag behind the force.
+        drop_m = DROP_M if self._agent.decisions else self._first_drop_m
+        deep = self._depth_m > drop_m
+        self._deep_ticks = self._deep_ticks + 1 if deep else 0
+        sunk = self._deep_ticks >= self._sunk_ticks
+        caught = hypot(x, y) > self._caught_N
+        if lost or sunk or caught:
+            # Moving on across a hole while the peg drops would press it against the wall: the step ends here.
+            self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
+            self._lost_ticks += 1
+            if self._lost_ticks == _LOST_TICKS:
+                state.event("contact lost" if lost else "sunk below the surface" if sunk else "caught on an edge")
+                if not self._surface_found:
+                    # The filter shows a brief touch late, and an edge lets the peg sink meanwhile.
+                    state.edge_m = max(state.surface_m + self._task.surface_uncertainty_mm * 1e-3, 0.0)
+                self.over = True
+        else:
+            self._lost_ticks = 0
+            if self._checks is not None:
+                check = self._checks.step(self.countdown)
+                if check is not None:
+                    return check
+            self.countdown -= 1
+            if self.countdown <= 0:
+                # Where to go is known when the policy has chosen.
+                self._perceive()
+                return STILL
+        velocity_m_s = self._way_on()
+        if self.countdown == 1 and not self._lost_ticks:
+            (x, y, _), (vx, vy, _) = self._motion.reference_m, velocity_m_s
+            self._agent.foresee((x + vx * PERIOD_S, y + vy * PERIOD_S))
+        return velocity_m_s
+
+    @property
+    def _depth_m(self) -> float:
+        return self._measurement.tip_depth_m - self._state.surface_m
+
+    def _out_of_time(self) -> bool:
+        state = self._state
+        if state.tick - state.explore_start < self._limit_ticks:
+            return False
+        state.end(Outcome.TIME_LIMIT, f"{self._task.time_limit_s:g} s")
+        return True
+
+    def choose(self) -> Vector3:
+        """Let the policy choose the next action by what was perceived; gives its first velocity.
+
+        Raises:
+            LifecycleError: Nothing was perceived since the last choice.
+        """
+        self._begin(self._agent.choose().action)
+        return self._way_on()
+
+    def _begin(self, action: Action) -> None:
+        """The action is the one that runs from now on."""
+        reference, (dx, dy) = self._motion.reference_m, action.displacement_m
+        x, y = self.area.clamp(reference[0] + dx, reference[1] + dy)
+        self._step_from_m, self._step_m = reference, (x - reference[0], y - reference[1])
+        self.countdown = self._task.ticks_per_action
+
+    def _way_on(self) -> Vector3:
+        """To where on its way the running action shall be in this tick: steady speed, then rest for the torque."""
+        share = (self._ticks - self.countdown + 1) / self._moving_ticks
+        if share > 1.0:
+            share = 1.0
+        (x, y, z), (dx, dy) = self._step_from_m, self._step_m
+        target_m = x + share * dx, y + share * dy, z
+        across_x, across_y, along = self._law.velocity_m_s(
+            self._motion.reference_m, target_m, self._measurement.force_N
+        )
+        if share < 1.0 and self._checks is not None and self._agent.decisions and not self._lost_ticks:
+            # The height of the plate is read at rest, and so is the torque.
+            along += self._checks.heave_m_s()
+        return across_x, across_y, along
+
+    def _perceive(self) -> None:
+        measured, state = self._measurement, self._state
+        self._refine_surface()
+        force, torque = measured.filtered_wrench_at_tip()
+        state.observation = self._agent.perceive(
+            state.tick,
+            measured.position_m,
+            self._motion.reference_m,
+            force,
+            torque,
+            self._motion.turn_rad,
+            measured.live_torque_at_tip_Nm(),
+            self._depth_m,
+        )
+
+    def _refine_surface(self) -> None:
+        """Depth counts from the surface: correct its height while pressing is steady and the peg surely rests on it."""
+        measured, state = self._measurement, self._state
+        rise = measured.tip_depth_m - state.surface_m
+        first = not self._agent.decisions
+        if measured.force_N[2] < -0.5 * self._press_N and (first or abs(rise) < _SURFACE_M):
+            state.surface_m += rise if first else 0.3 * rise
+            self._surface_found, state.edge_m = True, 0.0

@@ -1,0 +1,138 @@
+"""The contact monitor: its budget, its patience, and wrenches that no contact can cause."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.core.ports import PERIOD_S, JointSample, Snapshot, WrenchSample
+from palpate.core.tasks.contact import Monitor, TrialState
+from palpate.core.trial import ControlConfig, TaskConfig, TrialSetup, Trip, TripReason
+from tests.unit.core.fake_world import measurement, ready_pose
+
+TASK, CONTROL = TaskConfig(), ControlConfig(moving_mass_kg=0.0, rigid_mass_kg=0.0)
+NOISE = (0.1, 0.1, 0.1, 0.004, 0.004, 0.004)
+STIFFNESS = 5e3
+
+
+class Bench:
+    """A monitor over a tool at one place, whose force is as given.
+
+    Attributes:
+        x_m, z_m: Place of the flange, by the encoders.
+    """
+
+    def __init__(self, task: TaskConfig = TASK) -> None:
+        self.state, self.x_m, self.z_m = TrialState(), 0.0, 1e-3
+        self._measured, self._rng, self._tick = measurement(), np.random.default_rng(1), 0
+        self.monitor = Monitor(self.state, task, CONTROL, 1e-6)
+        setup = TrialSetup(0, 1, (0.0, 0.0))
+        self.state.begin(setup)
+        self.state.noise = NOISE
+        self.monitor.begin(setup)
+
+    def see(
+        self, force_N: tuple[float, float, float], torque_Nm: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    ) -> Trip | None:
+        """Take in a tick with this contact force, (3,), task frame, and torque about the tip."""
+        self._tick += 1
+        self.state.tick, time_ns = self._tick, round(self._tick * PERIOD_S * 1e9)
+        q_rad, _ = ready_pose()
+        wrench = WrenchSample((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), time_ns, time_ns, self._tick)
+        snapshot = Snapshot(self._tick, time_ns, wrench, JointSample(q_rad, time_ns, time_ns, self._tick))
+        self._measured.update(snapshot)
+        noise = NOISE[0] * self._rng.standard_normal(3)
+        x, y, z = (np.array(force_N) + noise).tolist()
+        self._measured.force_N, self._measured.position_m = (x, y, z), (self.x_m, 0.0, self.z_m)
+        self._measured.force_norm_N = float(np.hypot(np.hypot(x, y), z))
+        self._measured.torque_across_at_tip_Nm = float(np.hypot(*torque_Nm[:2]))
+        return self.monitor.contradiction(snapshot, self._measured, tared=True)
+
+    def dither(self, ticks: int, scale: float = 1.0) -> None:
+        """Press and dither on a stiff plate for so long."""
+        for _ in range(ticks):
+            self.z_m += self.monitor.dither_m_s() * PERIOD_S if self._tick else 0.0
+            self.see((0.0, 0.0, -scale * STIFFNESS * self.z_m))
+
+
+def test_a_response_renews_the_budget() -> None:
+    bench = Bench()
+    bench.dither(60)
+    assert bench.monitor.verified
+    assert bench.monitor.supported
+    assert bench.monitor.spent_N == 0.0
+
+
+def test_without_a_response_the_budget_is_spent_in_newtons_of_bend() -> None:
+    bench = Bench()
+    bench.see((0.0, 0.0, 0.0))
+    travelled_m = 0.0
+    while not bench.monitor.spent:
+        bench.monitor.spend((6e-3, 8e-3, 0.0))
+        travelled_m += 10e-3 * PERIOD_S
+    budget_N = TASK.max_force_N - 0.5 * 9.80665
+    assert travelled_m * CONTROL.lateral_stiffness_N_per_mm * 1e3 == pytest.approx(budget_N, rel=0.15)
+
+
+@pytest.mark.parametrize(("scale", "reason_ticks"), [(0.3, 40), (2.0, 40)])
+def test_a_wrong_response_is_reported_within_a_window(scale: float, reason_ticks: int) -> None:
+    bench = Bench()
+    bench.dither(60, scale)
+    assert bench.monitor.contradicted
+    for _ in range(reason_ticks):
+        bench.dither(1, scale)
+        bench.monitor.wait("to the dither", supported=True)
+    trip = bench.state.expectation.doubt
+    assert trip is not None
+    assert trip.reason is TripReason.CONTACT_MISMATCH
+    measured = float(trip.text.split("along the axis ")[1].split(" ")[0])
+    assert measured == pytest.approx(scale * 5.0, rel=0.2)
+    assert "expected 3.25 to 7.50 N/mm" in trip.text
+
+
+def test_a_dead_sensor_is_reported_after_a_second_on_the_spot() -> None:
+    bench = Bench()
+    for tick in range(142):
+        bench.see((0.0, 0.0, 0.0))
+        bench.monitor.wait("to the dither")
+        assert (bench.state.expectation.doubt is not None) is (tick >= 140)
+    trip = bench.state.expectation.doubt
+    assert trip is not None
+    assert trip.reason is TripReason.PLATE_NOT_FELT
+
+
+@pytest.mark.parametrize("share", [1.0, 0.0])
+def test_a_wall_verifies_a_live_sensor_only(share: float) -> None:
+    bench, x_m = Bench(), 1e-4
+    bench.see((0.0, 0.0, 0.0))
+    bench.monitor.push((1.0, 0.0))
+    for _ in range(60):
+        x_m += bench.monitor.push_dither_m_s() * PERIOD_S
+        bench.x_m = x_m
+        bench.see((-share * 4e4 * x_m, 0.0, 0.0))
+    assert bench.monitor.verified is (share == 1.0)
+
+
+@pytest.mark.parametrize(
+    ("force_N", "trips"),
+    [((0.0, 0.0, 3.0), True), ((0.0, 0.0, 2.0), False), ((5.0, 0.0, 5.0), False), ((5.0, 0.0, 6.0), True)],
+)
+def test_a_pull_outside_the_friction_cone_is_implausible(force_N: tuple[float, float, float], trips: bool) -> None:
+    bench = Bench()
+    found = [bench.see(force_N) for _ in range(8)]
+    reasons = {trip.reason for trip in found if trip is not None}
+    assert reasons == ({TripReason.PULLED} if trips else set())
+    assert found[2] is None
+
+
+@pytest.mark.parametrize(("torque_Nm", "trips"), [(0.5, False), (0.7, True)])
+def test_a_torque_without_its_force_is_implausible(torque_Nm: float, trips: bool) -> None:
+    bench = Bench()
+    found = [bench.see((0.0, 0.0, -5.0), (torque_Nm, 0.0, 0.0)) for _ in range(8)]
+    reasons = {trip.reason for trip in found if trip is not None}
+    assert reasons == ({TripReason.TORQUE_WITHOUT_FORCE} if trips else set())
+
+
+def test_friction_widens_the_cone() -> None:
+    bench = Bench(replace(TASK, friction=0.0))
+    assert [bench.see((5.0, 0.0, 4.0)) for _ in range(8)][-1] is not None

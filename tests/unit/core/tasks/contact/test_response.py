@@ -1,0 +1,127 @@
+"""Verdicts of the response on simulated springs and sensors."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from palpate.core.ports import PERIOD_S
+from palpate.core.tasks.contact import Dither, Response, Spring, Verdict
+
+STIFFNESS, DAMPING_S, RIGID_KG, PRESS_N = 5e3, 0.011, 0.05, 4.9
+AMPLITUDE_M = 0.3 * PRESS_N / STIFFNESS
+Sensor = Callable[[np.ndarray, np.random.Generator], np.ndarray]
+
+
+@dataclass
+class Pressed:
+    """A flange that dithers over a tip that does not move, and what the sensor shows of it.
+
+    Attributes:
+        step_m: Standard deviation of the encoders' places.
+        late_ticks: By how much the force is older than its time stamp.
+    """
+
+    sensor: Sensor = lambda force, rng: force
+    noise_N: float = 0.1
+    step_m: float = 0.0
+    late_ticks: int = 0
+    amplitude_m: float = AMPLITUDE_M
+    lag: int | None = None
+    seed: int = 1
+    ticks: int = 200
+
+    def run(self) -> tuple[Response, list[Verdict]]:
+        rng, dither = np.random.default_rng(self.seed), Dither(self.amplitude_m, 0.1)
+        dither.begin(np.random.default_rng(self.seed + 1000))
+        z = PRESS_N / STIFFNESS + np.cumsum([dither.velocity_m_s() * PERIOD_S for _ in range(self.ticks)])
+        v, a = np.gradient(z, PERIOD_S), np.gradient(np.gradient(z, PERIOD_S), PERIOD_S)
+        force = self.sensor(-STIFFNESS * (z + DAMPING_S * v) - RIGID_KG * a, rng)
+        force = np.concatenate((np.full(self.late_ticks, force[0]), force))[: self.ticks]
+        force, seen = (
+            force + self.noise_N * rng.standard_normal(self.ticks),
+            z + self.step_m * rng.standard_normal(self.ticks),
+        )
+        response = Response(Spring(STIFFNESS, DAMPING_S, RIGID_KG, 0.65, 1.5))
+        response.begin(self.noise_N, self.step_m, max(self.amplitude_m, AMPLITUDE_M) * STIFFNESS, self.lag)
+        verdicts = []
+        for tick, (place_m, force_N) in enumerate(zip(seen.tolist(), force.tolist(), strict=True)):
+            time_ns = round(tick * PERIOD_S * 1e9)
+            response.add_place(time_ns, place_m)
+            response.add_force(time_ns, force_N)
+            verdicts.append(response.verdict())
+        return response, verdicts
+
+
+def share_of(verdict: Verdict, sensor: Sensor = lambda force, rng: force, **others: float) -> float:
+    """Share of windows with this verdict, over trials."""
+    runs = [Pressed(sensor, seed=seed, **others).run()[1][60:] for seed in range(8)]  # type: ignore[arg-type]
+    return float(np.mean([each is verdict for run in runs for each in run]))
+
+
+@pytest.mark.parametrize("noise_N", [0.0, 0.1, 0.3])
+def test_a_sound_sensor_is_verified(noise_N: float) -> None:
+    assert share_of(Verdict.VERIFIED, noise_N=noise_N) > 0.97
+    assert share_of(Verdict.CONTRADICTED, noise_N=noise_N) < 0.002
+
+
+@pytest.mark.parametrize(
+    "sensor",
+    [
+        pytest.param(lambda force, rng: np.full(len(force), force[0]), id="dead"),
+        pytest.param(lambda force, rng: 0.5 * force, id="half"),
+        pytest.param(lambda force, rng: 0.1 * force, id="a tenth"),
+        pytest.param(lambda force, rng: 2.0 * force, id="double"),
+        pytest.param(lambda force, rng: -force, id="inverted"),
+    ],
+)
+def test_a_faulty_sensor_is_hardly_ever_verified(sensor: Sensor) -> None:
+    assert share_of(Verdict.VERIFIED, sensor, lag=0) < 0.001
+    assert share_of(Verdict.CONTRADICTED, sensor, lag=0) > 0.5
+
+
+@pytest.mark.parametrize("late_ticks", [0, 1, 2, 4])
+def test_the_lag_of_the_force_is_found_and_kept(late_ticks: int) -> None:
+    response, verdicts = Pressed(late_ticks=late_ticks, noise_N=0.05).run()
+    assert response.lag == late_ticks
+    assert verdicts[-1] is Verdict.VERIFIED
+
+
+def test_a_force_that_falls_behind_its_lag_is_no_longer_verified() -> None:
+    assert share_of(Verdict.VERIFIED, late_ticks=4, lag=0) < 0.05
+
+
+def test_without_motion_nothing_is_known() -> None:
+    response, verdicts = Pressed(amplitude_m=0.0).run()
+    assert set(verdicts) == {Verdict.UNKNOWN}
+    assert not response.verified_since_restart()
+
+
+def test_coarse_encoders_take_more_samples_and_do_not_lower_the_stiffness() -> None:
+    fine, coarse = Pressed().run()[0], Pressed(step_m=4e-5).run()[0]
+    assert coarse.window > fine.window
+    measured = [Pressed(step_m=4e-5, seed=seed).run()[0].share for seed in range(20)]
+    assert np.mean([each for each in measured if each is not None]) == pytest.approx(1.0, abs=0.12)
+
+
+def test_a_noisy_sensor_asks_for_a_larger_dither() -> None:
+    spring = Spring(STIFFNESS, DAMPING_S, RIGID_KG, 0.65, 1.5)
+    assert spring.least_dither_N(0.3, 0.0) == pytest.approx(3.0 * spring.least_dither_N(0.1, 0.0))
+    assert spring.least_dither_N(0.1, 1e-4) > 5.0 * spring.least_dither_N(0.1, 0.0)
+
+
+def test_samples_before_a_restart_do_not_count() -> None:
+    response, _ = Pressed(ticks=80).run()
+    assert response.verified_since_restart()
+    response.restart()
+    assert response.verdict() is Verdict.UNKNOWN
+    assert not response.verified_since_restart()
+
+
+def test_the_text_names_stiffness_interval_and_what_was_expected() -> None:
+    response, _ = Pressed(lambda force, rng: 0.3 * force, noise_N=0.02, lag=0).run()
+    stiffness, _, half_width, _, expected = response.text().split(" ", 4)
+    assert float(stiffness) == pytest.approx(1.5, abs=0.3)
+    assert 0.0 < float(half_width) < 0.5
+    assert expected == "expected 3.25 to 7.50 N/mm"
