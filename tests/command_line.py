@@ -41,6 +41,9 @@ PATIENCE_S = 100.0
 RT_EMULATOR = ("--priority", 30)
 """Emulated devices that other tests' work does not hold up, where the system grants it."""
 
+JOB = ("--job", str(Path(__file__).parent / "support" / "job.toml"))
+"""A job without an arm, for rigs that state theirs."""
+
 
 class Done(NamedTuple):
     """What a command came to."""

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from palpate.core.motion import arm_named
-from tests.command_line import CommandLine
+from tests.command_line import JOB, CommandLine
 
 ARM = '[arm]\nname = "bench"\nurdf = "bench.urdf"\nflange = "link_eef"\nposture_rad = [0, 0.1, 0, 0.65, 0, 0.55, 0]\n'
 
@@ -50,7 +50,7 @@ def test_an_arm_that_cannot_be_used_is_refused_in_one_line(
 
 def test_a_rig_file_that_has_the_arm_is_not_told_another(palpate: CommandLine, bench: Path) -> None:
     bench.write_text(ARM + 'adapter = "cia402"\n[force_sensor]\nadapter = "jr3-can"\n')
-    line = palpate.refusal("run", "--rig", str(bench), "--arm", "ur5", "--policy", "torque")
+    line = palpate.refusal("run", "--rig", str(bench), *JOB, "--arm", "ur5", "--policy", "torque")
     assert "arm = 'ur5' is refused: bench, which the rig file has, or none" in line
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import CommandLine
+from tests.command_line import JOB, CommandLine
 
 RIG = '[rig]\nname = "bench"\n[arm]\nname = "zebra-zero"\nadapter = "zebra-nmc"\n[force_sensor]\nadapter = "jr3-can"\n'
 
@@ -15,17 +15,17 @@ RIG = '[rig]\nname = "bench"\n[arm]\nname = "zebra-zero"\nadapter = "zebra-nmc"\
     ("words", "problem"),
     [
         ((), "a rig file: palpate calibrate --rig FILE"),
-        (("--rig", "rig.toml", "--yes"), "--yes is for emulated rigs only: at bench a person confirms each step"),
+        (("--rig", "rig.toml", *JOB, "--yes"), "--yes is for emulated rigs only: at bench a person confirms each step"),
         (
-            ("--rig", "rig.toml", "--steps", "touch", "dance"),
+            ("--rig", "rig.toml", *JOB, "--steps", "touch", "dance"),
             "steps = 'dance' is refused: some of rest, weigh, touch, hole",
         ),
-        (("--rig", "rig.toml", "--arm", "ur9"), "arm = 'ur9' is refused"),
-        (("--rig", "rig.toml", "--steps"), "steps = '' is refused: some of rest, weigh, touch, hole"),
-        (("--rig", "rig.toml", "--steps", "hole"), "calibration.mounting_deg = None is refused"),
-        (("--rig", "rig.toml", "--out", "rig.toml"), "rig.toml: cannot be written there"),
-        (("--rig", "rig.toml", "--out", "rig.toml/pictures"), "name another folder with --out"),
-        (("--rig", "rig.toml", "--cell.peg.friction", "0.3"), "the rig says what is true of it"),
+        (("--rig", "rig.toml", *JOB, "--arm", "ur9"), "arm = 'ur9' is refused"),
+        (("--rig", "rig.toml", *JOB, "--steps"), "steps = '' is refused: some of rest, weigh, touch, hole"),
+        (("--rig", "rig.toml", *JOB, "--steps", "hole"), "calibration.mounting_deg = None is refused"),
+        (("--rig", "rig.toml", *JOB, "--out", "rig.toml"), "rig.toml: cannot be written there"),
+        (("--rig", "rig.toml", *JOB, "--out", "rig.toml/pictures"), "name another folder with --out"),
+        (("--rig", "rig.toml", *JOB, "--cell.peg.friction", "0.3"), "the rig says what is true of it"),
     ],
 )
 def test_refusals(palpate: CommandLine, words: tuple[str, ...], problem: str) -> None:
@@ -39,14 +39,14 @@ def test_a_rig_file_that_is_to_be_read_only_is_left_alone(
 ) -> None:
     Path("rig.toml").write_text(RIG)
     monkeypatch.setattr("os.access", lambda path, mode: Path(path).is_dir())
-    assert "rig.toml: is to be read only; make it writable" in palpate.refusal("calibrate", "--rig", "rig.toml")
+    assert "rig.toml: is to be read only; make it writable" in palpate.refusal("calibrate", "--rig", "rig.toml", *JOB)
 
 
 def test_who_confirms_no_step_opens_no_device(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("rig.toml").write_text(RIG)
     # Left out three times, then neither confirmed nor ended, then ended.
     monkeypatch.setattr("sys.stdin", io.StringIO("s\ns\ns\nno\nn\nq\n"))
-    done = palpate("calibrate", "--rig", "rig.toml")
+    done = palpate("calibrate", "--rig", "rig.toml", *JOB)
     assert done.code == 130
     assert done.stderr.count("Enter does it, s leaves it out, q ends") == 6
     assert Path("rig.toml").read_text() == RIG
@@ -55,7 +55,7 @@ def test_who_confirms_no_step_opens_no_device(palpate: CommandLine, monkeypatch:
 def test_where_input_is_closed_nobody_answers(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("rig.toml").write_text(RIG)
     monkeypatch.setattr("sys.stdin", None)
-    done = palpate("calibrate", "--rig", "rig.toml")
+    done = palpate("calibrate", "--rig", "rig.toml", *JOB)
     assert (done.code, "Enter does it" in done.stderr) == (130, True)
     sys.stdin.close()
 
@@ -63,6 +63,6 @@ def test_where_input_is_closed_nobody_answers(palpate: CommandLine, monkeypatch:
 def test_a_run_on_a_rig_takes_the_goal_that_was_measured(palpate: CommandLine) -> None:
     Path("rig.toml").write_text(RIG + "[calibration]\nplate_mm = 1500.0\n")
     # Out of the arm's reach: so it was taken, unless a person says something else.
-    words = ("run", "--rig", "rig.toml", "--policy", "torque")
+    words = ("run", "--rig", "rig.toml", *JOB, "--policy", "torque")
     assert "task.goal" in palpate.refusal(*words)
     assert palpate(*words, "--task.goal.z-mm", "20").stderr.startswith("palpate: JR3")

@@ -9,7 +9,7 @@ from palpate.adapters.cli.arguments import parse
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.hardware import FaultFile
-from tests.command_line import CommandLine
+from tests.command_line import JOB, CommandLine
 
 RIG_FILE = Path(__file__).parents[2] / "rigs" / "zebra-nmc-jr3.toml"
 
@@ -73,26 +73,27 @@ UR = '[arm]\nname = "zebra-zero"\nadapter = "ur-rtde"\nhost = "{}"\n[force_senso
 )
 def test_rig_files_that_cannot_work_are_refused_in_one_line(palpate: CommandLine, content: str, reason: str) -> None:
     Path("rig.toml").write_text(content)
-    assert reason in palpate.refusal("run", "--rig", "rig.toml", "--policy", "torque", "--out", "run")
+    assert reason in palpate.refusal("run", "--rig", "rig.toml", *JOB, "--policy", "torque", "--out", "run")
 
 
 @pytest.mark.parametrize("arm", ["ur5", "panda"])
 def test_a_zebra_is_not_led_by_the_kinematics_of_another_arm(palpate: CommandLine, arm: str) -> None:
     words = ("--arm", arm, "--policy", "torque", "--trials", "1")
-    told = palpate.refusal("run", "--rig", str(RIG_FILE), *words)
+    told = palpate.refusal("run", "--rig", str(RIG_FILE), *JOB, *words)
     assert f"arm = '{arm}' is refused: zebra-zero, which the rig file has, or none" in told
     Path("rig.toml").write_text(RIG_FILE.read_text().replace('name = "zebra-zero"', ""))
-    told = palpate.refusal("run", "--rig", "rig.toml", *words)
+    told = palpate.refusal("run", "--rig", "rig.toml", *JOB, *words)
     assert f"arm = '{arm}' is refused: zebra-zero, or the URDF of this arm, with 6 joints" in told
 
 
 def test_the_cell_of_a_file_is_ignored_beside_a_rig_and_that_is_said(palpate: CommandLine) -> None:
     Path("settings.toml").write_text("[cell.sensor]\nforce_noise_N = 0.0\n")
-    done = palpate("run", "--rig", "missing.toml", "--policy", "torque", "--config", "settings.toml")
+    Path("rig.toml").write_text(STRANGE.format("irb"))
+    done = palpate("run", "--rig", "rig.toml", *JOB, "--policy", "torque", "--config", "settings.toml")
     said, refused = done.stderr.splitlines()
     assert said == "palpate: [cell] of settings.toml is ignored: the rig says what is true of it"
-    assert "missing.toml" in refused
-    options = parse(RunOptions, "run", ["--rig", str(RIG_FILE), "--config", "settings.toml"])
+    assert "one of cia402" in refused
+    options = parse(RunOptions, "run", ["--rig", str(RIG_FILE), *JOB, "--config", "settings.toml"])
     assert options.run.cell == RunConfig().cell
 
 
@@ -100,7 +101,7 @@ def test_devices_that_are_not_there_are_the_operator_s_to_mend(palpate: CommandL
     arm = "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\nport = '/dev/ttyNONE'\nat_home = true\n"
     sensor = "[force_sensor]\nadapter = 'jr3-can'\ninterface = 'slcan'\nchannel = '/dev/ttyNONE'\n"
     (tmp_path / "rig.toml").write_text(arm + sensor)
-    done = palpate("run", "--rig", "rig.toml", "--policy", "torque", "--out", "run")
+    done = palpate("run", "--rig", "rig.toml", *JOB, "--policy", "torque", "--out", "run")
     assert done.code == 1
     assert "/dev/ttyNONE: cannot be opened" in done.stderr
     assert "the operator's fault" in done.stderr
@@ -116,10 +117,13 @@ def faulted(rig: str = "rig.toml") -> None:
     latch.end()
 
 
-RUN = "run --rig rig.toml --policy torque --out out"
+RUN = f"run --rig rig.toml {' '.join(JOB)} --policy torque --out out"
 MOVING = (
-    RUN, "train --rig rig.toml --learner belief --out out", "calibrate --rig rig.toml", "doctor --rig rig.toml --move",
-)  # fmt: skip
+    RUN,
+    RUN.replace("run", "train", 1).replace("policy torque", "learner belief"),
+    f"calibrate --rig rig.toml {' '.join(JOB)}",
+    "doctor --rig rig.toml --move",
+)
 
 
 @pytest.mark.parametrize("words", MOVING)
