@@ -216,7 +216,7 @@ class DoctorOptions(AcknowledgeSettings):
     push: bool = False
     """Ask somebody to push the tool, or to hang a weight on it, and check the signs of the wrench."""
     move: bool = False
-    """Switch the arm on, move its last joint by 0.001 rad and back, and check that it follows."""
+    """Switch the arm on, move each joint by 0.001 rad and back, the last one first, and check that it follows."""
     arm: str = ""
     """Kinematic model of the arm instead of the rig file's; names as palpate run takes them."""
 

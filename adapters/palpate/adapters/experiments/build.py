@@ -298,12 +298,7 @@ def _require_quiet(config: RunConfig, sensor: SensorFacts) -> None:
 
 
 def open_rig(
-    config: RunConfig,
-    ready: ReadyPose,
-    rig_file: str = "",
-    acknowledge: str = "",
-    *,
-    accept_kinematics: bool = False,
+    config: RunConfig, ready: ReadyPose, rig_file: str = "", acknowledge: str = "", *, accept_kinematics: bool = False
 ) -> Rig:
     """The rig that trials run on, not yet entered: the simulator, or the devices of a rig file.
 

@@ -244,8 +244,7 @@ class EmulatedCell:
         server = self.ur = UrServer(controller)
         self._motors, self._hold = controller, server.exclusive
         self._serve(server, "arm", lambda: {
-            "adapter": "ur-rtde", "name": str(self.config.arm), "host": server.host, "payload_kg": pendant.payload_kg,
-            "payload_cog_m": list(pendant.payload_cog_m), "tcp_offset": list(pendant.tcp_offset), "guard_N": 45.0,
+            "adapter": "ur-rtde", "name": str(self.config.arm), "host": server.host, "guard_N": 45.0,
         })  # fmt: skip
         if self.emulation.force == "ur-rtde":
             noise_N, noise_Nm = (precision / 2.0 for precision in PRECISION)

@@ -85,7 +85,7 @@ def judge_tool(context: RigContext, tool: ToolConfig, reported: ReportedPose) ->
     flange = controller_frames(context.arm, reported.q_rad)[1]
     tip, sensor = (flange.actInv(frame) for frame in (kinematics.tip_in_base, kinematics.sensor_in_base))
     entered, given = np.array(reported.tool_on_flange[:3]), 1e3 * tip.translation
-    if entered.any() and 1e3 * hypot(*(entered - tip.translation)) > _TIP_MM:
+    if entered.any() and not 1e3 * hypot(*(entered - tip.translation)) <= _TIP_MM:
         accepted = f"the tip at ({_mm(entered)}) mm from the flange, the tool centre point that the controller has"
         raise ConfigurationError("tool.tip_mm", f"{given.round(2).tolist()} mm from the flange", accepted)
     payload_kg, mass_kg = reported.payload_kg, tool.mass_kg
@@ -94,7 +94,7 @@ def judge_tool(context: RigContext, tool: ToolConfig, reported: ReportedPose) ->
         raise ConfigurationError("tool.mass_kg", mass_kg, accepted)
     own = sensor.act(np.array(tool.centre_of_mass_mm) * 1e-3) * mass_kg
     expected = (own + 0.5 * sensor.translation * max(0.0, payload_kg - mass_kg)) / max(payload_kg, mass_kg)
-    if 1e3 * hypot(*(expected - np.array(reported.payload_centre_m))) > _CENTRE_MM:
+    if not 1e3 * hypot(*(expected - np.array(reported.payload_centre_m))) <= _CENTRE_MM:
         centre = f"({_mm(np.array(reported.payload_centre_m))}) mm"
         accepted = f"one that fits the payload's centre at {centre} from the flange, which the controller has"
         raise ConfigurationError("tool.centre_of_mass_mm", tool.centre_of_mass_mm, accepted)

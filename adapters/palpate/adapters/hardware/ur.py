@@ -18,7 +18,7 @@ from palpate.adapters.hardware.kinematics_check import ReportedPose, judge_kinem
 from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, Host, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import CONTROL_RATE_HZ, Clock, Holds, OneOf, Range, Settings
+from palpate.core.ports import CONTROL_RATE_HZ, Clock, OneOf, Range, Settings
 from palpate.drivers.device import ArmDriver
 from palpate.drivers.ur import RANGE_N, RANGE_NM, UrArm, UrLink, UrSettings, UrToolForce
 
@@ -39,12 +39,6 @@ class UrTable(Settings):
     """Address of the controller."""
     rate_Hz: Annotated[float, OneOf(125.0, 250.0, 500.0)] = 500.0
     """Rate of its data."""
-    payload_kg: Annotated[float, Range(0.0, 50.0)] = 0.0
-    """Mass of all that hangs at the flange; the controller must have the same."""
-    payload_cog_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Its centre, from the flange."""
-    tcp_offset: Annotated[tuple[float, ...], Holds(lambda offset: len(offset) == 6, "six numbers")] = (0.0,) * 6
-    """Tool centre point from the flange, in metres and a rotation vector; the controller must have the same."""
     guard_N: Annotated[float, Range(0.0, 500.0)] = 0.0
     """Change of the tool force that stops the arm, whatever other sensor there is; 0 watches nothing."""
     lookahead_s: Annotated[float, Range(0.03, 0.2)] = 0.03
@@ -90,9 +84,8 @@ def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> A
     with translating("arm"):
         arm_settings = UrSettings(
             lower_rad=context.lower_rad, upper_rad=context.upper_rad, velocity_rad_s=context.velocity_limit_rad_s,
-            period_s=table.divider / CONTROL_RATE_HZ, payload_kg=table.payload_kg, payload_cog_m=table.payload_cog_m,
-            tcp_offset=table.tcp_offset, lookahead_s=table.lookahead_s, gain=table.gain, guard_N=table.guard_N,
-            silence_s=0.1 * table.patience, watchdog_s=0.15 * table.patience,
+            period_s=table.divider / CONTROL_RATE_HZ, lookahead_s=table.lookahead_s, gain=table.gain,
+            guard_N=table.guard_N, silence_s=0.1 * table.patience, watchdog_s=0.15 * table.patience,
         )  # fmt: skip
 
     def open_bus() -> OpenArm:
@@ -115,8 +108,7 @@ def judged(driver: ArmDriver, context: RigContext) -> list[str]:
     """
     if not isinstance(driver, UrArm) or (seen := driver.seen) is None:
         return []
-    settings = driver.settings
-    found = ReportedPose(seen.q_rad, seen.tcp_pose, settings.tcp_offset, seen.payload_kg, seen.payload_cog_m)
+    found = ReportedPose(seen.q_rad, seen.tcp_pose, driver.tcp_offset, seen.payload_kg, seen.payload_cog_m)
     lines = [judge_kinematics(context, found)]
     return lines if context.tool is None else [*lines, judge_tool(context, context.tool, found)]
 

@@ -26,8 +26,6 @@ from palpate.drivers.ur.judgement import (
     UrSettings,
     require_led,
     require_ready,
-    require_same_tcp,
-    require_same_tool,
     require_sense,
     require_version,
 )
@@ -44,6 +42,7 @@ class UrArm(LatchingArm):
 
     Attributes:
         hello: Who the controller is; None before :meth:`open`.
+        tcp_offset: Its tool centre point from the flange: metres and rotation vector, (6,); empty before.
     """
 
     def __init__(
@@ -52,6 +51,7 @@ class UrArm(LatchingArm):
         super().__init__()
         self.settings = settings
         self.hello: UrHello | None = None
+        self.tcp_offset: tuple[float, ...] = ()
         self._link, self._now_ns, self._sleep = link, now_ns, sleep
         self._seen: UrState | None = None
         self._reference_rad: tuple[float, ...] = ()
@@ -59,7 +59,7 @@ class UrArm(LatchingArm):
         self._cycled_ns = 0
 
     def open(self) -> None:
-        """Reach the controller and hold it against the rig file; nothing moves."""
+        """Reach the controller; nothing moves."""
         self._require("open()", ArmState.NEW)
         seen = self._reach()
         try:
@@ -67,7 +67,7 @@ class UrArm(LatchingArm):
         except (DeviceFaultError, WiringError) as error:
             # Nothing has begun: it is no fault of a run, but of how the rig was left.
             raise SettingError(error.device, error.problem, error.remedy) from error
-        self._judge_set_up(seen)
+        self._ask_tcp()
         self._state = ArmState.CONFIGURED
 
     @property
@@ -88,8 +88,7 @@ class UrArm(LatchingArm):
             # Nothing was under way: whoever enables wants it back.
             seen = self._reach()
             self._judge_controller(seen)
-            self._judge_set_up(seen)
-        require_same_tool(seen, self.settings)
+            self._ask_tcp()
         for i, (angle, low, high) in enumerate(
             zip(seen.q_rad, self.settings.lower_rad, self.settings.upper_rad, strict=True)
         ):
@@ -191,7 +190,6 @@ class UrArm(LatchingArm):
             self._sleep(0.1)
             seen = self._fresh()
         self._judge_controller(seen)
-        require_same_tool(seen, self.settings)
         self._state, self.fault = ArmState.CONFIGURED, None
 
     def close(self) -> None:
@@ -240,8 +238,7 @@ class UrArm(LatchingArm):
             problem = f"its controller at {self._link.host} is in local control"
             raise WiringError(NAME, problem, "switch the pendant to remote control")
 
-    def _judge_set_up(self, seen: UrState) -> None:
-        require_same_tool(seen, self.settings)
-        # The tool centre point is the control program's to tell.
+    def _ask_tcp(self) -> None:
+        # Only the control program knows the tool centre point.
         self._link.call("control", _PROGRAM_S, 0.0)
-        require_same_tcp(self._link.call("tcp", _ANSWER_S), self.settings)
+        self.tcp_offset = tuple(self._link.call("tcp", _ANSWER_S))

@@ -27,7 +27,6 @@ _REMEDY: Final = (
 )
 _FULL_RAD, _SLACK_RAD, _FASTEST_RAD_S = 6.6, 0.05, 7.0
 """Joints turn by 360 degrees, those of the wrists at 360 degrees/s."""
-_COG_M, _KG, _TCP_M, _TCP_RAD = 1e-3, 0.01, 1e-4, 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,8 +35,6 @@ class UrSettings:
 
     Attributes:
         lower_rad: Lower joint limits, (6,). upper_rad: Upper ones. velocity_rad_s: Velocity limits.
-        payload_kg: Mass of the tool. payload_cog_m: Its centre from the flange, (3,).
-        tcp_offset: Tool centre point from the flange: metres and rotation vector, (6,).
         lookahead_s: servoj's look-ahead. gain: servoj's gain.
         silence_s: So long without data is a fault.
         watchdog_s: So long without set-points and the controller ends the program.
@@ -48,9 +45,6 @@ class UrSettings:
     upper_rad: tuple[float, ...]
     velocity_rad_s: tuple[float, ...]
     period_s: float
-    payload_kg: float = 0.0
-    payload_cog_m: tuple[float, ...] = (0.0, 0.0, 0.0)
-    tcp_offset: tuple[float, ...] = (0.0,) * 6
     lookahead_s: float = 0.03
     gain: float = 1000.0
     silence_s: float = 0.1
@@ -117,23 +111,3 @@ def require_led(seen: UrState, force_N: Sequence[float] | None, guard_N: float, 
     if guard_N and force_N is not None and (change_N := dist(seen.wrench[:3], force_N)) > guard_N:
         problem = f"its tool force has changed by {change_N:.1f} N, beyond [arm] guard_N = {guard_N:g}"
         raise DeviceFaultError(NAME, problem, "see what the tool has met, then acknowledge")
-
-
-def require_same_tool(seen: UrState, settings: UrSettings) -> None:
-    """Refuse a payload that is not the rig file's, or no number."""
-    if not abs(seen.payload_kg - settings.payload_kg) <= _KG:
-        raise _other("payload_kg", settings.payload_kg, round(seen.payload_kg, 4))
-    if not dist(seen.payload_cog_m, settings.payload_cog_m) <= _COG_M:
-        raise _other("payload_cog_m", settings.payload_cog_m, tuple(round(x, 5) for x in seen.payload_cog_m))
-
-
-def require_same_tcp(told: Sequence[float], settings: UrSettings) -> None:
-    """Refuse a tool centre point that is not the rig file's."""
-    wanted = settings.tcp_offset
-    if not (dist(told[:3], wanted[:3]) <= _TCP_M and dist(told[3:], wanted[3:]) <= _TCP_RAD):
-        raise _other("tcp_offset", wanted, tuple(round(x, 5) for x in told))
-
-
-def _other(name: str, wanted: object, told: object) -> SettingError:
-    problem = f"[arm] {name} is {wanted} in the rig file, and {told} in the controller"
-    return SettingError(NAME, problem, "set the same in the controller's installation and in the rig file")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from palpate.adapters.log import aligned
+from palpate.core.errors import ConfigurationError
 from palpate.drivers.errors import DriverError
 
 
@@ -114,6 +115,8 @@ class Notebook:
         cause = driver_error(error)
         if cause is not None:
             self.wrong(f"{cause.device}: {cause.problem}", cause.remedy)
+        elif isinstance(error, ConfigurationError):
+            self.wrong(f"{error.field} = {error.value!r}", error.accepted)
         else:
             told = str(error) or repr(error)
             self.wrong(f"{type(error).__name__}: {told}", "see the adapter's own documentation")

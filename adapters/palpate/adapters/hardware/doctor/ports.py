@@ -168,52 +168,74 @@ def _tell_samples(samples: Sequence[WrenchSample | JointSample], reads: int, sta
 
 
 STEP_RAD: Final = 1e-3
-"""The step, on the last joint."""
+"""The step of each joint."""
 _RAMP_TICKS: Final = CONTROL_RATE_HZ // 2
 _WAIT_TICKS: Final = CONTROL_RATE_HZ // 2
 _GOOD_RAD: Final = 0.25 * STEP_RAD
-"""Error that is borne at rest: friction and the servo's dead band leave some counts. A choice."""
+"""Error that is accepted at rest: friction and the servo's dead band leave some counts. A choice."""
 
 
 def examine_following(
     arm: ArmCommand, encoder: JointEncoder, clock: Clock, upper_rad: JointVector, notes: Notebook
 ) -> None:
-    """Moves the last joint by :data:`STEP_RAD` and back. The arm is stopped on every way out."""
+    """Move each joint by :data:`STEP_RAD` and back, the last one first, up to the first that does not follow.
+
+    The arm is stopped on every way out.
+    """
+    rows: list[tuple[str, ...]] = []
     try:
-        start = encoder.read().position_rad
-        step = STEP_RAD if start[-1] + STEP_RAD < upper_rad[-1] else -STEP_RAD
-        there, most = _go(arm, encoder, clock, start, step)
-        back, most_back = _go(arm, encoder, clock, (*start[:-1], start[-1] + step), -step)
+        for joint in reversed(range(len(upper_rad))):
+            row, remedy = _step(arm, encoder, clock, joint, upper_rad[joint])
+            rows.append(row)
+            if remedy:
+                notes.wrong(f"joint {joint + 1} does not follow", remedy)
+                break
+        else:
+            notes.ok("every joint follows in direction and size")
     finally:
         arm.stop()
-    moved, returned = there[-1] - start[-1], back[-1] - start[-1]
-    aside = max((abs(q - s) for q, s in zip(there[:-1], start[:-1], strict=True)), default=0.0)
-    notes.fact("step", f"{step * 1e3:+.1f} mrad asked of the last joint, {moved * 1e3:+.3f} mrad made,"
-               f" {returned * 1e3:+.3f} mrad left after the way back")  # fmt: skip
-    notes.fact("lag", f"{max(most, most_back) * 1e3:.3f} mrad at most")
-    well = abs(moved - step) <= _GOOD_RAD and abs(returned) <= _GOOD_RAD
-    remedy = "look at gains, brake and motor supply of the last joint"
-    if moved * step < 0 and abs(moved) > _GOOD_RAD:
-        remedy = "the joint turned the other way: mend the sign of its counts, before anything else moves"
-    notes.judge(well, "the last joint follows", "the last joint does not follow", remedy)
-    if aside > _GOOD_RAD:
-        remedy = "mend the transmission in the adapter's settings (coupled wrist, order of the axes)"
-        notes.wrong(f"another joint moved along by {aside * 1e3:.3f} mrad", remedy)
+        notes.table(("joint", "asked (mrad)", "made", "left after the way back", "lag at most", "others"), tuple(rows))
+
+
+def _step(
+    arm: ArmCommand, encoder: JointEncoder, clock: Clock, joint: int, upper_rad: float
+) -> tuple[tuple[str, ...], str]:
+    """Return what became of a joint's step, and a remedy where it does not follow."""
+    start = encoder.read().position_rad
+    step = STEP_RAD if start[joint] + STEP_RAD < upper_rad else -STEP_RAD
+    there, most = _go(arm, encoder, clock, start, joint, 0.0, step)
+    back, most_back = _go(arm, encoder, clock, start, joint, step, 0.0)
+    moved, left = there[joint] - start[joint], back[joint] - start[joint]
+    aside = max((abs(q - s) for i, (q, s) in enumerate(zip(there, start, strict=True)) if i != joint), default=0.0)
+    figures = (f"{1e3 * value:+.3f}" for value in (step, moved, left, max(most, most_back), aside))
+    remedy = ""
+    if moved * step < 0.0 and abs(moved) > _GOOD_RAD:
+        remedy = "it turned the other way: correct the sign of its counts, before anything else moves"
+    elif abs(moved - step) > _GOOD_RAD and abs(moved) > _GOOD_RAD and abs(left) <= _GOOD_RAD:
+        remedy = f"it made {moved / step:.2f} times the step: correct its counts per radian"
+    elif abs(moved - step) > _GOOD_RAD or abs(left) > _GOOD_RAD:
+        remedy = "look at gains, brake and motor supply of that joint"
+    elif aside > _GOOD_RAD:
+        remedy = (
+            f"another joint moved along by {aside * 1e3:.3f} mrad: correct the transmission in the adapter's settings"
+            " (coupled wrist, order of the axes)"
+        )
+    return (str(joint + 1), *figures), remedy
 
 
 def _go(
-    arm: ArmCommand, encoder: JointEncoder, clock: Clock, start: JointVector, step: float
+    arm: ArmCommand, encoder: JointEncoder, clock: Clock, start: JointVector, joint: int, begin: float, end: float
 ) -> tuple[JointVector, float]:
-    """Where the arm is in the end, and the largest distance on the way between set-point and last joint."""
+    """Return where the arm is in the end, and the largest distance on the way between set-point and joint."""
     begin_ns, most = clock.now_ns(), 0.0
     for tick in range(_RAMP_TICKS + _WAIT_TICKS):
         clock.sleep_until(begin_ns + tick * 1_000_000_000 // CONTROL_RATE_HZ)
-        share = min(1.0, (tick + 1) / _RAMP_TICKS)
-        applied = arm.send(JointCommand((*start[:-1], start[-1] + share * step)))
+        at = begin + min(1.0, (tick + 1) / _RAMP_TICKS) * (end - begin)
+        applied = arm.send(JointCommand((*start[:joint], start[joint] + at, *start[joint + 1 :])))
         if applied.reason in (CommandReason.STOPPED, CommandReason.POSITION_LIMIT):
             raise DeviceError("arm", f"the step was held back: {applied.reason.value}")
         sample = encoder.read()
         if sample.validity is not Validity.VALID:
             raise DeviceError("arm", f"the joint sample is {sample.validity.value} during the step")
-        most = max(most, abs(sample.position_rad[-1] - applied.position_rad[-1]))
+        most = max(most, abs(sample.position_rad[joint] - applied.position_rad[joint]))
     return encoder.read().position_rad, most

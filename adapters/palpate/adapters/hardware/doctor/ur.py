@@ -20,7 +20,9 @@ def examine_ur(arm: UrArm, context: RigContext, seconds: float, notes: Notebook)
     if arm.hello is not None:
         notes.fact("controller", f"PolyScope {arm.hello.version}, robot {arm.hello.serial}")
     settings = arm.settings
-    notes.ok(f"payload {settings.payload_kg:g} kg and tool centre point are those of the rig file")
+    if arm.seen is not None:
+        notes.fact("payload", f"{arm.seen.payload_kg:g} kg at {arm.seen.payload_cog_m} m from the flange")
+    notes.fact("tool centre point", f"{arm.tcp_offset} from the flange, m and rad")
     for line in judged(arm, context):
         notes.ok(line)
     if not context.arm.calibration:

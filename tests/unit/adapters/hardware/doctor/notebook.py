@@ -11,3 +11,8 @@ def told(notes: Notebook, level: Level) -> list[str]:
 def facts(notes: Notebook) -> dict[str, str]:
     """The facts by name."""
     return {fact.name: fact.text for fact in notes.section().facts}
+
+
+def rows(notes: Notebook) -> list[tuple[str, ...]]:
+    """The rows of the last table."""
+    return list(notes.section().tables[-1].rows)

@@ -62,7 +62,7 @@ def test_everything_is_examined_and_closed(monkeypatch: pytest.MonkeyPatch) -> N
 def test_the_arm_moves_only_when_that_is_wished(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(monkeypatch, move=True)
     _, arm, _ = bench.sections()
-    assert "the last joint follows" in [finding.text for finding in arm.findings]
+    assert "every joint follows in direction and size" in [finding.text for finding in arm.findings]
     assert bench.is_closed()
 
 

@@ -8,7 +8,7 @@ from palpate.core.errors import DeviceError
 from palpate.core.ports.contracts import FakeClock
 from palpate.core.ports.values import CommandReason, JointCommand, JointVector
 from tests.fake_devices import FakeArm, FakeJointEncoder
-from tests.unit.adapters.hardware.doctor.notebook import facts, told
+from tests.unit.adapters.hardware.doctor.notebook import rows, told
 
 HOME = (0.1, 0.2)
 
@@ -32,8 +32,8 @@ class Bench:
 def test_an_arm_that_follows() -> None:
     bench = Bench()
     bench.run()
-    assert [f.text for f in bench.notes.section().findings] == ["the last joint follows"]
-    assert "+1.000 mrad made" in facts(bench.notes)["step"]
+    assert [f.text for f in bench.notes.section().findings] == ["every joint follows in direction and size"]
+    assert [row[:3] for row in rows(bench.notes)] == [("2", "+1.000", "+1.000"), ("1", "+1.000", "+1.000")]
     assert bench.arm.position_rad() == pytest.approx(HOME)
     assert bench.is_stopped()
 
@@ -42,14 +42,19 @@ def test_the_step_goes_away_from_a_limit() -> None:
     bench = Bench(home=(0.0, 1.0))
     bench.run()
     assert not told(bench.notes, Level.WRONG)
-    assert "-1.0 mrad asked" in facts(bench.notes)["step"]
+    assert [row[1] for row in rows(bench.notes)] == ["-1.000", "+1.000"]
 
 
 @pytest.mark.parametrize(
     ("shown", "words"),
     [
         (lambda q: HOME, "look at gains, brake"),
-        (lambda q: (q[0], 2 * HOME[1] - q[1]), "turned the other way"),
+        (lambda q: (q[0], 2 * HOME[1] - q[1]), "joint 2 does not follow -> it turned the other way"),
+        (lambda q: (2 * HOME[0] - q[0], q[1]), "joint 1 does not follow -> it turned the other way"),
+        (
+            lambda q: (q[0], HOME[1] + 2.0 * (q[1] - HOME[1])),
+            "it made 2.00 times the step: correct its counts",
+        ),
         (lambda q: (q[0] + q[1] - HOME[1], q[1]), "another joint moved along by 1.000 mrad"),
     ],
 )
