@@ -26,8 +26,8 @@ POLICY = '{"schema": "palpate.policy/3", "learner": {"kind": "sarsa"}}'
 RIG = '[arm]\nadapter = "zebra-zero"\n'
 TRIALS = (
     "trial,outcome,success,exploration_time_s,actions,peak_force_N,measured_peak_force_N,depth_mm,start_x_mm,"
-    "start_y_mm,hole_x_mm,hole_y_mm,ticks,temperature,marked\n"
-    "0,inserted,True,1.0,3,2.0,2.0,0.5,0.0,0.0,,,90,,\n"
+    "start_y_mm,hole_x_mm,hole_y_mm,ticks,temperature,marked,trip\n"
+    "0,inserted,True,1.0,3,2.0,2.0,0.5,0.0,0.0,,,90,,,\n"
 )
 
 

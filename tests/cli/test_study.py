@@ -127,7 +127,7 @@ def test_a_cell_that_fails_is_named_and_the_others_are_made(tmp_path: Path, monk
     assert done.code == 1
     assert "2 of 4 cells are finished" in done.stdout
     assert "2 cells failed" in done.stdout
-    assert done.stderr.count("failed: task.goal = ") == 2
+    assert done.stderr.count("failed: place = ") == 2
     assert [path.name.split("-seed")[0] for path in cells_in(out)] == ["q-learning-x_mm-400.0", "torque-x_mm-400.0"]
     assert len((out / "summary.csv").read_text().splitlines()) == 3
 

@@ -77,7 +77,7 @@ def ready_pose(arm: str = "zebra-zero") -> tuple[JointVector, tuple[tuple[float,
     goal = goal_in_base(GoalConfig())
     target = pin.SE3(goal.rotation, goal.act(np.array([0.0, 0.0, -3e-3])))
     seed = np.array(arm_named(arm).posture_rad)
-    q = InverseKinematics(kinematics, PERIOD_S).solve(target, free_yaw=True, seed_rad=seed, field="task.goal")
+    q = InverseKinematics(kinematics, PERIOD_S).solve(target, free_yaw=True, seed_rad=seed, field="place")
     kinematics.update(q)
     return tuple(q.tolist()), tuple(map(tuple, kinematics.tip_rotation.tolist()))
 

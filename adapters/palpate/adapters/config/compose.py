@@ -11,8 +11,8 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.config.scenarios import BLIND, JOB, LEARNERS, SCENARIOS
 from palpate.adapters.config.tasks import INSERTION, task_kind
 from palpate.adapters.config.toml import overlay, read_toml
-from palpate.core.errors import ConfigurationError, require_one_of
-from palpate.core.job import JOB_TABLES, Job, PlaceConfig, Verdict, derived_settings, judge
+from palpate.core.errors import ConfigurationError, did_you_mean, require_one_of
+from palpate.core.job import JOB_TABLES, STATED, Job, PlaceConfig, Verdict, derived_settings, judge
 from palpate.core.motion import Kinematics, arm_named, arm_of_table
 from palpate.core.ports import SensorFacts
 from palpate.simulation.work_cell import CellConfig
@@ -20,22 +20,28 @@ from palpate.simulation.work_cell import CellConfig
 _OF_A_JOB: Final = (*JOB_TABLES, "arm", "cell")
 
 
-def read_job(path: str | Path) -> dict[str, Any]:
-    """Return the tables of a job file.
+def read_job(source: str | Path | Mapping[str, Any]) -> dict[str, Any]:
+    """Return the tables of a job.
+
+    Args:
+        source: A job file, or its tables.
 
     Raises:
-        ConfigurationError: It cannot be read, or has other tables than those of a job.
+        ConfigurationError: It cannot be read, has other tables than those of a job, or lacks what every job states.
     """
-    table = read_toml(path, "job")
+    table = dict(source) if isinstance(source, Mapping) else read_toml(source, "job")
     for name, value in table.items():
         if name not in _OF_A_JOB:
-            accepted = f"in a job file one of the tables {', '.join(_OF_A_JOB)}; other settings belong in --config"
-            raise ConfigurationError(name, value, accepted)
+            near = did_you_mean(name, _OF_A_JOB)
+            accepted = f"one of the tables {', '.join(_OF_A_JOB)}{near}; other settings belong in --config"
+            raise ConfigurationError(name, value, f"in a job, {accepted}")
         if name != "arm" and not isinstance(value, Mapping):
             raise ConfigurationError(name, value, "a table")
-    for name in ("part", "tool"):
-        if name not in table:
-            raise ConfigurationError("job", str(path), f"a file with a table [{name}]")
+    for name, fields in STATED.items():
+        given = table.get(name, {})
+        missing = [f"{name}.{field}" for field in fields if field not in given]
+        if missing:
+            raise ConfigurationError(name, list(given), f"a table that states {', '.join(missing)}")
     return table
 
 

@@ -210,6 +210,6 @@ def find_approach(config: RunConfig, ready: ReadyPose) -> WayToReadyPose:
     inverse = InverseKinematics(Kinematics(arm_named(config.arm), config.tool.geometry), PERIOD_S)
     goal = goal_in_base(config.task.goal)
     above = goal.act(np.array([0.0, 0.0, -APPROACH_HEIGHT_M]))
-    q = inverse.solve(pin.SE3(ready.tip_rotation, above), free_yaw=False, seed_rad=ready.q_rad, field="task.goal")
+    q = inverse.solve(pin.SE3(ready.tip_rotation, above), free_yaw=False, seed_rad=ready.q_rad, field="place")
     poses = tuple(q.tolist()), tuple(ready.q_rad.tolist())
     return WayToReadyPose(arm_named(config.arm), config.tool.geometry, goal, config.task.ready_height_mm * 1e-3, poses)

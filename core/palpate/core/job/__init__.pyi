@@ -15,6 +15,7 @@ from .tables import KEYED as KEYED
 from .tables import ROUND as ROUND
 from .tables import ROUNDED as ROUNDED
 from .tables import SIDES as SIDES
+from .tables import STATED as STATED
 from .tables import Job as Job
 from .tables import LimitsConfig as LimitsConfig
 from .tables import PartConfig as PartConfig

@@ -32,6 +32,8 @@ _NOISE_BAND: Final = 1.11
 """White noise passes a second-order Butterworth low-pass as if it ended at 1.11 times its cut-off."""
 _NOISES_UNEXPECTED: Final = 9.3
 """Standard deviations of one channel that the norm of the difference of two samples stays below."""
+NOISES_FORCE: Final = 2.0 * _NOISES_UNEXPECTED
+"""Standard deviations of the force in the highest force: below it a limit and an unexpected contact are the same."""
 _JAMS_FROM: Final = 0.8
 """Jam number from which the pressing force of the insertion grows."""
 _OVER_JAM: Final = 1.3
@@ -55,6 +57,7 @@ class Constants:
         speed_in_air_m_s: Speed at which a damping law without contact moves: the paper's cell.
         edge_m: Broken edge of a peg without a chamfer (ISO 13715 allows 0.05 to 0.3 mm).
         search_speed_m_s: Speed of a search.
+        most_capture_m: A wider strip saves no time: one path then covers most areas.
         capture_delay_s: The capture half-width shrinks by this times the speed (1.5 to 2 ms).
         area_margin_m: Area beyond the farthest hole and start, for the last half step.
         search_s: Time of a trial's exploration besides the sweep: first contact, and returns to a likely place.
@@ -76,6 +79,7 @@ class Constants:
     speed_in_air_m_s: float = 0.012258
     edge_m: float = 1e-4
     search_speed_m_s: float = 0.016
+    most_capture_m: float = 2e-3
     capture_delay_s: float = 1.5625e-3
     area_margin_m: float = 5e-4
     search_s: float = 5.0
@@ -219,7 +223,9 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
     critical_N_s_per_m = sqrt(job.axial_N_per_m * job.moving_kg)
     passed = sqrt(_NOISE_BAND * known.cutoff_Hz * 2.0 * known.period_s)
     edge_m = max(known.edge_m, job.chamfer_m)
-    capture_m = job.clearance_m + edge_m - known.capture_delay_s * known.search_speed_m_s
+    capture_m = min(
+        job.clearance_m + edge_m - known.capture_delay_s * known.search_speed_m_s, known.most_capture_m
+    )
     half_width_m = max(job.deviation_m, job.start_m) + known.area_margin_m
     side_m = 2.0 * half_width_m
     sweep_s = side_m * side_m / (_SMALLEST_SWEEP * capture_m * known.search_speed_m_s)
@@ -229,8 +235,8 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
         contact_N=min(max(_CONTACT_SHARE * press_N, _NOISES_CONTACT * job.noise_N), _MOST_CONTACT_SHARE * press_N),
         torque_Nm=max(_PAPERS_SHARE * press_N * job.radius_m, _NOISES_TORQUE * passed * job.noise_Nm),
         damping_N_s_per_m=max(
-            # Half the bound of stability of the sampled law.
-            2.0 * job.axial_N_per_m * known.period_s,
+            # Half the bound of stability of the sampled law, and what rounding takes.
+            2.01 * job.axial_N_per_m * known.period_s,
             # A gripper that is moved is late by its damper: the share of the press that this hides stays below 0.3.
             2.0 * job.damping_ratio * critical_N_s_per_m / 0.3,
             press_N / known.speed_in_air_m_s,
@@ -241,7 +247,7 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
         half_width_m=half_width_m,
         step_m=min(_STEP_SHARE * half_width_m, job.radius_m / 2.0),
         time_s=max(known.least_time_s, known.search_s + _SWEEP_SLACK * sweep_s),
-        unexpected_N=max(known.least_unexpected_N, _NOISES_UNEXPECTED * job.noise_N),
+        unexpected_N=max(min(known.least_unexpected_N, 0.5 * job.force_N), _NOISES_UNEXPECTED * job.noise_N),
         torque_limit_Nm=max(known.least_torque_Nm, 1.05 * job.force_N * (job.lever_m + job.radius_m)),
         # Walls leave a peg the tilt that the clearance allows.
         end_tilt_m=job.radius_m * max(job.tilt_rad - 2.0 * job.clearance_m / job.depth_m, 0.0),

@@ -5,7 +5,8 @@ from __future__ import annotations
 from math import acos, asin, cos, degrees, pi, radians, sin, sqrt
 from typing import Any, Final
 
-from palpate.core.job.derived import N_PER_KGF, Derived, Quantities, derive
+from palpate.core.errors import ConfigurationError
+from palpate.core.job.derived import N_PER_KGF, NOISES_FORCE, Derived, Quantities, derive
 from palpate.core.job.tables import KEYED, ROUND, ROUNDED, SIDES, Job, PartConfig
 from palpate.core.ports import SensorFacts
 
@@ -22,7 +23,13 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
     Args:
         sensor: Noise of the force sensor that the job runs with.
         task: Name of the task; six degrees of freedom have options of their own.
+
+    Raises:
+        ConfigurationError: The sensor is too noisy for the highest force.
     """
+    if job.limits.force_N < (least_N := NOISES_FORCE * sensor.noise_N):
+        accepted = f"at least {least_N:.3g} with a force sensor of {sensor.noise_N:g} N noise, or a quieter sensor"
+        raise ConfigurationError(job.limits.dotted("force_N"), job.limits.force_N, accepted)
     part, tool, place, limits = job.part, job.tool, job.place, job.limits
     found = derive(Quantities.of(job, sensor))
     known = place.position_uncertainty_mm == 0.0
@@ -60,7 +67,8 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
             "position_threshold_mm": _KNOWN_POSITION_MM if known else _UNKNOWN_POSITION_MM,
         },
         "learning": {
-            "belief": {"capture_mm": _shown(found.capture_m * 1e3), "pitch_mm": _shown(found.pitch_m * 1e3)},
+            # Rounded the same way: a pitch beyond twice the capture would leave gaps.
+            "belief": {"capture_mm": _shown(found.capture_m * 1e3), "pitch_mm": 2.0 * _shown(found.pitch_m * 5e2)},
         },
         "supervision": _supervision(found, limits.force_N),
         "cell": _cell(job),

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import cos, pi, radians
+from math import cos, hypot, pi, radians
 from typing import Annotated, ClassVar, Final, TypeAlias
 
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import ToolGeometry
-from palpate.core.ports import OneOf, Range, Settings, Vector3
+from palpate.core.ports import Holds, OneOf, Range, Settings, Vector3
 
 ROUND: Final = "round"
 SIDES: Final = {"triangle": 3, "square": 4, "hexagon": 6, "rounded-square": 4, "keyed": 0}
@@ -20,6 +21,19 @@ ROUNDED: Final = "rounded-square"
 _NM: Final = 6
 """Decimals of a millimetre that are kept when two sizes are subtracted: a nanometre."""
 _MOST_CLEARANCE_MM: Final = 5.0
+
+_MOST_FLAT: Final = 0.8
+"""Share of the radius that a flat takes off at most: less than half the peg is left beyond it."""
+_LEAST_MM: Final = 1.0
+_LEAST_TIP_MM: Final = 5.0
+_MOST_BENT_DEG: Final = 80.0
+_MOST_ASIDE_MM: Final = 500.0
+
+
+def _none_or(low: float, high: float) -> Holds:
+    """Zero, or a range that a value in metres or radians misses."""
+    return Holds(lambda value: value == 0.0 or low <= value <= high, f"0, or a number from {low:g} to {high:g}")
+
 
 _Angle: TypeAlias = Annotated[float, Range(-360.0, 360.0)]
 _Length: TypeAlias = Annotated[float, Range(-2000.0, 2000.0)]
@@ -41,7 +55,7 @@ class PartConfig(Settings):
     """Radius of the corners of a rounded square."""
     flat_mm: Annotated[float, Range(0.1, 50.0)] = 3.0
     """Height of the segment that the flat of a keyed peg takes off."""
-    chamfer_mm: Annotated[float, Range(0.0, 10.0)] = 0.0
+    chamfer_mm: Annotated[float, _none_or(0.02, 10.0)] = 0.0
     """Chamfer of the peg's end at 45 degrees; 0 for a broken edge."""
     depth_mm: Annotated[float, Range(0.5, 60.0)] = 10.0
     """Depth to reach."""
@@ -96,7 +110,7 @@ class PartConfig(Settings):
         half_mm = self.peg_mm / 2.0
         for name, most, applies in (
             ("corner_radius_mm", half_mm, self.shape == ROUNDED),
-            ("flat_mm", half_mm, self.shape == KEYED),
+            ("flat_mm", _MOST_FLAT * half_mm, self.shape == KEYED),
             ("chamfer_mm", half_mm / 2.0, True),
         ):
             if applies and getattr(self, name) >= most:
@@ -160,10 +174,25 @@ class ToolConfig(Settings):
         if self.moving_mass_kg < 0.01:
             accepted = f"at least 0.01 below tool.mass_kg = {self.mass_kg:g}"
             raise ConfigurationError(self.dotted("rigid_mass_kg"), self.rigid_mass_kg, accepted)
-        if self.tip_mm[2] <= 0.0:
-            raise ConfigurationError(
-                self.dotted("tip_mm"), self.tip_mm, "a third number above 0: the tip is beyond the sensor"
+        for name in ("sensor_mm", "tip_mm", "centre_of_mass_mm"):
+            vector_mm = getattr(self, name)
+            if any(vector_mm) and hypot(*vector_mm) < _LEAST_MM:
+                accepted = f"zeros, or at least {_LEAST_MM:g} away: the numbers are millimetres"
+                raise ConfigurationError(self.dotted(name), vector_mm, accepted)
+        if self.tip_mm[2] < _LEAST_TIP_MM:
+            accepted = f"a third number of {_LEAST_TIP_MM:g} at least: the tip is beyond the sensor"
+            raise ConfigurationError(self.dotted("tip_mm"), self.tip_mm, accepted)
+        roll_deg, pitch_deg, _ = self.tip_rpy_deg
+        if cos(radians(roll_deg)) * cos(radians(pitch_deg)) < cos(radians(_MOST_BENT_DEG)):
+            accepted = f"a peg that points away from the sensor, at most {_MOST_BENT_DEG:g} degrees off its axis"
+            raise ConfigurationError(self.dotted("tip_rpy_deg"), self.tip_rpy_deg, accepted)
+        x_mm, y_mm, z_mm = self.centre_of_mass_mm
+        if not 0.0 <= z_mm <= self.tip_mm[2] or hypot(x_mm, y_mm) > _MOST_ASIDE_MM:
+            accepted = (
+                f"a place on the tool: the third number from 0 to {self.tip_mm[2]:g} as in tool.tip_mm, the first two"
+                f" at most {_MOST_ASIDE_MM:g}"
             )
+            raise ConfigurationError(self.dotted("centre_of_mass_mm"), self.centre_of_mass_mm, accepted)
 
 
 @dataclass(frozen=True)
@@ -180,15 +209,15 @@ class PlaceConfig(Settings):
     """Height of the plate's surface above the base."""
     rpy_deg: tuple[_Angle, _Angle, _Angle] = (0.0, 0.0, 0.0)
     """Roll, pitch and yaw of the hole about the base's axes; zeros for a hole that points straight down."""
-    position_uncertainty_mm: Annotated[float, Range(0.0, 20.0)] = 0.0
+    position_uncertainty_mm: Annotated[float, _none_or(0.02, 20.0)] = 0.0
     """Largest distance of the hole from there, sideways."""
-    height_uncertainty_mm: Annotated[float, Range(0.0, 5.0)] = 0.5
+    height_uncertainty_mm: Annotated[float, _none_or(0.01, 5.0)] = 0.5
     """Largest error of the plate's height."""
-    tilt_uncertainty_mrad: Annotated[float, Range(0.0, 150.0)] = 0.0
+    tilt_uncertainty_mrad: Annotated[float, _none_or(0.05, 100.0)] = 0.0
     """Largest angle between the peg's axis and the hole's."""
-    yaw_uncertainty_deg: Annotated[float, Range(0.0, 45.0)] = 0.0
+    yaw_uncertainty_deg: Annotated[float, _none_or(0.1, 45.0)] = 0.0
     """Largest turn of the hole about its axis against the peg."""
-    start_uncertainty_mm: Annotated[float, Range(0.0, 20.0)] = 0.0
+    start_uncertainty_mm: Annotated[float, _none_or(0.02, 20.0)] = 0.0
     """Largest distance of a trial's start from the believed hole; each trial draws its own."""
 
 
@@ -213,9 +242,29 @@ class Job(Settings):
     place: PlaceConfig = field(default_factory=PlaceConfig)
     limits: LimitsConfig = field(default_factory=LimitsConfig)
 
+    @override
+    def check(self) -> None:
+        part, place = self.part, self.place
+        least_mm = place.height_uncertainty_mm + part.depth_tolerance_mm
+        if part.depth_mm <= least_mm:
+            accepted = (
+                f"more than {least_mm:g} = place.height_uncertainty_mm + part.depth_tolerance_mm, as deep as the plate"
+                " itself may be taken to lie"
+            )
+            raise ConfigurationError(part.dotted("depth_mm"), part.depth_mm, accepted)
+        if place.position_uncertainty_mm > part.peg_mm:
+            accepted = f"at most part.peg_mm = {part.peg_mm:g}: measure the hole's place first"
+            raise ConfigurationError(place.dotted("position_uncertainty_mm"), place.position_uncertainty_mm, accepted)
+
 
 JOB_TABLES: Final = ("part", "tool", "place", "limits")
 """Tables of a job file besides ``arm`` and ``cell``."""
+STATED: Final[Mapping[str, tuple[str, ...]]] = {
+    "part": ("peg_mm", "hole_mm", "depth_mm"),
+    "tool": ("sensor_mm", "tip_mm", "mass_kg", "centre_of_mass_mm", "axial_N_per_mm", "lateral_N_per_mm"),
+    "place": ("x_mm", "y_mm", "z_mm"),
+}
+"""Fields that every job states: for these no default is safe."""
 
 
 def _metres(mm: Vector3) -> Vector3:

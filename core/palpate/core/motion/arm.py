@@ -10,8 +10,8 @@ from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
 from typing_extensions import override
 
-from palpate.core.errors import AssetError, ConfigurationError
-from palpate.core.ports import Holds, OneOf, Range, Settings
+from palpate.core.errors import AssetError, ConfigurationError, did_you_mean
+from palpate.core.ports import Holds, OneOf, Range, Settings, kinds_of
 
 GROUP: Final = "palpate.arms"
 """Entry points of other packages: the name that ``--arm`` takes, and an :class:`ArmDescription`."""
@@ -162,8 +162,16 @@ def arm_of_table(table: Mapping[str, Any]) -> str | dict[str, Any]:
     Raises:
         ConfigurationError: There is none of that name.
     """
-    if "urdf" in table or not isinstance(name := table.get("name"), str):
+    known = kinds_of(ArmDescription)
+    for key, value in table.items():
+        if key not in known:
+            hint = did_you_mean(key, tuple(known))
+            raise ConfigurationError(f"arm.{key}", value, f"no such field{hint} (known here: {', '.join(known)})")
+    if "urdf" in table:
         return dict(table)
+    name = table.get("name")
+    if not isinstance(name, str):
+        raise ConfigurationError("arm.name", name, f"one of {', '.join(ARMS)}, or a table [arm] with urdf and flange")
     return name if len(table) == 1 else {**asdict(arm_named(name)), **table}
 
 

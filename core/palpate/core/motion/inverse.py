@@ -107,10 +107,10 @@ class InverseKinematics:
                 settled = self._posture is None or float(np.abs(q - before).max()) < _SETTLED_RAD
                 if settled and float(np.abs(error).max()) < 1e-6:
                     return before
-        position = ", ".join(f"{value:.4g}" for value in tip_target_in_base.translation)
+        position = ", ".join(f"{1e3 * value:.4g}" for value in tip_target_in_base.translation)
         raise UnreachableError(
             field,
-            f"({position}) m",
+            f"({position}) mm",
             f"a place that {kinematics.arm.name} reaches with its tool axis as asked",
         )
 

@@ -20,11 +20,11 @@ class GoalConfig(Settings):
 
     TABLE: ClassVar[str] = "task.goal"
 
-    x_mm: Annotated[float, Range(-2000.0, 2000.0)] = 400.0
+    x_mm: Annotated[float, Range(-3000.0, 3000.0)] = 400.0
     """Distance in front of the arm's base."""
-    y_mm: Annotated[float, Range(-2000.0, 2000.0)] = 0.0
+    y_mm: Annotated[float, Range(-3000.0, 3000.0)] = 0.0
     """Distance to its left."""
-    z_mm: Annotated[float, Range(-2000.0, 2000.0)] = 20.0
+    z_mm: Annotated[float, Range(-3000.0, 3000.0)] = 20.0
     """Height of the plate's surface."""
     rpy_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Roll, pitch and yaw of the hole about the base's axes; zeros for one that points straight down."""
@@ -76,7 +76,7 @@ class TaskConfig(Settings):
     """How far the estimated depth may fall short: encoders, force noise and contact height enter it."""
     surface_uncertainty_mm: Annotated[float, Range(0.0, 5.0)] = 0.5
     """How far the plate's height may differ from what is believed; it matters where the peg never touches the plate."""
-    play_mm: Annotated[float, Range(0.0, 12.0)] = 0.0
+    play_mm: Annotated[float, Range(0.0, 30.0)] = 0.0
     """How far the peg may move sideways in the hole, and 0.2 mm for the gripper; further out no wall is looked for. 0:
     what the shapes of peg and hole, chamfer and wear included, leave, and 0.6 at least."""
     max_force_N: Annotated[float, Range(1.0, 500.0)] = 30.0

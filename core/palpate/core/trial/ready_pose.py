@@ -81,7 +81,7 @@ def find_ready_pose(
         at(0.0, 0.0, -height, goal.rotation),
         free_yaw=True,
         seed_rad=np.array(description.posture_rad),
-        field="task.goal",
+        field="place",
     )
     kinematics.update(q)
     ready = ReadyPose(q, kinematics.tip_rotation.copy())
@@ -92,7 +92,7 @@ def find_ready_pose(
     for x in (-far, far):
         for y in (-aside, aside):
             for z in (-height, depth):
-                inverse.solve(at(x, y, z, ready.tip_rotation), free_yaw=False, seed_rad=q, field="task.goal")
+                inverse.solve(at(x, y, z, ready.tip_rotation), free_yaw=False, seed_rad=q, field="place")
     return ready
 
 
@@ -116,7 +116,7 @@ def require_turns(
             turn[axis] = radians(sign * angle_deg)
             rotation = goal.rotation @ np.array(orientation((turn[0], turn[1], turn[2]))) @ upright
             try:
-                inverse.solve(pin.SE3(rotation, place), free_yaw=False, seed_rad=ready.q_rad, field="task.goal")
+                inverse.solve(pin.SE3(rotation, place), free_yaw=False, seed_rad=ready.q_rad, field="place")
             except UnreachableError as error:
                 about = "xyz"[axis]
                 accepted = f"a turn about {about} that {description.name} can make above the goal"

@@ -40,7 +40,7 @@ class PegConfig(Settings):
     """Diameter of the peg; of its inscribed circle where it is a polygon."""
     clearance_mm: Annotated[float, Range(0.001, 5.0)] = 0.075
     """Gap between peg and hole all round when centred: half the difference of the diameters."""
-    hole_depth_mm: Annotated[float, Range(0.5, 60.0)] = 10.0
+    hole_depth_mm: Annotated[float, Range(0.5, 80.0)] = 10.0
     """Depth of the hole's floor below the plate's surface."""
     friction: Annotated[float, Range(0.0, 2.0)] = 0.2
     """Coulomb friction between peg and plate."""
@@ -140,7 +140,7 @@ class ComplianceConfig(Settings):
     """Height of the centre of compliance above the peg tip; 0 is a remote-centre-compliance device."""
     damping_ratio: Annotated[float, Range(0.05, 5.0)] = 0.7
     """Damping of each spring, as a share of critical damping."""
-    moving_mass_kg: Annotated[float, Range(0.05, 2.0)] = 0.3
+    moving_mass_kg: Annotated[float, Range(0.01, 20.0)] = 0.3
     """Mass of gripper and peg, which the sensor measures as weight."""
 
 

@@ -185,7 +185,7 @@ class Commissioning:
             if report.outcome is not Outcome.INSERTED:
                 outcome = "nothing" if report.outcome is None else report.outcome.value
                 problem = f"insertion {trial + 1} ended with {outcome}: {report.events[-1].detail}"
-                raise UndeterminedError("hole's place", problem, "a believed place within 3 mm (--task.goal)")
+                raise UndeterminedError("hole's place", problem, "a believed place within 3 mm (--place)")
             x, y, _ = self._goal.act(np.array(task.tip_m))
             places.append((float(x), float(y)))
         return *hole(places, 2e-3 * self.config.cell.peg.clearance_mm), places
@@ -220,7 +220,7 @@ class Commissioning:
                 rotation = tip.rotation @ pin.exp3(radians(tilt_deg) * axis)
                 target = pin.SE3(rotation, middle + rotation @ lever)
                 with suppress(UnreachableError):
-                    poses.append(inverse.solve(target, free_yaw=False, seed_rad=above_rad, field="task.goal"))
+                    poses.append(inverse.solve(target, free_yaw=False, seed_rad=above_rad, field="place"))
             return [q for q in poses if float(np.abs(q - above_rad).max()) < _NEAR_RAD]
 
         for tilt_deg in _TILTS_DEG:
@@ -229,7 +229,7 @@ class Commissioning:
         problem = (
             f"the arm can tilt its tool by {tilt_deg:g} degrees in {len(poses)} of {len(_HEADINGS_DEG)} directions"
         )
-        raise UndeterminedError("weight", problem, "a place further from the arm's limits (--task.goal)")
+        raise UndeterminedError("weight", problem, "a place further from the arm's limits (--place)")
 
     def _press_at(self, x_m: float, y_m: float, height_m: float) -> Pressed:
         """Touch the plate at a place of the task frame, coming from a depth there; press, and go back up."""
@@ -252,7 +252,7 @@ class Commissioning:
         lowest = at(_ABOVE_M)
         if not any(force_N(felt) > _TOUCH_N for felt in arm.tip_line(lowest, _DOWN_M_S)):
             problem = f"no contact down to {_ABOVE_M * 1e3:g} mm below where it is believed"
-            raise UndeterminedError("plate's height", problem, "a nearer belief (--task.goal.z-mm)")
+            raise UndeterminedError("plate's height", problem, "a nearer belief (--place.z-mm)")
         rows = []
         for direction, target in ((1.0, lowest), (-1.0, at(height_m))):
             for felt in arm.tip_line(target, _PRESS_M_S):

@@ -19,7 +19,7 @@ class SpatialOptions(Settings):
 
     corners: Annotated[float, Range(0.0, 12.0)] = 0.0
     """Corners of the peg, evenly about its axis, the first at half their angle from the task's x; 0 for none."""
-    corner_mm: Annotated[float, Range(0.5, 100.0)] = 20.0
+    corner_mm: Annotated[float, Range(0.1, 100.0)] = 20.0
     """Distance of the corners, or of the flat, from the peg's axis."""
     flat_deg: Annotated[float, Range(0.0, 80.0)] = 0.0
     """Half the angle under which a keyed peg's flat, across the task's x, is seen from the axis; 0 for none."""

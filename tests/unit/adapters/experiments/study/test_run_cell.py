@@ -21,7 +21,7 @@ def test_a_learner_is_trained_by_name(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("base", "files", "problem"),
     [
-        ({"task.goal.x_mm": 1900.0}, {}, "task.goal"),
+        ({"task.goal.x_mm": 1900.0}, {}, "place"),
         ({"task.step_mm": 100.0}, {}, "task.step_mm"),
         ({}, {"e.csv": "00"}, "stays as it was"),
         ({}, {"none.csv": "00"}, "none.csv"),
