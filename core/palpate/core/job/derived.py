@@ -223,9 +223,7 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
     critical_N_s_per_m = sqrt(job.axial_N_per_m * job.moving_kg)
     passed = sqrt(_NOISE_BAND * known.cutoff_Hz * 2.0 * known.period_s)
     edge_m = max(known.edge_m, job.chamfer_m)
-    capture_m = min(
-        job.clearance_m + edge_m - known.capture_delay_s * known.search_speed_m_s, known.most_capture_m
-    )
+    capture_m = min(job.clearance_m + edge_m - known.capture_delay_s * known.search_speed_m_s, known.most_capture_m)
     half_width_m = max(job.deviation_m, job.start_m) + known.area_margin_m
     side_m = 2.0 * half_width_m
     sweep_s = side_m * side_m / (_SMALLEST_SWEEP * capture_m * known.search_speed_m_s)
