@@ -11,7 +11,7 @@ import pytest
 from scipy.stats import t
 
 from palpate.adapters.experiments.study.cell import StudyCell
-from tests.command_line import CommandLine, files_in, shared_folder
+from tests.command_line import QUICK, CommandLine, files_in, shared_folder
 
 STEPS = (0.5, 0.7)
 SEEDS = (0, 1)
@@ -114,6 +114,15 @@ def test_a_claim_is_on_the_page(palpate: CommandLine) -> None:
     assert "100 % [2.5%, 100.0%]" in page.cells["td"]
 
 
+def test_trips_are_counted_and_listed_with_their_reasons(palpate: CommandLine) -> None:
+    strict = ("--supervision.max-force-N", 6, "--policy", "torque", "--trials", 6, *QUICK)
+    palpate.succeed("run", *strict, "--out", "run")
+    palpate.succeed("report", "run")
+    page = Page(Path("run"))
+    assert "Trips, each counted as a failure at the time limit: " in page.text
+    assert "FORCE_LIMIT: force " in page.text
+
+
 def test_a_study_says_what_its_trials_say(palpate: CommandLine, study: Path) -> None:
     palpate.succeed("report", study)
     page = Page(study)
@@ -122,10 +131,10 @@ def test_a_study_says_what_its_trials_say(palpate: CommandLine, study: Path) -> 
     assert page.facts["Swept: task.step_mm"] == "0.5, 0.7"
     assert "unfinished" not in page.text
     assert sum("Learning curve" in alt for alt in page.alts) == len(STEPS)
-    names, figures = page.cells["th"][7:], page.cells["td"]
+    names, figures = page.cells["th"][8:], page.cells["td"]
     for number, name in enumerate(names):
         policy, step = name.split(", task.step_mm = ")
-        seeds, _, _, mean, *_ = figures[7 * number : 7 * number + 7]
+        seeds, _, _, mean, *_ = figures[8 * number : 8 * number + 8]
         parts = [
             lines_of(study / "cells" / StudyCell({"task.step_mm": float(step)}, policy, seed).name / "trials.csv")
             for seed in SEEDS

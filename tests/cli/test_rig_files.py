@@ -160,3 +160,30 @@ def test_a_broken_fault_file_keeps_the_rig_still(palpate: CommandLine) -> None:
     shutil.copy(RIG_FILE, "rig.toml")
     Path("rig.toml.fault.json").write_text("{")
     assert "does not move" in palpate.refusal(*RUN.split())
+
+
+BROKEN = """
+from palpate.core.ports import ForceSensor, ManagedDevice
+
+class Sensor(ManagedDevice, ForceSensor):
+    def _on_configure(self):
+        self.missing_method()
+
+    def read(self):
+        raise AssertionError("never called")
+
+def make_sensor(settings, context):
+    return Sensor("bench")
+"""
+
+
+def test_an_error_in_an_adapter_names_its_file_and_line(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(Path.cwd()))
+    Path("broken_bench.py").write_text(BROKEN)
+    Path("rig.toml").write_text(
+        "[arm]\nadapter = 'zebra-nmc'\nat_home = true\n[force_sensor]\nadapter = 'broken_bench:make_sensor'\n"
+    )
+    done = palpate(*RUN.split())
+    assert done.code == 1
+    assert done.stderr.splitlines()[-1].endswith("(broken_bench.py:6); PALPATE_DEBUG=1 prints the whole traceback")
+    assert "palpate: AttributeError: 'Sensor' object has no attribute 'missing_method'" in done.stderr

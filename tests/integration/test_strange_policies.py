@@ -180,7 +180,7 @@ def test_one_that_fails_in_a_trial_stops_the_arm_and_leaves_a_log_that_says_whos
     Path("badly_made.py").write_text(BAD.format(does="raise ZeroDivisionError('oh')"))
     done = palpate("run", "--policy", "badly_made:Bad", "--cell.hole-uncertainty-mm", 3, "--seed", 3, "--out", "bad")
     said = done.stderr.strip().splitlines()[-1]
-    assert said.startswith("palpate: policy badly_made:Bad: choose failed with ZeroDivisionError: oh")
+    assert said.startswith("palpate: policy badly_made:Bad: choose failed with ZeroDivisionError: oh (badly_made.py:8)")
     assert done.code == 1
     assert "Traceback" not in done.stderr
     path = Path("bad/logs/trial-00000.mcap")
@@ -192,6 +192,17 @@ def test_one_that_fails_in_a_trial_stops_the_arm_and_leaves_a_log_that_says_whos
     forget()
     alone = replay_file(path, Rebuilder())
     assert (alone.verdict, "ended by PolicyError" in alone.note) == (Verdict.EQUAL, True)
+
+
+def test_the_whole_traceback_is_printed_on_request(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(Path.cwd()))
+    monkeypatch.setenv("PALPATE_DEBUG", "1")
+    Path("badly_made.py").write_text(BAD.format(does="raise ZeroDivisionError('oh')"))
+    done = palpate("run", "--policy", "badly_made:Bad", "--cell.hole-uncertainty-mm", 3, "--seed", 3, "--out", "bad")
+    assert "Traceback" in done.stderr
+    assert "raise ZeroDivisionError('oh')" in done.stderr
+    assert done.stderr.splitlines()[-1].startswith("palpate: policy badly_made:Bad: choose failed")
+    forget()
 
 
 def test_one_that_changes_the_working_folder_moves_no_result(

@@ -20,6 +20,8 @@ Each error says what happened, the offending value, and what would have been rig
 """
 
 import difflib
+import os
+import sys
 from collections.abc import Sequence
 from math import isfinite
 
@@ -137,12 +139,30 @@ def one_line(said: object) -> str:
 
 
 def told(error: BaseException) -> str:
-    """Kind and text of an error that is not palpate's own, on one line of some 200 signs; the text may fail as well."""
+    """Kind, text and place of an error that is not palpate's own, on one line; the text may fail as well."""
     try:
         said = one_line(error)[:200]
     except Exception:
         said = "its text cannot be told"
-    return f"{type(error).__name__}: {said}"
+    place = raised_at(error)
+    return f"{type(error).__name__}: {said}" + (f" ({place})" if place else "")
+
+
+def raised_at(error: BaseException) -> str:
+    """Return ``module.py:LINE`` of the third-party code that raised an error; empty where there is none.
+
+    Of the calls on the way it is the innermost one in the package that comes first: a library that this package uses
+    says nothing of its mistake.
+    """
+    place, package, trace = "", "", error.__traceback__
+    while trace is not None:
+        top = str(trace.tb_frame.f_globals.get("__name__", "")).partition(".")[0]
+        if top != "palpate" and top not in sys.stdlib_module_names:
+            package = package or top
+        if package and top == package:
+            place = f"{os.path.basename(trace.tb_frame.f_code.co_filename)}:{trace.tb_lineno}"
+        trace = trace.tb_next
+    return place
 
 
 def _shown(value: object) -> str:

@@ -1,7 +1,9 @@
 """Checks of settings: what is refused, and what the refusal says."""
 
+import importlib
 import pickle
 from math import nan
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -41,3 +43,21 @@ def test_error_passes_between_processes(error: errors.PalpateError) -> None:
     """A pool waits for ever for a worker whose error cannot be read."""
     copied = pickle.loads(pickle.dumps(error))
     assert (type(copied), str(copied), vars(copied)) == (type(error), str(error), vars(error))
+
+
+def test_the_place_of_an_error_is_in_the_package_that_was_called_and_not_in_the_libraries_that_it_uses(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "own_policy.py").write_text("import own_library\n\n\ndef act():\n    own_library.fail()\n")
+    (tmp_path / "own_library.py").write_text("def fail():\n    {}['key']\n")
+    code = "def call(function):\n    function()\n"
+    caller: dict[str, Any] = {"__name__": "palpate.core.caller"}
+    exec(code, caller)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    act = importlib.import_module("own_policy").act
+    with pytest.raises(KeyError) as caught:
+        caller["call"](act)
+    # This test is no caller of palpate's.
+    error = caught.value.with_traceback(caught.tb.tb_next)
+    assert errors.told(error) == "KeyError: 'key' (own_policy.py:5)"
+    assert errors.told(KeyError("key")) == "KeyError: 'key'"

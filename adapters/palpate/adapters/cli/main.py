@@ -3,16 +3,28 @@
 import io
 import os
 import sys
+import traceback
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import Final
 
 from palpate.adapters.cli.commands import GROUPS, commands_of, help_of, loaded, options_of
 from palpate.adapters.cli.interrupts import Interrupts
-from palpate.core.errors import ConfigurationError, LogError, OutputError, PalpateError, UsageError, one_line
+from palpate.core.errors import (
+    ConfigurationError,
+    LogError,
+    OutputError,
+    PalpateError,
+    UsageError,
+    one_line,
+    raised_at,
+    told,
+)
 
 _LEFT_OUT: Final = ("torch",)
 """Packages that requirements/robot.txt leaves out, and that are imported where they are needed."""
+_DEBUG: Final = "PALPATE_DEBUG"
+"""Variable of the environment that has an error's traceback printed."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -43,7 +55,7 @@ def _ended(words: Sequence[str], interrupts: Interrupts) -> int:
         return _fail(error, 1)
     except ModuleNotFoundError as error:
         if error.name not in _LEFT_OUT:
-            raise
+            return _unexpected(error)
         text = f"this needs {error.name}, which a slim install leaves out: pip install {error.name}"
         return _fail(UsageError(text), 2)
     except KeyboardInterrupt:
@@ -58,9 +70,9 @@ def _ended(words: Sequence[str], interrupts: Interrupts) -> int:
         # Such as a full disk behind the output.
         sys.stdout = open(os.devnull, "w")
         return _fail(PalpateError(f"{error.strerror or error}; what was finished before is kept"), 1)
-    except Exception:
+    except Exception as error:
         if not interrupts.raised:
-            raise
+            return _unexpected(error)
         # Extension modules and callbacks make errors of their own of an interruption.
         return _stopped()
 
@@ -71,8 +83,17 @@ def _stopped() -> int:
     return 130
 
 
+def _unexpected(error: Exception) -> int:
+    """Print where an adapter or other third-party code failed; an error of palpate's own keeps its traceback."""
+    if not raised_at(error):
+        raise error
+    return _fail(PalpateError(f"{told(error)}; {_DEBUG}=1 prints the whole traceback"), 1)
+
+
 def _fail(error: PalpateError, code: int) -> int:
     with suppress(OSError):
+        if os.environ.get(_DEBUG):
+            traceback.print_exc()
         sys.stderr.write(f"palpate: {one_line(error)}\n")
     return code
 

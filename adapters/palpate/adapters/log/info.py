@@ -92,6 +92,7 @@ class LogInfo:
     Attributes:
         what: What the log is of: command, arm, scenario, seed, trial, policy and so on.
         losses: The recorder's entries about that, in words.
+        trip: Tick, name of the reason and text of the trip that ended it; None without a trip.
         acknowledged: Who had let trials go on before on this rig, why, and after what, in words.
     """
 
@@ -111,6 +112,7 @@ class LogInfo:
     errors: tuple[str, ...]
     stops: int
     acknowledged: tuple[str, ...]
+    trip: dict[str, Any] | None
     end: dict[str, Any] | None
 
 
@@ -148,6 +150,7 @@ def info_of(log: TrialLog) -> LogInfo:
         errors=tuple(f"tick {c.tick}: {c.port}.{c.call}: {c.error}: {c.text}" for c in log.calls if c.error),
         stops=calls["arm", "stop"],
         acknowledged=_acknowledged(log),
+        trip=_trip(log),
         end=_end(log),
     )
 
@@ -228,6 +231,13 @@ def _port(
         delivery=TimeSpread.of([(s.receive_time_ns - s.source_time_ns) * NS for s in samples]),
         not_valid=_counted(s.validity.value for s in (*samples, *between) if s.validity is not Validity.VALID),
     )
+
+
+def _trip(log: TrialLog) -> dict[str, Any] | None:
+    if (event := log.trip) is None:
+        return None
+    reason, _, text = event.detail.partition(": ")
+    return {"tick": event.tick, "reason": reason, "text": text}
 
 
 def _end(log: TrialLog) -> dict[str, Any] | None:

@@ -40,6 +40,8 @@ def describe(info: LogInfo) -> str:
         lines += _listed("acknowledged", info.acknowledged)
     lines += _listed("errors", info.errors)
     lines += _listed("recorder", info.losses, head=f"{info.dropped_messages} messages dropped")
+    if (trip := info.trip) is not None:
+        lines.append(_line("trip", f"{trip['reason']}: {trip['text']} (tick {trip['tick']})"))
     return "".join(line + "\n" for line in lines + _end(info.end))
 
 

@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 
 from palpate.adapters.log.figure import drawing
-from palpate.adapters.log.reader import TrialLog
+from palpate.adapters.log.reader import RETRACTION, TrialLog
 from palpate.adapters.log.series import Series, series_of
 
 # Colours that people with any colour vision can tell apart (Okabe and Ito).
@@ -14,9 +14,19 @@ _XYZ: Final = ("#0072b2", "#d55e00", "#009e73")
 _JOINTS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 _PHASES: Final = {
     "lift": "#e8e8e8", "transfer": "#cfe2f3", "settle": "#d9ead3", "approach": "#fff2cc",
-    "explore": "#f9cb9c", "insert": "#b4d8c8",
+    "explore": "#f9cb9c", "insert": "#b4d8c8", RETRACTION: "#f4b6b6",
 }  # fmt: skip
-_EVENTS: Final = ("tare", "contact", "contact lost", "sunk below the surface", "false drop", "hole", "interrupt", "end")
+_EVENTS: Final = (
+    "tare",
+    "contact",
+    "contact lost",
+    "sunk below the surface",
+    "false drop",
+    "hole",
+    "trip",
+    "interrupt",
+    "end",
+)
 _WIDTH_IN: Final = 13.0
 
 
@@ -170,6 +180,7 @@ def _title(log: TrialLog, series: Series, altered: bool) -> str:
     missing = int(np.sum(series.ticks < 0))
     notes = [f"tared by {series.tare.origin}"]
     notes.append("commands not always applied as asked" if altered else "all commands applied as asked")
+    notes += [log.trip.detail] if log.trip is not None else []
     notes += [f"{missing} gap{'s' * (missing > 1)} with missing ticks, in grey"] * (missing > 0)
     return f"{first}: {came}\n{'; '.join(notes)}"
 

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from palpate.adapters.log.container import RECOVER, RawMessage, bytes_of, sound_messages, writer_of
 from palpate.adapters.log.messages import decode_record
@@ -32,6 +32,10 @@ from palpate.adapters.log.schema import (
 )
 from palpate.adapters.log.tick_layout import FullLayout, decode_tick, layout_of
 from palpate.core.errors import LogError
+from palpate.core.trial import Outcome
+
+RETRACTION: Final = "retraction"
+"""Name of what follows a trip, as a phase; no task has it."""
 
 
 @dataclass
@@ -60,8 +64,16 @@ class TrialLog:
 
     @property
     def phases(self) -> list[tuple[int, str]]:
-        """Where each phase begins, and its name; the first one, the lift, is not among them."""
-        return [(event.tick, event.detail) for event in self.events if event.name == "phase"]
+        """Where each phase begins, and its name; not of the first one, the lift. A trip begins the retraction."""
+        begun = (event for event in self.events if event.name in ("phase", "trip"))
+        return [(event.tick, RETRACTION if event.name == "trip" else event.detail) for event in begun]
+
+    @property
+    def trip(self) -> EventEntry | None:
+        """The event that has the reason why supervisor, sensors or an operator ended the trial; None if none did."""
+        cut = self.end is not None and self.end.outcome in (Outcome.SENSOR_FAULT.value, Outcome.STOPPED.value)
+        names = ("trip", "end") if cut else ("trip",)
+        return next((event for name in names for event in self.events if event.name == name), None)
 
     def records(self) -> Iterator[TickRecord]:
         """The ticks, decoded one by one.

@@ -4,7 +4,7 @@ import re
 import tomllib
 from dataclasses import dataclass
 from math import isfinite
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,8 @@ from palpate.core.errors import ConfigurationError, LogError, PalpateError
 from palpate.core.ports import Validity, WrenchSample
 from palpate.core.trial import Phase
 
+NO_NEWS: Final = (Validity.INVALID, Validity.STALE)
+"""Samples that say nothing of their tick: they are drawn as a gap."""
 _NUMBERS = re.compile(r"(\S+) (\S+) (\S+) N, (\S+) (\S+) (\S+) N m\b")
 
 
@@ -32,8 +34,8 @@ class Tare:
     origin: str
 
     def taken_from(self, sample: WrenchSample | None) -> tuple[float, ...] | None:
-        """Force and torque, (6,), less the zero; None without a sample that holds a measurement."""
-        if sample is None or sample.validity is Validity.INVALID:
+        """Force and torque, (6,), less the zero; None without a sample that holds a measurement of its time."""
+        if sample is None or sample.validity in NO_NEWS:
             return None
         return tuple(a - b for a, b in zip((*sample.force_N, *sample.torque_Nm), self.bias, strict=True))
 
@@ -170,7 +172,7 @@ class _Tip:
 
     def at(self, record: TickRecord) -> tuple[float, float, float]:
         joints = record.joints
-        if joints is None or joints.validity is Validity.INVALID or len(joints.position_rad) != self._kinematics.joints:
+        if joints is None or joints.validity in NO_NEWS or len(joints.position_rad) != self._kinematics.joints:
             return (np.nan,) * 3
         self._kinematics.update(joints.position_rad)
         x, y, z = self._base_in_task.act(self._kinematics.tip_position_m) * 1e3

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.log import CallEntry, EndRecord, LossEntry, describe, finite, info_of, read_log, table
+from palpate.adapters.log import CallEntry, EndRecord, EventEntry, LossEntry, describe, finite, info_of, read_log, table
 from palpate.adapters.log.info import LogInfo
 from palpate.core.errors import LogError
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
@@ -35,6 +35,7 @@ def test_a_whole_trial(tmp_path: Path) -> None:
     assert found.bytes_per_minute == pytest.approx(found.size_bytes / found.ticks.duration_s * 60)
     assert found.end is not None
     assert found.end["success"] is True
+    assert found.trip is None
     page = describe(found)
     assert "inserted; exploration 0.500 s" in page
     assert "all applied as asked" in page
@@ -159,3 +160,21 @@ def test_texts_that_are_not_what_they_should_be(tmp_path: Path, changes: dict[st
 
 def test_numbers_that_json_does_not_know() -> None:
     assert finite({"a": [math.nan, 1.0, (math.inf,)], "b": "nan"}) == {"a": [None, 1.0, [None]], "b": "nan"}
+
+
+def test_the_reason_of_a_trip_is_told_with_its_name(tmp_path: Path) -> None:
+    events = [
+        EventEntry(tick=4, name="trip", detail="PLATE_NOT_FELT: nothing felt down to 2.93 mm"),
+        EventEntry(tick=4, name="end", detail="safety trip: nothing felt down to 2.93 mm"),
+    ]
+    end = EndRecord(tick=9, outcome="safety trip", ticks=10)
+    found = info(tmp_path, [tick(k) for k in range(10)], others=events, end=end)
+    assert found.trip == {"tick": 4, "reason": "PLATE_NOT_FELT", "text": "nothing felt down to 2.93 mm"}
+    assert "trip           PLATE_NOT_FELT: nothing felt down to 2.93 mm (tick 4)" in describe(found)
+
+
+def test_a_sensor_fault_that_no_supervisor_noticed_has_its_reason_too(tmp_path: Path) -> None:
+    events = [EventEntry(tick=4, name="end", detail="sensor fault: force sample stale, joint sample valid")]
+    end = EndRecord(tick=4, outcome="sensor fault", ticks=5)
+    found = info(tmp_path, [tick(k) for k in range(5)], others=events, end=end)
+    assert found.trip == {"tick": 4, "reason": "sensor fault", "text": "force sample stale, joint sample valid"}

@@ -187,3 +187,29 @@ def test_gaps_are_grey_and_told(tmp_path: Path, drawn: Drawn) -> None:
 def test_logs_that_cannot_be_drawn(tmp_path: Path, ticks: list[TickRecord], begin: Any, complaint: str) -> None:
     with pytest.raises(LogError, match=complaint):
         timeline(log(tmp_path, ticks, begin=begin))
+
+
+def test_a_retraction_is_a_phase_and_the_reason_of_the_trip_is_in_the_title(tmp_path: Path, drawn: Drawn) -> None:
+    events = [
+        EventEntry(tick=10, name="phase", detail="insert"),
+        EventEntry(tick=40, name="trip", detail="FORCE_LIMIT: force 31 N, limit 30 N"),
+    ]
+    end = EndRecord(tick=139, outcome="safety trip", ticks=140)
+    found = log(tmp_path, [tick(k) for k in range(140)], others=events, end=end)
+    assert found.phases == [(10, "insert"), (40, "retraction")]
+    timeline(found)
+    assert {"retraction", "trip"} < set(drawn.texts)
+    assert "FORCE_LIMIT: force 31 N, limit 30 N" in drawn.figure.get_suptitle()
+
+
+def test_stale_samples_leave_a_gap(tmp_path: Path) -> None:
+    ticks = [tick(k) for k in range(10)]
+    for k in (4, 5):
+        wrench, joints = ticks[k].wrench, ticks[k].joints
+        assert wrench is not None
+        assert joints is not None
+        stale = Validity.STALE
+        ticks[k] = replace(ticks[k], wrench=replace(wrench, validity=stale), joints=replace(joints, validity=stale))
+    series = series_of(log(tmp_path, ticks))
+    assert np.flatnonzero(np.isnan(series.wrench[:, 0])).tolist() == [4, 5]
+    assert np.flatnonzero(np.isnan(series.tip_mm[:, 0])).tolist() == [4, 5]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from palpate.adapters.log import aligned
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, PalpateError, told
 from palpate.drivers.errors import DriverError
 
 
@@ -118,8 +118,8 @@ class Notebook:
         elif isinstance(error, ConfigurationError):
             self.wrong(f"{error.field} = {error.value!r}", error.accepted)
         else:
-            told = str(error) or repr(error)
-            self.wrong(f"{type(error).__name__}: {told}", "see the adapter's own documentation")
+            text = f"{type(error).__name__}: {str(error) or repr(error)}"
+            self.wrong(text if isinstance(error, PalpateError) else told(error), "see the adapter's own documentation")
 
     @property
     def wrongs(self) -> int:

@@ -28,7 +28,7 @@ from palpate.adapters.log import (
 from palpate.adapters.mujoco import DrawnCell, Moment
 from palpate.adapters.visualisation.live.display import BASE, SERIES, Display, LearningSoFar, Pose, Row, Shape
 from palpate.core.errors import LogError
-from palpate.core.ports import JointVector, Validity
+from palpate.core.ports import SIMULATOR, JointVector, Validity
 from palpate.core.trial import Outcome
 
 _KINDS: Final = {
@@ -208,7 +208,8 @@ class TrialStream:
 
     def _end(self, time_ns: int, start: StartRecord, end: EndRecord) -> None:
         if end.outcome == Outcome.TRIPPED.value:
-            self._display.supervisor(time_ns, "latched", "until somebody acknowledges the trip")
+            what = "the next trial begins anew" if start.world == SIMULATOR else "until a person acknowledges the trip"
+            self._display.supervisor(time_ns, "latched", what)
         failed = end.error or end.stopped_by
         self._display.event(time_ns, f"trial {start.number} is over: {failed or end.outcome}", serious=bool(failed))
         if failed or end.outcome in ("", Outcome.INTERRUPTED.value):

@@ -149,6 +149,7 @@ def force_picture(log: TrialLog, title: str) -> Picture:
         lower.invert_yaxis()
         canvas.figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=3, frameon=False)
     outcome = "no end recorded" if log.end is None else str(log.end.error or log.end.outcome)
+    outcome += f", {log.trip.detail}" if log.trip is not None else ""
     alt = f"Force on the tool and depth of the tip, {title}: {outcome}. The largest force is {peak_N:.1f} N."
     caption = f"{title}: {outcome}. Force in the sensor's frame, tared; largest {peak_N:.1f} N. Dotted: phases."
     return Picture(alt, caption, canvas.content)

@@ -18,6 +18,7 @@ from palpate.adapters.visualisation.report.touch_pictures import touch_pictures
 from palpate.core.errors import OutputError
 from palpate.core.policy import PolicyDocument
 
+_MOST_TRIPS: Final = 50
 _LATE: Final = 25
 """Trials at the end of a learning run that stand for what it has learned."""
 
@@ -113,10 +114,11 @@ def figures_row(name: str, rows: Sequence[TrialRow]) -> tuple[str, ...]:
         shown_interval(figures["median_s"], *figures["median_95_s"]),
         f"{figures['p95_s']:.2f}",
         f"{figures['peak_force_N']:.1f}",
+        str(sum(figures["trips"].values())),
     )
 
 
-HEAD: Final = ("", "trials", "success", "mean [s]", "median [s]", "95th percentile [s]", "peak force [N]")
+HEAD: Final = ("", "trials", "success", "mean [s]", "median [s]", "95th percentile [s]", "peak force [N]", "trips")
 CAPTION: Final = "Brackets: 95 % intervals, exact of success, by order statistics of medians"
 
 
@@ -138,7 +140,14 @@ def _figures(run: RunSource) -> PageSection:
         rows += [figures_row(f"first {count}", run.rows[:count]), figures_row(f"last {count}", run.late)]
     outcomes = summary_of(run.rows)["outcomes"]
     text = "Outcomes: " + ", ".join(f"{count} {name}" for name, count in outcomes.items()) + "."
-    return PageSection("In figures", text, (PageTable(CAPTION, HEAD, tuple(rows)),))
+    return PageSection("In figures", text, (PageTable(CAPTION, HEAD, tuple(rows)), *_trips(run.rows)))
+
+
+def _trips(rows: Sequence[TrialRow]) -> tuple[PageTable, ...]:
+    """Return a table of the first trips and their reasons; none where there was no trip."""
+    tripped = [(str(row.trial), row.trip) for row in rows if row.trip]
+    caption = f"Trips, each counted as a failure at the time limit: {len(tripped)} of {len(rows)} trials"
+    return (PageTable(caption, ("trial", "reason"), tuple(tripped[:_MOST_TRIPS])),) if tripped else ()
 
 
 def _policy(document: PolicyDocument) -> PageSection:
