@@ -134,7 +134,8 @@ def run_scored_trial(
     scored = replace(scored, stopped_by=rig.stopped_by(), blamed=witness.blamed)
     if scored.trip and rig.simulated:
         rig.latch.release()
-    elif scored.trip:
+    elif scored.trip and (report.outcome is not Outcome.STOPPED or scored.stopped_by):
+        # An agent that leaves an episode in its middle stops the arm, too, and that is no fault.
         rig.latch.set(scored.cause)
     if recorder is not None:
         recorder.end(report, truth_fields(scored) | _rig_fields(rig, session))

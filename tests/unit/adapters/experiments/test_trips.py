@@ -23,6 +23,7 @@ from palpate.adapters.experiments.training import Checkpoint, resume_from
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import DeviceError
 from palpate.core.policy import QLearning, QParameters, TemperatureSchedule
+from palpate.core.ports import AppliedCommand, JointCommand
 from palpate.core.trial import Outcome
 from tests.support.faults import FaultPlan, faulty
 from tests.unit.adapters.samples import QUICK, ready_pose
@@ -117,3 +118,25 @@ def test_nothing_is_learned_from_a_trial_with_a_sensor_fault(tmp_path: Path) -> 
     assert scored.trip
     assert len(scored.report.decisions) > 1
     assert json.dumps(policy.get_state()) == json.dumps(before)
+
+
+@pytest.mark.parametrize(("stopped_by", "latched"), [("key: a key was pressed", True), ("", False)])
+def test_on_a_rig_a_person_s_stop_is_a_fault_and_the_program_s_own_is_not(
+    monkeypatch: pytest.MonkeyPatch, stopped_by: str, latched: bool
+) -> None:
+    walk = comparator("random", QUICK, lambda: (0.0, 0.0))
+    with SimulatedRig(QUICK, ready_pose()) as rig:
+        rig.simulated = False
+        monkeypatch.setattr(rig, "stopped_by", lambda: stopped_by)
+        send, sent = rig.ports.arm.send, list[int]()
+
+        def stop_in_the_middle(command: JointCommand) -> AppliedCommand:
+            sent.append(1)
+            if len(sent) == 100:
+                rig.ports.arm.stop()
+            return send(command)
+
+        monkeypatch.setattr(rig.ports.arm, "send", stop_in_the_middle)
+        with pytest.raises(DeviceError, match="trial 0: stopped from outside"):
+            run_policy(QUICK, ready_pose(), rig, build_perception(QUICK), walk, 1, lambda scored: None)
+        assert bool(rig.latch.cause) is latched
