@@ -19,7 +19,7 @@ from palpate.core.errors import ConfigurationError, DeviceError, OutputError, on
 from palpate.core.ports import Acknowledgement, FaultLatch, Settings, json_of_file, write_whole
 
 FORMAT: Final = 1
-_WORDS: Final = re.compile(r"\s*(\d+)\s+([^:]*\S)\s*:\s*(\S.*)", re.DOTALL)
+_WORDS: Final = re.compile(r"\s*(\d+)\s+([^:]*\S)\s*:\s*(\S|\S.*\S)\s*", re.DOTALL)
 _NAME, _WHY = "NAME", "why"
 """Placeholders in the option that messages print."""
 
@@ -70,9 +70,8 @@ class FaultFile(FaultLatch):
     def __init__(self, path: Path | None, words: str = "") -> None:
         super().__init__()
         self.still: Callable[[], str] = str
-        self._path, self._faults = path, tuple[Fault, ...]()
+        self._path, self._problem, self._faults = path, "", tuple[Fault, ...]()
         self._writer: threading.Thread | None = None
-        self._problem = ""
         self._load()
         self._given = self._parsed(words) if words else None
         if self._given is None:
@@ -144,17 +143,16 @@ class FaultFile(FaultLatch):
                 sys.stderr.write(f"palpate: fault {self.number}: {self.cause}; {told}; {self.remedy}\n")
 
     def _parsed(self, words: str) -> Acknowledgement:
-        found, accepted = _WORDS.fullmatch(words), '"NUMBER NAME: why"'
-        if self.cause:
+        found, last = _WORDS.fullmatch(words), self._faults[-1] if self._faults else None
+        accepted = f"the open fault, {self.number} ({self.cause})"
+        if not self.cause:
+            done = f"; {last.by} acknowledged fault {last.number} at {last.acknowledged}" if last is not None else ""
+            accepted = f"nothing: no fault is open{done}"
+        elif found is None or (found[2], found[3]) in ((_NAME, found[3]), (found[2], _WHY)):
             accepted = f'"{self.number} {_NAME}: {_WHY}", with your name and the reason'
-        if found is None or _NAME == found[2] or _WHY == found[3].strip():
-            raise ConfigurationError("acknowledge", words, accepted)
-        if not self.cause or int(found[1]) != self.number:
-            last = self._faults[-1] if self._faults else None
-            done = f"; {last.by} acknowledged fault {last.number} at {last.acknowledged}" if last and last.by else ""
-            open_fault = f"the open fault, {self.number} ({self.cause})" if self.cause else f"no fault is open{done}"
-            raise ConfigurationError("acknowledge", words, open_fault)
-        return Acknowledgement(found[2], found[3].strip(), self.cause)
+        elif int(found[1]) == self.number:
+            return Acknowledgement(found[2], found[3], self.cause)
+        raise ConfigurationError("acknowledge", words, accepted)
 
     def _load(self) -> None:
         if self._path is None:
@@ -189,9 +187,8 @@ class FaultFile(FaultLatch):
             self._problem = f"not kept: {error}"
 
     def _wait(self) -> None:
-        writer, self._writer = self._writer, None
-        if writer is not None:
-            writer.join()
+        if self._writer is not None:
+            self._writer.join()
 
 
 def _now() -> str:
