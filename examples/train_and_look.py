@@ -38,7 +38,7 @@ from palpate.core.trial import find_ready_pose
 def tell(scored: ScoredTrial) -> None:
     """A line for a trial. Whether it was a success is held against the simulator's truth."""
     report, word = scored.report, "inserted" if scored.success else "failed"
-    print(f"trial {report.setup.index:3d}: {report.exploration_time_s:5.1f} s of exploration, {word}", flush=True)
+    print(f"trial {report.setup.index:3d}: {scored.exploration_time_s:5.1f} s of exploration, {word}", flush=True)
 
 
 def train(config: RunConfig, trials: int, folder: RunFolder) -> None:
