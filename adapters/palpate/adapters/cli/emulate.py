@@ -1,25 +1,31 @@
 """``palpate emulate``."""
 
+import os
 import sys
 from contextlib import ExitStack
-from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from threading import Event
+from typing import Final
 
 from palpate.adapters.cli.notices import say, watched
 from palpate.adapters.cli.options import EmulateOptions
-from palpate.adapters.config import scenario
 from palpate.adapters.experiments import interrupting, ready_pose
-from palpate.adapters.hardware import EmulatedCell
+from palpate.adapters.hardware import EVENTS, EmulatedCell, PlannedEvent
 from palpate.adapters.hardware.real_time import take_real_time
-from palpate.core.ports import Truth, new_file, require_no_file
+from palpate.core.errors import OutputError
+from palpate.core.ports import Truth, write_whole
+
+_MARK: Final = "# Written by palpate emulate, which replaces this file unless it is changed: "
 
 
 def emulate(options: EmulateOptions) -> int:
     """Serve until ended from outside; returns the exit code."""
-    config = replace(scenario(options.scenario), seed=options.seed)
-    if options.rig_file:
-        require_no_file(Path(options.rig_file), "--rig-file")
+    config = options.run
+    path = Path(options.rig_file) if options.rig_file else None
+    job_path = None if path is None else path.with_suffix(".job.toml")
+    for file in (path, job_path):
+        _require_own(file)
     ended = Event()
     kept = ExitStack()
     # Before the priority is taken, which is for the devices alone.
@@ -27,13 +33,12 @@ def emulate(options: EmulateOptions) -> int:
     if options.priority:
         # Before any thread is started: all that serve inherit it.
         sys.stderr.write(f"palpate: {take_real_time(options.priority)}\n")
-    counts = str(Path(options.rig_file).resolve().with_suffix(".counts.json")) if options.rig_file else ""
+    counts = str(path.resolve().with_suffix(".counts.json")) if path else ""
     ready = ready_pose(config)
-    with kept, interrupting(ended.set), EmulatedCell(config, ready, options, counts) as cell:
-        rig = cell.rig_toml()
-        if options.rig_file:
-            with new_file(Path(options.rig_file), "--rig-file") as passing:
-                passing.write_text(rig, encoding="utf-8")
+    with kept, interrupting(ended.set), EmulatedCell(config, ready, options, counts, options.event) as cell:
+        rig = cell.rig_toml("" if job_path is None else job_path.name)
+        _write(job_path, cell.job_toml())
+        _write(path, rig)
         say(rig + "\n# serving; end with Ctrl-C")
 
         view = None
@@ -48,5 +53,27 @@ def emulate(options: EmulateOptions) -> int:
             say(f"# inserted {cell.insertions}: depth {truth.depth_m * 1e3:.2f} mm, peak force so far"
                 f" {truth.peak_force_N:.1f} N")  # fmt: skip
 
-        cell.run(ended.is_set, show, None if view is None else view.moment)
+        def happened(event: PlannedEvent) -> None:
+            say(f"# {event.name}: {EVENTS[event.name]}")
+
+        cell.run(ended.is_set, show, None if view is None else view.moment, happened)
     return 0
+
+
+def _require_own(path: Path | None) -> None:
+    """Refuse to replace what somebody else wrote, or changed: the first line has the digest of the others."""
+    if path is None or not os.path.lexists(path):
+        return
+    first, _, rest = path.read_text(encoding="utf-8").partition("\n")
+    if first != _MARK + _digest(rest):
+        problem = "is there already, and not as palpate emulate wrote it"
+        raise OutputError(str(path), problem, "name another file with --rig-file, or remove it")
+
+
+def _write(path: Path | None, text: str) -> None:
+    if path is not None:
+        write_whole(path, f"{_MARK}{_digest(text)}\n{text}")
+
+
+def _digest(text: str) -> str:
+    return sha256(text.encode("utf-8")).hexdigest()[:12]

@@ -245,21 +245,20 @@ class CalibrateOptions(AcknowledgeSettings, RunSettings):
 
 
 @dataclass(frozen=True)
-class EmulateOptions(LiveSettings, EmulationConfig):
-    """Serve the simulated work cell behind emulated wires, until Ctrl-C.
+class EmulateOptions(LiveSettings, EmulationConfig, RunSettings):
+    """Serve the cell of a job behind emulated wires, until Ctrl-C.
 
     MuJoCo moves the arm; pseudo-terminals lead to its devices, sockets of this computer to a Net F/T and to a
-    controller of Universal Robots.
+    controller of Universal Robots. The cell is that of the first trial.
 
     Prints a rig file; `palpate run --rig FILE` then drives the cell as it would drive the devices themselves.
     """
 
     rig_file: str = ""
-    """Write the rig file here; it must not be there yet."""
-    scenario: str = "paper"
-    """Scenario of the simulated cell, one of those of palpate train; the cell is that of its first trial."""
-    seed: int = 0
-    """Its seed: gives hole and sensor errors."""
+    """Write the rig file here, and its job next to it; files that palpate emulate wrote are replaced unless changed."""
+    event: Annotated[tuple[str, ...], tyro.conf.UseAppendAction] = ()
+    """Rehearse a fault: 12s:protective-stop, 12 s after the arm first moves; start+12s:NAME, 12 s after the start.
+    Others: emergency-stop, program-end, cable-pulled (arm), sensor-silent, sensor-cable. May be given several times."""
     priority: Annotated[int, Range(0, 99)] = 0
     """Real-time priority (SCHED_FIFO) of the emulated devices, 1 to 99: other work on this machine then does not hold
     them up, which real devices would not know either. 0 asks for none; a refusal is told."""

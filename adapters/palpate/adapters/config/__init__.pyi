@@ -9,7 +9,8 @@ from .compose import scenario as scenario
 from .compose import simulated_noise as simulated_noise
 from .compose import verdict_on as verdict_on
 from .compose import without_world as without_world
-from .emulation import EMULATED_ARMS as EMULATED_ARMS
+from .emulation import UR as UR
+from .emulation import ZEBRA as ZEBRA
 from .emulation import EmulationConfig as EmulationConfig
 from .grid import HMM as HMM
 from .grid import TRIALS as TRIALS

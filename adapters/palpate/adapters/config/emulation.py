@@ -1,26 +1,28 @@
 """What is emulated behind wires, and how badly."""
 
-from dataclasses import dataclass
-from typing import Annotated, Final
-
-from typing_extensions import override
+import re
+from dataclasses import dataclass, replace
+from typing import Annotated, Final, Self
 
 from palpate.core.errors import ConfigurationError
+from palpate.core.motion import ArmDescription
 from palpate.core.ports import OneOf, Range, Settings
 
-UR_ARMS: Final = ("ur5-rtde", "ur3e-rtde", "ur5e-rtde", "ur10e-rtde", "ur16e-rtde", "ur20-rtde")
-EMULATED_ARMS: Final = ("zebra-nmc", "cia402", *UR_ARMS)
+ZEBRA, CIA402, UR = "zebra-nmc", "cia402", "ur-rtde"
+JR3, ATI = "jr3-can", "ati-netft"
+_OF_UR: Final = re.compile(r"ur\d+e?")
 
 
 @dataclass(frozen=True)
 class EmulationConfig(Settings):
     """Which devices an emulated rig has, and what a rig file does not say of them."""
 
-    arm: Annotated[str, OneOf(*EMULATED_ARMS)] = "zebra-nmc"
-    """Arm: zebra-nmc (the Zebra Zero's own serial bus), cia402 (a refit with CAN drives) or ur5-rtde, ur10e-rtde and
-    others (behind a controller of Universal Robots, at the first free address from 127.0.0.1 on)."""
-    force: Annotated[str, OneOf("jr3-can", "ati-netft", "ur-rtde")] = "jr3-can"
-    """Force sensor: jr3-can, ati-netft, or ur-rtde, the one in the flange of an arm of Universal Robots."""
+    wires: Annotated[str, OneOf("", ZEBRA, CIA402, UR)] = ""
+    """Wires of the arm: zebra-nmc (the Zebra Zero's own serial bus), cia402 (CAN drives) or ur-rtde (a controller of
+    Universal Robots, at the first free address from 127.0.0.1 on). If not given: those of the arm, or cia402."""
+    force: Annotated[str, OneOf("", JR3, ATI, UR)] = ""
+    """Force sensor: jr3-can, ati-netft, or ur-rtde, the one in the flange behind wires ur-rtde. If not given: ati-netft
+    with wires ur-rtde, otherwise jr3-can."""
     baud: int = 230_400
     """Line rate of the arm's serial bus."""
     divider: Annotated[int, Range(1, 14)] = 2
@@ -39,10 +41,20 @@ class EmulationConfig(Settings):
     latency_ms: Annotated[float, Range(0.0, 200.0)] = 0.0
     """By how much wrenches come late."""
 
-    @override
-    def check(self) -> None:
-        if self.wrist_backlash_deg and self.arm != "zebra-nmc":
+    def wired(self, arm: ArmDescription) -> Self:
+        """Return the same with the wires that this arm has.
+
+        Raises:
+            ConfigurationError: It cannot have these wires, or they do not have what else is required.
+        """
+        usual = ZEBRA if arm.name == "zebra-zero" else UR if _OF_UR.fullmatch(arm.name) else CIA402
+        wires = self.wires or usual
+        if wires == ZEBRA and usual != ZEBRA:
+            raise ConfigurationError("wires", wires, f"cia402 or ur-rtde for {arm.name}; the bus is a Zebra Zero's")
+        if wires == UR and len(arm.posture_rad) != 6:
+            raise ConfigurationError("wires", wires, f"cia402 for {arm.name}, which does not have six joints")
+        if self.wrist_backlash_deg and wires != ZEBRA:
             raise ConfigurationError("wrist_backlash_deg", self.wrist_backlash_deg, "0, except for zebra-nmc")
-        if self.force == "ur-rtde" and self.arm not in UR_ARMS:
-            accepted = "ur-rtde only with --arm ur5e-rtde or another of its maker: the sensor is in its flange"
-            raise ConfigurationError("force", self.force, accepted)
+        if self.force == UR and wires != UR:
+            raise ConfigurationError("force", self.force, "jr3-can or ati-netft: the sensor is in the flange of a UR")
+        return replace(self, wires=wires, force=self.force or (ATI if wires == UR else JR3))

@@ -3,6 +3,8 @@ from .approach import withdrawal as withdrawal
 from .clock import MonotonicClock as MonotonicClock
 from .emulated_cell import CellMoment as CellMoment
 from .emulated_cell import EmulatedCell as EmulatedCell
+from .emulated_events import EVENTS as EVENTS
+from .emulated_events import PlannedEvent as PlannedEvent
 from .fault_file import FaultFile as FaultFile
 from .plugins import ArmAdapter as ArmAdapter
 from .plugins import RigContext as RigContext

@@ -1,8 +1,9 @@
 """The work cell behind wires: MuJoCo moves the arm, and whoever wants to talk to it opens a serial port."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 from math import radians
 from operator import sub
 from typing import Any, Final, Protocol, Self
@@ -10,12 +11,13 @@ from typing import Any, Final, Protocol, Self
 import numpy as np
 import pinocchio as pin
 
-from palpate.adapters.config import RIG_FORMAT, EmulationConfig, RunConfig, literal
+from palpate.adapters.config import RIG_FORMAT, UR, ZEBRA, EmulationConfig, RunConfig, literal, to_toml
 from palpate.adapters.hardware.clock import MonotonicClock
-from palpate.core.errors import ConfigurationError
+from palpate.adapters.hardware.emulated_events import PlannedEvent, Timetable
+from palpate.core.job import Job
 from palpate.core.motion import Kinematics, arm_named, controller_frames
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Truth, Vector3
-from palpate.core.trial import ReadyPose, find_ready_pose, goal_in_base, wander_m
+from palpate.core.trial import ReadyPose, goal_in_base, wander_m
 from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
 from palpate.simulation.emulators.cia402 import CanopenDrive
 from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
@@ -33,7 +35,11 @@ _BEHIND_FILTER: Final = 0.77
 """Share of the cell's noise, new each control tick, that the board's filter of 50 Hz lets through; measured."""
 _HUM: Final = (0.01,) * 3 + (0.0004,) * 3
 """Standard deviations of what is new at each look, N and N m: a sensor's noise does not stand still with the cell."""
-_NOTES: Final = {"patience": "  # emulated drives share this computer with the loop; leave this out for real ones"}
+_NOTES: Final = {"patience": "  # emulated devices share this computer with the loop; leave this out for real ones"}
+_NO_VOLTAGE: Final = 0x3220
+"""EMCY code of CiA 402 for a DC link without voltage: what an emergency stop leaves of it."""
+_NO_TRANSDUCER: Final = 1 << 31 | 1 << 4
+"""Status word of a Net F/T box whose transducer is unplugged."""
 
 
 @dataclass(frozen=True)
@@ -74,16 +80,18 @@ class EmulatedCell:
     Args:
         config: The simulated cell; trial 0 of its seed gives hole and sensor errors.
         counts_file: Where the rig file lets the arm's counters be kept from run to run.
+        events: What happens to the devices, as the option ``--event`` has it.
     """
 
-    def __init__(self, config: RunConfig, ready: ReadyPose, emulation: EmulationConfig, counts_file: str = "") -> None:
-        if emulation.arm == "zebra-nmc" and config.arm != "zebra-zero":
-            raise ConfigurationError("arm", config.arm, "zebra-zero behind the NMC bus")
-        if emulation.arm.endswith("-rtde"):
-            config = replace(config, arm=emulation.arm.removesuffix("-rtde"))
-            ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
-        kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
+    def __init__(
+        self, config: RunConfig, ready: ReadyPose, emulation: EmulationConfig, counts_file: str = "",
+        events: Sequence[str] = (),
+    ) -> None:  # fmt: skip
+        arm = arm_named(config.arm)
+        emulation, kinematics = emulation.wired(arm), Kinematics(arm, config.tool.geometry)
         self.config, self.emulation, self._counts_file = config, emulation, counts_file
+        # One by its URDF is in the job file.
+        self._arm_name: Any = config.arm if isinstance(config.arm, str) else {}
         self.hidden = replace(
             HiddenValues.drawn(config.seed) if emulation.hide else HiddenValues(),
             friction=emulation.friction or None,
@@ -100,7 +108,7 @@ class EmulatedCell:
             hidden=self.hidden,
         )
         self.cell.reset(config.seed, 0)
-        start = HOME_RAD if emulation.arm == "zebra-nmc" else tuple(ready.q_rad.tolist())
+        start = HOME_RAD if emulation.wires == ZEBRA else tuple(ready.q_rad.tolist())
         self.cell.place(start)
         # Replaced whole, for servers have threads of their own: when, what was felt, and by how much more than before.
         self._hum = np.random.default_rng(6)
@@ -110,8 +118,10 @@ class EmulatedCell:
         self._servers = ExitStack()
         self._entries: dict[str, dict[str, Any]] = {}
         self._served: list[tuple[AbstractContextManager[Any], str, Callable[[], dict[str, Any]]]] = []
+        self._start_rad, self._faults = start, dict[str, Callable[[], object]]()
         self._prepare_arm(start)
         self._prepare_sensor()
+        self._timetable = Timetable(PlannedEvent.of(event, self._faults) for event in events)
         self.insertions = 0
         self._was_inside = False
 
@@ -126,10 +136,22 @@ class EmulatedCell:
     def __exit__(self, *_: object) -> None:
         self._servers.close()
 
-    def rig_toml(self) -> str:
-        """The rig file for these devices; known once they are served."""
-        name = f"emulated {self.emulation.arm} and {self.emulation.force}"
+    def job_toml(self) -> str:
+        """The job of the cell, as far as a person would state it: nothing that only the simulator knows."""
+        stated, arm = self.config, self.config.arm
+        named = f'name = "{arm}"\n' if isinstance(arm, str) else to_toml(arm)
+        job = to_toml(Job(stated.part, stated.tool, stated.place, stated.limits))
+        return f"{job.lstrip()}\n[arm]\n{named}"
+
+    def rig_toml(self, job: str = "") -> str:
+        """The rig file for these devices; known once they are served.
+
+        Args:
+            job: Name of the job file, next to it.
+        """
+        name = f"emulated {self.config.arm} by {self.emulation.wires} and {self.emulation.force}"
         lines = [f'format = {RIG_FORMAT}\n\n[rig]\nname = "{name}"\nemulated = true\n']
+        lines += [f"job = {literal(job)}\n"] if job else []
         for table, entries in self._entries.items():
             lines.append(f"\n[{table}]\n")
             lines += [
@@ -160,11 +182,13 @@ class EmulatedCell:
         ended: Callable[[], bool],
         told: Callable[[Truth], None],
         watched: Callable[[CellMoment], None] | None = None,
+        happened: Callable[[PlannedEvent], object] = str,
     ) -> None:
         """Let the cell live in real time.
 
         Args:
             told: Called with the truth when the peg has newly reached full depth.
+            happened: Called after each event.
         """
         clock = MonotonicClock()
         deadline_ns = start_ns = clock.now_ns()
@@ -172,6 +196,9 @@ class EmulatedCell:
         while not ended():
             time_ns = clock.now_ns()
             targets, joints = self.tick(time_ns)
+            for event in self._timetable.due(time_ns, has_moved=targets != self._start_rad):
+                self._faults[event.name]()
+                happened(event)
             if watched is not None:
                 fx, fy, fz, tx, ty, tz = self._felt[1]
                 felt = (fx, fy, fz), (tx, ty, tz)
@@ -206,25 +233,37 @@ class EmulatedCell:
         parts = zip(wrench, steps, _HUM, self._hum.standard_normal(6).tolist(), strict=True)
         return tuple(felt + ahead * step + sd * draw for felt, step, sd, draw in parts)
 
+    def _held(self, action: Callable[[], object]) -> Callable[[], None]:
+        """The action, while the server's thread does nothing."""
+
+        def act() -> None:
+            with self._hold():
+                action()
+
+        return act
+
     def _serve(self, server: AbstractContextManager[Any], table: str, entries: Callable[[], dict[str, Any]]) -> None:
         """Have a server started on entry; only then is known what the rig file has to say of it."""
         self._served.append((server, table, entries))
 
     def _prepare_arm(self, start: JointVector) -> None:
         emulation = self.emulation
-        if emulation.arm == "zebra-nmc":
+        if emulation.wires == ZEBRA:
             plant = JointPlant(start, radians(emulation.wrist_backlash_deg))
             timing = LineSpeed(usb_latency_s=emulation.usb_latency_ms * 1e-3)
-            server = PtyServer(NmcChain(plant), timing)
+            chain = NmcChain(plant)
+            server = PtyServer(chain, timing)
             self._motors, self._hold = plant, server.exclusive
+            self._faults["cable-pulled"] = server.unplug
+            self._faults["emergency-stop"] = self._held(lambda: chain.set_power(powered=False))
             # Emulated modules wake at once: the wait is for the reset to get through line and adapter.
             self._serve(server, "arm", lambda: {
-                "adapter": "zebra-nmc", "name": str(self.config.arm), "port": server.path, "baud": emulation.baud,
+                "adapter": "zebra-nmc", "name": self._arm_name, "port": server.path, "baud": emulation.baud,
                 "adapter_latency_ms": emulation.usb_latency_ms, "divider": emulation.divider, "at_home": True,
                 "counts_file": self._counts_file, "reset_wait_ms": 20.0 + 2.0 * emulation.usb_latency_ms,
             })  # fmt: skip
             return
-        if emulation.arm.endswith("-rtde"):
+        if emulation.wires == UR:
             self._prepare_ur(start)
             return
         scale = (_COUNTS_PER_RAD,) * len(start)
@@ -232,8 +271,10 @@ class EmulatedCell:
         self._motors = motors
         drives = [CanopenDrive(axis + 1, motors, axis) for axis in range(len(start))]
         bus = SlcanServer(EmulatedCanBus(drives))
+        self._faults["cable-pulled"] = bus.unplug
+        self._faults["emergency-stop"] = lambda: bus.do(partial(_lose_voltage, drives))
         self._serve(bus, "arm", lambda: {
-            "adapter": "cia402", "name": str(self.config.arm), "interface": "slcan", "channel": bus.channel,
+            "adapter": "cia402", "name": self._arm_name, "interface": "slcan", "channel": bus.channel,
             "divider": emulation.divider,
             "nodes": [drive + 1 for drive in range(len(start))], "counts_per_rad": list(scale), "patience": 10.0,
         })  # fmt: skip
@@ -243,10 +284,16 @@ class EmulatedCell:
         controller = UrController(start, ToolForce(self._wrench_source), pendant)
         server = self.ur = UrServer(controller)
         self._motors, self._hold = controller, server.exclusive
+        self._faults |= {
+            "protective-stop": self._held(controller.protective_stop),
+            "emergency-stop": self._held(controller.emergency_stop),
+            "program-end": self._held(controller.end_program),
+            "cable-pulled": lambda: setattr(server.network, "is_unplugged", True),
+        }
         self._serve(server, "arm", lambda: {
-            "adapter": "ur-rtde", "name": str(self.config.arm), "host": server.host, "guard_N": 45.0,
+            "adapter": "ur-rtde", "name": self._arm_name, "host": server.host, "guard_N": 45.0, "patience": 3.0,
         })  # fmt: skip
-        if self.emulation.force == "ur-rtde":
+        if self.emulation.force == UR:
             noise_N, noise_Nm = (precision / 2.0 for precision in PRECISION)
             facts = {"noise_N": noise_N, "noise_Nm": noise_Nm}
             self._serve(
@@ -267,10 +314,13 @@ class EmulatedCell:
 
     def _prepare_sensor(self) -> None:
         # Boards of a cell were switched on long before anyone connects.
-        if self.emulation.force == "ur-rtde":
+        if self.emulation.force == UR:
             return
         if self.emulation.force == "ati-netft":
-            box = NetFtServer(EmulatedBox(self._wrench_source))
+            device = EmulatedBox(self._wrench_source)
+            self._faults["sensor-silent"] = lambda: setattr(device, "network", lambda datagrams: [])
+            self._faults["sensor-cable"] = lambda: setattr(device, "status", _NO_TRANSDUCER)
+            box = NetFtServer(device)
             # Its records are not filtered: the cell's noise is theirs.
             self._serve(box, "force_sensor", lambda: {
                 "adapter": "ati-netft", "host": box.host, "port": box.port, "http_port": box.http_port,
@@ -279,6 +329,8 @@ class EmulatedCell:
             return
         generator = np.random.default_rng(3)
         node = Jr3CanNode(_JR3_NODE, self._wrench_source, replace(Jr3Config(), boot_ns=0), generator=generator)
+        self._faults["sensor-silent"] = lambda: setattr(node, "silent", True)
+        self._faults["sensor-cable"] = lambda: setattr(node, "connected", False)
         bus = SlcanServer(EmulatedCanBus([node]))
         self._serve(bus, "force_sensor", lambda: {
             "adapter": "jr3-can", "interface": "slcan", "channel": bus.channel, "node": _JR3_NODE,
@@ -294,3 +346,8 @@ class EmulatedCell:
             "noise_N": round(share * noise.force_noise_N, 6),
             "noise_Nm": round(share * noise.torque_noise_Nm, 6),
         }
+
+
+def _lose_voltage(drives: Sequence[CanopenDrive], _now_ns: int) -> None:
+    for drive in drives:
+        drive.fail(_NO_VOLTAGE)
