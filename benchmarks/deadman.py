@@ -31,12 +31,13 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.deadman_loop import FASTEST_RAD_S, NS
-from palpate.adapters.config import EMULATED_ARMS, EmulationConfig
+from palpate.adapters.config import UR, ZEBRA, EmulationConfig
 from palpate.adapters.config.compose import scenario
 from palpate.adapters.hardware.emulated_cell import EmulatedCell
 from palpate.adapters.hardware.real_time import take_real_time
 from palpate.core.trial.ready_pose import find_ready_pose
 
+WIRES = ("zebra-nmc", "cia402", "ur-rtde")
 WAYS = ("stopped", "killed", "hanging")
 STILL_RAD, REST_RAD_S = 1e-6, 0.005
 LOOK_S = 0.002
@@ -88,9 +89,9 @@ def since(noted: deque[tuple[int, tuple[float, ...]]], begin_ns: int) -> tuple[n
 
 @contextmanager
 def emulated(arm: str, folder: Path, rt: bool) -> Iterator[tuple[Watched, Path, str]]:
-    config = replace(scenario("paper"), seed=1, **({"arm": "ur5"} if arm == "ur5-rtde" else {}))
+    config = replace(scenario("paper"), seed=1, **({"arm": "ur5"} if arm == UR else {}))
     counts = str(folder / "counts.json")
-    emulation = EmulationConfig(arm=arm, force="jr3-can")
+    emulation = EmulationConfig(wires=arm, force="jr3-can")
     if rt:
         take_real_time(EMULATED_PRIORITY)
     with EmulatedCell(
@@ -99,7 +100,7 @@ def emulated(arm: str, folder: Path, rt: bool) -> Iterator[tuple[Watched, Path, 
         rig = folder / "rig.toml"
         # Where the adapter has a limit of its own, that is the one of the rig files that come with palpate.
         text = cell.rig_toml()
-        own = f"velocity_rad_s = {FASTEST_RAD_S}\n" if arm == "zebra-nmc" else ""
+        own = f"velocity_rad_s = {FASTEST_RAD_S}\n" if arm == ZEBRA else ""
         rig.write_text(text.replace("[arm]\n", f"[arm]\n{own}"))
         watched = Watched(cell)
         if rt:
@@ -271,13 +272,13 @@ def judge(arm: str, way: str, seen: list[Trial], options: argparse.Namespace) ->
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--trials", type=int, default=20, help="of each way to fall silent")
-    parser.add_argument("--arm", default="", choices=("", *EMULATED_ARMS), help="one emulated arm; all by default")
+    parser.add_argument("--arm", default="", choices=("", *WIRES), help="wires of one emulated arm; all by default")
     parser.add_argument("--ways", nargs="+", choices=WAYS, default=WAYS)
     parser.add_argument("--deadman-ms", type=float, default=100.0, help="set-point time-out")
     parser.add_argument("--rt", action="store_true", help="request SCHED_FIFO")
     options = parser.parse_args()
     sys.setswitchinterval(0.0002)
-    for arm in (options.arm,) if options.arm else EMULATED_ARMS:
+    for arm in (options.arm,) if options.arm else WIRES:
         bench(arm, options)
 
 

@@ -58,7 +58,7 @@ class EmulatedRig:
 
 
 def words_of(arm: str, force: str, priority: int) -> tuple[str, ...]:
-    return "--arm", arm, "--force", force, "--priority", str(priority)
+    return "--wires", arm, "--force", force, "--priority", str(priority)
 
 
 @contextmanager

@@ -89,14 +89,15 @@ TROUBLES: dict[str, Strike] = {
 
 
 def tried(strike: Strike, folder: Path) -> str:
-    config = replace(scenario("paper"), seed=0)
+    config = replace(scenario("paper"), seed=0, arm="ur5")
     rig, out, ended = folder / "rig.toml", folder / "out", threading.Event()
-    emulation = EmulationConfig("ur5-rtde", "ati-netft")
+    emulation = EmulationConfig("ur-rtde", "ati-netft")
     with EmulatedCell(config, find_ready_pose(config.arm, config.tool.geometry, config.task), emulation) as cell:
-        rig.write_text(cell.rig_toml())
+        rig.write_text(cell.rig_toml("job.toml"))
+        (folder / "job.toml").write_text(cell.job_toml())
         life = threading.Thread(target=cell.run, args=(ended.is_set, lambda truth: None))
         life.start()
-        call = [*PALPATE, "run", "--rig", str(rig), "--arm", "ur5", "--policy", "torque", "--trials", "1"]
+        call = [*PALPATE, "run", "--rig", str(rig), "--policy", "torque", "--trials", "1"]
         call += ["--out", str(out), "--real-time.scheduling"]
         process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         try:

@@ -86,14 +86,14 @@ class VirtualRig(Rig):
         self.desk, self.latch = VirtualDesk(), FaultLatch()
         self._config, self._approach = config, find_approach(config, ready)
         emulation = EmulationConfig(
-            arm=arm, force=force, friction=hidden.friction or 0.0, stiffness_share=hidden.springs_share,
+            wires=arm, force=force, friction=hidden.friction or 0.0, stiffness_share=hidden.springs_share,
             latency_ms=hidden.latency_ms,
         )  # fmt: skip
         clock = self.desk.clock
         self.cell = VirtualCell(self.desk, config, ready, emulation, clock.now_ns() + round(phase * _TICK_NS), late_ns)
         context = replace(RigContext.of(config.arm, clock), tool=config.tool, accept_kinematics=True)
-        if arm == "ur5-rtde":
-            stated = self.cell.entries("arm") | {"host": "virtual"}
+        if arm == "ur-rtde":
+            stated = self.cell.entries("arm") | {"host": "virtual", "patience": 1.0}
             del stated["adapter"], stated["name"]
             adapter = ur_arm(overlay(UrTable(), stated), context, lambda: self.cell.link)
         else:

@@ -26,7 +26,7 @@ LATE = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
     [
         ("zebra-zero", "zebra-nmc", "jr3-can", (1.0, 1.8)),
         ("zebra-zero", "cia402", "jr3-can", (0.7, 1.7)),
-        ("ur5", "ur5-rtde", "ati-netft", (0.0, 1.0)),
+        ("ur5", "ur-rtde", "ati-netft", (0.0, 1.0)),
     ],
 )
 def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are(
@@ -49,7 +49,7 @@ def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are
 
 def struck(arm: str, force: str, strike: Callable[[VirtualRig], None], at_ns: int = 900_000_000) -> str:
     """How a trial ends that is struck some time after its beginning."""
-    config = replace(scenario("paper"), seed=3, arm="ur5" if arm == "ur5-rtde" else "zebra-zero")
+    config = replace(scenario("paper"), seed=3, arm="ur5" if arm == "ur-rtde" else "zebra-zero")
     ready, chosen = find_ready_pose(config.arm, config.tool.geometry, config.task), ChosenPolicy("torque", config)
     with VirtualRig(config, ready, arm, force, HiddenValues(), phase=0.4) as rig:
         prepare, timer = rig.prepare, Timer(rig.desk.clock)
@@ -72,7 +72,7 @@ def box_silent(rig: VirtualRig) -> None:
 
 
 def test_a_trial_that_ends_for_its_samples_says_which_device_and_what_its_wire_gave() -> None:
-    said = struck("ur5-rtde", "ati-netft", box_silent)
+    said = struck("ur-rtde", "ati-netft", box_silent)
     told = r"stale \(ATI Net F/T: has sent nothing for 5. ms; check its power"
     assert re.search(f"^rig: trial 0: .*{told}", said), said
 

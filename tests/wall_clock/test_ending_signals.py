@@ -14,7 +14,7 @@ from palpate.adapters.experiments import ready_pose
 from palpate.adapters.hardware import EmulatedCell
 from palpate.adapters.log import read_log
 from palpate.simulation.emulators.nmc.servo import PicServo
-from tests.command_line import PATIENCE_S, CommandLine, command, wait_until
+from tests.command_line import JOB, PATIENCE_S, CommandLine, command, wait_until
 from tests.wall_clock.host import Host
 from tests.wall_clock.test_rigs import ALLOWED_S, PATIENT, logs, relax, require_in_time
 
@@ -41,7 +41,7 @@ def rig(tmp_path: Path, stops: list[int]) -> Iterator[Path]:
         life = threading.Thread(target=cell.run, args=(ended.is_set, lambda truth: None), daemon=True)
         life.start()
         path = tmp_path / "rig.toml"
-        path.write_text(cell.rig_toml())
+        path.write_text(cell.rig_toml(str(JOB)))
         relax(path)
         yield path
         ended.set()

@@ -135,7 +135,7 @@ def test_a_stranger_s_policy_inserts_and_a_cable_pulled_in_mid_motion_ends_the_r
 ) -> None:
     rig, out = tmp_path / "rig.toml", tmp_path / "out"
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2] / "examples" / "strange_policies"))
-    with emulated(rig, "--arm", "zebra-nmc", "--force", "jr3-can") as devices, host.judged(ALLOWED_S):
+    with emulated(rig, "--wires", "zebra-nmc", "--force", "jr3-can") as devices, host.judged(ALLOWED_S):
         with running(rig, out, "strange_policies.drift:Drift") as process:
             devices.send_signal(signal.SIGKILL)
             _, complaint = process.communicate(timeout=60)
@@ -152,7 +152,7 @@ def test_a_stranger_s_policy_inserts_and_a_cable_pulled_in_mid_motion_ends_the_r
 
 def test_cia402_inserts_and_the_operator_s_signal_ends_the_run_and_its_log_names_it(tmp_path: Path, host: Host) -> None:
     rig, out = tmp_path / "rig.toml", tmp_path / "out"
-    with emulated(rig, "--arm", "cia402", "--force", "jr3-can"), host.judged(ALLOWED_S):
+    with emulated(rig, "--wires", "cia402", "--force", "jr3-can"), host.judged(ALLOWED_S):
         with running(rig, out, "torque") as process:
             process.send_signal(signal.SIGUSR1)
             _, complaint = process.communicate(timeout=60)
@@ -182,7 +182,7 @@ def test_doctor_finds_both_devices_and_a_policy_that_takes_a_second_is_stopped_a
     rig, out = tmp_path / "rig.toml", tmp_path / "out"
     (tmp_path / "sleepy.py").write_text(SLEEPY)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    with emulated(rig, "--arm", "zebra-nmc", "--force", "jr3-can"), host.judged(ALLOWED_S):
+    with emulated(rig, "--wires", "zebra-nmc", "--force", "jr3-can"), host.judged(ALLOWED_S):
         examined = CommandLine()("doctor", "--rig", rig, "--seconds", "0.3")
         run = command("run", "--rig", rig, "--trials", 1, *PATIENT, "--policy", "sleepy:Sleepy", "--out", out)
         stopped = subprocess.run(run, capture_output=True, text=True, timeout=120)

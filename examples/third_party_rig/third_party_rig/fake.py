@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import selectors
+import shutil
 import socket
 import threading
 from collections.abc import Callable, Sequence
@@ -174,6 +175,7 @@ def serve(rig_file: Path, ended: threading.Event) -> None:
         ports = {"5800": str(arm.address[1]), "5801": str(sensor.address[1])}
         for known, here in ports.items():
             example = example.replace(f"port = {known}", f"port = {here}")
+        shutil.copy(Path(__file__).parent / "job.toml", rig_file.parent)
         rig_file.write_text(example, encoding="utf-8")
         print(f"serving; {rig_file} is the rig file; end with Ctrl-C", flush=True)
         start_ns, tick = clock.now_ns(), 0

@@ -23,7 +23,7 @@ def emulate(options: EmulateOptions) -> int:
     """Serve until ended from outside; returns the exit code."""
     config = options.run
     path = Path(options.rig_file) if options.rig_file else None
-    job_path = None if path is None else path.with_suffix(".job.toml")
+    job_path = None if path is None else path.parent / f"{path.stem}.job.toml"
     for file in (path, job_path):
         _require_own(file)
     ended = Event()
@@ -64,7 +64,8 @@ def _require_own(path: Path | None) -> None:
     """Refuse to replace what somebody else wrote, or changed: the first line has the digest of the others."""
     if path is None or not os.path.lexists(path):
         return
-    first, _, rest = path.read_text(encoding="utf-8").partition("\n")
+    text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
+    first, _, rest = text.partition("\n")
     if first != _MARK + _digest(rest):
         problem = "is there already, and not as palpate emulate wrote it"
         raise OutputError(str(path), problem, "name another file with --rig-file, or remove it")

@@ -14,7 +14,7 @@ from tests.virtual_time import VirtualTime
 def test_emulated_drives_are_waited_for_longer_than_real_ones() -> None:
     config = RunConfig()
     with EmulatedCell(
-        config, find_ready_pose(config.arm, config.tool.geometry, config.task), EmulationConfig(arm="cia402")
+        config, find_ready_pose(config.arm, config.tool.geometry, config.task), EmulationConfig(wires="cia402")
     ) as cell:
         written = cell.rig_toml()
         assert written.startswith("format = 1\n")
@@ -31,7 +31,7 @@ def test_a_wrench_is_as_old_at_any_moment_between_two_ticks_of_the_cell(monkeypa
     monkeypatch.setattr(emulated_cell, "_HUM", (0.0,) * 6)
     config = RunConfig()
     cell = EmulatedCell(
-        config, find_ready_pose(config.arm, config.tool.geometry, config.task), EmulationConfig(arm="cia402")
+        config, find_ready_pose(config.arm, config.tool.geometry, config.task), EmulationConfig(wires="cia402")
     )
     tick_ns = 10**9 // CONTROL_RATE_HZ
     cell.tick(tick_ns)
@@ -49,7 +49,7 @@ def test_a_sensor_s_noise_goes_on_where_the_cell_is_held_up() -> None:
     """Readings that are equal in each digit are those of a sensor that is stuck, and end a run."""
     config = RunConfig()
     cell = EmulatedCell(
-        config, find_ready_pose(config.arm, config.tool.geometry, config.task), EmulationConfig(arm="cia402")
+        config, find_ready_pose(config.arm, config.tool.geometry, config.task), EmulationConfig(wires="cia402")
     )
     cell.tick(10**9 // CONTROL_RATE_HZ)
     felt = np.array([cell._wrench_source(time_ns) for time_ns in range(10**8, 2 * 10**8, 10**6)])
