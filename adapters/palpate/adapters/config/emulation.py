@@ -1,6 +1,5 @@
 """What is emulated behind wires, and how badly."""
 
-import re
 from dataclasses import dataclass, replace
 from typing import Annotated, Final, Self
 
@@ -10,7 +9,7 @@ from palpate.core.ports import OneOf, Range, Settings
 
 ZEBRA, CIA402, UR = "zebra-nmc", "cia402", "ur-rtde"
 JR3, ATI = "jr3-can", "ati-netft"
-_OF_UR: Final = re.compile(r"ur\d+e?")
+_OF_UR: Final = ("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e", "ur16e", "ur20")
 
 
 @dataclass(frozen=True)
@@ -47,12 +46,12 @@ class EmulationConfig(Settings):
         Raises:
             ConfigurationError: It cannot have these wires, or they do not have what else is required.
         """
-        usual = ZEBRA if arm.name == "zebra-zero" else UR if _OF_UR.fullmatch(arm.name) else CIA402
+        usual = ZEBRA if arm.name == "zebra-zero" else UR if arm.name in _OF_UR else CIA402
         wires = self.wires or usual
         if wires == ZEBRA and usual != ZEBRA:
-            raise ConfigurationError("wires", wires, f"cia402 or ur-rtde for {arm.name}; the bus is a Zebra Zero's")
-        if wires == UR and len(arm.posture_rad) != 6:
-            raise ConfigurationError("wires", wires, f"cia402 for {arm.name}, which does not have six joints")
+            raise ConfigurationError("wires", wires, f"cia402 for {arm.name}; the bus is a Zebra Zero's")
+        if wires == UR and usual != UR:
+            raise ConfigurationError("wires", wires, f"cia402 for {arm.name}; the controller has {', '.join(_OF_UR)}")
         if self.wrist_backlash_deg and wires != ZEBRA:
             raise ConfigurationError("wrist_backlash_deg", self.wrist_backlash_deg, "0, except for zebra-nmc")
         if self.force == UR and wires != UR:
