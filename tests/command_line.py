@@ -38,9 +38,6 @@ RESULTS = (
 PATIENCE_S = 100.0
 """With a process; only its end after Ctrl-C takes two seconds of a processor, of which a busy machine may give 3 %."""
 
-JOB = Path(__file__).parents[1] / "examples" / "jobs" / "paper-peg.toml"
-"""Job of a rig that a test writes by hand."""
-
 RT_EMULATOR = ("--priority", 30)
 """Emulated devices that other tests' work does not hold up, where the system grants it."""
 

@@ -8,8 +8,7 @@ import pytest
 
 from tests.command_line import JOB, CommandLine
 
-ARM = '[arm]\nname = "zebra-zero"\nadapter = "zebra-nmc"\n'
-RIG = f'[rig]\nname = "bench"\njob = "{JOB}"\n{ARM}[force_sensor]\nadapter = "jr3-can"\n'
+RIG = '[rig]\nname = "bench"\n[arm]\nname = "zebra-zero"\nadapter = "zebra-nmc"\n[force_sensor]\nadapter = "jr3-can"\n'
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,9 @@ import pytest
 
 from palpate.adapters.cli import emulate as command
 from palpate.adapters.hardware import EmulatedCell
-from tests.command_line import JOB, CommandLine
+from tests.command_line import CommandLine
 
-DOWEL = JOB.with_name("dowel-12-h7.toml")
+DOWEL = Path(__file__).parents[2] / "examples" / "jobs" / "dowel-12-h7.toml"
 
 
 @pytest.fixture

@@ -41,7 +41,7 @@ def rig(tmp_path: Path, stops: list[int]) -> Iterator[Path]:
         life = threading.Thread(target=cell.run, args=(ended.is_set, lambda truth: None), daemon=True)
         life.start()
         path = tmp_path / "rig.toml"
-        path.write_text(cell.rig_toml(str(JOB)))
+        path.write_text(cell.rig_toml(JOB[1]))
         relax(path)
         yield path
         ended.set()

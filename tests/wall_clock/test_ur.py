@@ -152,7 +152,7 @@ def test_without_the_client_one_line_names_the_extra(
     (tmp_path / "rig.toml").write_text(
         "[arm]\nname = 'ur5'\nadapter = 'ur-rtde'\nhost = '127.0.0.9'\n[force_sensor]\nadapter = 'ur-rtde'\n"
     )
-    told = palpate.refusal("run", "--rig", "rig.toml", "--job", JOB, "--policy", "torque", "--trials", "1")
+    told = palpate.refusal("run", "--rig", "rig.toml", *JOB, "--policy", "torque", "--trials", "1")
     assert "pip install 'palpate[ur]'" in told
 
 
@@ -164,7 +164,7 @@ def test_insertion_by_the_tool_force_is_refused_with_the_figures(palpate: Comman
         (tmp_path / "rig.toml").write_text(
             f"[arm]\nname = 'ur5'\nadapter = 'ur-rtde'\nhost = '{server.host}'\n{sensor}\n"
         )
-        line = palpate.refusal("run", "--rig", "rig.toml", "--job", JOB, "--policy", "torque", "--trials", "1")
+        line = palpate.refusal("run", "--rig", "rig.toml", *JOB, "--policy", "torque", "--trials", "1")
         assert "noise of 1.75 N and 100 mN m" in line
         assert "less than 0.98 N" in line
         assert "6.9 mN m" in line
