@@ -38,6 +38,7 @@ FEW = {
     "train": TRIALS,
     "run": TRIALS,
     "compare": TRIALS,
+    "plan": ("--trials", "0"),
     "explore": ("--trials", "30", "--seeds", "1"),
     "infer": ("--training.restarts", "8", "--training.batch", "8", "--training.steps", "60",
               "--extraction.most-intervals", "6"),
@@ -84,3 +85,4 @@ def desk(palpate: CommandLine, tmp_path: Path) -> None:
         shutil.copy(golden / "inserted-ur5.mcap", tmp_path / name)
     (tmp_path / "torn.mcap").write_bytes(log.read_bytes()[:-2000])
     shutil.copy(tmp_path / "runs" / "paper" / "policy.json", tmp_path / "other.json")
+    shutil.copytree(ROOT / "examples" / "jobs", tmp_path / "examples" / "jobs")

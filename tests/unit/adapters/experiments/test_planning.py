@@ -19,7 +19,7 @@ def test_each_trial_has_a_world_from_the_ranges_of_the_job() -> None:
     config = planned()
     worlds = [drawn_world(config, trial, {}).cell for trial in range(200)]
     for name, least, most in (
-        ("friction", 0.1, 0.4), ("tilt", 0.0, 2.0), ("height", -0.5, 0.5), ("noise", 0.08, 0.125), 
+        ("friction", 0.1, 0.4), ("tilt", 0.0, 2.0), ("height", -0.5, 0.5), ("noise", 0.08, 0.125),
         ("axial", 18.0, 22.0),
     ):  # fmt: skip
         values = [
