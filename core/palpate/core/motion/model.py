@@ -88,14 +88,13 @@ def _parsed(arm: ArmDescription, path: Path, content: bytes, calibration: bytes)
     try:
         with _heard(said):
             model = pin.buildModelFromXML(text)
+            others = [index for index in range(1, model.njoints) if model.names[index] not in moving]
+            if others:
+                model = pin.buildReducedModel(model, others, pin.neutral(model))
     except (ValueError, RuntimeError) as error:
         cause = said[0] if said else " ".join(str(error).split())
         raise AssetError("arm", str(path), f"a readable URDF ({cause})") from error
-    others = [index for index in range(1, model.njoints) if model.names[index] not in moving]
-    if others:
-        model = pin.buildReducedModel(model, others, pin.neutral(model))
 
-    # A joint may have the name of a link.
     links = {frame.name: frame for frame in model.frames if frame.type == pin.FrameType.BODY}
     flange = links[arm.flange]
     base, tool = links.get("base"), links.get("tool0", flange)

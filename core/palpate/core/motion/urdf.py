@@ -81,9 +81,9 @@ def _joints_above(root: Element, refused: Refusal) -> dict[str, Element]:
     above: dict[str, Element] = {}
     for joint in root.findall("joint"):
         parent, child = _link(joint, "parent"), _link(joint, "child")
-        # A joint without a name is legal for nobody, but has one place only.
+        # Pinocchio looks frames up by name alone, and a joint may have that of a link, or none.
         name = joint.get("name") or f"joint above {child}"
-        joint.set("name", name)
+        joint.set("name", name if name not in links else f"joint {name}")
         if not {parent, child} <= links:
             raise refused(f"a URDF with all links: {name!r} joins {parent!r} and {child!r}, and one is not there")
         if child in above:

@@ -158,7 +158,7 @@ def test_an_environment_that_is_let_go_stops_the_arm_and_can_be_neither_copied_n
     monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.write_evaluation", lambda *words: None)
     monkeypatch.setattr(
         "palpate.adapters.gymnasium_envs.peg_insertion.open_rig",
-        lambda config, ready, file, acknowledge: SimulatedRig(config, ready),
+        lambda config, ready, file, acknowledge, accept_kinematics: SimulatedRig(config, ready),
     )
     monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.warm_up", lambda config, ready: None)
     rig_file = str(Path(__file__).parents[4] / "rigs" / "zebra-nmc-jr3.toml")

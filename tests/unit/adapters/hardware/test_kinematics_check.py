@@ -8,7 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiments import open_rig, ready_pose
 from palpate.adapters.hardware import RigContext
+from palpate.adapters.hardware import rig as hardware_rig
 from palpate.adapters.hardware.kinematics_check import ReportedPose, disagreement, judge_kinematics, judge_tool
 from palpate.adapters.hardware.ur import UrTable, ur_arm
 from palpate.core.errors import ConfigurationError
@@ -125,3 +128,28 @@ def test_an_arm_is_compared_before_it_gets_power(capsys: pytest.CaptureFixture[s
     first, second = capsys.readouterr().err.splitlines()
     assert "the nominal model of ur5e is 0.0 mm and 0.0 mrad from the flange that the controller reports" in first
     assert "payload of the controller and tool agree" in second
+
+
+@pytest.mark.parametrize(
+    ("emulated", "accept", "accepted"), [(False, False, False), (True, False, True), (False, True, True)]
+)
+def test_a_nominal_model_is_accepted_by_the_option_or_on_an_emulated_rig(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, emulated: bool, accept: bool, accepted: bool
+) -> None:
+    made: list[RigContext] = []
+
+    def arm(_: object, context: RigContext) -> None:
+        made.append(context)
+        raise ConfigurationError("arm", "", "no more")
+
+    monkeypatch.setattr(hardware_rig, "arm_maker", lambda _: arm)
+    monkeypatch.setattr(hardware_rig, "force_sensor_maker", lambda _: lambda *_: None)
+    text = (
+        f"[rig]\nemulated = {str(emulated).lower()}\n[arm]\nadapter = 'ur-rtde'\n[force_sensor]\nadapter = 'jr3-can'\n"
+    )
+    (tmp_path / "rig.toml").write_text(text)
+    config = RunConfig(arm="ur5e")
+    with pytest.raises(ConfigurationError, match="no more"):
+        open_rig(config, ready_pose(config), str(tmp_path / "rig.toml"), accept_kinematics=accept)
+    assert made[0].accept_kinematics is accepted
+    assert made[0].tool == config.tool

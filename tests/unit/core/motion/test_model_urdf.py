@@ -212,7 +212,13 @@ def test_what_pinocchio_would_die_of_or_take_silently_is_refused_in_one_line(
 
 
 def test_a_link_and_a_joint_may_have_one_name_and_a_joint_none(tmp_path: Path) -> None:
-    same = altered(tmp_path / "a.urdf", ('name="j3"', 'name="tool"'), ('name="j4"', 'name=""'), ('name="j5"', ""))
+    finger = (
+        '<link name="grip"/><joint name="grip" type="revolute"><parent link="tool"/><child link="grip"/>'
+        '<axis xyz="1 0 0"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint>'
+        '<link name="tip"/><joint name="tip" type="fixed"><parent link="grip"/><child link="tip"/></joint></robot>'
+    )
+    names = ('name="j3"', 'name="tool"'), ('name="j4"', 'name=""'), ('name="j5"', "")
+    same = altered(tmp_path / "a.urdf", *names, ("</robot>", finger))
     kinematics, plain = Kinematics(same, TOOL), Kinematics(altered(tmp_path / "b.urdf"), TOOL)
     for each in (kinematics, plain):
         each.update(SIX)
