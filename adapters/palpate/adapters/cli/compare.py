@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.cli.notices import print_troubles, print_weakened, trips_line, unrecorded
+from palpate.adapters.cli.notices import print_conditions, print_troubles, trips_line, unrecorded
 from palpate.adapters.cli.options import CompareOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments import (
@@ -39,7 +39,7 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
     chosen = [ChosenPolicy(name, config) for name in (*options.policy, *comparators_of(config))]
     ready = ready_pose(config)
     require_usable(config, ready)
-    print_weakened(config)
+    print_conditions(config)
     kept.enter_context(folder.writing())
     folder.write("run.toml", run_toml(config, "compare", trials=options.trials, policy=list(options.policy)))
     summaries: dict[str, dict[str, Any]] = {}

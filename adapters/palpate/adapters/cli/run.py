@@ -8,8 +8,8 @@ from pathlib import Path
 
 from palpate.adapters.cli.notices import (
     marked_line,
+    print_conditions,
     print_troubles,
-    print_weakened,
     trips_line,
 )
 from palpate.adapters.cli.opening import opened_recorder, opened_rig
@@ -57,7 +57,7 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
     chosen = ChosenPolicy(named, config)
     ready = ready_pose(config)
     require_usable(config, ready, options.rig)
-    print_weakened(config)
+    print_conditions(config)
     with ExitStack() as opened:
         live, rig = opened_rig(opened, options, config, ready)
         if options.view and isinstance(rig, SimulatedRig):

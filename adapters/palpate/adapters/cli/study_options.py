@@ -19,6 +19,7 @@ class StudyOptions(LiveSettings, Settings):
       trials = 150
       seeds = [0, 1, 2]                      # or { first = 0, count = 20 }
       policies = ["q-learning", "torque"]    # learners are trained; comparators and policy files run as they are
+      job = "my-part.toml"                   # job file, from the folder of this file; without it the paper's peg
 
       [base]                                 # settings of all runs, as in a run.toml
       scenario = "paper"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -20,7 +21,7 @@ from palpate.simulation.work_cell import CellConfig
 _OF_A_JOB: Final = (*JOB_TABLES, "arm", "cell")
 
 
-def read_job(source: str | Path | Mapping[str, Any]) -> dict[str, Any]:
+def read_job(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Any]:
     """Return the tables of a job.
 
     Args:
@@ -29,7 +30,7 @@ def read_job(source: str | Path | Mapping[str, Any]) -> dict[str, Any]:
     Raises:
         ConfigurationError: It cannot be read, has other tables than those of a job, or lacks what every job states.
     """
-    table = dict(source) if isinstance(source, Mapping) else read_toml(source, "job")
+    table = dict(source) if isinstance(source, Mapping) else read_toml(Path(source), "job")
     for name, value in table.items():
         if name not in _OF_A_JOB:
             near = did_you_mean(name, _OF_A_JOB)

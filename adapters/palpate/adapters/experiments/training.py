@@ -72,6 +72,7 @@ class Checkpoint:
 def run_toml(config: RunConfig, command: str, **facts: Any) -> str:
     """The text of ``run.toml``: the resolved configuration, and how it came about; ``--config`` takes it again."""
     lines = [to_toml(config), "\n[run]\n", f"format = {json.dumps(RUN_FORMAT)}\ncommand = {json.dumps(command)}\n"]
+    facts = {"part": config.part.describe(), **facts}
     lines += [f"{name} = {json.dumps(value, ensure_ascii=False)}\n" for name, value in facts.items()]
     lines += ["\n[run.versions]\n", *(f"{name} = {json.dumps(v)}\n" for name, v in made_with().items())]
     return "".join(lines)

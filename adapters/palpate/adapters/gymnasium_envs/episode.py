@@ -16,7 +16,7 @@ import gymnasium.error
 import numpy as np
 from typing_extensions import override
 
-from palpate.adapters.config import INSERTION, RunConfig, compose, read_toml, run_facts
+from palpate.adapters.config import INSERTION, JOB, RunConfig, compose, read_job, read_toml, run_facts
 from palpate.adapters.experiments import (
     OUTSIDE,
     build_insertion,
@@ -298,13 +298,14 @@ Settings: TypeAlias = Mapping[str, Any] | str | os.PathLike[str] | None
 """A nested table of settings, a TOML file with one (a ``run.toml`` too), or nothing."""
 
 
-def run_config(scenario_name: str, arm: str, settings: Settings, task: str = "") -> RunConfig:
+def run_config(scenario_name: str, arm: str, settings: Settings, task: str = "", job: Settings = None) -> RunConfig:
     """The configuration of the trials.
 
     Args:
-        scenario_name: Preset to start from; empty takes the one of the settings, or ``paper``.
+        scenario_name: Preset to start from; empty takes the one of the settings, or ``job`` with a job, or ``paper``.
         arm: Name of the arm; empty takes that of the settings.
         task: Name of the task; empty takes that of the settings.
+        job: A job file, or its tables; None for the paper's job.
 
     Raises:
         ConfigurationError: A setting is unknown or refused, or the file cannot be read.
@@ -312,14 +313,15 @@ def run_config(scenario_name: str, arm: str, settings: Settings, task: str = "")
     table = _table(settings)
     # How the run of a run.toml came about is no setting.
     run_facts(table, str(settings))
-    name = scenario_name or table.get("scenario", "paper")
+    stated = None if job is None or job == "" else read_job(job)
+    name = scenario_name or table.get("scenario", "paper" if stated is None else JOB)
     told = table.get("task", {})
     named = told.get("name", "") if isinstance(told, Mapping) else ""
     if task and named not in ("", task):
         raise ConfigurationError("task.name", named, f"{task}, which this environment is of")
     learner = table.get("learner", "q-learning")
-    config = compose(name, learner, {**table, "scenario": name}, task=task or named or INSERTION)
-    return replace(config, arm=arm) if arm else config
+    tables = {**table, "scenario": name}, {"arm": arm} if arm else {}
+    return compose(name, learner, *tables, task=task or named or INSERTION, job=stated)
 
 
 def _table(settings: Settings) -> dict[str, Any]:

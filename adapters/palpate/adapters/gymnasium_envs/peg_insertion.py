@@ -88,8 +88,7 @@ if TYPE_CHECKING:
 _NAME: Final = "palpate/PegInsertion-v0"
 _ARGUMENTS: Final = (
     "scenario", "arm", "actions", "observations", "failure_penalty", "config", "rig", "out", "decision_limit_s", "task",
-    "acknowledge",
-    "accept_kinematics",
+    "acknowledge", "accept_kinematics", "job",
 )  # fmt: skip
 
 
@@ -110,7 +109,8 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
     Terminated: inserted, or failed (jammed, force limit, safety trip). Truncated: the task's time limit.
 
     Args:
-        scenario: ``paper``, ``blind`` or another preset; empty takes that of ``config``, or ``paper``.
+        scenario: ``paper``, ``blind`` or another preset; empty takes that of ``config``, or ``job`` with a job, or
+            ``paper``.
         arm: ``zebra-zero`` or ``ur5``; empty takes that of ``config``.
         actions: ``discrete``: those that palpate's own learners choose from: the eight compass steps, or skills, each
             until it is over; ``continuous``: any step in the plane, (2,), see
@@ -133,6 +133,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         task: The kind of insertion; empty takes that of ``config``, or steps across.
         acknowledge: On a rig with an open fault, ``NUMBER NAME: why`` of the person who acknowledges it.
         accept_kinematics: On a rig, move the arm by its nominal model.
+        job: A job file, or its tables: part, tool, arm, place and limits. None for the paper's.
 
     Raises:
         ConfigurationError: An argument or a setting is unknown or refused.
@@ -156,11 +157,13 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         task: str = "",
         acknowledge: str = "",
         accept_kinematics: bool = False,
+        job: Settings = None,
         **unknown: object,
     ) -> None:
         self._arguments = {
             "scenario": scenario, "arm": arm, "actions": actions, "observations": observations,
             "failure_penalty": failure_penalty, "config": config, "render_mode": render_mode, "rig": rig, "task": task,
+            "job": job,
         }  # fmt: skip
         refuse_unknown(_NAME, unknown, _ARGUMENTS)
         require_one_of("actions", actions, ACTION_KINDS)
@@ -173,7 +176,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             raise ConfigurationError("render_mode", render_mode, "None on a rig, of which there is no picture")
         self.render_mode = render_mode
         self._camera: Camera | None = None
-        settings = run_config(scenario, arm, config, task)
+        settings = run_config(scenario, arm, config, task, job)
         if rig:
             settings = replace(settings, arm=RigFile.load(Path(rig)).arm_model(arm))
         self._episodes: Episodes

@@ -32,7 +32,7 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
         raise ConfigurationError(job.limits.dotted("force_N"), job.limits.force_N, accepted)
     part, tool, place, limits = job.part, job.tool, job.place, job.limits
     found = derive(Quantities.of(job, sensor))
-    known = place.position_uncertainty_mm == 0.0
+    known, jams = place.position_uncertainty_mm == 0.0, found.insertion_press_N > found.press_N
     tables: dict[str, Any] = {
         "task": {
             "goal": {"x_mm": place.x_mm, "y_mm": place.y_mm, "z_mm": place.z_mm, "rpy_deg": place.rpy_deg},
@@ -43,7 +43,8 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
             "max_force_N": limits.force_N,
             "travel_speed_mm_s": limits.speed_mm_s,
             "press_kgf": _shown(found.press_N / N_PER_KGF),
-            "insertion_press_kgf": _shown(found.insertion_press_N / N_PER_KGF),
+            # 0 follows a search's press that is set by hand.
+            "insertion_press_kgf": _shown(found.insertion_press_N / N_PER_KGF) if jams else 0.0,
             "friction": part.friction_max,
             "end_tilt_mm": _shown(found.end_tilt_m * 1e3),
             "contact_kgf": _shown(found.contact_N / N_PER_KGF),

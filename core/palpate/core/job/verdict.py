@@ -98,7 +98,8 @@ def require_depth(job: Job, sensor: SensorFacts, *, step_mm: float, tolerance_mm
     if least_m > quantities.tolerance_m:
         remedy = _depth_remedy(quantities, parts)
         accepted = f"at least {least_m * 1e3:.2g}, four standard deviations of depth; or {remedy}"
-        raise ConfigurationError("task.depth_tolerance_mm", tolerance_mm, accepted)
+        table = job.part.TABLE if tolerance_mm == job.part.depth_tolerance_mm else "task"
+        raise ConfigurationError(f"{table}.depth_tolerance_mm", tolerance_mm, accepted)
 
 
 def _choice(job: Job, found: Derived, regime: Regime, task: str, jams: bool) -> Choice:

@@ -165,7 +165,7 @@ def arm_of_table(table: Mapping[str, Any]) -> str | dict[str, Any]:
     known = kinds_of(ArmDescription)
     for key, value in table.items():
         if key not in known:
-            hint = did_you_mean(key, tuple(known))
+            hint = did_you_mean(f"arm.{key}", [f"arm.{each}" for each in known])
             raise ConfigurationError(f"arm.{key}", value, f"no such field{hint} (known here: {', '.join(known)})")
     if "urdf" in table:
         return dict(table)

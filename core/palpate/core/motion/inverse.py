@@ -111,7 +111,7 @@ class InverseKinematics:
         raise UnreachableError(
             field,
             f"({position}) mm",
-            f"a place that {kinematics.arm.name} reaches with its tool axis as asked",
+            f"a place that {kinematics.arm.name} reaches with its tool axis as asked and tool.tip_mm as stated",
         )
 
     def _starts(self, seed_rad: Array) -> Iterator[Array]:

@@ -119,5 +119,5 @@ def require_turns(
                 inverse.solve(pin.SE3(rotation, place), free_yaw=False, seed_rad=ready.q_rad, field="place")
             except UnreachableError as error:
                 about = "xyz"[axis]
-                accepted = f"a turn about {about} that {description.name} can make above the goal"
+                accepted = f"a turn about {about} that {description.name} can make above the goal; or a nearer place"
                 raise UnreachableError(f"task.options.most_{name}_deg", sign * angle_deg, accepted) from error

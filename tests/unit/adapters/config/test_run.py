@@ -83,7 +83,7 @@ def test_a_force_that_ends_a_trial_latches_as_the_task_comes(name: str) -> None:
 
 def test_presets() -> None:
     paper, blind = scenario("paper"), scenario("blind")
-    assert paper == overlay(RunConfig(), {"task": {"insertion_press_kgf": paper.task.press_kgf}})
+    assert paper == RunConfig()
     assert paper.cell.hole_uncertainty_mm == 0.0
     assert blind.cell.hole_uncertainty_mm == 3.0
     assert (paper.perception.position_threshold_mm, blind.perception.position_threshold_mm) == (1.0, 50.0)

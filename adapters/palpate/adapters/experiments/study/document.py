@@ -56,6 +56,7 @@ class _Head(Settings):
 
     trials: Annotated[int, Range(1, 1_000_000)] = 350
     seeds: Annotated[Any, Holds(_are_seeds, "a list of seeds, or { first = 0, count = 20 }")] = (0,)
+    job: str = ""
     policies: Annotated[
         tuple[Annotated[str, Holds(bool, _POLICIES)], ...], Holds(bool, f"a list of names: {_POLICIES}")
     ] = (LEARN,)
@@ -68,6 +69,7 @@ class Study:
     Attributes:
         seeds: Seeds, each once; a range where they follow each other.
         listed: Sets of settings; each is combined with all of the grid. One empty set if none are listed.
+        job: Absolute path of the job file; empty for the paper's job.
     """
 
     trials: int
@@ -76,6 +78,7 @@ class Study:
     base: Mapping[str, Any]
     listed: tuple[Mapping[str, Any], ...]
     grid: Mapping[str, tuple[Any, ...]]
+    job: str = ""
 
     @classmethod
     def read(cls, path: Path) -> Study:
@@ -104,7 +107,8 @@ class Study:
         for one in listed:
             if twice := [name for name in one if name in grid]:
                 raise ConfigurationError(f"cells.{twice[0]}", one[twice[0]], "a setting that [grid] does not vary too")
-        return cls(head.trials, _seeds(head.seeds), _policies(head.policies), base, listed, grid)
+        job = str(path.resolve().parent / head.job) if head.job else ""
+        return cls(head.trials, _seeds(head.seeds), _policies(head.policies), base, listed, grid, job)
 
     @property
     def count(self) -> int:
@@ -135,11 +139,11 @@ class Study:
         Raises:
             ConfigurationError: The settings do not go together.
         """
-        return configured({**self.base, **fields, "seed": seed}, os.getcwd())
+        return configured({**self.base, **fields, "seed": seed}, os.getcwd(), self.job)
 
     def files(self) -> set[str]:
         """Return the files that results depend on."""
-        found = {name for name in self.policies if not _made_by_name(name)}
+        found = {name for name in self.policies if not _made_by_name(name)} | ({self.job} if self.job else set())
         for field in FILES:
             values = [self.base.get(field), *(one.get(field) for one in self.listed), *self.grid.get(field, ())]
             found |= {value for value in values if names_file(field, value)}
@@ -149,6 +153,7 @@ class Study:
         """As TOML; :meth:`read` gives the same study back."""
         lines = [f"format = {FORMAT}\n", "\n[study]\n", f"trials = {self.trials}\n"]
         lines += [f"seeds = {_seeds_text(self.seeds)}\n", f"policies = {literal(self.policies)}\n"]
+        lines += [f"job = {literal(self.job)}\n"] if self.job else []
         tables = [("[base]", self.base), ("[grid]", self.grid)]
         tables += [("[[cells]]", one) for one in self.listed] if self.listed != ({},) else []
         tables += [("[versions]", versions), ("[files]", files)]

@@ -5,7 +5,7 @@ import os
 from collections.abc import Mapping
 from typing import Any, Final
 
-from palpate.adapters.config import INSERTION, LEARNERS, RunConfig, compose, field_value, learner_in
+from palpate.adapters.config import INSERTION, JOB, LEARNERS, RunConfig, compose, field_value, learner_in, read_job
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import fitted
 
@@ -53,17 +53,18 @@ def plain(value: Any) -> Any:
     return value
 
 
-def configured(settings: Mapping[str, Any], folder: str) -> RunConfig:
+def configured(settings: Mapping[str, Any], folder: str, job: str = "") -> RunConfig:
     """The configuration of its scenario with these settings over it; trials are not recorded unless one sets it.
 
     Args:
         folder: What names of files are relative to; workers may work in another folder.
+        job: A job file; empty for the paper's job.
     """
     settings = {"recording.enabled": False, **settings}
     for field in FILES:
         if names_file(field, settings.get(field)):
             settings[field] = os.path.join(folder, settings[field])
-    presets = settings.get("scenario", _DEFAULTS.scenario), settings.get("learner", _DEFAULTS.learner)
+    presets = settings.get("scenario", JOB if job else _DEFAULTS.scenario), settings.get("learner", _DEFAULTS.learner)
     table: dict[str, Any] = {}
     for dotted, value in settings.items():
         *path, last = dotted.split(".")
@@ -72,7 +73,7 @@ def configured(settings: Mapping[str, Any], folder: str) -> RunConfig:
             inner = inner.setdefault(part, {})
         inner[last] = value
     task = fitted("task.name", settings.get("task.name", INSERTION), str)
-    return compose(*presets, table, task=task)
+    return compose(*presets, table, task=task, job=read_job(job) if job else None)
 
 
 def with_learner(settings: Mapping[str, Any], policy: str, folder: str) -> dict[str, Any]:

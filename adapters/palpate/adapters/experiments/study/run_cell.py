@@ -40,6 +40,7 @@ class CellJob:
 
     Attributes:
         folder: Absolute path of the study's folder ``cells``.
+        job: The study's job file; empty for the paper's job.
         files: Digests of files that results depend on, by their names in the study.
         relative_to: Absolute path of the folder that those names are relative to.
     """
@@ -50,11 +51,12 @@ class CellJob:
     trials: int
     files: Mapping[str, str]
     relative_to: str
+    job: str = ""
 
     def config(self) -> RunConfig:
         """The cell's configuration; a learner that is named as the policy is what learns."""
         settings = {**self.base, **self.cell.fields, "seed": self.cell.seed}
-        return configured(with_learner(settings, self.cell.policy, self.relative_to), self.relative_to)
+        return configured(with_learner(settings, self.cell.policy, self.relative_to), self.relative_to, self.job)
 
     def path(self, name: str) -> str:
         """Absolute path of a file that the study names."""

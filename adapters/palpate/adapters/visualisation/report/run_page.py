@@ -124,7 +124,8 @@ CAPTION: Final = "Brackets: 95 % intervals, exact of success, by order statistic
 
 def _facts(run: RunSource) -> tuple[tuple[str, str], ...]:
     facts: list[tuple[str, object]] = [("Policy", run.facts.get("policy")), ("Arm", run.settings.get("arm"))]
-    facts += [("Where", run.world), ("Date", run.date), ("Scenario", run.settings.get("scenario"))]
+    facts += [("Part", run.facts.get("part")), ("Where", run.world), ("Date", run.date)]
+    facts += [("Scenario", run.settings.get("scenario"))]
     facts += [("Seed", run.settings.get("seed")), ("Trials", len(run.rows))]
     if "claim" in run.summary:
         facts.append(("Claim", f"{run.summary['claim']}: {run.summary.get('verdict')}"))

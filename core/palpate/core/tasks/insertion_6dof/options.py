@@ -46,7 +46,7 @@ class SpatialOptions(Settings):
     second: a wedge shows by sinking on."""
     tool_kg: Annotated[float, Range(0.0, 20.0)] = 0.35
     """Mass of all that the force sensor carries: its weight is taken off while the tool leans."""
-    tool_above_tip_mm: Annotated[float, Range(0.0, 500.0)] = 63.0
+    tool_above_tip_mm: Annotated[float, Range(0.0, 2000.0)] = 63.0
     """Height of its centre above the tip."""
     unanswered_N: Annotated[float, Range(0.0, 40.0)] = 28.0
     """A tool that pushes heaves, and goes no further from where the force answered that than bends the gripper by this;
