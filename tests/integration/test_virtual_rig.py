@@ -27,6 +27,8 @@ LATE = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
         ("zebra-zero", "zebra-nmc", "jr3-can", (1.0, 1.8)),
         ("zebra-zero", "cia402", "jr3-can", (0.7, 1.7)),
         ("ur5", "ur-rtde", "ati-netft", (0.0, 1.0)),
+        ("ur5e", "ur-rtde", "ati-netft", (0.0, 1.0)),
+        ("ur10e", "ur-rtde", "ati-netft", (0.0, 1.0)),
     ],
 )
 def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are(
