@@ -1,13 +1,16 @@
 """The insertion task as an environment: steps, rewards, ends and refusals."""
 
+import contextlib
 import pickle
 from collections.abc import Iterator
 from math import nan
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from palpate.adapters.config import compose, read_job
 from palpate.adapters.gymnasium_envs.episode import ActionRefusedError, NotRunningError
 from palpate.adapters.gymnasium_envs.peg_insertion import Numbering, PegInsertionEnv
 from palpate.core.errors import ConfigurationError
@@ -143,6 +146,8 @@ def test_a_step_needs_an_episode_and_an_open_environment() -> None:
         ({"arm": "ur7"}, "arm = 'ur7' is refused: one of"),
         ({"failure_penalty": -1.0}, "failure_penalty = -1.0 is refused"),
         ({"failure_penalty": nan}, "failure_penalty = nan is refused"),
+        ({"job": "nowhere.toml"}, "job = 'nowhere.toml' is refused: a readable file"),
+        ({"job": {"part": {}}}, "part = [] is refused: a table that states part.peg_mm, part.hole_mm, part.depth_mm"),
         ({"render_mode": "human"}, "render_mode = 'human' is refused: rgb_array, or None"),
         ({"config": {"task": {"step": 1.0}}}, "task.step = 1.0 is refused: no such field; did you mean task.step_mm?"),
         ({"config": {"control": {"damping_N_s_per_m": 1.0}}}, "control.damping_N_s_per_m = 1.0 is refused"),
@@ -152,6 +157,20 @@ def test_what_there_is_not_is_refused(arguments: dict[str, Any], message: str) -
     with pytest.raises(ConfigurationError) as caught:
         cell(**arguments)
     assert str(caught.value).startswith(message)
+
+
+def test_a_job_is_stated_by_its_file_or_its_tables_and_other_arguments_win() -> None:
+    path = Path("examples/jobs/dowel-12-h7.toml").resolve()
+    made = cell(job=path)
+    config = made._episodes.config
+    made.close()
+    assert config == compose("job", job=read_job(path))
+    tables = read_job(path)
+    tables["part"]["hole_mm"] = 12.1
+    with contextlib.closing(cell(job=tables, arm="ur10e", config={"place": {"x_mm": 550.0}})) as env:
+        config = env._episodes.config
+        assert (config.cell.peg.clearance_mm, config.arm, config.task.goal.x_mm) == (0.05, "ur10e", 550.0)
+        env.reset(seed=0)
 
 
 def test_a_copy_begins_anew_with_the_same_arguments(env: PegInsertionEnv) -> None:

@@ -1,0 +1,105 @@
+"""``--job``: one file for every command; what is derived, recorded, resumed and replayed, and what is refused."""
+
+import csv
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.config import compose, overlay, read_job, read_toml, run_facts
+from palpate.adapters.config.run import RunConfig
+from tests.command_line import CommandLine
+
+JOBS = Path(__file__).parents[2] / "examples" / "jobs"
+DOWEL = JOBS / "dowel-12-h7.toml"
+PART = "peg 12.000 mm, hole 12.018 mm, radial clearance 0.009 mm, depth 20 mm"
+
+
+@pytest.mark.parametrize("job", sorted(path.name for path in JOBS.glob("*.toml")))
+def test_each_example_job_runs_with_the_task_and_policy_that_suit_it(palpate: CommandLine, job: str) -> None:
+    shape = read_job(JOBS / job)["part"]["shape"]
+    words = ("--policy", "torque") if shape == "round" else ("--task", "insertion-6dof", "--policy", "corner-first")
+    printed = palpate.succeed("run", "--job", JOBS / job, *words, "--trials", 1, "--out", "run")
+    assert "scenario job" in printed
+
+
+def test_a_job_is_trained_recorded_resumed_replayed_and_reported_as_stated(palpate: CommandLine) -> None:
+    words = ("--learner", "belief", "--out", "run")
+    assert f"palpate: {PART}\n" in palpate("train", "--job", DOWEL, *words, "--trials", 2).stderr
+    table = read_toml("run/run.toml")
+    assert run_facts(table, "run/run.toml")["part"] == PART
+    began = overlay(RunConfig(), table)
+    assert began == compose("job", "belief", job=read_job(DOWEL))
+    palpate.succeed("train", "--resume", "--out", "run", "--trials", 3)
+    assert (
+        overlay(RunConfig(), {key: value for key, value in read_toml("run/run.toml").items() if key != "run"}) == began
+    )
+    with Path("run/trials.csv").open(newline="") as stream:
+        assert len(list(csv.DictReader(stream))) == 3
+    assert "3 of 3 equal" in palpate.succeed("replay", "run", "--jobs", 1)
+    palpate.succeed("report", "run")
+    assert PART in Path("run/report.html").read_text(encoding="utf-8")
+
+
+def test_a_run_toml_repeats_a_job_without_its_file(palpate: CommandLine) -> None:
+    palpate.succeed("run", "--job", DOWEL, "--policy", "torque", "--trials", 1, "--out", "first")
+    palpate.succeed("run", "--config", "first/run.toml", "--out", "second")
+    assert Path("first/trials.csv").read_bytes() == Path("second/trials.csv").read_bytes()
+
+
+def test_flags_and_files_change_a_job_and_what_follows_from_it(palpate: CommandLine) -> None:
+    Path("more.toml").write_text("[part]\nhole_mm = 12.1\n")
+    words = ("--job", DOWEL, "--config", "more.toml", "--place.position-uncertainty-mm", 3, "--policy", "torque")
+    palpate.succeed("run", *words, "--trials", 1, "--out", "run")
+    table = tomllib.loads(Path("run/run.toml").read_text())
+    assert (table["cell"]["peg"]["clearance_mm"], table["task"]["area_half_width_mm"]) == (0.05, 3.5)
+
+
+def test_a_study_varies_part_tool_and_place_of_a_job_beside_it(palpate: CommandLine) -> None:
+    folder = Path("studies")
+    folder.mkdir()
+    (folder / "dowel.toml").write_text(DOWEL.read_text())
+    (folder / "fit.toml").write_text(
+        '[study]\ntrials = 1\npolicies = ["torque"]\njob = "dowel.toml"\n[base]\n"task.time_limit_s" = 1.0\n'
+        '[[cells]]\n"part.hole_mm" = 12.03\n[[cells]]\n"tool.axial_N_per_mm" = 10.0\n"place.x_mm" = 550.0\n'
+    )
+    words = ("study", "studies/fit.toml", "--engine", "sequential", "--out", "out")
+    assert "2 of 2 cells are finished" in palpate.succeed(*words)
+    tables = [tomllib.loads(path.read_text()) for path in sorted(Path("out/cells").glob("*/run.toml"))]
+    assert {table["cell"]["peg"]["clearance_mm"] for table in tables} == {0.015, 0.009}
+    assert {table["control"]["axial_stiffness_N_per_mm"] for table in tables} == {10.0, 20.0}
+    assert {table["task"]["goal"]["x_mm"] for table in tables} == {550.0, 600.0}
+    # Again, as it stands in the folder: nothing is left to do.
+    assert "2 of them are finished already" in palpate.succeed(*words)
+    (folder / "dowel.toml").write_text(DOWEL.read_text().replace("mass_kg = 0.6", "mass_kg = 0.7"))
+    assert "as in the study in out" in palpate.refusal(*words)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("peg_mm = 12.0", "peg_mm = 12.1", "part.hole_mm = 12.018 is refused: from 12.102"),
+        ("peg_mm = 12.0", "peg_mm = twelve", "a TOML file"),
+        ("[part]", "[parts]", "parts = "),
+        ("depth_mm = 20.0", "dept_mm = 20.0", "a table that states part.depth_mm"),
+        ("friction_max", "friction", "did you mean part.friction_max?"),
+        ("x_mm = 600.0", "x_mm = 6000.0", "place.x_mm = 6000.0 is refused: a number from -3000 to 3000"),
+        ("x_mm = 600.0", "x_mm = 2500.0", "a place that ur10 reaches"),
+        ('name = "ur10"', 'name = "ur11"', "arm = 'ur11' is refused: one of zebra-zero"),
+        ("[cell.peg]", "[cell.pegs]", "did you mean cell.peg?"),
+        ("[limits]", "[task]\nstep_mm = 0.1\n[limits]", "other settings belong in --config"),
+    ],
+)
+@pytest.mark.parametrize("command", ["run --policy torque", "train", "compare"])
+def test_what_is_wrong_with_a_job_is_one_line_with_exit_code_2(
+    palpate: CommandLine, command: str, old: str, new: str, told: str
+) -> None:
+    text = DOWEL.read_text()
+    assert old in text
+    Path("job.toml").write_text(text.replace(old, new, 1))
+    palpate.refuses(f"{command} --job job.toml", told)
+
+
+def test_a_job_that_is_not_there_is_one_line(palpate: CommandLine) -> None:
+    palpate.refuses("run --policy torque --job nowhere.toml", "job = 'nowhere.toml' is refused: a readable file")
+    palpate.refuses("train --resume --out nothing --job nowhere.toml", "nowhere.toml")
