@@ -66,7 +66,7 @@ def plan(options: PlanOptions) -> int:
 def _account(config: RunConfig, verdict: Verdict, reasons: list[str], options: PlanOptions) -> str:
     lines = [config.part.describe(), f"arm {config.arm}, tolerance of depth {config.part.depth_tolerance_mm:g} mm"]
     lines += ["", "settings that follow", *_derived_lines(verdict.derived)]
-    lines += ["", "regime", *_regime_lines(verdict.regime, config)]
+    lines += ["", "regime", *_regime_lines(verdict.regime)]
     valid = _validity_lines(config)
     if reasons:
         lines += ["", "verdict: not feasible", *(f"  {reason}" for reason in reasons)]
@@ -77,26 +77,25 @@ def _account(config: RunConfig, verdict: Verdict, reasons: list[str], options: P
 
 
 def _derived_lines(found: Derived) -> list[str]:
-    return [f"  {getattr(found, name) * factor:>9.3g} {unit:<6} {meaning}" for name, factor, unit, meaning in _DERIVED]
+    return [_row(getattr(found, name) * factor, unit, meaning) for name, factor, unit, meaning in _DERIVED]
 
 
-def _regime_lines(regime: Regime, config: RunConfig) -> list[str]:
+def _regime_lines(regime: Regime) -> list[str]:
     jam = "none" if regime.jam_depth_m == inf else f"{regime.jam_depth_m * 1e3:.2g} mm"
-    depth = ", ".join(
-        f"{name} {part * 1e3:.2g}"
-        for name, part in (("noise", regime.noise_m), ("tilt", regime.tilted_m), ("encoders", regime.step_m))
-    )
-    shown = (
-        (regime.natural_Hz, "Hz", "natural frequency of the tool on its gripper"),
-        (regime.jam_number, "", f"jam number J: force that jams over the press (depth of jamming: {jam})"),
-        (regime.wall_N, "N", f"largest force of each wall; friction may hold the peg with {regime.held_N:.2g} N"),
-        (degrees(regime.friction_rad), "deg", "half-angle of the friction cone"),
-        (regime.capture_m * 1e3, "mm", "half-width of capture"),
-        (regime.search_s, "s", "one sweep of the searched square"),
-        (regime.depth_m * 1e3, "mm", f"standard deviation of depth ({depth}); the tolerance must hold four"),
-        (regime.window_s, "s", f"to verify a contact by a dither of {regime.dither_N:.2g} N"),
-    )  # fmt: skip
-    return [f"  {value:>9.3g} {unit:<6} {meaning}" for value, unit, meaning in shown]
+    depth = f"noise {regime.noise_m * 1e3:.2g}, tilt {regime.tilted_m * 1e3:.2g}, encoders {regime.step_m * 1e3:.2g}"
+    return [
+        _row(regime.natural_Hz, "Hz", "natural frequency of the tool on its gripper"),
+        _row(regime.jam_number, "", f"jam number J: force that jams over the press (depth of jamming: {jam})"),
+        _row(regime.wall_N, "N", f"force of each wall; friction may hold the peg with {regime.held_N:.2g} N"),
+        _row(degrees(regime.friction_rad), "deg", "half-angle of the friction cone"),
+        _row(regime.search_s, "s", "one sweep of the searched square"),
+        _row(regime.depth_m * 1e3, "mm", f"standard deviation of depth ({depth}); the tolerance must hold four"),
+        _row(regime.window_s, "s", f"to verify a contact by a dither of {regime.dither_N:.2g} N"),
+    ]
+
+
+def _row(value: float, unit: str, meaning: str) -> str:
+    return f"  {value:>9.3g} {unit:<6} {meaning}"
 
 
 def _validity_lines(config: RunConfig) -> list[str]:

@@ -7,9 +7,17 @@ from math import sqrt
 from pathlib import Path
 from typing import Final
 
-from palpate.adapters.config import PerceptionConfig, RigFile, RunConfig, depth_step_mm, job_of, task_kind
+from palpate.adapters.config import (
+    PerceptionConfig,
+    RigFile,
+    RunConfig,
+    depth_step_mm,
+    job_of,
+    simulated_noise,
+    task_kind,
+)
 from palpate.adapters.hardware import FaultFile, HardwareRig, find_approach
-from palpate.adapters.mujoco import SimulatedRig, simulated_sensor
+from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.automata import AutomatonState, load
 from palpate.core.errors import ConfigurationError
 from palpate.core.job import require_depth
@@ -263,7 +271,7 @@ def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> N
     walk = RandomWalkPolicy(task_actions(config))
     build_task(config, ready, plain_perception(config), walk)
     if not rig_file:
-        require_limits(config, ready, simulated_sensor(config.cell.sensor))
+        require_limits(config, ready, simulated_noise(config))
 
 
 def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> None:

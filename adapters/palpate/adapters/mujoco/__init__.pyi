@@ -5,7 +5,6 @@ from .arrows import draw_arrow as draw_arrow
 from .arrows import metres_per_N as metres_per_N
 from .arrows import reference_N as reference_N
 from .rig import SimulatedRig as SimulatedRig
-from .rig import simulated_sensor as simulated_sensor
 from .scene import DrawnCell as DrawnCell
 from .scene import Moment as Moment
 from .scene import Stage as Stage

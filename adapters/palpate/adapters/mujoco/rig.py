@@ -4,17 +4,12 @@ from contextlib import ExitStack
 from types import TracebackType
 from typing import Self
 
-from palpate.adapters.config import RunConfig, require_corners
+from palpate.adapters.config import RunConfig, require_corners, simulated_noise
 from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
 from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, SIMULATOR, FaultLatch, Ports, Rig, SensorFacts, Truth, World
 from palpate.core.trial import ReadyPose, goal_in_base, wander_m
-from palpate.simulation.work_cell import HiddenValues, SensorConfig, WorkCell
-
-
-def simulated_sensor(sensor: SensorConfig) -> SensorFacts:
-    """The facts of the cell's force sensor, which has no end of its range."""
-    return SensorFacts(sensor.force_noise_N, sensor.torque_noise_Nm)
+from palpate.simulation.work_cell import HiddenValues, WorkCell
 
 
 class SimulatedRig(Rig):
@@ -33,7 +28,7 @@ class SimulatedRig(Rig):
         require_corners(config)
         kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
         self.seed, self.latch = config.seed, FaultLatch()
-        self._facts = simulated_sensor(config.cell.sensor)
+        self._facts = simulated_noise(config)
         self.cell = WorkCell(
             kinematics,
             config.cell if hidden is None else hidden.cell(config.cell),

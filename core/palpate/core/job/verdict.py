@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import inf, sqrt
+from math import degrees, inf, sqrt
 from typing import Final
 
 from palpate.core.errors import ConfigurationError
@@ -82,7 +82,7 @@ def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> V
     reasons = [_depth_reason(job, quantities, regime), _window_reason(job, quantities, found, regime, known)]
     if jams and named == PLAIN:
         reasons.append(_jam_reason(job, quantities, found, regime))
-    reasons += _place_reasons(job, quantities, found, choice)
+    reasons += (_torque_reason(quantities, found, choice), _shape_reason(job, named, choice))
     return Verdict(found, regime, choice, tuple(filter(None, reasons)))
 
 
@@ -93,13 +93,32 @@ def require_depth(job: Job, sensor: SensorFacts, *, step_mm: float, tolerance_mm
         ConfigurationError: It is.
     """
     quantities = replace(Quantities.of(job, sensor), tolerance_m=tolerance_mm * 1e-3)
-    noise_m, tilted_m, encoder_m = parts = depth_parts_m(quantities, step_mm * 1e-3, Constants())
-    least_m = DEVIATIONS * sqrt(noise_m * noise_m + tilted_m * tilted_m + encoder_m * encoder_m)
-    if least_m > quantities.tolerance_m:
-        remedy = _depth_remedy(quantities, parts)
-        accepted = f"at least {least_m * 1e3:.2g}, four standard deviations of depth; or {remedy}"
+    if short := _short_depth(quantities, depth_parts_m(quantities, step_mm * 1e-3, Constants())):
+        least_mm, remedy = short
+        accepted = f"at least {least_mm:.2g}, four standard deviations of depth; or {remedy}"
         table = job.part.TABLE if tolerance_mm == job.part.depth_tolerance_mm else "task"
         raise ConfigurationError(f"{table}.depth_tolerance_mm", tolerance_mm, accepted)
+
+
+def _short_depth(job: Quantities, parts: tuple[float, float, float]) -> tuple[float, str] | None:
+    """Four standard deviations of depth in mm, where the tolerance is below them, and how to make them smaller.
+
+    Args:
+        parts: Those by noise, tilt and encoders.
+    """
+    noise_m, tilted_m, _ = parts
+    square, most_m = sum(part * part for part in parts), max(parts)
+    least_m, left = DEVIATIONS * sqrt(square), (job.tolerance_m / DEVIATIONS) ** 2 - square + most_m * most_m
+    if least_m <= job.tolerance_m:
+        return None
+    # The largest part is the cheapest to reduce, unless the others are too much by themselves.
+    share = sqrt(max(left, 0.0)) / most_m
+    remedy = "use an arm with finer encoders"
+    if most_m == noise_m:
+        remedy = f"use a force sensor with at most {share * job.noise_N:.2g} N of noise"
+    elif most_m == tilted_m:
+        remedy = f"reduce the tilt to {share * job.tilt_rad * 1e3:.2g} mrad"
+    return least_m * 1e3, remedy if share else "use a quieter force sensor, a smaller tilt and finer encoders"
 
 
 def _choice(job: Job, found: Derived, regime: Regime, task: str, jams: bool) -> Choice:
@@ -115,27 +134,12 @@ def _choice(job: Job, found: Derived, regime: Regime, task: str, jams: bool) -> 
 
 
 def _depth_reason(job: Job, quantities: Quantities, regime: Regime) -> str:
-    if DEVIATIONS * regime.depth_m <= quantities.tolerance_m:
+    if not (short := _short_depth(quantities, (regime.noise_m, regime.tilted_m, regime.step_m))):
         return ""
-    parts = regime.noise_m, regime.tilted_m, regime.step_m
     return (
         f"the tolerance of depth, {job.part.depth_tolerance_mm:g} mm, is below four standard deviations of depth,"
-        f" {DEVIATIONS * regime.depth_m * 1e3:.2g} mm: allow that, or {_depth_remedy(quantities, parts)}"
+        f" {short[0]:.2g} mm: allow that, or {short[1]}"
     )
-
-
-def _depth_remedy(job: Quantities, parts: tuple[float, float, float]) -> str:
-    """The cheapest way to a smaller standard deviation, by its largest part: noise, tilt or encoders."""
-    noise_m, tilted_m, _ = parts
-    rest = sum(part * part for part in parts) - max(parts) ** 2
-    left = (job.tolerance_m / DEVIATIONS) ** 2 - rest
-    share = (left**0.5 if left > 0.0 else 0.0) / max(*parts, 1e-30)
-    if max(parts) == noise_m:
-        text = "use a quieter force sensor or a stiffer gripper"
-        return f"use a force sensor with at most {share * job.noise_N:.2g} N of noise" if share else text
-    if max(parts) == tilted_m:
-        return f"reduce the tilt to {share * job.tilt_rad * 1e3:.2g} mrad" if share else "reduce the tilt"
-    return "use an arm with finer encoders"
 
 
 def _window_reason(job: Job, quantities: Quantities, found: Derived, regime: Regime, known: Constants) -> str:
@@ -165,22 +169,32 @@ def _jam_reason(job: Job, quantities: Quantities, found: Derived, regime: Regime
     )
 
 
-def _place_reasons(job: Job, quantities: Quantities, found: Derived, choice: Choice) -> list[str]:
-    reasons = []
-    half_mm = found.half_width_m * 1e3
-    if choice.policy == "torque":
-        bent_Nm = quantities.tilt_Nm_per_rad * quantities.tilt_rad
-        most_Nm = 2.0 * found.press_N * quantities.radius_m
-        if bent_Nm > most_Nm or found.torque_Nm > found.press_N * quantities.radius_m:
-            reasons.append(
-                f"the area of {half_mm:.3g} mm is above {BELIEF_AREA_MM:g} mm, the most that the learner belief covers,"
-                f" and the torque of the tilt or of noise hides that of the hole from the torque rule: locate the hole"
-                f" within {BELIEF_AREA_MM - 0.5:g} mm"
+def _torque_reason(job: Quantities, found: Derived, choice: Choice) -> str:
+    most_Nm = found.press_N * job.radius_m
+    hidden = job.tilt_Nm_per_rad * job.tilt_rad > 2.0 * most_Nm or found.torque_Nm > most_Nm
+    if choice.policy != "torque" or not hidden:
+        return ""
+    return (
+        f"the area of {found.half_width_m * 1e3:.3g} mm is above {BELIEF_AREA_MM:g} mm, the most that the learner"
+        f" belief covers, and the torque of the tilt or of noise hides that of the hole from the torque rule: locate"
+        f" the hole within {BELIEF_AREA_MM - 0.5:g} mm"
+    )
+
+
+def _shape_reason(job: Job, task: str, choice: Choice) -> str:
+    part, corner_mm = job.part, corner_distance_mm(job.part)
+    if task == PLAIN and part.shape != ROUND:
+        # A side of half length s turns between walls by c / s.
+        half_mm = sqrt(max(corner_mm * corner_mm - part.peg_mm * part.peg_mm / 4.0, 0.0)) or part.peg_mm / 2.0
+        free_deg = degrees(part.clearance_mm / half_mm)
+        if job.place.yaw_uncertainty_deg > free_deg:
+            return (
+                f"a {part.shape} peg turned by {job.place.yaw_uncertainty_deg:g} degrees does not fit: use --task"
+                f" {SPATIAL}, or reduce the yaw to {free_deg:.2g} degrees"
             )
-    corner_mm = corner_distance_mm(job.part)
     if choice.policy == "corner-first" and corner_mm < _LEAST_CORNER_MM:
-        reasons.append(
+        return (
             f"the corners are {corner_mm:.2g} mm from the axis, too near for one of them to be felt first: use a part"
             f" with corners at least {_LEAST_CORNER_MM:g} mm from it, or align the part within its clearance"
         )
-    return reasons
+    return ""

@@ -132,8 +132,6 @@ def test_the_papers_job_gives_the_defaults() -> None:
     classes["learning"] = BeliefParameters()
     tables["learning"] = tables["learning"]["belief"]
     tables["task"].pop("goal")
-    # 0 by default: that of the search.
-    assert tables["task"].pop("insertion_press_kgf") == TaskConfig().press_kgf
     for name, defaults in classes.items():
         for field, value in tables[name].items():
             assert value == getattr(defaults, field), (name, field)

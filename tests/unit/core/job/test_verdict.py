@@ -93,3 +93,11 @@ def test_shapes_are_inserted_corner_first_unless_their_corners_are_too_near() ->
 def test_a_force_limit_too_low_for_the_noise_is_refused() -> None:
     (reason,) = verdict(PartConfig(depth_tolerance_mm=1.0), SensorFacts(0.6, 0.01), force_N=5.0).reasons
     assert "raise limits.force_N to 6" in reason
+
+
+def test_a_shape_whose_turn_is_not_known_is_not_pushed_straight_in() -> None:
+    square = PartConfig(shape="square", peg_mm=20.0, hole_mm=20.1, depth_tolerance_mm=0.5)
+    (reason,) = verdict(square, task="insertion", yaw_uncertainty_deg=5.0).reasons
+    # 0.05 mm over half a side of 10 mm.
+    assert reason.endswith("use --task insertion-6dof, or reduce the yaw to 0.29 degrees")
+    assert verdict(square, task="insertion", yaw_uncertainty_deg=0.28).feasible
