@@ -84,6 +84,8 @@ class RunOptions(AcknowledgeSettings, LiveSettings, RunSettings):
     """Number of trials."""
     rig: str = ""
     """Rig file: run on its devices instead of in the simulator."""
+    dry: bool = False
+    """With --rig: read, decide and log, and send the arm no command; each trial ends soon after the tare."""
     out: str = ""
     """Folder for the results; runs/SCENARIO-run-001 or the next number if not given. It must not hold a run yet."""
     claim: str = ""

@@ -15,24 +15,31 @@ from palpate.adapters.cli.notices import (
 from palpate.adapters.cli.opening import opened_recorder, opened_rig
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.cli.progress import progress
+from palpate.adapters.config import RigFile
 from palpate.adapters.experiments import (
     NOBODY_KNOWS,
     ChosenPolicy,
     Claim,
     RunFolder,
     TrialRow,
+    dry_lines,
+    dry_trials,
     next_free_folder,
     policy_for,
     ready_pose,
+    require_limits,
     require_usable,
     run_chosen,
     run_in_processes,
     run_toml,
+    warm_up,
     write_evaluation,
 )
+from palpate.adapters.hardware import DryRig
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.adapters.visualisation import viewed
 from palpate.core.errors import ConfigurationError
+from palpate.core.trial import ReadyPose
 
 
 def run(options: RunOptions) -> int:
@@ -44,8 +51,11 @@ def run(options: RunOptions) -> int:
 def _run(options: RunOptions, kept: ExitStack) -> int:
     """Into a folder that ``kept`` keeps other writers out of."""
     config = options.run
+    if options.dry and not options.rig:
+        raise ConfigurationError("dry", options.dry, "given with --rig only")
     named = policy_for(config, options.policy)
-    folder = RunFolder(Path(options.out)) if options.out else next_free_folder(f"runs/{config.scenario}-run")
+    kind = "dry" if options.dry else "run"
+    folder = RunFolder(Path(options.out)) if options.out else next_free_folder(f"runs/{config.scenario}-{kind}")
     folder.require_free()
     if options.policy.startswith("omniscient") and options.rig:
         raise ConfigurationError("policy", options.policy, NOBODY_KNOWS)
@@ -58,6 +68,8 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
     ready = ready_pose(config)
     require_usable(config, ready, options.rig)
     print_conditions(config)
+    if options.dry:
+        return _dry(options, kept, chosen, ready, folder)
     with ExitStack() as opened:
         live, rig = opened_rig(opened, options, config, ready)
         if options.view and isinstance(rig, SimulatedRig):
@@ -94,6 +106,29 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
     if len(rows) < options.trials:
         return 130
     return 1 if troubles or verdict not in ("", "proved") else 0
+
+
+def _dry(options: RunOptions, kept: ExitStack, chosen: ChosenPolicy, ready: ReadyPose, folder: RunFolder) -> int:
+    """Run the beginning of trials on sensors and encoders alone, and print what was seen."""
+    config = options.run
+    warm_up(config, ready)
+    with ExitStack() as opened:
+        rig = opened.enter_context(DryRig(RigFile.load(Path(options.rig)), config))
+        require_limits(config, ready, rig.sensor_facts)
+        kept.enter_context(folder.writing())
+        folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=chosen.name))
+        recorder, session = opened_recorder(opened, kept, options, config, folder, None)
+        seen, scored = dry_trials(chosen, config, rig, options.trials, recorder, session)
+        lines = dry_lines(config, ready, rig, seen[-1])
+    power = (
+        "the arm was switched on, for its adapter gives no angles otherwise" if rig.is_on else "the arm got no power"
+    )
+    ended = f"; ended by {scored.cause}" if scored.trip else ""
+    told = [f"dry run of {len(seen)} trials: no command was sent, {power}{ended}", *lines]
+    if session is not None:
+        told.append(session.report())
+    sys.stdout.write("\n".join((*told, f"saved in {folder.path}")) + "\n")
+    return 1 if scored.trip or (recorder is not None and recorder.troubles) else 0
 
 
 def _in_processes(

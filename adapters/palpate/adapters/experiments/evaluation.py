@@ -36,7 +36,7 @@ from palpate.adapters.experiments.trial import (
 )
 from palpate.adapters.experiments.workers import in_processes
 from palpate.adapters.hardware.real_time import RealTimeSession
-from palpate.adapters.log import TrialRecorder
+from palpate.adapters.log import TrialRecorder, core_sha256, made_with, processor
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import ConfigurationError, PalpateError
@@ -291,6 +291,9 @@ def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:
 
     Late imports, caches and the interpreter's own adaptation then do not fall on the first ticks of a real arm.
     """
+    # What each log states: found out once, which takes up to half a second, in which no other thread runs.
+    for stated in (made_with, processor, core_sha256):
+        stated()
     with SimulatedRig(config, ready) as rig:
         rig.prepare(0)
         name = "torque" if task_kind(config.task.name).asks_policy else NO_POLICY

@@ -1,6 +1,7 @@
 from .approach import find_approach as find_approach
 from .approach import withdrawal as withdrawal
 from .clock import MonotonicClock as MonotonicClock
+from .dry_rig import DryRig as DryRig
 from .emulated_cell import CellMoment as CellMoment
 from .emulated_cell import EmulatedCell as EmulatedCell
 from .emulated_events import EVENTS as EVENTS

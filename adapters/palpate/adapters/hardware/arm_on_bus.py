@@ -54,6 +54,9 @@ class OpenArm:
 class BusArm(ManagedDevice, JointEncoder, ArmCommand):
     """Encoders and servos of an arm on a bus, at a whole fraction of the control rate; the newest command wins.
 
+    Attributes:
+        listens: Only angles are read: the arm gets neither power nor commands. Set it before :meth:`activate`.
+
     Args:
         judge: Called when the arm is open, before it gets power; returns lines for the person, or refuses the arm.
         later_ns: By so much later than before angles may follow the set-points; 0 asks nothing of how they follow.
@@ -73,7 +76,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         judge: Callable[[ArmDriver], Sequence[str]] = lambda driver: (),
     ) -> None:
         super().__init__(name)
-        self._judge = judge
+        self.listens, self._judge = False, judge
         self._hurry, self._later_ns = hurry, later_ns
         self._open_bus, self._clock, self._joints = open_bus, clock, joints
         self._opened: OpenArm | None = None
@@ -132,7 +135,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         asked = command.position_rad
         if len(asked) != self._joints:
             raise CommandError(f"the arm has {self._joints} joints, the command has another number", len(asked))
-        if self._stop_wanted:
+        if self._stop_wanted or self.listens:
             return AppliedCommand(self._where(), CommandReason.STOPPED)
         with translating(self.name):
             applied = self._driver.preview(asked)
@@ -260,7 +263,8 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
 
     def _on_activate(self) -> None:
         self._stopped = False
-        self._enable()
+        if not self.listens:
+            self._enable()
         self._newest = self._sample = None
         self._end = self._stop_wanted = self._stopped = False
         thread = threading.Thread(target=self._run, name=f"{self.name} bus", daemon=True)

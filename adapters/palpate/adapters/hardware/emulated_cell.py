@@ -291,7 +291,7 @@ class EmulatedCell:
             "cable-pulled": lambda: setattr(server.network, "is_unplugged", True),
         }
         self._serve(server, "arm", lambda: {
-            "adapter": "ur-rtde", "name": self._arm_name, "host": server.host, "guard_N": 45.0, "patience": 3.0,
+            "adapter": "ur-rtde", "name": self._arm_name, "host": server.host, "guard_N": 45.0, "patience": 5.0,
         })  # fmt: skip
         if self.emulation.force == UR:
             noise_N, noise_Nm = (precision / 2.0 for precision in PRECISION)

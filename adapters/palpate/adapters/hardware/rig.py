@@ -32,7 +32,9 @@ from palpate.adapters.hardware.watchdogs import (
 from palpate.core.errors import DeviceError, LifecycleError
 from palpate.core.ports import (
     ArmCommand,
+    Clock,
     ForceSensor,
+    JointEncoder,
     Life,
     Ports,
     Rig,
@@ -101,20 +103,9 @@ class HardwareRig(Rig):
                 tell=_tell,
             )
         fed = () if self._process is None else (self._process,)
-        silence_ns = round(watchdog.sensor_ms * 1e6)
         self.ports = Ports(
             clock if self._process is None else WatchedClock(clock, self._process),
-            WatchedForceSensor(
-                _mounted(sensor, file), clock, silence_ns, dead_after_ns=silence_ns, tell=_tell_of_sensor
-            ),
-            WatchedJointEncoder(
-                adapter.encoder,
-                clock,
-                silence_ns,
-                dead_after_ns=silence_ns,
-                tell=_tell_of_sensor,
-                joints=len(context.lower_rad),
-            ),
+            *watched_sensors(file, sensor, adapter.encoder, clock, len(context.lower_rad)),
             GuardedArm(watched, [self.operator, *fed], fed),
         )
         self._devices, self._watched = (sensor, adapter.encoder, adapter.arm), watched
@@ -233,10 +224,17 @@ class HardwareRig(Rig):
             self.latch.end()
 
 
-def _mounted(sensor: ForceSensor, file: RigFile) -> ForceSensor:
-    """The sensor in the frame of the tool."""
-    turn_deg = file.calibration.mounting_deg
-    return TurnedForceSensor(sensor, turn_deg) if turn_deg else sensor
+def watched_sensors(
+    file: RigFile, sensor: ForceSensor, encoder: JointEncoder, clock: Clock, joints: int
+) -> tuple[ForceSensor, JointEncoder]:
+    """The force sensor in the frame of the tool, and the encoders; both fail where they fall silent."""
+    turn_deg, silence_ns = file.calibration.mounting_deg, round(file.watchdog.sensor_ms * 1e6)
+    mounted = TurnedForceSensor(sensor, turn_deg) if turn_deg else sensor
+    told: dict[str, Any] = {"dead_after_ns": silence_ns, "tell": _tell_of_sensor}
+    return (
+        WatchedForceSensor(mounted, clock, silence_ns, **told),
+        WatchedJointEncoder(encoder, clock, silence_ns, joints=joints, **told),
+    )
 
 
 def _arm(

@@ -1,0 +1,64 @@
+"""Dry trials: what they see and decide, over a simulated rig whose arm nobody may command."""
+
+from dataclasses import replace
+
+import pytest
+
+from palpate.adapters.config import RunConfig, scenario
+from palpate.adapters.experiments import ChosenPolicy, dry_lines, dry_trials
+from palpate.adapters.experiments.evaluation import warm_up
+from palpate.adapters.hardware.dry_rig import NoArm
+from palpate.adapters.log import processor
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.core.trial import Outcome
+from tests.unit.adapters.samples import ready_pose
+
+AWAY_RAD = (0.3, 1.0, -1.2, 0.1, 0.5, 0.2)
+
+
+def dry_rig(q_rad: tuple[float, ...], monkeypatch: pytest.MonkeyPatch) -> tuple[SimulatedRig, RunConfig]:
+    config = scenario("paper")
+    rig = SimulatedRig(config, ready_pose())
+    rig.__enter__()
+    rig.prepare(0)
+    rig.cell.place(q_rad)
+    monkeypatch.setattr(rig, "prepare", lambda trial: None)
+    monkeypatch.setattr(rig.cell, "command", lambda q: pytest.fail("the arm was commanded"))
+    rig.ports = replace(rig.ports, arm=NoArm("none"))
+    return rig, config
+
+
+@pytest.mark.parametrize("q_rad", [tuple(ready_pose().q_rad.tolist()), AWAY_RAD], ids=["ready", "anywhere"])
+def test_the_arm_stays_where_it_is_and_the_task_decides(
+    q_rad: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig, config = dry_rig(q_rad, monkeypatch)
+    seen, scored = dry_trials(ChosenPolicy("torque", config), config, rig, 2, None, None)
+    assert [scored.report.outcome, len(seen), scored.trip] == [Outcome.INTERRUPTED, 2, ""]
+    assert "tare" in [each.name for each in scored.report.events]
+    assert rig.ports.joint_encoder.read().position_rad == pytest.approx(q_rad, abs=2e-3)
+    force, joints, tip, way, asked = dry_lines(config, ready_pose(), rig, seen[-1])
+    assert "140 new samples/s" in force
+    assert "(stated 0.1 N, 0.004 N m)" in force
+    assert "rad, moved by" in joints
+    assert tip.startswith("tip by the model of zebra-zero: (")
+    assert "go to the ready pose, joints by up to" in way
+    # By whatever pose it begins: straight along the tool, at the speed of the approach.
+    assert "along the tool and 0.00 mm across" in asked
+    assert not asked.startswith("the task did not")
+
+
+def test_a_dry_run_that_trips_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig, config = dry_rig(AWAY_RAD, monkeypatch)
+    measure, loads = rig.cell.measure_wrench, iter(range(1000))
+    monkeypatch.setattr(rig.cell, "measure_wrench", lambda: [value + 60.0 * (next(loads) > 60) for value in measure()])
+    seen, scored = dry_trials(ChosenPolicy("torque", config), config, rig, 5, None, None)
+    assert len(seen) == 1
+    assert scored.trip
+
+
+def test_what_logs_state_is_known_before_an_arm_is_led() -> None:
+    """Found out in the first trial, it kept every other thread of the program from running for half a second."""
+    processor.cache_clear()
+    warm_up(scenario("paper"), ready_pose())
+    assert processor.cache_info().currsize == 1
