@@ -34,8 +34,8 @@ def test_an_arm_of_ones_own_inserts_and_its_logs_replay_where_its_urdf_is(palpat
 @pytest.mark.parametrize(
     ("old", "new", "accepted"),
     [
-        ("flange", "flnge", "missing flange"),
-        ("name", "nome", "unknown key 'nome'"),
+        ("flange", "flnge", "did you mean arm.flange"),
+        ("name", "nome", "did you mean arm.name"),
         ("0.65", "4.5", "arm.posture_rad[3] = 4.5 is refused: an angle from -0.19198 to 3.927, the limits of joint j"),
         ("bench.urdf", "none.urdf", "a readable URDF (No such file or directory)"),
         ("bench.urdf", "bench.toml", "a readable URDF (syntax error: line 1"),
