@@ -20,8 +20,8 @@ from statistics import mean
 from palpate.adapters.cli.main import main as palpate
 
 STUDY = Path(__file__).with_name("clearance.toml")
-CLEARANCE = "cell.peg.clearance_mm"
-QUICK = {"trials = 40": "trials = 2", "seeds = [0, 1]": "seeds = [0]", "[0.05, 0.15]": "[0.15]"}
+HOLE = "part.hole_mm"
+QUICK = {"trials = 40": "trials = 2", "seeds = [0, 1]": "seeds = [0]", "[29.1, 29.3]": "[29.3]"}
 
 
 def quick_copy(folder: Path) -> Path:
@@ -39,10 +39,10 @@ def print_table(table: Path) -> None:
     groups: defaultdict[tuple[str, str], list[dict[str, str]]] = defaultdict(list)
     with table.open(encoding="utf-8", newline="") as stream:
         for row in csv.DictReader(stream):
-            groups[row["policy"], row[CLEARANCE]].append(row)
-    for (policy, clearance), rows in groups.items():
+            groups[row["policy"], row[HOLE]].append(row)
+    for (policy, hole), rows in groups.items():
         success, time_s = (mean(float(row[name]) for row in rows) for name in ("success", "median_s"))
-        print(f"{policy}, {clearance} mm all round: {success:.0%} inserted, median {time_s:.2f} s")
+        print(f"{policy}, hole of {hole} mm: {success:.0%} inserted, median {time_s:.2f} s")
 
 
 def main() -> None:

@@ -13,6 +13,7 @@ from palpate.adapters.config import (
     RunConfig,
     depth_step_mm,
     job_of,
+    require_corners,
     simulated_noise,
     task_kind,
 )
@@ -271,6 +272,7 @@ def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> N
     walk = RandomWalkPolicy(task_actions(config))
     build_task(config, ready, plain_perception(config), walk)
     if not rig_file:
+        require_corners(config)
         require_limits(config, ready, simulated_noise(config))
 
 

@@ -138,7 +138,7 @@ class ToolConfig(Settings):
     mass_kg: Annotated[float, Range(0.06, 20.0)] = 0.35
     """Mass of all that hangs on the force sensor, as palpate calibrate measures it."""
     rigid_mass_kg: Annotated[float, Range(0.0, 20.0)] = 0.05
-    """Share of it that is fixed to the sensor; the rest moves on the gripper's compliance."""
+    """Part of it that is fixed to the sensor; the rest moves on the gripper's compliance."""
     centre_of_mass_mm: tuple[_Length, _Length, _Length] = (0.0, 0.0, 77.142857)
     """Its centre of mass, in the sensor's frame."""
     axial_N_per_mm: Annotated[float, Range(0.5, 1000.0)] = 5.0
@@ -261,7 +261,10 @@ JOB_TABLES: Final = ("part", "tool", "place", "limits")
 """Tables of a job file besides ``arm`` and ``cell``."""
 STATED: Final[Mapping[str, tuple[str, ...]]] = {
     "part": ("peg_mm", "hole_mm", "depth_mm"),
-    "tool": ("sensor_mm", "tip_mm", "mass_kg", "centre_of_mass_mm", "axial_N_per_mm", "lateral_N_per_mm"),
+    "tool": (
+        *("sensor_mm", "tip_mm", "mass_kg", "centre_of_mass_mm"),
+        *("axial_N_per_mm", "lateral_N_per_mm", "tilt_Nm_per_rad"),
+    ),
     "place": ("x_mm", "y_mm", "z_mm"),
 }
 """Fields that every job states: for these no default is safe."""

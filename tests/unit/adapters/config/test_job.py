@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.config import compose, read_job, require_corners
+from palpate.adapters.config import compose, read_job
 from palpate.adapters.experiments import ready_pose, require_usable
 from palpate.core.errors import ConfigurationError
 from palpate.core.job import JOB_TABLES, STATED, Job
@@ -59,7 +59,6 @@ SUM = "part.depth_tolerance_mm = "
 def usable(name: str, job: Mapping[str, Any]) -> None:
     """All that a run looks at before anything moves."""
     config = compose("job", task=TASKS.get(name, "insertion"), job=read_job(job))
-    require_corners(config)
     require_usable(config, ready_pose(config))
 
 

@@ -4,7 +4,7 @@ import os
 from itertools import islice
 from typing import Final
 
-from palpate.adapters.config import LEARNERS, require_corners
+from palpate.adapters.config import LEARNERS
 from palpate.adapters.experiments.build import ready_pose, require_usable
 from palpate.adapters.experiments.evaluation import ChosenPolicy
 from palpate.adapters.experiments.fitting import configured_perception
@@ -24,7 +24,6 @@ def require_possible(study: Study) -> None:
     """
     for fields in islice(study.settings(), MOST_CHECKED):
         config = study.config(fields)
-        require_corners(config)
         ready = ready_pose(config)
         require_usable(config, ready)
         perception = configured_perception(config)

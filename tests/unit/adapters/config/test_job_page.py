@@ -1,0 +1,60 @@
+"""The fields on the page about job files are those that are declared: ``PALPATE_SNAPSHOT=write`` writes them again."""
+
+import ast
+import inspect
+import os
+import runpy
+from pathlib import Path
+
+import pytest
+
+from palpate.core.job import JOB_TABLES, STATED, Job
+from palpate.core.ports import Settings, kinds_of
+from palpate.core.ports.settings import accepted_by
+
+PAGE = Path(__file__).parents[4] / "docs" / "job-file.md"
+BEGIN, END = "<!-- fields -->\n", "<!-- end of fields -->\n"
+
+
+def texts(table: type[Settings]) -> dict[str, str]:
+    """The docstring below each field."""
+    (node,) = ast.parse(inspect.getsource(table)).body
+    assert isinstance(node, ast.ClassDef)
+    found = {}
+    for field, below in zip(node.body, node.body[1:], strict=False):
+        if isinstance(field, ast.AnnAssign) and isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant):
+            found[ast.unparse(field.target)] = " ".join(str(below.value.value).split())
+    return found
+
+
+def fields() -> str:
+    lines = []
+    for name in JOB_TABLES:
+        table = getattr(Job(), name)
+        lines += [f"| `[{name}]` | accepted | default | |", "|---|---|---|---|"]
+        for field, kind in kinds_of(type(table)).items():
+            stated = field in STATED.get(name, ())
+            value = getattr(table, field)
+            shown = "" if stated else f"`{list(value) if isinstance(value, tuple) else value}`"
+            accepted = accepted_by(kind).removeprefix("a number ")
+            key = f"**`{field}`**" if stated else f"`{field}`"
+            lines.append(f"| {key} | {accepted} | {shown} | {texts(type(table))[field]} |")
+        lines.append("")
+    return "\n".join(lines[:-1]) + "\n"
+
+
+def test_the_page_lists_every_field_as_it_is_declared() -> None:
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
+    listed, _, after = rest.partition(END)
+    if os.environ.get("PALPATE_SNAPSHOT") == "write":
+        listed = fields()
+        PAGE.write_text(f"{before}{BEGIN}{listed}{END}{after}", encoding="utf-8")
+    assert listed == fields()
+
+
+def test_the_example_on_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    script = tmp_path / "example.py"
+    script.write_text(text.partition("```python\n")[2].partition("```")[0], encoding="utf-8")
+    monkeypatch.chdir(PAGE.parents[1])
+    runpy.run_path(str(script))
