@@ -12,19 +12,25 @@ from palpate.drivers.ur.link import CHECK, NAME, UrHello, UrState
 PROTECTIVE_STOP: Final = 3
 _RUNNING, _PLAYING = 7, 2
 _SAFE: Final = (1, 2)
+_POWER, _CLOSE = "power on and release the brakes", "close the safeguard, and reset it if it has a button"
+_BUTTON, _RESTART = f"release the button, {_POWER}", "read the controller's log, and restart its safety system"
 _SAFETY: Final = {
-    3: "protective stop", 4: "recovery mode", 5: "safeguard stop", 6: "emergency stop of the system",
-    7: "emergency stop of the robot", 8: "violation of a safety limit", 9: "safety fault", 10: "a joint to validate",
-    12: "safeguard stop of the automatic mode", 13: "three-position switch released",
-}  # fmt: skip
+    3: ("protective stop", "clear what the arm has met, and unlock it"),
+    4: ("recovery mode", "move the arm back inside its limits"),
+    5: ("safeguard stop", _CLOSE),
+    6: ("emergency stop of the system", _BUTTON),
+    7: ("emergency stop of the robot", _BUTTON),
+    8: ("violation of a safety limit", _RESTART),
+    9: ("safety fault", _RESTART),
+    10: ("a joint to validate", "validate it"),
+    12: ("safeguard stop of the automatic mode", _CLOSE),
+    13: ("three-position switch released", "hold the switch in its middle position, or select automatic mode"),
+}
+"""Names, and what a person does; FACT: names of safety_mode and robot_mode from the RTDE guide."""
 _MODES: Final = {
     -1: "no controller", 0: "disconnected", 1: "safety to confirm", 2: "booting", 3: "power off", 4: "power on",
     5: "idle, brakes on", 6: "backdrive", 8: "updating its firmware",
 }  # fmt: skip
-"""FACT: safety_mode and robot_mode of the RTDE guide."""
-_REMEDY: Final = (
-    "mend the cause, release the button if one is pressed, power on and release the brakes, then acknowledge"
-)
 _FULL_RAD, _SLACK_RAD, _FASTEST_RAD_S = 6.6, 0.05, 7.0
 """Joints turn by 360 degrees, those of the wrists at 360 degrees/s."""
 
@@ -88,13 +94,15 @@ def require_sense(seen: UrState, before: UrState | None, host: str) -> None:
 
 def require_ready(seen: UrState, host: str) -> None:
     """Raise what its safety system says, or that it has no power, by name."""
-    name = ""
     if seen.safety_mode not in _SAFE:
-        name = _SAFETY.get(seen.safety_mode, f"safety mode {seen.safety_mode}")
+        name, remedy = _SAFETY.get(seen.safety_mode, (f"safety mode {seen.safety_mode}", _RESTART))
     elif seen.robot_mode != _RUNNING:
-        name = _MODES.get(seen.robot_mode, f"robot mode {seen.robot_mode}")
-    if name:
-        raise DeviceFaultError(NAME, f"its controller at {host} reports: {name}", _REMEDY)
+        name, remedy = _MODES.get(seen.robot_mode, f"robot mode {seen.robot_mode}"), _POWER
+    else:
+        return
+    raise DeviceFaultError(
+        NAME, f"its controller at {host} reports: {name}", f"{remedy} on the pendant, then acknowledge"
+    )
 
 
 def require_led(seen: UrState, force_N: Sequence[float] | None, guard_N: float, host: str) -> None:
@@ -107,7 +115,9 @@ def require_led(seen: UrState, force_N: Sequence[float] | None, guard_N: float, 
     require_ready(seen, host)
     if seen.runtime != _PLAYING:
         problem = "its control program has ended: by its watchdog, at the pendant, or by a switch to local control"
-        raise DeviceFaultError(NAME, problem, "see the controller's log, then acknowledge")
+        raise DeviceFaultError(
+            NAME, problem, "switch back to remote control, see the controller's log, then acknowledge"
+        )
     if guard_N and force_N is not None and (change_N := dist(seen.wrench[:3], force_N)) > guard_N:
         problem = f"its tool force has changed by {change_N:.1f} N, beyond [arm] guard_N = {guard_N:g}"
         raise DeviceFaultError(NAME, problem, "see what the tool has met, then acknowledge")

@@ -50,12 +50,21 @@ def test_it_goes_where_it_is_led_no_faster_than_allowed_and_stops() -> None:
 
 
 TROUBLES: list[tuple[Callable[[VirtualUr], object], str]] = [
-    (lambda ur: ur.controller.protective_stop(), "protective stop"),
-    (lambda ur: ur.controller.emergency_stop(), "emergency stop of the robot"),
-    (lambda ur: setattr(ur.controller, "safety_mode", SafetyMode.SAFEGUARD_STOP), "safeguard stop"),
-    (lambda ur: setattr(ur.controller, "safety_mode", SafetyMode.FAULT), "safety fault"),
-    (lambda ur: ur.controller.reboot(), "power off"),
-    (lambda ur: ur.controller.end_program(), "control program has ended"),
+    (
+        lambda ur: ur.controller.protective_stop(),
+        "protective stop; clear what the arm has met, and unlock it on the pendant",
+    ),
+    (
+        lambda ur: ur.controller.emergency_stop(),
+        "emergency stop of the robot; release the button, power on and release the brakes",
+    ),
+    (
+        lambda ur: setattr(ur.controller, "safety_mode", SafetyMode.SAFEGUARD_STOP),
+        "safeguard stop; close the safeguard",
+    ),
+    (lambda ur: setattr(ur.controller, "safety_mode", SafetyMode.FAULT), "safety fault; read the controller's log"),
+    (lambda ur: ur.controller.reboot(), "power off; power on and release the brakes"),
+    (lambda ur: ur.controller.end_program(), "at the pendant, or by a switch to local control; switch back to remote"),
     (lambda ur: setattr(ur, "is_silent", True), "no data for"),
     (lambda ur: setattr(ur, "is_plugged", False), "unplugged"),
     (lambda ur: ur.load.__setitem__(2, -40.0), "changed by 35.0 N, beyond [arm] guard_N = 20"),
