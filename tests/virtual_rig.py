@@ -121,6 +121,9 @@ class VirtualRig(Rig):
             self._at_ready = True
         self.ports.force_sensor.read()
 
+    def stopped_by(self) -> str:
+        return self.ports.arm.fault or ""
+
     def device_behind(self, sample: str) -> str:
         return told_of(self.ports.joint_encoder if sample == "joint" else self.sensor)
 

@@ -64,5 +64,5 @@ def test_a_run_on_a_rig_takes_the_goal_that_was_measured(palpate: CommandLine) -
     Path("rig.toml").write_text(RIG + "[calibration]\nplate_mm = 1500.0\n")
     # Out of the arm's reach: so it was taken, unless a person says something else.
     words = ("run", "--rig", "rig.toml", *JOB, "--policy", "torque")
-    assert "task.goal" in palpate.refusal(*words)
+    assert "1503) mm' is refused: a place that zebra-zero reaches" in palpate.refusal(*words)
     assert palpate(*words, "--task.goal.z-mm", "20").stderr.startswith("palpate: JR3")

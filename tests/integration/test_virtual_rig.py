@@ -79,6 +79,25 @@ def test_a_trial_that_ends_for_its_samples_says_which_device_and_what_its_wire_g
     assert re.search(f"^rig: trial 0: .*{told}", said), said
 
 
+@pytest.mark.parametrize(
+    ("arm", "force", "event", "told"),
+    [
+        ("ur-rtde", "ati-netft", "protective-stop", "protective stop; clear what the arm has met, and unlock it"),
+        ("ur-rtde", "ati-netft", "emergency-stop", "release the button, power on and release the brakes"),
+        ("ur-rtde", "ati-netft", "program-end", "switch back to remote control"),
+        ("ur-rtde", "ati-netft", "sensor-silent", "stale (ATI Net F/T: has sent nothing for"),
+        ("ur-rtde", "ati-netft", "sensor-cable", "transducer unplugged"),
+        ("zebra-nmc", "jr3-can", "emergency-stop", "motor supply is off; check emergency stop and motor supply"),
+        ("zebra-nmc", "jr3-can", "sensor-silent", "check cable and power"),
+        ("zebra-nmc", "jr3-can", "sensor-cable", "see that the sensor is plugged into its board"),
+    ],
+)
+def test_a_rehearsed_fault_ends_a_trial_in_words_that_say_what_to_do(
+    arm: str, force: str, event: str, told: str
+) -> None:
+    assert told in struck(arm, force, lambda rig: rig.cell._faults[event]())
+
+
 def test_replies_of_a_motor_that_come_again_are_not_taken_for_another_s() -> None:
     """They carry no address: a trial in four ended as if a joint had moved at 4 rad/s."""
 

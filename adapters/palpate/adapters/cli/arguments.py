@@ -31,12 +31,14 @@ from palpate.adapters.config import (
     compose,
     learner_in,
     merged,
+    overlay,
     read_job,
     read_toml,
     run_facts,
     with_options,
 )
 from palpate.core.errors import ConfigurationError, UsageError
+from palpate.core.job import ToolConfig
 from palpate.core.ports import SensorFacts, kinds_of, table_beside
 
 T = TypeVar("T")
@@ -204,7 +206,8 @@ def _on_rig(
     for tables, file in ((table, _value_of("--config", arguments)), (job or {}, _value_of("--job", arguments))):
         if "cell" in tables and file:
             sys.stderr.write(f"palpate: [cell] of {file} is ignored: the rig says what is true of it\n")
-    measured = {} if "--resume" in arguments else rig.calibration.run_settings()
+    drawn = overlay(ToolConfig(), merged(table.get("tool", {}), (job or {}).get("tool", {})))
+    measured = {} if "--resume" in arguments else rig.calibration.run_settings(drawn)
     arm = {**table, **(job or {})}.get("arm", "")
     name = arm.get("name", "") if isinstance(arm, Mapping) else str(arm)
     named = _value_of("--arm", arguments) or name

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from palpate.adapters.cli.notices import print_grants, say
 from palpate.adapters.cli.options import CalibrateOptions
-from palpate.adapters.config import CalibrationTable, RigFile, overlay, write_into
+from palpate.adapters.config import CalibrationTable, RigFile, remeasured, write_into
 from palpate.adapters.experiments import warm_up
 from palpate.adapters.experiments.calibration import (
     Commissioning,
@@ -86,13 +86,18 @@ class _Bench:
 
     def go(self) -> None:
         """All steps that are asked for, each when it is confirmed."""
+        done = False
         for step in STEPS:
             if step not in self._options.steps or not self._confirmed(step):
                 continue
+            done = True
             if step == "rest":
                 self._rest()
             else:
                 self._moved(step)
+        if done:
+            job = f" --job {self._options.job}" if self._options.job else ""
+            say(f"written to {self._path}; next: palpate run --rig {self._path}{job} --policy torque --trials 1")
 
     def _rest(self) -> None:
         clock = MonotonicClock()
@@ -118,7 +123,8 @@ class _Bench:
         before = RigFile.load(self._path)
         if step == "hole":
             _require_turn(before)
-        config = overlay(self._options.run, before.calibration.run_settings())
+        run = self._options.run
+        config = remeasured(run, before.calibration.run_settings(run.tool), before.facts.noise())
         # As the sensor is mounted: how it is turned is what is measured.
         accepted = self._options.accept_kinematics
         file = replace(before, calibration=CalibrationTable(), accept_kinematics=accepted)
@@ -129,7 +135,7 @@ class _Bench:
             RealTimeSession(config.real_time) as session,
         ):
             print_grants(session, config)
-            commissioning = Commissioning(rig, config, session.loop)
+            commissioning = Commissioning(rig, config, session.loop, lambda text: say(f"{step}: {text}"))
             if step == "weigh":
                 self._weigh(commissioning)
             elif step == "touch":

@@ -5,6 +5,7 @@ from .compose import depth_step_mm as depth_step_mm
 from .compose import job_of as job_of
 from .compose import merged as merged
 from .compose import read_job as read_job
+from .compose import remeasured as remeasured
 from .compose import scenario as scenario
 from .compose import simulated_noise as simulated_noise
 from .compose import verdict_on as verdict_on

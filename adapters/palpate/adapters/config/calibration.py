@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
 from palpate.core.errors import OutputError
+from palpate.core.job import ToolConfig
 from palpate.core.ports import Range, Settings, Vector3, read_text, write_whole
 
 _GRAVITY_M_S2: Final = 9.81
@@ -47,14 +48,19 @@ class CalibrationTable(Settings):
     joint_rate_Hz: _Spread | None = None
     """Rate of new samples of the encoders."""
 
-    def run_settings(self) -> dict[str, Any]:
-        """The settings of a run that this replaces, as tables."""
+    def run_settings(self, drawn: ToolConfig) -> dict[str, Any]:
+        """The tables of a job that this replaces.
+
+        Args:
+            drawn: The tool as the job has it. What its gripper's moving part weighs stays: the rest is at the sensor.
+        """
         place = dict(zip(("x_mm", "y_mm"), self.hole_mm or (), strict=False))
         if self.plate_mm is not None:
             place["z_mm"] = self.plate_mm
         tool: dict[str, Any] = {}
         if self.weight_N is not None:
             tool["mass_kg"] = round(self.weight_N / _GRAVITY_M_S2, 4)
+            tool["rigid_mass_kg"] = round(max(tool["mass_kg"] - drawn.moving_mass_kg, 0.0), 4)
         if self.centre_of_mass_mm is not None:
             tool["centre_of_mass_mm"] = self.centre_of_mass_mm
         if self.axial_stiffness_N_per_mm is not None:

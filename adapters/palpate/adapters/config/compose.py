@@ -108,6 +108,30 @@ def scenario(name: str, learner: str = "q-learning") -> RunConfig:
     return compose(name, learner)
 
 
+def remeasured(config: RunConfig, measured: Mapping[str, Any], sensor: SensorFacts | None) -> RunConfig:
+    """Return the configuration with other values of its job; what was derived from them follows.
+
+    Args:
+        sensor: Noise of the rig's force sensor; None takes that of the simulated cell.
+    """
+    noise, task = sensor or simulated_noise(config), config.task.name
+    other = overlay(config, measured)
+    before, after = (derived_settings(job_of(each), noise, task) for each in (config, other))
+    return overlay(other, _changed(other, before, after))
+
+
+def _changed(config: Any, before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
+    """What is derived otherwise, without what a person has set."""
+    result: dict[str, Any] = {}
+    for key, value in after.items():
+        held = config.get(key) if isinstance(config, Mapping) else getattr(config, key)
+        if isinstance(value, Mapping):
+            result[key] = _changed(held, before[key], value)
+        elif value != before[key] and held == before[key]:
+            result[key] = value
+    return result
+
+
 def job_of(config: RunConfig) -> Job:
     """Return the job in a configuration."""
     return Job(config.part, config.tool, config.place, config.limits)

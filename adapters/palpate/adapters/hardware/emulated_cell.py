@@ -329,8 +329,8 @@ class EmulatedCell:
             return
         generator = np.random.default_rng(3)
         node = Jr3CanNode(_JR3_NODE, self._wrench_source, replace(Jr3Config(), boot_ns=0), generator=generator)
-        self._faults["sensor-silent"] = lambda: setattr(node, "silent", True)
-        self._faults["sensor-cable"] = lambda: setattr(node, "connected", False)
+        self._faults["sensor-silent"] = lambda: setattr(node.firmware, "silent", True)
+        self._faults["sensor-cable"] = lambda: setattr(node.firmware, "connected", False)
         bus = SlcanServer(EmulatedCanBus([node]))
         self._serve(bus, "force_sensor", lambda: {
             "adapter": "jr3-can", "interface": "slcan", "channel": bus.channel, "node": _JR3_NODE,

@@ -70,7 +70,7 @@ SENSELESS, HALVES, AGAIN, JUMPED, BACK, FULL, STRAYS = (
 _SHIELD: Final = "check shield, ground and bit rate; then open it again"
 _OTHERS: Final = "see what else talks to the board, and whether the line loses frames; then open it again"
 REMEDIES: Final = {
-    AGAIN: "power the board again; its sampling has stopped",
+    AGAIN: "see that the sensor is plugged into its board, then power the board again; its sampling has stopped",
     SENSELESS: _SHIELD,
     HALVES: _SHIELD,
     JUMPED: _OTHERS,

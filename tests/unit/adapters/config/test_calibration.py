@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.config import RigFile, write_into
+from palpate.adapters.config import CalibrationTable, RigFile, compose, remeasured, write_into
 from palpate.core.errors import ConfigurationError, OutputError
+from palpate.core.job import ToolConfig
 
 RIG = """# the bench by the window
 [rig]
@@ -32,7 +33,7 @@ def test_results_are_put_in_and_nothing_is_lost(tmp_path: Path) -> None:
     rig = RigFile.load(path)
     assert (rig.facts.noise_N, rig.facts.range_N) == (0.08, (100.0, 100.0, 200.0))
     assert (rig.calibration.mounting_deg, rig.emulated) == (3.0, False)
-    assert rig.calibration.run_settings() == {"place": {"x_mm": 401.0, "y_mm": -1.5, "z_mm": 21.25}}
+    assert rig.calibration.run_settings(ToolConfig()) == {"place": {"x_mm": 401.0, "y_mm": -1.5, "z_mm": 21.25}}
     assert [each.name for each in tmp_path.iterdir()] == ["rig.toml"]
 
 
@@ -67,3 +68,18 @@ def test_a_table_that_says_what_no_calibration_finds_is_refused(tmp_path: Path) 
     path.write_text(RIG + "[calibration]\nmounting_deg = 400.0\n")
     with pytest.raises(ConfigurationError, match=r"calibration\.mounting_deg = 400.0 is refused"):
         RigFile.load(path)
+
+
+def test_a_step_goes_on_with_what_the_one_before_has_found() -> None:
+    config = compose("job", "q-learning", {"task": {"contact_kgf": 0.123}}, job={"part": {}, "tool": {}})
+    found = CalibrationTable(weight_N=9.81, plate_mm=21.5, axial_stiffness_N_per_mm=30.0)
+    other = remeasured(config, found.run_settings(config.tool), None)
+    assert (other.tool.mass_kg, other.tool.rigid_mass_kg) == (1.0, 0.7)
+    assert (other.task.goal.z_mm, other.control.axial_stiffness_N_per_mm) == (21.5, 30.0)
+    assert other.control.damping_N_s_per_m > config.control.damping_N_s_per_m
+    assert other.task.contact_kgf == 0.123
+    assert other == compose(
+        "job", "q-learning", {"task": {"contact_kgf": 0.123}},
+        job={"part": {}, "tool": {"mass_kg": 1.0, "rigid_mass_kg": 0.7, "axial_N_per_mm": 30.0},
+             "place": {"z_mm": 21.5}},
+    )  # fmt: skip

@@ -150,7 +150,10 @@ def test_a_zero_that_somebody_else_sets_is_noticed_by_the_board_s_answer(
     ("what", "told"),
     [
         ("silence", "nothing comes; check cable and power"),
-        ("the same again", r"readings again that were there already \(\d+\) came instead; power the board again"),
+        (
+            "the same again",
+            r"readings again that were there already \(\d+\) came instead; see that the sensor is plugged in",
+        ),
         ("halves", r"halves of readings without the other half \(\d+\) came instead; check shield"),
         ("other lengths", r"frames without sense or cut short \(\d+\) came instead; check shield"),
         ("jumps", r"readings whose counter jumped \(\d+, the last by \+\d+\) came instead; see what else talks"),

@@ -43,6 +43,7 @@ _MIDDLE: Final = 0.5
 _HOLD_TICKS: Final = 2 * CONTROL_RATE_HZ
 _TARE_TICKS: Final = CONTROL_RATE_HZ
 _BESIDE_M: Final = 0.005
+_PLACES: Final = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 _ABOVE_M: Final = 0.008
 _AGAIN_M: Final = 0.002
 _TOUCH_N: Final = 1.5
@@ -85,9 +86,13 @@ class Commissioning:
     """What a rig's person goes through step by step."""
 
     def __init__(
-        self, rig: Rig, config: RunConfig, loop: Callable[[], AbstractContextManager[object]] = nullcontext
+        self,
+        rig: Rig,
+        config: RunConfig,
+        loop: Callable[[], AbstractContextManager[object]] = nullcontext,
+        tell: Callable[[str], object] = str,
     ) -> None:
-        self._rig, self._loop = rig, loop
+        self._rig, self._loop, self._tell = rig, loop, tell
         self._description = arm_named(config.arm)
         self._tool = config.tool.geometry
         self._kinematics = Kinematics(self._description, self._tool)
@@ -114,7 +119,8 @@ class Commissioning:
         poses = [above, *self._tilted(above), above]
         with self.arm.moving():
             self._go_above()
-            for pose in poses:
+            for number, pose in enumerate(poses, start=1):
+                self._tell(f"pose {number} of {len(poses)}")
                 self.arm.joint_line(pose)
                 felt = self.arm.hold(_HOLD_TICKS)
                 mean, sd = mean_of(fresh_wrenches(felt))
@@ -134,7 +140,8 @@ class Commissioning:
         with self.arm.moving():
             self._go_above()
             height_m = -_ABOVE_M
-            for x, y in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)):
+            for number, (x, y) in enumerate(_PLACES, start=1):
+                self._tell(f"place {number} of {len(_PLACES)}")
                 data = self._press_at(x * _BESIDE_M, y * _BESIDE_M, height_m)
                 result = press(*data)
                 pressed.append(data)
@@ -171,6 +178,7 @@ class Commissioning:
         task = build_task(replace(self.config, control=control), self._ready, chosen.perception, chosen.on(self._rig))
         places = []
         for trial in range(_INSERTIONS):
+            self._tell(f"insertion {trial + 1} of {_INSERTIONS}")
             with self.arm.moving():
                 if trial:
                     self._withdraw()
