@@ -206,6 +206,7 @@ class Commissioning:
 
     def _go_above(self) -> None:
         """Draw the tool out and lift it, well above the believed hole."""
+        self._tell("on the way to 100 mm above the believed hole")
         self._withdraw()
         self.arm.joint_line(self._approach.poses_rad[0])
 
