@@ -127,10 +127,15 @@ class Bench:
         self.hang_above(x_m, y_m)
         self._run(self._press, (x_m, y_m, 0.0), ticks)
 
-    def enter_hole(self, depth_m: float) -> None:
-        """Start anew and go straight down into the hole, not as far as its floor."""
+    def enter_hole(self, depth_m: float, ticks: int = 100) -> None:
+        """Start anew and go straight down into the hole, not as far as its floor; the default is for 8 mm at most."""
         self.hang_above(0.0, 0.0)
-        self._run(self._free, (0.0, 0.0, depth_m), 100)
+        self._run(self._free, (0.0, 0.0, depth_m), ticks)
+
+    def press_into_hole(self, ticks: int) -> None:
+        """Start anew and come down on the hole's axis with the pressing force, until the peg stops or time is up."""
+        self.hang_above(0.0, 0.0)
+        self._run(self._press, (0.0, 0.0, 0.0), ticks)
 
     def push_to(self, x_m: float, y_m: float, ticks: int = 60) -> Vector3:
         """Push sideways at the present depth; returns where the true tip then is."""

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.cli.notices import print_conditions, print_troubles, trips_line, unrecorded
+from palpate.adapters.cli.notices import print_conditions, print_troubles, trips_line, unrecorded, validity_note
 from palpate.adapters.cli.options import CompareOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments import (
@@ -68,6 +68,7 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
     foot += "\n" if finished else "; ended early\n"
     reasons = [f"{name}: {line}" for name, s in summaries.items() if (line := trips_line(s))]
     foot = "".join((*reasons, foot))
+    foot += validity_note(config)
     folder.write("compare.txt", table + foot)
     folder.write("compare.csv", _csv(summaries))
     folder.write_json("summary.json", {"finished": finished, "policies": summaries})

@@ -12,7 +12,7 @@ from palpate.adapters.config import RunConfig
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
 from palpate.core.supervision import limits_line, weakened_lines
-from palpate.simulation.work_cell import accuracy_lines
+from palpate.simulation.work_cell import accuracy_lines, validity_lines
 
 if TYPE_CHECKING:
     from palpate.adapters.visualisation.live import LiveView
@@ -59,6 +59,11 @@ def print_lines(lines: Sequence[str]) -> None:
     """Print what a person should know before a run."""
     for line in lines:
         sys.stderr.write(f"palpate: {line}\n")
+
+
+def validity_note(config: RunConfig, rig: str = "") -> str:
+    """Return the lines below a success rate: none on a rig, or where the simulator is valid."""
+    return "" if rig else "".join(f"{line}\n" for line in validity_lines(config.cell))
 
 
 def marked_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> str:

@@ -11,6 +11,7 @@ from palpate.adapters.cli.notices import (
     print_conditions,
     print_troubles,
     trips_line,
+    validity_note,
 )
 from palpate.adapters.cli.opening import opened_recorder, opened_rig
 from palpate.adapters.cli.options import RunOptions
@@ -98,6 +99,7 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
         f"{options.policy or chosen.label}, {config.arm}, scenario {config.scenario}, seed {config.seed}:"
         f" {len(rows)} trials\n"
         f"success {summary['success']:.1%} (95 % interval {low:.2%} to {high:.2%})\n"
+        f"{validity_note(config, options.rig)}"
         f"{judged}"
         f"time median {summary['median_s']:.2f} s, 95th percentile {summary['p95_s']:.2f} s\n"
         f"peak force {summary['peak_force_N']:.1f} N; outcomes {summary['outcomes']}\n"

@@ -14,6 +14,7 @@ from palpate.adapters.cli.notices import (
     say,
     trips_line,
     unrecorded,
+    validity_note,
 )
 from palpate.adapters.cli.opening import opened_recorder, opened_rig
 from palpate.adapters.cli.options import TrainOptions
@@ -189,7 +190,7 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
         trainer.save_policy()
     if session is not None:
         say(session.report())
-    _finish(config, folder, options.trials)
+    _finish(config, folder, options.trials, validity_note(config, options.rig))
     if trainer.interrupted:
         again = ["palpate", "train", "--resume", "--out", str(folder.path), "--trials", str(options.trials)]
         if subject.document is not None:
@@ -266,10 +267,10 @@ def _with_progress(trainer: Trainer, trials: int, first: int, folder: RunFolder)
         trainer.train(trials, show)
 
 
-def _finish(config: RunConfig, folder: RunFolder, trials: int) -> None:
+def _finish(config: RunConfig, folder: RunFolder, trials: int, note: str) -> None:
     rows, summary = write_training(config, folder, trials)
     if rows:
-        say(results_line(rows))
+        say(f"{results_line(rows)}\n{note}".rstrip())
         for line in (trips_line(summary), marked_line(summary, learned=config.admission.learn_from_marked)):
             if line:
                 say(line.rstrip())

@@ -1,4 +1,7 @@
 from .accuracy import accuracy_lines as accuracy_lines
+from .accuracy import play_error_mm as play_error_mm
+from .accuracy import valid as valid
+from .accuracy import validity_lines as validity_lines
 from .arm_dynamics import inertia_lines as inertia_lines
 from .cell import WorkCell as WorkCell
 from .conditions import ConditionsConfig as ConditionsConfig

@@ -1,15 +1,53 @@
-"""Settings of a cell that are known to cost its contact accuracy, in words; figures are in docs/results.md."""
+"""Accuracy of a cell's contacts: its play error, its valid range, and settings that cost accuracy.
+
+Figures are in docs/results.md.
+"""
+
+from math import cos, pi, radians
+from typing import Final
 
 from palpate.simulation.work_cell.config import CellConfig
+from palpate.simulation.work_cell.contact_impedance import VALID_SHARE, give_mm
+from palpate.simulation.work_cell.contour import FLAT
 
 _COARSE_SUBSTEPS = 3
 _LEAST_LEANING_IMPEDANCE = ((5, 0.96), (16, 0.965), (100, 0.97))
 """From which impedance on a peg that leans sinks in by no more than 5 um, up to so many substeps."""
+_IDEAL_MM: Final = 0.0008
+"""Roughness of a ground pin, Ra at most by ISO 8734, which ideal circles leave out."""
+
+
+def play_error_mm(cell: CellConfig) -> float:
+    """Highest error of the radial clearance of peg and hole, mm; 0 without a hole.
+
+    It adds the depth by which walls give way, the play between contacts round the hole, the gap between facets of a
+    peg that is turned against its round hole, and what ideal circles leave out.
+    """
+    if cell.contour.shape != FLAT:
+        return 0.0
+    peg, error_mm = cell.peg, give_mm(cell) + _IDEAL_MM
+    if peg.cross_section == "round":
+        turned_rad = min(radians(cell.conditions.yaw_deg), pi / peg.facets[0])
+        error_mm += peg.clearance_mm * (1.0 / cos(pi / peg.contacts_around) - 1.0)
+        error_mm += 0.5 * peg.diameter_mm * (1.0 - cos(turned_rad))
+    return error_mm
+
+
+def valid(cell: CellConfig) -> bool:
+    """Return whether the play error is small against the clearance."""
+    return play_error_mm(cell) < VALID_SHARE * cell.peg.clearance_mm or cell.contour.shape != FLAT
+
+
+def validity_lines(cell: CellConfig) -> list[str]:
+    """Return what belongs with every rate that the cell gives: one line, or nothing where it is valid."""
+    error = f"{play_error_mm(cell) * 1e3:.1f} um of a radial clearance of {cell.peg.clearance_mm * 1e3:g} um"
+    line = f"outside the simulator's valid range: its play error is {error} (limit {VALID_SHARE:.0%})"
+    return [] if valid(cell) else [line]
 
 
 def accuracy_lines(cell: CellConfig) -> list[str]:
     """What is to be said of a cell that touches less truly than the one that comes, a line each."""
-    peg, lines = cell.peg, []
+    peg, lines = cell.peg, validity_lines(cell)
     if peg.cross_section == "round" and peg.rim_spheres != peg.wall_boxes:
         lines.append(
             f"cell.peg.rim_spheres = {peg.rim_spheres} beside cell.peg.wall_boxes = {peg.wall_boxes}: "

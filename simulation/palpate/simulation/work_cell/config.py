@@ -15,6 +15,8 @@ from palpate.simulation.work_cell.cross_section import CrossSection
 
 SURFACE_BEGINS_MM: Final = 3.0
 """So far beside a round hole the broad boxes of the plate's surface begin."""
+MOST_FORCE_N: Final = 30.0
+"""Across the tip: the highest force that a task allows by default."""
 PLATE_REACH_M: Final = 0.009
 """How far from the hole's edge the plate's surface is closed at the least: the peg may wander as far as that."""
 _LEAST_SPHERES: Final = 12
@@ -95,6 +97,11 @@ class PegConfig(Settings):
         """
         return (self.wall_boxes // 2, self.rim_spheres // 2) if self.is_hull else (self.wall_boxes, self.rim_spheres)
 
+    @property
+    def contacts_around(self) -> int:
+        """The fewest contacts that a round peg has all round."""
+        return min(self.facets[0], self.upper_spheres or self.rim_spheres)
+
     @override
     def check(self) -> None:
         if 0 < self.upper_spheres < _LEAST_SPHERES:
@@ -142,6 +149,10 @@ class ComplianceConfig(Settings):
     """Damping of each spring, as a share of critical damping."""
     moving_mass_kg: Annotated[float, Range(0.01, 20.0)] = 0.3
     """Mass of gripper and peg, which the sensor measures as weight."""
+    centre_of_mass_above_tip_mm: Annotated[float, Range(5.0, 500.0)] = 50.0
+    """Height h of that mass above the peg tip. Its inertia is 0.6 m h^2 across the tool and 0.06 m h^2 along it."""
+    rigid_mass_kg: Annotated[float, Range(0.001, 10.0)] = 0.05
+    """Mass between sensor and springs, which the sensor carries as well; its radius of gyration is 20 mm."""
 
 
 @dataclass(frozen=True)
@@ -186,12 +197,30 @@ class CellConfig(Settings):
     substeps: Annotated[int, Range(3, 100)] = 4
     """Physics steps per control tick (140 Hz): 4 is a time step of 1/560 s."""
     leaning_impedance: Annotated[float, Range(0.9, 0.98)] = 0.96
-    """Impedance with which contacts begin (MuJoCo's first solimp) where peg or plate leans; 0.95 where neither does."""
+    """Impedance with which contacts begin (MuJoCo's first solimp) where peg or plate leans; 0.95 where neither does.
+    Where the walls of a tight hole would give way too far contacts have an impedance of their own."""
 
     @property
     def leans(self) -> bool:
         """Whether a peg that comes straight down meets the plate with one side first; a ball has no sides."""
         return self.contour.shape == FLAT and (self.tilt_mrad > 0.0 or self.conditions.plate_lean_mrad > 0.0)
+
+    @property
+    def has_shaft(self) -> bool:
+        """Whether the shaft of a round peg touches the mouth of the hole, because it can tilt so far; a hull's does.
+
+        At depth l the walls leave it a tilt of 2 c / l. Grip and plate tilt it, and a force F across the tip bends the
+        gripper by F l / k.
+        """
+        peg = self.peg
+        bend_mrad = MOST_FORCE_N * peg.hole_depth_mm / self.compliance.tilt_Nm_per_rad
+        slack_mm = 1e-3 * (self.lean_mrad + bend_mrad) * peg.hole_depth_mm - 2.0 * peg.clearance_mm
+        return slack_mm > 0.0 and self.contour.shape == FLAT and peg.cross_section == "round" and not peg.is_hull
+
+    @property
+    def lean_mrad(self) -> float:
+        """Largest angle between the free peg's axis and the hole's."""
+        return self.tilt_mrad + self.conditions.plate_lean_mrad
 
     @property
     def hole_reach_mm(self) -> float:

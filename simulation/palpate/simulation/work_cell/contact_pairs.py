@@ -46,9 +46,10 @@ class Leeway:
 def listed_pairs(config: CellConfig, boxes: list[Box], leeway: Leeway) -> list[tuple[int, int]]:
     """Numbers of sphere and box that can touch within the leeway; the upper ring's count on from the lower's."""
     lower, upper = peg_rings(config.peg)
+    rings = ((0, lower, leeway.aside_m), (len(lower), upper, leeway.play_m))
     radius_m = config.peg.rim_radius_mm * 1e-3
     pairs: list[tuple[int, int]] = []
-    for first, ring, aside_m in ((0, lower, leeway.aside_m), (len(lower), upper, leeway.play_m)):
+    for first, ring, aside_m in rings[: 1 if config.has_shaft else 2]:
         outermost = outermost_m(ring)
         shift_m = aside_m + outermost * (leeway.turn + 1.0 - sqrt(1.0 - leeway.lean**2)) + radius_m + _SLACK_M
         near = np.argwhere(_beside_m(boxes, ring) <= shift_m)

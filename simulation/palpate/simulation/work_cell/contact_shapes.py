@@ -62,6 +62,12 @@ def peg_rings(peg: PegConfig) -> tuple[list[tuple[float, float]], list[tuple[flo
     return section.rim(peg.rim_spheres, inset_m), section.rim(peg.upper_spheres or peg.rim_spheres, inset_m)
 
 
+def mouth_ring(peg: PegConfig) -> list[tuple[float, float]]:
+    """Centres of the spheres that form the hole's edge where the peg's shaft may meet it."""
+    hole = peg.section(peg.clearance_mm)
+    return hole.rim(peg.upper_spheres or peg.rim_spheres, -peg.rim_radius_mm * 1e-3)
+
+
 def peg_corners(peg: PegConfig, length_m: float) -> list[tuple[float, float, float]]:
     """Corners of a peg that is a hull, z along its axis and 0 at its end face: the edge there has a chamfer.
 

@@ -6,6 +6,7 @@ cylinder on a flat plate gives torque directions that are wrong by tens of degre
 sides is one convex body.
 """
 
+from itertools import product
 from math import cos, hypot, sin, sqrt
 from typing import Any, Final
 
@@ -17,10 +18,12 @@ from palpate.core.errors import AssetError
 from palpate.core.motion import Kinematics
 from palpate.simulation.work_cell.arm_dynamics import body_inertias, servos
 from palpate.simulation.work_cell.config import PLATE_REACH_M, CellConfig
+from palpate.simulation.work_cell.contact_impedance import CONTACT_TIME_S, contact_impedance
 from palpate.simulation.work_cell.contact_pairs import Leeway, listed_pairs
 from palpate.simulation.work_cell.contact_shapes import (
     UPPER_RING_M,
     Box,
+    mouth_ring,
     peg_corners,
     peg_rings,
     plate_boxes,
@@ -28,14 +31,16 @@ from palpate.simulation.work_cell.contact_shapes import (
 from palpate.simulation.work_cell.contour import FLAT, add_ball, add_contour
 
 GRAVITY_M_S2: Final = 9.81
+_RIGID_GYRATION_M2: Final = 4e-4
 _SERVO_INTEGRAL_S: Final = 0.05  # integral time of the joint servos: assumed
 _PEG: Final = 1  # collision groups: only peg against plate
 _PLATE: Final = 2
+_SHAFT_TYPES: Final = {"contype": 4, "conaffinity": 8}  # and the shaft against the mouth
+_MOUTH_TYPES: Final = {"contype": 8, "conaffinity": 4}
 _PLATE_RGBA: Final = (0.55, 0.6, 0.6, 1.0)
 _PEG_RGBA: Final = (0.85, 0.55, 0.2, 1.0)
 _ONLY_SEEN: Final[dict[str, Any]] = {"contype": 0, "conaffinity": 0, "mass": 0.0, "group": 2}
-_SOLREF: Final = (0.003, 1.0)
-_SOLIMP: Final = (0.95, 0.99, 0.0001, 0.5, 2.0)  # the first where neither peg nor plate leans
+_SOLREF: Final = (CONTACT_TIME_S, 1.0)
 
 
 def build_work_cell(
@@ -164,9 +169,9 @@ def _add_wrist(
         name="sensor",
         pos=sensor_in_flange.translation,
         quat=quaternion(sensor_in_flange.rotation),
-        mass=0.05,
+        mass=springs.rigid_mass_kg,
         ipos=(0.0, 0.0, 0.0),
-        inertia=(2e-5, 2e-5, 2e-5),
+        inertia=(springs.rigid_mass_kg * _RIGID_GYRATION_M2,) * 3,
         explicitinertial=True,
     )
     sensor.add_site(name="wrench", pos=(0.0, 0.0, 0.0))
@@ -180,16 +185,19 @@ def _add_wrist(
     lean = config.tilt_heading_deg / 180.0 * np.pi - tool_yaw_rad
     tilt = config.tilt_mrad * 1e-3
     mass, length_m = springs.moving_mass_kg, hypot(*tool.tip_m)
+    height_mm = springs.centre_of_mass_above_tip_mm
+    # Radii of gyration squared, m^2: those of a cylinder 2.6 h long and 0.35 h in radius.
+    across, along = 6e-7 * height_mm**2, 6e-8 * height_mm**2
     body = sensor.add_body(
         name="peg",
         pos=kinematics.tip_in_sensor.translation,
         quat=_turned(kinematics, (cos(tilt / 2), -sin(tilt / 2) * sin(lean), sin(tilt / 2) * cos(lean), 0.0)),
         mass=mass,
-        ipos=(0.0, 0.0, -0.05),
-        inertia=(mass * 1.5e-3, mass * 1.5e-3, mass * 1.5e-4),
+        ipos=(0.0, 0.0, -height_mm * 1e-3),
+        inertia=(mass * across, mass * across, mass * along),
         explicitinertial=True,
     )
-    tilting_inertia = mass * (1.5e-3 + (0.05 - springs.centre_above_tip_mm * 1e-3) ** 2)
+    tilting_inertia = mass * (across + (height_mm * 1e-3 - springs.centre_above_tip_mm * 1e-3) ** 2)
     pivot = (0.0, 0.0, -springs.centre_above_tip_mm * 1e-3)
     lateral, axial = springs.lateral_N_per_mm * 1e3, springs.axial_N_per_mm * 1e3
     rows = (
@@ -199,7 +207,7 @@ def _add_wrist(
         ("slide_z", mujoco.mjtJoint.mjJNT_SLIDE, (0.0, 0.0, 1.0), axial, mass, -mass * GRAVITY_M_S2 / axial),
         ("tilt_x", mujoco.mjtJoint.mjJNT_HINGE, (1.0, 0.0, 0.0), springs.tilt_Nm_per_rad, tilting_inertia, 0.0),
         ("tilt_y", mujoco.mjtJoint.mjJNT_HINGE, (0.0, 1.0, 0.0), springs.tilt_Nm_per_rad, tilting_inertia, 0.0),
-        ("turn_z", mujoco.mjtJoint.mjJNT_HINGE, (0.0, 0.0, 1.0), springs.torsion_Nm_per_rad, mass * 1.5e-4, 0.0),
+        ("turn_z", mujoco.mjtJoint.mjJNT_HINGE, (0.0, 0.0, 1.0), springs.torsion_Nm_per_rad, mass * along, 0.0),
     )  # fmt: skip
     for name, kind, axis, stiffness, inertia, rest in rows:
         body.add_joint(
@@ -215,6 +223,9 @@ def _add_wrist(
     # The upper ring is a body of its own: far above the plate, its whole bounding volume is then passed over at once.
     upper = body.add_body(name="peg_upper", mass=1e-6, inertia=(1e-12, 1e-12, 1e-12), explicitinertial=True)
     rings = peg_rings(peg) if config.contour.shape == FLAT and not peg.is_hull else ([], [])
+    if config.has_shaft:
+        rings = (rings[0], [])
+        _add_cylinder(body, config, length_m / 2, **(touching | _SHAFT_TYPES))
     for ring, height, centres in zip((body, upper), (rim, UPPER_RING_M), rings, strict=True):
         for x, y in centres:
             ring.add_geom(
@@ -240,15 +251,16 @@ def _add_wrist(
     body.add_site(name="tip", pos=(0.0, 0.0, 0.0))
 
 
-def _add_cylinder(body: mujoco.MjsBody, config: CellConfig, length: float) -> None:
-    """What is seen of a peg that touches with spheres, or of the shaft of a ball."""
+def _add_cylinder(body: mujoco.MjsBody, config: CellConfig, length: float, **touching: Any) -> None:
+    """The shaft: seen only, or touching the mouth of the hole from just above the rim's spheres on."""
     peg = config.peg
+    start = 2e-3 * peg.rim_radius_mm if touching else 0.0
     radius_mm = peg.diameter_mm * 0.5 if config.contour.shape == FLAT else 0.8 * config.contour.ball_radius_mm
     body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         size=(radius_mm * 1e-3, length, 0.0),
-        pos=(0.0, 0.0, -length),
-        **_ONLY_SEEN,
+        pos=(0.0, 0.0, -length - start),
+        **(touching | {"group": 3} if touching else _ONLY_SEEN),
         rgba=_PEG_RGBA,
     )
 
@@ -261,6 +273,15 @@ def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, b
     if config.contour.shape != FLAT:
         add_contour(plate, config.contour, **touching)
         return
+    radius = config.peg.rim_radius_mm * 1e-3
+    for x, y in mouth_ring(config.peg) if config.has_shaft else ():
+        plate.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            size=(radius, 0.0, 0.0),
+            pos=(x, y, radius),
+            group=3,
+            **(touching | _MOUTH_TYPES),
+        )
     for box in boxes:
         half_heading = box.heading_rad / 2
         plate.add_geom(
@@ -274,29 +295,33 @@ def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, b
 
 def _touching(config: CellConfig) -> dict[str, Any]:
     """How whatever touches does so."""
-    return {"condim": 3, "friction": (config.peg.friction, 0.0, 0.0), "solref": _SOLREF, "solimp": _solimp(config)}
-
-
-def _solimp(config: CellConfig) -> tuple[float, ...]:
-    """A peg that leans stands on one or two points: they sink in too far unless they are stiffer than a whole rim's."""
-    return (config.leaning_impedance, *_SOLIMP[1:]) if config.leans else _SOLIMP
+    return {
+        "condim": 3,
+        "friction": (config.peg.friction, 0.0, 0.0),
+        "solref": _SOLREF,
+        "solimp": contact_impedance(config),
+    }
 
 
 def _list_pairs(spec: mujoco.MjSpec, config: CellConfig, boxes: list[Box], leeway: Leeway) -> None:
     """Pairs of sphere and box for a peg within the leeway."""
-    spheres = [geom for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_SPHERE]
-    plates = list(spec.body("plate").geoms)
-    for name, geoms in (("sphere", spheres), ("box", plates)):
+    rings, plate = (spec.body("peg"), spec.body("peg_upper")), list(spec.body("plate").geoms)
+    mouth = [geom for geom in plate if geom.type == mujoco.mjtGeom.mjGEOM_SPHERE]
+    spheres = [geom for body in rings for geom in body.geoms if geom.type == mujoco.mjtGeom.mjGEOM_SPHERE]
+    shaft = [geom for geom in rings[0].geoms if geom.contype == _SHAFT_TYPES["contype"]]
+    solids = [geom for geom in plate if geom.type == mujoco.mjtGeom.mjGEOM_BOX]
+    for name, geoms in (("sphere", spheres), ("box", solids), ("mouth", mouth), ("shaft", shaft)):
         for number, geom in enumerate(geoms):
             geom.name = f"{name}_{number}"
-    for sphere, box in listed_pairs(config, boxes, leeway):
+    pairs = [(spheres[sphere], solids[box]) for sphere, box in listed_pairs(config, boxes, leeway)]
+    for one, other in (*pairs, *product(shaft, mouth)):
         spec.add_pair(
-            geomname1=spheres[sphere].name,
-            geomname2=plates[box].name,
+            geomname1=one.name,
+            geomname2=other.name,
             condim=3,
             friction=(config.peg.friction, config.peg.friction, 0.0, 0.0, 0.0),
             solref=_SOLREF,
-            solimp=_solimp(config),
+            solimp=contact_impedance(config),
         )
 
 

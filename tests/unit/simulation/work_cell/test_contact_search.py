@@ -64,6 +64,8 @@ def test_listed_pairs_give_the_motion_of_a_search_to_the_bit(
     way = joints_rad(*start), joints_rad(*end)
     states, used = motion(listed, *way)
     assert states == motion(replace(listed, contacts="searched"), *way)[0]
+    tight = replace(listed, peg=replace(listed.peg, clearance_mm=0.008))
+    assert motion(tight, *way)[0] == motion(replace(tight, contacts="searched"), *way)[0]
     if listed.peg.is_hull:
         # A solid has few pairs: either none is looked for or all are.
         levels = {min(level, 1) for level in levels}

@@ -117,6 +117,19 @@ def test_contacts_are_stiffer_only_where_something_leans(leaning: dict[str, Any]
         assert set(np.concatenate(touching + listed).tolist()) == {impedance}
 
 
+def test_masses_are_as_told_and_those_of_the_default_as_before() -> None:
+    for compliance, tool_kg, rigid_kg, height_m in (
+        (ComplianceConfig(), 0.3, 0.05, 0.05),
+        (ComplianceConfig(moving_mass_kg=1.2, rigid_mass_kg=0.4, centre_of_mass_above_tip_mm=80.0), 1.2, 0.4, 0.08),
+    ):
+        model = cell_of(CellConfig(compliance=compliance)).model
+        tool, rigid = model.body("peg"), model.body("sensor")
+        assert (tool.mass[0], rigid.mass[0]) == (tool_kg, rigid_kg)
+        assert tool.ipos[2] == -height_m
+        assert tool.inertia == pytest.approx(tool_kg * height_m**2 * np.array([0.6, 0.6, 0.06]))
+        assert rigid.inertia == pytest.approx([rigid_kg * 0.02**2] * 3)
+
+
 # The gripper's springs.
 
 
