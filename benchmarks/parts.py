@@ -34,8 +34,8 @@ from palpate.simulation import work_cell
 
 ARMS: Final = ("zebra-zero", "ur3", "ur5", "ur10", "panda", "xarm7")
 SHAPES: Final = ("round", *SIDES)
-GRIP_MRAD: Final = 4.0
-"""Tilt of the grip in six degrees of freedom; the rest is the plate's."""
+PLATE_MRAD: Final = 17.5
+"""Tilt of the plate in six degrees of freedom, in any direction; the rest is the grip's."""
 KG_PER_MM3: Final = 1.2e-6
 """Of a plastic."""
 ORACLES: Final = (("insertion", "omniscient"), ("insertion-6dof", "omniscient-pose"))
@@ -74,7 +74,7 @@ def _shape(rng: np.random.Generator, number: int) -> Part:
         "shape": SHAPES[number % len(SHAPES)], "arm": str(rng.choice(ARMS)), "size_mm": round(_log(rng, 10.0, 60.0), 1),
         "clearance_mm": round(_log(rng, 0.02, 0.2), 3), "depth_mm": round(rng.uniform(7.0, 30.0)),
         "friction": round(rng.uniform(0.1, 0.6), 2), "kg": 0.3, "noise": 1.0, "off_mm": 3.0,
-        "tilt_mrad": round(GRIP_MRAD + 1e3 * np.radians(rng.uniform(0.0, 4.0)), 1), "stiffness": 1.0,
+        "tilt_mrad": round(PLATE_MRAD + rng.uniform(0.0, 4.0), 1), "stiffness": 1.0,
         "chamfer_mm": 0.0, "yaw_deg": 10.0,
     }  # fmt: skip
 
@@ -122,10 +122,10 @@ def job_of(part: Part) -> dict[str, Any]:
 
 
 def _tilts(part: Part) -> dict[str, Any]:
-    """In six degrees of freedom the plate is tilted, all but a little; else the grip, in one direction."""
+    """The grip is tilted; in six degrees of freedom also the plate, and the grip in another direction each time."""
     if not part["yaw_deg"]:
         return {"conditions": {"grip_trials": 0}}
-    return {"tilt_mrad": GRIP_MRAD, "conditions": {"plate_lean_mrad": part["tilt_mrad"] - GRIP_MRAD}}
+    return {"tilt_mrad": part["tilt_mrad"] - PLATE_MRAD, "conditions": {"plate_lean_mrad": PLATE_MRAD}}
 
 
 def planned(part: Part, shapes: bool) -> tuple[Part, Verdict]:
