@@ -30,7 +30,7 @@ from palpate.adapters.config import RunConfig, compose, overlay, verdict_on
 from palpate.adapters.experiments.planning import run_series, untrue
 from palpate.core.errors import ConfigurationError
 from palpate.core.job import DEVIATIONS, SIDES, Verdict
-from palpate.simulation import work_cell
+from palpate.simulation.work_cell import valid
 
 ARMS: Final = ("zebra-zero", "ur3", "ur5", "ur10", "panda", "xarm7")
 SHAPES: Final = ("round", *SIDES)
@@ -75,7 +75,7 @@ def _shape(rng: np.random.Generator, number: int) -> Part:
         "clearance_mm": round(_log(rng, 0.02, 0.2), 3), "depth_mm": round(rng.uniform(7.0, 30.0)),
         "friction": round(rng.uniform(0.1, 0.6), 2), "kg": 0.3, "noise": 1.0, "off_mm": 3.0,
         "tilt_mrad": round(PLATE_MRAD + rng.uniform(0.0, 4.0), 1), "stiffness": 1.0,
-        "chamfer_mm": 0.0, "yaw_deg": 10.0,
+        "chamfer_mm": 0.0, "yaw_deg": 10.0 if number % len(SHAPES) else 0.0,
     }  # fmt: skip
 
 
@@ -123,7 +123,7 @@ def job_of(part: Part) -> dict[str, Any]:
 
 def _tilts(part: Part) -> dict[str, Any]:
     """The grip is tilted; in six degrees of freedom also the plate, and the grip in another direction each time."""
-    if not part["yaw_deg"]:
+    if part["tilt_mrad"] < PLATE_MRAD:
         return {"conditions": {"grip_trials": 0}}
     return {"tilt_mrad": part["tilt_mrad"] - PLATE_MRAD, "conditions": {"plate_lean_mrad": PLATE_MRAD}}
 
@@ -164,7 +164,7 @@ def run(cell: Cell) -> dict[str, Any]:
     try:
         if cell["what"] == "plan":
             cell_config = settings(part, chosen.task, chosen.learner).cell
-            told = {"valid": _valid(cell_config), "reasons": list(verdict.reasons), "J": verdict.regime.jam_number}
+            told = {"valid": valid(cell_config), "reasons": list(verdict.reasons), "J": verdict.regime.jam_number}
             return told | {"task": chosen.task, "policy": chosen.policy or chosen.learner, "part": part}
         if cell["what"] == "best":
             counted = cell["trials"] + (not chosen.policy) - 1
@@ -177,12 +177,6 @@ def run(cell: Cell) -> dict[str, Any]:
         return {"oracle": rows[-1]["in"], "task": task, "trials": rows}
     except ConfigurationError as error:
         return {"refused": str(error), "trials": [], "oracle": False, "reasons": [str(error)]}
-
-
-def _valid(cell: Any) -> bool:
-    """Whether the simulated cell is valid for a part."""
-    judged = getattr(work_cell, "valid", None)
-    return True if judged is None else bool(judged(cell))
 
 
 def figures(parts: Mapping[int, Mapping[str, Any]]) -> Iterator[tuple[str, str]]:

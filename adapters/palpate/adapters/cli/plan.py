@@ -13,7 +13,7 @@ from palpate.adapters.config import INSERTION, RunConfig, compose, read_job, tas
 from palpate.core.errors import ConfigurationError, UnreachableError
 from palpate.core.job import Choice, Derived, Regime, Verdict
 from palpate.core.trial import find_ready_pose
-from palpate.simulation import work_cell
+from palpate.simulation.work_cell import validity_lines
 
 if TYPE_CHECKING:
     from palpate.adapters.experiments import ScoredTrial
@@ -67,7 +67,7 @@ def _account(config: RunConfig, verdict: Verdict, reasons: list[str], options: P
     lines = [config.part.describe(), f"arm {config.arm}, tolerance of depth {config.part.depth_tolerance_mm:g} mm"]
     lines += ["", "settings that follow", *_derived_lines(verdict.derived)]
     lines += ["", "regime", *_regime_lines(verdict.regime)]
-    valid = _validity_lines(config)
+    valid = validity_lines(config.cell)
     if reasons:
         lines += ["", "verdict: not feasible", *(f"  {reason}" for reason in reasons)]
     else:
@@ -96,11 +96,6 @@ def _regime_lines(regime: Regime) -> list[str]:
 
 def _row(value: float, unit: str, meaning: str) -> str:
     return f"  {value:>9.3g} {unit:<6} {meaning}"
-
-
-def _validity_lines(config: RunConfig) -> list[str]:
-    lines = getattr(work_cell, "validity_lines", None)
-    return [] if lines is None else list(lines(config.cell))
 
 
 def _simulated(
