@@ -64,7 +64,43 @@ class TurnedForceSensor(SensorDecorator[WrenchSample], ForceSensor):
         )
 
 
-class HardwareRig(Rig):
+class DeviceRig(Rig):
+    """Devices of which nothing is known but what rig file and wires say.
+
+    Args:
+        devices: Force sensor, encoders, arm.
+    """
+
+    def __init__(self, file: RigFile, *devices: Any) -> None:
+        self._file, self._devices = file, devices
+
+    @property
+    def sensor_facts(self) -> SensorFacts:
+        """What rig file and force sensor say together; the sensor is open."""
+        return gathered(self._file.facts, reported_by(self._devices[0]))
+
+    @override
+    def device_behind(self, sample: str) -> str:
+        return told_of(self._devices[1 if sample == "joint" else 0])
+
+    def world(self) -> World:
+        """What a log records: there is no way to set this world up again, only the name of the rig."""
+        facts: dict[str, Any] = {"arm": self._file.arm.adapter, "force_sensor": self._file.force_sensor.adapter}
+        return World(self._file.name, facts)
+
+    def truth(self) -> None:
+        """Nobody knows."""
+
+    @property
+    def clock_ticks(self) -> int:
+        """Real time cannot be set."""
+        return 0
+
+    def set_clock_ticks(self, ticks: int) -> None:
+        """Real time cannot be set."""
+
+
+class HardwareRig(DeviceRig):
     """Real devices behind the ports. A context manager: on exit the arm is stopped and every device closed.
 
     Args:
@@ -108,8 +144,8 @@ class HardwareRig(Rig):
             *watched_sensors(file, sensor, adapter.encoder, clock, len(context.lower_rad)),
             GuardedArm(watched, [self.operator, *fed], fed),
         )
-        self._devices, self._watched = (sensor, adapter.encoder, adapter.arm), watched
-        self._file, self._approach, self._limit_N = file, approach, config.task.max_force_N
+        super().__init__(file, sensor, adapter.encoder, adapter.arm)
+        self._watched, self._approach, self._limit_N = watched, approach, config.task.max_force_N
         self._at_ready = False
         self.latch: FaultFile = FaultFile(None) if latch is None else latch
         self.latch.still = self._reported
@@ -118,8 +154,9 @@ class HardwareRig(Rig):
         self._real_time = RealTime(RealTimeConfig(scheduling=real_time.scheduling, priority=real_time.priority))
 
     @property
+    @override
     def sensor_facts(self) -> SensorFacts:
-        """What rig file and force sensor say together.
+        """The same, as the sensor said it when the rig was entered.
 
         Raises:
             LifecycleError: The rig is not entered: the sensor has not been asked yet.
@@ -167,32 +204,11 @@ class HardwareRig(Rig):
         found = ((getattr(device, "name", "device"), device.fault) for device in self._devices)
         return next((f"{name}: {fault}" for name, fault in found if fault), "")
 
-    @override
-    def device_behind(self, sample: str) -> str:
-        sensor, encoder, _ = self._devices
-        return told_of(encoder if sample == "joint" else sensor)
-
     def _free(self) -> None:
         arm = self.ports.arm
         if arm.life is Life.ACTIVE:
             arm.deactivate()
         arm.activate()
-
-    def world(self) -> World:
-        """What a log records: there is no way to set this world up again, only the name of the rig."""
-        facts: dict[str, Any] = {"arm": self._file.arm.adapter, "force_sensor": self._file.force_sensor.adapter}
-        return World(self._file.name, facts)
-
-    def truth(self) -> None:
-        """Nobody knows."""
-
-    @property
-    def clock_ticks(self) -> int:
-        """Real time cannot be set."""
-        return 0
-
-    def set_clock_ticks(self, ticks: int) -> None:
-        """Real time cannot be set."""
 
     def __enter__(self) -> Self:
         with ExitStack() as opened:
