@@ -37,9 +37,9 @@ class VirtualCell(EmulatedCell):
 
     def __init__(
         self, desk: VirtualDesk, config: RunConfig, ready: ReadyPose, emulation: EmulationConfig, begin_ns: int,
-        late_ns: Callable[[int], int],
+        late_ns: Callable[[int], int], hidden: HiddenValues,
     ) -> None:  # fmt: skip
-        super().__init__(config, ready, emulation)
+        super().__init__(config, ready, emulation, hidden=hidden)
         for server, table, _ in self._served:
             if (emulator := getattr(getattr(server, "_serial", None), "emulator", None)) is not None:
                 desk.serial(table, emulator)
@@ -85,12 +85,11 @@ class VirtualRig(Rig):
     ) -> None:
         self.desk, self.latch = VirtualDesk(), FaultLatch()
         self._config, self._approach = config, find_approach(config, ready)
-        emulation = EmulationConfig(
-            wires=arm, force=force, friction=hidden.friction or 0.0, stiffness_share=hidden.springs_share,
-            latency_ms=hidden.latency_ms,
-        )  # fmt: skip
+        emulation = EmulationConfig(wires=arm, force=force)
         clock = self.desk.clock
-        self.cell = VirtualCell(self.desk, config, ready, emulation, clock.now_ns() + round(phase * _TICK_NS), late_ns)
+        self.cell = VirtualCell(
+            self.desk, config, ready, emulation, clock.now_ns() + round(phase * _TICK_NS), late_ns, hidden
+        )
         context = replace(RigContext.of(config.arm, clock), tool=config.tool, accept_kinematics=True)
         if arm == "ur-rtde":
             stated = self.cell.entries("arm") | {"host": "virtual", "patience": 1.0}

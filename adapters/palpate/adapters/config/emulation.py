@@ -33,12 +33,6 @@ class EmulationConfig(Settings):
     hide: bool = False
     """Let the tool's weight, the sensor's mounting, the plate's height, the hole's place and the gripper's stiffness be
     other than the rig file has them, drawn from the seed: palpate calibrate has to find them."""
-    friction: Annotated[float, Range(0.0, 2.0)] = 0.0
-    """Friction between peg and plate; 0: as configured. This and the next two are for system identification to find."""
-    stiffness_share: Annotated[float, Range(0.05, 20.0)] = 1.0
-    """Stiffness of the gripper's springs, as a share of the configured one."""
-    latency_ms: Annotated[float, Range(0.0, 200.0)] = 0.0
-    """By how much wrenches come late."""
 
     def wired(self, arm: ArmDescription) -> Self:
         """Return the same with the wires that this arm has.

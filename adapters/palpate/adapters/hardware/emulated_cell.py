@@ -81,23 +81,19 @@ class EmulatedCell:
         config: The simulated cell; trial 0 of its seed gives hole and sensor errors.
         counts_file: Where the rig file lets the arm's counters be kept from run to run.
         events: What happens to the devices, as the option ``--event`` has it.
+        hidden: What else the rig keeps to itself.
     """
 
     def __init__(
         self, config: RunConfig, ready: ReadyPose, emulation: EmulationConfig, counts_file: str = "",
-        events: Sequence[str] = (),
+        events: Sequence[str] = (), hidden: HiddenValues | None = None,
     ) -> None:  # fmt: skip
         arm = arm_named(config.arm)
         emulation, kinematics = emulation.wired(arm), Kinematics(arm, config.tool.geometry)
         self.config, self.emulation, self._counts_file = config, emulation, counts_file
         # One by its URDF is in the job file.
         self._arm_name: Any = config.arm if isinstance(config.arm, str) else {}
-        self.hidden = replace(
-            HiddenValues.drawn(config.seed) if emulation.hide else HiddenValues(),
-            friction=emulation.friction or None,
-            springs_share=emulation.stiffness_share,
-            latency_ms=emulation.latency_ms,
-        )
+        self.hidden = hidden or (HiddenValues.drawn(config.seed) if emulation.hide else HiddenValues())
         self.cell = WorkCell(
             kinematics,
             self.hidden.cell(config.cell),
