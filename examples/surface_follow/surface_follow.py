@@ -21,7 +21,7 @@ from typing_extensions import override
 
 from palpate.core.motion import ArmDescription, DampingControl, PositionControl, TipMotion, ToolGeometry
 from palpate.core.ports import PERIOD_S, STILL, Range, Settings, Truth, Vector3
-from palpate.core.tasks.contact import ContactProof, LiftCheck, RunningPhase, TouchTask, TrialState
+from palpate.core.tasks.contact import Monitor, RunningPhase, TouchTask, TrialState
 from palpate.core.trial import (
     N_PER_KGF,
     ControlConfig,
@@ -45,6 +45,8 @@ from palpate.core.trial import (
 _APPROACH_M_S: Final = 0.008
 _YIELD_M_S: Final = 0.01
 """Highest speed along the normal, which bounds what a dead sensor can do until the next lift."""
+_SETTLE_TICKS: Final = 28
+"""The press is steady again so long after a dither."""
 _ARRIVED_M: Final = 5e-5
 _SLOPE_SHARE: Final = 0.1
 """Weight of the newest tick in the slope, which is a mean over some ten ticks."""
@@ -82,10 +84,11 @@ class FollowTask(TouchTask):
 
     def __init__(self, task: TaskConfig, control: ControlConfig, measurement: Measurement, motion: TipMotion) -> None:
         free = PositionControl(control.position_gain_per_s, task.travel_speed_mm_s * 1e-3, PERIOD_S)
-        state, proof = TrialState(), ContactProof(task, control)
-        super().__init__(task, measurement, motion, free, state, proof)
+        state = TrialState()
+        monitor = Monitor(state, task, control, measurement.depth_step_m)
+        super().__init__(task, measurement, motion, free, state, monitor)
         self._approach = ContourApproach(task, control, measurement, motion, state)
-        self._follow_way = Follow(task, control, measurement, motion, state, proof)
+        self._follow_way = Follow(task, control, measurement, motion, state, monitor)
 
     @override
     def begin(self, setup: TrialSetup) -> None:
@@ -132,7 +135,7 @@ class ContourApproach(RunningPhase):
 
 
 class Follow(RunningPhase):
-    """Back and forth along x; a lift before each stroke checks that the force follows the gripper's spring."""
+    """Back and forth along x; before each stroke the force has to respond to a dither as the gripper's spring does."""
 
     over = False
 
@@ -143,24 +146,24 @@ class Follow(RunningPhase):
         measurement: Measurement,
         motion: TipMotion,
         state: TrialState,
-        proof: ContactProof,
+        monitor: Monitor,
     ) -> None:
         own = options_of(FollowOptions, task)
         speed_m_s = own.speed_mm_s * 1e-3
         self._measurement, self._motion, self._state = measurement, motion, state
         self._across = PositionControl(control.position_gain_per_s, speed_m_s, PERIOD_S)
         self._along = _press(task, control, measurement, _YIELD_M_S)
-        self._lift = LiftCheck(state, measurement, motion, proof)
         self._press_N = task.press_kgf * N_PER_KGF
         self._end_m, self._way_m = 0.5e-3 * own.stroke_mm, own.way_mm * 1e-3
         self._lead, self._relief_m, self._tolerance_N = own.lead_ahead, own.relief_mm * 1e-3, own.tolerance_N
-        self._time_limit_s, self._proof = task.time_limit_s, proof
+        self._time_limit_s, self._monitor = task.time_limit_s, monitor
 
     def enter(self) -> None:
         """Begin after the first contact."""
         self._begun, self._heading, self._gone_m, self._slope = self._state.tick, 1.0, 0.0, 0.0
         self._square_sum, self._ticks, self._worst_N = 0.0, 0, 0.0
-        self._lift.running = self._lifted = False
+        self._verified = self._dithers = False
+        self._settles = 0
 
     @property
     def normal_force_N(self) -> float:
@@ -181,8 +184,8 @@ class Follow(RunningPhase):
         if state.report.exploration_time_s >= self._time_limit_s:
             state.end(Outcome.TIME_LIMIT, f"{self._time_limit_s:g} s, {self._gone_m:.3f} m on the way")
             return STILL
-        if not self._lifted:
-            return self._prove(pressed_N)
+        if not self._verified:
+            return self._verify(pressed_N)
         error_N = pressed_N - self._press_N
         self._square_sum, self._ticks = self._square_sum + error_N * error_N, self._ticks + 1
         self._worst_N = max(self._worst_N, abs(error_N))
@@ -198,22 +201,26 @@ class Follow(RunningPhase):
             self._end()
         elif abs(target_m[0] - reference_m[0]) < _ARRIVED_M:
             self._heading = -self._heading
-            self._lifted = False
+            self._verified = self._dithers = False
         return vx, vy, vz
 
-    def _prove(self, pressed_N: float) -> Vector3:
-        """Press at rest, then lift a little to check that the force follows."""
-        reference_m = self._motion.reference_m
-        if not self._lift.running:
-            yielding = self._along.velocity_m_s(reference_m, reference_m, (0.0, 0.0, -pressed_N))[2]
-            if -self._measurement.filtered_force_z_N < 0.9 * self._press_N:
-                return 0.0, 0.0, yielding
-            self._lift.begin()
-        along = self._lift.velocity_m_s()
-        if along is None and self._proof.axial.passed:
-            self._state.event("proof", f"lift: {self._proof.axial.share:.2f} of the gripper's stiffness")
-            self._lifted = True
-        return 0.0, 0.0, along or 0.0
+    def _verify(self, pressed_N: float) -> Vector3:
+        """Press on the spot, then dither until the force responds."""
+        reference_m, monitor = self._motion.reference_m, self._monitor
+        vz = self._along.velocity_m_s(reference_m, reference_m, (0.0, 0.0, -pressed_N))[2]
+        if not self._dithers:
+            self._dithers = -self._measurement.filtered_force_z_N >= 0.9 * self._press_N
+            monitor.axial.restart()
+            return 0.0, 0.0, vz
+        if self._settles:
+            self._settles -= 1
+            self._verified = not self._settles
+            return 0.0, 0.0, vz
+        monitor.wait("before a stroke", supported=True)
+        if monitor.axial.verified_since_restart():
+            self._state.event("verified", monitor.axial.text())
+            self._settles = _SETTLE_TICKS
+        return 0.0, 0.0, vz + monitor.dither_m_s()
 
     def _end(self) -> None:
         rms_N = sqrt(self._square_sum / self._ticks)

@@ -26,7 +26,6 @@ def test_who_knows_the_pose_of_hole_and_grip_goes_straight_in_and_is_replayed(pa
         ("run --task insertion-6dog", "did you mean insertion-6dof?"),
         (f"run {SPATIAL} --policy corner-first", "3 or more for the policy corner-first"),
         ("run --policy hypotheses", "one of --task insertion-6dof"),
-        (f"run {TURNING} tool_kg 0", "task.options.unanswered_N = 28.0 is refused: 0 with tool_kg = 0"),
         (f"run {TURNING} most_lean_deg 30", "a turn about y that zebra-zero can make above the goal"),
         (f"run {SQUARE}", "0, as the round peg of cell.peg.cross_section has"),
         ("run --policy none", "a policy file, or one of omniscient"),

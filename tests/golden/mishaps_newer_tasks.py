@@ -28,7 +28,7 @@ def _corner(hole_uncertainty_mm: float = 0.0, **task: Any) -> dict[str, Any]:
 
 def _turned(travel_speed_mm_s: float = 20.0, **options: float) -> dict[str, Any]:
     """A square peg whose hole is turned further than a peg that is let in may lean."""
-    own = {"unanswered_N": 28.0} | options
+    own = dict(options)
     corner = _corner(ticks_per_action=6, time_limit_s=3.0, travel_speed_mm_s=travel_speed_mm_s, options=own)
     return {**corner, "cell": {**corner["cell"], "conditions": {"yaw_deg": 3.0}}}
 
@@ -103,19 +103,17 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     # The springs may come to so little that what a heave begins with, answered or not, decides whether it waits.
     "corner-answered": Mishap(
         (force("repeat", 41, span_ticks=1, duration_ticks=21), *shove(107, -4.0, -4.0)),
-        _pushed(unanswered_N=2.0),
+        _pushed(),
         (428, "stop"),
         policy="corner-first",
         trial=13,
     ),
     # A tool that is not as heavy as its setting says, which the trip names.
-    "corner-other-tool": Mishap(
-        settings=_corner(options={"unanswered_N": 1.0, "tool_kg": 1.0}, time_limit_s=4.0), policy="corner-first"
-    ),
+    "corner-other-tool": Mishap(settings=_corner(options={"tool_kg": 1.0}, time_limit_s=4.0), policy="corner-first"),
     # A look whose friction acts a little the wrong way round.
     "corner-answered-soon": Mishap(
         (force("repeat", 41, span_ticks=1, duration_ticks=21),),
-        _pushed(unanswered_N=2.0),
+        _pushed(),
         (106, "stop"),
         policy="corner-first",
         trial=7,
@@ -138,7 +136,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
             force("noise", 0, magnitude=0.15, channels=(0, 1, 2)),
             force("noise", 0, magnitude=0.006, channels=(3, 4, 5)),
         ),
-        _corner(time_limit_s=2.0, options={"unanswered_N": 0.0}),
+        _corner(time_limit_s=2.0),
         policy="corner-first",
     ),
     # It heaves on its way in uneven strokes: nothing answers for a while, then the force does, then no more. At this
@@ -151,7 +149,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
             *({**fault, "duration_ticks": 40} for fault in dead(110)),
             *dead(190),
         ),
-        _corner(time_limit_s=4.0, travel_speed_mm_s=14.5, options={"unanswered_N": 5.139}),
+        _corner(time_limit_s=4.0, travel_speed_mm_s=14.5),
         policy="corner-first",
     ),
     # Where it waits a wall seems to be met on the way back; then the arm stands still, whatever heave is commanded, and
@@ -163,14 +161,14 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
             *shove(90, -5.0, -5.0, duration_ticks=3),
             arm("stuck", 95),
         ),
-        _corner(time_limit_s=4.0, travel_speed_mm_s=15.6, options={"unanswered_N": 2.809}),
+        _corner(time_limit_s=4.0, travel_speed_mm_s=15.6),
         (131, "stop"),
         policy="corner-first",
     ),
     # It stands still as soon as it pushes: what it shows of a heave is judged by as few samples as tell it.
     "corner-unmoved-soon": Mishap(
         (force("noise", 0, magnitude=0.1, channels=(0, 1, 2)), *dead(74), arm("stuck", 74)),
-        _corner(travel_speed_mm_s=15.6, options={"unanswered_N": 2.809}),
+        _corner(travel_speed_mm_s=15.6),
         (106, "stop"),
         policy="corner-first",
     ),
@@ -200,7 +198,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
     ),
     # Among the forces that answer are two that are older than those before them.
     "corner-answered-before": Mishap(
-        settings=_corner(options={"unanswered_N": 1.0}),
+        settings=_corner(),
         at=(102, "stop"),
         ahead={80: -45_000_000, 95: -30_000_000},
         policy="corner-first",
@@ -229,9 +227,7 @@ NEWER_TASKS: Final[dict[str, Mishap]] = {
         policy="corner-first",
     ),
     # So slow that encoders' steps hide more of a heave, and places are taken further apart, but not so far as may be.
-    "corner-slow": Mishap(
-        settings=_turned(travel_speed_mm_s=3.6, unanswered_N=3.0), at=(260, "stop"), policy="corner-first"
-    ),
+    "corner-slow": Mishap(settings=_turned(travel_speed_mm_s=3.6), at=(260, "stop"), policy="corner-first"),
     # The plate is lost for three ticks while the tool gives way, so that the filter shows next to no force as a step is
     # chosen; and a tool that seems deep in the last tick of that step and the first of the next one is not sunk yet.
     "give-way-lost": Mishap(

@@ -38,6 +38,10 @@ CONDITIONS: Mapping[str, Mapping[str, Any]] = {
 }
 
 
+_PRESET: Mapping[str, Any] = {"task": {"area_half_width_mm": 11.0, "depth_tolerance_mm": 0.5}}
+"""What the job derives for these pegs."""
+
+
 def world_of(shape: str) -> Mapping[str, Any]:
     """The world that is asked: a round peg in a grip that leans, others in a hole that is turned, too."""
     if shape == "round":
@@ -49,7 +53,7 @@ def world_of(shape: str) -> Mapping[str, Any]:
 def config_of(shape: str, conditions: str, arm: str, options: Mapping[str, Any]) -> RunConfig:
     corners, corner_mm = CORNERS[shape]
     config = overlay(overlay(scenario("paper"), task_kind(TASK).preset), {"arm": arm, "task": {"name": TASK}})
-    config = overlay(overlay(config, world_of(shape)), CONDITIONS[conditions])
+    config = overlay(overlay(overlay(config, _PRESET), world_of(shape)), CONDITIONS[conditions])
     own = {"corners": float(corners), "corner_mm": corner_mm} if corners else {"corner_mm": corner_mm}
     own |= {"inside_mm": 8.0} if shape == "triangle" else {}
     if shape == "keyed":

@@ -184,8 +184,9 @@ def play_mm(config: RunConfig) -> float:
 def end_tilt_mm(config: RunConfig) -> float:
     """How much lower one side of the peg's end is on the plate than in the hole, by drawing and grip."""
     peg, conditions = config.cell.peg, config.cell.conditions
-    # Walls leave a peg what tilt the clearance allows.
-    free_mrad = 2e3 * peg.clearance_mm / config.task.insertion_depth_mm
+    # Walls leave a peg what tilt the clearance allows, unless the tool turns.
+    turns = task_kind(config.task.name).workspace(config.task).turns_deg is not None
+    free_mrad = 0.0 if turns else 2e3 * peg.clearance_mm / config.task.insertion_depth_mm
     tilt_mrad = config.cell.tilt_mrad + conditions.plate_lean_mrad
     return max(config.task.end_tilt_mm, 0.5e-3 * peg.diameter_mm * max(tilt_mrad - free_mrad, 0.0))
 

@@ -140,7 +140,12 @@ def _spatial(job: Job) -> dict[str, Any]:
         inside_mm = min((place.position_uncertainty_mm + swing_mm) / sin(half_corner_rad), corner_mm)
         options["inside_mm"] = _shown(max(inside_mm, 0.5))
         area_mm += inside_mm + 1.0
-    return {"options": options, "area_half_width_mm": _shown(max(area_mm, place.start_uncertainty_mm + 0.5))}
+    return {
+        "options": options,
+        "area_half_width_mm": _shown(max(area_mm, place.start_uncertainty_mm + 0.5)),
+        # The tool turns to the tilt of the hole.
+        "end_tilt_mm": _shown(0.5e-3 * part.peg_mm * place.tilt_uncertainty_mrad),
+    }
 
 
 def corner_distance_mm(part: PartConfig) -> float:

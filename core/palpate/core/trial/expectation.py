@@ -32,7 +32,6 @@ class TripReason(enum.Enum):
     COMMAND_NOT_FINITE = "command not finite"
     COMMAND_JUMP = "command jumps"
     PLATE_NOT_FELT = "deeper than the plate can be, with nothing felt"
-    WALL_NOT_FELT = "no wall of the hole answers"
     CONTACT_MISMATCH = "force does not respond as the gripper's spring does"
     TORQUE_WITHOUT_FORCE = "torque does not fit the force over the tool's lever"
     PULLED = "pulled where the tool can only be pushed"

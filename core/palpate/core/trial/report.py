@@ -22,7 +22,6 @@ class Phase(enum.Enum):
     APPROACH = "approach"
     EXPLORE = "explore"
     INSERT = "insert"
-    PROVE = "prove"
     DONE = "done"
 
 
@@ -157,8 +156,7 @@ class Purpose(enum.IntEnum):
     ZERO = 9
     HIDDEN = 10
     PLATE = 11
-    HEAVE = 12
-    SLIDE = 13
+    DITHER = 12
 
 
 TRIALS_OF_A_SERIES: Final = 500_000

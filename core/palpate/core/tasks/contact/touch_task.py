@@ -9,7 +9,7 @@ from typing_extensions import override
 from palpate.core.motion import ControlLaw, TipMotion
 from palpate.core.policy import Observation
 from palpate.core.ports import STILL, CommandReason, JointCommand, Snapshot, Validity, Vector3
-from palpate.core.tasks.contact.proof import Proof
+from palpate.core.tasks.contact.monitor import Monitor
 from palpate.core.tasks.contact.trial_state import TrialState
 from palpate.core.tasks.contact.way_to_start import Lift, RunningPhase, Settle, Transfer
 from palpate.core.trial import (
@@ -27,9 +27,6 @@ from palpate.core.trial import (
     Trip,
     require_place,
 )
-
-# Members of an enumeration are looked up more slowly.
-_AS_ASKED, _VALID, _DONE = CommandReason.AS_ASKED, Validity.VALID, Phase.DONE
 
 
 class TouchTask(Task):
@@ -51,13 +48,13 @@ class TouchTask(Task):
         motion: TipMotion,
         free: ControlLaw,
         state: TrialState,
-        proof: Proof,
+        monitor: Monitor,
     ) -> None:
         self._measurement, self._motion = measurement, motion
         self._max_force_N = task.max_force_N
         self._lift, self._transfer = Lift(task, motion, free), Transfer(task, motion, free, state)
         self._settle = Settle(task, measurement, state)
-        self._state, self._proof = state, proof
+        self._state, self._monitor = state, monitor
         self._running: RunningPhase
         self._interrupted = False
 
@@ -74,7 +71,7 @@ class TouchTask(Task):
         self._measurement.reset()
         self._state.begin(setup)
         self._settle.begin()
-        self._proof.begin(setup)
+        self._monitor.begin(setup)
         self._running = self._lift
         self.expectation = self._state.expectation
         self.tip_m = self._measurement.position_m
@@ -108,7 +105,7 @@ class TouchTask(Task):
         if tick == 0:
             require_place(joints, self._measurement.joints)
             self._motion.start(joints.position_rad)
-        if applied is not None and applied.reason is not _AS_ASKED:
+        if applied is not None and applied.reason is not CommandReason.AS_ASKED:
             state.report.clamped_ticks += 1
             sound = self._motion.adopt(applied)
             if applied.reason is CommandReason.STOPPED:
@@ -118,7 +115,7 @@ class TouchTask(Task):
                 state.end(Outcome.SENSOR_FAULT, "the arm answers a command with joint angles that it cannot have")
                 return None
         # A limit that a sample shows may be exceeded further by the truth: saturation ends the trial too.
-        if wrench.validity is not _VALID or joints.validity is not _VALID:
+        if wrench.validity is not Validity.VALID or joints.validity is not Validity.VALID:
             state.end(
                 Outcome.SENSOR_FAULT, f"force sample {wrench.validity.value}, joint sample {joints.validity.value}"
             )
@@ -131,10 +128,10 @@ class TouchTask(Task):
             state.end(Outcome.CONTACT_MISMATCH, state.expectation.doubt.text)
         elif self._interrupted:
             self._wind_up()
-        if state.phase is not _DONE:
+        if state.phase is not Phase.DONE:
             self._hold_force_limit()
-        if state.phase is not _DONE:
-            trip = self._proof.contradiction(snapshot, self._measurement, tared=self._settle.bias is not None)
+        if state.phase is not Phase.DONE:
+            trip = self._monitor.check(snapshot, self._measurement, tared=self._settle.bias is not None)
             if trip is not None:
                 state.doubt(trip)
             else:

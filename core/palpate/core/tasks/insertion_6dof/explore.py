@@ -10,11 +10,9 @@ from typing_extensions import override
 from palpate.core.motion import DampingControl, GivingWay, limited, rotated
 from palpate.core.policy import Action, Law, Spatial
 from palpate.core.ports import PERIOD_S, STILL, Vector3
-from palpate.core.tasks.contact import AnsweredForce, RestlessForce
-from palpate.core.tasks.insertion.phases import Equipment
+from palpate.core.tasks.contact import Monitor
+from palpate.core.tasks.insertion.phases import Equipment, Explore
 from palpate.core.tasks.insertion_6dof.insert import LEANT_RAD
-from palpate.core.tasks.insertion_6dof.old_explore import Explore
-from palpate.core.tasks.insertion_6dof.old_exploring_checks import ExploringChecks
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 from palpate.core.trial import Trip, TripReason
 
@@ -31,6 +29,10 @@ _CLEAR_M: Final = 3e-4
 """A tool whose lowest corner is so high above the plate meets nothing."""
 _ALONG_N: Final = 2.0
 """A wall answers a push against it; along it, in 14 trials without a fault, never more than 0.1 N lasted so long."""
+_WALL_N: Final = 1.0
+"""A wall is felt."""
+_RAISED_M: Final = 4e-4
+"""A tool that waits is raised by so much to be free: more than the dither, 2 N of the gripper where it is held."""
 _ALONG_TICKS: Final = 4
 _STEP: Final = Spatial()
 _HOLD: Final = Spatial(Law.LIFT)
@@ -54,20 +56,12 @@ class SpatialExplore(Explore):
 
     Args:
         equipment: What the phases share.
-        checks: Prove contact while the upright tool steps across; None for a task without proofs.
-        felt: Stops the tool while it pushes or is withdrawn, and nothing is felt; None for a task without proofs.
+        monitor: Dithers the tool, and stops it until the force responds.
         options: How the tool gives way, and how far it may turn.
     """
 
-    def __init__(
-        self,
-        equipment: Equipment,
-        checks: ExploringChecks | None,
-        felt: AnsweredForce | RestlessForce | None,
-        options: SpatialOptions,
-    ) -> None:
-        super().__init__(equipment, checks)
-        self._felt = felt
+    def __init__(self, equipment: Equipment, monitor: Monitor, options: SpatialOptions) -> None:
+        super().__init__(equipment, monitor)
         self._free, self._along = equipment.laws.free, equipment.laws.along
         self._deepest_m = min(_DEEPEST_M, 0.4 * equipment.task.insertion_depth_mm * 1e-3)
         self._push_m_per_N_s = options.push_m_per_N_s
@@ -86,14 +80,13 @@ class SpatialExplore(Explore):
         self._along_ticks, self._met_behind = 0, False
         self._led_m_s: Vector3 | None = None
         self._behind_m2_s, self._led_m2_s2, self._give = 0.0, 0.0, 1.0
-        if self._felt is not None:
-            self._felt.begin()
 
     @override
     def resume(self) -> None:
         super().resume()
         # What seemed to be the hole was none, or held the peg: at rest, and at once to the next choice.
         self._spatial, self._rate_rad_s, self.countdown = _HOLD, STILL, 1
+        self._caught_m: Vector3 | None = None
 
     @override
     def enter(self) -> None:
@@ -122,21 +115,17 @@ class SpatialExplore(Explore):
         self._give = min(_SWIFT_S * self._led_m2_s2 / max(self._behind_m2_s, 1e-12), 1.0)
 
     @property
-    def _pushes_low(self) -> bool:
-        if self._spatial.law not in _AGAINST:
-            return False
-        # Once it waits it does so for an answer: a tool that seems clear may be held, and the gripper drawn out.
-        return self._low or (isinstance(self._felt, AnsweredForce) and self._felt.waits)
+    def _guarded(self) -> bool:
+        """Whether the tool may press on something that a faulty sensor does not show."""
+        return self._spatial.law in _AGAINST and self._low
 
     @property
     def _waits(self) -> bool:
-        return self._felt is not None and self._felt.waits and self._pushes_low
+        return self._guarded and self._monitor.spent
 
     @override
     def step(self) -> Vector3:
         law = self._spatial.law
-        if self._felt is not None:
-            self._felt.watch()
         if self._led_m_s is not None:
             self._look_for_lag(self._led_m_s)
         if law in _ACROSS and self._upright:
@@ -171,7 +160,10 @@ class SpatialExplore(Explore):
         action_s = self._task.ticks_per_action * PERIOD_S
         self._rate_rad_s = (turned[0] - x) / action_s, (turned[1] - y) / action_s, (turned[2] - yaw) / action_s
         self._lost_ticks = self._deep_ticks = 0
-        self._caught_m: Vector3 | None = None
+        self._caught_m = None
+        px, py = spatial.push_N
+        size_N = hypot(px, py)
+        self._monitor.push((px / size_N, py / size_N) if spatial.law in _AGAINST and size_N else None)
         if spatial.law is Law.INSERT:
             self._state.event("insert")
             self.over = True
@@ -224,12 +216,34 @@ class SpatialExplore(Explore):
             velocity, rate = (vx, vy, self._pulled_m_s()), (a, b, give * w + c)
         else:
             velocity = rate = STILL
-        felt = self._felt if self._pushes_low else None
         if self._waits:
             rate = STILL
         if rate != STILL:
             velocity = self._about_pivot(velocity, self._motion.turn(rate))
-        return velocity if felt is None else felt.velocity_m_s(velocity)
+        return self._dithering(velocity) if self._guarded else velocity
+
+    def _dithering(self, velocity_m_s: Vector3) -> Vector3:
+        """The velocity with the dither; on the spot where the budget is spent."""
+        monitor, (vx, vy, vz), (fx, fy, fz) = self._monitor, velocity_m_s, self._measurement.force_N
+        aside = False
+        if monitor.direction is not None and fz > -self._contact_N:
+            ux, uy = monitor.direction
+            # Against a wall alone the force across responds.
+            aside = -(fx * ux + fy * uy) > _WALL_N
+        if monitor.spent:
+            monitor.wait("while the tool pushes")
+            vx, vy, vz, share = 0.0, 0.0, min(vz, 0.0), monitor.waited_share
+            # Where it is not clear what the tool touches, it tries the other one, and then a little higher.
+            aside = aside is not (share > 1.0 / 3.0) and share < 2.0 / 3.0 and monitor.direction is not None
+            if 0.0 < share - 2.0 / 3.0 < _RAISED_M / (_WITHDRAW_M_S * PERIOD_S * monitor.patience_ticks):
+                vz = -_WITHDRAW_M_S
+        else:
+            monitor.spend(velocity_m_s)
+        if aside and monitor.direction is not None:
+            ux, uy = monitor.direction
+            along = monitor.push_dither_m_s(met=monitor.spent)
+            return vx + along * ux, vy + along * uy, vz
+        return vx, vy, vz + monitor.dither_m_s()
 
     def _freed(self, lift_m_s: float) -> Vector3:
         """Velocity of a tool that is caught while it is lifted: it gives way, and goes up unless something holds it."""
@@ -259,7 +273,7 @@ class SpatialExplore(Explore):
         # A tool that waits goes back, and may meet another wall there: that one is left first.
         self._met_behind = along_N > _ALONG_N and (self._met_behind or self._waits)
         self._along_ticks = self._along_ticks + 1 if along_N > _ALONG_N and not self._met_behind else 0
-        if self._checks is not None and self._along_ticks == _ALONG_TICKS:
+        if self._along_ticks == _ALONG_TICKS:
             text = f"the force sensor shows {along_N:.2f} N along a push that can only be answered against it"
             self._state.doubt(Trip(TripReason.PULLED, tick, text))
 

@@ -11,21 +11,17 @@ from palpate.core.motion import ArmDescription, TipMotion, ToolGeometry
 from palpate.core.perception import TaskFacts
 from palpate.core.policy import Action, Law, Spatial
 from palpate.core.ports import PERIOD_S, Settings
-from palpate.core.tasks.contact import AnsweredForce, ContactProof, RestlessForce, TouchTask
+from palpate.core.tasks.contact import Monitor, TouchTask
 from palpate.core.tasks.insertion import Agent, Insertion, InsertionTask
 from palpate.core.tasks.insertion.phases import Approach, Equipment, Laws
 from palpate.core.tasks.insertion.trial_state import InsertionState
 from palpate.core.tasks.insertion_6dof.explore import SpatialExplore
 from palpate.core.tasks.insertion_6dof.insert import SpatialInsert
-from palpate.core.tasks.insertion_6dof.old_exploring_checks import ExploringChecks
-from palpate.core.tasks.insertion_6dof.old_prove import Prove
-from palpate.core.tasks.insertion_6dof.old_sinking_checks import SinkingChecks
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 from palpate.core.tasks.insertion_6dof.skills import SKILLS, SkillAgent, Skills, by_rule, may_begin
 from palpate.core.trial import (
     ControlConfig,
     Measurement,
-    Phase,
     ReadyPose,
     TaskConfig,
     TaskParts,
@@ -54,27 +50,11 @@ class SpatialTask(InsertionTask):
         self._agent = agent
         state, laws = InsertionState(agent, measurement), Laws.of(task, control)
         equipment = Equipment(task, measurement, motion, laws, agent, state)
-        proof = ContactProof(task, control)
-        TouchTask.__init__(self, task, measurement, motion, laws.free, state, proof)
-        felt: AnsweredForce | RestlessForce | None = None
-        own, parts = self._options, (state, measurement, control, task.travel_speed_mm_s * 1e-3)
-        if own.unanswered_N:
-            felt = AnsweredForce(*parts, own.unanswered_N, own.tool_kg, measurement.depth_step_m)
-        else:
-            felt = RestlessForce(*parts)
-        self._approach = Approach(equipment, proof)
-        self._explore = SpatialExplore(equipment, ExploringChecks(equipment, proof), felt, own)  # type: ignore[assignment]
-        self._sinking = SpatialInsert(equipment, SinkingChecks(equipment, proof), own)
-        self._insert = self._sinking  # type: ignore[assignment]
-        self._prove = Prove(equipment, proof)
-
-    @override
-    def _follow(self) -> None:
-        if self._state.phase is Phase.INSERT and self._sinking.deep:
-            self._prove.enter()
-            self._enter(Phase.PROVE, self._prove)
-        else:
-            super()._follow()
+        monitor = Monitor(state, task, control, measurement.depth_step_m, in_air=True)
+        TouchTask.__init__(self, task, measurement, motion, laws.free, state, monitor)
+        self._approach = Approach(equipment, monitor)
+        self._explore = SpatialExplore(equipment, monitor, self._options)
+        self._insert = SpatialInsert(equipment, monitor, control, self._options)
 
 
 _MARGIN_DEG: Final = 2.0

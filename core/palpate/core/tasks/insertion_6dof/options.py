@@ -48,9 +48,6 @@ class SpatialOptions(Settings):
     """Mass of all that the force sensor carries: its weight is taken off while the tool leans."""
     tool_above_tip_mm: Annotated[float, Range(0.0, 2000.0)] = 63.0
     """Height of its centre above the tip."""
-    unanswered_N: Annotated[float, Range(0.0, 40.0)] = 28.0
-    """A tool that pushes heaves, and goes no further from where the force answered that than bends the gripper by this;
-    0: it heaves only where nothing is felt, and any scatter counts."""
     most_lean_deg: Annotated[float, Range(1.0, 30.0)] = 8.0
     """The tool may lean no further."""
     most_yaw_deg: Annotated[float, Range(1.0, 45.0)] = 20.0
@@ -64,6 +61,3 @@ class SpatialOptions(Settings):
             raise ConfigurationError(
                 self.dotted("lean_deg"), self.lean_deg, f"at most most_lean_deg = {self.most_lean_deg:g}"
             )
-        if self.unanswered_N and not self.tool_kg:
-            accepted = "0 with tool_kg = 0: what a heave gives in air is told by the tool's mass"
-            raise ConfigurationError(self.dotted("unanswered_N"), self.unanswered_N, accepted)

@@ -46,7 +46,7 @@ class Bench:
         self._measured.force_N, self._measured.position_m = (x, y, z), (self.x_m, 0.0, self.z_m)
         self._measured.force_norm_N = float(np.hypot(np.hypot(x, y), z))
         self._measured.torque_across_at_tip_Nm = float(np.hypot(*torque_Nm[:2]))
-        return self.monitor.contradiction(snapshot, self._measured, tared=True)
+        return self.monitor.check(snapshot, self._measured, tared=True)
 
     def dither(self, ticks: int, scale: float = 1.0) -> None:
         """Press and dither on a stiff plate for so long."""

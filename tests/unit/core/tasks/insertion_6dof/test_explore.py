@@ -27,26 +27,11 @@ def test_a_tool_that_goes_back_to_where_it_was_answered_may_meet_a_wall_there() 
     assert success
 
 
-@pytest.mark.parametrize(
-    ("arm", "phase", "seed", "fault"),
-    [
-        pytest.param(
-            "ur5",
-            "insert",
-            97301,
-            "of 1 s, sign flipped",
-            id="it leads the peg back out from the floor, to where it would pass for another",
-        ),
-        pytest.param("ur5", "insert", 98501, "of 1 s, sign flipped", id="it leans, and is wedged as it is drawn back"),
-        pytest.param("zebra-zero", "insert", 369822, "of 1 s, times 0.3", id="it leans further as it is drawn back"),
-        pytest.param("ur5", "explore", 98500, "of 1 s, times 0.3", id="long strokes seem to be none: 425 N by scatter"),
-    ],
-)
-def test_a_repeated_force_that_is_turned_bends_the_gripper_no_further(
-    arm: str, phase: str, seed: int, fault: str
-) -> None:
+@pytest.mark.parametrize(("arm", "phase"), [("zebra-zero", "transfer"), ("ur5", "approach")])
+def test_a_growing_lag_is_found_before_it_bends_the_gripper(arm: str, phase: str) -> None:
+    """A force that is late verified a tool that was wedged, by chance, up to 233 N."""
     config = config_of("square", "asked", arm, {})
-    [chosen] = [each for each in sensor_faults() if each.name.endswith(f"{fault}, fresh noise")]
-    [[run]] = run_cases(config, [Case(chosen, phase, seed)], "corner-first")
+    [chosen] = [each for each in sensor_faults() if each.name == "force later by 0.2 s a second, new times"]
+    [[run]] = run_cases(config, [Case(chosen, phase, 60)], "corner-first")
     assert run.latched
     assert run.peak_force_N < 60.0

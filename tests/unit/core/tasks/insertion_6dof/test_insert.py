@@ -9,7 +9,7 @@ import pytest
 from palpate.core.ports import Vector3
 from palpate.core.tasks.insertion_6dof import SpatialOptions
 from palpate.core.tasks.insertion_6dof.insert import SpatialInsert
-from palpate.core.trial import TaskConfig
+from palpate.core.trial import ControlConfig, TaskConfig
 
 PRESSED: Vector3 = (0.0, 0.0, -4.9)
 NONE: Vector3 = (0.0, 0.0, 0.0)
@@ -19,6 +19,7 @@ class Wedged:
     """Measurement, motion and law of a peg that presses on a wedge without a torque, until it leans one way."""
 
     force_N, filtered_force_z_N, reference_m = PRESSED, PRESSED[2], NONE
+    axial_N_per_m, depth_step_m = 5e3, 6e-6
 
     def __init__(self, depth_m: float, frees_rad: float) -> None:
         self.tip_depth_m, self._frees_rad, self.turn_rad = depth_m, frees_rad, NONE
@@ -47,15 +48,22 @@ def inserted(depth_m: float, frees_rad: float) -> tuple[str, float, int]:
     peg, events = Wedged(depth_m, frees_rad), [""]
     state: Any = SimpleNamespace(
         tick=0, surface_m=0.0, slack_m=0.0, edge_m=0.0, exploration_s=0.0, report=SimpleNamespace(outcome=None),
-        event=lambda name, _: events.append(name),
+        event=lambda name, _: events.append(name), noise=(0.1,) * 6,
     )  # fmt: skip
     equipment: Any = SimpleNamespace(
         task=TaskConfig(depth_tolerance_mm=0.5), state=state, measurement=peg, motion=peg,
-        laws=SimpleNamespace(inserting=peg),
+        laws=SimpleNamespace(inserting=peg), drop_m=3e-4,
     )  # fmt: skip
-    phase = SpatialInsert(equipment, None, SpatialOptions())
+    axial = SimpleNamespace(restart=lambda: None, window=14, verified_since_restart=lambda: False)
+    monitor: Any = SimpleNamespace(
+        supported=True, spent=False, spent_N=0.0, budget_N=25.0, contradicted=False, direction=None, contact_N=1.0,
+        axial_N_per_m=5e3, press_N=4.9, axial=axial, wait=lambda *_, **__: None, push=lambda _: None,
+        spend=lambda _: None, dither_m_s=lambda: 0.0, push_dither_m_s=lambda **_: 0.0,
+    )  # fmt: skip
+    phase = SpatialInsert(equipment, monitor, ControlConfig(), SpatialOptions())
     phase.enter()
-    while not phase.over:
+    phase._walled = True
+    while not phase.over and "hole" not in events:
         phase.step()
         state.tick += 1
     return events[-1], peg.tip_depth_m, state.tick

@@ -5,7 +5,7 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.core.ports import Vector3
-from palpate.core.tasks.contact import Proof, RunningPhase
+from palpate.core.tasks.contact import Monitor, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import N_PER_KGF, Outcome
 
@@ -20,10 +20,10 @@ class Approach(RunningPhase):
         touched: Whether the plate was touched; where it was not, and the phase is over, the tip is past it.
     """
 
-    def __init__(self, equipment: Equipment, proof: Proof) -> None:
+    def __init__(self, equipment: Equipment, monitor: Monitor) -> None:
         task = equipment.task
         self._state, self._measurement, self._motion = equipment.state, equipment.measurement, equipment.motion
-        self._law, self._proof = equipment.laws.press, proof
+        self._law, self._monitor = equipment.laws.press, monitor
         self._contact_N, self._depth_m = task.contact_kgf * N_PER_KGF, task.insertion_depth_mm * 1e-3
         self._tolerance_m, self._slack_m = task.depth_tolerance_mm * 1e-3, task.surface_uncertainty_mm * 1e-3
 
@@ -36,7 +36,7 @@ class Approach(RunningPhase):
     def step(self) -> Vector3:
         measured, state = self._measurement, self._state
         depth = measured.tip_depth_m
-        self._proof.watch_touch(state.snapshot, measured)
+        self._monitor.watch_approach(measured)
         if measured.filtered_force_z_N < -self._contact_N:
             state.explore_start = state.tick
             self.over = True
@@ -44,7 +44,7 @@ class Approach(RunningPhase):
             if self.touched:
                 state.surface_m = depth
                 state.event("contact", f"surface at {depth * 1e3:.3f} mm below the nominal plane")
-        elif depth > self._proof.deepest_plate_m:
+        elif depth > self._monitor.deepest_plate_m:
             state.explore_start = state.tick
             self.over = True
         if self.over and not self.touched:

@@ -44,7 +44,9 @@ _DEVIATIONS: Final = 3.3
 """Of the depth: one in two thousand is further off on one side."""
 
 
-class _Stage(Enum):
+class Stage(Enum):
+    """What an insertion does at present."""
+
     SINK = "sink"
     LOOK = "look"
     SEAT = "seat"
@@ -68,7 +70,7 @@ class Insert(RunningPhase):
 
     def enter(self) -> None:
         """Begin where the reaction of the plate was lost."""
-        self.over, self._stage = False, _Stage.SINK
+        self.over, self._stage = False, Stage.SINK
         self._state.hole_tick = self._entered_tick = self._progress_tick = self._state.tick
         self._best_m, self._from_m = 0.0, self._motion.reference_m
         self._walled = self._found = self._released = False
@@ -83,16 +85,16 @@ class Insert(RunningPhase):
         self._pressed = self._measurement.filtered_force_z_N < -self._monitor.contact_N
         if depth_m > self._best_m + _STALL_M:
             self._best_m, self._progress_tick = depth_m, self._state.tick
-        if self._stage is _Stage.SEAT:
+        if self._stage is Stage.SEAT:
             return self._seat()
-        if self._stage is _Stage.RELEASE:
+        if self._stage is Stage.RELEASE:
             return self._release()
         unsure_m = self._tolerance_m + self._state.slack_m + self._state.edge_m
-        if self._stage is _Stage.SINK and (
+        if self._stage is Stage.SINK and (
             depth_m >= self._full_m + self._tolerance_m or (self._pressed and depth_m >= self._full_m - unsure_m)
         ):
             self._begin_look()
-        return self._look() if self._stage is _Stage.LOOK else self._sink()
+        return self._look() if self._stage is Stage.LOOK else self._sink()
 
     def _sink(self) -> Vector3:
         """Sink on, pushing to a wall until it responds, and again when half the budget is spent."""
@@ -103,10 +105,10 @@ class Insert(RunningPhase):
             state.hole_tick = None
             self.over = True
         elif stalled > _WEDGED_TICKS or state.tick - self._entered_tick > self._limit_ticks:
-            state.end(Outcome.WEDGED, f"at {self._depth_m * 1e3:.2f} mm")
+            self._wedged(f"at {self._depth_m * 1e3:.2f} mm")
         elif stalled > _STALL_TICKS and self._stalled_tick != self._progress_tick and monitor.supported:
             self._stalled_tick = self._progress_tick
-            self._begin(_Stage.SEAT)
+            self._begin(Stage.SEAT)
         if monitor.direction is not None and monitor.across.verdict() is Verdict.VERIFIED:
             state.event("verified", f"wall at {self._depth_m * 1e3:.2f} mm: {monitor.across.text()}")
             self._walled = True
@@ -119,6 +121,10 @@ class Insert(RunningPhase):
         else:
             monitor.spend((0.0, 0.0, vz))
         return vx, vy, vz + (monitor.dither_m_s() if self._pressed else 0.0)
+
+    def _wedged(self, text: str) -> None:
+        """No more depth is to be gained."""
+        self._state.end(Outcome.WEDGED, text)
 
     def _pressing(self, *, push: bool) -> Vector3:
         """Velocity of the pressing law, and across to a wall or to where no force is."""
@@ -147,14 +153,14 @@ class Insert(RunningPhase):
         x, y = self._motion.reference_m[0] - self._from_m[0], self._motion.reference_m[1] - self._from_m[1]
         return hypot(x, y) > self._reach_m and x * vx + y * vy > 0.0
 
-    def _begin(self, stage: _Stage) -> None:
+    def _begin(self, stage: Stage) -> None:
         self._stage, self._ticks = stage, 0
 
     def _begin_look(self) -> None:
         if not self._found:
             self._found = True
             self._state.event("hole", f"found after {self._state.exploration_s:.3f} s")
-        self._begin(_Stage.LOOK)
+        self._begin(Stage.LOOK)
         self._depths_m: list[float] = []
         self._monitor.axial.restart()
         self._monitor.push(None)
@@ -193,12 +199,12 @@ class Insert(RunningPhase):
             # It may still sink under a harder press.
             self._seated_m = depth_m
             state.event("short", f"{text}: pressed harder")
-            self._begin(_Stage.SEAT)
+            self._begin(Stage.SEAT)
         elif short_m <= state.slack_m + state.edge_m + 2.0 * _DEVIATIONS * error_m:
             self._text = text
-            self._begin(_Stage.RELEASE)
+            self._begin(Stage.RELEASE)
         else:
-            state.end(Outcome.WEDGED, f"{text}, {short_m * 1e3:.3f} mm short")
+            self._wedged(f"{text}, {short_m * 1e3:.3f} mm short")
 
     def _deviation_m(self, samples: int) -> float:
         """Standard deviation of the depth between floor and surface."""
@@ -216,7 +222,7 @@ class Insert(RunningPhase):
             if self._found:
                 self._begin_look()
             else:
-                self._begin(_Stage.SINK)
+                self._begin(Stage.SINK)
         return vx + monitor.push_dither_m_s(), vy, vz + self._harder_m_s + monitor.dither_m_s()
 
     def _release(self) -> Vector3:
