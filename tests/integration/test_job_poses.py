@@ -14,8 +14,9 @@ from palpate.adapters.mujoco import SimulatedRig
         ({"tip_rpy_deg": (0.0, 10.0, 0.0), "tip_mm": (20.0, 0.0, 130.0)}, {}),
         ({"tip_mm": (0.0, 0.0, 250.0)}, {"z_mm": 0.0}),
         ({}, {"rpy_deg": (20.0, 0.0, 0.0)}),
+        ({}, {"rpy_deg": (0.0, 90.0, 0.0), "x_mm": 500.0, "z_mm": 300.0}),
     ],
-    ids=["turned sensor", "bent tool", "long tool", "inclined plate"],
+    ids=["turned sensor", "bent tool", "long tool", "inclined plate", "hole in a wall"],
 )
 def test_the_torque_rule_inserts_whatever_the_poses_are(tool: object, place: object) -> None:
     config = compose("job", "q-learning", {"arm": "ur10"}, job={"part": {}, "tool": tool, "place": place})

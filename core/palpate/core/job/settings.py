@@ -111,6 +111,8 @@ def _cell(job: Job) -> dict[str, Any]:
             "torsion_Nm_per_rad": tool.torsion_Nm_per_rad,
             "damping_ratio": tool.damping_ratio,
             "moving_mass_kg": tool.moving_mass_kg,
+            "rigid_mass_kg": max(tool.rigid_mass_kg, 0.001),
+            "centre_of_mass_above_tip_mm": min(max(tool.moving_centre_above_tip_mm, 5.0), 500.0),
         },
         "hole_uncertainty_mm": place.position_uncertainty_mm,
         "tilt_mrad": place.tilt_uncertainty_mrad,

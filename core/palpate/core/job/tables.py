@@ -169,6 +169,11 @@ class ToolConfig(Settings):
         """Height of the centre of mass above the tip, along the tool."""
         return round(self.tip_mm[2] - self.centre_of_mass_mm[2], _NM)
 
+    @property
+    def moving_centre_above_tip_mm(self) -> float:
+        """Height of the centre of mass of what moves on the compliance; the rest is at the sensor's origin."""
+        return round(self.tip_mm[2] - self.centre_of_mass_mm[2] * self.mass_kg / self.moving_mass_kg, 3)
+
     @override
     def check(self) -> None:
         if self.moving_mass_kg < 0.01:

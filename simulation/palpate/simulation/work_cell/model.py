@@ -83,7 +83,7 @@ def build_work_cell(
     spec.worldbody.add_light(pos=(0.3, -0.5, 1.2), dir=(0.0, 0.4, -1.0))
 
     flange = _add_arm(spec, kinematics)
-    _add_wrist(spec, flange, kinematics, config, tool_yaw_rad)
+    _add_wrist(spec, flange, kinematics, config, tool_yaw_rad, _down_in_tip(goal_in_base, tool_yaw_rad))
     boxes = plate_boxes(config.peg, plate_reach_m)
     _add_plate(spec, config, goal_in_base, boxes)
     _add_sensors(spec, config)
@@ -160,6 +160,7 @@ def _add_wrist(
     kinematics: Kinematics,
     config: CellConfig,
     tool_yaw_rad: float,
+    down: tuple[float, float, float],
 ) -> None:
     """Force sensor, springs of the gripper, and the peg."""
     tool, springs, peg = kinematics.tool, config.compliance, config.peg
@@ -200,13 +201,16 @@ def _add_wrist(
     tilting_inertia = mass * (across + (height_mm * 1e-3 - springs.centre_above_tip_mm * 1e-3) ** 2)
     pivot = (0.0, 0.0, -springs.centre_above_tip_mm * 1e-3)
     lateral, axial = springs.lateral_N_per_mm * 1e3, springs.axial_N_per_mm * 1e3
+    # At rest above the hole the peg is where kinematics puts it: the springs bear its weight.
+    fx, fy, fz = (mass * GRAVITY_M_S2 * each for each in down)
+    tilt_lever_m = (height_mm - springs.centre_above_tip_mm) * 1e-3
+    bent_x, bent_y = -tilt_lever_m * fy / springs.tilt_Nm_per_rad, tilt_lever_m * fx / springs.tilt_Nm_per_rad
     rows = (
-        ("slide_x", mujoco.mjtJoint.mjJNT_SLIDE, (1.0, 0.0, 0.0), lateral, mass, 0.0),
-        ("slide_y", mujoco.mjtJoint.mjJNT_SLIDE, (0.0, 1.0, 0.0), lateral, mass, 0.0),
-        # At rest with the tool pointing down the peg hangs where kinematics puts it: the spring bears its weight.
-        ("slide_z", mujoco.mjtJoint.mjJNT_SLIDE, (0.0, 0.0, 1.0), axial, mass, -mass * GRAVITY_M_S2 / axial),
-        ("tilt_x", mujoco.mjtJoint.mjJNT_HINGE, (1.0, 0.0, 0.0), springs.tilt_Nm_per_rad, tilting_inertia, 0.0),
-        ("tilt_y", mujoco.mjtJoint.mjJNT_HINGE, (0.0, 1.0, 0.0), springs.tilt_Nm_per_rad, tilting_inertia, 0.0),
+        ("slide_x", mujoco.mjtJoint.mjJNT_SLIDE, (1.0, 0.0, 0.0), lateral, mass, -fx / lateral),
+        ("slide_y", mujoco.mjtJoint.mjJNT_SLIDE, (0.0, 1.0, 0.0), lateral, mass, -fy / lateral),
+        ("slide_z", mujoco.mjtJoint.mjJNT_SLIDE, (0.0, 0.0, 1.0), axial, mass, -fz / axial),
+        ("tilt_x", mujoco.mjtJoint.mjJNT_HINGE, (1.0, 0.0, 0.0), springs.tilt_Nm_per_rad, tilting_inertia, bent_x),
+        ("tilt_y", mujoco.mjtJoint.mjJNT_HINGE, (0.0, 1.0, 0.0), springs.tilt_Nm_per_rad, tilting_inertia, bent_y),
         ("turn_z", mujoco.mjtJoint.mjJNT_HINGE, (0.0, 0.0, 1.0), springs.torsion_Nm_per_rad, mass * along, 0.0),
     )  # fmt: skip
     for name, kind, axis, stiffness, inertia, rest in rows:
@@ -369,6 +373,13 @@ def quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
     """A rotation matrix, (3, 3), as MuJoCo has it: w, x, y, z."""
     x, y, z, w = pin.Quaternion(rotation).coeffs().tolist()
     return w, x, y, z
+
+
+def _down_in_tip(goal_in_base: pin.SE3, tool_yaw_rad: float) -> tuple[float, float, float]:
+    """Direction of the weight in the tip frame, with the tool along the hole."""
+    x, y, z = (-goal_in_base.rotation[2]).tolist()
+    c, s = cos(tool_yaw_rad), sin(tool_yaw_rad)
+    return c * x + s * y, c * y - s * x, z
 
 
 def _turned(kinematics: Kinematics, tilt: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
