@@ -73,6 +73,7 @@ def _account(config: RunConfig, verdict: Verdict, reasons: list[str], options: P
     else:
         command = f"{verdict.choice.command} --job {options.job}" + (f" --arm {options.arm}" if options.arm else "")
         lines += ["", f"verdict: feasible, {verdict.choice.reason}", f"  {command}"]
+        lines += [f"  {verdict.caution}"] if verdict.caution else []
     return "\n".join((*lines, *(f"  {line}" for line in valid), ""))
 
 

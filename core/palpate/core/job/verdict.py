@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import degrees, inf, sqrt
+from math import degrees, inf, pi, sqrt, tan
 from typing import Final
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.job.derived import MOST_PRESS_SHARE, Constants, Derived, Quantities, derive
+from palpate.core.job.derived import MOST_PRESS_SHARE, NOISES_PRESSED, Constants, Derived, Quantities, derive
 from palpate.core.job.regime import DEVIATIONS, Regime, depth_parts_m, largest_tilt_rad, quiet_N, regime_of
 from palpate.core.job.settings import corner_distance_mm
-from palpate.core.job.tables import ROUND, Job
+from palpate.core.job.tables import ROUND, SIDES, Job
 from palpate.core.ports import SensorFacts
 
 PLAIN: Final = "insertion"
@@ -19,6 +19,8 @@ BELIEF_AREA_MM: Final = 8.0
 """Half the side of the largest area that a belief covers within a tick."""
 _JAMS_FROM: Final = 1.0
 """Jam number under the pressing force of the insertion from which a tilted peg sticks."""
+_SLIDES_SHARE: Final = 0.87
+"""Share of the friction at which a corner sticks, up to which it slides in time."""
 _LEAST_CORNER_MM: Final = 4.0
 """Distance of corners from the axis below which a tilted peg's corner dips less than an edge of the plate is rough."""
 
@@ -52,12 +54,14 @@ class Verdict:
 
     Attributes:
         reasons: Why it is not feasible, each with a remedy; empty for a feasible job.
+        caution: Why trials of a feasible job may fail more often, and what helps; empty for nothing.
     """
 
     derived: Derived
     regime: Regime
     choice: Choice
     reasons: tuple[str, ...]
+    caution: str = ""
 
     @property
     def feasible(self) -> bool:
@@ -82,8 +86,10 @@ def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> V
     reasons = [_depth_reason(job, quantities, regime), _window_reason(job, quantities, found, regime, known)]
     if jams and named == PLAIN:
         reasons.append(_jam_reason(job, quantities, found, regime))
+    if choice.policy == "hypotheses" and found.press_N > known.press_N:
+        reasons.append(_noise_reason(job, quantities, found, regime, known))
     reasons += (_torque_reason(quantities, found, choice), _shape_reason(job, named, choice))
-    return Verdict(found, regime, choice, tuple(filter(None, reasons)))
+    return Verdict(found, regime, choice, tuple(filter(None, reasons)), _caution(job, choice))
 
 
 def require_depth(job: Job, sensor: SensorFacts, *, step_mm: float, tolerance_mm: float) -> None:
@@ -169,6 +175,15 @@ def _jam_reason(job: Job, quantities: Quantities, found: Derived, regime: Regime
     )
 
 
+def _noise_reason(job: Job, quantities: Quantities, found: Derived, regime: Regime, known: Constants) -> str:
+    tilt_mrad = largest_tilt_rad(quantities, found.press_N) * 1e3
+    return (
+        f"a round peg that jams (J = {regime.jam_number:.1f}) is turned by touch only in a noise of at most"
+        f" {known.press_N / NOISES_PRESSED:.2g} N (here {quantities.noise_N:.2g} N): use a quieter force sensor, raise"
+        f" limits.force_N to {regime.held_N / MOST_PRESS_SHARE:.3g}, or reduce the tilt to {tilt_mrad:.2g} mrad"
+    )
+
+
 def _torque_reason(job: Quantities, found: Derived, choice: Choice) -> str:
     most_Nm = found.press_N * job.radius_m
     hidden = job.tilt_Nm_per_rad * job.tilt_rad > 2.0 * most_Nm or found.torque_Nm > most_Nm
@@ -198,3 +213,12 @@ def _shape_reason(job: Job, task: str, choice: Choice) -> str:
             f" with corners at least {_LEAST_CORNER_MM:g} mm from it, or align the part within its clearance"
         )
     return ""
+
+
+def _caution(job: Job, choice: Choice) -> str:
+    """A corner that is pushed along its middle slides into its place only outside the friction cones of its walls."""
+    sides, friction = SIDES.get(job.part.shape, 0), job.part.friction_max
+    if choice.policy != "corner-first" or not sides or friction < _SLIDES_SHARE * tan(pi / sides):
+        return ""
+    most = _SLIDES_SHARE * tan(pi / sides)
+    return f"corners of a {job.part.shape} slide into place slowly with a friction above {most:.1f}: expect time limits"

@@ -101,3 +101,18 @@ def test_a_shape_whose_turn_is_not_known_is_not_pushed_straight_in() -> None:
     # 0.05 mm over half a side of 10 mm.
     assert reason.endswith("use --task insertion-6dof, or reduce the yaw to 0.29 degrees")
     assert verdict(square, task="insertion", yaw_uncertainty_deg=0.28).feasible
+
+
+def test_a_peg_that_jams_is_not_turned_in_noise_that_raises_the_press() -> None:
+    assert verdict(tilt_uncertainty_mrad=6.0, sensor=SensorFacts(0.18, 0.004)).feasible
+    (reason,) = verdict(tilt_uncertainty_mrad=6.0, sensor=SensorFacts(0.3, 0.004)).reasons
+    assert "in a noise of at most 0.19 N (here 0.3 N)" in reason
+
+
+def test_a_hexagon_with_high_friction_has_a_caution() -> None:
+    hexagon = PartConfig(shape="hexagon", peg_mm=20.0, hole_mm=20.1, depth_tolerance_mm=0.5)
+    found = verdict(hexagon)
+    assert found.feasible
+    assert "hexagon slide into place slowly with a friction above 0.5" in found.caution
+    assert verdict(replace(hexagon, friction_max=0.4)).caution == ""
+    assert verdict(replace(hexagon, shape="square")).caution == ""

@@ -6,8 +6,6 @@ from typing import Final
 from palpate.core.policy import Law, Observation, Spatial
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
-_LEAN_RAD: Final = radians(1.1)
-"""By so much an action at most, or a wrist near its singularity would have to be faster than it can be."""
 _ASIDE_M: Final = 1.5e-3
 """There is one flat: it is tried again so far aside, on one side and the other."""
 _STOOD_M: Final = 0.9e-3
@@ -43,7 +41,7 @@ class Corner:
         self.half_rad = radians(options.flat_deg) if self._flat else pi / int(options.corners or 4)
         self._inside_m, self.radius_m = options.inside_mm * 1e-3, options.corner_mm * 1e-3
         self.lean_rad, self.push_N = radians(options.lean_deg), options.push_N
-        self._down_share = options.down_share
+        self._down_share, self._step_rad = options.down_share, radians(options.lean_step_deg)
         self.take(0)
 
     def take(self, number: int) -> None:
@@ -94,7 +92,7 @@ class Corner:
         c, s, rise_m = cos(self._heading_rad), sin(self._heading_rad), 0.0
         if not self.leaned:
             change_rad = hypot(s * self.lean_rad - lean_x, -c * self.lean_rad - lean_y)
-            self._left, rise_m = ceil(change_rad / _LEAN_RAD), max(_RISE_M + observation.depth_m, 0.0)
+            self._left, rise_m = ceil(change_rad / self._step_rad), max(_RISE_M + observation.depth_m, 0.0)
             if hypot(*observation.force_N[:2]) > _CAUGHT_N:
                 self.leaned += 1
                 return (0.0, 0.0), Spatial(Law.LIFT, rise_m)
