@@ -17,7 +17,7 @@ ON_A_RIG = f"--rig {ROOT / 'rigs' / 'zebra-nmc-jr3.toml'} --job {ROOT / 'example
 LONG = "x" * 300
 """A name longer than any file system takes."""
 COMMANDS = (
-    "train, run, compare, study, show, explore, infer, replay, report, log, "
+    "train, run, compare, study, plan, show, explore, infer, replay, report, log, "
     "render, check-adapter, emulate, doctor, calibrate, examples"
 )
 ADAPTERS = """

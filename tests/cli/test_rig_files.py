@@ -94,7 +94,7 @@ def test_the_cell_of_a_file_is_ignored_beside_a_rig_and_that_is_said(palpate: Co
     assert said == "palpate: [cell] of settings.toml is ignored: the rig says what is true of it"
     assert "one of cia402" in refused
     options = parse(RunOptions, "run", ["--rig", str(RIG_FILE), *JOB, "--config", "settings.toml"])
-    assert options.run.cell == RunConfig().cell
+    assert options.run.cell.sensor == RunConfig().cell.sensor
 
 
 def test_devices_that_are_not_there_are_the_operator_s_to_mend(palpate: CommandLine, tmp_path: Path) -> None:
@@ -181,7 +181,8 @@ def test_an_error_in_an_adapter_names_its_file_and_line(palpate: CommandLine, mo
     monkeypatch.syspath_prepend(str(Path.cwd()))
     Path("broken_bench.py").write_text(BROKEN)
     Path("rig.toml").write_text(
-        "[arm]\nadapter = 'zebra-nmc'\nat_home = true\n[force_sensor]\nadapter = 'broken_bench:make_sensor'\n"
+        "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\nat_home = true\n"
+        "[force_sensor]\nadapter = 'broken_bench:make_sensor'\n"
     )
     done = palpate(*RUN.split())
     assert done.code == 1

@@ -30,15 +30,12 @@ from palpate.adapters.config import (
     RunConfig,
     compose,
     learner_in,
-    merged,
-    overlay,
     read_job,
     read_toml,
     run_facts,
     with_options,
 )
 from palpate.core.errors import ConfigurationError, UsageError
-from palpate.core.job import ToolConfig
 from palpate.core.ports import SensorFacts, kinds_of, table_beside
 
 T = TypeVar("T")
@@ -206,17 +203,7 @@ def _on_rig(
     for tables, file in ((table, _value_of("--config", arguments)), (job or {}, _value_of("--job", arguments))):
         if "cell" in tables and file:
             sys.stderr.write(f"palpate: [cell] of {file} is ignored: the rig says what is true of it\n")
-    drawn = overlay(ToolConfig(), merged(table.get("tool", {}), (job or {}).get("tool", {})))
-    measured = {} if "--resume" in arguments else rig.calibration.run_settings(drawn)
-    arm = {**table, **(job or {})}.get("arm", "")
-    name = arm.get("name", "") if isinstance(arm, Mapping) else str(arm)
-    named = _value_of("--arm", arguments) or name
-    # Where both name one arm, the table with more in it stands.
-    own: dict[str, Any] = {} if arm and rig.model in ("", name) and named == name else {"arm": rig.arm_model(named)}
-    stated = {key: value for key, value in (job or {}).items() if key != "cell"}
-    told = {key: value for key, value in table.items() if key != "cell"}
-    # What was measured on the rig stands above what drawing and file say, and below the command line.
-    return merged(told, measured, own), None if job is None else stated
+    return rig.laid_over(table, job, _value_of("--arm", arguments), measured="--resume" not in arguments)
 
 
 def _preset(kind: str, usual: str, arguments: Sequence[str], table: Mapping[str, Any], path: str) -> str:

@@ -6,7 +6,14 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.cli.notices import print_conditions, print_troubles, trips_line, unrecorded, validity_note
+from palpate.adapters.cli.notices import (
+    print_lines,
+    print_troubles,
+    print_weakened,
+    trips_line,
+    unrecorded,
+    validity_note,
+)
 from palpate.adapters.cli.options import CompareOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments import (
@@ -39,7 +46,8 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
     chosen = [ChosenPolicy(name, config) for name in (*options.policy, *comparators_of(config))]
     ready = ready_pose(config)
     require_usable(config, ready)
-    print_conditions(config)
+    print_lines((config.part.describe(),))
+    print_weakened(config)
     kept.enter_context(folder.writing())
     folder.write("run.toml", run_toml(config, "compare", trials=options.trials, policy=list(options.policy)))
     summaries: dict[str, dict[str, Any]] = {}

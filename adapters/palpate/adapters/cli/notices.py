@@ -50,9 +50,9 @@ def print_grants(session: RealTimeSession | None, config: RunConfig) -> None:
             sys.stderr.write(f"palpate: {line}\n")
 
 
-def print_conditions(config: RunConfig) -> None:
-    """Print peg, hole and clearance, and which limits or which accuracy of the cell are weaker than by default."""
-    print_lines((config.part.describe(), *weakened_lines(config.supervision), *accuracy_lines(config.cell)))
+def print_weakened(config: RunConfig) -> None:
+    """Print which limits of the supervisor, or which accuracy of the cell, are weaker than by default."""
+    print_lines((*weakened_lines(config.supervision), *accuracy_lines(config.cell)))
 
 
 def print_lines(lines: Sequence[str]) -> None:

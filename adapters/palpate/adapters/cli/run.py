@@ -8,8 +8,8 @@ from pathlib import Path
 
 from palpate.adapters.cli.notices import (
     marked_line,
-    print_conditions,
     print_troubles,
+    print_weakened,
     trips_line,
     validity_note,
 )
@@ -68,7 +68,7 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
     chosen = ChosenPolicy(named, config)
     ready = ready_pose(config)
     require_usable(config, ready, options.rig)
-    print_conditions(config)
+    print_weakened(config)
     if options.dry:
         return _dry(options, kept, chosen, ready, folder)
     with ExitStack() as opened:

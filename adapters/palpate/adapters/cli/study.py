@@ -11,7 +11,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from palpate.adapters.cli.notices import print_conditions, say, watched
+from palpate.adapters.cli.notices import print_weakened, say, watched
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.cli.study_options import StudyOptions
 from palpate.adapters.experiments import RunFolder
@@ -59,7 +59,7 @@ def study(options: StudyOptions) -> int:
     folder.require_fits(asked, cells, files)
     folder.finished(cells)
     with watched(options) as live, folder.opened(asked, files):
-        print_conditions(asked.config(next(asked.settings())))
+        print_weakened(asked.config(next(asked.settings())))
         say(size)
         finished = folder.finished(cells)
         for cell in folder.clear(cells, finished):

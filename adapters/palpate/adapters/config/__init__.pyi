@@ -3,7 +3,6 @@ from .calibration import write_into as write_into
 from .compose import compose as compose
 from .compose import depth_step_mm as depth_step_mm
 from .compose import job_of as job_of
-from .compose import merged as merged
 from .compose import read_job as read_job
 from .compose import remeasured as remeasured
 from .compose import scenario as scenario
@@ -42,6 +41,7 @@ from .tasks import task_kind as task_kind
 from .tasks import with_options as with_options
 from .toml import field_value as field_value
 from .toml import literal as literal
+from .toml import merged as merged
 from .toml import overlay as overlay
 from .toml import read_toml as read_toml
 from .toml import to_toml as to_toml

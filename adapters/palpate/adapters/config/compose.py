@@ -12,7 +12,7 @@ from typing import Any, Final
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.config.scenarios import BLIND, JOB, LEARNERS, SCENARIOS
 from palpate.adapters.config.tasks import INSERTION, task_kind
-from palpate.adapters.config.toml import overlay, read_toml
+from palpate.adapters.config.toml import merged, overlay, read_toml
 from palpate.core.errors import ConfigurationError, did_you_mean, require_one_of
 from palpate.core.job import JOB_TABLES, STATED, Job, PlaceConfig, Verdict, derived_settings, judge
 from palpate.core.motion import Kinematics, arm_named, arm_of_table
@@ -112,17 +112,6 @@ def _lean_step_deg(config: RunConfig) -> float:
     share = _BEHIND_SHARE * config.task.ticks_per_action * PERIOD_S
     rate_rad_s = largest_lean_rate(config.arm, tool, ready, behind_rad=behind_rad, lag_s=lag_s)
     return min(_MOST_LEAN_STEP_DEG, round(degrees(share * rate_rad_s), 2))
-
-
-def merged(*tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Merge nested tables; what comes later wins."""
-    result: dict[str, Any] = {}
-    for table in tables:
-        for key, value in table.items():
-            before = result.get(key)
-            both = isinstance(before, Mapping) and isinstance(value, Mapping)
-            result[key] = merged(before, value) if both else value  # type: ignore[arg-type]
-    return result
 
 
 def scenario(name: str, learner: str = "q-learning") -> RunConfig:

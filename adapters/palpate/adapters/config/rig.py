@@ -10,8 +10,9 @@ from typing import Annotated, Any, ClassVar, Final, TypeAlias
 from typing_extensions import override
 
 from palpate.adapters.config.calibration import CalibrationTable
-from palpate.adapters.config.toml import overlay, read_toml
+from palpate.adapters.config.toml import merged, overlay, read_toml
 from palpate.core.errors import ConfigurationError
+from palpate.core.job import ToolConfig
 from palpate.core.motion import ArmDescription, arm_of_table
 from palpate.core.ports import Holds, Range, SensorFacts, Settings, Vector3, fitted, kinds_of
 
@@ -168,6 +169,34 @@ class RigFile(Settings):
             calibration=overlay(CalibrationTable(), _optional(path, table, "calibration")),
             **{"name": path.stem, **rig},
         )
+
+    def laid_over(
+        self, table: Mapping[str, Any], job: Mapping[str, Any] | None, arm: str = "", *, measured: bool = True
+    ) -> tuple[dict[str, Any], dict[str, Any] | None]:
+        """Return settings and job without a simulated cell, and with this rig's arm and what was measured on it.
+
+        Args:
+            table: Settings of a file.
+            arm: Name of the arm, where a caller gives one.
+            measured: Lay what was measured over what drawing and file say.
+
+        Raises:
+            ConfigurationError: Neither states part and tool, or there is no model of the arm.
+        """
+        if job is None and not {"part", "tool"} <= set(table):
+            accepted = f'a job file, which states part and tool (or a line job = "FILE" in [rig] of {self.name})'
+            raise ConfigurationError("job", job, accepted)
+        drawn = overlay(ToolConfig(), merged(table.get("tool", {}), (job or {}).get("tool", {})))
+        found = self.calibration.run_settings(drawn) if measured else {}
+        stated = {**table, **(job or {})}.get("arm", "")
+        name = stated.get("name", "") if isinstance(stated, Mapping) else str(stated)
+        named = arm or name
+        # Where both name one arm, the table with more in it stands.
+        kept = stated and self.model in ("", name) and named == name
+        own: dict[str, Any] = {} if kept else {"arm": self.arm_model(named)}
+        real = {key: value for key, value in table.items() if key != "cell"}
+        drawing = None if job is None else {key: value for key, value in job.items() if key != "cell"}
+        return merged(real, found, own), drawing
 
     def arm_model(self, given: str = "") -> str | ArmDescription:
         """The arm's model: the file's, or the one that is given where it has none.

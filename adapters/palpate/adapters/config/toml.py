@@ -54,6 +54,17 @@ def overlay(base: T, table: Mapping[str, Any]) -> T:
     return dataclasses.replace(base, **changes)  # type: ignore[type-var]
 
 
+def merged(*tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Merge nested tables; what comes later wins."""
+    result: dict[str, Any] = {}
+    for table in tables:
+        for key, value in table.items():
+            before = result.get(key)
+            both = isinstance(before, Mapping) and isinstance(value, Mapping)
+            result[key] = merged(before, value) if both else value  # type: ignore[arg-type]
+    return result
+
+
 def field_value(base: Settings, name: str, value: Any) -> Any:
     """A TOML value as the field of a dotted name would hold it; whether it fits the other fields is not looked at.
 

@@ -16,7 +16,7 @@ import gymnasium.error
 import numpy as np
 from typing_extensions import override
 
-from palpate.adapters.config import INSERTION, JOB, RunConfig, compose, read_job, read_toml, run_facts
+from palpate.adapters.config import INSERTION, JOB, RigFile, RunConfig, compose, read_job, read_toml, run_facts
 from palpate.adapters.experiments import (
     OUTSIDE,
     build_insertion,
@@ -298,30 +298,39 @@ Settings: TypeAlias = Mapping[str, Any] | str | os.PathLike[str] | None
 """A nested table of settings, a TOML file with one (a ``run.toml`` too), or nothing."""
 
 
-def run_config(scenario_name: str, arm: str, settings: Settings, task: str = "", job: Settings = None) -> RunConfig:
+def run_config(
+    scenario_name: str, arm: str, settings: Settings, task: str = "", job: Settings = None, rig: str = ""
+) -> RunConfig:
     """The configuration of the trials.
 
     Args:
         scenario_name: Preset to start from; empty takes the one of the settings, or ``job`` with a job, or ``paper``.
         arm: Name of the arm; empty takes that of the settings.
         task: Name of the task; empty takes that of the settings.
-        job: A job file, or its tables; None for the paper's job.
+        job: A job file, or its tables; None for the rig's, or the paper's job.
+        rig: A rig file, whose arm, noise and measurements the trials have; empty for the simulator.
 
     Raises:
-        ConfigurationError: A setting is unknown or refused, or the file cannot be read.
+        ConfigurationError: A setting is unknown or refused, a file cannot be read, or with a rig no job is stated.
     """
     table = _table(settings)
     # How the run of a run.toml came about is no setting.
     run_facts(table, str(settings))
-    stated = None if job is None or job == "" else read_job(job)
+    file = RigFile.load(Path(rig)) if rig else None
+    job = job or (file.job if file is not None and settings is None else None)
+    stated = read_job(job) if job else None
     name = scenario_name or table.get("scenario", "paper" if stated is None else JOB)
     told = table.get("task", {})
     named = told.get("name", "") if isinstance(told, Mapping) else ""
     if task and named not in ("", task):
         raise ConfigurationError("task.name", named, f"{task}, which this environment is of")
     learner = table.get("learner", "q-learning")
-    tables = {**table, "scenario": name}, {"arm": arm} if arm else {}
-    return compose(name, learner, *tables, task=task or named or INSERTION, job=stated)
+    own: dict[str, Any] = {"arm": arm} if arm else {}
+    noise = None
+    if file is not None:
+        (table, stated), own, noise = file.laid_over(table, stated, arm), {}, file.facts.noise()
+    layers = {**table, "scenario": name}, own
+    return compose(name, learner, *layers, task=task or named or INSERTION, job=stated, sensor=noise)
 
 
 def _table(settings: Settings) -> dict[str, Any]:

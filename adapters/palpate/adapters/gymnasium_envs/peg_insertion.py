@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import gymnasium
 import numpy as np
 from typing_extensions import override
 
-from palpate.adapters.config import RigFile
 from palpate.adapters.experiments import open_rig, ready_pose, rest_reinforcement, task_actions
 from palpate.adapters.gymnasium_envs.episode import (
     Episodes,
@@ -133,7 +130,8 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         task: The kind of insertion; empty takes that of ``config``, or steps across.
         acknowledge: On a rig with an open fault, ``NUMBER NAME: why`` of the person who acknowledges it.
         accept_kinematics: On a rig, move the arm by its nominal model.
-        job: A job file, or its tables: part, tool, arm, place and limits. None for the paper's.
+        job: A job file, or its tables: part, tool, arm, place and limits. None for the paper's; a rig needs one, here,
+            in ``config`` or in its file.
 
     Raises:
         ConfigurationError: An argument or a setting is unknown or refused.
@@ -176,9 +174,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             raise ConfigurationError("render_mode", render_mode, "None on a rig, of which there is no picture")
         self.render_mode = render_mode
         self._camera: Camera | None = None
-        settings = run_config(scenario, arm, config, task, job)
-        if rig:
-            settings = replace(settings, arm=RigFile.load(Path(rig)).arm_model(arm))
+        settings = run_config(scenario, arm, config, task, job, rig)
         self._episodes: Episodes
         if rig:
             # Here, because it loads what only a rig needs.
