@@ -32,7 +32,7 @@ from palpate.adapters.experiments.statistics import exact_interval
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.ports import AppliedCommand, JointCommand, Snapshot
-from tests.support.pegs_6dof import CONDITIONS, CORNERS, FIRST, config_of, trials
+from tests.support.pegs_6dof import CONDITIONS, FIRST, SHAPES, config_of, trials
 
 BLOCK = 25
 HEAD = ("peg", "conditions", "mm on the diameter", "success", "median, p95, most, s", "force p99, most, N", "outcomes")
@@ -100,7 +100,7 @@ def tick_costs(rounds: int = 30) -> str:
 
 def main() -> None:
     parser = parser_of(__doc__, seeds=1, first_seed=1, trials=20)
-    parser.add_argument("--shapes", nargs="+", choices=CORNERS, default=list(CORNERS))
+    parser.add_argument("--shapes", nargs="+", choices=SHAPES, default=list(SHAPES))
     parser.add_argument("--policy", default="", help="hypotheses for a round peg, else corner-first")
     parser.add_argument("--conditions", choices=CONDITIONS, default="asked")
     parser.add_argument("--on-diameter-mm", nargs="+", type=float, default=[0.0], help="clearances; 0 as set")

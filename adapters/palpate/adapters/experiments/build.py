@@ -54,7 +54,6 @@ from palpate.core.tasks.insertion import InsertionTask
 from palpate.core.trial import (
     LEAST_PLAY_MM,
     N_PER_KGF,
-    ControlConfig,
     Measurement,
     ReadyPose,
     Task,
@@ -181,24 +180,6 @@ def play_mm(config: RunConfig) -> float:
     return max(LEAST_PLAY_MM, peg.play_mm(config.cell.worn_clearance_mm) + _BENT_MM)
 
 
-def end_tilt_mm(config: RunConfig) -> float:
-    """How much lower one side of the peg's end is on the plate than in the hole, by drawing and grip."""
-    peg, conditions = config.cell.peg, config.cell.conditions
-    # Walls leave a peg what tilt the clearance allows, unless the tool turns.
-    turns = task_kind(config.task.name).workspace(config.task).turns_deg is not None
-    free_mrad = 0.0 if turns else 2e3 * peg.clearance_mm / config.task.insertion_depth_mm
-    tilt_mrad = config.cell.tilt_mrad + conditions.plate_lean_mrad
-    return max(config.task.end_tilt_mm, 0.5e-3 * peg.diameter_mm * max(tilt_mrad - free_mrad, 0.0))
-
-
-def _tool_of(config: RunConfig) -> ControlConfig:
-    """The control settings, with mass and damping of the gripper as its data sheet says where they are the defaults."""
-    control, gripper, default = config.control, config.cell.compliance, ControlConfig()
-    if (control.moving_mass_kg, control.damping_ratio) != (default.moving_mass_kg, default.damping_ratio):
-        return control
-    return replace(control, moving_mass_kg=gripper.moving_mass_kg, damping_ratio=gripper.damping_ratio)
-
-
 def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, policy: Policy) -> Task:
     """The core, ready to run over any ports."""
     arm, goal = arm_named(config.arm), goal_in_base(config.task.goal)
@@ -208,12 +189,12 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
         config.perception.filter_order,
         config.perception.calibration,
     )
-    control = _tool_of(config)
+    control = config.control
     axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
     kinematics = Kinematics(arm, config.tool.geometry)
     measurement = Measurement(kinematics, goal, signal, axial_N_per_m, control.damping_s(axial_N_per_m))
     motion = TipMotion(Kinematics(arm, config.tool.geometry), goal, ready.tip_rotation, PERIOD_S)
-    task = replace(config.task, play_mm=play_mm(config), end_tilt_mm=end_tilt_mm(config))
+    task = replace(config.task, play_mm=play_mm(config))
     earned = build_reinforcement(config)
     parts = TaskParts(task, control, measurement, motion, perception, policy, earned)
     return task_kind(config.task.name).make(parts)
