@@ -17,7 +17,7 @@ from palpate.core.ports import SensorFacts
 N_PER_KGF: Final = 9.80665
 _PAPERS_SHARE: Final = 0.7 / (0.5 * 14.5)
 """Torque threshold of the source paper, over pressing force and radius of its peg."""
-NOISES_PRESSED: Final = 26.0
+_NOISES_PRESSED: Final = 26.0
 """Standard deviations of the force in a pressing force: the torque of a contact is then as clear as in the paper's cell
 at its quietest useful sensor."""
 _CONTACT_SHARE: Final = 0.2
@@ -214,7 +214,7 @@ def jamming_force_N(job: Quantities) -> float:
 
 def derive(job: Quantities, known: Constants = Constants()) -> Derived:
     """Return the settings of a job."""
-    press_N = min(max(known.press_N, NOISES_PRESSED * job.noise_N), max(known.most_press_N, known.press_N))
+    press_N = min(max(known.press_N, _NOISES_PRESSED * job.noise_N), max(known.most_press_N, known.press_N))
     press_N = min(press_N, MOST_PRESS_SHARE * job.force_N)
     jam_N = jamming_force_N(job)
     insertion_N = press_N

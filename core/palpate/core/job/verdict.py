@@ -7,7 +7,7 @@ from math import degrees, inf, pi, sqrt, tan
 from typing import Final
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.job.derived import MOST_PRESS_SHARE, NOISES_PRESSED, Constants, Derived, Quantities, derive
+from palpate.core.job.derived import MOST_PRESS_SHARE, Constants, Derived, Quantities, derive
 from palpate.core.job.regime import DEVIATIONS, Regime, depth_parts_m, largest_tilt_rad, quiet_N, regime_of
 from palpate.core.job.settings import corner_distance_mm
 from palpate.core.job.tables import ROUND, SIDES, Job
@@ -19,6 +19,8 @@ BELIEF_AREA_MM: Final = 8.0
 """Half the side of the largest area that a belief covers within a tick."""
 _JAMS_FROM: Final = 1.0
 """Jam number under the pressing force of the insertion from which a tilted peg sticks."""
+_SWING_RAD: Final = 0.034
+"""Tilt that a compliant tool reaches in the mouth of a hole: it bends the gripper across by this times the radius."""
 _SLIDES_SHARE: Final = 0.87
 """Share of the friction at which a corner sticks, up to which it slides in time."""
 _LEAST_CORNER_MM: Final = 4.0
@@ -86,8 +88,8 @@ def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> V
     reasons = [_depth_reason(job, quantities, regime), _window_reason(job, quantities, found, regime, known)]
     if jams and named == PLAIN:
         reasons.append(_jam_reason(job, quantities, found, regime))
-    if choice.policy == "hypotheses" and found.press_N > known.press_N:
-        reasons.append(_noise_reason(job, quantities, found, regime, known))
+    if choice.policy == "hypotheses":
+        reasons.append(_swing_reason(job, quantities, found, regime))
     reasons += (_torque_reason(quantities, found, choice), _shape_reason(job, named, choice))
     return Verdict(found, regime, choice, tuple(filter(None, reasons)), _caution(job, choice))
 
@@ -175,12 +177,17 @@ def _jam_reason(job: Job, quantities: Quantities, found: Derived, regime: Regime
     )
 
 
-def _noise_reason(job: Job, quantities: Quantities, found: Derived, regime: Regime, known: Constants) -> str:
+def _swing_reason(job: Job, quantities: Quantities, found: Derived, regime: Regime) -> str:
+    swing_N = quantities.lateral_N_per_m * quantities.radius_m * _SWING_RAD
+    if swing_N <= quantities.force_N:
+        return ""
+    across = job.tool.lateral_N_per_mm * quantities.force_N / swing_N
     tilt_mrad = largest_tilt_rad(quantities, found.press_N) * 1e3
     return (
-        f"a round peg that jams (J = {regime.jam_number:.1f}) is turned by touch only in a noise of at most"
-        f" {known.press_N / NOISES_PRESSED:.2g} N (here {quantities.noise_N:.2g} N): use a quieter force sensor, raise"
-        f" limits.force_N to {regime.held_N / MOST_PRESS_SHARE:.3g}, or reduce the tilt to {tilt_mrad:.2g} mrad"
+        f"a round peg that jams (J = {regime.jam_number:.1f}) swings by up to {_SWING_RAD * 1e3:g} mrad in the mouth of"
+        f" its hole, which is {swing_N:.2g} N on a gripper of {job.tool.lateral_N_per_mm:g} N/mm across: raise"
+        f" limits.force_N to that, use a gripper of at most {across:.2g} N/mm across, or reduce the tilt to"
+        f" {tilt_mrad:.2g} mrad"
     )
 
 

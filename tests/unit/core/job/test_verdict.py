@@ -103,10 +103,13 @@ def test_a_shape_whose_turn_is_not_known_is_not_pushed_straight_in() -> None:
     assert verdict(square, task="insertion", yaw_uncertainty_deg=0.28).feasible
 
 
-def test_a_peg_that_jams_is_not_turned_in_noise_that_raises_the_press() -> None:
-    assert verdict(tilt_uncertainty_mrad=6.0, sensor=SensorFacts(0.18, 0.004)).feasible
-    (reason,) = verdict(tilt_uncertainty_mrad=6.0, sensor=SensorFacts(0.3, 0.004)).reasons
-    assert "in a noise of at most 0.19 N (here 0.3 N)" in reason
+def test_a_wide_peg_that_jams_is_not_turned_by_a_stiff_gripper() -> None:
+    wide = replace(TIGHT, peg_mm=60.0, hole_mm=60.018, depth_tolerance_mm=0.5)
+    (reason,) = verdict(wide, tilt_uncertainty_mrad=6.0).reasons
+    # 0.034 * 30 mm * 40 N/mm.
+    assert "which is 41 N on a gripper of 40 N/mm across" in reason
+    assert "use a gripper of at most 29 N/mm across" in reason
+    assert verdict(replace(wide, peg_mm=40.0, hole_mm=40.018), tilt_uncertainty_mrad=6.0).feasible
 
 
 def test_a_hexagon_with_high_friction_has_a_caution() -> None:
