@@ -165,8 +165,6 @@ def test_insertion_by_the_tool_force_is_refused_with_the_figures(palpate: Comman
             f"[arm]\nname = 'ur5'\nadapter = 'ur-rtde'\nhost = '{server.host}'\n{sensor}\n"
         )
         line = palpate.refusal("run", "--rig", "rig.toml", *JOB, "--policy", "torque", "--trials", "1")
-        assert "noise of 1.75 N and 100 mN m" in line
-        assert "less than 0.98 N" in line
-        assert "6.9 mN m" in line
+        assert "at least 32.6 with a force sensor of 1.75 N noise, or a quieter sensor" in line
         with server.exclusive() as controller:
             assert controller.targets_rad() == HOME
