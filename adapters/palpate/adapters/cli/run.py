@@ -126,7 +126,8 @@ def _dry(options: RunOptions, kept: ExitStack, chosen: ChosenPolicy, ready: Read
         "the arm was switched on, for its adapter gives no angles otherwise" if rig.is_on else "the arm got no power"
     )
     ended = f"; ended by {scored.cause}" if scored.trip else ""
-    told = [f"dry run of {len(seen)} trials: no command was sent, {power}{ended}", *lines]
+    first = f"dry run of {len(seen)} trials: no command was sent, {power}{ended}"
+    told = [first, config.part.describe(), *lines]
     if session is not None:
         told.append(session.report())
     sys.stdout.write("\n".join((*told, f"saved in {folder.path}")) + "\n")
