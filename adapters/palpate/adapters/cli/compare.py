@@ -46,9 +46,9 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
     chosen = [ChosenPolicy(name, config) for name in (*options.policy, *comparators_of(config))]
     ready = ready_pose(config)
     require_usable(config, ready)
-    print_lines((config.part.describe(),))
     print_weakened(config)
     kept.enter_context(folder.writing())
+    print_lines((config.part.describe(),))
     folder.write("run.toml", run_toml(config, "compare", trials=options.trials, policy=list(options.policy)))
     summaries: dict[str, dict[str, Any]] = {}
     finished = True

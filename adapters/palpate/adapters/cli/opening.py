@@ -31,7 +31,6 @@ def opened_rig(opened: ExitStack, options: Options, config: RunConfig, ready: Re
     else:
         print_lines(inertia_lines(config.arm))
     rig = opened.enter_context(closed)
-    print_lines((config.part.describe(),))
     require_limits(config, ready, rig.sensor_facts)
     return live, rig
 
