@@ -10,7 +10,7 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.job.derived import MOST_PRESS_SHARE, Constants, Derived, Quantities, derive
 from palpate.core.job.regime import DEVIATIONS, Regime, depth_parts_m, largest_tilt_rad, quiet_N, regime_of
 from palpate.core.job.settings import corner_distance_mm
-from palpate.core.job.tables import ROUND, SIDES, Job
+from palpate.core.job.tables import KEYED, ROUND, SIDES, Job
 from palpate.core.ports import SensorFacts
 
 PLAIN: Final = "insertion"
@@ -19,12 +19,14 @@ BELIEF_AREA_MM: Final = 8.0
 """Half the side of the largest area that a belief covers within a tick."""
 _JAMS_FROM: Final = 1.0
 """Jam number under the pressing force of the insertion from which a tilted peg sticks."""
-_SWING_RAD: Final = 0.034
+_SWING_RAD: Final = 0.03
 """Tilt that a compliant tool reaches in the mouth of a hole: it bends the gripper across by this times the radius."""
 _SLIDES_SHARE: Final = 0.87
 """Share of the friction at which a corner sticks, up to which it slides in time."""
 _LEAST_CORNER_MM: Final = 4.0
-"""Distance of corners from the axis below which a tilted peg's corner dips less than an edge of the plate is rough."""
+"""Distance of corners from the axis below which a corner of a tilted peg dips by no more than its depth is known."""
+_LEAST_FLAT_MM: Final = 8.0
+"""The same of a flat, which is felt by its two ends only."""
 
 
 @dataclass(frozen=True)
@@ -214,10 +216,11 @@ def _shape_reason(job: Job, task: str, choice: Choice) -> str:
                 f"a {part.shape} peg turned by {job.place.yaw_uncertainty_deg:g} degrees does not fit: use --task"
                 f" {SPATIAL}, or reduce the yaw to {free_deg:.2g} degrees"
             )
-    if choice.policy == "corner-first" and corner_mm < _LEAST_CORNER_MM:
+    name, least_mm = ("flat", _LEAST_FLAT_MM) if part.shape == KEYED else ("nearest corner", _LEAST_CORNER_MM)
+    if choice.policy == "corner-first" and corner_mm < least_mm:
         return (
-            f"the corners are {corner_mm:.2g} mm from the axis, too near for one of them to be felt first: use a part"
-            f" with corners at least {_LEAST_CORNER_MM:g} mm from it, or align the part within its clearance"
+            f"the {name} is {corner_mm:.2g} mm from the axis, too near to be felt first: use a part whose {name} is at"
+            f" least {least_mm:g} mm from it, or align the part within its clearance"
         )
     return ""
 
