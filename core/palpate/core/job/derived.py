@@ -246,7 +246,7 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
         step_m=min(_STEP_SHARE * half_width_m, job.radius_m / 2.0),
         time_s=max(known.least_time_s, known.search_s + _SWEEP_SLACK * sweep_s),
         unexpected_N=max(min(known.least_unexpected_N, 0.5 * job.force_N), _NOISES_UNEXPECTED * job.noise_N),
-        torque_limit_Nm=max(known.least_torque_Nm, 1.05 * job.force_N * (job.lever_m + job.radius_m)),
+        torque_limit_Nm=max(known.least_torque_Nm, job.force_N * (job.lever_m + job.radius_m)),
         # Walls leave a peg the tilt that the clearance allows.
         end_tilt_m=job.radius_m * max(job.tilt_rad - 2.0 * job.clearance_m / job.depth_m, 0.0),
         ready_height_m=max(known.ready_height_m, job.height_m + job.radius_m * job.tilt_rad + known.height_margin_m),
