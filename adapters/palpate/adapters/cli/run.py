@@ -8,6 +8,7 @@ from pathlib import Path
 
 from palpate.adapters.cli.notices import (
     marked_line,
+    print_lines,
     print_troubles,
     print_weakened,
     trips_line,
@@ -77,6 +78,7 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
             opened.enter_context(viewed(rig))
         # Only now are words, files and devices known to be good: a refused call must not leave a folder in the way.
         kept.enter_context(folder.writing())
+        print_lines((config.part.describe(),))
         folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=named))
         session, troubles = None, list[str]()
         with progress(options.trials, "trial", chosen.label) as bar:
@@ -118,6 +120,7 @@ def _dry(options: RunOptions, kept: ExitStack, chosen: ChosenPolicy, ready: Read
         rig = opened.enter_context(DryRig(RigFile.load(Path(options.rig)), config))
         require_limits(config, ready, rig.sensor_facts)
         kept.enter_context(folder.writing())
+        print_lines((config.part.describe(),))
         folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=chosen.name))
         recorder, session = opened_recorder(opened, kept, options, config, folder, None)
         seen, scored = dry_trials(chosen, config, rig, options.trials, recorder, session)
