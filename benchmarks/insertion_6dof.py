@@ -101,7 +101,7 @@ def tick_costs(rounds: int = 30) -> str:
 def main() -> None:
     parser = parser_of(__doc__, seeds=1, first_seed=1, trials=20)
     parser.add_argument("--shapes", nargs="+", choices=SHAPES, default=list(SHAPES))
-    parser.add_argument("--policy", default="", help="hypotheses for a round peg, else corner-first")
+    parser.add_argument("--policy", default="", help="torque for a round peg, else corner-first")
     parser.add_argument("--conditions", choices=CONDITIONS, default="asked")
     parser.add_argument("--on-diameter-mm", nargs="+", type=float, default=[0.0], help="clearances; 0 as set")
     parser.add_argument("--arm", default="zebra-zero")
@@ -116,7 +116,7 @@ def main() -> None:
     cells = [
         {
             "shape": shape, "conditions": options.conditions, "on_diameter_mm": clearance_mm, "arm": options.arm,
-            "policy": options.policy or ("hypotheses" if shape == "round" else "corner-first"), "options": own,
+            "policy": options.policy or ("torque" if shape == "round" else "corner-first"), "options": own,
             "seed": seed, "block": block, "trials": options.trials,
         }
         for block in range(-(-options.trials // BLOCK))

@@ -8,7 +8,7 @@ import pytest
 from tests.command_line import CommandLine
 
 SPATIAL = "--task insertion-6dof"
-TURNING = f"{SPATIAL} --policy hypotheses --task.options"
+TURNING = f"{SPATIAL} --policy torque --task.options"
 SQUARE = f"{SPATIAL} --policy corner-first --task.options corners 4"
 
 
@@ -25,7 +25,7 @@ def test_who_knows_the_pose_of_hole_and_grip_goes_straight_in_and_is_replayed(pa
     [
         ("run --task insertion-6dog", "did you mean insertion-6dof?"),
         (f"run {SPATIAL} --policy corner-first", "3 or more for the policy corner-first"),
-        ("run --policy hypotheses", "one of --task insertion-6dof"),
+        ("run --policy corner-first", "one of --task insertion-6dof"),
         (f"run {TURNING} most_lean_deg 30", "a turn about y that zebra-zero can make above the goal"),
         (f"run {SQUARE}", "0, as the round peg of cell.peg.cross_section has"),
         ("run --policy none", "a policy file, or one of omniscient"),

@@ -33,7 +33,7 @@ from palpate.core.policy import (
     policy_from,
 )
 from palpate.core.ports import CONTROL_RATE_HZ, Settings
-from palpate.core.tasks.insertion_6dof import CornerFirst, Hypotheses, SpatialOptions
+from palpate.core.tasks.insertion_6dof import CornerFirst, SpatialOptions
 from palpate.core.trial import N_PER_KGF, options_of
 
 OMNISCIENT_SPEED_M_S: Final = 0.01
@@ -63,7 +63,6 @@ _MAKERS: Final[dict[str, Callable[[RunConfig, Hole], Policy]]] = {
     "spiral-10": lambda config, _: Spiral("spiral-10", _pitch_m(config), 0.010 * _action_s(config)),
     "spiral-5": lambda config, _: Spiral("spiral-5", _pitch_m(config), 0.005 * _action_s(config)),
     "random": lambda config, _: RandomWalkPolicy(_plain_actions(config)),
-    "hypotheses": lambda config, _: Hypotheses(config.task, spatial_options(config, "hypotheses")),
     "corner-first": lambda config, _: CornerFirst(spatial_options(config)),
     "omniscient-pose": lambda config, pose: _omniscient_pose(config, pose),
 }

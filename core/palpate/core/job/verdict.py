@@ -19,8 +19,6 @@ BELIEF_AREA_MM: Final = 8.0
 """Half the side of the largest area that a belief covers within a tick."""
 _JAMS_FROM: Final = 1.0
 """Jam number under the pressing force of the insertion from which a tilted peg sticks."""
-_SWING_RAD: Final = 0.03
-"""Tilt that a compliant tool reaches in the mouth of a hole: it bends the gripper across by this times the radius."""
 _SLIDES_SHARE: Final = 0.87
 """Share of the friction at which a corner sticks, up to which it slides in time."""
 _LEAST_CORNER_MM: Final = 4.0
@@ -84,14 +82,11 @@ def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> V
     found = derive(quantities, known)
     regime = regime_of(quantities, found, step_m=step_mm * 1e-3, speed_m_s=job.limits.speed_mm_s * 1e-3, known=known)
     jams = regime.pressed_number > _JAMS_FROM
-    round_peg = job.part.shape == ROUND
-    named = task or (PLAIN if round_peg and not jams else SPATIAL)
-    choice = _choice(job, found, regime, named, jams)
+    named = task or (PLAIN if job.part.shape == ROUND else SPATIAL)
+    choice = _choice(job, found, named)
     reasons = [_depth_reason(job, quantities, regime), _window_reason(job, quantities, found, regime, known)]
-    if jams and named == PLAIN:
+    if jams and job.part.shape == ROUND:
         reasons.append(_jam_reason(job, quantities, found, regime))
-    if choice.policy == "hypotheses":
-        reasons.append(_swing_reason(job, quantities, found, regime))
     reasons += (_torque_reason(quantities, found, choice), _shape_reason(job, named, choice))
     return Verdict(found, regime, choice, tuple(filter(None, reasons)), _caution(job, choice))
 
@@ -131,16 +126,15 @@ def _short_depth(job: Quantities, parts: tuple[float, float, float]) -> tuple[fl
     return least_m * 1e3, remedy if share else "use a quieter force sensor, a smaller tilt and finer encoders"
 
 
-def _choice(job: Job, found: Derived, regime: Regime, task: str, jams: bool) -> Choice:
+def _choice(job: Job, found: Derived, task: str) -> Choice:
     if task == PLAIN:
         if found.half_width_m * 1e3 > BELIEF_AREA_MM:
             reason = f"the area of {found.half_width_m * 1e3:.3g} mm is too large for a belief"
             return Choice(task, "q-learning", "torque", reason)
-        return Choice(task, "belief", "", "a round peg that does not jam")
+        return Choice(task, "belief", "", "a peg that needs no turn")
     if job.part.shape != ROUND:
         return Choice(task, "q-learning", "corner-first", f"a {job.part.shape} peg, whose turn only a corner shows")
-    reason = f"a round peg that jams where it cannot tilt back (J = {regime.jam_number:.1f})" if jams else "as asked"
-    return Choice(task, "q-learning", "hypotheses", reason)
+    return Choice(task, "q-learning", "torque", "a round peg, whose torque points at the hole")
 
 
 def _depth_reason(job: Job, quantities: Quantities, regime: Regime) -> str:
@@ -174,22 +168,8 @@ def _jam_reason(job: Job, quantities: Quantities, found: Derived, regime: Regime
     at = job.part.depth_mm if regime.jam_depth_m == inf else regime.jam_depth_m * 1e3
     return (
         f"a peg tilted by {job.place.tilt_uncertainty_mrad:g} mrad jams at {at:.2g} mm (J = {regime.jam_number:.1f}):"
-        f" use --task {SPATIAL}, press with at least {regime.held_N:.2g} N (limits.force_N of at least"
+        f" press with at least {regime.held_N:.2g} N (limits.force_N of at least"
         f" {regime.held_N / MOST_PRESS_SHARE:.3g}), or reduce the tilt to {tilt_mrad:.2g} mrad"
-    )
-
-
-def _swing_reason(job: Job, quantities: Quantities, found: Derived, regime: Regime) -> str:
-    swing_N = quantities.lateral_N_per_m * quantities.radius_m * _SWING_RAD
-    if swing_N <= quantities.force_N:
-        return ""
-    across = job.tool.lateral_N_per_mm * quantities.force_N / swing_N
-    tilt_mrad = largest_tilt_rad(quantities, found.press_N) * 1e3
-    return (
-        f"a round peg that jams (J = {regime.jam_number:.1f}) swings by up to {_SWING_RAD * 1e3:g} mrad in the mouth of"
-        f" its hole, which is {swing_N:.2g} N on a gripper of {job.tool.lateral_N_per_mm:g} N/mm across: raise"
-        f" limits.force_N to that, use a gripper of at most {across:.2g} N/mm across, or reduce the tilt to"
-        f" {tilt_mrad:.2g} mrad"
     )
 
 

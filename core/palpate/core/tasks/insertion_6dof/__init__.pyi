@@ -1,5 +1,4 @@
 from .corner_first import CornerFirst as CornerFirst
-from .hypotheses import Hypotheses as Hypotheses
 from .kind import INSERTION_6DOF as INSERTION_6DOF
 from .kind import SpatialTask as SpatialTask
 from .options import SpatialOptions as SpatialOptions
