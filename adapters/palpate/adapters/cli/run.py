@@ -24,8 +24,7 @@ from palpate.adapters.experiments import (
     Claim,
     RunFolder,
     TrialRow,
-    dry_lines,
-    dry_trials,
+    dry_trial,
     next_free_folder,
     policy_for,
     ready_pose,
@@ -113,27 +112,25 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
 
 
 def _dry(options: RunOptions, kept: ExitStack, chosen: ChosenPolicy, ready: ReadyPose, folder: RunFolder) -> int:
-    """Run the beginning of trials on sensors and encoders alone, and print what was seen."""
+    """Run the beginning of a trial on sensors and encoders alone, and print what was seen."""
     config = options.run
     warm_up(config, ready)
     with ExitStack() as opened:
         rig = opened.enter_context(DryRig(RigFile.load(Path(options.rig)), config))
         require_limits(config, ready, rig.sensor_facts)
         kept.enter_context(folder.writing())
-        print_lines((config.part.describe(),))
-        folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=chosen.name))
+        folder.write("run.toml", run_toml(config, "run", trials=1, policy=chosen.name))
         recorder, session = opened_recorder(opened, kept, options, config, folder, None)
-        seen, scored = dry_trials(chosen, config, rig, options.trials, recorder, session)
-        lines = dry_lines(config, ready, rig, seen[-1])
+        scored, lines = dry_trial(chosen, config, ready, rig, recorder, session)
     power = (
         "the arm was switched on, for its adapter gives no angles otherwise" if rig.is_on else "the arm got no power"
     )
-    ended = f"; ended by {scored.cause}" if scored.trip else ""
-    first = f"dry run of {len(seen)} trials: no command was sent, {power}{ended}"
-    told = [first, config.part.describe(), *lines]
+    lines = [f"dry run: no command was sent, {power}", config.part.describe(), *lines]
+    if scored.trip:
+        lines.append(f"ended by {scored.cause}")
     if session is not None:
-        told.append(session.report())
-    sys.stdout.write("\n".join((*told, f"saved in {folder.path}")) + "\n")
+        lines.append(session.report())
+    sys.stdout.write("\n".join((*lines, f"saved in {folder.path}")) + "\n")
     return 1 if scored.trip or (recorder is not None and recorder.troubles) else 0
 
 

@@ -11,8 +11,7 @@ from .build import require_usable as require_usable
 from .build import supervisor_of as supervisor_of
 from .build import task_actions as task_actions
 from .claim import Claim as Claim
-from .dry import dry_lines as dry_lines
-from .dry import dry_trials as dry_trials
+from .dry import dry_trial as dry_trial
 from .evaluation import FIRST_EVALUATION_TRIAL as FIRST_EVALUATION_TRIAL
 from .evaluation import NOBODY_KNOWS as NOBODY_KNOWS
 from .evaluation import ChosenPolicy as ChosenPolicy

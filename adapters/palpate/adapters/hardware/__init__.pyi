@@ -1,7 +1,6 @@
 from .approach import find_approach as find_approach
 from .approach import withdrawal as withdrawal
 from .clock import MonotonicClock as MonotonicClock
-from .dry_rig import DryRig as DryRig
 from .emulated_cell import CellMoment as CellMoment
 from .emulated_cell import EmulatedCell as EmulatedCell
 from .emulated_events import EVENTS as EVENTS
@@ -10,5 +9,6 @@ from .fault_file import FaultFile as FaultFile
 from .plugins import ArmAdapter as ArmAdapter
 from .plugins import RigContext as RigContext
 from .plugins import force_sensor_maker as force_sensor_maker
+from .rig import DryRig as DryRig
 from .rig import HardwareRig as HardwareRig
 from .rig import TurnedForceSensor as TurnedForceSensor

@@ -11,6 +11,7 @@ from typing_extensions import override
 
 from palpate.adapters.config import RealTimeConfig, RigFile, RunConfig
 from palpate.adapters.hardware.approach import WayToReadyPose, walk
+from palpate.adapters.hardware.arm_on_bus import BusArm
 from palpate.adapters.hardware.bus_process import OperatorsHand, host_arm
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.errors import told_of
@@ -31,11 +32,16 @@ from palpate.adapters.hardware.watchdogs import (
 )
 from palpate.core.errors import DeviceError, LifecycleError
 from palpate.core.ports import (
+    AppliedCommand,
     ArmCommand,
     Clock,
+    CommandReason,
+    FaultLatch,
     ForceSensor,
+    JointCommand,
     JointEncoder,
     Life,
+    ManagedDevice,
     Ports,
     Rig,
     SensorDecorator,
@@ -74,10 +80,28 @@ class DeviceRig(Rig):
     def __init__(self, file: RigFile, *devices: Any) -> None:
         self._file, self._devices = file, devices
 
+        self._facts: SensorFacts | None = None
+
     @property
     def sensor_facts(self) -> SensorFacts:
-        """What rig file and force sensor say together; the sensor is open."""
-        return gathered(self._file.facts, reported_by(self._devices[0]))
+        """What rig file and force sensor say together, as the sensor said it when the rig was entered.
+
+        Raises:
+            LifecycleError: The rig is not entered: the sensor has not been asked yet.
+        """
+        if self._facts is None:
+            raise LifecycleError("rig", "closed", "sensor_facts", "enter the rig first")
+        return self._facts
+
+    def _open(self, opened: ExitStack) -> None:
+        devices = {id(device): device for device in self._devices}
+        for device in devices.values():
+            opened.callback(device.close)
+            device.configure()
+        # Before anything gets power.
+        self._facts = gathered(self._file.facts, reported_by(self._devices[0]))
+        for device in devices.values():
+            device.activate()
 
     @override
     def device_behind(self, sample: str) -> str:
@@ -141,7 +165,7 @@ class HardwareRig(DeviceRig):
         fed = () if self._process is None else (self._process,)
         self.ports = Ports(
             clock if self._process is None else WatchedClock(clock, self._process),
-            *watched_sensors(file, sensor, adapter.encoder, clock, len(context.lower_rad)),
+            *_watched_sensors(file, sensor, adapter.encoder, clock, len(context.lower_rad)),
             GuardedArm(watched, [self.operator, *fed], fed),
         )
         super().__init__(file, sensor, adapter.encoder, adapter.arm)
@@ -149,21 +173,8 @@ class HardwareRig(DeviceRig):
         self._at_ready = False
         self.latch: FaultFile = FaultFile(None) if latch is None else latch
         self.latch.still = self._reported
-        self._facts: SensorFacts | None = None
         # For the way alone; whoever runs trials asks for more, and tells what was granted.
         self._real_time = RealTime(RealTimeConfig(scheduling=real_time.scheduling, priority=real_time.priority))
-
-    @property
-    @override
-    def sensor_facts(self) -> SensorFacts:
-        """The same, as the sensor said it when the rig was entered.
-
-        Raises:
-            LifecycleError: The rig is not entered: the sensor has not been asked yet.
-        """
-        if self._facts is None:
-            raise LifecycleError("rig", "closed", "sensor_facts", "enter the rig first")
-        return self._facts
 
     def prepare(self, trial: int) -> None:
         """Free the arm from its last stop; before the first trial, move it to the ready pose.
@@ -212,14 +223,7 @@ class HardwareRig(DeviceRig):
 
     def __enter__(self) -> Self:
         with ExitStack() as opened:
-            devices = {id(device): device for device in self._devices}
-            for device in devices.values():
-                opened.callback(device.close)
-                device.configure()
-            # Before anything gets power.
-            self._facts = gathered(self._file.facts, reported_by(self._devices[0]))
-            for device in devices.values():
-                device.activate()
+            self._open(opened)
             self.latch.begin()
             # Ends its thread; the arm itself allows to be closed twice.
             opened.callback(self._watched.close)
@@ -240,7 +244,55 @@ class HardwareRig(DeviceRig):
             self.latch.end()
 
 
-def watched_sensors(
+class NoArm(ManagedDevice, ArmCommand):
+    """Takes commands and keeps them to itself."""
+
+    @override
+    def send(self, command: JointCommand) -> AppliedCommand:
+        return AppliedCommand(command.position_rad, CommandReason.AS_ASKED)
+
+    @override
+    def stop(self) -> None:
+        return
+
+
+class DryRig(DeviceRig):
+    """Sensors and encoders of a rig; commands end in :class:`NoArm`.
+
+    The arm gets no power, except where encoders and servos are one object of a third-party adapter: that is activated,
+    because it gives no angles otherwise.
+
+    Attributes:
+        is_on: Whether the arm had to be activated.
+    """
+
+    def __init__(self, file: RigFile, config: RunConfig) -> None:
+        clock = MonotonicClock()
+        context = replace(RigContext.of(config.arm, clock), tool=config.tool, accept_kinematics=True)
+        sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
+        adapter = arm_maker(file.arm.adapter)(file.arm.settings, context)
+        super().__init__(file, sensor, adapter.encoder)
+        self.is_on = id(adapter.arm) == id(adapter.encoder)
+        if isinstance(adapter.arm, BusArm):
+            adapter.arm.listens, self.is_on = True, False
+        sensors = _watched_sensors(file, sensor, adapter.encoder, clock, len(context.lower_rad))
+        self.ports, self.latch = Ports(clock, *sensors, NoArm("no arm")), FaultLatch()
+
+    def prepare(self, trial: int) -> None:
+        """Take what waited in the lines; nothing moves."""
+        self.ports.force_sensor.read()
+
+    def __enter__(self) -> Self:
+        with ExitStack() as opened:
+            self._open(opened)
+            self._opened = opened.pop_all()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._opened.close()
+
+
+def _watched_sensors(
     file: RigFile, sensor: ForceSensor, encoder: JointEncoder, clock: Clock, joints: int
 ) -> tuple[ForceSensor, JointEncoder]:
     """The force sensor in the frame of the tool, and the encoders; both fail where they fall silent."""
