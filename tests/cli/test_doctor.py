@@ -1,7 +1,8 @@
 """What ``palpate doctor`` makes of rig files and options. No device is there."""
 
+import shutil
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -9,15 +10,25 @@ import pytest
 from palpate.adapters.hardware.doctor import Examination, FindingsSection
 from tests.command_line import CommandLine
 
-RIGS = Path(__file__).parents[2] / "rigs"
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def shipped(tmp_path: Path) -> Callable[[str], Path]:
+    """Copies a shipped rig file next to a job, as its first lines say."""
+
+    def copied(name: str) -> Path:
+        shutil.copy(ROOT / "examples/jobs/paper-peg.toml", tmp_path / "job.toml")
+        return Path(shutil.copy(ROOT / "rigs" / name, tmp_path))
+
+    return copied
 
 
 @pytest.mark.parametrize(
     "name", ["zebra-nmc-jr3.toml", "zebra-nmc-ati-netft.toml", "cia402-jr3-can.toml", "ur5e-ati-netft.toml"]
 )
-def test_the_shipped_rig_files_can_be_used(palpate: CommandLine, name: str) -> None:
-    arm = ("--arm", "ur5") if name.startswith("ur5") else ()
-    done = palpate("doctor", "--rig", RIGS / name, *arm, "--seconds", "0.2")
+def test_the_shipped_rig_files_can_be_used(palpate: CommandLine, shipped: Callable[[str], Path], name: str) -> None:
+    done = palpate("doctor", "--rig", shipped(name), "--seconds", "0.2")
     assert done.code in (0, 1), done.stderr
     assert "arm:" in done.stdout
     assert "does not fit" not in done.stdout
@@ -38,12 +49,15 @@ def test_what_only_the_driver_refuses_is_a_finding(palpate: CommandLine, tmp_pat
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_end_from_outside_is_one_line(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
+    palpate: CommandLine,
+    shipped: Callable[[str], Path],
+    monkeypatch: pytest.MonkeyPatch,
+    number: signal.Signals,
 ) -> None:
     def interrupted(examination: Examination) -> Iterator[FindingsSection]:
         signal.raise_signal(number)
         yield FindingsSection("never")
 
     monkeypatch.setattr(Examination, "sections", interrupted)
-    done = palpate("doctor", "--rig", RIGS / "zebra-nmc-jr3.toml")
+    done = palpate("doctor", "--rig", shipped("zebra-nmc-jr3.toml"))
     assert (done.code, done.stdout, done.stderr) == (130, "", "\npalpate: stopped; every device is closed\n")

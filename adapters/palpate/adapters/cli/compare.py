@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.adapters.cli.notices import (
-    print_lines,
+    print_part,
     print_troubles,
     print_weakened,
     trips_line,
@@ -48,7 +48,7 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
     require_usable(config, ready)
     print_weakened(config)
     kept.enter_context(folder.writing())
-    print_lines((config.part.describe(),))
+    print_part(config)
     folder.write("run.toml", run_toml(config, "compare", trials=options.trials, policy=list(options.policy)))
     summaries: dict[str, dict[str, Any]] = {}
     finished = True

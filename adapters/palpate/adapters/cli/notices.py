@@ -12,7 +12,7 @@ from palpate.adapters.config import RunConfig
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
 from palpate.core.supervision import limits_line, weakened_lines
-from palpate.simulation.work_cell import accuracy_lines, validity_lines
+from palpate.simulation.work_cell import accuracy_lines, inertia_lines, validity_lines
 
 if TYPE_CHECKING:
     from palpate.adapters.visualisation.live import LiveView
@@ -53,6 +53,11 @@ def print_grants(session: RealTimeSession | None, config: RunConfig) -> None:
 def print_weakened(config: RunConfig) -> None:
     """Print which limits of the supervisor, or which accuracy of the cell, are weaker than by default."""
     print_lines((*weakened_lines(config.supervision), *accuracy_lines(config.cell)))
+
+
+def print_part(config: RunConfig, rig: str = "") -> None:
+    """Print, once nothing can refuse the run any more, its part and in the simulator what the arm's model lacks."""
+    print_lines((config.part.describe(), *(() if rig else inertia_lines(config.arm))))
 
 
 def print_lines(lines: Sequence[str]) -> None:

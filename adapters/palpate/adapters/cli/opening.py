@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from palpate.adapters.cli.notices import print_grants, print_lines, print_troubles, watched
+from palpate.adapters.cli.notices import print_grants, print_troubles, watched
 from palpate.adapters.cli.options import RunOptions, TrainOptions
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import RunFolder, open_rig, require_limits, warm_up
@@ -14,7 +14,6 @@ from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
 from palpate.core.ports import Rig
 from palpate.core.trial import ReadyPose
-from palpate.simulation.work_cell import inertia_lines
 
 if TYPE_CHECKING:
     from palpate.adapters.visualisation.live import LiveView
@@ -28,8 +27,6 @@ def opened_rig(opened: ExitStack, options: Options, config: RunConfig, ready: Re
     closed = open_rig(config, ready, options.rig, options.acknowledge, accept_kinematics=options.accept_kinematics)
     if options.rig:
         warm_up(config, ready)
-    else:
-        print_lines(inertia_lines(config.arm))
     rig = opened.enter_context(closed)
     require_limits(config, ready, rig.sensor_facts)
     return live, rig

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from palpate.adapters.cli.notices import (
     marked_line,
-    print_lines,
+    print_part,
     print_troubles,
     print_weakened,
     trips_line,
@@ -77,7 +77,7 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
             opened.enter_context(viewed(rig))
         # Only now are words, files and devices known to be good: a refused call must not leave a folder in the way.
         kept.enter_context(folder.writing())
-        print_lines((config.part.describe(),))
+        print_part(config, options.rig)
         folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=named))
         session, troubles = None, list[str]()
         with progress(options.trials, "trial", chosen.label) as bar:

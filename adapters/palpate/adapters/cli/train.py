@@ -10,7 +10,7 @@ from pathlib import Path
 
 from palpate.adapters.cli.notices import (
     marked_line,
-    print_lines,
+    print_part,
     print_weakened,
     say,
     trips_line,
@@ -186,7 +186,7 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
         _announce(config, folder, options.trials, first)
         if live is not None and first:
             live.note(0, f"goes on after {first} trials", folder.read_trials())
-        print_lines((config.part.describe(),))
+        print_part(config, options.rig)
         print_weakened(config)
         _with_progress(trainer, options.trials, first, folder)
         trainer.save_policy()
