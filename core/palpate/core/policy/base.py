@@ -27,8 +27,6 @@ class Law(enum.Enum):
 
     STEP = "step"
     """Across to a place, pressing, turning to an orientation."""
-    GIVE_WAY = "give way"
-    """Across to a place, pressing; the tool gives way to the torque that tilts it."""
     PUSH = "push"
     """Across by force, pressing, leaning as asked; the tool gives way to the torque about its axis."""
     LIFT = "lift"

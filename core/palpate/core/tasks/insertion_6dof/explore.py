@@ -37,8 +37,7 @@ _ALONG_TICKS: Final = 4
 _STEP: Final = Spatial()
 _HOLD: Final = Spatial(Law.LIFT)
 # Members of an enumeration are looked up more slowly.
-_STEPS, _GIVES_WAY, _LIFTS, _PUSHES, _WITHDRAWS = Law.STEP, Law.GIVE_WAY, Law.LIFT, Law.PUSH, Law.WITHDRAW
-_ACROSS: Final = (_STEPS, _GIVES_WAY)
+_STEPS, _LIFTS, _PUSHES, _WITHDRAWS = Law.STEP, Law.LIFT, Law.PUSH, Law.WITHDRAW
 _AGAINST: Final = (_PUSHES, _WITHDRAWS)
 _SUNK_M: Final = 1e-3
 """An upright tool that is so deep while it pushes is in the hole."""
@@ -65,7 +64,6 @@ class SpatialExplore(Explore):
         self._free, self._along = equipment.laws.free, equipment.laws.along
         self._deepest_m = min(_DEEPEST_M, 0.4 * equipment.task.insertion_depth_mm * 1e-3)
         self._push_m_per_N_s = options.push_m_per_N_s
-        self._tilting = GivingWay(options.give_tilt_rad_per_Nms, 0.0, _FASTEST_YAW_RAD_S)
         self._yawing = GivingWay(0.0, options.give_yaw_rad_per_Nms, _FASTEST_YAW_RAD_S)
         self._freeing = GivingWay(options.insert_tilt_rad_per_Nms, options.give_yaw_rad_per_Nms, _FASTEST_YAW_RAD_S)
         axial_N_per_m = equipment.measurement.axial_N_per_m
@@ -128,7 +126,7 @@ class SpatialExplore(Explore):
         law = self._spatial.law
         if self._led_m_s is not None:
             self._look_for_lag(self._led_m_s)
-        if law in _ACROSS and self._upright:
+        if law is _STEPS and self._upright:
             return super().step()
         if self._out_of_time():
             return STILL
@@ -179,12 +177,6 @@ class SpatialExplore(Explore):
         give, self._led_m_s = self._give, None
         if spatial.law is _STEPS:
             velocity, rate = super()._way_on(), self._rate_rad_s
-        elif spatial.law is _GIVES_WAY:
-            velocity = super()._way_on()
-            rate = STILL
-            if not self._lost_ticks:
-                u, v, w = self._tilting.rate_rad_s(measured.live_torque_at_tip_Nm())
-                rate = give * u, give * v, give * w
         elif spatial.law is _LIFTS:
             ticks = self._task.ticks_per_action
             share = (ticks - self.countdown + 1) / ticks

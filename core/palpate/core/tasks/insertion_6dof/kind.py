@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from palpate.core.motion import ArmDescription, TipMotion, ToolGeometry
 from palpate.core.perception import TaskFacts
-from palpate.core.policy import Action, Law, Spatial
+from palpate.core.policy import Action
 from palpate.core.ports import PERIOD_S, Settings
 from palpate.core.tasks.contact import Monitor, TouchTask
 from palpate.core.tasks.insertion import Agent, Insertion, InsertionTask
@@ -81,11 +81,6 @@ class Insertion6Dof(Insertion):
         own, ready = options_of(SpatialOptions, task), find_ready_pose(arm, tool, task)
         require_turns(arm, tool, ready, task, (own.most_lean_deg, own.most_yaw_deg))
         return ready
-
-    @override
-    def actions(self, task: TaskConfig) -> tuple[Action, ...]:
-        """The compass steps, and giving way in tilt on the spot."""
-        return *super().actions(task), Action("give way", (0.0, 0.0), Spatial(Law.GIVE_WAY))
 
     @override
     def skills(self, task: TaskConfig) -> tuple[Action, ...]:

@@ -37,8 +37,6 @@ class SpatialOptions(Settings):
     """Speed across over the error of that force."""
     give_yaw_rad_per_Nms: Annotated[float, Range(0.0, 4.0)] = 4.0
     """How the tool gives way about its axis while it pushes."""
-    give_tilt_rad_per_Nms: Annotated[float, Range(0.0, 1.0)] = 0.3
-    """How it gives way in tilt on the spot."""
     insert_yaw_rad_per_Nms: Annotated[float, Range(0.0, 1.0)] = 0.2
     """How it gives way about its axis in the hole."""
     insert_tilt_rad_per_Nms: Annotated[float, Range(0.0, 1.0)] = 0.4
