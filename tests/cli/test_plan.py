@@ -24,8 +24,8 @@ def test_a_feasible_job_is_printed_with_its_settings_regime_and_command(palpate:
     done = palpate("plan", DOWEL)
     assert (done.code, done.stderr) == (0, "")
     assert "peg 12.000 mm, hole 12.018 mm, radial clearance 0.009 mm, depth 20 mm" in done.stdout
-    assert "4.9 N      presses the peg on the plate during the search" in done.stdout
-    assert "31.8 Hz     natural frequency of the tool on its gripper" in done.stdout
+    assert "4.9 N        pressing force of the search" in done.stdout
+    assert "31.8 Hz       natural frequency of the tool on its gripper" in done.stdout
     assert f"verdict: feasible, a peg that needs no turn\n  palpate train --learner belief --job {DOWEL}" in (
         done.stdout
     )

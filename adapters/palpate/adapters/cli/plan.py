@@ -4,35 +4,26 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from math import degrees, inf
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, get_args
 
 from palpate.adapters.cli.options import PlanOptions
 from palpate.adapters.config import INSERTION, RunConfig, compose, read_job, task_kind, verdict_on
 from palpate.core.errors import ConfigurationError, UnreachableError
 from palpate.core.job import Choice, Derived, Regime, Verdict
+from palpate.core.ports import kinds_of, write_whole
 from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell import validity_lines
 
 if TYPE_CHECKING:
     from palpate.adapters.experiments import ScoredTrial
 
-_DERIVED: Final = (
-    ("press_N", 1.0, "N", "presses the peg on the plate during the search"),
-    ("insertion_press_N", 1.0, "N", "presses it into the hole"),
-    ("contact_N", 1.0, "N", "reaction that counts as contact"),
-    ("torque_Nm", 1e3, "mN m", "torque about the tip that points at the hole"),
-    ("damping_N_s_per_m", 1.0, "N s/m", "damping along the tool"),
-    ("half_width_m", 1e3, "mm", "half the side of the searched square"),
-    ("capture_m", 1e3, "mm", "distance from which the hole takes the peg in"),
-    ("pitch_m", 1e3, "mm", "distance of neighbouring paths of a search"),
-    ("step_m", 1e3, "mm", "longest step of a rule"),
-    ("time_s", 1.0, "s", "time limit of a search"),
-    ("unexpected_N", 1.0, "N", "force that stops the arm in free space"),
-    ("ready_height_m", 1e3, "mm", "height of the ready pose above the plate"),
-)
-"""Derived settings: name, factor to the unit shown, unit, meaning."""
+_UNITS: Final = (
+    ("_N_s_per_m", 1.0, "N s/m"), ("_m_per_N_s", 1e3, "mm/(N s)"), ("_Nm", 1e3, "mN m"), ("_m", 1e3, "mm"),
+    ("_N", 1.0, "N"), ("_s", 1.0, "s"), ("_Hz", 1.0, "Hz"), ("", 1.0, ""),
+)  # fmt: skip
+"""End of a name in SI units, factor to the unit shown, and that unit; the first that fits."""
 
 
 def plan(options: PlanOptions) -> int:
@@ -65,8 +56,8 @@ def plan(options: PlanOptions) -> int:
 
 def _account(config: RunConfig, verdict: Verdict, reasons: list[str], options: PlanOptions) -> str:
     lines = [config.part.describe(), f"arm {config.arm}, tolerance of depth {config.part.depth_tolerance_mm:g} mm"]
-    lines += ["", "settings that follow", *_derived_lines(verdict.derived)]
-    lines += ["", "regime", *_regime_lines(verdict.regime)]
+    lines += ["", "settings that follow", *_rows(verdict.derived)]
+    lines += ["", "regime", *_rows(verdict.regime)]
     valid = validity_lines(config.cell)
     if reasons:
         lines += ["", "verdict: not feasible", *(f"  {reason}" for reason in reasons)]
@@ -77,26 +68,10 @@ def _account(config: RunConfig, verdict: Verdict, reasons: list[str], options: P
     return "\n".join((*lines, *(f"  {line}" for line in valid), ""))
 
 
-def _derived_lines(found: Derived) -> list[str]:
-    return [_row(getattr(found, name) * factor, unit, meaning) for name, factor, unit, meaning in _DERIVED]
-
-
-def _regime_lines(regime: Regime) -> list[str]:
-    jam = "none" if regime.jam_depth_m == inf else f"{regime.jam_depth_m * 1e3:.2g} mm"
-    depth = f"noise {regime.noise_m * 1e3:.2g}, tilt {regime.tilted_m * 1e3:.2g}, encoders {regime.step_m * 1e3:.2g}"
-    return [
-        _row(regime.natural_Hz, "Hz", "natural frequency of the tool on its gripper"),
-        _row(regime.jam_number, "", f"jam number J: force that jams over the press (depth of jamming: {jam})"),
-        _row(regime.wall_N, "N", f"force of each wall; friction may hold the peg with {regime.held_N:.2g} N"),
-        _row(degrees(regime.friction_rad), "deg", "half-angle of the friction cone"),
-        _row(regime.search_s, "s", "one sweep of the searched square"),
-        _row(regime.depth_m * 1e3, "mm", f"standard deviation of depth ({depth}); the tolerance must hold four"),
-        _row(regime.window_s, "s", f"to verify a contact by a dither of {regime.dither_N:.2g} N"),
-    ]
-
-
-def _row(value: float, unit: str, meaning: str) -> str:
-    return f"  {value:>9.3g} {unit:<6} {meaning}"
+def _rows(found: Derived | Regime) -> Iterator[str]:
+    for name, kind in kinds_of(type(found)).items():
+        factor, unit = next((factor, unit) for end, factor, unit in _UNITS if name.endswith(end))
+        yield f"  {getattr(found, name) * factor:>9.3g} {unit:<8} {get_args(kind)[1]}"
 
 
 def _simulated(
@@ -106,7 +81,6 @@ def _simulated(
     from palpate.adapters.experiments import ScoredTrial, TrialRow
     from palpate.adapters.experiments.figure import trials_picture
     from palpate.adapters.experiments.planning import simulate
-    from palpate.core.ports import write_whole
 
     done = list[ScoredTrial]()
     with progress(options.trials, "trial", choice.policy or choice.learner) as bar:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import sqrt
-from typing import Final
+from typing import Annotated, Final
 
 from palpate.core.job.tables import Job
 from palpate.core.ports import SensorFacts
@@ -40,11 +40,11 @@ _OVER_JAM: Final = 1.3
 MOST_PRESS_SHARE: Final = 0.4
 """Share of the highest force that an insertion may press with: the rest is for what walls and stops add."""
 _STEP_SHARE: Final = 0.2
-"""Length of a step over half the width of the area: five steps from the middle to the edge, as in the paper."""
+"""length of a step over half the width of the area: five steps from the middle to the edge, as in the paper."""
 _SWEEP_SLACK: Final = 1.25
 """Time of a search over that of one sweep of the area."""
 _SMALLEST_SWEEP: Final = 1.8
-"""Distance of neighbouring paths over the capture half-width that a sweep can count on."""
+"""distance of neighbouring paths over the capture half-width that a sweep can count on."""
 
 
 @dataclass(frozen=True)
@@ -157,41 +157,23 @@ class Quantities:
 
 @dataclass(frozen=True)
 class Derived:
-    """What follows, in the units of the quantities it follows from.
+    """What follows, in the units of the quantities it follows from; annotations say what each is."""
 
-    Attributes:
-        press_N: Pressing force of the search.
-        insertion_press_N: Pressing force of the insertion.
-        contact_N: Reaction force that counts as contact.
-        torque_Nm: Torque about the tip that points at the hole.
-        damping_N_s_per_m: Damping along the tool.
-        lateral_m_per_N_s: Integral gain of the lateral force in the hole.
-        capture_m: Half-width of the strip that takes the peg into the hole at the speed of a search.
-        pitch_m: Distance of neighbouring paths of a search.
-        half_width_m: Half the side of the searched square.
-        step_m: Length of an exploratory step.
-        time_s: Time limit of the exploration.
-        unexpected_N: Force that counts as an unexpected contact.
-        torque_limit_Nm: Torque about the sensor that stops the arm.
-        ready_height_m: Height of the ready pose.
-        end_tilt_m: How much lower one side of the peg is on the plate than in the hole.
-    """
-
-    press_N: float
-    insertion_press_N: float
-    contact_N: float
-    torque_Nm: float
-    damping_N_s_per_m: float
-    lateral_m_per_N_s: float
-    capture_m: float
-    pitch_m: float
-    half_width_m: float
-    step_m: float
-    time_s: float
-    unexpected_N: float
-    torque_limit_Nm: float
-    ready_height_m: float
-    end_tilt_m: float
+    press_N: Annotated[float, "pressing force of the search"]
+    insertion_press_N: Annotated[float, "pressing force of the insertion"]
+    contact_N: Annotated[float, "reaction force that counts as contact"]
+    torque_Nm: Annotated[float, "torque about the tip that points at the hole"]
+    damping_N_s_per_m: Annotated[float, "damping along the tool"]
+    lateral_m_per_N_s: Annotated[float, "integral gain of the lateral force in the hole"]
+    capture_m: Annotated[float, "half-width of the strip that takes the peg into the hole at the speed of a search"]
+    pitch_m: Annotated[float, "distance of neighbouring paths of a search"]
+    half_width_m: Annotated[float, "half the side of the searched square"]
+    step_m: Annotated[float, "length of an exploratory step"]
+    time_s: Annotated[float, "time limit of the exploration"]
+    unexpected_N: Annotated[float, "force that counts as an unexpected contact"]
+    torque_limit_Nm: Annotated[float, "torque about the sensor that stops the arm"]
+    ready_height_m: Annotated[float, "height of the ready pose above the plate"]
+    end_tilt_m: Annotated[float, "how much lower one side of the peg is on the plate than in the hole"]
 
 
 def wall_force_N(job: Quantities) -> float:

@@ -6,8 +6,8 @@ All quantities are in one consistent system of units, as in :mod:`palpate.core.j
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan, ceil, floor, inf, pi, sqrt
-from typing import Final
+from math import ceil, floor, inf, pi, sqrt
+from typing import Annotated, Final
 
 from palpate.core.job.derived import Constants, Derived, Quantities, jamming_force_N, wall_force_N
 
@@ -31,51 +31,23 @@ _SLOW_SHARE: Final = 0.25
 
 @dataclass(frozen=True)
 class Regime:
-    """Quantities of a job, in the units of what it is derived from.
+    """Quantities of a job, in the units of what it is derived from; annotations say what each is."""
 
-    Attributes:
-        natural_Hz: Natural frequency of the tool on its gripper.
-        jam_number: Force that jams a tilted peg over the pressing force of the search.
-        pressed_number: The same over the pressing force of the insertion.
-        jam_depth_m: Depth at which it jams under the pressing force of the search; infinite for none.
-        wall_N: Largest force of each wall on a tilted peg on the way down.
-        friction_rad: Half-angle of the friction cone.
-        held_N: Largest force with which friction on both walls may hold a pull back.
-        capture_m: Half-width of the strip that takes the peg into the hole.
-        search_s: Time of one sweep of the searched area.
-        noise_m: Standard deviation of depth by the noise of the force, of surface and floor together.
-        tilted_m: The same by the peg's tilt.
-        step_m: The same by the encoders.
-        depth_m: Standard deviation of the depth in the hole, of all three.
-        dither_N: Force of a dither.
-        window_s: Time that a verification of contact needs.
-    """
-
-    natural_Hz: float
-    jam_number: float
-    pressed_number: float
-    jam_depth_m: float
-    wall_N: float
-    friction_rad: float
-    held_N: float
-    capture_m: float
-    search_s: float
-    noise_m: float
-    tilted_m: float
-    step_m: float
-    depth_m: float
-    dither_N: float
-    window_s: float
+    natural_Hz: Annotated[float, "natural frequency of the tool on its gripper"]
+    jam_number: Annotated[float, "jam number J: force that jams a tilted peg over the press of the search"]
+    jam_depth_m: Annotated[float, "depth at which it jams under that press (inf: it does not)"]
+    wall_N: Annotated[float, "force of each wall on a tilted peg on the way down"]
+    held_N: Annotated[float, "force with which friction on both walls may hold a pull back"]
+    search_s: Annotated[float, "one sweep of the searched square"]
+    noise_m: Annotated[float, "standard deviation of depth by the noise of the force"]
+    tilted_m: Annotated[float, "the same by the peg's tilt"]
+    step_m: Annotated[float, "the same by the encoders"]
+    depth_m: Annotated[float, "the same of all three; the tolerance must hold four"]
+    dither_N: Annotated[float, "force of the dither that verifies a contact"]
+    window_s: Annotated[float, "time of that verification"]
 
 
-def regime_of(
-    job: Quantities,
-    found: Derived,
-    *,
-    step_m: float,
-    speed_m_s: float,
-    known: Constants,
-) -> Regime:
+def regime_of(job: Quantities, found: Derived, *, step_m: float, speed_m_s: float, known: Constants) -> Regime:
     """Return the regime of a job.
 
     Args:
@@ -91,12 +63,9 @@ def regime_of(
     return Regime(
         natural_Hz=sqrt(job.axial_N_per_m / job.moving_kg) / (2.0 * pi),
         jam_number=jam_N / found.press_N,
-        pressed_number=jam_N / found.insertion_press_N,
         jam_depth_m=_jam_depth_m(job, found.press_N),
         wall_N=wall_force_N(job),
-        friction_rad=atan(job.friction),
         held_N=jam_N,
-        capture_m=found.capture_m,
         search_s=side_m * side_m / (found.pitch_m * known.search_speed_m_s),
         noise_m=noise_m,
         tilted_m=tilted_m,

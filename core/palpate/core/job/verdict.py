@@ -17,8 +17,6 @@ PLAIN: Final = "insertion"
 SPATIAL: Final = "insertion-6dof"
 BELIEF_AREA_MM: Final = 8.0
 """Half the side of the largest area that a belief covers within a tick."""
-_JAMS_FROM: Final = 1.0
-"""Jam number under the pressing force of the insertion from which a tilted peg sticks."""
 _SLIDES_SHARE: Final = 0.87
 """Share of the friction at which a corner sticks, up to which it slides in time."""
 _LEAST_CORNER_MM: Final = 4.0
@@ -81,7 +79,7 @@ def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> V
     quantities, known = Quantities.of(job, sensor), Constants()
     found = derive(quantities, known)
     regime = regime_of(quantities, found, step_m=step_mm * 1e-3, speed_m_s=job.limits.speed_mm_s * 1e-3, known=known)
-    jams = regime.pressed_number > _JAMS_FROM
+    jams = regime.held_N > found.insertion_press_N
     named = task or (PLAIN if job.part.shape == ROUND else SPATIAL)
     choice = _choice(job, found, named)
     reasons = [_depth_reason(job, quantities, regime), _window_reason(job, quantities, found, regime, known)]

@@ -29,7 +29,7 @@ def test_a_round_peg_that_fits_is_inserted_by_a_belief() -> None:
 
 def test_a_tilted_peg_that_no_press_frees_is_refused_with_what_would_be_right() -> None:
     refused = verdict(tilt_uncertainty_mrad=6.0)
-    assert refused.regime.pressed_number > 1.0
+    assert refused.regime.held_N > refused.derived.insertion_press_N
     (reason,) = refused.reasons
     assert reason == (
         "a peg tilted by 6 mrad jams at 3.2 mm (J = 4.1): press with at least 20 N"
