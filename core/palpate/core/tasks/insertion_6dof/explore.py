@@ -217,6 +217,10 @@ class SpatialExplore(Explore):
     def _dithering(self, velocity_m_s: Vector3) -> Vector3:
         """The velocity with the dither; on the spot where the budget is spent."""
         monitor, (vx, vy, vz), (fx, fy, fz) = self._monitor, velocity_m_s, self._measurement.force_N
+        across_N = hypot(fx, fy)
+        if monitor.spent and monitor.waited_share == 0.0 and across_N > _WALL_N:
+            # Along a wall nothing responds to a push.
+            monitor.push((-fx / across_N, -fy / across_N))
         aside = False
         if monitor.direction is not None and fz > -self._contact_N:
             ux, uy = monitor.direction
