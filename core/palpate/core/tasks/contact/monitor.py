@@ -39,6 +39,8 @@ _GROWTH: Final = 1.02
 """Of the push in each tick in which a wall is felt and the response is unknown: doubled in a quarter of a second."""
 _PUSH_SHARE: Final = 0.25
 """Largest bend of the gripper by a push, over the budget."""
+_AIMED: Final = 0.7
+"""Cosine of the widest angle between a push and a wall's force: half of the wall's stiffness responds."""
 _ANGULAR_PER_S: Final = 90.0
 """Of a dither with half-periods of five ticks."""
 _TOUCH_SHARE: Final = 0.15
@@ -126,7 +128,7 @@ class Monitor:
         self._least_push_m = min(least_N, _PUSH_SHARE * self.budget_N) / self._lateral_N_per_m
 
     def _verified(self) -> None:
-        self.spent_N, self._waited_ticks = 0.0, 0
+        self.spent_N, self._waited_ticks, self._aimed = 0.0, 0, False
 
     def watch_approach(self, measured: Measurement) -> None:
         """Account for a tick of the approach."""
@@ -216,6 +218,17 @@ class Monitor:
         self._push_dither.amplitude_m = self._least_push_m
         dither_N, noise_N = self._push_dither.usual_m * self._lateral_N_per_m, max(self._state.noise[:2])
         self.across.begin(noise_N, self._step_m, dither_N, self.axial.lag)
+
+    def aim(self, force_N: tuple[float, float]) -> None:
+        """Push against this force across of a tool that waits, unless a push is against it, or has not had its window.
+
+        Along a wall nothing responds.
+        """
+        (fx, fy), (ux, uy) = force_N, self.direction or (0.0, 0.0)
+        size_N = hypot(fx, fy)
+        if -(fx * ux + fy * uy) < _AIMED * size_N and (not self._aimed or self.across.share is not None):
+            self._aimed = True
+            self.push((-fx / size_N, -fy / size_N))
 
     @property
     def verified(self) -> bool:

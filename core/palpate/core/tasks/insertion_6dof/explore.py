@@ -75,7 +75,7 @@ class SpatialExplore(Explore):
     @override
     def begin(self, start_m: tuple[float, float]) -> None:
         super().begin(start_m)
-        self._along_ticks, self._met_behind = 0, False
+        self._along_ticks, self._met_behind, self._aside = 0, False, False
         self._led_m_s: Vector3 | None = None
         self._behind_m2_s, self._led_m2_s2, self._give = 0.0, 0.0, 1.0
 
@@ -217,16 +217,14 @@ class SpatialExplore(Explore):
     def _dithering(self, velocity_m_s: Vector3) -> Vector3:
         """The velocity with the dither; on the spot where the budget is spent."""
         monitor, (vx, vy, vz), (fx, fy, fz) = self._monitor, velocity_m_s, self._measurement.force_N
-        across_N = hypot(fx, fy)
-        if monitor.spent and monitor.waited_share == 0.0 and across_N > _WALL_N:
-            # Along a wall nothing responds to a push.
-            monitor.push((-fx / across_N, -fy / across_N))
-        aside = False
-        if monitor.direction is not None and fz > -self._contact_N:
-            ux, uy = monitor.direction
-            # Against a wall alone the force across responds.
-            aside = -(fx * ux + fy * uy) > _WALL_N
-        if monitor.spent:
+        waits = monitor.spent
+        if waits and hypot(fx, fy) > _WALL_N:
+            monitor.aim((fx, fy))
+        ux, uy = monitor.direction or (0.0, 0.0)
+        # Against a wall alone the force across responds; a tool that waits stays with it.
+        felt = -(fx * ux + fy * uy) > _WALL_N and fz > -self._contact_N
+        self._aside = aside = felt or (waits and monitor.waited_share > 0.0 and self._aside)
+        if waits:
             monitor.wait("while the tool pushes")
             vx, vy, vz, share = 0.0, 0.0, min(vz, 0.0), monitor.waited_share
             # Where it is not clear what the tool touches, it tries the other one, and then a little higher.
@@ -235,9 +233,8 @@ class SpatialExplore(Explore):
                 vz = -_WITHDRAW_M_S
         else:
             monitor.spend(velocity_m_s)
-        if aside and monitor.direction is not None:
-            ux, uy = monitor.direction
-            along = monitor.push_dither_m_s(met=monitor.spent)
+        if aside:
+            along = monitor.push_dither_m_s(met=waits)
             return vx + along * ux, vy + along * uy, vz
         return vx, vy, vz + monitor.dither_m_s()
 
