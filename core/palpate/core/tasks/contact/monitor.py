@@ -96,6 +96,8 @@ class Monitor:
         self.patience_ticks = _PATIENCE_TICKS
         mass_kg = control.moving_mass_kg + control.rigid_mass_kg
         self.air = Response(Spring(0.0, 0.0, mass_kg, *_AXIAL)) if in_air else None
+        # A wider choice of responses asks for narrower ones.
+        self._fair = NARROW if in_air else FAIR
         self.loose = Response(replace(self.axial.spring, lowest=_ACROSS[0])) if in_air else None
         speed_m_s = task.travel_speed_mm_s * 1e-3
         self._dither, self._push_dither = Dither(0.0, speed_m_s), Dither(0.0, speed_m_s)
@@ -234,12 +236,14 @@ class Monitor:
     def verified(self) -> bool:
         """Whether the force responds, along the axis or along a push."""
         along = self.axial.verdict()
-        # A wider choice of responses asks for narrower ones.
-        half_width = FAIR if self.air is None else NARROW
-        live = self.direction is not None and self.across.verdict(half_width) is Verdict.VERIFIED
-        live = live or (self.loose is not None and self.loose.verdict(half_width) is Verdict.VERIFIED)
+        live = self.walled or (self.loose is not None and self.loose.verdict(self._fair) is Verdict.VERIFIED)
         live = live or (self.air is not None and self.air.verdict() is Verdict.VERIFIED)
         return along is Verdict.VERIFIED or (live and along is not Verdict.CONTRADICTED)
+
+    @property
+    def walled(self) -> bool:
+        """Whether a wall responds to a push."""
+        return self.direction is not None and self.across.verdict(self._fair) is Verdict.VERIFIED
 
     @property
     def supported(self) -> bool:

@@ -8,7 +8,7 @@ from typing_extensions import override
 
 from palpate.core.motion import DampingControl
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
-from palpate.core.tasks.contact import Monitor, RunningPhase, Verdict
+from palpate.core.tasks.contact import Monitor, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import ControlConfig, Outcome
 
@@ -109,7 +109,7 @@ class Insert(RunningPhase):
         elif stalled > _STALL_TICKS and self._stalled_tick != self._progress_tick and monitor.supported:
             self._stalled_tick = self._progress_tick
             self._begin(Stage.SEAT)
-        if monitor.direction is not None and monitor.across.verdict() is Verdict.VERIFIED:
+        if monitor.walled:
             state.event("verified", f"wall at {self._depth_m * 1e3:.2f} mm: {monitor.across.text()}")
             self._walled = True
             monitor.push(None)
