@@ -113,6 +113,18 @@ def test_a_wall_verifies_a_live_sensor_only(share: float) -> None:
     assert bench.monitor.verified is (share == 1.0)
 
 
+def test_a_push_is_aimed_at_a_wall_beside_it_and_then_has_its_window() -> None:
+    bench = Bench()
+    bench.see((0.0, 0.0, 0.0))
+    bench.monitor.push((0.0, 1.0))
+    bench.monitor.aim((-1.0, -2.0))
+    assert bench.monitor.direction == (0.0, 1.0)
+    bench.monitor.aim((-2.0, 0.0))
+    assert bench.monitor.direction == (1.0, 0.0)
+    bench.monitor.aim((0.0, -2.0))
+    assert bench.monitor.direction == (1.0, 0.0)
+
+
 @pytest.mark.parametrize(
     ("force_N", "trips"),
     [((0.0, 0.0, 3.0), True), ((0.0, 0.0, 2.0), False), ((5.0, 0.0, 5.0), False), ((5.0, 0.0, 6.0), True)],
