@@ -56,9 +56,9 @@ def inserted(depth_m: float, frees_rad: float) -> tuple[str, float, int]:
     )  # fmt: skip
     axial = SimpleNamespace(restart=lambda: None, window=14, verified_since_restart=lambda: False)
     monitor: Any = SimpleNamespace(
-        supported=True, spent=False, spent_N=0.0, budget_N=25.0, contradicted=False, direction=None, contact_N=1.0, walled=False,
+        supported=True, spent=False, spent_N=0.0, budget_N=25.0, contradicted=False, direction=None, contact_N=1.0,
         axial_N_per_m=5e3, press_N=4.9, axial=axial, wait=lambda *_, **__: None, push=lambda _: None,
-        spend=lambda _: None, dither_m_s=lambda: 0.0, push_dither_m_s=lambda **_: 0.0,
+        walled=False, spend=lambda _: None, dither_m_s=lambda: 0.0, push_dither_m_s=lambda **_: 0.0,
     )  # fmt: skip
     phase = SpatialInsert(equipment, monitor, ControlConfig(), SpatialOptions())
     phase.enter()
