@@ -169,7 +169,7 @@ def test_what_if_the_limit_had_been_tighter(palpate: CommandLine, log: Path) -> 
     for word in ("force limit", "counterfactual from tick", "task.max_force_N=5.2"):
         assert word in done.stdout
     # A limit that was never reached would have changed nothing.
-    assert "1 of 1 equal" in palpate.succeed("replay", log, "--set", "task.max_force_N=300")
+    assert "1 of 1 equal" in palpate.succeed("replay", log, "--set", "supervision.retract_mm=16")
 
 
 def test_the_simulator_goes_on_from_the_first_other_command(palpate: CommandLine, log: Path) -> None:
@@ -177,14 +177,14 @@ def test_the_simulator_goes_on_from_the_first_other_command(palpate: CommandLine
     assert done.code == 1
     assert "in the simulator: inserted after 0." in done.stdout
     # Where nothing is other, the simulator gives the recorded trial again, every sample held against the log.
-    same = palpate.succeed("replay", log, "--set", "task.max_force_N=300", "--continue-in-mujoco")
+    same = palpate.succeed("replay", log, "--set", "supervision.retract_mm=16", "--continue-in-mujoco")
     assert "1 of 1 equal" in same
 
 
 @pytest.mark.parametrize("name", ["inserted-ur5", "leaning"])  # One has a softer plate.
 def test_the_simulator_goes_on_in_the_cell_that_recorded_a_log(palpate: CommandLine, name: str) -> None:
     log = Path(__file__).parents[1] / "golden" / f"{name}.mcap"
-    same = palpate.succeed("replay", log, "--set", "task.max_force_N=300", "--continue-in-mujoco")
+    same = palpate.succeed("replay", log, "--set", "supervision.retract_mm=16", "--continue-in-mujoco")
     assert "1 of 1 equal" in same
 
 
@@ -207,7 +207,7 @@ def test_what_ifs_leave_logs_marked_as_such(palpate: CommandLine, log: Path, tmp
 def test_what_ifs_of_logs_of_one_name_get_names_of_their_own(palpate: CommandLine, log: Path, tmp_path: Path) -> None:
     (tmp_path / "twin").mkdir()
     shutil.copy(log, tmp_path / "twin")
-    palpate.succeed("replay", log, "twin", "--set", "task.max_force_N=300", "--out", "out")
+    palpate.succeed("replay", log, "twin", "--set", "supervision.retract_mm=16", "--out", "out")
     assert len(list((tmp_path / "out").glob("*.mcap"))) == 2
 
 

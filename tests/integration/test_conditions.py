@@ -26,4 +26,4 @@ def test_what_was_drawn_is_told_and_the_same_again(palpate: CommandLine, tmp_pat
     assert {name: str(value) for name, value in found.what["drawn"].items()} == {name: rows[2][name] for name in DRAWN}
     assert f"tilt_heading_deg {rows[2]['tilt_heading_deg']}" in describe(found)
     # A simulator set up for this trial again gives the recorded samples, or the what-if would be refused.
-    palpate.succeed("replay", log, "--set", "task.max_force_N=300", "--continue-in-mujoco")
+    palpate.succeed("replay", log, "--set", "supervision.retract_mm=16", "--continue-in-mujoco")
