@@ -56,8 +56,6 @@ def trials(config: RunConfig, policy: str, seed: int, numbers: range) -> list[Ro
             except DeviceError as error:
                 rows.append((number, "error", False, 0.0, 0.0, 0, str(error)))
                 continue
-            if supervisor.trip is not None:
-                rig.latch.acknowledge("benchmark", "the next trial begins anew")
             report = scored.report
             outcome = "none" if report.outcome is None else report.outcome.value
             force = 0.0 if scored.truth is None else scored.truth.peak_force_N
