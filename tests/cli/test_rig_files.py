@@ -112,7 +112,7 @@ def test_devices_that_are_not_there_are_the_operator_s_to_mend(palpate: CommandL
 def faulted(rig: str = "rig.toml") -> None:
     """A rig file whose rig has an open fault."""
     shutil.copy(RIG_FILE, rig)
-    latch = FaultFile.of(Path(rig))
+    latch = FaultFile(Path(rig))
     latch.set("PLATE_NOT_FELT: nothing felt down to 2.93 mm")
     latch.end()
 

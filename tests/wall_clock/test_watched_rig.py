@@ -106,21 +106,21 @@ def test_a_fault_is_kept_until_it_is_acknowledged_and_no_device_reports_one(
 ) -> None:
     quiet = WatchdogTable(command_ms=60_000, sensor_ms=60_000), NO_KEYS, CONFIG, FACTS
     path = tmp_path / "rig.toml"
-    rig, _ = rig_of(*quiet, FaultFile.of(path))
+    rig, _ = rig_of(*quiet, FaultFile(path))
     with pytest.raises(DeviceError), rig:
         raise DeviceError("arm", "fell silent")
     assert "fault 1: arm: fell silent; kept in" in capsys.readouterr().err
     with pytest.raises(FaultLatchedError, match='--acknowledge "1 NAME: why"'):
-        FaultFile.of(path)
-    rig, devices = rig_of(*quiet, FaultFile.of(path, "1 Ada: plugged in"))
+        FaultFile(path)
+    rig, devices = rig_of(*quiet, FaultFile(path, "1 Ada: plugged in"))
     devices.arm.fail_on_activation = "protective stop"
     with pytest.raises(DeviceError, match="protective stop, still; fault 1 cannot be acknowledged"), rig:
         pytest.fail("was entered")
-    rig, _ = rig_of(*quiet, FaultFile.of(path, "1 Ada: plugged in"))
+    rig, _ = rig_of(*quiet, FaultFile(path, "1 Ada: plugged in"))
     with rig:
         rig.prepare(0)
     assert [one.by for one in rig.latch.acknowledgements] == ["Ada"]
-    FaultFile.of(path)
+    FaultFile(path)
 
 
 def test_what_a_run_asks_of_the_system_reaches_the_threads_of_its_adapters(rig_of: Make) -> None:

@@ -80,7 +80,7 @@ class _Bench:
         _require_writable(self._out, "out")
         self._latch: FaultFile | None = None
         if set(options.steps) - {"rest"}:
-            self._latch = FaultFile.of(self._path, options.acknowledge)
+            self._latch = FaultFile(self._path, options.acknowledge)
         if "hole" in options.steps and "weigh" not in options.steps:
             _require_turn(self._file)
 

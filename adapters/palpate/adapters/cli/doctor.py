@@ -40,7 +40,7 @@ def doctor(options: DoctorOptions) -> int:
     file = RigFile.load(Path(options.rig))
     if options.acknowledge and not options.move:
         raise ConfigurationError("acknowledge", options.acknowledge, "nothing without --move: nothing moves")
-    begin = FaultFile.of(Path(options.rig), options.acknowledge).begin if options.move else str
+    begin = FaultFile(Path(options.rig), options.acknowledge).begin if options.move else str
     wishes = Wishes(options.seconds, _Terminal() if options.push else None, options.move, begin)
     # Without --move nothing moves by the model, so it is compared and no more.
     context = replace(

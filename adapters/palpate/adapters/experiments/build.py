@@ -306,6 +306,6 @@ def open_rig(
         if acknowledge:
             raise ConfigurationError("acknowledge", acknowledge, "nothing without --rig: a simulator keeps no fault")
         return SimulatedRig(config, ready)
-    file, latch = RigFile.load(Path(rig_file)), FaultFile.of(Path(rig_file), acknowledge)
+    file, latch = RigFile.load(Path(rig_file)), FaultFile(Path(rig_file), acknowledge)
     accepted = replace(file, accept_kinematics=accept_kinematics)
     return HardwareRig(accepted, config, find_approach(config, ready), latch)

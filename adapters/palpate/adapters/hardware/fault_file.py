@@ -26,12 +26,7 @@ _NAME, _WHY = "NAME", "why"
 
 @dataclass(frozen=True)
 class Fault(Settings):
-    """A trip, or a fault of a device.
-
-    Attributes:
-        number: Counts the faults of a rig from 1.
-        by: Name of the person who acknowledged it; empty while it is open, as only the last one may be.
-    """
+    """A trip, or a fault of a device. All but the last one are acknowledged, which is when ``by`` is not empty."""
 
     TABLE: ClassVar[str] = "fault"
 
@@ -45,8 +40,6 @@ class Fault(Settings):
 
 @dataclass(frozen=True)
 class _Document(Settings):
-    """Content of the file."""
-
     format: int
     faults: tuple[Fault, ...]
 
@@ -55,7 +48,7 @@ class FaultFile(FaultLatch):
     """The latch of one rig. It is written as soon as something trips, by a thread of its own: a disk may take long.
 
     Args:
-        path: The file; None keeps the latch in memory only.
+        rig_file: The latch is the file next to it; None keeps the latch in memory only.
         words: ``NUMBER NAME: why`` of a person who acknowledges the open fault; used up by :meth:`begin`.
 
     Attributes:
@@ -67,21 +60,17 @@ class FaultFile(FaultLatch):
         ConfigurationError: The words acknowledge nothing, or another fault.
     """
 
-    def __init__(self, path: Path | None, words: str = "") -> None:
+    def __init__(self, rig_file: Path | None, words: str = "") -> None:
         super().__init__()
         self.still: Callable[[], str] = str
-        self._path, self._problem, self._faults = path, "", tuple[Fault, ...]()
-        self._writer: threading.Thread | None = None
+        path = None if rig_file is None else rig_file.resolve()
+        self._path = None if path is None else path.with_name(f"{path.name}.fault.json")
+        self._faults = tuple[Fault, ...]()
+        self._writer = threading.Thread()
         self._load()
         self._given = self._parsed(words) if words else None
         if self._given is None:
             self.require_free()
-
-    @classmethod
-    def of(cls, rig_file: Path, words: str = "") -> FaultFile:
-        """The latch of the rig of a rig file."""
-        path = rig_file.resolve()
-        return cls(path.with_name(f"{path.name}.fault.json"), words)
 
     @property
     def number(self) -> int:
@@ -94,7 +83,7 @@ class FaultFile(FaultLatch):
         return f'acknowledge it: --acknowledge "{self.number} {_NAME}: {_WHY}"'
 
     def begin(self) -> None:
-        """Acknowledge what the words are for. To be called before the first motion, with all devices open.
+        """Acknowledge what the words are for, before the first motion and with all devices open.
 
         Raises:
             FaultLatchedError: A fault is open, perhaps since another program ran.
@@ -107,7 +96,7 @@ class FaultFile(FaultLatch):
             self.acknowledge(given.by, given.reason)
             sys.stderr.write(f"palpate: fault {self.number} is acknowledged by {given.by}: {given.reason}\n")
         self.require_free()
-        self._write()
+        self._require_written()
 
     @override
     def set(self, cause: str) -> None:
@@ -115,7 +104,7 @@ class FaultFile(FaultLatch):
             return
         super().set(one_line(cause))
         self._faults = (*self._faults, Fault(self.number + 1, self.cause, _now()))
-        self._writer = threading.Thread(target=self._keep, name="fault file")
+        self._writer = threading.Thread(target=self._write, name="fault file")
         self._writer.start()
 
     @override
@@ -127,7 +116,7 @@ class FaultFile(FaultLatch):
         super().acknowledge(by, reason)
         self._faults = (*before[:-1], replace(before[-1], by=by, reason=reason, acknowledged=_now()))
         try:
-            self._write()
+            self._require_written()
         except OutputError:
             # What is not on the disk has not happened.
             self.acknowledgements.pop()
@@ -138,7 +127,8 @@ class FaultFile(FaultLatch):
         """Wait until a new fault is on the disk, and print how to acknowledge it."""
         self._wait()
         if self.cause and self._path is not None:
-            told = self._problem or f"kept in {self._path}"
+            problem = self._write()
+            told = f"not kept: {problem}" if problem else f"kept in {self._path}"
             with suppress(OSError):
                 sys.stderr.write(f"palpate: fault {self.number}: {self.cause}; {told}; {self.remedy}\n")
 
@@ -148,7 +138,7 @@ class FaultFile(FaultLatch):
         if not self.cause:
             done = f"; {last.by} acknowledged fault {last.number} at {last.acknowledged}" if last is not None else ""
             accepted = f"nothing: no fault is open{done}"
-        elif found is None or (found[2], found[3]) in ((_NAME, found[3]), (found[2], _WHY)):
+        elif found is None or found[2] == _NAME or found[3] == _WHY:
             accepted = f'"{self.number} {_NAME}: {_WHY}", with your name and the reason'
         elif int(found[1]) == self.number:
             return Acknowledgement(found[2], found[3], self.cause)
@@ -167,27 +157,24 @@ class FaultFile(FaultLatch):
         except (OSError, ValueError) as error:
             remedy = "repair it; without its faults the rig does not move"
             raise OutputError(str(self._path), f"cannot be read ({error})", remedy) from error
-        last = self._faults[-1] if self._faults else None
-        self.cause = "" if last is None or last.by else last.cause
+        self.cause = self._faults[-1].cause if self._faults and not self._faults[-1].by else ""
 
-    def _write(self) -> None:
-        if self._path is None:
-            return
+    def _write(self) -> str:
+        """Return why the faults cannot be written; empty where they are."""
         content = {"format": FORMAT, "faults": [asdict(fault) for fault in self._faults]}
         try:
-            write_whole(self._path, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+            if self._path is not None:
+                write_whole(self._path, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
         except OSError as error:
-            problem = f"cannot be written ({error.strerror})"
-            raise OutputError(str(self._path), problem, "a rig whose faults cannot be kept does not move") from error
+            return f"cannot be written ({error.strerror})"
+        return ""
 
-    def _keep(self) -> None:
-        try:
-            self._write()
-        except OutputError as error:
-            self._problem = f"not kept: {error}"
+    def _require_written(self) -> None:
+        if problem := self._write():
+            raise OutputError(str(self._path), problem, "a rig whose faults cannot be kept does not move")
 
     def _wait(self) -> None:
-        if self._writer is not None:
+        if self._writer.ident is not None:
             self._writer.join()
 
 

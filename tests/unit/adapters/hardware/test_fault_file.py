@@ -22,7 +22,7 @@ def faults(rig: Path) -> list[dict[str, Any]]:
 
 
 def tripped(rig: Path, cause: str = "FORCE_LIMIT: force 31.00 N, limit 30 N") -> None:
-    latch = FaultFile.of(rig)
+    latch = FaultFile(rig)
     latch.begin()
     latch.set(cause)
     latch.set("a later cause")
@@ -30,7 +30,7 @@ def tripped(rig: Path, cause: str = "FORCE_LIMIT: force 31.00 N, limit 30 N") ->
 
 
 def test_a_new_rig_has_no_fault_and_a_file_before_it_moves(rig: Path) -> None:
-    FaultFile.of(rig).begin()
+    FaultFile(rig).begin()
     assert faults(rig) == []
 
 
@@ -43,7 +43,7 @@ def test_a_fault_outlives_its_program_and_names_the_option_to_copy(
     assert told.startswith("palpate: fault 1: FORCE_LIMIT: force 31.00 N, limit 30 N; kept in ")
     assert told.endswith(f"acknowledge it: {option}\n")
     with pytest.raises(FaultLatchedError) as refused:
-        FaultFile.of(rig)
+        FaultFile(rig)
     assert "FORCE_LIMIT: force 31.00 N, limit 30 N" in str(refused.value)
     assert str(refused.value).endswith(option)
 
@@ -52,19 +52,19 @@ def test_an_acknowledgement_clears_that_fault_only_and_once(rig: Path) -> None:
     tripped(rig)
     for words in ("2 Ada: mended", "0 Ada: mended"):
         with pytest.raises(ConfigurationError, match="the open fault, 1 "):
-            FaultFile.of(rig, words)
+            FaultFile(rig, words)
     words = "1 Ada Lovelace: the plate: moved back"
-    latch = FaultFile.of(rig, words)
+    latch = FaultFile(rig, words)
     latch.begin()
     assert latch.acknowledgements == [
         Acknowledgement("Ada Lovelace", "the plate: moved back", "FORCE_LIMIT: force 31.00 N, limit 30 N")
     ]
     latch.require_free()
     with pytest.raises(ConfigurationError, match="nothing: no fault is open; Ada Lovelace acknowledged fault 1 at "):
-        FaultFile.of(rig, words)
+        FaultFile(rig, words)
     tripped(rig, "PULLED: again")
     with pytest.raises(ConfigurationError, match="the open fault, 2 "):
-        FaultFile.of(rig, words)
+        FaultFile(rig, words)
     (first, second) = faults(rig)
     assert (first["by"], first["reason"]) == ("Ada Lovelace", "the plate: moved back")
     assert (second["number"], second["by"]) == (2, "")
@@ -72,21 +72,21 @@ def test_an_acknowledgement_clears_that_fault_only_and_once(rig: Path) -> None:
 
 def test_the_acknowledgement_counts_only_once_the_rig_is_open(rig: Path) -> None:
     tripped(rig)
-    latch = FaultFile.of(rig, "1 Ada: mended")
+    latch = FaultFile(rig, "1 Ada: mended")
     assert faults(rig)[0]["by"] == ""
     latch.still = lambda: "arm: protective stop"
     with pytest.raises(DeviceError, match="arm: protective stop, still; fault 1 cannot be acknowledged"):
         latch.begin()
     assert faults(rig)[0]["by"] == ""
     with pytest.raises(FaultLatchedError):
-        FaultFile.of(rig)
+        FaultFile(rig)
 
 
 @pytest.mark.parametrize("words", ["1", "Ada: mended", "1 Ada", "1 Ada:", "1 : mended", "1 NAME: why", "1 Ada: why"])
 def test_words_without_a_number_a_name_or_a_reason_are_refused(rig: Path, words: str) -> None:
     tripped(rig)
     with pytest.raises(ConfigurationError, match='"1 NAME: why", with your name and the reason'):
-        FaultFile.of(rig, words)
+        FaultFile(rig, words)
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"format": 2, "faults": []}', '{"format": 1, "faults": [{}]}'])
@@ -94,7 +94,7 @@ def test_a_file_that_cannot_be_read_keeps_the_rig_still_and_is_left_alone(rig: P
     path = Path(f"{rig}.fault.json")
     path.write_text(content)
     with pytest.raises(OutputError, match=r"fault\.json: cannot be read .*does not move"):
-        FaultFile.of(rig, "1 Ada: mended")
+        FaultFile(rig, "1 Ada: mended")
     assert path.read_text() == content
 
 
@@ -108,14 +108,14 @@ def test_a_file_that_cannot_be_written_keeps_the_rig_still(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("palpate.adapters.hardware.fault_file.write_whole", full)
-    latch = FaultFile.of(rig, "1 Ada: mended")
+    latch = FaultFile(rig, "1 Ada: mended")
     with pytest.raises(OutputError, match=r"cannot be written \(No space left on device\)"):
         latch.begin()
     with pytest.raises(FaultLatchedError):
         latch.require_free()
     assert latch.acknowledgements == []
     assert Path(f"{rig}.fault.json").read_bytes() == before
-    fresh = FaultFile.of(rig.with_name("other.toml"))
+    fresh = FaultFile(rig.with_name("other.toml"))
     with pytest.raises(OutputError, match="does not move"):
         fresh.begin()
     fresh.set("PULLED: by the plate")
@@ -124,7 +124,7 @@ def test_a_file_that_cannot_be_written_keeps_the_rig_still(
 
 
 def test_a_fault_that_another_program_met_meanwhile_counts(rig: Path) -> None:
-    latch = FaultFile.of(rig)
+    latch = FaultFile(rig)
     tripped(rig)
     with pytest.raises(FaultLatchedError, match="FORCE_LIMIT"):
         latch.begin()
