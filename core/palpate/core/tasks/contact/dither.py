@@ -27,8 +27,12 @@ class Dither:
     @property
     def usual_m(self) -> float:
         """Amplitude that a half-period of mean length reaches at this speed."""
+        return self.usual_with(self.amplitude_m)
+
+    def usual_with(self, amplitude_m: float) -> float:
+        """Return the same for another amplitude."""
         ticks = 0.5 * (_HALF_PERIOD_TICKS[0] + _HALF_PERIOD_TICKS[1] - 1)
-        return min(self.amplitude_m, 0.5 * self._speed_m_s * ticks * PERIOD_S / _PEAK)
+        return min(amplitude_m, 0.5 * self._speed_m_s * ticks * PERIOD_S / _PEAK)
 
     def begin(self, rng: np.random.Generator) -> None:
         """Begin a trial whose half-periods this generator draws."""

@@ -121,8 +121,12 @@ class Monitor:
         amplitude_N = min(max(_DITHER_SHARE * press_N, least_N), _MOST_DITHER_SHARE * press_N)
         self._dither.amplitude_m = amplitude_N / self.axial_N_per_m
         self.axial.begin(noise_N, self._step_m, self._dither.usual_m * self.axial_N_per_m)
+        self._contact_m = self._air_m = self._dither.amplitude_m
         if self.air is not None and self.loose is not None:
-            self.air.begin(noise_N, self._step_m, self.air.spring.rigid_kg * self._dither.usual_m * _ANGULAR_PER_S**2)
+            inertia_N_per_m = self.air.spring.rigid_kg * _ANGULAR_PER_S**2
+            least_N = self.air.spring.least_dither_N(noise_N, self._step_m)
+            self._air_m = max(self._contact_m, least_N / inertia_N_per_m)
+            self.air.begin(noise_N, self._step_m, self._dither.usual_with(self._air_m) * inertia_N_per_m)
             self.loose.begin(noise_N, self._step_m, self._dither.usual_m * self.axial_N_per_m)
             # A window for each of the three responses that are tried in turn, and a tenth of a second to begin it.
             self.patience_ticks = max(_PATIENCE_TICKS, 3 * (self.air.window + CONTROL_RATE_HZ // 10))
@@ -157,12 +161,17 @@ class Monitor:
         if not new:
             return None
         fx, fy, fz = measured.force_N
-        if fz > -max(_TOUCH_SHARE * self.press_N, 4.0 * self._state.noise[2]):
+        touch_N = max(_TOUCH_SHARE * self.press_N, 4.0 * self._state.noise[2])
+        if fz > -touch_N:
             self.axial.restart()
         else:
             self.touched = True
-            if self.air is not None:
-                self.air.restart()
+        # Filtered, because the inertia of a heavy tool is as large as a contact. Nothing limits the dither of a tool
+        # that touches nothing, and inertia responds less than a spring.
+        in_air = measured.filtered_force_z_N > -touch_N
+        self._dither.amplitude_m = self._air_m if in_air else self._contact_m
+        if self.air is not None and not in_air:
+            self.air.restart()
         self.axial.add_force(wrench.source_time_ns, fz)
         for response in (self.air, self.loose):
             if response is not None:

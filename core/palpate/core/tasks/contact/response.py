@@ -72,9 +72,15 @@ class Spring:
         """Return the noise of force and places together."""
         return hypot(noise_N, self.stiffness_N_per_m * step_m, 2.4 * self.rigid_kg * step_m / PERIOD_S**2)
 
+    def blur_N(self, step_m: float) -> float:
+        """Return the standard deviation of the expected force by the places alone."""
+        spring_N, inertia_N = self.stiffness_N_per_m * step_m, self.rigid_kg * step_m / PERIOD_S**2
+        return sqrt(spring_N**2 * (1.0 + 0.5 * (self.damping_s / PERIOD_S) ** 2) + 6.0 * inertia_N**2)
+
     def least_dither_N(self, noise_N: float, step_m: float) -> float:
-        """Return the amplitude of a dither whose force is verified in the longest window."""
-        return _per_root_sample(self.noise_N(noise_N, step_m)) / sqrt(_MOST - _FEWEST)
+        """Return the amplitude of a dither whose force is verified in the longest window, errors of places included."""
+        narrow_N = _per_root_sample(self.noise_N(noise_N, step_m)) / sqrt(_MOST - _FEWEST)
+        return max(narrow_N, self.blur_N(step_m) * sqrt(_ATTENUATED / (1.0 - _ATTENUATED)) / _SMOOTHED)
 
 
 def _per_root_sample(noise_N: float) -> float:
@@ -107,8 +113,7 @@ class Response:
         """
         spring, self._noise_N, self.lag = self.spring, noise_N, lag
         # Errors of the places attenuate a regression on them.
-        blur_N, inertia_N = spring.stiffness_N_per_m * step_m, spring.rigid_kg * step_m / PERIOD_S**2
-        self._blur_N2 = blur_N * blur_N * (1.0 + 0.5 * (spring.damping_s / PERIOD_S) ** 2) + 6.0 * inertia_N * inertia_N
+        self._blur_N2 = spring.blur_N(step_m) ** 2
         self.window = min(_FEWEST + ceil((_per_root_sample(spring.noise_N(noise_N, step_m)) / dither_N) ** 2), _MOST)
         self._likely = np.ones(_LAGS)
         self._places: deque[tuple[float, float]] = deque(maxlen=3 * _LAGS)
