@@ -181,7 +181,7 @@ def test_the_simulator_goes_on_from_the_first_other_command(palpate: CommandLine
     assert "1 of 1 equal" in same
 
 
-@pytest.mark.parametrize("name", ["inserted-ur5", "leaning"])  # One has a softer plate.
+@pytest.mark.parametrize("name", ["torque-ur5", "wedged"])  # One has a tilted peg.
 def test_the_simulator_goes_on_in_the_cell_that_recorded_a_log(palpate: CommandLine, name: str) -> None:
     log = Path(__file__).parents[1] / "golden" / f"{name}.mcap"
     same = palpate.succeed("replay", log, "--set", "supervision.retract_mm=16", "--continue-in-mujoco")

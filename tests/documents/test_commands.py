@@ -82,7 +82,7 @@ def desk(palpate: CommandLine, tmp_path: Path) -> None:
     shutil.copy(log, log.with_name("trial-00003.mcap"))
     (tmp_path / "trials").mkdir()
     for name in ("trial-00012.mcap", "trials/trial-00012.mcap"):
-        shutil.copy(golden / "inserted-ur5.mcap", tmp_path / name)
+        shutil.copy(golden / "torque-ur5.mcap", tmp_path / name)
     (tmp_path / "torn.mcap").write_bytes(log.read_bytes()[:-2000])
     shutil.copy(tmp_path / "runs" / "paper" / "policy.json", tmp_path / "other.json")
     shutil.copytree(ROOT / "examples" / "jobs", tmp_path / "examples" / "jobs")

@@ -1,15 +1,19 @@
-"""The gate: recorded trials come out of the core again as they were recorded."""
+"""The regression gate: the core gives every recorded trial again, and each shows what its recipe claims."""
 
 from pathlib import Path
 
 import pytest
 
+from palpate.adapters.log import read_log
 from palpate.adapters.replay.batch import explanation, replay_file
 from palpate.adapters.replay.engine import Verdict
 from palpate.adapters.replay.rebuild import Changes, Rebuilder
-from tests.golden.record import NAMES
+from palpate.core.trial import Outcome, TripReason
+from tests.golden.record import CLAIMS, NAMES, shown
 
 GOLDEN = Path(__file__).parents[1] / "golden"
+ELSEWHERE = {Outcome.DONE, Outcome.OUT_OF_TOLERANCE, Outcome.CONTACT_MISMATCH}
+"""Outcomes of other tasks than an insertion, and of a trial without a supervisor."""
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -24,7 +28,22 @@ def test_there_are_no_others() -> None:
     assert sorted(log.stem for log in logs) == sorted(NAMES)
 
 
-@pytest.mark.parametrize("name", ["first-joint-turned", "first-kind", "trip-invalid"])
+def test_golden_logs_show_what_their_recipes_claim() -> None:
+    assert {name: shown(read_log(GOLDEN / f"{name}.mcap")) for name in CLAIMS} == CLAIMS
+
+
+def test_golden_logs_show_every_outcome_and_trip_reason() -> None:
+    claimed = {word for claim in CLAIMS.values() for word in claim.split(", ")}
+    assert {one.value for one in set(Outcome) - ELSEWHERE} <= claimed
+    assert {reason.name for reason in TripReason} <= claimed
+
+
+def test_no_two_golden_logs_are_alike() -> None:
+    ticks = {name: b"".join(read_log(GOLDEN / f"{name}.mcap").ticks) for name in NAMES}
+    assert len(set(ticks.values())) == len(NAMES)
+
+
+@pytest.mark.parametrize("name", ["first-joints-invalid", "first-kind", "trip-invalid"])
 def test_one_rebuilder_replays_what_a_latch_ended_and_what_comes_after(name: str) -> None:
     rebuilder = Rebuilder()
     assert [replay_file(GOLDEN / f"{name}.mcap", rebuilder).verdict for _ in range(2)] == [Verdict.EQUAL] * 2

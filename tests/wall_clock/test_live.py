@@ -105,7 +105,7 @@ def test_a_process_that_is_killed_ends_nothing(served: tuple[LiveView, int]) -> 
     view, _ = served
     os.kill(view._sink.process_id, signal.SIGKILL)
     for _ in range(200):
-        show(view, "inserted-blind")
+        show(view, "train-sarsa")
         if view.dropped_messages:
             break
         time.sleep(0.05)

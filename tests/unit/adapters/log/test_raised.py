@@ -2,8 +2,8 @@
 
 import pytest
 
-from tests.golden.mishap import recorded
-from tests.golden.mishaps import MISHAPS
+from tests.golden.fault_scenario import recorded
+from tests.golden.scenarios import SCENARIOS
 from tests.unit.adapters.log.recording_bench import log_of
 
 
@@ -12,13 +12,13 @@ from tests.unit.adapters.log.recording_bench import log_of
     [
         ("first-joints-invalid", "core"),
         ("first-kind", "core"),
-        ("arm-gone", "port"),
+        ("force-sensor-gone", "port"),
         ("encoders-gone", "port"),
         ("aborted", "outside"),
         ("trip-invalid", ""),
     ],
 )
 def test_who_raised_what_ended_a_trial(name: str, by: str) -> None:
-    end = log_of(recorded(MISHAPS[name])).end
+    end = log_of(recorded(SCENARIOS[name])).end
     assert end is not None
     assert end.raised_by == by

@@ -69,13 +69,13 @@ def test_decisions_come_with_what_the_actions_were_worth() -> None:
 
 
 def test_trips_and_failures_are_told() -> None:
-    tripped = shown("lies-dead")
+    tripped = shown("fault-dead")
     assert tripped.states[0] == "passes the command"
     assert tripped.states[-1] == "latched"
     gone = shown("force-sensor-gone")
     assert gone.events[-1][1]
     assert gone.curve.trials == []
-    whole = shown("inserted-blind")
+    whole = shown("train-sarsa")
     assert (whole.curve.trials, whole.curve.successes) == ([1], [1.0])
 
 

@@ -29,7 +29,7 @@ def test_a_curve_of_before_goes_on_and_a_bad_message_hides_no_others() -> None:
     note = json.dumps({"text": "goes on", "curve": dataclasses.asdict(curve)}).encode()
     path = GOLDEN / "first-kind.mcap"
     messages = [message_frame(m.channel, m.time_ns, m.payload) for m in sound_messages("log", path.read_bytes())]
-    end = (GOLDEN / "inserted-blind.mcap").read_bytes()
+    end = (GOLDEN / "train-sarsa.mcap").read_bytes()
     whole = [message_frame(m.channel, m.time_ns, m.payload) for m in sound_messages("log", end) if m.channel != 2]
     begin, rest = messages[0], messages[1:]
     display, (source, sink) = KeptDisplay(), os.pipe()

@@ -1,4 +1,4 @@
-"""A trial in which something goes wrong on purpose, and its log."""
+"""A trial with faults injected at its ports, and its log."""
 
 from __future__ import annotations
 
@@ -29,9 +29,6 @@ from palpate.core.ports import (
     DeviceDecorator,
     ForceSensor,
     JointCommand,
-    JointEncoder,
-    JointSample,
-    JointVector,
     Rig,
     WrenchKind,
     WrenchSample,
@@ -41,27 +38,27 @@ from palpate.core.trial import Task
 from tests.support.faults import FaultPlan, faulty
 from tests.support.memory_sink import MemorySink
 
-_FRESH_NS: Final = 10**12
-"""What a fault holds back is not marked stale by its port: that is the supervisor's affair."""
+_MAX_AGE_NS: Final = 10**12
+"""Ports do not mark delayed samples as stale: the supervisor has to notice."""
 
 
 @dataclass(frozen=True)
-class Mishap:
-    """One such trial.
+class FaultScenario:
+    """One trial of the simulated cell.
 
     Attributes:
-        faults: Plans of what goes wrong at the ports.
-        settings: Over those that all of them have.
-        at: Tick, and what happens outside of the core then: ``stop``, ``interrupt`` or ``abort``.
-        answers: By tick, what the arm says that it applied: a joint, its angle in rad, and why.
-        tared_from: Tick from which the force sensor says that its samples are tared.
-        ahead: By tick, how much later than its own the time is that a force sample has, ns.
-        policy: Name of the comparator.
+        shows: Outcome and trip reason that the log must have, as ``record.shown`` returns them.
+        faults: Fault plans at the ports.
+        settings: Settings over those that all scenarios share.
+        at: Tick, and the event from outside the core in it: ``stop``, ``interrupt`` or ``abort``.
+        answers: By tick, the command that the arm reports as applied: a joint, its angle in rad, and the reason.
+        tared_from: Tick from which the force sensor marks its samples as tared.
+        ahead: By tick, the time added to the force sample's own, ns.
+        policy: Name of the baseline.
         trial: Index of the trial.
-        placed: The first joint sample is the ready pose in every bit.
-        max_age_ns: Age above which the ports mark a sample that a fault holds back.
     """
 
+    shows: str
     faults: tuple[Mapping[str, Any], ...] = ()
     settings: Mapping[str, Any] = field(default_factory=dict)
     at: tuple[int, str] | None = None
@@ -70,12 +67,10 @@ class Mishap:
     ahead: Mapping[int, int] = field(default_factory=dict)
     policy: str = "torque"
     trial: int = 0
-    placed: bool = False
-    max_age_ns: int = _FRESH_NS
 
 
-class _Answering(DeviceDecorator, ArmCommand):
-    """An arm that says in some ticks that it applied something else."""
+class _AnsweringArm(DeviceDecorator, ArmCommand):
+    """Arm that reports another applied command in some ticks."""
 
     def __init__(self, arm: ArmCommand, answers: Mapping[int, tuple[int, float, CommandReason]]) -> None:
         super().__init__(arm)
@@ -95,40 +90,27 @@ class _Answering(DeviceDecorator, ArmCommand):
         self._arm.stop()
 
 
-class _Odd(DeviceDecorator, ForceSensor):
-    """A force sensor that says from some sample on that it tares, and whose clock is ahead in some ticks."""
+class _OddSensor(DeviceDecorator, ForceSensor):
+    """Force sensor that marks samples as tared, or whose clock is ahead in some ticks."""
 
-    def __init__(self, sensor: ForceSensor, mishap: Mishap) -> None:
+    def __init__(self, sensor: ForceSensor, one: FaultScenario) -> None:
         super().__init__(sensor)
-        self._sensor, self._first, self._ahead, self._reads = sensor, mishap.tared_from, mishap.ahead, -1
+        self._sensor, self._first, self._ahead, self._reads = sensor, one.tared_from, one.ahead, -1
 
     def read(self) -> WrenchSample:
         self._reads += 1
         sample = self._sensor.read()
         if self._reads in self._ahead:
             return replace(sample, source_time_ns=sample.source_time_ns + self._ahead[self._reads])
-        told = self._first is not None and self._reads >= self._first
-        return replace(sample, kind=WrenchKind.TARED) if told else sample
-
-
-class _Placed(DeviceDecorator, JointEncoder):
-    """Encoders that give a certain pose first."""
-
-    def __init__(self, encoder: JointEncoder, first_rad: JointVector) -> None:
-        super().__init__(encoder)
-        self._encoder, self._first_rad = encoder, first_rad
-
-    def read(self) -> JointSample:
-        sample, first_rad = self._encoder.read(), self._first_rad
-        self._first_rad = ()
-        return replace(sample, position_rad=first_rad) if first_rad else sample
+        tared = self._first is not None and self._reads >= self._first
+        return replace(sample, kind=WrenchKind.TARED) if tared else sample
 
 
 class _Outside(LoopObserver):
-    """What befalls a trial from outside of the core."""
+    """Events from outside the core."""
 
-    def __init__(self, mishap: Mishap, rig: Rig, task: Task) -> None:
-        self._at, self._rig, self._task = mishap.at, rig, task
+    def __init__(self, at: tuple[int, str] | None, rig: Rig, task: Task) -> None:
+        self._at, self._rig, self._task = at, rig, task
 
     def waited(self, tick: int, deadline_ns: int) -> None:
         if self._at is None or tick != self._at[0]:
@@ -141,31 +123,30 @@ class _Outside(LoopObserver):
             raise DeviceError("operator", "the run was ended")
 
 
-def configured(mishap: Mishap) -> RunConfig:
-    """Its settings: short, and drawn back by little."""
-    supervision = {"retract_mm": 0.5} | mishap.settings.get("supervision", {})
-    table = {"task": {"time_limit_s": 0.5}, **mishap.settings}
+def configured(one: FaultScenario) -> RunConfig:
+    """Return its settings: a short trial and a short retraction."""
+    supervision = {"retract_mm": 0.5} | one.settings.get("supervision", {})
+    table = {"task": {"time_limit_s": 0.5}, **one.settings}
     table["supervision"] = supervision | {"weakened": list(weaker_settings(supervision))}
     return overlay(replace(scenario("paper"), seed=17), table)
 
 
-def recorded(mishap: Mishap) -> bytes:
-    """The log of the trial."""
-    config, sink = configured(mishap), MemorySink()
+def recorded(one: FaultScenario) -> bytes:
+    """Run the trial and return its log."""
+    config, sink = configured(one), MemorySink()
     ready = ready_pose(config)
     perception = build_perception(config)
-    policy = comparator(mishap.policy, config, lambda: (0.0, 0.0))
+    policy = comparator(one.policy, config, lambda: (0.0, 0.0))
     task = build_task(config, ready, perception, policy)
-    setup = trial_setup(config, mishap.trial)
-    plans = [FaultPlan(seed=1, **plan) for plan in mishap.faults]
+    setup = trial_setup(config, one.trial)
+    plans = [FaultPlan(seed=1, **plan) for plan in one.faults]
     with open_rig(config, ready) as rig, TrialRecorder(lambda: sink, Path(), config.recording) as recorder:
-        recorder.of("run", config, ready, task, perception, policy, name=mishap.policy)
-        rig.prepare(mishap.trial)
-        ports = faulty(rig.ports, plans, max_age_ns=mishap.max_age_ns)
-        arm, sensor = _Answering(ports.arm, mishap.answers), _Odd(ports.force_sensor, mishap)
-        encoder = _Placed(ports.joint_encoder, tuple(ready.q_rad.tolist()) if mishap.placed else ())
-        ports = replace(ports, arm=arm, force_sensor=sensor, joint_encoder=encoder)
-        observers = (recorder.begin(setup, world_of(rig), "mishap"), _Outside(mishap, rig, task))
+        recorder.of("run", config, ready, task, perception, policy, name=one.policy)
+        rig.prepare(one.trial)
+        ports = faulty(rig.ports, plans, max_age_ns=_MAX_AGE_NS)
+        arm, sensor = _AnsweringArm(ports.arm, one.answers), _OddSensor(ports.force_sensor, one)
+        ports = replace(ports, arm=arm, force_sensor=sensor)
+        observers = (recorder.begin(setup, world_of(rig), "trial"), _Outside(one.at, rig, task))
         try:
             report = run_trial(task, ports, setup, build_supervisor(config, ready, rig.sensor_facts), observers)
         except PalpateError as error:
