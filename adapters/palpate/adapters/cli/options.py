@@ -10,7 +10,6 @@ import tyro
 from typing_extensions import override
 
 from palpate.adapters.config import EmulationConfig, RunConfig
-from palpate.core.errors import ConfigurationError
 from palpate.core.ports import OneOf, Range, Settings
 
 Flat = Annotated[RunConfig, tyro.conf.arg(name="")]
@@ -194,11 +193,9 @@ class CheckAdapterOptions(Settings):
     @override
     def check(self) -> None:
         for name in ("rate_rad_s", "reach_rad"):
-            if self.moves and not getattr(self, name):
-                accepted = "more than 0: with --moves you say how fast and how far joints may move"
-                raise ConfigurationError(name, getattr(self, name), accepted)
-            if not self.moves and getattr(self, name):
-                raise ConfigurationError(name, getattr(self, name), "given with --moves only")
+            accepted = "more than 0: with --moves you say how fast and how far joints may move"
+            self.require(name, not self.moves or getattr(self, name) > 0.0, accepted)
+            self.require(name, self.moves or not getattr(self, name), "given with --moves only")
 
 
 @dataclass(frozen=True)

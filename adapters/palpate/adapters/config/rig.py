@@ -97,9 +97,8 @@ class WatchdogTable(Settings):
 
     @override
     def check(self) -> None:
-        if 0.0 < self.deadman_ms < _SHORTEST_MS:
-            accepted = f"0 for none, or at least {_SHORTEST_MS:g}"
-            raise ConfigurationError(self.dotted("deadman_ms"), self.deadman_ms, accepted)
+        is_long = not 0.0 < self.deadman_ms < _SHORTEST_MS
+        self.require("deadman_ms", is_long, f"0 for none, or at least {_SHORTEST_MS:g}")
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing_extensions import override
 from palpate.adapters.config.learning import LearningConfig
 from palpate.adapters.config.real_time import RealTimeConfig
 from palpate.adapters.config.scenarios import LEARNERS, SCENARIOS
-from palpate.core.errors import ConfigurationError, require_in
+from palpate.core.errors import require_in
 from palpate.core.job import LimitsConfig, PartConfig, PlaceConfig, ToolConfig
 from palpate.core.motion import ArmDescription
 from palpate.core.ports import CHANNELS, CONTROL_RATE_HZ, Holds, OneOf, Range, Settings
@@ -69,14 +69,9 @@ class PerceptionConfig(Settings):
     def check(self) -> None:
         if self.features == "pca":
             require_in("perception.components", self.components, 1, len(self.channels))
-        if self.symbols in ("regions", "grid", "skills") and (
-            self.features != "channels" or self.channels != ("x", "y", "tx", "ty")
-        ):
-            raise ConfigurationError(
-                "perception.symbols",
-                self.symbols,
-                "random or clusters, unless the features are the channels x y tx ty",
-            )
+        plain = self.features == "channels" and self.channels == ("x", "y", "tx", "ty")
+        accepted = "random or clusters, unless the features are the channels x y tx ty"
+        self.require("symbols", plain or self.symbols not in ("regions", "grid", "skills"), accepted)
 
 
 @dataclass(frozen=True)
@@ -146,19 +141,11 @@ class RunConfig(Settings):
 
     @override
     def check(self) -> None:
-        if self.learner == "hmm" and self.perception.memory != "none":
-            accepted = "none with the learner hmm, which finds hidden states itself"
-            raise ConfigurationError("perception.memory", self.perception.memory, accepted)
-        if self.cell.hole_height_error_mm > self.task.ready_height_mm - 0.5:
-            raise ConfigurationError(
-                "cell.hole_height_error_mm",
-                self.cell.hole_height_error_mm,
-                f"at least 0.5 mm less than task.ready_height_mm = {self.task.ready_height_mm:g}, or trials begin"
-                " inside the plate",
-            )
-        if self.cell.peg.hole_depth_mm < self.task.insertion_depth_mm:
-            raise ConfigurationError(
-                "cell.peg.hole_depth_mm",
-                self.cell.peg.hole_depth_mm,
-                f"at least task.insertion_depth_mm = {self.task.insertion_depth_mm:g}, or no trial can succeed",
-            )
+        cell, depth_mm = self.cell, self.task.insertion_depth_mm
+        accepted = "none with the learner hmm, which finds hidden states itself"
+        self.perception.require("memory", self.learner != "hmm" or self.perception.memory == "none", accepted)
+        above = f"at least 0.5 mm less than task.ready_height_mm = {self.task.ready_height_mm:g}, or trials begin"
+        is_below = cell.hole_height_error_mm <= self.task.ready_height_mm - 0.5
+        cell.require("hole_height_error_mm", is_below, f"{above} inside the plate")
+        deep = f"at least task.insertion_depth_mm = {depth_mm:g}, or no trial can succeed"
+        cell.peg.require("hole_depth_mm", cell.peg.hole_depth_mm >= depth_mm, deep)

@@ -21,7 +21,7 @@ from palpate.adapters.hardware import FaultFile, HardwareRig, find_approach
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.automata import AutomatonState, load
 from palpate.core.errors import ConfigurationError
-from palpate.core.job import require_depth
+from palpate.core.job import NOISE_BAND, require_depth
 from palpate.core.motion import Kinematics, TipMotion, arm_named
 from palpate.core.perception import (
     FACTS,
@@ -64,8 +64,6 @@ from palpate.core.trial import (
 NONE: Final = "none"
 _BENT_MM: Final = 0.2
 """What the gripper bends at one wall and at the other, beyond the play, before a push is answered."""
-_NOISE_BAND: Final = 1.11
-"""White noise passes a Butterworth low-pass of second order as if it ended at 1.11 times its cut-off."""
 SKILLS: Final = "skills"
 _LAST_ACTION: Final = "last-action"
 _FIELD: Final = "perception.memory"
@@ -239,18 +237,14 @@ def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> N
     """
     task = config.task
     plate_mm = task.surface_uncertainty_mm + task.depth_tolerance_mm
-    if task.insertion_depth_mm <= plate_mm:
-        accepted = f"more than {plate_mm:g}, as deep as the plate itself may be taken to lie"
-        raise ConfigurationError("task.insertion_depth_mm", task.insertion_depth_mm, accepted)
-    if task.area_half_width_mm < config.place.position_uncertainty_mm:
-        accepted = (
-            f"at least place.position_uncertainty_mm = {config.place.position_uncertainty_mm:g}, or holes lie outside"
-        )
-        raise ConfigurationError("task.area_half_width_mm", task.area_half_width_mm, accepted)
+    accepted = f"more than {plate_mm:g}, as deep as the plate itself may be taken to lie"
+    task.require("insertion_depth_mm", task.insertion_depth_mm > plate_mm, accepted)
+    off_mm = config.place.position_uncertainty_mm
+    accepted = f"at least place.position_uncertainty_mm = {off_mm:g}, or holes lie outside"
+    task.require("area_half_width_mm", task.area_half_width_mm >= off_mm, accepted)
     edge_mm = config.place.height_uncertainty_mm + 0.5e-3 * config.part.peg_mm * config.place.tilt_uncertainty_mrad
-    if task.ready_height_mm <= edge_mm:
-        accepted = f"more than {edge_mm:.3g}, or a tilted peg may begin in a plate that is higher than stated"
-        raise ConfigurationError("task.ready_height_mm", task.ready_height_mm, accepted)
+    accepted = f"more than {edge_mm:.3g}, or a tilted peg may begin in a plate that is higher than stated"
+    task.require("ready_height_mm", task.ready_height_mm > edge_mm, accepted)
     walk = RandomWalkPolicy(task_actions(config))
     build_task(config, ready, plain_perception(config), walk)
     if not rig_file:
@@ -275,7 +269,7 @@ def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> 
 def _require_quiet(config: RunConfig, sensor: SensorFacts) -> None:
     """The force is looked at unfiltered, the torque behind perception's low-pass, which lets noise through by band."""
     band = config.perception.cutoff_Hz / (CONTROL_RATE_HZ / 2.0)
-    passed = sqrt(_NOISE_BAND * band)
+    passed = sqrt(NOISE_BAND * band)
     contact_N = config.task.contact_kgf * N_PER_KGF
     torque_Nm = config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF
     if sensor.noise_N < contact_N and passed * sensor.noise_Nm < torque_Nm:

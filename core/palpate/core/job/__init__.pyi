@@ -1,3 +1,4 @@
+from .derived import NOISE_BAND as NOISE_BAND
 from .derived import Constants as Constants
 from .derived import Derived as Derived
 from .derived import Quantities as Quantities

@@ -28,7 +28,7 @@ _NOISES_CONTACT: Final = 4.0
 """Standard deviations of the force in a contact: one false contact in 30 000 samples."""
 _NOISES_TORQUE: Final = 2.5
 """Standard deviations of the filtered torque in a torque threshold."""
-_NOISE_BAND: Final = 1.11
+NOISE_BAND: Final = 1.11
 """White noise passes a second-order Butterworth low-pass as if it ended at 1.11 times its cut-off."""
 _NOISES_UNEXPECTED: Final = 9.3
 """Standard deviations of one channel that the norm of the difference of two samples stays below."""
@@ -203,7 +203,7 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
     if jam_N > _JAMS_FROM * press_N:
         insertion_N = min(max(press_N, _OVER_JAM * jam_N), MOST_PRESS_SHARE * job.force_N)
     critical_N_s_per_m = sqrt(job.axial_N_per_m * job.moving_kg)
-    passed = sqrt(_NOISE_BAND * known.cutoff_Hz * 2.0 * known.period_s)
+    passed = sqrt(NOISE_BAND * known.cutoff_Hz * 2.0 * known.period_s)
     edge_m = max(known.edge_m, job.chamfer_m)
     capture_m = min(job.clearance_m + edge_m - known.capture_delay_s * known.search_speed_m_s, known.most_capture_m)
     half_width_m = max(job.deviation_m, job.start_m) + known.area_margin_m

@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import acos, asin, cos, degrees, pi, radians, sin, sqrt
 from typing import Any, Final
 
-from palpate.core.errors import ConfigurationError
 from palpate.core.job.derived import N_PER_KGF, NOISES_FORCE, Derived, Quantities, derive
 from palpate.core.job.tables import KEYED, ROUND, ROUNDED, SIDES, Job, PartConfig
 from palpate.core.ports import SensorFacts
@@ -27,9 +26,9 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
     Raises:
         ConfigurationError: The sensor is too noisy for the highest force.
     """
-    if job.limits.force_N < (least_N := NOISES_FORCE * sensor.noise_N):
-        accepted = f"at least {least_N:.3g} with a force sensor of {sensor.noise_N:g} N noise, or a quieter sensor"
-        raise ConfigurationError(job.limits.dotted("force_N"), job.limits.force_N, accepted)
+    least_N = NOISES_FORCE * sensor.noise_N
+    accepted = f"at least {least_N:.3g} with a force sensor of {sensor.noise_N:g} N noise, or a quieter sensor"
+    job.limits.require("force_N", job.limits.force_N >= least_N, accepted)
     part, tool, place, limits = job.part, job.tool, job.place, job.limits
     found = derive(Quantities.of(job, sensor))
     known, jams = place.position_uncertainty_mm == 0.0, found.insertion_press_N > found.press_N

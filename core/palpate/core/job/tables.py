@@ -9,7 +9,6 @@ from typing import Annotated, ClassVar, Final, TypeAlias
 
 from typing_extensions import override
 
-from palpate.core.errors import ConfigurationError
 from palpate.core.motion import ToolGeometry
 from palpate.core.ports import Holds, OneOf, Range, Settings, Vector3
 
@@ -95,27 +94,20 @@ class PartConfig(Settings):
 
     @override
     def check(self) -> None:
-        if not 0.001 <= self.clearance_mm <= _MOST_CLEARANCE_MM:
-            accepted = (
-                f"from {self.peg_mm + 0.002:g} to {self.peg_mm + 2.0 * _MOST_CLEARANCE_MM:g} for part.peg_mm ="
-                f" {self.peg_mm:g} (radial clearance 0.001 to 5 mm)"
-            )
-            raise ConfigurationError(self.dotted("hole_mm"), self.hole_mm, accepted)
-        if self.floor_mm < self.depth_mm:
-            accepted = f"at least part.depth_mm = {self.depth_mm:g}"
-            raise ConfigurationError(self.dotted("hole_depth_mm"), self.hole_depth_mm, accepted)
-        if self.depth_tolerance_mm >= self.depth_mm:
-            accepted = f"below part.depth_mm = {self.depth_mm:g}"
-            raise ConfigurationError(self.dotted("depth_tolerance_mm"), self.depth_tolerance_mm, accepted)
-        half_mm = self.peg_mm / 2.0
+        half_mm, most_mm = self.peg_mm / 2.0, self.peg_mm + 2.0 * _MOST_CLEARANCE_MM
+        fits = f"from {self.peg_mm + 0.002:g} to {most_mm:g} for part.peg_mm = {self.peg_mm:g}"
+        allowed = 0.001 <= self.clearance_mm <= _MOST_CLEARANCE_MM
+        self.require("hole_mm", allowed, f"{fits} (radial clearance 0.001 to 5 mm)")
+        self.require("hole_depth_mm", self.floor_mm >= self.depth_mm, f"at least part.depth_mm = {self.depth_mm:g}")
+        is_small = self.depth_tolerance_mm < self.depth_mm
+        self.require("depth_tolerance_mm", is_small, f"below part.depth_mm = {self.depth_mm:g}")
         for name, most, applies in (
             ("corner_radius_mm", half_mm, self.shape == ROUNDED),
             ("flat_mm", _MOST_FLAT * half_mm, self.shape == KEYED),
             ("chamfer_mm", half_mm / 2.0, True),
         ):
-            if applies and getattr(self, name) >= most:
-                accepted = f"below {most:g} on a peg of {self.peg_mm:g} mm"
-                raise ConfigurationError(self.dotted(name), getattr(self, name), accepted)
+            accepted = f"below {most:g} on a peg of {self.peg_mm:g} mm"
+            self.require(name, not applies or getattr(self, name) < most, accepted)
 
 
 @dataclass(frozen=True)
@@ -176,28 +168,22 @@ class ToolConfig(Settings):
 
     @override
     def check(self) -> None:
-        if self.moving_mass_kg < 0.01:
-            accepted = f"at least 0.01 below tool.mass_kg = {self.mass_kg:g}"
-            raise ConfigurationError(self.dotted("rigid_mass_kg"), self.rigid_mass_kg, accepted)
+        lighter = f"at least 0.01 below tool.mass_kg = {self.mass_kg:g}"
+        self.require("rigid_mass_kg", self.moving_mass_kg >= 0.01, lighter)
         for name in ("sensor_mm", "tip_mm", "centre_of_mass_mm"):
-            vector_mm = getattr(self, name)
-            if any(vector_mm) and hypot(*vector_mm) < _LEAST_MM:
-                accepted = f"zeros, or at least {_LEAST_MM:g} away: the numbers are millimetres"
-                raise ConfigurationError(self.dotted(name), vector_mm, accepted)
-        if self.tip_mm[2] < _LEAST_TIP_MM:
-            accepted = f"a third number of {_LEAST_TIP_MM:g} at least: the tip is beyond the sensor"
-            raise ConfigurationError(self.dotted("tip_mm"), self.tip_mm, accepted)
+            accepted = f"zeros, or at least {_LEAST_MM:g} away: the numbers are millimetres"
+            self.require(name, not any(getattr(self, name)) or hypot(*getattr(self, name)) >= _LEAST_MM, accepted)
+        beyond = f"a third number of {_LEAST_TIP_MM:g} at least: the tip is beyond the sensor"
+        self.require("tip_mm", self.tip_mm[2] >= _LEAST_TIP_MM, beyond)
         roll_deg, pitch_deg, _ = self.tip_rpy_deg
-        if cos(radians(roll_deg)) * cos(radians(pitch_deg)) < cos(radians(_MOST_BENT_DEG)):
-            accepted = f"a peg that points away from the sensor, at most {_MOST_BENT_DEG:g} degrees off its axis"
-            raise ConfigurationError(self.dotted("tip_rpy_deg"), self.tip_rpy_deg, accepted)
+        is_straight = cos(radians(roll_deg)) * cos(radians(pitch_deg)) >= cos(radians(_MOST_BENT_DEG))
+        accepted = f"a peg that points away from the sensor, at most {_MOST_BENT_DEG:g} degrees off its axis"
+        self.require("tip_rpy_deg", is_straight, accepted)
         x_mm, y_mm, z_mm = self.centre_of_mass_mm
-        if not 0.0 <= z_mm <= self.tip_mm[2] or hypot(x_mm, y_mm) > _MOST_ASIDE_MM:
-            accepted = (
-                f"a place on the tool: the third number from 0 to {self.tip_mm[2]:g} as in tool.tip_mm, the first two"
-                f" at most {_MOST_ASIDE_MM:g}"
-            )
-            raise ConfigurationError(self.dotted("centre_of_mass_mm"), self.centre_of_mass_mm, accepted)
+        along = f"the third number from 0 to {self.tip_mm[2]:g} as in tool.tip_mm"
+        accepted = f"a place on the tool: {along}, the first two at most {_MOST_ASIDE_MM:g}"
+        on_tool = 0.0 <= z_mm <= self.tip_mm[2] and hypot(x_mm, y_mm) <= _MOST_ASIDE_MM
+        self.require("centre_of_mass_mm", on_tool, accepted)
 
 
 @dataclass(frozen=True)
@@ -251,15 +237,11 @@ class Job(Settings):
     def check(self) -> None:
         part, place = self.part, self.place
         least_mm = place.height_uncertainty_mm + part.depth_tolerance_mm
-        if part.depth_mm <= least_mm:
-            accepted = (
-                f"more than {least_mm:g} = place.height_uncertainty_mm + part.depth_tolerance_mm, as deep as the plate"
-                " itself may be taken to lie"
-            )
-            raise ConfigurationError(part.dotted("depth_mm"), part.depth_mm, accepted)
-        if place.position_uncertainty_mm > part.peg_mm:
-            accepted = f"at most part.peg_mm = {part.peg_mm:g}: measure the hole's place first"
-            raise ConfigurationError(place.dotted("position_uncertainty_mm"), place.position_uncertainty_mm, accepted)
+        accepted = f"more than {least_mm:g} = place.height_uncertainty_mm + part.depth_tolerance_mm"
+        is_deep = part.depth_mm > least_mm
+        part.require("depth_mm", is_deep, f"{accepted}, as deep as the plate itself may be taken to lie")
+        accepted = f"at most part.peg_mm = {part.peg_mm:g}: measure the hole's place first"
+        place.require("position_uncertainty_mm", place.position_uncertainty_mm <= part.peg_mm, accepted)
 
 
 JOB_TABLES: Final = ("part", "tool", "place", "limits")

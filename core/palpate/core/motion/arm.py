@@ -66,15 +66,14 @@ class ArmDescription(Settings):
     @override
     def check(self) -> None:
         joints = len(self.posture_rad)
-        if joints not in (6, 7):
-            raise ConfigurationError("arm.posture_rad", self.posture_rad, "6 or 7 numbers, one a joint")
+        self.require("posture_rad", joints in (6, 7), "6 or 7 numbers, one a joint")
         for field, value in (("name", Path(self.urdf).stem), ("encoder_step_rad", (2 * pi / _COUNTS,) * joints)):
             if not getattr(self, field):
                 object.__setattr__(self, field, value)
         servos = ("servo_stiffness_Nm_per_rad", "servo_armature_kg_m2")
         for field in ("encoder_step_rad", *servos, "lower_rad", "upper_rad", "velocity_limit_rad_s"):
-            if len(vector := getattr(self, field)) not in (0, joints):
-                raise ConfigurationError(f"arm.{field}", vector, f"{joints} numbers, one a joint as in posture_rad")
+            accepted = f"{joints} numbers, one a joint as in posture_rad"
+            self.require(field, len(getattr(self, field)) in (0, joints), accepted)
 
     def __str__(self) -> str:
         """Its name."""

@@ -126,6 +126,15 @@ class Settings:
             ConfigurationError: Naming one of them.
         """
 
+    def require(self, name: str, holds: bool, accepted: str) -> None:
+        """Refuse the value of a field unless a condition holds.
+
+        Raises:
+            ConfigurationError: Naming the field, its value and what is accepted.
+        """
+        if not holds:
+            raise ConfigurationError(self.dotted(name), getattr(self, name), accepted)
+
     @classmethod
     def read(cls, raw: object, where: str = "") -> Self:
         """A table from plain JSON. Only a field whose default is None may be missing.

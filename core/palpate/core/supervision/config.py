@@ -85,18 +85,16 @@ class SupervisionConfig(Settings):
 
     @override
     def check(self) -> None:
-        if self.unexpected_contact_N >= self.max_force_N:
-            accepted = f"less than supervision.max_force_N = {self.max_force_N:g}, or it could never trip"
-            raise ConfigurationError("supervision.unexpected_contact_N", self.unexpected_contact_N, accepted)
+        accepted = f"less than supervision.max_force_N = {self.max_force_N:g}, or it could never trip"
+        self.require("unexpected_contact_N", self.unexpected_contact_N < self.max_force_N, accepted)
         self._require_admitted()
 
     def _require_admitted(self) -> None:
         """Whoever weakens a limit says so by its name, and nobody gets into the habit of naming them all."""
         weaker = weaker_settings(vars(self))
         for name in weaker:
-            if name not in self.weakened:
-                accepted = f"{_strength(name)}, unless supervision.weakened names {name!r}"
-                raise ConfigurationError(self.dotted(name), getattr(self, name), accepted)
+            accepted = f"{_strength(name)}, unless supervision.weakened names {name!r}"
+            self.require(name, name in self.weakened, accepted)
         for name in self.weakened:
             if name not in weaker:
                 accepted = "names of limits that are set weaker than their defaults"

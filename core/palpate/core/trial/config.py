@@ -6,7 +6,6 @@ from typing import Annotated, ClassVar, Final
 
 from typing_extensions import override
 
-from palpate.core.errors import ConfigurationError
 from palpate.core.ports import OneOf, Range, Settings
 
 N_PER_KGF: Final = 9.80665
@@ -100,28 +99,15 @@ class TaskConfig(Settings):
 
     @override
     def check(self) -> None:
-        if self.press_kgf <= self.contact_kgf:
-            raise ConfigurationError(
-                "task.press_kgf", self.press_kgf, f"more than task.contact_kgf = {self.contact_kgf:g}"
-            )
-        if 0.0 < self.insertion_press_kgf <= self.contact_kgf:
-            raise ConfigurationError(
-                "task.insertion_press_kgf",
-                self.insertion_press_kgf,
-                f"0, or more than task.contact_kgf = {self.contact_kgf:g}",
-            )
+        contact = f"more than task.contact_kgf = {self.contact_kgf:g}"
+        self.require("press_kgf", self.press_kgf > self.contact_kgf, contact)
+        presses = not self.insertion_press_kgf or self.insertion_press_kgf > self.contact_kgf
+        self.require("insertion_press_kgf", presses, f"0, or {contact}")
         press_N = max(self.press_kgf * N_PER_KGF, self.insertion_press_N)
-        if self.max_force_N <= press_N:
-            raise ConfigurationError(
-                "task.max_force_N", self.max_force_N, f"more than the pressing force, {press_N:.3g} N"
-            )
-        if self.area_centre == "goal" and self.start_uncertainty_mm > self.area_half_width_mm:
-            raise ConfigurationError(
-                "task.start_uncertainty_mm",
-                self.start_uncertainty_mm,
-                f"at most task.area_half_width_mm = {self.area_half_width_mm:g}, or trials start outside the"
-                " exploration area",
-            )
+        self.require("max_force_N", self.max_force_N > press_N, f"more than the pressing force, {press_N:.3g} N")
+        accepted = f"at most task.area_half_width_mm = {self.area_half_width_mm:g}, or trials start outside the"
+        inside = self.area_centre != "goal" or self.start_uncertainty_mm <= self.area_half_width_mm
+        self.require("start_uncertainty_mm", inside, f"{accepted} exploration area")
 
 
 @dataclass(frozen=True)

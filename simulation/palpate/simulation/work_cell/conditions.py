@@ -5,7 +5,6 @@ from typing import Annotated, ClassVar, Final, TypeAlias
 
 from typing_extensions import override
 
-from palpate.core.errors import ConfigurationError
 from palpate.core.ports import OneOf, Range, Settings
 
 DRAWN: Final = "drawn"
@@ -54,9 +53,7 @@ class ConditionsConfig(Settings):
     @override
     def check(self) -> None:
         for trials, heading in (("grip_trials", "tilt_heading"), ("zero_trials", "zero_heading")):
-            if getattr(self, trials) and getattr(self, heading) != DRAWN:
-                accepted = f"0, unless {self.dotted(heading)} is drawn: nothing would change from batch to batch"
-                raise ConfigurationError(self.dotted(trials), getattr(self, trials), accepted)
-        if self.hole_shift_trials and not self.hole_shift_mm:
-            accepted = f"0, unless {self.dotted('hole_shift_mm')} is more: no hole would move"
-            raise ConfigurationError(self.dotted("hole_shift_trials"), self.hole_shift_trials, accepted)
+            accepted = f"0, unless {self.dotted(heading)} is drawn: nothing would change from batch to batch"
+            self.require(trials, not getattr(self, trials) or getattr(self, heading) == DRAWN, accepted)
+        accepted = f"0, unless {self.dotted('hole_shift_mm')} is more: no hole would move"
+        self.require("hole_shift_trials", not self.hole_shift_trials or self.hole_shift_mm > 0.0, accepted)

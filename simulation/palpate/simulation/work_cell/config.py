@@ -6,7 +6,6 @@ from typing import Annotated, ClassVar, Final
 
 from typing_extensions import override
 
-from palpate.core.errors import ConfigurationError
 from palpate.core.job import KEYED, ROUNDED, SIDES
 from palpate.core.ports import OneOf, Range, Settings
 from palpate.simulation.work_cell.conditions import ConditionsConfig
@@ -104,29 +103,23 @@ class PegConfig(Settings):
 
     @override
     def check(self) -> None:
-        if 0 < self.upper_spheres < _LEAST_SPHERES:
-            raise ConfigurationError(
-                "cell.peg.upper_spheres", self.upper_spheres, f"a whole number from {_LEAST_SPHERES} to 512, or 0"
-            )
-        half_mm = self.diameter_mm / 2
+        accepted = f"a whole number from {_LEAST_SPHERES} to 512, or 0"
+        self.require("upper_spheres", not 0 < self.upper_spheres < _LEAST_SPHERES, accepted)
+        half_mm, rounded = self.diameter_mm / 2, self.cross_section in (ROUNDED, KEYED)
         for name, least, most, where in (
             ("corner_radius_mm", 0.2, half_mm, self.cross_section == ROUNDED),
             ("flat_mm", 0.1, half_mm, self.cross_section == KEYED),
             ("chamfer_mm", 0.0, half_mm / 2, True),
         ):
-            if where and getattr(self, name) >= most:
-                accepted = f"a number from {least:g} to less than {most:g} on a peg of {self.diameter_mm:g} mm"
-                raise ConfigurationError(self.dotted(name), getattr(self, name), accepted)
-        if self.contact == "spheres" and (self.cross_section in (ROUNDED, KEYED) or self.chamfer_mm):
-            raise ConfigurationError(self.dotted("contact"), self.contact, "hull, beside such a shape or a chamfer")
+            accepted = f"a number from {least:g} to less than {most:g} on a peg of {self.diameter_mm:g} mm"
+            self.require(name, not where or getattr(self, name) < most, accepted)
+        spheres = self.contact != "spheres" or not (rounded or self.chamfer_mm)
+        self.require("contact", spheres, "hull, beside such a shape or a chamfer")
         radius_mm = half_mm + self.clearance_mm + SURFACE_BEGINS_MM
-        least = ceil(pi / acos(1.0 - SURFACE_BEGINS_MM / radius_mm))
-        if self.cross_section in ("round", ROUNDED, KEYED) and 0 < self.outer_boxes < least:
-            raise ConfigurationError(
-                "cell.peg.outer_boxes",
-                self.outer_boxes,
-                f"a whole number from {least} to 512, or 0; fewer boxes would reach into the hole",
-            )
+        fewest = ceil(pi / acos(1.0 - SURFACE_BEGINS_MM / radius_mm))
+        enough = not (rounded or self.cross_section == "round") or not 0 < self.outer_boxes < fewest
+        accepted = f"a whole number from {fewest} to 512, or 0; fewer boxes would reach into the hole"
+        self.require("outer_boxes", enough, accepted)
 
 
 @dataclass(frozen=True)
@@ -248,8 +241,7 @@ class CellConfig(Settings):
 
     @override
     def check(self) -> None:
-        if self.contour.shape != FLAT and self.contacts != "searched":
-            raise ConfigurationError("cell.contacts", self.contacts, "searched, beside a contour")
-        if not 0.001 <= self.worn_clearance_mm <= 5.0:
-            accepted = f"a number that leaves a clearance of 0.001 to 5 beside {self.peg.clearance_mm:g}"
-            raise ConfigurationError(self.conditions.dotted("wear_mm"), self.conditions.wear_mm, accepted)
+        searched = self.contour.shape == FLAT or self.contacts == "searched"
+        self.require("contacts", searched, "searched, beside a contour")
+        accepted = f"a number that leaves a clearance of 0.001 to 5 beside {self.peg.clearance_mm:g}"
+        self.conditions.require("wear_mm", 0.001 <= self.worn_clearance_mm <= 5.0, accepted)

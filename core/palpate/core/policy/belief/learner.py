@@ -59,9 +59,8 @@ class BeliefParameters(Settings):
 
     @override
     def check(self) -> None:
-        if self.pitch_mm > 2.0 * self.capture_mm:
-            accepted = f"at most twice capture_mm, {2.0 * self.capture_mm:g}, or a search leaves gaps"
-            raise ConfigurationError(self.dotted("pitch_mm"), self.pitch_mm, accepted)
+        accepted = f"at most twice capture_mm, {2.0 * self.capture_mm:g}, or a search leaves gaps"
+        self.require("pitch_mm", self.pitch_mm <= 2.0 * self.capture_mm, accepted)
 
 
 @dataclass(frozen=True, slots=True)

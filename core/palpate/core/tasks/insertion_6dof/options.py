@@ -7,7 +7,6 @@ from typing import Annotated, ClassVar
 
 from typing_extensions import override
 
-from palpate.core.errors import ConfigurationError
 from palpate.core.ports import Range, Settings
 
 
@@ -55,9 +54,6 @@ class SpatialOptions(Settings):
 
     @override
     def check(self) -> None:
-        if self.corners and self.flat_deg:
-            raise ConfigurationError(self.dotted("flat_deg"), self.flat_deg, "0 for a peg with corners")
-        if self.lean_deg > self.most_lean_deg:
-            raise ConfigurationError(
-                self.dotted("lean_deg"), self.lean_deg, f"at most most_lean_deg = {self.most_lean_deg:g}"
-            )
+        self.require("flat_deg", not self.corners or not self.flat_deg, "0 for a peg with corners")
+        most = f"at most most_lean_deg = {self.most_lean_deg:g}"
+        self.require("lean_deg", self.lean_deg <= self.most_lean_deg, most)
