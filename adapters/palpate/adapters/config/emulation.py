@@ -7,7 +7,9 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.motion import ArmDescription
 from palpate.core.ports import OneOf, Range, Settings
 
-ZEBRA, CIA402, UR = "zebra-nmc", "cia402", "ur-rtde"
+ZEBRA: Final = "zebra-nmc"
+CIA402: Final = "cia402"
+UR: Final = "ur-rtde"
 JR3, ATI = "jr3-can", "ati-netft"
 _OF_UR: Final = ("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e", "ur16e", "ur20")
 
