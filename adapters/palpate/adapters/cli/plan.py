@@ -78,9 +78,7 @@ def _simulated(
     config: RunConfig, choice: Choice, options: PlanOptions, picture: Path, stated: dict[str, object]
 ) -> int:
     from palpate.adapters.cli.progress import progress
-    from palpate.adapters.experiments import ScoredTrial, TrialRow
-    from palpate.adapters.experiments.figure import trials_picture
-    from palpate.adapters.experiments.planning import simulate
+    from palpate.adapters.experiments import ScoredTrial, TrialRow, simulate, trials_picture
 
     done = list[ScoredTrial]()
     with progress(options.trials, "trial", choice.policy or choice.learner) as bar:
@@ -94,8 +92,7 @@ def _simulated(
 
 
 def _rates(config: RunConfig, choice: Choice, done: list[ScoredTrial]) -> str:
-    from palpate.adapters.experiments import TrialRow, exact_interval, summary_of
-    from palpate.adapters.experiments.planning import untrue
+    from palpate.adapters.experiments import TrialRow, exact_interval, summary_of, untrue
 
     def rate(name: str, count: int) -> str:
         low, high = exact_interval(count, len(done))

@@ -24,12 +24,15 @@ from .evaluation import true_hole_m as true_hole_m
 from .evaluation import warm_up as warm_up
 from .evaluation import write_evaluation as write_evaluation
 from .figure import learning_curve as learning_curve
+from .figure import trials_picture as trials_picture
 from .fitting import configured_perception as configured_perception
 from .fitting import fitted_perception as fitted_perception
 from .fitting import simulated_perception as simulated_perception
 from .foreign import foreign_code as foreign_code
 from .foreign import foreign_entry as foreign_entry
 from .foreign import foreign_policy as foreign_policy
+from .planning import simulate as simulate
+from .planning import untrue as untrue
 from .policies import COMPARATORS as COMPARATORS
 from .policies import OUTSIDE as OUTSIDE
 from .policies import accepted_policies as accepted_policies

@@ -12,9 +12,8 @@ from palpate.core.perception import TaskFacts
 from palpate.core.policy import Action
 from palpate.core.ports import PERIOD_S, Settings
 from palpate.core.tasks.contact import Monitor, TouchTask
-from palpate.core.tasks.insertion import Agent, Insertion, InsertionTask
+from palpate.core.tasks.insertion import Agent, Insertion, InsertionState, InsertionTask
 from palpate.core.tasks.insertion.phases import Approach, Equipment, Laws
-from palpate.core.tasks.insertion.trial_state import InsertionState
 from palpate.core.tasks.insertion_6dof.explore import SpatialExplore
 from palpate.core.tasks.insertion_6dof.insert import SpatialInsert
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
