@@ -183,23 +183,19 @@ def _stated(arguments: Sequence[str]) -> Stated:
     job = read_job(job_file) if job_file else None
     name = _preset("scenario", "paper" if job is None else JOB, arguments, table, path)
     if rig is not None:
-        table, job = _on_rig(rig, file, table, job, arguments)
+        table, job = _on_rig(rig, table, job, arguments)
     sensor = None if rig is None else rig.facts.noise()
     return Stated(name, learner, _task(arguments, table, path), table, facts, job, sensor)
 
 
 def _on_rig(
-    rig: RigFile, path: str, table: Mapping[str, Any], job: Mapping[str, Any] | None, arguments: Sequence[str]
+    rig: RigFile, table: Mapping[str, Any], job: Mapping[str, Any] | None, arguments: Sequence[str]
 ) -> tuple[dict[str, Any], dict[str, Any] | None]:
     """Return settings and job without a simulated cell, and with the rig's arm and what was measured on it."""
     for word in arguments:
         if word.startswith("--cell."):
             flag = word.partition("=")[0]
             raise UsageError(f"{flag} sets up the simulated cell; with --rig, the rig says what is true of it")
-    if job is None and not {"part", "tool"} <= set(table):
-        raise UsageError(
-            f'--rig needs --job FILE, which states part and tool (or a line job = "FILE" in [rig] of {path})'
-        )
     for tables, file in ((table, _value_of("--config", arguments)), (job or {}, _value_of("--job", arguments))):
         if "cell" in tables and file:
             sys.stderr.write(f"palpate: [cell] of {file} is ignored: the rig says what is true of it\n")

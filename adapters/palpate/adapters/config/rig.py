@@ -183,7 +183,7 @@ class RigFile(Settings):
             ConfigurationError: Neither states part and tool, or there is no model of the arm.
         """
         if job is None and not {"part", "tool"} <= set(table):
-            accepted = f'a job file, which states part and tool (or a line job = "FILE" in [rig] of {self.name})'
+            accepted = f'--job FILE, which states part and tool (or a line job = "FILE" in [rig] of {self.name})'
             raise ConfigurationError("job", job, accepted)
         drawn = overlay(ToolConfig(), merged(table.get("tool", {}), (job or {}).get("tool", {})))
         found = self.calibration.run_settings(drawn) if measured else {}

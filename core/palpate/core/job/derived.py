@@ -69,7 +69,6 @@ class Constants:
         period_s: Control period.
         cutoff_Hz: Cut-off of perception's low-pass.
         lateral_time_s: Time constant with which lateral forces decay during the insertion.
-        gravity_m_s2: Acceleration of free fall.
         half_period_s: Mean half-period of a dither: servos smooth shorter ones away.
         window_s: Longest time in which a contact is verified; the tool goes on meanwhile.
     """
@@ -91,7 +90,6 @@ class Constants:
     period_s: float = 1.0 / 140.0
     cutoff_Hz: float = 4.0
     lateral_time_s: float = 0.1
-    gravity_m_s2: float = 9.81
     half_period_s: float = 5.0 / 140.0
     window_s: float = 0.4
 

@@ -63,11 +63,6 @@ class Verdict:
     reasons: tuple[str, ...]
     caution: str = ""
 
-    @property
-    def feasible(self) -> bool:
-        """Whether nothing speaks against it."""
-        return not self.reasons
-
 
 def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> Verdict:
     """Judge a job.

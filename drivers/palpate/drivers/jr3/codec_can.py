@@ -11,9 +11,6 @@ from palpate.drivers.can import CanFrame, FrameKind, Jr3Code
 from palpate.drivers.errors import RefusedError
 from palpate.drivers.jr3.messages import Ack, Bootup, Forces, Moments, Op, Reading, Request, TransportCounts
 
-BITRATE = 1_000_000
-"""Bit/s. FACT: the firmware's configuration."""
-
 _NODE_MASK, _OP_MASK = 0x07F, 0x780
 _COMMANDS = {
     Op.START: Jr3Code.START_ASYNC,

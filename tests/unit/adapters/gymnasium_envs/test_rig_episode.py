@@ -166,7 +166,7 @@ def test_an_environment_that_is_let_go_stops_the_arm_and_can_be_neither_copied_n
         PegInsertionEnv(rig=rig_file, render_mode="rgb_array")
     with pytest.raises(ConfigurationError, match=r"job.toml' is refused: a readable file"):
         PegInsertionEnv(rig=rig_file)
-    with pytest.raises(ConfigurationError, match="a job file, which states part and tool"):
+    with pytest.raises(ConfigurationError, match="--job FILE, which states part and tool"):
         PegInsertionEnv(rig=rig_file, config={"seed": 3})
     job = Path("examples/jobs/paper-peg.toml").resolve()
     env = PegInsertionEnv(rig=rig_file, job=job, out=str(tmp_path / "run"), decision_limit_s=60.0, observations="raw")

@@ -22,7 +22,7 @@ def verdict(
 
 def test_a_round_peg_that_fits_is_inserted_by_a_belief() -> None:
     found = verdict(position_uncertainty_mm=2.0)
-    assert found.feasible
+    assert not found.reasons
     assert (found.choice.task, found.choice.learner, found.choice.policy) == ("insertion", "belief", "")
     assert found.choice.command == "palpate train --learner belief"
 
@@ -36,8 +36,8 @@ def test_a_tilted_peg_that_no_press_frees_is_refused_with_what_would_be_right() 
         " (limits.force_N of at least 50), or reduce the tilt to 3 mrad"
     )
     # As it says: with that tilt the job is done, and with that force.
-    assert verdict(tilt_uncertainty_mrad=2.9, task="insertion").feasible
-    assert verdict(tilt_uncertainty_mrad=6.0, task="insertion", force_N=50.1).feasible
+    assert not verdict(tilt_uncertainty_mrad=2.9, task="insertion").reasons
+    assert not verdict(tilt_uncertainty_mrad=6.0, task="insertion", force_N=50.1).reasons
 
 
 def test_a_tolerance_below_four_standard_deviations_is_refused_with_both_figures() -> None:
@@ -46,14 +46,14 @@ def test_a_tolerance_below_four_standard_deviations_is_refused_with_both_figures
     assert reason.startswith("the tolerance of depth, 0.2 mm, is below four standard deviations of depth, 0.5")
     assert "use a force sensor with at most 0.3" in reason
     # The one that is named is enough.
-    assert verdict(sensor=SensorFacts(0.34, 0.004), part=replace(TIGHT, depth_tolerance_mm=0.2)).feasible
+    assert not verdict(sensor=SensorFacts(0.34, 0.004), part=replace(TIGHT, depth_tolerance_mm=0.2)).reasons
 
 
 def test_the_remedy_names_the_largest_part_of_the_deviation() -> None:
     wide = PartConfig(peg_mm=60.0, hole_mm=61.0, depth_mm=10.0)
     (reason,) = verdict(wide, tilt_uncertainty_mrad=8.0).reasons
     assert "reduce the tilt to 5.5 mrad" in reason
-    assert verdict(wide, tilt_uncertainty_mrad=5.4).feasible
+    assert not verdict(wide, tilt_uncertainty_mrad=5.4).reasons
 
 
 def test_a_run_is_refused_by_the_tolerance_that_its_settings_have() -> None:
@@ -68,13 +68,13 @@ def test_a_contact_that_noise_hides_is_refused_with_three_figures() -> None:
     (reason,) = judge(soft, SensorFacts(0.4, 0.004), step_mm=0.005).reasons
     assert "a dither of 0.24 N" in reason
     assert "within 0.4 s in a noise of 0.4 N" in reason
-    assert judge(soft, SensorFacts(0.19, 0.004), step_mm=0.005).feasible
+    assert not judge(soft, SensorFacts(0.19, 0.004), step_mm=0.005).reasons
 
 
 def test_an_area_above_that_of_a_belief_is_left_to_the_torque_rule_where_it_can_see_the_hole() -> None:
     loose = PartConfig()
     found = verdict(loose, position_uncertainty_mm=9.0)
-    assert (found.choice.policy, found.feasible) == ("torque", True)
+    assert (found.choice.policy, found.reasons) == ("torque", ())
     (reason,) = verdict(loose, position_uncertainty_mm=9.0, tilt_uncertainty_mrad=4.0).reasons
     assert "locate the hole within 7.5 mm" in reason
 
@@ -83,7 +83,7 @@ def test_shapes_are_inserted_corner_first_unless_their_corners_are_too_near() ->
     square = PartConfig(shape="square", peg_mm=20.0, hole_mm=20.1, depth_tolerance_mm=0.5)
     found = verdict(square, yaw_uncertainty_deg=5.0)
     assert found.choice.command == "palpate run --policy corner-first --task insertion-6dof"
-    assert found.feasible
+    assert not found.reasons
     (reason,) = verdict(replace(square, peg_mm=5.0, hole_mm=5.05)).reasons
     assert "3.5 mm from the axis" in reason
     (reason,) = verdict(replace(square, shape="keyed", peg_mm=14.5, hole_mm=14.55, flat_mm=1.45)).reasons
@@ -100,13 +100,13 @@ def test_a_shape_whose_turn_is_not_known_is_not_pushed_straight_in() -> None:
     (reason,) = verdict(square, task="insertion", yaw_uncertainty_deg=5.0).reasons
     # 0.05 mm over half a side of 10 mm.
     assert reason.endswith("use --task insertion-6dof, or reduce the yaw to 0.29 degrees")
-    assert verdict(square, task="insertion", yaw_uncertainty_deg=0.28).feasible
+    assert not verdict(square, task="insertion", yaw_uncertainty_deg=0.28).reasons
 
 
 def test_a_hexagon_with_high_friction_has_a_caution() -> None:
     hexagon = PartConfig(shape="hexagon", peg_mm=20.0, hole_mm=20.1, depth_tolerance_mm=0.5)
     found = verdict(hexagon)
-    assert found.feasible
+    assert not found.reasons
     assert "hexagon slide into place slowly with a friction above 0.5" in found.caution
     assert verdict(replace(hexagon, friction_max=0.4)).caution == ""
     assert verdict(replace(hexagon, shape="square")).caution == ""

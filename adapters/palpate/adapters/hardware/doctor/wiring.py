@@ -26,7 +26,6 @@ class Wiring:
         canopen_nodes: Nodes of CANopen devices that are on it, this computer's last.
         jr3_node: Node of a JR3 on it; None without one on CAN.
         period_us: Time between the readings of that JR3, in microseconds.
-        is_can: Whether several devices may share it.
         bitrate: Of a CAN bus, in bit/s; 0 where unknown.
     """
 
@@ -36,7 +35,6 @@ class Wiring:
     canopen_nodes: tuple[int, ...] = ()
     jr3_node: int | None = None
     period_us: int = 0
-    is_can: bool = False
     bitrate: int = 0
     divider: int = 1
 
@@ -77,7 +75,7 @@ def _can(bus: Mapping[str, Any], told: str, **more: Any) -> Wiring:
     serial = channel.split("@")[0] if interface == "slcan" else None
     told = f"{interface} {channel}, {bus['bitrate']} bit/s, {told}"
     network = channel if interface == "socketcan" else None
-    return Wiring(serial, network, told, is_can=True, bitrate=bus["bitrate"], **more)
+    return Wiring(serial, network, told, bitrate=bus["bitrate"], **more)
 
 
 def _guessed(settings: Mapping[str, Any]) -> Wiring:

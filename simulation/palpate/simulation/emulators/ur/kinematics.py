@@ -2,13 +2,10 @@
 
 from collections.abc import Sequence
 from math import cos, pi, sin
-from typing import Final, TypeAlias
+from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
-
-Placement: TypeAlias = npt.NDArray[np.float64]
 
 LENGTHS_M: Final = {
     "ur3": (-0.24365, -0.21325, 0.1519, 0.11235, 0.08535, 0.0819),

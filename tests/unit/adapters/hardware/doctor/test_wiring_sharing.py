@@ -5,8 +5,8 @@ from palpate.adapters.hardware.doctor.findings import Level, Notebook
 from palpate.adapters.hardware.doctor.wiring import Wiring, examine_sharing, wiring_of
 from tests.unit.adapters.hardware.doctor.notebook import told
 
-ARM = Wiring(network="can0", canopen_nodes=(1, 2, 3), bitrate=1_000_000, is_can=True)
-SENSOR = Wiring(network="can0", jr3_node=9, period_us=5000, bitrate=1_000_000, is_can=True)
+ARM = Wiring(network="can0", canopen_nodes=(1, 2, 3), bitrate=1_000_000)
+SENSOR = Wiring(network="can0", jr3_node=9, period_us=5000, bitrate=1_000_000)
 
 
 def examined(arm: Wiring, sensor: Wiring) -> Notebook:
