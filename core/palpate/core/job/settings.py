@@ -121,16 +121,24 @@ def _cell(job: Job) -> dict[str, Any]:
 
 def _spatial(job: Job) -> dict[str, Any]:
     """Settings of the insertion in six degrees of freedom, from the cross-section."""
+    import os
+    MOST_LEAN = float(os.environ.get("LEAN", "12"))
     part, tool, place = job.part, job.tool, job.place
     sides, corner_mm = SIDES.get(part.shape, 0), corner_distance_mm(part)
     flat_deg = degrees(acos(corner_mm / (part.peg_mm / 2.0))) if part.shape == KEYED else 0.0
+    beside = min(1.0 - cos(2.0 * pi / sides), 1.0) if sides else 1.0
     least_deg = degrees(place.tilt_uncertainty_mrad * 1e-3) + 1.5
-    lean_deg = min(max(degrees(asin(min(1.8 / corner_mm, 1.0))), least_deg), 8.0)
+    lean_deg = min(max(degrees(asin(min(1.8 / beside / corner_mm, 1.0))), least_deg), MOST_LEAN)
+    wall = 1.27 * tool.lateral_N_per_mm * 1e-3 * corner_mm**2
+    give = 0.43 * 140.0 * (1.0 / tool.torsion_Nm_per_rad + 1.0 / wall)
     options = {
         "corners": float(sides),
         "corner_mm": _shown(corner_mm),
         "flat_deg": _shown(flat_deg),
         "lean_deg": _shown(lean_deg),
+        "most_lean_deg": max(8.0, _shown(lean_deg)),
+        "give_yaw_rad_per_Nms": _shown(give),
+        "drive_Nm": _shown(part.friction_max * (4.9 + 2.0) * corner_mm * 1e-3),
         "tool_kg": tool.mass_kg,
         "tool_above_tip_mm": tool.centre_above_tip_mm,
     }

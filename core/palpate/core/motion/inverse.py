@@ -20,7 +20,7 @@ from eigenpy import LLT, PartialPivLU
 
 from palpate.core.errors import UnreachableError
 from palpate.core.motion.model import Array, Kinematics
-from palpate.core.ports import JointVector
+from palpate.core.ports import JointVector, Vector3
 
 _DAMPING: Final = 1e-12  # squared; small against 1, so that a step far from singularities is exact to 1e-9
 _SINGULAR: Final = 2e-4  # below this product of singular values (m^3 rad^3 scale) the damping grows
@@ -113,6 +113,12 @@ class InverseKinematics:
             f"({position}) mm",
             f"a place that {kinematics.arm.name} reaches with its tool axis as asked and tool.tip_mm as stated",
         )
+
+    def turning(self, q_rad: JointVector, axis: Vector3) -> list[float]:
+        """Joint velocities, (n,), that turn the tip in its place at 1 rad/s about an axis, (3,), tip frame."""
+        rates, _ = self._damped_least_squares(self._kinematics.tip_jacobian(q_rad), np.array((0.0, 0.0, 0.0, *axis)), None)
+        turning: list[float] = rates.tolist()
+        return turning
 
     def _starts(self, seed_rad: Array) -> Iterator[Array]:
         kinematics = self._kinematics

@@ -264,6 +264,11 @@ class FixedFrame:
         (x, y, z), (u, v, w) = in_base_m, self._origin_m
         return rotated(self._from_base, (x - u, y - v, z - w))
 
+    def axis_in_base(self, axis: int) -> Vector3:
+        """Unit vector of an axis of this frame in the base frame."""
+        x, y, z = self._from_base[axis]
+        return x, y, z
+
     def vector(self, in_base: Vector3) -> Vector3:
         """A vector of the base frame in this one."""
         return rotated(self._from_base, in_base)

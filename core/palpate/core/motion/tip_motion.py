@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from palpate.core.motion.inverse import InverseKinematics
 from palpate.core.motion.laws import limited
-from palpate.core.motion.model import Array, FixedFrame, Kinematics, filler
+from palpate.core.motion.model import Array, FixedFrame, Kinematics, filler, rotated
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector, Vector3
 
 Rows: TypeAlias = tuple[Vector3, Vector3, Vector3]
@@ -71,7 +71,9 @@ class GivingWay:
 
 
 FASTEST_TURN_RAD_S: Final = radians(20.0)
-"""A reference turns no faster: the slowest wrist of the arms that are known needs two thirds of its speed for it."""
+"""A reference turns no faster: faster reactions to torque swing between the walls of a hole."""
+FASTEST_JOINT_RAD_S: Final = 8e-3 / 20e-3
+"""Joint speed of a turn: an arm that follows 20 ms late is 8 mrad behind, of the 10 that supervision accepts."""
 
 
 _NOWHERE: Final = np.zeros(3)
@@ -112,6 +114,7 @@ class TipMotion:
         # Pinocchio keeps columns together.
         self._set_turn = filler(self._turn.rotation.T.ravel())
         self._q_rad: JointVector
+        self._joints_per_turn: list[Vector3]
         self.reference_m: Vector3
 
     def start(self, position_rad: JointVector) -> None:
@@ -122,6 +125,20 @@ class TipMotion:
         turned = self._task_turn.actInv(pin.SE3(self._kinematics.tip_rotation, _NOWHERE) * self._upright_turn.inverse())
         turn_rad = turn_of(turned.rotation.tolist())
         self._turn_to(turn_rad if hypot(*turn_rad) > _UPRIGHT_RAD else _UPRIGHT)
+        self.look_at_joints()
+
+    def look_at_joints(self) -> None:
+        """Find how fast the joints are in turns from here."""
+        self._kinematics.update(self._q_rad)
+        to_tip = self._kinematics.tip_rotation.T.tolist()
+        axes = [rotated(to_tip, self._task.axis_in_base(axis)) for axis in range(3)]
+        self._joints_per_turn = list(zip(*(self._inverse.turning(self._q_rad, axis) for axis in axes), strict=True))
+
+    def fastest_turn_rad_s(self, rate_rad_s: Vector3) -> float:
+        """Highest turn rate about the axis of a change of ``turn_rad``, (3,), near where :meth:`look_at_joints` was."""
+        x, y, z = rate_rad_s
+        joint_rad_s = max(abs(a * x + b * y + c * z) for a, b, c in self._joints_per_turn)
+        return min(FASTEST_TURN_RAD_S, FASTEST_JOINT_RAD_S * hypot(x, y, z) / max(joint_rad_s, 1e-12))
 
     def right(self, rate_rad_s: float) -> None:
         """Let the next :meth:`move` turn the reference towards upright, no faster than that."""
@@ -152,9 +169,9 @@ class TipMotion:
             rate_rad_s: Change of ``turn_rad``, (3,).
 
         Returns:
-            The rate with which it turns: that one, shortened to :data:`FASTEST_TURN_RAD_S`.
+            The rate with which it turns: that one, shortened to what the joints can follow.
         """
-        rate_rad_s = limited(rate_rad_s, FASTEST_TURN_RAD_S)
+        rate_rad_s = limited(rate_rad_s, self.fastest_turn_rad_s(rate_rad_s))
         self._rate_rad_s: Vector3 | None = rate_rad_s
         return rate_rad_s
 

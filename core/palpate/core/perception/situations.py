@@ -7,8 +7,9 @@ from palpate.core.perception.signal import require_finite
 from palpate.core.ports import CHANNELS, names, number
 
 FACTS: Final = ("lean", "corner_depth", "depth", "wall_force", "yaw_torque")
-"""Lean of the tool in rad, depth of its lowest corner and of its tip below the plate in m, the lesser force that the
-corner's two walls give in N, the torque about the tool's axis in N m."""
+"""Lean of the tool in rad. The others as shares of what counts: depth of the lowest corner in the hole; depth of an
+upright tool in the hole, or of a leaning one whose corner is in its place; the lesser force of the corner's two walls;
+the torque about the tool's axis that turns it."""
 
 
 @dataclass(frozen=True)
@@ -41,21 +42,21 @@ class Situations:
 
     Attributes:
         upright_rad: A tool that leans by less stands upright.
-        air_m: A corner that is so far above the plate is in the air.
-        plate_m: A leaning corner that is no deeper stands on the plate.
-        upright_m: An upright tool that is no deeper stands on the plate.
-        caught_m: A leaning tool whose tip is less deep is held by its walls alone.
-        wall_N: A wall carries from this force on.
-        quiet_Nm: Less torque does not turn the tool.
+        air: A corner that is so far above the plate is in the air.
+        plate: A leaning corner that is no deeper stands on the plate.
+        upright: An upright tool that is no deeper stands on the plate.
+        caught: A leaning tool whose tip is less deep is held by its walls alone.
+        wall: A wall carries from this force on.
+        quiet: Less torque does not turn the tool.
     """
 
     upright_rad: float = 0.017
-    air_m: float = 0.3e-3
-    plate_m: float = 0.6e-3
-    upright_m: float = 0.25e-3
-    caught_m: float = 0.5e-3
-    wall_N: float = 1.5
-    quiet_Nm: float = 0.012
+    air: float = 0.5
+    plate: float = 1.0
+    upright: float = 1.0
+    caught: float = 1.0
+    wall: float = 1.0
+    quiet: float = 1.0
     symbols: ClassVar[tuple[str, ...]] = (
         "upright in the air", "upright on the plate", "upright in the hole",
         "leaning in the air", "leaning on the plate", "corner turning", "corner wedged", "corner caught",
@@ -73,11 +74,11 @@ class Situations:
     def symbol(self, features: tuple[float, ...]) -> int:
         """The situation."""
         require_finite("features", features)
-        lean, corner_m, tip_m, wall_N, torque_Nm = features
+        lean, corner, tip, wall, torque = features
         if lean < self.upright_rad:
-            return 0 if tip_m < -self.air_m else 1 if tip_m < self.upright_m else 2
-        if corner_m < self.plate_m:
-            return 3 if corner_m < -self.air_m else 4
-        if wall_N <= self.wall_N or abs(torque_Nm) >= self.quiet_Nm:
+            return 0 if tip < -self.air else 1 if tip < self.upright else 2
+        if corner < self.plate:
+            return 3 if corner < -self.air else 4
+        if wall <= self.wall or abs(torque) >= self.quiet:
             return 5
-        return 6 if tip_m < self.caught_m else 7
+        return 6 if tip < self.caught else 7

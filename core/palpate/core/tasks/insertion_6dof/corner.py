@@ -1,23 +1,43 @@
 """The motions that bring one corner of a peg, or its flat, into its place in the hole, and what is felt there."""
 
-from math import ceil, cos, hypot, pi, radians, sin
+from math import ceil, cos, hypot, inf, pi, radians, sin
 from typing import Final
 
 from palpate.core.policy import Law, Observation, Spatial
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
-_ASIDE_M: Final = 1.5e-3
-"""There is one flat: it is tried again so far aside, on one side and the other."""
-_STOOD_M: Final = 0.9e-3
+_LEAN_RAD: Final = radians(2.0)
+"""Turn of an action: 20 degrees/s. An arm that is slower takes more actions."""
+_STEP_M: Final = 1.8e-3
+"""Step of an action above the plate: 18 mm/s, below the usual speed in free space."""
+_NEAR_M: Final = 0.5e-3
+_ASIDE_SHARE: Final = 0.25
+"""There is one flat: it is tried again on both sides, by this share of how far inside it comes down."""
+_STOOD_SHARE: Final = 0.55
 """A tool that is let down to a height stands no deeper: how it leans shows on the way down, which gives way to it."""
-_RISE_M: Final = 2.2e-3
+_SLIPS_SHARE: Final = 0.3
+_CAUGHT_SHARE: Final = 0.91
+_SUNK_SHARE: Final = 0.15
+"""A leaning corner that is less deep is on the plate; one that is deeper is in its place; so is an upright tool."""
+_CLEARS_M: Final = 0.4e-3
+"""Height of a corner that is carried over the plate: depth is known to 0.15 mm, and a dither adds as much."""
 _CAUGHT_N: Final = 1.5
 """A tool that feels more across its axis is caught on an edge: straight up first."""
 _FREE_N: Final = 1.2
-_LEAD_M: Final = 0.1e-3
-"""The tool is led on by so much an action while less than that force, friction's, is felt on each wall."""
+_LEAD_SHARE: Final = 1.0 / 60.0
+"""The tool is led on by this share of its way an action while less than that force, friction's, is on each wall."""
+_LONGEST_PUSH: Final = 30
+_SLOWEST_M: Final = 0.5e-3
+"""Actions of the longest push on the spot, and way of an action towards it."""
+_WALL_SHARE: Final = 0.5
+"""A wall carries from this share of the push on."""
+_QUIET_SHARE: Final = 0.2
+"""Less torque, over the push on a wall at the corner, turns nothing."""
 _BACK_SHARE: Final = 0.5
 """A corner that is caught is pushed back by this share of the push on its way out."""
+_DRIVE_SHARE: Final = 1.0 / 3.0
+"""A wedged corner is turned under this share of the push: friction on its walls holds it less."""
+_ACTION_S: Final = 0.1
 _RIGHT_RAD: Final = radians(1.2)
 """A leaning corner may be wedged: standing up by so much an action frees it, a pull alone does not."""
 _CLEAR_M: Final = 0.3e-3
@@ -27,12 +47,15 @@ UPRIGHT_RAD: Final = radians(0.1)
 class Corner:
     """One of a peg's corners, and what the tool does about it.
 
+    Depths are shares of how deep a leaning corner is let down.
+
     Args:
         options: Corners, lean and push; of a peg without corners four places of its rim serve as such.
 
     Attributes:
         half_rad: Half the angle between two corners.
         leaned: Actions of the lean so far.
+        longest_push: Actions of a push that comes to nothing.
         lead_m: By so much the tool is led on at the next push, (2,), task frame.
     """
 
@@ -40,8 +63,11 @@ class Corner:
         self._flat = bool(options.flat_deg)
         self.half_rad = radians(options.flat_deg) if self._flat else pi / int(options.corners or 4)
         self._inside_m, self.radius_m = options.inside_mm * 1e-3, options.corner_mm * 1e-3
+        self._lead_m = _LEAD_SHARE * self._inside_m
+        self.longest_push = _LONGEST_PUSH + ceil(self._inside_m / _SLOWEST_M)
         self.lean_rad, self.push_N = radians(options.lean_deg), options.push_N
-        self._down_share, self._step_rad = options.down_share, radians(options.lean_step_deg)
+        self._down_share = options.down_share * options.beside
+        self._drive_rad = options.drive_Nm * options.give_yaw_rad_per_Nms * _ACTION_S
         self.take(0)
 
     def take(self, number: int) -> None:
@@ -49,19 +75,19 @@ class Corner:
         # The neighbours of the first corner on both sides, and so on: 0, -1, 1, -2, 2 ...
         place = -(number + 1) // 2 if number % 2 else number // 2
         self.number, self._heading_rad = number, 0.0 if self._flat else (2 * place + 1) * self.half_rad
-        self._aside_m = place * _ASIDE_M if self._flat else 0.0
-        self.leaned = self._left = 0
+        self._aside_m = place * _ASIDE_SHARE * self._inside_m if self._flat else 0.0
+        self.leaned, self._way_m = 0, inf
         self.lead_m = (0.0, 0.0)
 
     @property
-    def over(self) -> bool:
-        """Whether the tool leans over the corner, or was to."""
-        return bool(self.leaned) and not self._left
+    def height_m(self) -> float:
+        """How far the corner lies below the tip of the leaning tool."""
+        return self.radius_m * sin(self.lean_rad)
 
     @property
     def down_m(self) -> float:
         """How deep it is let down until the tool stands."""
-        return self._down_share * self.radius_m * sin(self.lean_rad)
+        return self._down_share * self.height_m
 
     @property
     def _push(self) -> float:
@@ -74,8 +100,22 @@ class Corner:
         mixed = cos(2.0 * self.half_rad)
         one, other = [(one - mixed * other) / (1.0 - mixed * mixed) for one, other in (along, along[::-1])]
         c, s = cos(heading), sin(heading)
-        self.lead_m = (_LEAD_M * c, _LEAD_M * s) if max(one, other) < _FREE_N else (0.0, 0.0)
+        self.lead_m = (self._lead_m * c, self._lead_m * s) if max(one, other) < _FREE_N else (0.0, 0.0)
         return one, other
+
+    def facts(self, observation: Observation) -> tuple[float, ...]:
+        """What situations are told apart by, as :data:`palpate.core.perception.FACTS` has it."""
+        lean_rad, depth_m, down_m = hypot(*observation.turn_rad[:2]), observation.depth_m, self.down_m
+        corner_m = depth_m + self.radius_m * sin(lean_rad)
+        upright = lean_rad < UPRIGHT_RAD
+        tip = depth_m / (_SUNK_SHARE * down_m) if upright else corner_m / (_CAUGHT_SHARE * down_m)
+        wall = min(self.walls_N(observation)) / (_WALL_SHARE * self.push_N)
+        torque = observation.torque_Nm[2] / (_QUIET_SHARE * self.push_N * self.radius_m)
+        return lean_rad, corner_m / (_SLIPS_SHARE * down_m), tip, wall, torque
+
+    def upright_in_hole(self, observation: Observation) -> bool:
+        """Whether the upright tool is too deep to stand on the plate."""
+        return observation.depth_m > _SUNK_SHARE * self.down_m
 
     def clear(self, observation: Observation) -> bool:
         """Whether the leaning tool is out of the hole."""
@@ -86,22 +126,38 @@ class Corner:
         x, y, _ = observation.reference_m
         return x * cos(self._heading_rad) + y * sin(self._heading_rad) > self._inside_m
 
+    def over(self, observation: Observation) -> bool:
+        """Whether the tool leans over the corner, or was to."""
+        dx, dy, lean_x, lean_y = self._ahead(observation)
+        way_m, before_m = hypot(dx, dy), self._way_m
+        self._way_m = way_m
+        # The edge of the area may be nearer than the place that is meant.
+        there = way_m < _NEAR_M or way_m > before_m - _CLEAR_M
+        return bool(self.leaned) and there and hypot(lean_x, lean_y) < UPRIGHT_RAD
+
+    def _ahead(self, observation: Observation) -> tuple[float, float, float, float]:
+        (x, y, _), (lean_x, lean_y, _) = observation.reference_m, observation.turn_rad
+        c, s = cos(self._heading_rad), sin(self._heading_rad)
+        # Only a flat, which is at heading 0, is met aside as well.
+        dx, dy = -self._inside_m * c - x, -self._inside_m * s + self._aside_m - y
+        return dx, dy, s * self.lean_rad - lean_x, -c * self.lean_rad - lean_y
+
+    def _left(self, observation: Observation) -> int:
+        """Actions until the tool leans over the corner."""
+        dx, dy, lean_x, lean_y = self._ahead(observation)
+        turns = (hypot(lean_x, lean_y) - UPRIGHT_RAD) / _LEAN_RAD
+        return max(ceil(turns), ceil((hypot(dx, dy) - _NEAR_M) / _STEP_M), 0)
+
     def leaning(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
         """Up, and in equal parts over the corner and to the lean."""
-        (x, y, _), (lean_x, lean_y, yaw) = observation.reference_m, observation.turn_rad
-        c, s, rise_m = cos(self._heading_rad), sin(self._heading_rad), 0.0
-        if not self.leaned:
-            change_rad = hypot(s * self.lean_rad - lean_x, -c * self.lean_rad - lean_y)
-            self._left, rise_m = ceil(change_rad / self._step_rad), max(_RISE_M + observation.depth_m, 0.0)
-            if hypot(*observation.force_N[:2]) > _CAUGHT_N:
-                self.leaned += 1
-                return (0.0, 0.0), Spatial(Law.LIFT, rise_m)
-        left = self._left
-        self._left, self.leaned = left - 1, self.leaned + 1
-        turn = (s * self.lean_rad - lean_x) / left, (-c * self.lean_rad - lean_y) / left, -yaw / left
-        # Only a flat, which is at heading 0, is met aside as well.
-        displacement_m = (-self._inside_m * c - x) / left, (-self._inside_m * s + self._aside_m - y) / left
-        return displacement_m, Spatial(Law.LIFT, rise_m, turn)
+        self.leaned += 1
+        rise_m = max(self.height_m + _CLEARS_M + observation.depth_m, 0.0) if self.leaned == 1 else 0.0
+        if self.leaned == 1 and hypot(*observation.force_N[:2]) > _CAUGHT_N:
+            return (0.0, 0.0), Spatial(Law.LIFT, rise_m)
+        left = max(self._left(observation), 1)
+        dx, dy, lean_x, lean_y = self._ahead(observation)
+        turn = lean_x / left, lean_y / left, -observation.turn_rad[2] / left
+        return (dx / left, dy / left), Spatial(Law.LIFT, rise_m, turn)
 
     def pushing(self, observation: Observation, upright: float) -> Spatial:
         """At both walls, standing up by this share of the lean; the corner stays in its place."""
@@ -109,10 +165,17 @@ class Corner:
         c, s = cos(self._heading_rad + yaw), sin(self._heading_rad + yaw)
         turn = -upright * lean_x, -upright * lean_y, 0.0
         push = self._push * c, self._push * s
-        down_m = min(self.down_m, _STOOD_M) if upright else self.down_m
+        down_m = self.down_m * (_STOOD_SHARE if upright else 1.0)
         # Kept so deep, and the tip as high as that is while the tool leans so far.
         rise_m = self.radius_m * sin((1.0 - upright) * hypot(lean_x, lean_y)) - down_m
         return Spatial(Law.PUSH, rise_m, turn, push, (self.radius_m * c, self.radius_m * s))
+
+    def driving(self, observation: Observation, side: float) -> Spatial:
+        """Turning a wedged corner to one side, 1 or -1, with the torque that friction may hold it with."""
+        pushing = self.pushing(observation, 0.0)
+        x, y = pushing.push_N
+        push = x * _DRIVE_SHARE, y * _DRIVE_SHARE
+        return Spatial(Law.PUSH, pushing.rise_m, (0.0, 0.0, side * self._drive_rad), push, pushing.pivot_m)
 
     def withdrawing(self, observation: Observation) -> Spatial:
         """Out of the hole, standing up."""

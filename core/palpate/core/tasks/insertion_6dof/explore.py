@@ -39,9 +39,9 @@ _HOLD: Final = Spatial(Law.LIFT)
 # Members of an enumeration are looked up more slowly.
 _STEPS, _LIFTS, _PUSHES, _WITHDRAWS = Law.STEP, Law.LIFT, Law.PUSH, Law.WITHDRAW
 _AGAINST: Final = (_PUSHES, _WITHDRAWS)
-_SUNK_M: Final = 1e-3
-"""An upright tool that is so deep while it pushes is in the hole."""
-_DEEPEST_M: Final = 1.5e-3
+_SUNK_SHARE: Final = 0.62
+"""An upright tool that is so deep while it pushes, as a share of a leaning corner's depth, is in the hole."""
+_DEEPEST_SHARE: Final = 0.93
 """A tool that pushes sinks no deeper; the rest of the way is the insertion's, with its proofs."""
 _HEIGHT_GAIN_PER_S: Final = 5.0
 _SWIFT_S: Final = 16e-3
@@ -62,9 +62,11 @@ class SpatialExplore(Explore):
     def __init__(self, equipment: Equipment, monitor: Monitor, options: SpatialOptions) -> None:
         super().__init__(equipment, monitor)
         self._free, self._along = equipment.laws.free, equipment.laws.along
-        self._deepest_m = min(_DEEPEST_M, 0.4 * equipment.task.insertion_depth_mm * 1e-3)
+        self._sunk_m = _SUNK_SHARE * options.down_m
+        self._deepest_m = min(_DEEPEST_SHARE * options.down_m, 0.4 * equipment.task.insertion_depth_mm * 1e-3)
         self._push_m_per_N_s = options.push_m_per_N_s
         self._yawing = GivingWay(0.0, options.give_yaw_rad_per_Nms, _FASTEST_YAW_RAD_S)
+        self._yaw_rad_per_Nms = max(options.give_yaw_rad_per_Nms, 1e-3)
         self._freeing = GivingWay(options.insert_tilt_rad_per_Nms, options.give_yaw_rad_per_Nms, _FASTEST_YAW_RAD_S)
         axial_N_per_m = equipment.measurement.axial_N_per_m
         damping_N_s_per_m = max(_PULL_N / _WITHDRAW_M_S, 2.0 * axial_N_per_m * PERIOD_S)
@@ -131,7 +133,7 @@ class SpatialExplore(Explore):
         if self._out_of_time():
             return STILL
         self._agent.effort_N.append(self._measurement.force_norm_N)
-        if law is _PUSHES and self._upright and self._depth_m > _SUNK_M:
+        if law is _PUSHES and self._upright and self._depth_m > self._sunk_m:
             self._state.event("sunk below the surface")
             self.over = True
             return STILL
@@ -151,6 +153,7 @@ class SpatialExplore(Explore):
     @override
     def _begin(self, action: Action) -> None:
         super()._begin(action)
+        self._motion.look_at_joints()
         self._spatial = spatial = action.spatial or _STEP
         (x, y, yaw), (u, v, w), (most_lean, most_yaw) = self._motion.turn_rad, spatial.turn_rad, self._most_rad
         shrink = most_lean / max(hypot(x + u, y + v), most_lean)
@@ -190,8 +193,9 @@ class SpatialExplore(Explore):
             self._hold_against(spatial.push_N)
             velocity = self._pushed(spatial.push_N)
             # A yaw that is asked for is a torque about the axis, against which the tool gives way.
-            (lean_x, lean_y, yaw), torque_Nm = self._rate_rad_s, measured.live_torque_at_tip_Nm()
-            rate = lean_x, lean_y, yaw + give * self._yawing.rate_rad_s(torque_Nm)[2]
+            lean_x, lean_y, yaw = self._rate_rad_s
+            torque_Nm = measured.live_torque_at_tip_Nm()[2] + yaw / self._yaw_rad_per_Nms
+            rate = lean_x, lean_y, give * self._yawing.rate_rad_s((0.0, 0.0, torque_Nm))[2]
         elif spatial.law is _WITHDRAWS:
             vx, vy, _ = self._pushed(spatial.push_N)
             torque_Nm = measured.live_torque_at_tip_Nm()

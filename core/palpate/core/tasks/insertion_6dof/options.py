@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import cos, pi, radians, sin
 from typing import Annotated, ClassVar
 
 from typing_extensions import override
@@ -22,7 +23,7 @@ class SpatialOptions(Settings):
     """Distance of the corners, or of the flat, from the peg's axis."""
     flat_deg: Annotated[float, Range(0.0, 80.0)] = 0.0
     """Half the angle under which a keyed peg's flat, across the task's x, is seen from the axis; 0 for none."""
-    lean_deg: Annotated[float, Range(1.0, 10.0)] = 5.0
+    lean_deg: Annotated[float, Range(1.0, 15.0)] = 5.0
     """How far the tool leans to bring one corner down first."""
     lean_step_deg: Annotated[float, Range(0.05, 2.0)] = 1.1
     """How far it leans in one action at most; a job derives less where a joint of the arm would fall behind."""
@@ -34,8 +35,10 @@ class SpatialOptions(Settings):
     """Force on each of the corner's two walls."""
     push_m_per_N_s: Annotated[float, Range(1e-4, 3e-3)] = 2e-3
     """Speed across over the error of that force."""
-    give_yaw_rad_per_Nms: Annotated[float, Range(0.0, 4.0)] = 4.0
+    give_yaw_rad_per_Nms: Annotated[float, Range(0.0, 100.0)] = 4.0
     """How the tool gives way about its axis while it pushes."""
+    drive_Nm: Annotated[float, Range(0.0, 5.0)] = 0.05
+    """Torque about its axis that turns a wedged corner against friction."""
     insert_yaw_rad_per_Nms: Annotated[float, Range(0.0, 1.0)] = 0.2
     """How it gives way about its axis in the hole."""
     insert_tilt_rad_per_Nms: Annotated[float, Range(0.0, 1.0)] = 0.4
@@ -51,6 +54,16 @@ class SpatialOptions(Settings):
     """The tool may lean no further."""
     most_yaw_deg: Annotated[float, Range(1.0, 45.0)] = 20.0
     """The tool may turn no further about its axis."""
+
+    @property
+    def beside(self) -> float:
+        """How far a leaning corner's neighbours lie above it, over the height of the tip; 1 at most."""
+        return min(1.0 - cos(2.0 * pi / self.corners), 1.0) if self.corners else 1.0
+
+    @property
+    def down_m(self) -> float:
+        """Depth of a leaning corner in the hole: its neighbours stay above the plate, where they turn freely."""
+        return self.down_share * self.beside * self.corner_mm * 1e-3 * sin(radians(self.lean_deg))
 
     @override
     def check(self) -> None:

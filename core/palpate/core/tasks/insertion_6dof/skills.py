@@ -1,50 +1,45 @@
 """The programmed skills that a learner chooses from: options, each with its own beginning and end."""
 
 from dataclasses import replace
-from math import copysign, hypot, radians, sin
+from math import copysign, hypot, radians
 from typing import Final
 
 import numpy as np
 from typing_extensions import override
 
-from palpate.core.perception import Perception, Situations
+from palpate.core.perception import Perception
 from palpate.core.policy import Action, Decision, Law, Observation, Policy, Reinforcement, Spatial
 from palpate.core.tasks.insertion import Agent
 from palpate.core.tasks.insertion_6dof.corner import UPRIGHT_RAD, Corner
-from palpate.core.tasks.insertion_6dof.corner_first import (
-    CAUGHT_M,
-    DRIVE_RAD,
-    DRIVEN_ACTIONS,
-    HANGS_M,
-    LONGEST_PUSH,
-    ON_PLATE_M,
-    QUIET_ACTIONS,
-    QUIET_NM,
-    WALL_N,
-)
+from palpate.core.tasks.insertion_6dof.corner_first import DRIVEN_ACTIONS, QUIET_ACTIONS, STAND_SHARE
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
 _LEAN, _PUSH, _DRIVE, _STAND, _INSERT, _WITHDRAW = KINDS = ("lean", "push", "drive", "stand", "insert", "withdraw")
 _FAR_SHARE: Final = 0.7
 """A tool that is so far out, as a share of the area's half width, is pushed no further."""
-_LEANS_DEG: Final = (5.0, 6.0)
-"""Less lets a corner down so little that one in three or four slips out; more makes it a lever between its walls."""
-_PUSHES_N: Final = (2.0, 3.0, 4.0)
-_STANDS_DEG: Final = (1.0, 1.6)
+_LEANS: Final = (1.0, 1.2)
+"""Shares of the lean. Less lets a corner down so little that one in three or four slips out; more makes it a lever
+between its walls."""
+_PUSHES: Final = (0.67, 1.0, 1.33)
+_STANDS: Final = (1.0, 1.6)
+_UNIT: Final = SpatialOptions()
+"""Skills are listed with the lean and the push of these."""
+_LEAN_RAD: Final = radians(_UNIT.lean_deg)
+_STAND_RAD: Final = STAND_SHARE * _LEAN_RAD
 
 
 SKILLS: Final = tuple(
     Action(name, (0.0, 0.0), spatial)
     for name, spatial in (
-        *((f"{_LEAN} {deg:g} deg", Spatial(Law.LIFT, turn_rad=(0.0, -radians(deg), 0.0))) for deg in _LEANS_DEG),
-        *((f"{_PUSH} {force:g} N", Spatial(Law.PUSH, push_N=(force, 0.0))) for force in _PUSHES_N),
-        (_DRIVE, Spatial(Law.PUSH, turn_rad=(0.0, 0.0, DRIVE_RAD))),
-        *((f"{_STAND} {deg:g} deg", Spatial(Law.PUSH, turn_rad=(0.0, radians(deg), 0.0))) for deg in _STANDS_DEG),
+        *((f"{_LEAN} {each:g}", Spatial(Law.LIFT, turn_rad=(0.0, -each * _LEAN_RAD, 0.0))) for each in _LEANS),
+        *((f"{_PUSH} {each:g}", Spatial(Law.PUSH, push_N=(each * _UNIT.push_N, 0.0))) for each in _PUSHES),
+        (_DRIVE, Spatial(Law.PUSH, turn_rad=(0.0, 0.0, _LEAN_RAD))),
+        *((f"{_STAND} {each:g}", Spatial(Law.PUSH, turn_rad=(0.0, each * _STAND_RAD, 0.0))) for each in _STANDS),
         (_INSERT, Spatial(Law.INSERT)),
         (_WITHDRAW, Spatial(Law.WITHDRAW)),
     )
 )
-"""What each is in numbers, the same for all shapes: of a corner in the direction of x."""
+"""What each is in numbers, the same for all shapes: of a corner in the direction of x; run as shares of the options."""
 
 _ANYWHERE: Final = ("upright", "leaning", "corner")
 _BEGINS: Final = {
@@ -96,31 +91,30 @@ class Skills:
         self._done = self._quiet = 0
         if self._kind == _LEAN:
             corner.take(corner.number + 1 if self._tried else 0)
-            corner.lean_rad, self._tried = -spatial.turn_rad[1], True
+            corner.lean_rad, self._tried = radians(self._options.lean_deg) * -spatial.turn_rad[1] / _LEAN_RAD, True
         elif self._kind == _PUSH:
-            corner.push_N = spatial.push_N[0]
+            corner.push_N = self._options.push_N * spatial.push_N[0] / _UNIT.push_N
         elif self._kind == _DRIVE:
-            self._drive_rad = copysign(spatial.turn_rad[2], observation.turn_rad[2])
+            self._side = copysign(1.0, observation.turn_rad[2])
 
     def over(self, observation: Observation) -> bool:
         """Whether the skill that runs has come to its end."""
         corner, lean_rad, kind = self._corner, hypot(*observation.turn_rad[:2]), self._kind
         self._done += 1
-        if kind == _INSERT or self._done >= LONGEST_PUSH:
+        if kind == _INSERT or self._done >= corner.longest_push:
             # Whatever came to nothing in as many actions as the longest push has.
             return True
         if kind == _LEAN:
-            return corner.over
+            return corner.over(observation)
         if kind == _STAND:
             return lean_rad < UPRIGHT_RAD
         if kind == _WITHDRAW:
             return corner.clear(observation)
-        corner_m, tip_m = self._depths_m(observation)
-        quiet = min(corner.walls_N(observation)) > WALL_N and abs(observation.torque_Nm[2]) < QUIET_NM
-        self._quiet = self._quiet + 1 if quiet else 0
-        if kind == _DRIVE and tip_m <= CAUGHT_M:
+        _, depth, tip, wall, torque = corner.facts(observation)
+        self._quiet = self._quiet + 1 if wall > 1.0 and abs(torque) < 1.0 else 0
+        if kind == _DRIVE and tip <= 1.0:
             return self._done >= 2 * DRIVEN_ACTIONS
-        slipped = corner.passed(observation) or (self._done > 2 and corner_m < ON_PLATE_M)
+        slipped = corner.passed(observation) or (self._done > 2 and depth < 1.0)
         return self._quiet >= QUIET_ACTIONS or slipped
 
     def step(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
@@ -128,38 +122,32 @@ class Skills:
         corner, kind, none = self._corner, self._kind, (0.0, 0.0)
         if kind == _LEAN:
             # What is in the hole is drawn out of it first; a lift would pull against what holds it.
-            held = not corner.leaned and self._depths_m(observation)[0] > ON_PLATE_M
+            held = not corner.leaned and corner.facts(observation)[1] > 1.0
             return (none, corner.withdrawing(observation)) if held else corner.leaning(observation)
         if kind == _PUSH:
             return self._pushed(observation)
+        if kind == _DRIVE and corner.facts(observation)[2] <= 1.0:
+            side = self._side if self._done < DRIVEN_ACTIONS else -self._side
+            return self._within(corner.driving(observation, side), observation)
         if kind == _DRIVE:
-            yaw_rad = self._drive_rad if self._done < DRIVEN_ACTIONS else -self._drive_rad
-            yaw_rad = 0.0 if self._depths_m(observation)[1] > CAUGHT_M else yaw_rad
-            displacement_m, spatial = self._pushed(observation)
-            return displacement_m, replace(spatial, turn_rad=(0.0, 0.0, yaw_rad))
+            return self._pushed(observation)
         if kind == _STAND:
             lean_rad = max(hypot(*observation.turn_rad[:2]), 1e-9)
-            return none, self._pushed(observation, min(1.0, self._spatial.turn_rad[1] / lean_rad))[1]
+            stand_rad = radians(self._options.lean_deg) * self._spatial.turn_rad[1] / _LEAN_RAD
+            return none, self._pushed(observation, min(1.0, stand_rad / lean_rad))[1]
         if kind == _WITHDRAW:
             return none, corner.withdrawing(observation)
         return none, self._spatial
 
     def facts(self, observation: Observation) -> tuple[float, ...]:
         """What situations are told apart by, as :data:`palpate.core.perception.FACTS` has it."""
-        lean_rad, depths_m = hypot(*observation.turn_rad[:2]), self._depths_m(observation)
-        return lean_rad, *depths_m, min(self._corner.walls_N(observation)), observation.torque_Nm[2]
-
-    def _depths_m(self, observation: Observation) -> tuple[float, float]:
-        """Of the lowest corner, and of the tip: as if it had been let down as far as it goes."""
-        corner, lean_rad, depth_m = self._corner, hypot(*observation.turn_rad[:2]), observation.depth_m
-        corner_m = depth_m + corner.radius_m * sin(lean_rad)
-        if lean_rad < Situations.upright_rad:
-            return corner_m, depth_m
-        return corner_m, corner_m - corner.down_m + HANGS_M + CAUGHT_M
+        return self._corner.facts(observation)
 
     def _pushed(self, observation: Observation, upright: float = 0.0) -> tuple[tuple[float, float], Spatial]:
+        return self._within(self._corner.pushing(observation, upright), observation)
+
+    def _within(self, spatial: Spatial, observation: Observation) -> tuple[tuple[float, float], Spatial]:
         x, y, _ = observation.reference_m
-        spatial = self._corner.pushing(observation, upright)
         if x * spatial.push_N[0] + y * spatial.push_N[1] > self._far_m * hypot(*spatial.push_N):
             return (0.0, 0.0), replace(spatial, push_N=(0.0, 0.0))
         return self._corner.lead_m, spatial
