@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import replace
-from math import degrees
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,15 +15,9 @@ from palpate.adapters.config.toml import merged, overlay, read_toml
 from palpate.core.errors import ConfigurationError, did_you_mean, require_one_of
 from palpate.core.job import JOB_TABLES, STATED, Job, PlaceConfig, Verdict, derived_settings, judge
 from palpate.core.motion import Kinematics, arm_named, arm_of_table
-from palpate.core.ports import PERIOD_S, SensorFacts
-from palpate.core.trial import find_ready_pose, largest_lean_rate
+from palpate.core.ports import SensorFacts
 from palpate.simulation.work_cell import CellConfig
 
-_SPATIAL: Final = "insertion-6dof"
-_LEAN_STEP: Final = "lean_step_deg"
-_MOST_LEAN_STEP_DEG: Final = 1.1
-_BEHIND_SHARE: Final = 0.85
-"""Share of the largest tracking error that a leaning tool may take."""
 _OF_A_JOB: Final = (*JOB_TABLES, "arm", "cell")
 
 
@@ -92,26 +85,7 @@ def compose(
         noise = overlay(base.cell.sensor, _table(_table(stated, "cell"), "sensor"))
         sensor = simulated_noise(replace(base, cell=replace(base.cell, sensor=noise)))
     derived = derived_settings(job_of(known), sensor, task)
-    config = overlay(base, merged(derived, stated))
-    if task != _SPATIAL or _LEAN_STEP in config.task.options:
-        return config
-    return replace(
-        config, task=replace(config.task, options={**config.task.options, _LEAN_STEP: _lean_step_deg(config)})
-    )
-
-
-def _lean_step_deg(config: RunConfig) -> float:
-    """How far the tool leans in an action: at most 1.1 degrees, and no joint of this arm is behind by its limit."""
-    tool, supervision = config.tool.geometry, config.supervision
-    behind_rad, lag_s = supervision.max_tracking_error_mrad * 1e-3, supervision.tracking_lag_ticks * PERIOD_S
-    try:
-        ready = find_ready_pose(config.arm, tool, config.task)
-    except ConfigurationError:
-        # Whoever runs it is told.
-        return _MOST_LEAN_STEP_DEG
-    share = _BEHIND_SHARE * config.task.ticks_per_action * PERIOD_S
-    rate_rad_s = largest_lean_rate(config.arm, tool, ready, behind_rad=behind_rad, lag_s=lag_s)
-    return min(_MOST_LEAN_STEP_DEG, round(degrees(share * rate_rad_s), 2))
+    return overlay(base, merged(derived, stated))
 
 
 def scenario(name: str, learner: str = "q-learning") -> RunConfig:

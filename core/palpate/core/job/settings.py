@@ -7,9 +7,22 @@ from typing import Any, Final
 
 from palpate.core.job.derived import N_PER_KGF, NOISES_FORCE, Derived, Quantities, derive
 from palpate.core.job.tables import KEYED, ROUND, ROUNDED, SIDES, Job, PartConfig
-from palpate.core.ports import SensorFacts
+from palpate.core.ports import CONTROL_RATE_HZ, SensorFacts
 
 _INSERTION_6DOF: Final = "insertion-6dof"
+_HEIGHT_MM: Final = 1.8
+"""Height of a leaning corner below its neighbours or the tip: 12 times what its depth is known to within a dither."""
+_USUAL_LEAN_DEG: Final = 8.0
+_MOST_LEAN_DEG: Final = 12.0
+"""Tilt that the known arms reach on all sides; small pegs need it."""
+_OVER_TILT_DEG: Final = 1.5
+"""A corner that leans by so much more than the hole may be tilted is the lowest point of the peg."""
+_TWO_WALLS: Final = 1.27
+"""Torsional stiffness of a corner between two walls over lateral stiffness and square of its distance from the axis."""
+_YAW_SHARE: Final = 0.43
+"""Share of the torque that a tool that gives way in yaw takes off in a tick; 2 is the bound of stability."""
+_DRIVEN_PUSH_N: Final = 1.0
+"""Push on each wall of a wedged corner while it is turned."""
 _KNOWN_POSITION_MM: Final = 1.0
 """Positions that the source paper's symbols tell from the goal, where the hole is known to be there."""
 _UNKNOWN_POSITION_MM: Final = 50.0
@@ -74,7 +87,7 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
         "cell": _cell(job),
     }
     if task == _INSERTION_6DOF:
-        tables["task"] |= _spatial(job)
+        tables["task"] |= _spatial(job, found.press_N)
     return tables
 
 
@@ -119,26 +132,27 @@ def _cell(job: Job) -> dict[str, Any]:
     }
 
 
-def _spatial(job: Job) -> dict[str, Any]:
+def _spatial(job: Job, press_N: float) -> dict[str, Any]:
     """Settings of the insertion in six degrees of freedom, from the cross-section."""
-    import os
-    MOST_LEAN = float(os.environ.get("LEAN", "12"))
     part, tool, place = job.part, job.tool, job.place
     sides, corner_mm = SIDES.get(part.shape, 0), corner_distance_mm(part)
     flat_deg = degrees(acos(corner_mm / (part.peg_mm / 2.0))) if part.shape == KEYED else 0.0
+    # Neighbours of a leaning corner lie above it by this share of its height below the tip.
     beside = min(1.0 - cos(2.0 * pi / sides), 1.0) if sides else 1.0
-    least_deg = degrees(place.tilt_uncertainty_mrad * 1e-3) + 1.5
-    lean_deg = min(max(degrees(asin(min(1.8 / beside / corner_mm, 1.0))), least_deg), MOST_LEAN)
-    wall = 1.27 * tool.lateral_N_per_mm * 1e-3 * corner_mm**2
-    give = 0.43 * 140.0 * (1.0 / tool.torsion_Nm_per_rad + 1.0 / wall)
+    least_deg = degrees(place.tilt_uncertainty_mrad * 1e-3) + _OVER_TILT_DEG
+    most_deg = _USUAL_LEAN_DEG if part.shape == ROUND else _MOST_LEAN_DEG
+    lean_deg = min(max(degrees(asin(min(_HEIGHT_MM / beside / corner_mm, 1.0))), least_deg), most_deg)
+    wall_Nm_per_rad = _TWO_WALLS * tool.lateral_N_per_mm * corner_mm * corner_mm * 1e-3
+    yaw_rad_per_Nm = 1.0 / tool.torsion_Nm_per_rad + 1.0 / wall_Nm_per_rad
+    held_N = part.friction_max * (press_N + 2.0 * _DRIVEN_PUSH_N)
     options = {
         "corners": float(sides),
         "corner_mm": _shown(corner_mm),
         "flat_deg": _shown(flat_deg),
         "lean_deg": _shown(lean_deg),
-        "most_lean_deg": max(8.0, _shown(lean_deg)),
-        "give_yaw_rad_per_Nms": _shown(give),
-        "drive_Nm": _shown(part.friction_max * (4.9 + 2.0) * corner_mm * 1e-3),
+        "most_lean_deg": max(_USUAL_LEAN_DEG, _shown(lean_deg)),
+        "give_yaw_rad_per_Nms": _shown(min(_YAW_SHARE * CONTROL_RATE_HZ * yaw_rad_per_Nm, 100.0)),
+        "drive_Nm": _shown(held_N * corner_mm * 1e-3),
         "tool_kg": tool.mass_kg,
         "tool_above_tip_mm": tool.centre_above_tip_mm,
     }

@@ -116,7 +116,9 @@ class InverseKinematics:
 
     def turning(self, q_rad: JointVector, axis: Vector3) -> list[float]:
         """Joint velocities, (n,), that turn the tip in its place at 1 rad/s about an axis, (3,), tip frame."""
-        rates, _ = self._damped_least_squares(self._kinematics.tip_jacobian(q_rad), np.array((0.0, 0.0, 0.0, *axis)), None)
+        rates, _ = self._damped_least_squares(
+            self._kinematics.tip_jacobian(q_rad), np.array((0.0, 0.0, 0.0, *axis)), None
+        )
         turning: list[float] = rates.tolist()
         return turning
 

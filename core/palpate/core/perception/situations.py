@@ -7,7 +7,7 @@ from palpate.core.perception.signal import require_finite
 from palpate.core.ports import CHANNELS, names, number
 
 FACTS: Final = ("lean", "corner_depth", "depth", "wall_force", "yaw_torque")
-"""Lean of the tool in rad. The others as shares of what counts: depth of the lowest corner in the hole; depth of an
+"""As shares of what counts: lean of the tool over a corner; depth of the lowest corner in the hole; depth of an
 upright tool in the hole, or of a leaning one whose corner is in its place; the lesser force of the corner's two walls;
 the torque about the tool's axis that turns it."""
 
@@ -41,7 +41,7 @@ class Situations:
     """Eight situations of a peg with corners, of :data:`FACTS`.
 
     Attributes:
-        upright_rad: A tool that leans by less stands upright.
+        leaning: A tool that leans by less stands upright.
         air: A corner that is so far above the plate is in the air.
         plate: A leaning corner that is no deeper stands on the plate.
         upright: An upright tool that is no deeper stands on the plate.
@@ -50,7 +50,7 @@ class Situations:
         quiet: Less torque does not turn the tool.
     """
 
-    upright_rad: float = 0.017
+    leaning: float = 0.2
     air: float = 0.5
     plate: float = 1.0
     upright: float = 1.0
@@ -75,7 +75,7 @@ class Situations:
         """The situation."""
         require_finite("features", features)
         lean, corner, tip, wall, torque = features
-        if lean < self.upright_rad:
+        if lean < self.leaning:
             return 0 if tip < -self.air else 1 if tip < self.upright else 2
         if corner < self.plate:
             return 3 if corner < -self.air else 4

@@ -21,7 +21,6 @@ from .measurement import require_place as require_place
 from .ready_pose import ReadyPose as ReadyPose
 from .ready_pose import Workspace as Workspace
 from .ready_pose import find_ready_pose as find_ready_pose
-from .ready_pose import largest_lean_rate as largest_lean_rate
 from .ready_pose import require_turns as require_turns
 from .ready_pose import wander_m as wander_m
 from .report import INTERRUPT as INTERRUPT

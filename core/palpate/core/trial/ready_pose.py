@@ -96,16 +96,6 @@ def find_ready_pose(
     return ready
 
 
-def largest_lean_rate(
-    arm: str | ArmDescription, tool: ToolGeometry, ready: ReadyPose, *, behind_rad: float, lag_s: float
-) -> float:
-    """Return the rate, in rad/s, at which the tool can lean to any side with no joint farther behind than this."""
-    kinematics = Kinematics(arm_named(arm), tool)
-    inverse = np.linalg.pinv(kinematics.tip_jacobian(ready.q_rad))[:, 3:5]
-    # Of all headings the worst, joint by joint.
-    return behind_rad / (lag_s * float(np.sqrt((inverse * inverse).sum(axis=1)).max()))
-
-
 def require_turns(
     arm: str | ArmDescription, tool: ToolGeometry, ready: ReadyPose, task: TaskConfig, turns_deg: tuple[float, float]
 ) -> None:

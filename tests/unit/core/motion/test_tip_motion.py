@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.motion import GivingWay, Kinematics, TipMotion, arm_named, orientation, turn_of
+from palpate.core.motion import FASTEST_TURN_RAD_S, GivingWay, Kinematics, TipMotion, arm_named, orientation, turn_of
+from palpate.core.motion.tip_motion import FASTEST_JOINT_RAD_S
 from palpate.core.ports import PERIOD_S, AppliedCommand, CommandReason, JointVector, Vector3
 from palpate.core.trial import GoalConfig, goal_in_base
 from tests.support.tool import TOOL
@@ -77,18 +78,38 @@ def test_a_stopped_arm_does_not_wind_the_joints_up(bench: Bench) -> None:
 
 def test_the_tool_turns_about_the_tip_no_faster_than_it_may(bench: Bench) -> None:
     tip_m = bench.motion.reference_m
+    turned_rad = 35 * PERIOD_S * bench.motion.fastest_turn_rad_s((9.0, 0.0, 0.0))
     for _ in range(35):
         bench.motion.turn((9.0, 0.0, 0.0))
         q = bench.motion.move(STILL).position_rad
-    assert bench.motion.turn_rad == pytest.approx((np.radians(5.0), 0.0, 0.0))
+    assert bench.motion.turn_rad == pytest.approx((turned_rad, 0.0, 0.0))
     for _ in range(5):
         # A rate is for one tick only.
         q = bench.motion.move(STILL).position_rad
     assert bench.tip_m(q) == pytest.approx(tip_m, abs=1e-9)
     turned = bench.task.rotation.T @ bench.look.tip_rotation @ bench.rotation.T @ bench.task.rotation
-    np.testing.assert_allclose(turned, pin.exp3(np.array([np.radians(5.0), 0.0, 0.0])), atol=1e-9)
+    np.testing.assert_allclose(turned, pin.exp3(np.array([turned_rad, 0.0, 0.0])), atol=1e-9)
     bench.motion.start(bench.home)
     assert bench.motion.turn_rad == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("name", ["zebra-zero", "panda", "ur5", "xarm7"])
+@pytest.mark.parametrize("axis", [(1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.6, 0.8, 0.0), (0.0, 0.0, 1.0)])
+def test_no_joint_is_faster_in_a_turn_than_a_late_arm_can_follow(name: str, axis: Vector3) -> None:
+    bench = Bench(name)
+    for _ in range(14):
+        before = np.array(bench.motion.move(STILL).position_rad)
+        bench.motion.turn(axis)
+        rates = np.abs(np.array(bench.motion.move(STILL).position_rad) - before) / PERIOD_S
+        bench.motion.look_at_joints()
+        assert rates.max() <= FASTEST_JOINT_RAD_S * 1.03
+    asked = bench.motion.fastest_turn_rad_s(axis)
+    assert rates.max() == pytest.approx(FASTEST_JOINT_RAD_S, rel=0.03) or asked == FASTEST_TURN_RAD_S
+
+
+def test_a_wrist_near_a_singularity_turns_more_slowly() -> None:
+    slowest = {name: Bench(name).motion.fastest_turn_rad_s((1.0, 0.0, 0.0)) for name in ("panda", "ur10")}
+    assert slowest["panda"] < 0.5 * slowest["ur10"] == 0.5 * FASTEST_TURN_RAD_S
 
 
 angles = st.tuples(*[st.floats(-0.5, 0.5)] * 3)

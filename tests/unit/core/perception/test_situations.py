@@ -20,15 +20,15 @@ CORNERS = Perception(TaskFacts(FACTS), Situations(), IdentityState(Situations.sy
 @pytest.mark.parametrize(
     ("facts", "situation"),
     [
-        ((0.0, -1e-3, -1e-3, 0.0, 0.0), "upright in the air"),
-        ((0.0, 0.0, 0.0, 0.0, 0.0), "upright on the plate"),
-        ((0.0, 1e-3, 1e-3, 0.0, 0.0), "upright in the hole"),
-        ((0.09, -1e-3, -3e-3, 0.0, 0.0), "leaning in the air"),
-        ((0.09, 0.0, -1.8e-3, 0.0, 0.0), "leaning on the plate"),
-        ((0.09, 2e-3, 1e-3, 1.0, 0.0), "corner turning"),
-        ((0.09, 2e-3, 1e-3, 3.0, -0.02), "corner turning"),
-        ((0.09, 2e-3, 1e-4, 3.0, 0.0), "corner wedged"),
-        ((0.09, 2e-3, 1e-3, 3.0, 0.0), "corner caught"),
+        ((0.0, -1.0, -1.0, 0.0, 0.0), "upright in the air"),
+        ((0.1, 0.0, 0.0, 0.0, 0.0), "upright on the plate"),
+        ((0.0, 1.2, 1.2, 0.0, 0.0), "upright in the hole"),
+        ((1.0, -1.0, -3.0, 0.0, 0.0), "leaning in the air"),
+        ((1.0, 0.8, -1.8, 0.0, 0.0), "leaning on the plate"),
+        ((1.0, 2.0, 1.2, 0.9, 0.0), "corner turning"),
+        ((1.0, 2.0, 1.2, 2.0, -1.2), "corner turning"),
+        ((1.0, 2.0, 0.9, 2.0, 0.0), "corner wedged"),
+        ((1.0, 2.0, 1.2, 2.0, 0.0), "corner caught"),
     ],
 )
 def test_situations_are_told_apart_by_lean_depth_walls_and_torque(facts: tuple[float, ...], situation: str) -> None:
@@ -36,10 +36,10 @@ def test_situations_are_told_apart_by_lean_depth_walls_and_torque(facts: tuple[f
 
 
 def test_they_come_back_from_a_file_with_their_thresholds() -> None:
-    finer = Perception(TaskFacts(FACTS), Situations(caught_m=2e-3), CORNERS.identifier)
+    finer = Perception(TaskFacts(FACTS), Situations(caught=2.0), CORNERS.identifier)
     assert perception_from_dict(perception_to_dict(finer)) == finer
-    with pytest.raises(ConfigurationError, match=r"symboliser\.wall_N"):
-        Situations(wall_N=float("nan"))
+    with pytest.raises(ConfigurationError, match=r"symboliser\.wall"):
+        Situations(wall=float("nan"))
 
 
 def test_where_the_task_adds_nothing_the_facts_are_zeros() -> None:

@@ -3,6 +3,7 @@
 from math import ceil, cos, hypot, inf, pi, radians, sin
 from typing import Final
 
+from palpate.core.perception import Situations
 from palpate.core.policy import Law, Observation, Spatial
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
@@ -107,11 +108,11 @@ class Corner:
         """What situations are told apart by, as :data:`palpate.core.perception.FACTS` has it."""
         lean_rad, depth_m, down_m = hypot(*observation.turn_rad[:2]), observation.depth_m, self.down_m
         corner_m = depth_m + self.radius_m * sin(lean_rad)
-        upright = lean_rad < UPRIGHT_RAD
+        upright = lean_rad < Situations.leaning * self.lean_rad
         tip = depth_m / (_SUNK_SHARE * down_m) if upright else corner_m / (_CAUGHT_SHARE * down_m)
         wall = min(self.walls_N(observation)) / (_WALL_SHARE * self.push_N)
         torque = observation.torque_Nm[2] / (_QUIET_SHARE * self.push_N * self.radius_m)
-        return lean_rad, corner_m / (_SLIPS_SHARE * down_m), tip, wall, torque
+        return lean_rad / self.lean_rad, corner_m / (_SLIPS_SHARE * down_m), tip, wall, torque
 
     def upright_in_hole(self, observation: Observation) -> bool:
         """Whether the upright tool is too deep to stand on the plate."""

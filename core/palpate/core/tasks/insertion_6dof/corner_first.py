@@ -16,11 +16,13 @@ NAME: Final = "corner-first"
 QUIET_ACTIONS: Final = 2
 """So many actions in a row both walls have to carry, and nothing to turn the tool."""
 DRIVEN_ACTIONS: Final = 7
+LONGEST_WITHDRAWAL: Final = 20
+"""A tool that does not come out of the hole in so many actions is inserted again."""
 STAND_SHARE: Final = 0.2
 """Share of the lean by which the tool stands up in an action."""
 _STUCK_SHARE: Final = 0.62
-"""A tool that is so deep, as a share of a leaning corner's depth, and all but upright was inserted and got stuck: once more,
-and then it is withdrawn."""
+"""A tool that is so deep, as a share of a leaning corner's depth, and all but upright was inserted and got stuck: once
+more, and then it is withdrawn."""
 
 
 class _Act(Enum):
@@ -59,6 +61,7 @@ class CornerFirst(FixedPolicy):
 
     def _begin_corner(self, corner: int) -> None:
         self._corner.take(corner)
+        self._withdrawn = 0
         self._stage, self._quiet, self._pushed, self._driven, self._drove = _Act.LEAN, 0, 0, 0, False
 
     @override
@@ -71,10 +74,12 @@ class CornerFirst(FixedPolicy):
             self._judge_push(observation)
         elif self._stage in (_Act.INSERT, _Act.WITHDRAW):
             # The insertion came to nothing.
-            self._stage = _Act.WITHDRAW
+            self._stage, self._withdrawn = _Act.WITHDRAW, self._withdrawn + 1
             if corner.clear(observation):
                 self._begin_corner(corner.number + 1)
         stuck = lean < self._stand_rad and observation.depth_m > self._stuck_m
+        if self._withdrawn > LONGEST_WITHDRAWAL and stuck:
+            self._stage, self._withdrawn = _Act.INSERT, 0
         if self._stage is _Act.STAND and (stuck or lean < UPRIGHT_RAD):
             self._stage = _Act.INSERT
             if not corner.upright_in_hole(observation):

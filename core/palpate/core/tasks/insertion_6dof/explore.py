@@ -163,6 +163,9 @@ class SpatialExplore(Explore):
         self._lost_ticks = self._deep_ticks = 0
         self._caught_m = None
         px, py = spatial.push_N
+        if spatial.law in _AGAINST and hypot(*self._measurement.force_N[:2]) > _WALL_N:
+            # One wall of a corner responds along its normal; the tool may slide the other way.
+            px, py = -self._measurement.force_N[0], -self._measurement.force_N[1]
         size_N = hypot(px, py)
         self._monitor.push((px / size_N, py / size_N) if spatial.law in _AGAINST and size_N else None)
         if spatial.law is Law.INSERT:
@@ -194,8 +197,12 @@ class SpatialExplore(Explore):
             velocity = self._pushed(spatial.push_N)
             # A yaw that is asked for is a torque about the axis, against which the tool gives way.
             lean_x, lean_y, yaw = self._rate_rad_s
-            torque_Nm = measured.live_torque_at_tip_Nm()[2] + yaw / self._yaw_rad_per_Nms
-            rate = lean_x, lean_y, give * self._yawing.rate_rad_s((0.0, 0.0, torque_Nm))[2]
+            tx, ty, tz = measured.live_torque_at_tip_Nm()
+            yaw_Nm = tz + yaw / self._yaw_rad_per_Nms
+            if hypot(tx, ty) > _WEDGED_NM + self._press_N * hypot(*spatial.pivot_m):
+                # More than the press gives at the corner: standing up on would load a wedge.
+                lean_x = lean_y = 0.0
+            rate = lean_x, lean_y, give * self._yawing.rate_rad_s((0.0, 0.0, yaw_Nm))[2]
         elif spatial.law is _WITHDRAWS:
             vx, vy, _ = self._pushed(spatial.push_N)
             torque_Nm = measured.live_torque_at_tip_Nm()

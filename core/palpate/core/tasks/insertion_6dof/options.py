@@ -25,8 +25,6 @@ class SpatialOptions(Settings):
     """Half the angle under which a keyed peg's flat, across the task's x, is seen from the axis; 0 for none."""
     lean_deg: Annotated[float, Range(1.0, 15.0)] = 5.0
     """How far the tool leans to bring one corner down first."""
-    lean_step_deg: Annotated[float, Range(0.05, 2.0)] = 1.1
-    """How far it leans in one action at most; a job derives less where a joint of the arm would fall behind."""
     down_share: Annotated[float, Range(0.1, 1.0)] = 0.9
     """Until the tool stands, this share of what a leaning corner or flat lies below the tip is let into the hole."""
     inside_mm: Annotated[float, Range(0.5, 50.0)] = 6.5

@@ -1,5 +1,7 @@
 """A policy of skills: it chooses when one is over, and learns of the whole of it."""
 
+from math import radians
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from palpate.core.tasks.insertion_6dof.skills import KINDS, SKILLS, SkillAgent, 
 from tests.unit.core.policy.bench import Diary
 
 NONE: Vector3 = (0.0, 0.0, 0.0)
+PLACE: Vector3 = (-6.5e-3 * 0.5**0.5, -6.5e-3 * 0.5**0.5, 0.0)
 LEAN, PUSH, INSERT = (next(n for n, skill in enumerate(SKILLS) if skill.name.startswith(kind))
                       for kind in ("lean", "push", "insert"))  # fmt: skip
 
@@ -23,27 +26,28 @@ def agent_with(*indices: int | None) -> tuple[SkillAgent, Diary]:
     return agent, diary
 
 
-def act(agent: SkillAgent, tick: int, turn_rad: Vector3 = NONE, depth_m: float = 0.0) -> str:
-    agent.perceive(tick, NONE, NONE, NONE, NONE, turn_rad, NONE, depth_m)
+def act(agent: SkillAgent, tick: int, turn_rad: Vector3 = NONE, depth_m: float = 0.0, at: Vector3 = NONE) -> str:
+    agent.perceive(tick, at, at, NONE, NONE, turn_rad, NONE, depth_m)
     decision = agent.choose()
     assert decision.action.spatial is not None
     return f"{decision.action.name}: {decision.action.spatial.law.value}"
 
 
 def test_the_policy_is_asked_when_a_skill_is_over_and_learns_what_all_of_it_cost() -> None:
-    agent, diary = agent_with(*[LEAN] * 5, PUSH)
-    # The lean takes five actions of ten ticks; the push then stands on the plate and is over after three.
-    done = [act(agent, 10 * n) for n in range(5)]
-    done += [act(agent, 50 + 10 * n, turn_rad=(0.06, 0.0, 0.0), depth_m=-1.2e-3) for n in range(3)]
-    assert done == ["lean 5 deg: lift"] * 5 + ["push 2 N: push"] * 3
+    agent, diary = agent_with(*[LEAN] * 4, PUSH)
+    # The lean takes four actions of ten ticks; the push then stands on the plate and is over after three.
+    lean = radians(5.0) * 0.5**0.5
+    done = [act(agent, 10 * n) for n in range(4)]
+    done += [act(agent, 40 + 10 * n, turn_rad=(lean, -lean, 0.0), depth_m=-1.7e-3, at=PLACE) for n in range(3)]
+    assert done == ["lean 1: lift"] * 4 + ["push 0.67: push"] * 3
     asked = [entry for entry in diary.entries if isinstance(entry, Observation)]
     states = [Perception(TaskFacts(FACTS), Situations(), LastAction(Situations.symbols, KINDS)).states[one.state]
               for one in asked]  # fmt: skip
     assert states == ["upright on the plate at first", "leaning on the plate after lean"]
     (learned,) = diary.learned
     assert (learned.action_index, learned.next_state) == (LEAN, asked[1].state)
-    assert learned.reinforcement == pytest.approx(-10.0 * 0.01 * 50)
-    assert [record.index for record in agent.decisions] == [LEAN] * 5 + [PUSH] * 3
+    assert learned.reinforcement == pytest.approx(-10.0 * 0.01 * 40)
+    assert [record.index for record in agent.decisions] == [LEAN] * 4 + [PUSH] * 3
 
 
 def test_an_insertion_that_got_stuck_costs_the_time_that_it_took() -> None:

@@ -1,5 +1,6 @@
 """Skills: what each does, and when it is over."""
 
+from dataclasses import replace
 from math import cos, pi, radians
 
 import numpy as np
@@ -24,17 +25,26 @@ def seen(
     return Observation(0, at, at, force, torque, 0, turn, torque, depth_m)
 
 
-def begun(name: str, observation: Observation) -> Skills:
-    skills = Skills(SQUARE, 11e-3)
+def begun(name: str, observation: Observation, options: SpatialOptions = SQUARE) -> Skills:
+    skills = Skills(options, 11e-3)
     skills.begin_trial()
     skills.begin(NAMED[name], observation)
     return skills
 
 
-def length(skills: Skills, observation: Observation) -> int:
-    """Actions until the skill is over, while all stays as it is."""
+def moved(observation: Observation, displacement_m: tuple[float, float], turn_rad: Vector3) -> Observation:
+    """What is seen after an action that is done as asked."""
+    (x, y, z), turn = observation.reference_m, np.add(observation.turn_rad, turn_rad)
+    at = x + displacement_m[0], y + displacement_m[1], z
+    return replace(observation, position_m=at, reference_m=at, turn_rad=(turn[0], turn[1], turn[2]))
+
+
+def length(skills: Skills, observation: Observation, *, moves: bool = False) -> int:
+    """Actions until the skill is over, while what is felt stays as it is."""
     for number in range(1, 100):
-        skills.step(observation)
+        displacement_m, spatial = skills.step(observation)
+        if moves:
+            observation = moved(observation, displacement_m, spatial.turn_rad)
         if skills.over(observation):
             return number
     raise AssertionError("it never ends")
@@ -43,23 +53,21 @@ def length(skills: Skills, observation: Observation) -> int:
 @pytest.mark.parametrize(
     ("name", "observation", "actions"),
     [
-        ("lean 5 deg", seen(), 5),
-        ("lean 6 deg", seen(), 6),
         # What is held in the hole is drawn, not lifted, however long that takes.
-        ("lean 5 deg", seen(turn=LEANED, depth_m=1e-3), 40),
-        ("push 3 N", seen(WALLS, NONE, LEANED, 1e-3), 2),
-        ("push 3 N", seen(turn=LEANED, depth_m=-1.7e-3), 3),
-        ("push 3 N", seen(WALLS, (0.0, 0.0, 0.03), LEANED, 1e-3), 40),
+        ("lean 1", seen(turn=LEANED, depth_m=1e-3), 43),
+        ("push 1", seen(WALLS, NONE, LEANED, 1e-3), 2),
+        ("push 1", seen(turn=LEANED, depth_m=-1.7e-3), 3),
+        ("push 1", seen(WALLS, (0.0, 0.0, 0.03), LEANED, 1e-3), 43),
         # Pushed past the place where the corner came down.
-        ("push 3 N", seen(WALLS, (0.0, 0.0, 0.03), LEANED, at=(5e-3, 5e-3, 0.0)), 1),
+        ("push 1", seen(WALLS, (0.0, 0.0, 0.03), LEANED, at=(5e-3, 5e-3, 0.0)), 1),
         # A corner that is let down to a height hangs where it is 0.4 mm higher, and is in where it is 0.1.
         ("drive", seen(WALLS, NONE, LEANED, -4e-4), 14),
         ("drive", seen(WALLS, NONE, LEANED, -1e-4), 2),
         ("drive", seen(WALLS, NONE, LEANED, 1e-3), 2),
-        ("stand 1 deg", seen(), 1),
-        ("stand 1.6 deg", seen(turn=LEANED), 40),
+        ("stand 1", seen(), 1),
+        ("stand 1.6", seen(turn=LEANED), 43),
         ("insert", seen(), 1),
-        ("withdraw", seen(turn=LEANED, depth_m=1e-3), 40),
+        ("withdraw", seen(turn=LEANED, depth_m=1e-3), 43),
         ("withdraw", seen(depth_m=-1e-3), 1),
     ],
 )
@@ -67,15 +75,27 @@ def test_each_skill_has_an_end(name: str, observation: Observation, actions: int
     assert length(begun(name, observation), observation) == actions
 
 
+def test_a_larger_lean_takes_no_less() -> None:
+    # By 2 degrees an action, and 6.5 mm at 1.8.
+    assert length(begun("lean 1", seen()), seen(), moves=True) == 4
+    far = replace(SQUARE, lean_deg=8.0, most_lean_deg=10.0)
+    assert length(begun("lean 1.2", seen(), far), seen(), moves=True) == 5
+
+
 def test_leans_and_pushes_are_of_the_size_that_was_chosen_and_go_on_to_the_next_corner() -> None:
-    skills, headings = begun("lean 5 deg", seen()), []
-    for name, deg in (("lean 5 deg", 5.0), ("lean 6 deg", 6.0)):
-        skills.begin(NAMED[name], seen())
-        turns = [skills.step(seen())[1].turn_rad for _ in range(10) if not skills.over(seen())]
-        headings.append(np.sign(turns[0][:2]).tolist())
-        assert np.linalg.norm(turns[0]) * len(turns) == pytest.approx(radians(deg), rel=0.35)
+    skills, headings = begun("lean 1", seen()), []
+    for name, deg in (("lean 1", 5.0), ("lean 1.2", 6.0)):
+        at = seen()
+        skills.begin(NAMED[name], at)
+        for _ in range(20):
+            displacement_m, spatial = skills.step(at)
+            at = moved(at, displacement_m, spatial.turn_rad)
+            if skills.over(at):
+                break
+        headings.append(np.sign(at.turn_rad[:2]).tolist())
+        assert np.hypot(*at.turn_rad[:2]) == pytest.approx(radians(deg))
     assert headings[0] != headings[1]
-    for name, push_N in (("push 2 N", 2.0), ("push 4 N", 4.0)):
+    for name, push_N in (("push 0.67", 2.01), ("push 1.33", 3.99)):
         skills.begin(NAMED[name], seen())
         # On each of the two walls.
         assert np.hypot(*skills.step(seen())[1].push_N) == pytest.approx(2.0 * push_N * cos(pi / 4))
@@ -93,14 +113,17 @@ def test_a_drive_turns_to_and_fro_until_the_corner_is_caught() -> None:
 
 def test_a_tool_that_is_far_out_is_pushed_no_further() -> None:
     for at, pushed in (((6e-3, 0.0, 0.0), True), ((9e-3, 9e-3, 0.0), False), ((-9e-3, -9e-3, 0.0), True)):
-        spatial = begun("push 3 N", seen()).step(seen(at=at))[1]
+        spatial = begun("push 1", seen()).step(seen(at=at))[1]
         assert (spatial.law, np.hypot(*spatial.push_N) > 0.0) == (Law.PUSH, pushed)
 
 
 def test_facts_have_the_depth_of_the_lowest_corner_and_the_lesser_wall() -> None:
-    facts = dict(zip(FACTS, begun("push 3 N", seen()).facts(seen(WALLS, (0.0, 0.0, 0.01), LEANED)), strict=True))
-    assert facts["corner_depth"] == pytest.approx(20e-3 * np.sin(0.06 * 2**0.5))
-    assert (facts["wall_force"], facts["yaw_torque"]) == (pytest.approx(3.0), 0.01)
+    facts = dict(zip(FACTS, begun("push 1", seen()).facts(seen(WALLS, (0.0, 0.0, 0.01), LEANED)), strict=True))
+    # Over three tenths of what a corner is let down, half the push, and a fifth of the push at the corner.
+    down_m = 0.9 * 20e-3 * np.sin(radians(5.0))
+    assert facts["lean"] == pytest.approx(0.06 * 2**0.5 / radians(5.0))
+    assert facts["corner_depth"] == pytest.approx(20e-3 * np.sin(0.06 * 2**0.5) / (0.3 * down_m))
+    assert (facts["wall_force"], facts["yaw_torque"]) == (pytest.approx(2.0), pytest.approx(0.01 / 0.012))
 
 
 @pytest.mark.parametrize(("depth_m", "situation"), [(-4e-4, "corner wedged"), (0.0, "corner caught")])
