@@ -117,10 +117,10 @@ def test_skills_are_learned_where_they_may_begin_and_only_by_tasks_that_have_som
     row = dict(zip((action.name for action in learner.actions), learner.q[0], strict=True))
     assert learner.states[0] == "upright in the air at first"
     ahead = learner.parameters.initial_value
-    assert (row["lean 5 deg"], row["lean 6 deg"], row["insert"] < -1e5) == (ahead, ahead, True)
+    assert (row["lean 1"], row["lean 1.2"], row["insert"] < -1e5) == (ahead, ahead, True)
     # What the rule takes there is ahead of all else that may begin.
     row = dict(zip(row, learner.q[learner.states.index("corner wedged after push")], strict=True))
-    assert (row["drive"], row["push 3 N"]) == (ahead, ahead - config.learning.rule_lead)
+    assert (row["drive"], row["push 1"]) == (ahead, ahead - config.learning.rule_lead)
     with pytest.raises(ConfigurationError, match="a task that has skills; insertion has none"):
         build_perception(scenario("blind", "skills"))
 

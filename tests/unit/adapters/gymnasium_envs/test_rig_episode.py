@@ -86,12 +86,12 @@ def test_skills_are_decided_once_earn_once_and_replay_equal(tmp_path: Path, monk
         made.observe = lambda task: task.turn_rad
         skills = {action.name: Decision(action, k, "environment") for k, action in enumerate(task_actions(config))}
         made.begin(3, 0)
-        earned = [made.decide(skills[name]) for name in ("lean 5 deg", "push 3 N")]
+        earned = [made.decide(skills[name]) for name in ("lean 1", "push 1")]
         # Ten a second, from the first decision to the third; the tool leans over the corner.
         assert sum(earned) == pytest.approx(-10.0 * made.exploration_time_s, abs=2.0)
         assert np.degrees(np.hypot(*made.seen()[0][:2])) == pytest.approx(5.0, abs=0.1)
         while made.running:
-            made.decide(skills["push 3 N"])
+            made.decide(skills["push 1"])
     (log,) = (tmp_path / "run" / "logs").iterdir()
     assert replay(read_log(log), Rebuilder()).verdict is Verdict.EQUAL
 

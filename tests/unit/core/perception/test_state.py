@@ -103,7 +103,7 @@ def test_it_comes_back_from_a_file() -> None:
 def test_a_state_can_be_the_last_symbol_and_the_kind_of_action_before_it() -> None:
     last = LastAction(("A", "B"), ("push", "lean"))
     assert last.states == ("A at first", "B at first", "A after push", "B after push", "A after lean", "B after lean")
-    led = [(0, None), (1, "push 3 N"), (0, "lean 5 deg"), (1, "another")]
+    led = [(0, None), (1, "push 1"), (0, "lean 1"), (1, "another")]
     assert [last.states[last.update(symbol, action)] for symbol, action in led] == [
         "A at first", "B after push", "A after lean", "B at first",
     ]  # fmt: skip

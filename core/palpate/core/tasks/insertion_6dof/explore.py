@@ -163,9 +163,6 @@ class SpatialExplore(Explore):
         self._lost_ticks = self._deep_ticks = 0
         self._caught_m = None
         px, py = spatial.push_N
-        if spatial.law in _AGAINST and hypot(*self._measurement.force_N[:2]) > _WALL_N:
-            # One wall of a corner responds along its normal; the tool may slide the other way.
-            px, py = -self._measurement.force_N[0], -self._measurement.force_N[1]
         size_N = hypot(px, py)
         self._monitor.push((px / size_N, py / size_N) if spatial.law in _AGAINST and size_N else None)
         if spatial.law is Law.INSERT:
