@@ -64,7 +64,7 @@ class Monitor:
 
     Args:
         step_m: Standard deviation of the tip's place by the encoders.
-        in_air: Whether the tool dithers in air, too.
+        turns_rad: Angle by which the tool itself tilts in a hole; 0 for one that does not turn, nor dithers in air.
 
     Attributes:
         axial: Response along the tool axis.
@@ -78,7 +78,7 @@ class Monitor:
     """
 
     def __init__(
-        self, state: TrialState, task: TaskConfig, control: ControlConfig, step_m: float, *, in_air: bool = False
+        self, state: TrialState, task: TaskConfig, control: ControlConfig, step_m: float, *, turns_rad: float = 0.0
     ) -> None:
         self._state, self._step_m = state, step_m
         self.axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
@@ -86,7 +86,8 @@ class Monitor:
         self.press_N, self.contact_N = task.press_kgf * N_PER_KGF, task.contact_kgf * N_PER_KGF
         self._slack_m, self._friction = task.surface_uncertainty_mm * 1e-3, task.friction
         self.deepest_plate_m = self._slack_m + PAST_PLATE_M
-        self._torque_Nm = _TILT_RAD * control.tilt_stiffness_Nm_per_rad
+        self._torque_Nm = (_TILT_RAD + turns_rad) * control.tilt_stiffness_Nm_per_rad
+        in_air = turns_rad > 0.0
         # With what presses already, the gripper's force stays below the limit.
         self.budget_N = task.max_force_N - max(self.press_N, task.insertion_press_N)
         self.axial, self.across = (
@@ -189,9 +190,12 @@ class Monitor:
     def _implausible(self, tick: int, measured: Measurement) -> Trip | None:
         """A wrench that no contact at the tip can cause, in several samples in a row."""
         x, y, z = measured.force_N
-        pull_N = _PULL_SHARE * self.press_N + self._friction * hypot(x, y)
+        torque_Nm = measured.torque_across_at_tip_Nm
+        # Two walls that pinch a tilted peg cancel in the force, and show in the torque.
+        walls_N = hypot(x, y) + 2.0 * torque_Nm / _LEVER_M
+        pull_N = _PULL_SHARE * self.press_N + self._friction * walls_N
         self._pulls = self._pulls + 1 if z > pull_N else 0
-        torque_Nm, limit_Nm = measured.torque_across_at_tip_Nm, self._torque_Nm + _LEVER_M * measured.force_norm_N
+        limit_Nm = self._torque_Nm + _LEVER_M * measured.force_norm_N
         self._misfits = self._misfits + 1 if torque_Nm > limit_Nm else 0
         if self._pulls >= _SAMPLES:
             text = f"the force sensor shows a pull of {z:.2f} N, at most {pull_N:.2f} N is possible"

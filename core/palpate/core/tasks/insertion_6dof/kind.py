@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import radians
 from typing import Any, Final
 
 from typing_extensions import override
@@ -49,7 +50,7 @@ class SpatialTask(InsertionTask):
         self._agent = agent
         state, laws = InsertionState(agent, measurement), Laws.of(task, control)
         equipment = Equipment(task, measurement, motion, laws, agent, state)
-        monitor = Monitor(state, task, control, measurement.depth_step_m, in_air=True)
+        monitor = Monitor(state, task, control, measurement.depth_step_m, turns_rad=radians(self._options.lean_deg))
         TouchTask.__init__(self, task, measurement, motion, laws.free, state, monitor)
         self._approach = Approach(equipment, monitor)
         self._explore = SpatialExplore(equipment, monitor, self._options)
