@@ -17,7 +17,6 @@ from palpate.adapters.hardware.doctor import (
     section_text,
     summary_text,
 )
-from palpate.core.errors import ConfigurationError
 from palpate.core.job import ToolConfig
 
 
@@ -35,11 +34,9 @@ class _Terminal(Person):
 
 def doctor(options: DoctorOptions) -> int:
     """Examine a rig and print the report; 0 if all is well, 1 if something is wrong, 130 after Ctrl-C."""
-    if not options.rig:
-        raise ConfigurationError("rig", options.rig, "a rig file: palpate doctor --rig FILE")
+    options.require("rig", bool(options.rig), "a rig file: palpate doctor --rig FILE")
     file = RigFile.load(Path(options.rig))
-    if options.acknowledge and not options.move:
-        raise ConfigurationError("acknowledge", options.acknowledge, "nothing without --move: nothing moves")
+    options.require("acknowledge", options.move or not options.acknowledge, "nothing without --move: nothing moves")
     begin = FaultFile(Path(options.rig), options.acknowledge).begin if options.move else str
     wishes = Wishes(options.seconds, _Terminal() if options.push else None, options.move, begin)
     # Without --move nothing moves by the model, so it is compared and no more.

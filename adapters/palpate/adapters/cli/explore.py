@@ -24,7 +24,7 @@ from palpate.adapters.experiments.grid import (
     trials_csv,
 )
 from palpate.core.automata import write_strings
-from palpate.core.errors import ConfigurationError, UsageError
+from palpate.core.errors import UsageError
 from palpate.core.perception import stage_to_dict
 from palpate.core.policy import document_of
 from palpate.core.ports import new_file, new_folder, require_free_folder, require_no_file
@@ -108,8 +108,7 @@ def _write(
 
 def _figure(options: ExploreOptions, path: Path) -> int:
     kind = path.suffix.removeprefix(".")
-    if kind not in _PICTURES:
-        raise ConfigurationError("figure", options.figure, f"a file name that ends in .{' or .'.join(_PICTURES)}")
+    options.require("figure", kind in _PICTURES, f"a file name that ends in .{' or .'.join(_PICTURES)}")
     require_no_file(path)
     panels: list[list[Panel]] = []
     for number in ("1", "2"):

@@ -12,7 +12,7 @@ from palpate.adapters.cli.log_options import (
     PlotOptions,
     RecoverOptions,
 )
-from palpate.core.errors import ConfigurationError, LogError, UsageError, one_line, require_one_of
+from palpate.core.errors import LogError, UsageError, one_line, require_one_of
 
 
 def info(options: InfoOptions) -> int:
@@ -60,8 +60,7 @@ def export(options: ExportOptions) -> int:
     """Write trials in another format."""
     paths = _logs(options.files, "export")
     require_one_of("to", options.to, ("csv", *VIEWERS))
-    if not options.out:
-        raise ConfigurationError("out", options.out, "a folder for the result")
+    options.require("out", bool(options.out), "a folder for the result")
     out = Path(options.out)
     if options.to == "csv":
         from palpate.adapters.log import export_csv

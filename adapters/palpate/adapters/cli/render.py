@@ -71,15 +71,13 @@ class _Plan:
 
 def _plan(options: RenderOptions) -> _Plan:
     ending = Path(options.to).suffix.lower()
-    if ending not in ENDINGS:
-        raise ConfigurationError("to", options.to, f"a file that ends with {', '.join(ENDINGS)}")
+    options.require("to", ending in ENDINGS, f"a file that ends with {', '.join(ENDINGS)}")
     # Imported here, because it brings numpy with it.
     from palpate.adapters.mujoco import CAMERAS
 
     require_one_of("camera", options.camera, CAMERAS)
     size = _size(options.size)
-    if ending == ".mp4" and (size[0] % 2 or size[1] % 2):
-        raise ConfigurationError("size", options.size, "even numbers for .mp4")
+    options.require("size", ending != ".mp4" or not (size[0] % 2 or size[1] % 2), "even numbers for .mp4")
     fps = (12.5 if ending == ".gif" else 25.0) if options.fps is None else options.fps
     require_in("fps", fps, 0.1, _GIF_MOST_FPS if ending == ".gif" else 240.0)
     return _Plan(ending, size, fps)

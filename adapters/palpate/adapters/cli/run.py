@@ -39,7 +39,6 @@ from palpate.adapters.experiments import (
 from palpate.adapters.hardware import DryRig
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.adapters.visualisation import viewed
-from palpate.core.errors import ConfigurationError
 from palpate.core.trial import ReadyPose
 
 
@@ -52,19 +51,16 @@ def run(options: RunOptions) -> int:
 def _run(options: RunOptions, kept: ExitStack) -> int:
     """Into a folder that ``kept`` keeps other writers out of."""
     config = options.run
-    if options.dry and not options.rig:
-        raise ConfigurationError("dry", options.dry, "given with --rig only")
+    options.require("dry", not options.dry or bool(options.rig), "given with --rig only")
     named = policy_for(config, options.policy)
     kind = "dry" if options.dry else "run"
     folder = RunFolder(Path(options.out)) if options.out else next_free_folder(f"runs/{config.scenario}-{kind}")
     folder.require_free()
-    if options.policy.startswith("omniscient") and options.rig:
-        raise ConfigurationError("policy", options.policy, NOBODY_KNOWS)
+    options.require("policy", not (options.policy.startswith("omniscient") and options.rig), NOBODY_KNOWS)
     claim, jobs = Claim.parse(options.claim) if options.claim else None, options.jobs or os.cpu_count() or 1
-    if jobs > 1 and (options.rig or options.live or options.view):
-        raise ConfigurationError("jobs", options.jobs, "1 with --rig, --live or --view")
-    if options.view and options.rig:
-        raise ConfigurationError("view", options.view, "the simulator, without --rig")
+    alone = bool(options.rig or options.live or options.view)
+    options.require("jobs", jobs == 1 or not alone, "1 with --rig, --live or --view")
+    options.require("view", not (options.view and options.rig), "the simulator, without --rig")
     chosen = ChosenPolicy(named, config)
     ready = ready_pose(config)
     require_usable(config, ready, options.rig)

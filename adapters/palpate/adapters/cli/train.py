@@ -84,8 +84,7 @@ def _fit_to_logs(options: TrainOptions) -> int:
 
     if not options.out:
         raise UsageError("palpate train --from-logs needs --out, a folder for the policy")
-    if options.run.learner != "belief":
-        raise ConfigurationError("learner", options.run.learner, "'belief', the learner that is fitted to logs")
+    options.run.require("learner", options.run.learner == "belief", "'belief', the learner that is fitted to logs")
     only = TrainOptions(run=scenario("paper", "belief"), out=options.out, from_logs=options.from_logs)
     if options != only:
         raise UsageError("palpate train --from-logs takes no other flag than --out; the logs hold the settings")
@@ -124,9 +123,8 @@ class _Subject:
     def of(cls, options: TrainOptions) -> "_Subject":
         """What the options name; raises ConfigurationError where it cannot be trained."""
         config, name = options.run, _from(options)
-        if not task_kind(config.task.name).asks_policy:
-            accepted = "a task that lets a policy choose; this one asks none"
-            raise ConfigurationError("task.name", config.task.name, accepted)
+        asks = task_kind(config.task.name).asks_policy
+        config.task.require("name", asks, "a task that lets a policy choose; this one asks none")
         code = "" if name == config.learner or os.path.exists(name) else foreign_code(name)
         document = None if code or name == config.learner else PolicyDocument.load(Path(name))
         brought = config.learning.programmed or config.learning.examples

@@ -48,8 +48,7 @@ class EmulationConfig(Settings):
             raise ConfigurationError("wires", wires, f"cia402 for {arm.name}; the bus is a Zebra Zero's")
         if wires == UR and usual != UR:
             raise ConfigurationError("wires", wires, f"cia402 for {arm.name}; the controller has {', '.join(_OF_UR)}")
-        if self.wrist_backlash_deg and wires != ZEBRA:
-            raise ConfigurationError("wrist_backlash_deg", self.wrist_backlash_deg, "0, except for zebra-nmc")
-        if self.force == UR and wires != UR:
-            raise ConfigurationError("force", self.force, "jr3-can or ati-netft: the sensor is in the flange of a UR")
+        self.require("wrist_backlash_deg", wires == ZEBRA or not self.wrist_backlash_deg, "0, except for zebra-nmc")
+        in_flange = "jr3-can or ati-netft: the sensor is in the flange of a UR"
+        self.require("force", self.force != UR or wires == UR, in_flange)
         return replace(self, wires=wires, force=self.force or (ATI if wires == UR else JR3))

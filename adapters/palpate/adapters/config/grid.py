@@ -5,7 +5,6 @@ from typing import Annotated, Any, Final
 
 from typing_extensions import override
 
-from palpate.core.errors import ConfigurationError
 from palpate.core.policy import HmmParameters, QParameters, SarsaParameters, TemperatureSchedule
 from palpate.core.ports import (
     LearningRate,
@@ -58,8 +57,8 @@ class GridLearning(Settings):
 
     @override
     def check(self) -> None:
-        if self.alpha is not None and self.learner == HMM:
-            raise ConfigurationError("alpha", self.alpha, f"none; {HMM} learns a model, not a table")
+        is_free = self.alpha is None or self.learner != HMM
+        self.require("alpha", is_free, f"none; {HMM} learns a model, not a table")
         require_floor("temperature_floor", self.temperature_floor, self.temperature, "temperature")
 
     def parameters(self) -> QParameters:

@@ -280,8 +280,7 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
         return foreign_policy(document.foreign, config, perception, frozen=frozen)
     learner = document.learner
     if not frozen and learner is not None:
-        if learner.kind != config.learner:
-            raise ConfigurationError("learner", config.learner, f"{learner.kind!r}, as in the policy file")
+        config.require("learner", learner.kind == config.learner, f"{learner.kind!r}, as in the policy file")
         document = replace(document, learner=replace(learner, parameters=learning_parameters(config)))
     return policy_from(document, perception.states, task_actions(config), task_reach(config), frozen=frozen)
 

@@ -89,15 +89,14 @@ def judge_tool(context: RigContext, tool: ToolConfig, reported: ReportedPose) ->
         accepted = f"the tip at ({_mm(entered)}) mm from the flange, the tool centre point that the controller has"
         raise ConfigurationError("tool.tip_mm", f"{given.round(2).tolist()} mm from the flange", accepted)
     payload_kg, mass_kg = reported.payload_kg, tool.mass_kg
-    if not mass_kg - _LIGHTER_KG <= payload_kg <= mass_kg + _HEAVIER_KG:
-        accepted = f"a mass that fits the payload of {payload_kg:g} kg that the controller has, with the force sensor"
-        raise ConfigurationError("tool.mass_kg", mass_kg, accepted)
+    fits = mass_kg - _LIGHTER_KG <= payload_kg <= mass_kg + _HEAVIER_KG
+    accepted = f"a mass that fits the payload of {payload_kg:g} kg that the controller has, with the force sensor"
+    tool.require("mass_kg", fits, accepted)
     own = sensor.act(np.array(tool.centre_of_mass_mm) * 1e-3) * mass_kg
     expected = (own + 0.5 * sensor.translation * max(0.0, payload_kg - mass_kg)) / max(payload_kg, mass_kg)
-    if not 1e3 * hypot(*(expected - np.array(reported.payload_centre_m))) <= _CENTRE_MM:
-        centre = f"({_mm(np.array(reported.payload_centre_m))}) mm"
-        accepted = f"one that fits the payload's centre at {centre} from the flange, which the controller has"
-        raise ConfigurationError("tool.centre_of_mass_mm", tool.centre_of_mass_mm, accepted)
+    centre_m = np.array(reported.payload_centre_m)
+    accepted = f"one that fits the payload's centre at ({_mm(centre_m)}) mm from the flange, which the controller has"
+    tool.require("centre_of_mass_mm", 1e3 * hypot(*(expected - centre_m)) <= _CENTRE_MM, accepted)
     return "payload of the controller and tool agree" + (
         "; it has no tool centre point" if not entered.any() else ", and so does its tool centre point"
     )

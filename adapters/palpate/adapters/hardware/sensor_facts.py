@@ -46,14 +46,11 @@ def gathered(stated: SensorFactsTable, reported: SensorFactsTable) -> SensorFact
         raise ConfigurationError(stated.TABLE, _known(stated) or None, accepted)
     for name in ("range_N", "range_Nm"):
         _require_within(name, getattr(stated, name), getattr(reported, name))
-    if None not in (stated.rate_Hz, reported.rate_Hz) and not isclose(
-        stated.rate_Hz or 0.0, reported.rate_Hz or 0.0, rel_tol=_SAME_RATE
-    ):
-        raise ConfigurationError(
-            stated.dotted("rate_Hz"), stated.rate_Hz, f"{reported.rate_Hz:g}, as the sensor is set"
-        )
-    if None not in (stated.frame, reported.frame) and stated.frame != reported.frame:
-        raise ConfigurationError(stated.dotted("frame"), stated.frame, f"{reported.frame}, as the sensor reports it")
+    if stated.rate_Hz is not None and reported.rate_Hz is not None:
+        same = isclose(stated.rate_Hz, reported.rate_Hz, rel_tol=_SAME_RATE)
+        stated.require("rate_Hz", same, f"{reported.rate_Hz:g}, as the sensor is set")
+    same = None in (stated.frame, reported.frame) or stated.frame == reported.frame
+    stated.require("frame", same, f"{reported.frame}, as the sensor reports it")
     return SensorFacts(**(_known(reported) | _known(stated)))
 
 

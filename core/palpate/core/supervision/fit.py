@@ -60,30 +60,25 @@ def require_fitting(
 
 def _between(config: SupervisionConfig, name: str, low: float, what: str, high: float) -> None:
     value = getattr(config, name)
-    if value <= low:
-        raise ConfigurationError(f"supervision.{name}", value, f"above {low:.4g}, {what}, or every trial trips")
-    if value >= high:
-        accepted = f"below {high:.4g}, the most that the sensor can show, or it could never trip"
-        raise ConfigurationError(f"supervision.{name}", value, accepted)
+    config.require(name, value > low, f"above {low:.4g}, {what}, or every trial trips")
+    config.require(name, value < high, f"below {high:.4g}, the most that the sensor can show, or it could never trip")
 
 
 def _require_retraction(config: SupervisionConfig, kinematics: Kinematics, ready_rad: Array) -> None:
     back = np.array([0.0, 0.0, -config.retract_speed_mm_s * 1e-3, 0.0, 0.0, 0.0])
     joint_speeds = np.linalg.lstsq(kinematics.tip_jacobian(ready_rad), back, rcond=None)[0]
     share = float((np.abs(joint_speeds) / kinematics.velocity_limit_rad_s).max())
-    name, speed = "supervision.retract_speed_mm_s", config.retract_speed_mm_s
-    if share > 1.0:
-        accepted = f"at most {speed / share:.4g} mm/s, where a joint of {kinematics.arm.name} is at its velocity limit"
-        raise ConfigurationError(name, speed, accepted)
+    speed, arm = config.retract_speed_mm_s, kinematics.arm.name
+    accepted = f"at most {speed / max(share, 1.0):.4g} mm/s, where a joint of {arm} is at its velocity limit"
+    config.require("retract_speed_mm_s", share <= 1.0, accepted)
     retreat = Retreat(kinematics, config.retract_mm * 1e-3, speed * 1e-3, _PERIOD_S)
     held = tuple(ready_rad.tolist())
     retreat.start(held)
     while not retreat.finished:
         held = retreat.step(held)
     way_mm = retreat.way_m * 1e3
-    if way_mm < 0.99 * config.retract_mm:
-        accepted = f"at most {way_mm:.4g} mm, the way that {kinematics.arm.name} has above its ready pose"
-        raise ConfigurationError("supervision.retract_mm", config.retract_mm, accepted)
+    accepted = f"at most {way_mm:.4g} mm, the way that {kinematics.arm.name} has above its ready pose"
+    config.require("retract_mm", way_mm >= 0.99 * config.retract_mm, accepted)
 
 
 def limits_line(supervision: SupervisionConfig, task: TaskConfig) -> str:
