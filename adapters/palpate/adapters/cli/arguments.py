@@ -12,8 +12,8 @@ import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, is_dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import is_dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Final, TypeVar, cast, get_args, get_origin
 
@@ -36,7 +36,7 @@ from palpate.adapters.config import (
     with_options,
 )
 from palpate.core.errors import ConfigurationError, UsageError
-from palpate.core.ports import SensorFacts, kinds_of, table_beside
+from palpate.core.ports import kinds_of, table_beside
 
 T = TypeVar("T")
 
@@ -50,13 +50,13 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     if command == "run":
         _require_no_learning(arguments)
     default: Any = None
-    stated: Stated | None = None
+    composed: Composed | None = None
     if "run" in kind.__dataclass_fields__:  # type: ignore[attr-defined]
-        stated = _stated(arguments)
+        facts, composed = _stated(arguments)
         # A run.toml also holds how many trials the same command ran, and with which policy.
-        begun = stated.facts if stated.facts.get("command") == command else {}
+        begun = facts if facts.get("command") == command else {}
         known = {name: _frozen(begun[name]) for name in ("trials", "policy") if name in begun}
-        run = stated.composed({})
+        run = composed({})
         # Of options with values the parser would make a flag each; the flags' options are merged with those later.
         default = kind(run=replace(run, task=replace(run.task, options={})), **known)  # type: ignore[call-arg]
     output = io.StringIO()
@@ -80,9 +80,9 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     if unknown:
         raise UsageError(f"{unknown[0]} is not an option of palpate {command}{_suggestion(flags, unknown[0])}")
     options: Any = parsed
-    if stated is None:
+    if composed is None:
         return cast("T", options)
-    completed: T = replace(options, run=with_options(stated.composed(_given(options.run, flags, arguments))))
+    completed: T = replace(options, run=with_options(composed(_given(options.run, flags, arguments))))
     return completed
 
 
@@ -151,24 +151,12 @@ def _frozen(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-@dataclass(frozen=True)
-class Stated:
-    """What files, presets and rig say before the flags."""
-
-    name: str
-    learner: str
-    task: str
-    table: Mapping[str, Any]
-    facts: Mapping[str, Any]
-    job: Mapping[str, Any] | None
-    sensor: SensorFacts | None
-
-    def composed(self, given: Mapping[str, Any]) -> RunConfig:
-        """Return the configuration with these flags."""
-        return compose(self.name, self.learner, self.table, given, task=self.task, job=self.job, sensor=self.sensor)
+Composed = Callable[[Mapping[str, Any]], RunConfig]
+"""Gives the configuration with the settings of flags, as nested tables."""
 
 
-def _stated(arguments: Sequence[str]) -> Stated:
+def _stated(arguments: Sequence[str]) -> tuple[dict[str, Any], Composed]:
+    """Return what a run.toml says of its run, and the configuration of files, presets and rig, to be completed."""
     table: dict[str, Any] = {}
     facts: dict[str, Any] = {}
     path = _value_of("--config", arguments) or _resumed_run(arguments)
@@ -184,8 +172,12 @@ def _stated(arguments: Sequence[str]) -> Stated:
     name = _preset("scenario", "paper" if job is None else JOB, arguments, table, path)
     if rig is not None:
         table, job = _on_rig(rig, table, job, arguments)
-    sensor = None if rig is None else rig.facts.noise()
-    return Stated(name, learner, _task(arguments, table, path), table, facts, job, sensor)
+    task, sensor = _task(arguments, table, path), None if rig is None else rig.facts.noise()
+
+    def composed(given: Mapping[str, Any]) -> RunConfig:
+        return compose(name, learner, table, given, task=task, job=job, sensor=sensor)
+
+    return facts, composed
 
 
 def _on_rig(
