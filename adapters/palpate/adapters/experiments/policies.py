@@ -59,7 +59,7 @@ OUTSIDE: Final = "environment"
 
 _MAKERS: Final[dict[str, Callable[[RunConfig, Hole], Policy]]] = {
     "omniscient": lambda config, hole_m: Omniscient(hole_m, OMNISCIENT_SPEED_M_S * _action_s(config)),
-    "torque": lambda config, _: TorqueFollowing(_compass(config), _threshold_Nm(config)),
+    "torque": lambda config, _: TorqueFollowing(_plain_actions(config), _threshold_Nm(config)),
     "spiral-10": lambda config, _: Spiral("spiral-10", _pitch_m(config), 0.010 * _action_s(config)),
     "spiral-5": lambda config, _: Spiral("spiral-5", _pitch_m(config), 0.005 * _action_s(config)),
     "random": lambda config, _: RandomWalkPolicy(_plain_actions(config)),
@@ -116,11 +116,6 @@ def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
 def _plain_actions(config: RunConfig) -> tuple[Action, ...]:
     """The task's own: a comparator has no skills."""
     return task_kind(config.task.name).actions(config.task)
-
-
-def _compass(config: RunConfig) -> list[Action]:
-    """The steps among them; they come first, so each has the number that it has among all."""
-    return [action for action in _plain_actions(config) if action.spatial is None]
 
 
 def _pitch_m(config: RunConfig) -> float:
