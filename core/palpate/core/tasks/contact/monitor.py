@@ -75,6 +75,7 @@ class Monitor:
         spent_N: Bend of the gripper since the last verification, if the tip had not moved.
         budget_N: Largest one.
         patience_ticks: On the spot, before a mismatch is reported.
+        pull_N: By which the tool itself pulls.
     """
 
     def __init__(
@@ -112,6 +113,7 @@ class Monitor:
         self._sequence: int | None = None
         self.direction: tuple[float, float] | None = None
         self._pulls = self._misfits = 0
+        self.pull_N = 0.0
         self._depth_m: float | None = None
         self._verified()
 
@@ -193,7 +195,7 @@ class Monitor:
         torque_Nm = measured.torque_across_at_tip_Nm
         # Two walls that pinch a tilted peg cancel in the force, and show in the torque.
         walls_N = hypot(x, y) + 2.0 * torque_Nm / _LEVER_M
-        pull_N = _PULL_SHARE * self.press_N + self._friction * walls_N
+        pull_N = _PULL_SHARE * self.press_N + self.pull_N + self._friction * walls_N
         self._pulls = self._pulls + 1 if z > pull_N else 0
         limit_Nm = self._torque_Nm + _LEVER_M * measured.force_norm_N
         self._misfits = self._misfits + 1 if torque_Nm > limit_Nm else 0

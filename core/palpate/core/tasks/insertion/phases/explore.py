@@ -41,7 +41,7 @@ class Explore(RunningPhase):
     def begin(self, start_m: tuple[float, float]) -> None:
         """A trial begins that starts here, (x, y), task frame."""
         self.area = ExplorationArea.of(self._task, start_m)
-        self._surface_found = False
+        self._rests_m = list[tuple[float, float]]()
         # Where nothing was felt on the way down it is resumed without having been entered: with a choice.
         self.countdown = 0
 
@@ -78,10 +78,7 @@ class Explore(RunningPhase):
             self._lost_ticks += 1
             if self._lost_ticks == _LOST_TICKS:
                 state.event("contact lost" if lost else "sunk below the surface" if sunk else "caught on an edge")
-                if not self._surface_found:
-                    # The filter shows a brief touch late, and an edge lets the peg sink meanwhile.
-                    state.edge_m = max(state.surface_m + self._task.surface_uncertainty_mm * 1e-3, 0.0)
-                self.over = True
+                state.edge_m, self.over = self._edge_m(), True
         else:
             self._lost_ticks = 0
             if self._monitor.spent or self._monitor.contradicted:
@@ -159,9 +156,19 @@ class Explore(RunningPhase):
 
     def _refine_surface(self) -> None:
         """Depth counts from the surface: correct its height while pressing is steady and the peg surely rests on it."""
-        measured, state = self._measurement, self._state
+        measured, state, (x, y, _) = self._measurement, self._state, self._motion.reference_m
         rise = measured.tip_depth_m - state.surface_m
-        first = not self._agent.decisions
-        if measured.force_N[2] < -0.5 * self._press_N and (first or abs(rise) < _SURFACE_M):
-            state.surface_m += rise if first else 0.3 * rise
-            self._surface_found, state.edge_m = True, 0.0
+        if measured.force_N[2] > -0.5 * self._press_N or (self._rests_m and rise > _SURFACE_M):
+            return
+        # What bears the peg higher is the surface: before, it was in the mouth of the hole.
+        state.surface_m += 0.3 * rise if self._rests_m and rise > -_SURFACE_M else rise
+        self._rests_m.append((x, y))
+
+    def _edge_m(self) -> float:
+        """How far the surface may lie higher: the filter shows a brief touch late, and a hole's edge lets the peg sink.
+
+        It is no higher than where the peg rested beside the hole's mouth.
+        """
+        x, y, _ = self._motion.reference_m
+        beside = any(hypot(x - at_x, y - at_y) > 2.0 * self._task.reach_m for at_x, at_y in self._rests_m)
+        return 0.0 if beside else max(self._state.surface_m + self._task.surface_uncertainty_mm * 1e-3, 0.0)

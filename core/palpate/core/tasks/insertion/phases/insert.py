@@ -38,8 +38,9 @@ _SEAT_TICKS: Final = CONTROL_RATE_HZ // 2
 """Of the harder press, or of the release."""
 _HARDER_SHARE: Final = 0.25
 """Most of the force limit that is added to the press."""
-_RELEASE_SHARE: Final = 0.3
-"""Pull over press in a release: below what counts as implausible, and more than a free peg's friction."""
+_RELEASE_SHARE: Final = 0.8
+"""Pull over press in a release: a peg that came down by the press comes up by more than its friction; one that not even
+the harder press moves is held by more."""
 _DEVIATIONS: Final = 3.3
 """Of the depth: one in two thousand is further off on one side."""
 
@@ -65,7 +66,8 @@ class Insert(RunningPhase):
         press_N, damping = task.insertion_press_N, control.damping_N_s_per_m
         self._harder_m_s = min(press_N, _HARDER_SHARE * task.max_force_N) / damping
         self._limit_ticks = (_SLOWED * self._full_m * damping / press_N + _REST_S) * CONTROL_RATE_HZ
-        pull = (0.0, 0.0, _RELEASE_SHARE * press_N)
+        self._pull_N = _RELEASE_SHARE * press_N
+        pull = (0.0, 0.0, self._pull_N)
         self._pull = DampingControl(damping, pull, task.travel_speed_mm_s * 1e-3, monitor.axial_N_per_m, PERIOD_S)
 
     def enter(self) -> None:
@@ -162,6 +164,7 @@ class Insert(RunningPhase):
             self._state.event("hole", f"found after {self._state.exploration_s:.3f} s")
         self._begin(Stage.LOOK)
         self._depths_m: list[float] = []
+        self._monitor.pull_N = 0.0
         self._monitor.axial.restart()
         self._monitor.push(None)
 
@@ -201,7 +204,7 @@ class Insert(RunningPhase):
             state.event("short", f"{text}: pressed harder")
             self._begin(Stage.SEAT)
         elif short_m <= state.slack_m + state.edge_m + 2.0 * _DEVIATIONS * error_m:
-            self._text = text
+            self._text, self._monitor.pull_N = text, self._pull_N
             self._begin(Stage.RELEASE)
         else:
             self._wedged(f"{text}, {short_m * 1e3:.3f} mm short")
