@@ -111,10 +111,11 @@ class Response:
             step_m: Standard deviation of a place by the encoders.
             dither_N: Amplitude of the force that the dither causes.
         """
-        spring, self._noise_N, self.lag = self.spring, noise_N, lag
+        spring, self.lag = self.spring, lag
+        self._noise_N = spring.noise_N(noise_N, step_m)
         # Errors of the places attenuate a regression on them.
         self._blur_N2 = spring.blur_N(step_m) ** 2
-        self.window = min(_FEWEST + ceil((_per_root_sample(spring.noise_N(noise_N, step_m)) / dither_N) ** 2), _MOST)
+        self.window = min(_FEWEST + ceil((_per_root_sample(self._noise_N) / dither_N) ** 2), _MOST)
         self._likely = np.ones(_LAGS)
         self._places: deque[tuple[float, float]] = deque(maxlen=3 * _LAGS)
         self._forces: deque[tuple[float, float]] = deque(maxlen=3 * _LAGS)
