@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from palpate.adapters.config import RIG_FORMAT, UR, ZEBRA, EmulationConfig, RunConfig, literal, to_toml
 from palpate.adapters.hardware.clock import MonotonicClock
-from palpate.adapters.hardware.emulated_events import PlannedEvent, Timetable
+from palpate.adapters.hardware.emulated_events import PlannedEvent
 from palpate.core.job import Job
 from palpate.core.motion import Kinematics, arm_named, controller_frames
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Truth, Vector3
@@ -117,7 +117,7 @@ class EmulatedCell:
         self._start_rad, self._faults = start, dict[str, Callable[[], object]]()
         self._prepare_arm(start)
         self._prepare_sensor()
-        self._timetable = Timetable(PlannedEvent.of(event, self._faults) for event in events)
+        self._events = [PlannedEvent.of(event, self._faults) for event in events]
         self.insertions = 0
         self._was_inside = False
 
@@ -187,12 +187,15 @@ class EmulatedCell:
             happened: Called after each event.
         """
         clock = MonotonicClock()
-        deadline_ns = start_ns = clock.now_ns()
+        begun_ns = deadline_ns = start_ns = clock.now_ns()
+        moved_ns: int | None = None
         tick = 0
         while not ended():
             time_ns = clock.now_ns()
             targets, joints = self.tick(time_ns)
-            for event in self._timetable.due(time_ns, has_moved=targets != self._start_rad):
+            moved_ns = time_ns if moved_ns is None and targets != self._start_rad else moved_ns
+            for event in [event for event in self._events if event.due(time_ns, begun_ns, moved_ns)]:
+                self._events.remove(event)
                 self._faults[event.name]()
                 happened(event)
             if watched is not None:

@@ -47,22 +47,7 @@ class PlannedEvent:
             raise ConfigurationError("event", text, f"one of {', '.join(names)}, which these devices can show")
         return cls(found[3], float(found[2]), bool(found[1]))
 
-
-class Timetable:
-    """Events that are still to come."""
-
-    def __init__(self, events: Iterable[PlannedEvent]) -> None:
-        self._events = sorted(events, key=lambda event: event.after_s)
-        self._begun: dict[bool, int] = {}
-
-    def due(self, now_ns: int, *, has_moved: bool) -> list[PlannedEvent]:
-        """Take the events that are due by now."""
-        self._begun.setdefault(True, now_ns)
-        if has_moved:
-            self._begun.setdefault(False, now_ns)
-        due = [
-            event for event in self._events
-            if event.from_start in self._begun and now_ns >= self._begun[event.from_start] + event.after_s * _NS
-        ]  # fmt: skip
-        self._events = [event for event in self._events if event not in due]
-        return due
+    def due(self, now_ns: int, begun_ns: int, moved_ns: int | None) -> bool:
+        """Return whether it is time for it; the arm first moved at ``moved_ns``, or has not moved."""
+        from_ns = begun_ns if self.from_start else moved_ns
+        return from_ns is not None and now_ns >= from_ns + self.after_s * _NS

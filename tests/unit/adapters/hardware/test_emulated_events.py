@@ -4,7 +4,6 @@ import pytest
 
 from palpate.adapters.config import EmulationConfig, RunConfig
 from palpate.adapters.hardware import EVENTS, EmulatedCell, PlannedEvent
-from palpate.adapters.hardware.emulated_events import Timetable
 from palpate.core.errors import ConfigurationError
 from palpate.core.trial import find_ready_pose
 
@@ -13,13 +12,11 @@ _S = 10**9
 
 def test_an_event_counts_from_the_start_or_from_the_first_motion() -> None:
     names = ("program-end", "cable-pulled")
-    table = Timetable([PlannedEvent.of("2s:program-end", names), PlannedEvent.of("start+3.5s:cable-pulled", names)])
-
-    def due(now_s: float, moved: bool) -> list[str]:
-        return [event.name for event in table.due(round((5 + now_s) * _S), has_moved=moved)]
-
-    assert [due(0.0, False), due(3.4, False), due(3.5, False)] == [[], [], ["cable-pulled"]]
-    assert [due(9.0, True), due(10.9, False), due(11.0, False), due(20.0, True)] == [[], [], ["program-end"], []]
+    from_motion, from_start = (PlannedEvent.of(text, names) for text in ("2s:program-end", "start+3.5s:cable-pulled"))
+    assert [from_start.due(5 * _S + late, 5 * _S, None) for late in (0, 34 * _S // 10, 35 * _S // 10)] == [0, 0, 1]
+    assert [from_motion.due(now_s * _S, 5 * _S, moved) for now_s, moved in ((9, None), (10, 9 * _S), (11, 9 * _S))] == [
+        False, False, True,
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("text", ["12:program-end", "s:program-end", "12s:fire", "-1s:program-end", "12s"])
