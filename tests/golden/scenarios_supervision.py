@@ -35,7 +35,7 @@ SAMPLES: Final[dict[str, FaultScenario]] = {
         "safety trip, SAMPLE_REPEATED", (force("repeat", 20, span_ticks=1),), {"supervision": {"max_repeats": 3}}
     ),
     "trip-frozen": FaultScenario("safety trip, SAMPLE_FROZEN", (force("freeze", 20),)),
-    "trip-flat-channel": FaultScenario("safety trip, CHANNEL_FLAT", (force("freeze", 20, channels=(0,)),)),
+    "trip-flat-channel": FaultScenario("safety trip, CHANNEL_FLAT", (force("freeze", 20, channels=(3,)),)),
     "trip-kind": FaultScenario("safety trip, WRENCH_CONTRACT", tared_from=20),
     "first-kind": FaultScenario("error, core", tared_from=0),
     "first-joints-invalid": FaultScenario("error, core", (joints("nan", 0),)),
