@@ -21,8 +21,6 @@ _SLIDES_SHARE: Final = 0.87
 """Share of the friction at which a corner sticks, up to which it slides in time."""
 _LEAST_CORNER_MM: Final = 4.0
 """Distance of corners from the axis below which a corner of a tilted peg dips by no more than its depth is known."""
-_LEAST_FLAT_MM: Final = 8.0
-"""The same of a flat, which is felt by its two ends only."""
 
 
 @dataclass(frozen=True)
@@ -189,11 +187,11 @@ def _shape_reason(job: Job, task: str, choice: Choice) -> str:
                 f"a {part.shape} peg turned by {job.place.yaw_uncertainty_deg:g} degrees does not fit: use --task"
                 f" {SPATIAL}, or reduce the yaw to {free_deg:.2g} degrees"
             )
-    name, least_mm = ("flat", _LEAST_FLAT_MM) if part.shape == KEYED else ("nearest corner", _LEAST_CORNER_MM)
-    if choice.policy == "corner-first" and corner_mm < least_mm:
+    if choice.policy == "corner-first" and corner_mm < _LEAST_CORNER_MM:
+        name = "flat" if part.shape == KEYED else "nearest corner"
         return (
             f"the {name} is {corner_mm:.2g} mm from the axis, too near to be felt first: use a part whose {name} is at"
-            f" least {least_mm:g} mm from it, or align the part within its clearance"
+            f" least {_LEAST_CORNER_MM:g} mm from it, or align the part within its clearance"
         )
     return ""
 

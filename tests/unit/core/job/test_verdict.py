@@ -86,8 +86,8 @@ def test_shapes_are_inserted_corner_first_unless_their_corners_are_too_near() ->
     assert not found.reasons
     (reason,) = verdict(replace(square, peg_mm=5.0, hole_mm=5.05)).reasons
     assert "3.5 mm from the axis" in reason
-    (reason,) = verdict(replace(square, shape="keyed", peg_mm=14.5, hole_mm=14.55, flat_mm=1.45)).reasons
-    assert "the flat is 5.8 mm from the axis" in reason
+    (reason,) = verdict(replace(square, shape="keyed", peg_mm=9.0, hole_mm=9.05, flat_mm=0.9)).reasons
+    assert "the flat is 3.6 mm from the axis" in reason
 
 
 def test_a_force_limit_too_low_for_the_noise_is_refused() -> None:
