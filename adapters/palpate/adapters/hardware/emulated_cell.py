@@ -44,11 +44,10 @@ _NO_TRANSDUCER: Final = 1 << 31 | 1 << 4
 
 @dataclass(frozen=True)
 class CellMoment:
-    """A tick of the cell, for whoever watches it.
+    """A tick of the cell, for an observer.
 
     Attributes:
-        targets_rad: Set-points of the joints, (n,).
-        joints_rad: Where the joints are, (n,).
+        targets_rad: Set-points of the joints, (n,), as their places are.
         force_N: What the sensor measures, (3,), sensor frame, raw.
         torque_Nm: About the sensor's origin, (3,).
     """
@@ -184,17 +183,16 @@ class EmulatedCell:
 
         Args:
             told: Called with the truth when the peg has newly reached full depth.
-            happened: Called after each event.
         """
         clock = MonotonicClock()
         begun_ns = deadline_ns = start_ns = clock.now_ns()
-        moved_ns: int | None = None
-        tick = 0
+        moved_ns = tick = 0
         while not ended():
             time_ns = clock.now_ns()
             targets, joints = self.tick(time_ns)
-            moved_ns = time_ns if moved_ns is None and targets != self._start_rad else moved_ns
-            for event in [event for event in self._events if event.due(time_ns, begun_ns, moved_ns)]:
+            if not moved_ns and targets != self._start_rad:
+                moved_ns = time_ns
+            for event in [each for each in self._events if each.due(time_ns, begun_ns, moved_ns)]:
                 self._events.remove(event)
                 self._faults[event.name]()
                 happened(event)
@@ -312,7 +310,6 @@ class EmulatedCell:
         return {"payload_kg": tool.mass_kg, "payload_cog_m": rounded[0], "tcp_offset": rounded[1]}
 
     def _prepare_sensor(self) -> None:
-        # Boards of a cell were switched on long before anyone connects.
         if self.emulation.force == UR:
             return
         if self.emulation.force == "ati-netft":
@@ -327,6 +324,7 @@ class EmulatedCell:
             })  # fmt: skip
             return
         generator = np.random.default_rng(3)
+        # The board was switched on long before anyone connects.
         node = Jr3CanNode(_JR3_NODE, self._wrench_source, replace(Jr3Config(), boot_ns=0), generator=generator)
         self._faults["sensor-silent"] = lambda: setattr(node.firmware, "silent", True)
         self._faults["sensor-cable"] = lambda: setattr(node.firmware, "connected", False)

@@ -47,7 +47,7 @@ class PlannedEvent:
             raise ConfigurationError("event", text, f"one of {', '.join(names)}, which these devices can show")
         return cls(found[3], float(found[2]), bool(found[1]))
 
-    def due(self, now_ns: int, begun_ns: int, moved_ns: int | None) -> bool:
-        """Return whether it is time for it; the arm first moved at ``moved_ns``, or has not moved."""
+    def due(self, now_ns: int, begun_ns: int, moved_ns: int) -> bool:
+        """Return whether it is time for it; the arm first moved at ``moved_ns``; 0: it has not."""
         from_ns = begun_ns if self.from_start else moved_ns
-        return from_ns is not None and now_ns >= from_ns + self.after_s * _NS
+        return bool(from_ns) and now_ns >= from_ns + self.after_s * _NS

@@ -13,8 +13,8 @@ _S = 10**9
 def test_an_event_counts_from_the_start_or_from_the_first_motion() -> None:
     names = ("program-end", "cable-pulled")
     from_motion, from_start = (PlannedEvent.of(text, names) for text in ("2s:program-end", "start+3.5s:cable-pulled"))
-    assert [from_start.due(5 * _S + late, 5 * _S, None) for late in (0, 34 * _S // 10, 35 * _S // 10)] == [0, 0, 1]
-    assert [from_motion.due(now_s * _S, 5 * _S, moved) for now_s, moved in ((9, None), (10, 9 * _S), (11, 9 * _S))] == [
+    assert [from_start.due(5 * _S + late, 5 * _S, 0) for late in (0, 34 * _S // 10, 35 * _S // 10)] == [0, 0, 1]
+    assert [from_motion.due(now_s * _S, 5 * _S, moved) for now_s, moved in ((9, 0), (10, 9 * _S), (11, 9 * _S))] == [
         False, False, True,
     ]  # fmt: skip
 
