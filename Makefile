@@ -22,7 +22,7 @@ help:
 	@echo "make bench   costs of the framework next to their floors, under three minutes; figures also in $(BENCH)"
 	@echo "make bench-full  the same over 350 trials"
 	@echo "make count   lines of source, tests and benchmarks, words of documents"
-	@echo "make golden  record the logs in tests/golden anew, after a change that is meant to change behaviour"
+	@echo "make golden  record the logs in tests/golden again, after a change that is meant to alter behaviour"
 
 setup: $(STAMP)
 
