@@ -142,6 +142,7 @@ def _in_processes(
                 troubles += lost
                 on_trials(len(done))
         except KeyboardInterrupt:
-            pass
+            # A block may have been written and not yet counted.
+            rows = folder.read_trials()
     print_troubles(troubles)
     return rows, troubles

@@ -14,7 +14,7 @@ from palpate.adapters.config.tasks import INSERTION, task_kind
 from palpate.adapters.config.toml import merged, overlay, read_toml
 from palpate.core.errors import ConfigurationError, did_you_mean, require_one_of
 from palpate.core.job import JOB_TABLES, STATED, Job, PlaceConfig, Verdict, derived_settings, judge
-from palpate.core.motion import Kinematics, arm_named, arm_of_table
+from palpate.core.motion import arm_named, arm_of_table
 from palpate.core.ports import SensorFacts
 from palpate.simulation.work_cell import CellConfig
 
@@ -134,6 +134,9 @@ def simulated_noise(config: RunConfig) -> SensorFacts:
 
 def depth_step_mm(config: RunConfig) -> float:
     """Return the standard deviation of the tip's place along the tool, by the steps of the arm's encoders."""
+    # Kinematics take long to load, and help and logs need none.
+    from palpate.core.motion import Kinematics
+
     return Kinematics(arm_named(config.arm), config.tool.geometry).depth_step_m() * 1e3
 
 

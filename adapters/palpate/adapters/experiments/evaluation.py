@@ -34,7 +34,7 @@ from palpate.adapters.experiments.trial import (
     run_scored_trial,
     trial_setup,
 )
-from palpate.adapters.experiments.workers import in_processes
+from palpate.adapters.experiments.workers import in_processes, interrupts_wait
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder, core_sha256, made_with, processor
 from palpate.adapters.mujoco import SimulatedRig
@@ -220,8 +220,9 @@ def run_in_processes(
     path = folder.path.absolute()
     blocks = ((name, config, path, first, min(BLOCK, trials - first)) for first in range(0, trials, BLOCK))
     for done, troubles, problem in in_processes(_run_block, blocks, jobs):
-        for scored in done:
-            folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
+        with interrupts_wait():
+            for scored in done:
+                folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
         if problem:
             raise PalpateError(problem)
         yield [TrialRow.of(scored, FIRST_EVALUATION_TRIAL) for scored in done], troubles

@@ -2,6 +2,7 @@
 
 import errno
 import io
+import json
 import signal
 import sys
 from collections.abc import Callable
@@ -13,6 +14,8 @@ import pytest
 from palpate.adapters.cli import interrupts, main
 from palpate.adapters.cli.commands import COMMANDS, Command
 from palpate.adapters.cli.interrupts import QUIET_S, Interrupts
+from palpate.adapters.experiments import RunFolder
+from palpate.adapters.experiments.evaluation import BLOCK
 from palpate.adapters.log import TrialRecorder
 from palpate.simulation.work_cell import WorkCell
 from tests.command_line import CommandLine
@@ -125,3 +128,20 @@ def test_ctrl_c_again_and_again_leaves_one_line_and_a_log_that_replays(
     assert rest == ["palpate: stopped at once; what was finished is kept"]
     logs = sorted((tmp_path / "run/logs").glob("*.mcap"))
     assert f"{len(logs)} of {len(logs)} equal" in palpate.succeed("replay", *logs, "--jobs", 1)
+
+
+def test_ctrl_c_while_a_block_of_trials_is_written_loses_none_of_it(
+    palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    append_once = RunFolder.append_trial
+
+    def append(self: RunFolder, *scored: Any) -> None:
+        press()
+        append_once(self, *scored)
+
+    monkeypatch.setattr(RunFolder, "append_trial", append)
+    words = ("--task.time-limit-s", 0.5, "--policy", "random", "--jobs", 2, "--trials", BLOCK + 1)
+    assert palpate("run", *words, "--out", "run").code == 130
+    lines = (tmp_path / "run" / "trials.csv").read_text().splitlines()
+    counted = json.loads((tmp_path / "run" / "summary.json").read_text())["trials"]
+    assert counted == len(lines) - 1 == BLOCK
