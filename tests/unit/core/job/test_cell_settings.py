@@ -1,0 +1,16 @@
+"""Settings of the simulated cell that follow from a job."""
+
+from dataclasses import replace
+
+from palpate.core.job import Job, ToolConfig, derived_settings
+from palpate.core.ports import SensorFacts
+
+SENSOR = SensorFacts(0.1, 0.004)
+
+
+def test_a_light_peg_in_a_stiff_gripper_is_simulated_in_shorter_steps() -> None:
+    stiff = replace(ToolConfig(), mass_kg=0.17, rigid_mass_kg=0.05, lateral_N_per_mm=52.4)
+    cell = derived_settings(replace(Job(), tool=stiff), SENSOR, "insertion")["cell"]
+    # 661 rad/s at 140 Hz, over 0.652 rad.
+    assert (cell["substeps"], cell["leaning_impedance"]) == (8, 0.965)
+    assert derived_settings(Job(), SENSOR, "insertion")["cell"]["substeps"] == 4
