@@ -100,7 +100,7 @@ def jam(section: str, diameter_mm: float, clearance_mm: float, tilt_mrad: float,
 
 
 def ticks_down(depth_mm: float) -> int:
-    """So many that a peg that is not held is there and steady."""
+    """Enough for a free peg to arrive and settle."""
     return int((depth_mm + 3.0) / TRAVEL_MM_S * CONTROL_RATE_HZ) + 60
 
 

@@ -141,16 +141,16 @@ def test_a_rig_with_an_open_fault_is_refused_in_one_line_with_the_option_to_copy
 
 def test_an_acknowledgement_names_the_open_fault_and_needs_a_rig_that_moves(palpate: CommandLine) -> None:
     faulted()
-    refused = palpate.refusal(*RUN.split(), "--acknowledge", "2 Ada: mended")
-    assert "acknowledge = '2 Ada: mended' is refused: the open fault, 1 (PLATE_NOT_FELT: nothing felt" in refused
-    assert "nothing without --rig" in palpate.refusal("run", "--policy", "torque", "--acknowledge", "1 Ada: mended")
-    assert "nothing without --move" in palpate.refusal("doctor", "--rig", "rig.toml", "--acknowledge", "1 Ada: mended")
+    refused = palpate.refusal(*RUN.split(), "--acknowledge", "2 Ada: fixed")
+    assert "acknowledge = '2 Ada: fixed' is refused: the open fault, 1 (PLATE_NOT_FELT: nothing felt" in refused
+    assert "nothing without --rig" in palpate.refusal("run", "--policy", "torque", "--acknowledge", "1 Ada: fixed")
+    assert "nothing without --move" in palpate.refusal("doctor", "--rig", "rig.toml", "--acknowledge", "1 Ada: fixed")
 
 
 def test_a_fault_stays_open_where_the_devices_cannot_be_opened(palpate: CommandLine) -> None:
     faulted()
     before = Path("rig.toml.fault.json").read_bytes()
-    done = palpate(*RUN.split(), "--acknowledge", "1 Ada: mended")
+    done = palpate(*RUN.split(), "--acknowledge", "1 Ada: fixed")
     assert done.code == 1
     assert "cannot be opened" in done.stderr
     assert Path("rig.toml.fault.json").read_bytes() == before

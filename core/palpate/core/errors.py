@@ -143,7 +143,7 @@ def told(error: BaseException) -> str:
     try:
         said = one_line(error)[:200]
     except Exception:
-        said = "its text cannot be told"
+        said = "its text cannot be printed"
     place = raised_at(error)
     return f"{type(error).__name__}: {said}" + (f" ({place})" if place else "")
 

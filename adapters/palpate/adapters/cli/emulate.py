@@ -61,7 +61,7 @@ def emulate(options: EmulateOptions) -> int:
 
 
 def _require_own(path: Path | None) -> None:
-    """Refuse to replace what somebody else wrote, or changed: the first line has the digest of the others."""
+    """Refuse to replace a file that was changed or written by hand: its first line has the digest of the others."""
     if path is None or not os.path.lexists(path):
         return
     text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""

@@ -112,6 +112,6 @@ def _way(config: RunConfig, ready: ReadyPose, q_rad: JointVector) -> str:
 
 def _asked(config: RunConfig, asked: list[JointVector]) -> str:
     if not asked:
-        return "the task did not come to the end of its tare"
+        return "the task did not finish its tare"
     x, y, z = _tip(config, asked[0]).actInv(_tip(config, asked[-1])).translation * 1e3
     return f"first commands after the tare: the tip by {z:.2f} mm along the tool and {hypot(x, y):.2f} mm across"

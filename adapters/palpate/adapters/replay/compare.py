@@ -108,7 +108,7 @@ def decisions_of(report: TrialReport) -> list[DecisionEntry]:
 def compare_reports(
     differences: Differences, log: TrialLog, report: TrialReport, decisions: list[DecisionEntry], *, whole: bool
 ) -> None:
-    """Decisions, what they earned, events, and what the trial came to.
+    """Decisions, what they earned, events, and the outcome of the trial.
 
     Args:
         whole: The log goes to the trial's end. Else it may lack what came of its last tick, for that is written after

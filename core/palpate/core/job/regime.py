@@ -22,7 +22,7 @@ _RMS: Final = 0.5
 _INTERVAL: Final = 2.0
 """Half-width of a confidence interval of 95 %, in standard deviations."""
 _FAIR: Final = 0.5
-"""Half-width over stiffness up to which half the stiffness is told from the whole."""
+"""Half-width over stiffness up to which half and full stiffness differ."""
 _FEWEST: Final = 12
 """Samples of the shortest window: two periods of a dither, so that friction averages out."""
 _SLOW_SHARE: Final = 0.25

@@ -16,7 +16,7 @@ _USUAL_LEAN_DEG: Final = 8.0
 _MOST_LEAN_DEG: Final = 12.0
 """Tilt that the known arms reach on all sides; small pegs need it."""
 _OVER_TILT_DEG: Final = 1.5
-"""A corner that leans by so much more than the hole may be tilted is the lowest point of the peg."""
+"""Tilt beyond the hole's at which a corner is the lowest point of the peg."""
 _TWO_WALLS: Final = 1.27
 """Torsional stiffness of a corner between two walls over lateral stiffness and square of its distance from the axis."""
 _YAW_SHARE: Final = 0.43

@@ -156,7 +156,7 @@ ARMS: Final[dict[str, ArmDescription]] = {
 
 
 def arm_of_table(table: Mapping[str, Any]) -> str | dict[str, Any]:
-    """A table ``[arm]`` as a setting: an arm by name alone is that name; other keys beside it change that arm.
+    """A table ``[arm]`` as a setting: an arm by name alone is that name; other keys change that arm.
 
     Raises:
         ConfigurationError: There is none of that name.

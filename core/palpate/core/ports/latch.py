@@ -47,7 +47,7 @@ class FaultLatch:
         self.cause = self.cause or cause
 
     def release(self) -> None:
-        """Clear it without a person: only where nothing can be hurt and each trial begins with a world set up anew."""
+        """Clear it without a person: only in the simulator, where each trial starts with a fresh world."""
         self.cause = ""
 
     def require_free(self) -> None:

@@ -65,7 +65,7 @@ class TaskConfig(Settings):
     insertion_press_kgf: Annotated[float, Range(0.0, 10.0)] = 0.0
     """Force with which it is pressed into the hole; 0 takes task.press_kgf."""
     friction: Annotated[float, Range(0.0, 2.0)] = 0.6
-    """Highest coefficient of friction between peg and part: friction on a wall may pull so much."""
+    """Highest coefficient of friction between peg and part: it bounds the pull of friction on a wall."""
     end_tilt_mm: Annotated[float, Range(0.0, 10.0)] = 0.0
     """How much lower one side of a tilted peg's end is on the plate than in the hole: radius times the tilt that the
     walls take out."""

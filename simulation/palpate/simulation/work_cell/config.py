@@ -114,7 +114,7 @@ class PegConfig(Settings):
             accepted = f"a number from {least:g} to less than {most:g} on a peg of {self.diameter_mm:g} mm"
             self.require(name, not where or getattr(self, name) < most, accepted)
         spheres = self.contact != "spheres" or not (rounded or self.chamfer_mm)
-        self.require("contact", spheres, "hull, beside such a shape or a chamfer")
+        self.require("contact", spheres, "hull, with such a shape or a chamfer")
         radius_mm = half_mm + self.clearance_mm + SURFACE_BEGINS_MM
         fewest = ceil(pi / acos(1.0 - SURFACE_BEGINS_MM / radius_mm))
         enough = not (rounded or self.cross_section == "round") or not 0 < self.outer_boxes < fewest
@@ -242,6 +242,6 @@ class CellConfig(Settings):
     @override
     def check(self) -> None:
         searched = self.contour.shape == FLAT or self.contacts == "searched"
-        self.require("contacts", searched, "searched, beside a contour")
-        accepted = f"a number that leaves a clearance of 0.001 to 5 beside {self.peg.clearance_mm:g}"
+        self.require("contacts", searched, "searched, with a contour")
+        accepted = f"a number that leaves a clearance of 0.001 to 5 with {self.peg.clearance_mm:g}"
         self.conditions.require("wear_mm", 0.001 <= self.worn_clearance_mm <= 5.0, accepted)

@@ -1,4 +1,4 @@
-"""Dry trials: what they see and decide, over a simulated rig whose arm nobody may command."""
+"""Dry trials: what they see and decide, over a simulated rig whose arm must not be commanded."""
 
 from dataclasses import replace
 

@@ -50,7 +50,7 @@ def test_a_fault_outlives_its_program_and_names_the_option_to_copy(
 
 def test_an_acknowledgement_clears_that_fault_only_and_once(rig: Path) -> None:
     tripped(rig)
-    for words in ("2 Ada: mended", "0 Ada: mended"):
+    for words in ("2 Ada: fixed", "0 Ada: fixed"):
         with pytest.raises(ConfigurationError, match="the open fault, 1 "):
             FaultFile(rig, words)
     words = "1 Ada Lovelace: the plate: moved back"
@@ -72,7 +72,7 @@ def test_an_acknowledgement_clears_that_fault_only_and_once(rig: Path) -> None:
 
 def test_the_acknowledgement_counts_only_once_the_rig_is_open(rig: Path) -> None:
     tripped(rig)
-    latch = FaultFile(rig, "1 Ada: mended")
+    latch = FaultFile(rig, "1 Ada: fixed")
     assert faults(rig)[0]["by"] == ""
     latch.still = lambda: "arm: protective stop"
     with pytest.raises(DeviceError, match="arm: protective stop, still; fault 1 cannot be acknowledged"):
@@ -82,7 +82,7 @@ def test_the_acknowledgement_counts_only_once_the_rig_is_open(rig: Path) -> None
         FaultFile(rig)
 
 
-@pytest.mark.parametrize("words", ["1", "Ada: mended", "1 Ada", "1 Ada:", "1 : mended", "1 NAME: why", "1 Ada: why"])
+@pytest.mark.parametrize("words", ["1", "Ada: fixed", "1 Ada", "1 Ada:", "1 : mended", "1 NAME: why", "1 Ada: why"])
 def test_words_without_a_number_a_name_or_a_reason_are_refused(rig: Path, words: str) -> None:
     tripped(rig)
     with pytest.raises(ConfigurationError, match='"1 NAME: why", with your name and the reason'):
@@ -94,7 +94,7 @@ def test_a_file_that_cannot_be_read_keeps_the_rig_still_and_is_left_alone(rig: P
     path = Path(f"{rig}.fault.json")
     path.write_text(content)
     with pytest.raises(OutputError, match=r"fault\.json: cannot be read .*does not move"):
-        FaultFile(rig, "1 Ada: mended")
+        FaultFile(rig, "1 Ada: fixed")
     assert path.read_text() == content
 
 
@@ -108,7 +108,7 @@ def test_a_file_that_cannot_be_written_keeps_the_rig_still(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("palpate.adapters.hardware.fault_file.write_whole", full)
-    latch = FaultFile(rig, "1 Ada: mended")
+    latch = FaultFile(rig, "1 Ada: fixed")
     with pytest.raises(OutputError, match=r"cannot be written \(No space left on device\)"):
         latch.begin()
     with pytest.raises(FaultLatchedError):

@@ -75,7 +75,7 @@ def raising(error: BaseException) -> Any:
     [
         (raising(ValueError("two\nlines")), "choose failed with ValueError: two lines"),
         (raising(SystemExit("bye")), "choose failed with SystemExit: bye"),
-        (raising(MuteError()), "choose failed with MuteError: its text cannot be told"),
+        (raising(MuteError()), "choose failed with MuteError: its text cannot be printed"),
         ("-x", "choose failed with AttributeError: 'str' object has no attribute 'action'"),
         (lambda: Decision(Action("far", (nan, 0.0)), None, "strange"), "two finite lengths in m"),
         (lambda: Decision(Action("far", (0.0, 0.0, 0.0)), None, "strange"), "too many values"),  # type: ignore[arg-type]

@@ -25,5 +25,5 @@ def test_the_surface_is_the_wave_to_a_few_micrometres() -> None:
 
 
 def test_contacts_are_not_listed_beside_a_contour() -> None:
-    with pytest.raises(ConfigurationError, match="searched, beside a contour"):
+    with pytest.raises(ConfigurationError, match="searched, with a contour"):
         CellConfig(contour=WAVE)

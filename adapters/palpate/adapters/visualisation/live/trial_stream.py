@@ -208,7 +208,7 @@ class TrialStream:
 
     def _end(self, time_ns: int, start: StartRecord, end: EndRecord) -> None:
         if end.outcome == Outcome.TRIPPED.value:
-            what = "the next trial begins anew" if start.world == SIMULATOR else "until a person acknowledges the trip"
+            what = "the next trial starts fresh" if start.world == SIMULATOR else "until a person acknowledges the trip"
             self._display.supervisor(time_ns, "latched", what)
         failed = end.error or end.stopped_by
         self._display.event(time_ns, f"trial {start.number} is over: {failed or end.outcome}", serious=bool(failed))

@@ -22,7 +22,7 @@ _SMOOTHED: Final = 0.5
 _DEVIATIONS: Final = 2.0
 """Half-width of the confidence interval, in standard deviations: 95 %."""
 _OUTLIER: Final = 1.5
-"""Residuals above so many deviations count less (Huber's constant): stick and slip."""
+"""Residuals above this many standard deviations count less (Huber's constant): stick and slip."""
 _NORMAL: Final = 1.48
 """Standard deviation over median deviation of a normal distribution."""
 NARROW: Final = 0.25
@@ -30,7 +30,7 @@ FAIR: Final = 0.5
 """Half-width over stiffness: for a result that the trial ends with, and for going on. Half and twice the stiffness are
 told apart with both."""
 _LAGS: Final = 5
-"""The force may be less than so many ticks older than its time stamp says."""
+"""Largest lag of the force behind its time stamp, in ticks."""
 _DECIDED: Final = 7e-3
 """A lag this much less likely than another, exp(-5), is excluded."""
 _ATTENUATED: Final = 0.7
@@ -152,7 +152,7 @@ class Response:
             self._fit_last(self.window)
 
     def widen(self, samples: int) -> None:
-        """Fit so many of the newest samples, if that is more than a window: of a tool that is stationary since then."""
+        """Fit the newest n samples, if that is more than a window; the tool has to be stationary."""
         samples = min(samples, self._end - self._first, _MOST)
         if samples > self.window:
             self._fit_last(samples)

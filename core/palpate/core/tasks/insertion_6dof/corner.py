@@ -56,7 +56,7 @@ class Corner:
     Attributes:
         half_rad: Half the angle between two corners.
         leaned: Actions of the lean so far.
-        longest_push: Actions of a push that comes to nothing.
+        longest_push: Actions of a push that meets nothing.
         lead_m: By so much the tool is led on at the next push, (2,), task frame.
     """
 
@@ -105,7 +105,7 @@ class Corner:
         return one, other
 
     def facts(self, observation: Observation) -> tuple[float, ...]:
-        """What situations are told apart by, as :data:`palpate.core.perception.FACTS` has it."""
+        """Return the features of situations, as :data:`palpate.core.perception.FACTS` names them."""
         lean_rad, depth_m, down_m = hypot(*observation.turn_rad[:2]), observation.depth_m, self.down_m
         corner_m = depth_m + self.radius_m * sin(lean_rad)
         upright = lean_rad < Situations.leaning * self.lean_rad

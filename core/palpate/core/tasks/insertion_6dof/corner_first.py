@@ -17,7 +17,7 @@ QUIET_ACTIONS: Final = 2
 """So many actions in a row both walls have to carry, and nothing to turn the tool."""
 DRIVEN_ACTIONS: Final = 7
 LONGEST_WITHDRAWAL: Final = 20
-"""A tool that does not come out of the hole in so many actions is inserted again."""
+"""Actions after which a tool that stays in the hole is inserted again."""
 STAND_SHARE: Final = 0.2
 """Share of the lean by which the tool stands up in an action."""
 _STUCK_SHARE: Final = 0.62

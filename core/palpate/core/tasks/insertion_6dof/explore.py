@@ -32,7 +32,7 @@ _ALONG_N: Final = 2.0
 _WALL_N: Final = 1.0
 """A wall is felt."""
 _RAISED_M: Final = 4e-4
-"""A tool that waits is raised by so much to be free: more than the dither, 2 N of the gripper where it is held."""
+"""Height by which a waiting tool is raised to be free: more than the dither, 2 N of the gripper where it is held."""
 _ALONG_TICKS: Final = 4
 _STEP: Final = Spatial()
 _HOLD: Final = Spatial(Law.LIFT)

@@ -140,7 +140,7 @@ class Skills:
         return none, self._spatial
 
     def facts(self, observation: Observation) -> tuple[float, ...]:
-        """What situations are told apart by, as :data:`palpate.core.perception.FACTS` has it."""
+        """Return the features of situations, as :data:`palpate.core.perception.FACTS` names them."""
         return self._corner.facts(observation)
 
     def _pushed(self, observation: Observation, upright: float = 0.0) -> tuple[tuple[float, float], Spatial]:

@@ -167,7 +167,7 @@ class Explore(RunningPhase):
     def _edge_m(self) -> float:
         """How far the surface may lie higher: the filter shows a brief touch late, and a hole's edge lets the peg sink.
 
-        It is no higher than where the peg rested beside the hole's mouth.
+        It is no higher than where the peg rested next to the hole's mouth.
         """
         x, y, _ = self._motion.reference_m
         beside = any(hypot(x - at_x, y - at_y) > 2.0 * self._task.reach_m for at_x, at_y in self._rests_m)
