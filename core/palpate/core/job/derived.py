@@ -62,7 +62,7 @@ class Constants:
         area_margin_m: Area beyond the farthest hole and start, for the last half step.
         search_s: Time of a trial's exploration besides the sweep: first contact, and returns to a likely place.
         least_time_s: Time limit of the source paper's explorations.
-        least_unexpected_N: Threshold for an unexpected contact with a quiet sensor.
+        least_unexpected_N: Threshold for an unexpected contact with a quiet sensor and a light tool.
         least_torque_Nm: Torque limit that no light contact reaches on a short tool.
         ready_height_m: Height of the ready pose over a plate that is known and a tool that is not tilted.
         height_margin_m: What is left of it in the worst case.
@@ -104,6 +104,8 @@ class Quantities:
         deviation_m: Largest distance of the hole from where it is believed.
         start_m: Largest distance of a start from there.
         height_m: Largest error of the plate's height.
+        mass_kg: Mass of all that hangs on the sensor.
+        speed_m_s: Highest speed in free space.
     """
 
     radius_m: float
@@ -120,8 +122,10 @@ class Quantities:
     lateral_N_per_m: float
     tilt_Nm_per_rad: float
     damping_ratio: float
+    mass_kg: float
     moving_kg: float
     force_N: float
+    speed_m_s: float
     noise_N: float
     noise_Nm: float
     tolerance_m: float
@@ -145,8 +149,10 @@ class Quantities:
             lateral_N_per_m=tool.lateral_N_per_mm * 1e3,
             tilt_Nm_per_rad=tool.tilt_Nm_per_rad,
             damping_ratio=tool.damping_ratio,
+            mass_kg=tool.mass_kg,
             moving_kg=tool.moving_mass_kg,
             force_N=job.limits.force_N,
+            speed_m_s=job.limits.speed_mm_s * 1e-3,
             noise_N=sensor.noise_N,
             noise_Nm=sensor.noise_Nm,
             tolerance_m=part.depth_tolerance_mm * 1e-3,
@@ -168,6 +174,7 @@ class Derived:
     half_width_m: Annotated[float, "half the side of the searched square"]
     step_m: Annotated[float, "length of an exploratory step"]
     time_s: Annotated[float, "time limit of the exploration"]
+    speed_m_s: Annotated[float, "speed in free space"]
     unexpected_N: Annotated[float, "force that counts as an unexpected contact"]
     torque_limit_Nm: Annotated[float, "torque about the sensor that stops the arm"]
     ready_height_m: Annotated[float, "height of the ready pose above the plate"]
@@ -206,6 +213,10 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
     capture_m = min(job.clearance_m + edge_m - known.capture_delay_s * known.search_speed_m_s, known.most_capture_m)
     half_width_m = max(job.deviation_m, job.start_m) + known.area_margin_m
     side_m = 2.0 * half_width_m
+    calm_N = _NOISES_UNEXPECTED * job.noise_N
+    # A command changes the speed within a period, and the arm accelerates no faster than commanded.
+    kg_s = job.mass_kg / known.period_s
+    speed_m_s = min(job.speed_m_s, 0.5 * (job.force_N - calm_N) / kg_s)
     sweep_s = side_m * side_m / (_SMALLEST_SWEEP * capture_m * known.search_speed_m_s)
     return Derived(
         press_N=press_N,
@@ -225,7 +236,8 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
         half_width_m=half_width_m,
         step_m=min(_STEP_SHARE * half_width_m, job.radius_m / 2.0),
         time_s=max(known.least_time_s, known.search_s + _SWEEP_SLACK * sweep_s),
-        unexpected_N=max(min(known.least_unexpected_N, 0.5 * job.force_N), _NOISES_UNEXPECTED * job.noise_N),
+        speed_m_s=speed_m_s,
+        unexpected_N=max(min(known.least_unexpected_N, 0.5 * job.force_N), calm_N + kg_s * speed_m_s),
         torque_limit_Nm=max(known.least_torque_Nm, job.force_N * (job.lever_m + job.radius_m)),
         # Walls leave a peg the tilt that the clearance allows.
         end_tilt_m=job.radius_m * max(job.tilt_rad - 2.0 * job.clearance_m / job.depth_m, 0.0),

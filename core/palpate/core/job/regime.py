@@ -47,18 +47,17 @@ class Regime:
     window_s: Annotated[float, "time of that verification"]
 
 
-def regime_of(job: Quantities, found: Derived, *, step_m: float, speed_m_s: float, known: Constants) -> Regime:
+def regime_of(job: Quantities, found: Derived, *, step_m: float, known: Constants) -> Regime:
     """Return the regime of a job.
 
     Args:
         found: What follows from it.
         step_m: Standard deviation of the tip's place along the tool, by the encoders' steps.
-        speed_m_s: Highest speed of the tip.
     """
     jam_N = jamming_force_N(job)
     noise_m, tilted_m, encoder_m = depth_parts_m(job, step_m, known)
     # Amplitude of the motion: contact is kept, and the tip is no faster than it may be.
-    dither_N = min(_DITHER_SHARE * found.press_N, 0.5 * speed_m_s * known.half_period_s / _PEAK * job.axial_N_per_m)
+    dither_N = min(_DITHER_SHARE * found.press_N, 0.5 * found.speed_m_s * known.half_period_s / _PEAK * job.axial_N_per_m)
     side_m = 2.0 * found.half_width_m
     return Regime(
         natural_Hz=sqrt(job.axial_N_per_m / job.moving_kg) / (2.0 * pi),

@@ -26,6 +26,8 @@ _DRIVEN_PUSH_N: Final = 1.0
 _PHASE: Final = 0.6521
 """Phase of the gripper's fastest spring in a step of the simulated cell, rad: that of the paper's cell. With twice as
 much a light peg in a stiff gripper chatters in a tight hole."""
+_LEAST_SPEED_MM_S: Final = 1.0
+"""The slowest that the task accepts."""
 _KNOWN_POSITION_MM: Final = 1.0
 """Positions that the source paper's symbols tell from the goal, where the hole is known to be there."""
 _UNKNOWN_POSITION_MM: Final = 50.0
@@ -56,7 +58,7 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
             "insertion_depth_mm": part.depth_mm,
             "depth_tolerance_mm": part.depth_tolerance_mm,
             "max_force_N": limits.force_N,
-            "travel_speed_mm_s": limits.speed_mm_s,
+            "travel_speed_mm_s": max(_shown(found.speed_m_s * 1e3), _LEAST_SPEED_MM_S),
             "press_kgf": _shown(found.press_N / N_PER_KGF),
             # 0 follows a search's press that is set by hand.
             "insertion_press_kgf": _shown(found.insertion_press_N / N_PER_KGF) if jams else 0.0,

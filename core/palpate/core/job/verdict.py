@@ -71,7 +71,7 @@ def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> V
     """
     quantities, known = Quantities.of(job, sensor), Constants()
     found = derive(quantities, known)
-    regime = regime_of(quantities, found, step_m=step_mm * 1e-3, speed_m_s=job.limits.speed_mm_s * 1e-3, known=known)
+    regime = regime_of(quantities, found, step_m=step_mm * 1e-3, known=known)
     jams = regime.held_N > found.insertion_press_N
     named = task or (PLAIN if job.part.shape == ROUND else SPATIAL)
     choice = _choice(job, found, named)

@@ -32,8 +32,8 @@ DOWEL = replace(
 )  # fmt: skip
 
 
-def regime(job: Quantities, known: Constants = KNOWN, speed_m_s: float = 0.02, step_m: float = 1e-5) -> Any:
-    return regime_of(job, derive(job, known), step_m=step_m, speed_m_s=speed_m_s, known=known)
+def regime(job: Quantities, known: Constants = KNOWN, step_m: float = 1e-5) -> Any:
+    return regime_of(job, derive(job, known), step_m=step_m, known=known)
 
 
 def test_wall_force_and_jam_number_by_hand() -> None:
@@ -98,6 +98,16 @@ def test_the_time_of_a_verification_grows_with_the_noise() -> None:
     assert regime(replace(DOWEL, axial_N_per_m=1e3)).dither_N == pytest.approx(0.5 * 0.02 * 5 / 140 / 1.5 * 1e3)
 
 
+def test_the_inertia_of_a_tool_is_no_unexpected_contact() -> None:
+    assert derive(DOWEL).unexpected_N == 3.0
+    # 2 kg at 20 mm/s within 1/140 s, and 9.3 standard deviations of the force.
+    heavy = derive(replace(DOWEL, mass_kg=2.0))
+    assert (heavy.unexpected_N, heavy.speed_m_s) == (pytest.approx(5.6 + 0.93), 0.02)
+    # Half way from noise to the limit of the force: a heavier tool travels more slowly.
+    slow = derive(replace(DOWEL, mass_kg=20.0))
+    assert (slow.unexpected_N, slow.speed_m_s) == (pytest.approx(15.465), pytest.approx(14.535 / 20.0 / 140.0))
+
+
 def scaled(value: Any, length: float, mass: float, time: float) -> Any:
     """The same quantities in other units, by the units in their names."""
     force = mass * length / time**2
@@ -119,7 +129,7 @@ def test_other_units_give_the_same_settings_and_regime(units: tuple[float, float
     other, known = scaled(job, *units), scaled(Constants(), *units)
     expected = scaled(derive(job), *units)
     assert vars(derive(other, known)) == pytest.approx(vars(expected))
-    found = regime(other, known, 0.02 * length / time, 1e-5 * length)
+    found = regime(other, known, 1e-5 * length)
     assert vars(found) == pytest.approx(vars(scaled(regime(job), *units)))
     assert mass
 
