@@ -216,7 +216,7 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
     calm_N = _NOISES_UNEXPECTED * job.noise_N
     # A command changes the speed within a period, and the arm accelerates no faster than commanded.
     kg_s = job.mass_kg / known.period_s
-    speed_m_s = min(job.speed_m_s, 0.5 * (job.force_N - calm_N) / kg_s)
+    speed_m_s = min(job.speed_m_s, 0.5 * max(job.force_N - calm_N, 0.5 * job.force_N) / kg_s)
     sweep_s = side_m * side_m / (_SMALLEST_SWEEP * capture_m * known.search_speed_m_s)
     return Derived(
         press_N=press_N,

@@ -57,7 +57,8 @@ def regime_of(job: Quantities, found: Derived, *, step_m: float, known: Constant
     jam_N = jamming_force_N(job)
     noise_m, tilted_m, encoder_m = depth_parts_m(job, step_m, known)
     # Amplitude of the motion: contact is kept, and the tip is no faster than it may be.
-    dither_N = min(_DITHER_SHARE * found.press_N, 0.5 * found.speed_m_s * known.half_period_s / _PEAK * job.axial_N_per_m)
+    reached_m = 0.5 * found.speed_m_s * known.half_period_s / _PEAK
+    dither_N = min(_DITHER_SHARE * found.press_N, reached_m * job.axial_N_per_m)
     side_m = 2.0 * found.half_width_m
     return Regime(
         natural_Hz=sqrt(job.axial_N_per_m / job.moving_kg) / (2.0 * pi),

@@ -124,7 +124,7 @@ def scaled(value: Any, length: float, mass: float, time: float) -> Any:
 @pytest.mark.parametrize("units", [(1e3, 1.0, 1.0), (1e3, 1e3, 1e3), (39.37, 2.2, 60.0)])
 def test_other_units_give_the_same_settings_and_regime(units: tuple[float, float, float]) -> None:
     """(1e3, 1e3, 1e3) are mm, g, ms, so mN is g m / s^2 in these: forces differ by their factor alone."""
-    length, mass, time = units
+    length, mass, _ = units
     job = replace(DOWEL, noise_N=0.3)
     other, known = scaled(job, *units), scaled(Constants(), *units)
     expected = scaled(derive(job), *units)
