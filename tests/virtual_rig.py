@@ -16,6 +16,7 @@ from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_senso
 from palpate.adapters.hardware.sensor_facts import gathered, reported_by
 from palpate.adapters.hardware.ur import UrTable, ur_arm
 from palpate.core.ports import CONTROL_RATE_HZ, FaultLatch, ForceSensor, Ports, Rig, SensorFacts, World
+from palpate.core.supervision import SampleWatch
 from palpate.core.trial import ReadyPose
 from palpate.simulation.emulators.ati import NetFtServer
 from palpate.simulation.emulators.ur import UrServer
@@ -116,7 +117,8 @@ class VirtualRig(Rig):
         self.ports.arm.deactivate()
         self.ports.arm.activate()
         if not self._at_ready:
-            walk(self._approach, self.ports, _WAY_RAD_S, self._config.task.max_force_N)
+            watch = SampleWatch(self._config.supervision, self.sensor_facts)
+            walk(self._approach, self.ports, _WAY_RAD_S, self._config.task.max_force_N, watch)
             self._at_ready = True
         self.ports.force_sensor.read()
 

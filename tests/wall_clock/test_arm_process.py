@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.unit.adapters.hardware.watchdogs.bench import wait_for
+from tests.support.stopped_arm import wait_for
 
 ARM = """
 import os, time

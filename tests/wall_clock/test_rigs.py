@@ -36,8 +36,8 @@ def relax(rig: Path) -> None:
     arm, sensor = text.split("[force_sensor]\n")
     patience = "" if "patience" in arm else "patience = 8.0\n"
     arm = arm.replace("[arm]\n", f"[arm]\nmax_age_ms = 1000.0\n{patience}")
-    watchdog = "[watchdog]\ncommand_ms = 2000.0\nsensor_ms = 2000.0\n"
-    arm = arm.replace("[rig]\n", f"{watchdog}[rig]\napproach_rad_s = 0.8\n")
+    arm = arm.replace("[rig]\n", "[rig]\napproach_rad_s = 0.8\n")
+    sensor = sensor.replace("setpoint_timeout_ms = 500.0", "setpoint_timeout_ms = 2000.0")
     rig.write_text(f"{arm}[force_sensor]\nmax_age_ms = 1000.0\n{sensor}")
 
 
@@ -79,7 +79,7 @@ def is_to_be_cut(out: Path) -> bool:
     return inserted(out) and len(logs(out)) > finished_trials(out) and logs(out)[-1].stat().st_size > 30_000
 
 
-LATE = re.compile("fault|silent|no command for|no new sample|age|gap|late|a force of more than")
+LATE = re.compile("fault|silent|no set-point for|no new|age|gap|late|a force of more than")
 """What a run says that ended because something came late."""
 MOST_OUT_OF_TIME = 2
 ALLOWED_S = 0.02

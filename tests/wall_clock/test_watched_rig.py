@@ -1,7 +1,6 @@
 """A rig of devices, here fake ones in real time: what is wired around them by default."""
 
 import os
-import sys
 import threading
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,9 +13,9 @@ from palpate.adapters.config.rig import OperatorTable, WatchdogTable
 from palpate.adapters.hardware import ArmAdapter, FaultFile, HardwareRig, RigContext, find_approach
 from palpate.adapters.hardware import rig as hardware_rig
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
-from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Life
+from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Life, WrenchSample
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
-from tests.unit.adapters.hardware.watchdogs.bench import nothing_left_behind, wait_for
+from tests.support.stopped_arm import nothing_left_behind
 from tests.unit.adapters.samples import ready_pose
 
 CONFIG = RunConfig()
@@ -41,6 +40,14 @@ class CountedArm(FakeArm):
         return super().send(command)
 
 
+class NoisyForceSensor(FakeForceSensor):
+    """No sample is like the one before."""
+
+    def _measured(self, now_ns: int, sequence: int) -> WrenchSample:
+        sample = super()._measured(now_ns, sequence)
+        return replace(sample, force_N=(0.1 * (sequence % 2), 0.0, 0.0))
+
+
 class Devices:
     """The fakes of a rig."""
 
@@ -58,7 +65,7 @@ FACTS = SensorFactsTable(0.1, 0.004, (100.0,) * 3, (5.0,) * 3, 140.0)
 def rig_of(monkeypatch: pytest.MonkeyPatch) -> Make:
     devices = Devices()
 
-    def arm(_: object, context: RigContext) -> ArmAdapter:
+    def arm(_: object, context: RigContext, *_more: object) -> ArmAdapter:
         devices.context = context
         devices.arm = CountedArm(
             context.clock, READY, lower_rad=context.lower_rad, upper_rad=context.upper_rad, max_step_rad=0.1
@@ -66,10 +73,10 @@ def rig_of(monkeypatch: pytest.MonkeyPatch) -> Make:
         return ArmAdapter(FakeJointEncoder(context.clock, devices.arm.position_rad, max_age_ns=LONG_NS), devices.arm)
 
     def force(_: object, context: RigContext) -> FakeForceSensor:
-        devices.sensor = FakeForceSensor(context.clock, max_age_ns=LONG_NS)
+        devices.sensor = NoisyForceSensor(context.clock, max_age_ns=LONG_NS)
         return devices.sensor
 
-    monkeypatch.setattr(hardware_rig, "arm_maker", lambda _: arm)
+    monkeypatch.setattr(hardware_rig, "_arm", arm)
     monkeypatch.setattr(hardware_rig, "force_sensor_maker", lambda _: force)
 
     def make(
@@ -87,7 +94,7 @@ def rig_of(monkeypatch: pytest.MonkeyPatch) -> Make:
 
 
 def test_the_arm_walks_to_the_ready_pose_once_and_again_on_request(rig_of: Make) -> None:
-    rig, devices = rig_of(WatchdogTable(command_ms=60_000, sensor_ms=60_000), NO_KEYS)
+    rig, devices = rig_of(WatchdogTable(), NO_KEYS)
     with nothing_left_behind(), rig:
         for trial, walks in ((0, True), (1, False)):
             before = devices.arm.sent
@@ -104,7 +111,7 @@ def test_the_arm_walks_to_the_ready_pose_once_and_again_on_request(rig_of: Make)
 def test_a_fault_is_kept_until_it_is_acknowledged_and_no_device_reports_one(
     rig_of: Make, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    quiet = WatchdogTable(command_ms=60_000, sensor_ms=60_000), NO_KEYS, CONFIG, FACTS
+    quiet = WatchdogTable(), NO_KEYS, CONFIG, FACTS
     path = tmp_path / "rig.toml"
     rig, _ = rig_of(*quiet, FaultFile(path))
     with pytest.raises(DeviceError), rig:
@@ -138,54 +145,14 @@ def test_what_a_run_asks_of_the_system_reaches_the_threads_of_its_adapters(rig_o
     assert seen == [{loops_cpu}]
 
 
-def test_an_arm_that_gets_no_commands_is_stopped_by_another_thread(
-    rig_of: Make, capsys: pytest.CaptureFixture[str]
-) -> None:
-    rig, devices = rig_of(WatchdogTable(command_ms=200.0, sensor_ms=60_000), NO_KEYS)
-    with nothing_left_behind(), rig:
-        rig.prepare(0)
-        assert rig.ports.arm.send(HERE).reason is CommandReason.AS_ASKED
-        wait_for(rig.stopped_by)
-        assert rig.stopped_by().startswith("command age: no command for")
-        assert devices.arm.send(HERE).reason is CommandReason.STOPPED
-        assert "the arm was stopped, command age" in capsys.readouterr().err
-        # A new trial is a new decision.
-        rig.prepare(1)
-        assert rig.stopped_by() == ""
-
-
-def test_a_sensor_without_news_is_an_error_wherever_it_is_read(rig_of: Make) -> None:
-    rig, devices = rig_of(WatchdogTable(command_ms=60_000, sensor_ms=20.0), NO_KEYS)
+def test_a_sensor_that_falls_silent_ends_the_way_to_the_ready_pose_and_latches(rig_of: Make) -> None:
+    rig, devices = rig_of(WatchdogTable(), NO_KEYS)
     with rig:
         rig.ports.force_sensor.read()
         devices.sensor.silent = True
-        clock = rig.ports.clock
-        clock.sleep_until(clock.now_ns() + 40_000_000)
-        with pytest.raises(DeviceError, match="no new sample for"):
-            rig.ports.force_sensor.read()
-        with pytest.raises(DeviceError, match="no new sample for"):
+        with pytest.raises(DeviceError, match="SAMPLE_STALE: age of the force sample"):
             rig.prepare(0)
-        assert "no new sample for" in rig.latch.cause
-
-
-def test_a_process_calls_its_function_when_the_loop_has_died(
-    rig_of: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "other_way.py").write_text(
-        f"from pathlib import Path\ndef stop():\n    Path({str(tmp_path / 'called')!r}).touch()\n"
-    )
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *filter(None, sys.path)]))
-    table = WatchdogTable(command_ms=60_000, sensor_ms=60_000, process_ms=200.0, stop_function="other_way:stop")
-    rig, devices = rig_of(table, NO_KEYS)
-    with nothing_left_behind(), rig:
-        rig.prepare(0)
-        assert not (tmp_path / "called").exists()  # resting between the way and the trial
-        rig.ports.clock.sleep_until(0)
-        wait_for((tmp_path / "called").exists)
-        wait_for(rig.stopped_by)
-        assert devices.arm.send(HERE).reason is CommandReason.STOPPED
-        with pytest.raises(FaultLatchedError):
-            rig.prepare(1)
+        assert "SAMPLE_STALE" in rig.latch.cause
 
 
 def test_a_rig_whose_sensor_facts_nobody_states_is_refused_before_anything_gets_power(rig_of: Make) -> None:

@@ -7,8 +7,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
-from typing_extensions import override
-
 from palpate.adapters.config.calibration import CalibrationTable
 from palpate.adapters.config.toml import merged, overlay, read_toml
 from palpate.core.errors import ConfigurationError
@@ -64,41 +62,20 @@ class OperatorTable(Settings):
 
     keys: bool = True
     """Any key in the terminal."""
-    file: str = ""
-    """A file that appears, as a laboratory's button may make it; empty for none."""
-    socket: str = ""
-    """A connection to a Unix socket at this path; empty for none."""
 
 
-_SHORTEST_MS: Final = 20.0
 RIG_FORMAT: Final = 1
 """Format of rig files; the key ``format`` may name it."""
 
 
 @dataclass(frozen=True)
 class WatchdogTable(Settings):
-    """What stops the arm when something has gone quiet, in whatever the program is busy with."""
+    """What stops the arm when its loop has gone quiet."""
 
     TABLE: ClassVar[str] = "watchdog"
 
-    deadman_ms: Annotated[float, Range(0.0, 60_000.0)] = 0.0
-    """Time without a set-point after which the arm is brought to rest by a process of its own, which owns its bus; 0
-    has the arm moved by the loop's process, and whatever ends or stops that leaves the arm where its drives hold it."""
-    command_ms: Annotated[float, Range(20.0, 60_000.0)] = 200.0
-    """Age of the newest command at which another thread stops the arm."""
-    sensor_ms: Annotated[float, Range(20.0, 60_000.0)] = 500.0
-    """Time without a new sample of a sensor after which reading it is an error, on the way to the ready pose too, where
-    no supervisor watches."""
-    process_ms: Annotated[float, Range(20.0, 60_000.0)] = 500.0
-    """Time without a tick after which a process of its own calls ``stop_function``."""
-    stop_function: str = ""
-    """``package.module:function`` that brings the arm to rest on a way of its own, whatever has become of this program;
-    empty for none, and then there is no such process."""
-
-    @override
-    def check(self) -> None:
-        is_long = not 0.0 < self.deadman_ms < _SHORTEST_MS
-        self.require("deadman_ms", is_long, f"0 for none, or at least {_SHORTEST_MS:g}")
+    setpoint_timeout_ms: Annotated[float, Range(20.0, 60_000.0)] = 100.0
+    """Time without a set-point after which the arm's own process brings it to rest."""
 
 
 @dataclass(frozen=True)

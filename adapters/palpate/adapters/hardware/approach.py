@@ -18,10 +18,11 @@ from palpate.core.ports import (
     JointCommand,
     JointVector,
     Ports,
+    Snapshot,
     Validity,
     Vector3,
 )
-from palpate.core.supervision import WITHDRAWAL_SHARE, require_raw
+from palpate.core.supervision import WITHDRAWAL_SHARE, SampleWatch, require_raw
 from palpate.core.trial import ReadyPose, goal_in_base
 
 WITHDRAWAL_M_S: Final = 0.02
@@ -60,7 +61,7 @@ class WayToReadyPose:
     poses_rad: tuple[JointVector, ...]
 
 
-def walk(approach: WayToReadyPose, ports: Ports, speed_rad_s: float, limit_N: float) -> None:
+def walk(approach: WayToReadyPose, ports: Ports, speed_rad_s: float, limit_N: float, watch: SampleWatch) -> None:
     """Draw the tool straight out of a hole that it may be in, then pass the poses of an approach.
 
     The arm is left as it is on every way out: it holds its last set-point, or was stopped.
@@ -68,6 +69,7 @@ def walk(approach: WayToReadyPose, ports: Ports, speed_rad_s: float, limit_N: fl
     Args:
         limit_N: A force that differs by more than this from the one at first, or from the one after the withdrawal,
             stops the arm; during the withdrawal twice as much, because an arm that was left pressing lets go of that.
+        watch: The supervisor's own, which says whether samples are valid and new.
 
     Raises:
         DeviceError: An encoder may have lost a turn, the arm does not follow, is held back, meets something, or a
@@ -77,11 +79,11 @@ def walk(approach: WayToReadyPose, ports: Ports, speed_rad_s: float, limit_N: fl
     require_right_turn(approach, begin)
     path = withdrawal(approach, begin)
     if path:
-        _follow(ports, path, _force_N(ports), WITHDRAWAL_SHARE * limit_N)
+        _follow(ports, path, _force_N(ports), WITHDRAWAL_SHARE * limit_N, watch)
     first_N = _force_N(ports)
     for pose in approach.poses_rad:
         begin = ports.joint_encoder.read().position_rad
-        _follow(ports, _joint_line(begin, pose, speed_rad_s), first_N, limit_N)
+        _follow(ports, _joint_line(begin, pose, speed_rad_s), first_N, limit_N, watch)
 
 
 def require_right_turn(approach: WayToReadyPose, begin_rad: JointVector) -> None:
@@ -158,21 +160,22 @@ class _Standing:
         return self._near >= _STAYS_SAMPLES
 
 
-def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: float) -> None:
+def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: float, watch: SampleWatch) -> None:
     """Command one pose a tick and wait until the arm has arrived at the last."""
     clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
     start_ns, slot, tick, blind = clock.now_ns(), 0, 0, 0
     standing = _Standing()
+    watch.begin()
     try:
         while True:
             clock.sleep_until(tick_time_ns(start_ns, slot))
             now_ns = clock.now_ns()
             joints, wrench = encoder.read(), sensor.read()
-            seeing = joints.validity is Validity.VALID and wrench.validity is Validity.VALID
+            trip = watch.trip(Snapshot(slot, now_ns, wrench, joints, None))
+            seeing = trip is None
             blind = 0 if seeing else blind + 1
             if blind > _BLIND_TICKS:
-                problem = f"joint sample {joints.validity.value}, force sample {wrench.validity.value}"
-                raise DeviceError("rig", f"{problem} on the way to the ready pose")
+                raise DeviceError("rig", f"{trip} on the way to the ready pose")
             if seeing and dist(wrench.force_N, first_N) > limit_N:
                 raise DeviceError("rig", f"a force of more than {limit_N:g} N on the way to the ready pose")
             tick += seeing

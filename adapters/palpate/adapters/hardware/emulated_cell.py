@@ -35,7 +35,7 @@ _BEHIND_FILTER: Final = 0.77
 """Share of the cell's noise, new each control tick, that the board's filter of 50 Hz lets through; measured."""
 _HUM: Final = (0.01,) * 3 + (0.0004,) * 3
 """Standard deviations of what is new at each look, N and N m: a sensor's noise does not stand still with the cell."""
-_NOTES: Final = {"patience": "  # emulated devices share this computer with the loop; leave this out for real ones"}
+_SHARED: Final = "  # emulated devices share this computer with the loop; leave this out for real ones"
 _NO_VOLTAGE: Final = 0x3220
 """EMCY code of CiA 402 for a DC link without voltage: what an emergency stop leaves of it."""
 _NO_TRANSDUCER: Final = 1 << 31 | 1 << 4
@@ -149,9 +149,10 @@ class EmulatedCell:
         lines += [f"job = {literal(job)}\n"] if job else []
         for table, entries in self._entries.items():
             lines.append(f"\n[{table}]\n")
-            lines += [
-                f"{name} = {literal(value)}{_NOTES.get(name, '')}\n" for name, value in entries.items() if value != {}
-            ]
+            for name, value in entries.items():
+                note = _SHARED if name == "patience" else ""
+                lines += [f"{name} = {literal(value)}{note}\n"] if value != {} else []
+        lines.append(f"\n[watchdog]\nsetpoint_timeout_ms = 500.0{_SHARED}\n")
         return "".join(lines)
 
     def targets_rad(self) -> JointVector:

@@ -1,10 +1,9 @@
 """A rig of real devices, as a rig file names them."""
 
-import sys
-from contextlib import ExitStack
+import os
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from math import cos, radians, sin
-from pathlib import Path
 from typing import Any, Self
 
 from typing_extensions import override
@@ -12,34 +11,22 @@ from typing_extensions import override
 from palpate.adapters.config import RealTimeConfig, RigFile, RunConfig
 from palpate.adapters.hardware.approach import WayToReadyPose, walk
 from palpate.adapters.hardware.arm_on_bus import BusArm
-from palpate.adapters.hardware.bus_process import OperatorsHand, host_arm
+from palpate.adapters.hardware.bus_process import host_arm
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.errors import told_of
 from palpate.adapters.hardware.fault_file import FaultFile
+from palpate.adapters.hardware.operator_stop import GuardedArm, OperatorStop
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.hardware.real_time import RealTime, join_loop
 from palpate.adapters.hardware.sensor_facts import gathered, reported_by
-from palpate.adapters.hardware.watchdogs import (
-    GuardedArm,
-    OperatorSources,
-    OperatorStop,
-    ProcessWatchdog,
-    WatchdogTrip,
-    WatchedArm,
-    WatchedClock,
-    WatchedForceSensor,
-    WatchedJointEncoder,
-)
 from palpate.core.errors import DeviceError, LifecycleError
 from palpate.core.ports import (
     AppliedCommand,
     ArmCommand,
-    Clock,
     CommandReason,
     FaultLatch,
     ForceSensor,
     JointCommand,
-    JointEncoder,
     Life,
     ManagedDevice,
     Ports,
@@ -49,6 +36,7 @@ from palpate.core.ports import (
     World,
     WrenchSample,
 )
+from palpate.core.supervision import SampleWatch
 
 
 class TurnedForceSensor(SensorDecorator[WrenchSample], ForceSensor):
@@ -144,32 +132,11 @@ class HardwareRig(DeviceRig):
         own = RigContext.of(config.arm, clock)
         context = replace(own, hurry=lambda: join_loop(real_time), tool=config.tool, accept_kinematics=accepted)
         sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
-        table, watchdog = file.operator, file.watchdog
-        adapter, hand = _arm(file, context, clock, real_time)
-        sources = OperatorSources(
-            keys=table.keys,
-            file=Path(table.file) if table.file else None,
-            socket=Path(table.socket) if table.socket else None,
-        )
-        self.operator = OperatorStop(hand, clock, sources, tell=_tell)
-        watched = WatchedArm(adapter.arm, clock, round(watchdog.command_ms * 1e6), tell=_tell)
-        self._process: ProcessWatchdog | None = None
-        if watchdog.stop_function:
-            self._process = ProcessWatchdog(
-                watched,
-                clock,
-                watchdog.process_ms * 1e-3,
-                stop_function=watchdog.stop_function,
-                tell=_tell,
-            )
-        fed = () if self._process is None else (self._process,)
-        self.ports = Ports(
-            clock if self._process is None else WatchedClock(clock, self._process),
-            *_watched_sensors(file, sensor, adapter.encoder, clock, len(context.lower_rad)),
-            GuardedArm(watched, [self.operator, *fed], fed),
-        )
+        adapter = _arm(file, context, clock, real_time)
+        self.operator = OperatorStop(adapter.arm, keys=file.operator.keys, tell=_tell)
+        self.ports = Ports(clock, _mounted(file, sensor), adapter.encoder, GuardedArm(adapter.arm, self.operator))
         super().__init__(file, sensor, adapter.encoder, adapter.arm)
-        self._watched, self._approach, self._limit_N = watched, approach, config.task.max_force_N
+        self._approach, self._limit_N, self._supervision = approach, config.task.max_force_N, config.supervision
         self._at_ready = False
         self.latch: FaultFile = FaultFile(None) if latch is None else latch
         self.latch.still = self._reported
@@ -186,9 +153,9 @@ class HardwareRig(DeviceRig):
         if not self._at_ready:
             try:
                 with self._real_time.loop():
-                    walk(self._approach, self.ports, self._file.approach_rad_s, self._limit_N)
+                    watch = SampleWatch(self._supervision, self.sensor_facts)
+                    walk(self._approach, self.ports, self._file.approach_rad_s, self._limit_N, watch)
             except DeviceError as error:
-                # No supervisor watches this way.
                 self.latch.set(str(error))
                 raise
             # Nobody commands it until the trial begins, and nobody need.
@@ -204,11 +171,8 @@ class HardwareRig(DeviceRig):
 
     def stopped_by(self) -> str:
         """What stopped the arm besides core and supervisor since the last :meth:`prepare`; empty for nothing."""
-        latches = (self.operator, self._watched, *(() if self._process is None else (self._process,)))
-        trips = (latch.tripped for latch in latches)
-        found = next((f"{trip.source}: {trip.text}" for trip in trips if trip is not None), "")
         fault = self.ports.arm.fault
-        return found or (f"fault of the arm: {fault}" if fault else "")
+        return self.operator.tripped or (f"fault of the arm: {fault}" if fault else "")
 
     def _reported(self) -> str:
         """The fault that a device reports; empty for none."""
@@ -225,12 +189,8 @@ class HardwareRig(DeviceRig):
         with ExitStack() as opened:
             self._open(opened)
             self.latch.begin()
-            # Ends its thread; the arm itself allows to be closed twice.
-            opened.callback(self._watched.close)
             opened.enter_context(self._real_time)
             opened.enter_context(self.operator)
-            if self._process is not None:
-                opened.enter_context(self._process)
             self._opened = opened.pop_all()
         return self
 
@@ -275,8 +235,8 @@ class DryRig(DeviceRig):
         self.is_on = id(adapter.arm) == id(adapter.encoder)
         if isinstance(adapter.arm, BusArm):
             adapter.arm.listens, self.is_on = True, False
-        sensors = _watched_sensors(file, sensor, adapter.encoder, clock, len(context.lower_rad))
-        self.ports, self.latch = Ports(clock, *sensors, NoArm("no arm")), FaultLatch()
+        self.ports = Ports(clock, _mounted(file, sensor), adapter.encoder, NoArm("no arm"))
+        self.latch = FaultLatch()
 
     def prepare(self, trial: int) -> None:
         """Take what waited in the lines; nothing moves."""
@@ -292,36 +252,20 @@ class DryRig(DeviceRig):
         self._opened.close()
 
 
-def _watched_sensors(
-    file: RigFile, sensor: ForceSensor, encoder: JointEncoder, clock: Clock, joints: int
-) -> tuple[ForceSensor, JointEncoder]:
-    """The force sensor in the frame of the tool, and the encoders; both fail where they fall silent."""
-    turn_deg, silence_ns = file.calibration.mounting_deg, round(file.watchdog.sensor_ms * 1e6)
-    mounted = TurnedForceSensor(sensor, turn_deg) if turn_deg else sensor
-    told: dict[str, Any] = {"dead_after_ns": silence_ns, "tell": _tell_of_sensor}
-    return (
-        WatchedForceSensor(mounted, clock, silence_ns, **told),
-        WatchedJointEncoder(encoder, clock, silence_ns, joints=joints, **told),
-    )
+def _mounted(file: RigFile, sensor: ForceSensor) -> ForceSensor:
+    """The force sensor in the frame of the tool."""
+    turn_deg = file.calibration.mounting_deg
+    return TurnedForceSensor(sensor, turn_deg) if turn_deg else sensor
 
 
-def _arm(
-    file: RigFile, context: RigContext, clock: MonotonicClock, real_time: RealTimeConfig
-) -> tuple[ArmAdapter, ArmCommand]:
-    """The arm, and the arm as the operator's stop has it."""
-    if not file.watchdog.deadman_ms:
-        adapter = arm_maker(file.arm.adapter)(file.arm.settings, context)
-        return adapter, adapter.arm
-    deadman_ns = round(file.watchdog.deadman_ms * 1e6)
-    hosted = host_arm(file.arm.adapter, file.arm.settings, context, clock, real_time=real_time, deadman_ns=deadman_ns)
-    return ArmAdapter(hosted, hosted), OperatorsHand(hosted)
+def _arm(file: RigFile, context: RigContext, clock: MonotonicClock, real_time: RealTimeConfig) -> ArmAdapter:
+    """The arm in a process of its own."""
+    timeout_ns = round(file.watchdog.setpoint_timeout_ms * 1e6)
+    hosted = host_arm(file.arm.adapter, file.arm.settings, context, clock, real_time=real_time, deadman_ns=timeout_ns)
+    return ArmAdapter(hosted, hosted)
 
 
-def _tell_of_sensor(trip: WatchdogTrip) -> None:
-    """What nobody else says: silence ends in an error with the same words."""
-    if trip.text.startswith("invalid"):
-        sys.stderr.write(f"\npalpate: {trip.source} {trip.text}\n")
-
-
-def _tell(trip: WatchdogTrip) -> None:
-    sys.stderr.write(f"\npalpate: the arm was stopped, {trip.source}: {trip.text}\n")
+def _tell(trip: str) -> None:
+    with suppress(OSError):
+        # A signal handler comes this way: no buffer.
+        os.write(2, f"\npalpate: the arm was stopped, {trip}\n".encode())

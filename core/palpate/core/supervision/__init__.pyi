@@ -5,4 +5,5 @@ from .fit import WITHDRAWAL_SHARE as WITHDRAWAL_SHARE
 from .fit import limits_line as limits_line
 from .fit import require_fitting as require_fitting
 from .supervisor import Supervisor as Supervisor
+from .watches import SampleWatch as SampleWatch
 from .watches import require_raw as require_raw

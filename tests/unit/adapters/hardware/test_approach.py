@@ -16,7 +16,8 @@ from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError
 from palpate.core.motion import InverseKinematics, Kinematics
 from palpate.core.ports.decorator import DeviceDecorator, SensorDecorator
-from palpate.core.ports.devices import ArmCommand, ForceSensor, JointEncoder
+from palpate.core.ports.devices import ArmCommand, ForceSensor, JointEncoder, Ports
+from palpate.core.ports.rig import SensorFacts
 from palpate.core.ports.values import (
     CONTROL_RATE_HZ,
     AppliedCommand,
@@ -27,12 +28,18 @@ from palpate.core.ports.values import (
     Validity,
     WrenchSample,
 )
+from palpate.core.supervision import SampleWatch
 from palpate.core.trial import find_ready_pose, goal_in_base
 from tests.support.tool import TOOL
 from tests.unit.adapters.samples import ready_pose
 
 CONFIG = RunConfig()
 APPROACH = find_approach(CONFIG, ready_pose())
+
+
+def way(ports: Ports, speed_rad_s: float = 0.8, limit_N: float = CONFIG.task.max_force_N) -> None:
+    """The way, under the watch of a rig with such a sensor."""
+    walk(APPROACH, ports, speed_rad_s, limit_N, SampleWatch(CONFIG.supervision, SensorFacts(0.1, 0.004)))
 
 
 def tip_m(q_rad: JointVector) -> np.ndarray:
@@ -59,7 +66,7 @@ def test_a_peg_left_in_its_hole_is_drawn_out_before_the_arm_goes_anywhere() -> N
 
         rig.ports.arm.deactivate()
         rig.ports.arm.activate()
-        walk(APPROACH, rig.ports, 0.8, CONFIG.task.max_force_N)
+        way(rig.ports)
         there = rig.ports.joint_encoder.read().position_rad
     assert dist(there, APPROACH.poses_rad[-1]) < 5e-3
 
@@ -113,7 +120,7 @@ def test_an_arm_whose_encoder_lost_a_turn_does_not_move() -> None:
         with pytest.raises(
             DeviceError, match=r"joint encoder: joint 5 reads 6\.89\d\d rad, .* ready pose, 0\.6101 rad"
         ):
-            walk(APPROACH, replace(rig.ports, joint_encoder=off, arm=sent), 0.8, 30.0)
+            way(replace(rig.ports, joint_encoder=off, arm=sent))
     assert sent.asked == []
 
 
@@ -121,7 +128,7 @@ def test_something_in_the_way_stops_the_arm() -> None:
     with SimulatedRig(CONFIG, ready_pose()) as rig:
         rig.prepare(0)
         with pytest.raises(DeviceError, match="N on the way"):
-            walk(APPROACH, rig.ports, 0.8, 0.001)
+            way(rig.ports, limit_N=0.001)
         reason = rig.ports.arm.send(JointCommand(APPROACH.poses_rad[0])).reason
     assert reason is CommandReason.STOPPED
 
@@ -138,7 +145,7 @@ def test_wrenches_in_another_frame_are_refused_before_the_arm_moves() -> None:
         rig.prepare(0)
         before = rig.ports.joint_encoder.read()
         with pytest.raises(DeviceError, match="raw ones in the frame 'base'; the task needs raw ones in 'sensor'"):
-            walk(APPROACH, replace(rig.ports, force_sensor=InBase(rig.ports.force_sensor)), 0.8, 30.0)
+            way(replace(rig.ports, force_sensor=InBase(rig.ports.force_sensor)))
         assert rig.ports.joint_encoder.read() == before
 
 
@@ -155,14 +162,14 @@ def test_an_arm_that_was_left_pressing_may_let_go_of_more_than_the_limit() -> No
         beside = tip + 8e-3 * rotation[:, 0]
         ways = [tip + (beside - tip) * k / 140 for k in range(140)]
         ways += [beside + 5e-5 * k * rotation[:, 2] for k in range(400)]
-        for way in ways:
+        for place in ways:
             if rig.truth().peak_force_N > 1.3 * limit_N:
                 break
-            q = inverse.step(q, pin.SE3(rotation, way))[0]
+            q = inverse.step(q, pin.SE3(rotation, place))[0]
             ports.clock.sleep_until(ports.clock.now_ns() + 1)
             ports.arm.send(JointCommand(q))
         assert 1.3 * limit_N < rig.truth().peak_force_N < 2.0 * limit_N
-        walk(APPROACH, ports, 0.8, limit_N)
+        way(ports, limit_N=limit_N)
         there = ports.joint_encoder.read().position_rad
     assert dist(there, APPROACH.poses_rad[-1]) < 5e-3
 
@@ -190,13 +197,36 @@ def test_a_blind_arm_waits_where_it_is_and_not_for_ever(first: int, many: int, a
         sent = SentCommands(rig.ports.arm)
         ports = replace(rig.ports, force_sensor=sensor, arm=sent)
         if arrives:
-            walk(APPROACH, ports, 0.2, CONFIG.task.max_force_N)
+            way(ports, 0.2)
             assert dist(ports.joint_encoder.read().position_rad, APPROACH.poses_rad[-1]) < 5e-3
         else:
-            with pytest.raises(DeviceError, match="force sample stale"):
-                walk(APPROACH, ports, 0.2, CONFIG.task.max_force_N)
+            with pytest.raises(DeviceError, match=r"force sample (is )?stale"):
+                way(ports, 0.2)
         still = sum(a == b for a, b in pairwise(sent.asked))
     assert still >= (many if first and arrives else 0)
+
+
+class FrozenSensor(DeviceDecorator, ForceSensor):
+    """Gives its first sample again and again, and says each time that it is sound."""
+
+    def __init__(self, sensor: ForceSensor, *, counts: bool) -> None:
+        super().__init__(sensor)
+        self._sample, self._counts, self._clock = sensor.read(), counts, 0
+
+    def read(self) -> WrenchSample:
+        self._clock += self._counts
+        return replace(self._sample, sequence=self._sample.sequence + self._clock)
+
+
+@pytest.mark.parametrize(("counts", "reason"), [(False, "SAMPLE_STALE"), (True, "SAMPLE_STALE")])
+def test_a_sensor_that_passes_silence_off_as_news_ends_the_way(counts: bool, reason: str) -> None:
+    with SimulatedRig(CONFIG, ready_pose()) as rig:
+        rig.prepare(0)
+        sensor = FrozenSensor(rig.ports.force_sensor, counts=counts)
+        begin_ns = rig.ports.clock.now_ns()
+        with pytest.raises(DeviceError, match=f"{reason}: .* on the way to the ready pose"):
+            way(replace(rig.ports, force_sensor=sensor), 0.2)
+        assert rig.ports.clock.now_ns() - begin_ns < 500_000_000
 
 
 class HeldUpArm(DeviceDecorator, ArmCommand):
@@ -222,11 +252,11 @@ def test_the_way_ends_where_the_arm_stands_and_not_where_it_passes_by(before_the
     with SimulatedRig(CONFIG, ready_pose()) as rig:
         rig.prepare(0)
         counted = HeldUpArm(rig.ports.arm, 0, 0)
-        walk(APPROACH, replace(rig.ports, arm=counted), 0.8, CONFIG.task.max_force_N)
+        way(replace(rig.ports, arm=counted))
     with SimulatedRig(CONFIG, ready_pose()) as rig:
         rig.prepare(0)
         late = HeldUpArm(rig.ports.arm, counted.sent - before_the_end - held, held)
-        walk(APPROACH, replace(rig.ports, arm=late), 0.8, CONFIG.task.max_force_N)
+        way(replace(rig.ports, arm=late))
         clock, encoder = rig.ports.clock, rig.ports.joint_encoder
         at_end = encoder.read().position_rad
         clock.sleep_until(clock.now_ns() + 30_000_000)

@@ -138,11 +138,11 @@ def test_a_nominal_model_is_accepted_by_the_option_or_on_an_emulated_rig(
 ) -> None:
     made: list[RigContext] = []
 
-    def arm(_: object, context: RigContext) -> None:
+    def arm(_: object, context: RigContext, *_more: object) -> None:
         made.append(context)
         raise ConfigurationError("arm", "", "no more")
 
-    monkeypatch.setattr(hardware_rig, "arm_maker", lambda _: arm)
+    monkeypatch.setattr(hardware_rig, "_arm", arm)
     monkeypatch.setattr(hardware_rig, "force_sensor_maker", lambda _: lambda *_: None)
     text = (
         f"[rig]\nemulated = {str(emulated).lower()}\n[arm]\nadapter = 'ur-rtde'\n[force_sensor]\nadapter = 'jr3-can'\n"

@@ -1,4 +1,4 @@
-"""What the tests of watchdogs need: an arm that tells of its stops, and patience without a stopwatch."""
+"""What tests of stops need: an arm that tells of its stops, and patience without a stopwatch."""
 
 import os
 import threading

@@ -1,0 +1,193 @@
+"""Stops the arm at a person's word, a key in the terminal or SIGUSR1, and keeps it stopped until acknowledged."""
+
+import os
+import select
+import signal
+import termios
+import threading
+import tty
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
+from types import FrameType
+from typing import Any, Final, Self
+
+from typing_extensions import override
+
+from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
+from palpate.core.ports import AppliedCommand, ArmCommand, DeviceDecorator, JointCommand, Life
+
+SIGNAL: Final = signal.SIGUSR1
+_JOIN_S: Final = 1.0
+_WAKE: Final = b"\0"
+
+
+class Terminal:
+    """Keys pressed in the terminal, without Enter. Ctrl-C keeps its meaning.
+
+    Args:
+        fd: The terminal; nothing happens if it is none, or if we run in its background.
+    """
+
+    def __init__(self, fd: int) -> None:
+        self._fd = fd
+        self._before: list[Any] | None = None
+
+    def open(self) -> bool:
+        """Have keys come one by one; False if there is no terminal of ours."""
+        if not self._is_ours():
+            return False
+        self._before = termios.tcgetattr(self._fd)
+        tty.setcbreak(self._fd, termios.TCSANOW)
+        return True
+
+    def read(self) -> bool:
+        """Take what was pressed; False where the terminal is gone."""
+        with suppress(OSError):
+            return bool(os.read(self._fd, 64))
+        return False
+
+    def close(self) -> None:
+        """Set it up as it was before."""
+        before, self._before = self._before, None
+        if before is not None:
+            with suppress(termios.error):
+                # Gone terminals need no restoring.
+                termios.tcsetattr(self._fd, termios.TCSANOW, before)
+
+    def _is_ours(self) -> bool:
+        try:
+            if not os.isatty(self._fd):
+                return False
+            # Changing a terminal from its background would stop the whole process.
+            return os.tcgetpgrp(self._fd) == os.getpgrp()
+        except OSError:
+            # A terminal, but not the one that controls us: it has no background.
+            return True
+
+
+class OperatorStop:
+    """The operator's stop. It latches until it is acknowledged.
+
+    A context manager that belongs to the main thread, because of the signal. While the main thread is busy in C the
+    signal waits; an arm that gets no set-points meanwhile is stopped by its own process.
+
+    Args:
+        arm: Is stopped, from a thread of this class or from the signal handler.
+        tell: Is told once what tripped; called from a signal handler, too.
+    """
+
+    def __init__(
+        self,
+        arm: ArmCommand,
+        *,
+        keys: bool = True,
+        tell: Callable[[str], None] = lambda trip: None,
+        terminal_fd: int = 0,
+    ) -> None:
+        self._arm, self._keys, self._tell, self._fd = arm, keys, tell, terminal_fd
+        self._tripped: list[str] = []
+        self._opened: ExitStack | None = None
+
+    @property
+    def tripped(self) -> str:
+        """What tripped first since the last acknowledgement; empty for nothing."""
+        return next(iter(self._tripped), "")
+
+    def stop(self, cause: str = "program: asked for") -> None:
+        """Stop and latch; from any thread, and from a signal handler: no lock."""
+        trouble = stop_surely(self._arm)
+        was_tripped = bool(self._tripped)
+        self._tripped.append(cause + trouble)
+        if not was_tripped:
+            with suppress(Exception):
+                self._tell(cause + trouble)
+
+    def acknowledge(self) -> None:
+        """Clear the trip; a person's decision."""
+        self._tripped.clear()
+
+    def __enter__(self) -> Self:
+        if self._opened is not None:
+            raise LifecycleError("operator stop", "open", "open", "close it first")
+        with ExitStack() as opened:
+            if self._keys:
+                self._watch_keys(opened)
+            try:
+                before: Any = signal.signal(SIGNAL, self._on_signal)
+            except ValueError as error:
+                raise ConfigurationError("operator stop", SIGNAL.name, f"the main thread ({error})") from error
+            # None: somebody's handler that is not Python's, which nobody could put back.
+            opened.callback(signal.signal, SIGNAL, signal.SIG_DFL if before is None else before)
+            self._opened = opened.pop_all()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        opened, self._opened = self._opened, None
+        if opened is not None:
+            opened.close()
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        self.stop(f"signal: signal {SIGNAL.name}")
+
+    def _watch_keys(self, opened: ExitStack) -> None:
+        terminal = Terminal(self._fd)
+        if not terminal.open():
+            return
+        # Released last to first: the thread before what it looks at.
+        opened.callback(terminal.close)
+        wake, waker = os.pipe()
+        for fd in (wake, waker):
+            opened.callback(os.close, fd)
+        thread = threading.Thread(target=self._run, args=(terminal, wake), name="operator stop", daemon=True)
+        thread.start()
+        opened.callback(thread.join, _JOIN_S)
+        opened.callback(os.write, waker, _WAKE)
+
+    def _run(self, terminal: Terminal, wake: int) -> None:
+        while wake not in select.select([wake, self._fd], [], [])[0]:
+            if not terminal.read():
+                # Nobody could press a key any more.
+                self.stop("key: the terminal is gone")
+                return
+            self.stop("key: a key was pressed")
+
+
+class GuardedArm(DeviceDecorator, ArmCommand):
+    """Neither activates nor moves the arm until the operator's stop is acknowledged."""
+
+    def __init__(self, arm: ArmCommand, operator: OperatorStop) -> None:
+        super().__init__(arm)
+        self._arm, self._operator = arm, operator
+
+    @override
+    def activate(self) -> None:
+        """Activate the arm, unless the operator has stopped it.
+
+        Raises:
+            FaultLatchedError: Besides the arm's own: a stop waits to be acknowledged.
+        """
+        # A request that is wrong anyway is refused by the arm, with the reason.
+        if self._operator.tripped and self._arm.life is Life.CONFIGURED:
+            raise FaultLatchedError("arm", self._operator.tripped)
+        super().activate()
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        """While a stop is latched the arm is stopped, and says so."""
+        if self._operator.tripped:
+            # Somebody may have activated it underneath since it was stopped.
+            stop_surely(self._arm)
+        return self._arm.send(command)
+
+    @override
+    def stop(self) -> None:
+        self._arm.stop()
+
+
+def stop_surely(arm: ArmCommand) -> str:
+    """Stop an arm that may be gone already; empty, or why it could not be told."""
+    try:
+        arm.stop()
+    except Exception as error:
+        # The contract forbids it, a stranger's arm may do it all the same, and the latch must still be set.
+        return f"; stop() failed: {error!r}"
+    return ""

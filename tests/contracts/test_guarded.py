@@ -1,0 +1,15 @@
+"""An arm under the operator's stop keeps the contract as it does without."""
+
+from dataclasses import replace
+
+from palpate.adapters.hardware.operator_stop import GuardedArm, OperatorStop
+from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig
+
+# As a module: a suite that is imported by name would be run here once more as it is.
+from tests.contracts import test_fake as fake
+
+
+class TestGuardedArm(ArmCommandContract):
+    def make(self) -> ArmCommandRig:
+        rig = fake.TestFakeArm().make()
+        return replace(rig, device=GuardedArm(rig.device, OperatorStop(rig.device)))
