@@ -115,6 +115,7 @@ class Monitor:
         self._pulls = self._misfits = 0
         self.pull_N = 0.0
         self._depth_m: float | None = None
+        self._rests_m, self._still_ticks = (0.0, 0.0), 0
         self._verified()
 
     def _adapt(self) -> None:
@@ -158,6 +159,10 @@ class Monitor:
             self._adapt()
             self.push(None)
         self.axial.add_place(joints_ns, z)
+        self._still_ticks += 1
+        if hypot(x - self._rests_m[0], y - self._rests_m[1]) > self._contact_m:
+            # On the chamfer or the edge of a hole it also moves along the axis, without a force.
+            self._rests_m, self._still_ticks = (x, y), 0
         if self.direction is not None:
             ux, uy = self.direction
             self.across.add_place(joints_ns, x * ux + y * uy)
@@ -292,12 +297,14 @@ class Monitor:
             supported: The tool presses on something that does not give way.
         """
         self._waited_ticks += 1
+        still_ticks = min(self._waited_ticks, self._still_ticks)
         for response in (self.axial, self.across, self.air, self.loose):
             if response is not None:
-                response.widen(self._waited_ticks)
+                response.widen(still_ticks)
         if self.verified:
             self._verified()
-        if self._waited_ticks > (self.axial.window + 2 if supported and self.contradicted else self.patience_ticks):
+        contradicted = supported and self.contradicted and still_ticks > self.axial.window + 2
+        if contradicted or self._waited_ticks > self.patience_ticks:
             self.mismatch(f"the force does not respond {where}")
 
     def mismatch(self, text: str) -> None:

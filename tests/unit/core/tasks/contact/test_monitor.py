@@ -90,6 +90,18 @@ def test_a_wrong_response_is_reported_within_a_window(scale: float, reason_ticks
     assert "expected 3.25 to 7.50 N/mm" in trip.text
 
 
+def test_a_tool_that_slides_down_a_chamfer_contradicts_nothing() -> None:
+    bench = Bench()
+    for tick in range(60):
+        bench.see((0.0, 0.0, -5.0))
+        bench.x_m += 5e-5
+        bench.z_m += 5e-5 + bench.monitor.dither_m_s() * PERIOD_S
+        if tick > 20:
+            bench.monitor.wait("to the dither", supported=True)
+    assert bench.monitor.contradicted
+    assert bench.state.expectation.doubt is None
+
+
 def test_a_dead_sensor_is_reported_after_a_second_on_the_spot() -> None:
     bench = Bench()
     for tick in range(142):
