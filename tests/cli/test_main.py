@@ -27,7 +27,8 @@ RUN = ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--conf
         ("compare", RUN),
         ("show", ()),
         ("study", ("--engine", "--jobs", "--yes", "--out", "[study]", "[grid]", "[[cells]]")),
-        ("doctor", ("--rig", "--seconds", "--push", "--move")),
+        ("rig", ("\n  doctor ", "\n  calibrate ", "\n  check ")),
+        ("rig doctor", ("--rig", "--seconds", "--push", "--move")),
         ("report", ("--logs", "--no-logs")),
         ("log", ("\n  info ", "\n  plot ", "\n  export ", "\n  recover ")),
         ("log info", ("--json",)),
@@ -58,7 +59,7 @@ def test_help_is_broken_where_the_terminal_ends_and_samples_are_not(
 
 def test_palpate_alone_lists_its_commands(palpate: CommandLine) -> None:
     printed = palpate.succeed()
-    for name in ("train", "run", "compare", "study", "show", "replay", "report", "log", "doctor", "emulate"):
+    for name in ("train", "run", "compare", "study", "show", "replay", "report", "log", "rig", "emulate"):
         assert f"\n  {name} " in printed
     assert palpate.succeed("--help") == palpate.succeed("-h") == printed
     assert palpate.succeed("log") == palpate.succeed("log", "--help") == palpate.succeed("log", "-h")
@@ -72,6 +73,11 @@ def test_versions(palpate: CommandLine) -> None:
     assert __version__ == version("palpate")
     module = [sys.executable, "-m", "palpate", "--version"]
     assert subprocess.run(module, capture_output=True, text=True, check=True).stdout == printed
+
+
+@pytest.mark.parametrize(("word", "now"), [("doctor", "rig doctor"), ("check-adapter", "rig check")])
+def test_a_former_name_gives_the_new_one(palpate: CommandLine, word: str, now: str) -> None:
+    assert palpate.refusal(word, "--rig", "rig.toml") == f"palpate: palpate {word} is now palpate {now}"
 
 
 @pytest.mark.parametrize(

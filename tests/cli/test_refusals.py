@@ -16,10 +16,7 @@ ROOT = Path(__file__).parents[2]
 ON_A_RIG = f"--rig {ROOT / 'rigs' / 'zebra-nmc-jr3.toml'} --job {ROOT / 'examples' / 'jobs' / 'paper-peg.toml'}"
 LONG = "x" * 300
 """A name longer than any file system takes."""
-COMMANDS = (
-    "train, run, compare, study, plan, show, explore, infer, replay, report, log, "
-    "render, check-adapter, emulate, doctor, calibrate, examples"
-)
+COMMANDS = "train, run, compare, study, plan, show, explore, infer, replay, report, log, render, emulate, rig, examples"
 ADAPTERS = """
 number = 3
 def fails():
@@ -126,7 +123,7 @@ def desk(palpate: CommandLine, trained: Path, tmp_path: Path) -> CommandLine:
         ("infer one.txt --out x", "symbols"),
         # What is missing.
         ("show", "policy file"),
-        ("doctor", "rig"),
+        ("rig doctor", "rig"),
         ("log info", "name one or more"),
         ("log export sound.mcap --out x", "to = '' is refused: one of csv, foxglove"),
         ("log export sound.mcap --to csv", "out = '' is refused: a folder"),
@@ -167,13 +164,13 @@ def desk(palpate: CommandLine, trained: Path, tmp_path: Path) -> CommandLine:
         ("log recover torn.mcap --out there.png", "never overwritten"),
         ("emulate --rig-file .", "is there already"),
         # Adapters.
-        ("check-adapter refused", "package.module:Name"),
-        ("check-adapter missing:Name", "No module named 'missing'"),
-        ("check-adapter unwell:Name", "ZeroDivisionError"),
-        ("check-adapter refused:Nobody", "it has no Nobody"),
-        ("check-adapter refused:number", "package.module:Name"),
-        ("check-adapter refused:fails", "no hardware here"),
-        ("check-adapter tests.fake_devices:FakeArm", "calling it failed"),
+        ("rig check refused", "package.module:Name"),
+        ("rig check missing:Name", "No module named 'missing'"),
+        ("rig check unwell:Name", "ZeroDivisionError"),
+        ("rig check refused:Nobody", "it has no Nobody"),
+        ("rig check refused:number", "package.module:Name"),
+        ("rig check refused:fails", "package.module:Name"),
+        ("rig check tests.fake_devices:FakeArm", "package.module:Name"),
     ],
 )
 def test_refused_in_one_line(desk: CommandLine, words: str, told: str) -> None:

@@ -121,8 +121,8 @@ RUN = f"run --rig rig.toml {' '.join(JOB)} --policy torque --out out"
 MOVING = (
     RUN,
     RUN.replace("run", "train", 1).replace("policy torque", "learner belief"),
-    f"calibrate --rig rig.toml {' '.join(JOB)}",
-    "doctor --rig rig.toml --move",
+    f"rig calibrate --rig rig.toml {' '.join(JOB)}",
+    "rig doctor --rig rig.toml --move",
 )
 
 
@@ -131,7 +131,9 @@ def test_a_rig_with_an_open_fault_is_refused_in_one_line_with_the_option_to_copy
     palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, words: str
 ) -> None:
     faulted()
-    monkeypatch.setattr("palpate.adapters.hardware.arm_on_bus.BusArm.connect", lambda _: pytest.fail("was opened"))
+    monkeypatch.setattr(
+        "palpate.adapters.hardware.arm_on_bus.BusArm._on_configure", lambda _: pytest.fail("was opened")
+    )
     done = palpate(*words.split())
     assert (done.code, len(done.stderr.splitlines())) == (1, 1), done
     assert "PLATE_NOT_FELT: nothing felt down to 2.93 mm" in done.stderr
@@ -144,7 +146,9 @@ def test_an_acknowledgement_names_the_open_fault_and_needs_a_rig_that_moves(palp
     refused = palpate.refusal(*RUN.split(), "--acknowledge", "2 Ada: fixed")
     assert "acknowledge = '2 Ada: fixed' is refused: the open fault, 1 (PLATE_NOT_FELT: nothing felt" in refused
     assert "nothing without --rig" in palpate.refusal("run", "--policy", "torque", "--acknowledge", "1 Ada: fixed")
-    assert "nothing without --move" in palpate.refusal("doctor", "--rig", "rig.toml", "--acknowledge", "1 Ada: fixed")
+    assert "nothing without --move" in palpate.refusal(
+        "rig", "doctor", "--rig", "rig.toml", "--acknowledge", "1 Ada: fixed"
+    )
 
 
 def test_a_fault_stays_open_where_the_devices_cannot_be_opened(palpate: CommandLine) -> None:

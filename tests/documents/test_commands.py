@@ -18,7 +18,7 @@ from tests.integration.test_docs import PAGES, ROOT, commands_in
 from tests.unit.adapters.visualisation.film.trials import require_graphics
 
 NEEDS = {
-    r"palpate (train|run|doctor) .*--rig": "a device, or an emulator beside it; tests/wall_clock",
+    r"palpate (train|run|rig doctor|rig calibrate) .*--rig": "a device, or an emulator beside it; tests/wall_clock",
     r"palpate (train|run) .*--live": "a viewer, and a port of its own; tests/wall_clock/test_live.py",
     r"palpate emulate": "goes on until Ctrl-C; tests/wall_clock",
     r"palpate run .*--view": "a display; tests/cli/test_view.py",
@@ -26,7 +26,7 @@ NEEDS = {
     r"palpate report runs/(clearance|start-uncertainty)": "what minutes leave; tests/cli/test_report.py",
     r"palpate train .*(--from-logs|runs/touch/)": "recorded insertions; tests/cli/test_train_from_logs.py",
     r"palpate (infer runs/walks/|train .* runs/felt/)": "recorded insertions; tests/cli/test_automaton.py",
-    r"palpate check-adapter |python -m third_party_rig": "a package of examples; tests/cli/test_check_adapter.py",
+    r"palpate rig check |python -m third_party_rig": "a package of examples; tests/cli/test_rig_check.py",
     r"palpate (run --task surface-follow|replay runs/follow)": "a package; tests/integration/test_surface_follow.py",
     r"pytest --palpate-logs": "another repository; tests/integration/test_pytest_plugin.py",
     r"make |python -m benchmarks\.|python examples/": "minutes, or packages of its own",

@@ -1,4 +1,4 @@
-"""A stranger's arm and force sensor over TCP, from a rig file: doctor, a trial, an agent."""
+"""A third-party arm and force sensor over TCP, from a rig file: doctor, a trial, an agent."""
 
 import os
 import re
@@ -59,9 +59,9 @@ def test_doctor_a_trial_and_an_agent_that_finds_it_latched_when_it_hangs(
     palpate: CommandLine, rig: Path, host: Host
 ) -> None:
     with host.judged(0.02, DeviceError, LATE):
-        done = palpate("doctor", "--rig", rig, "--seconds", "0.3")
-        assert "ok     the adapter opens its device" in done.stdout
-        assert "ok     no reading is near the end of the range" in done.stdout
+        done = palpate("rig", "doctor", "--rig", rig, "--seconds", "0.3")
+        assert "ok     joints   6 joint angles" in done.stdout
+        assert "samples are saturated" in done.stdout
         done = palpate("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", "run", *PATIENT[:-1])
         if done.code and re.search(LATE, done.stderr.splitlines()[-1]):
             raise LateError(done.stderr)

@@ -62,7 +62,7 @@ class Palpate(Robot):
 
     @property
     def is_calibrated(self) -> bool:
-        """Calibration is palpate's own affair: ``palpate calibrate``."""
+        """Calibration is palpate's own affair: ``palpate rig calibrate``."""
         return True
 
     def calibrate(self) -> None:

@@ -1,4 +1,4 @@
-"""The contracts of all three ports, tried over TCP: ``palpate check-adapter third_party_rig.checks:ArmChecks``.
+"""The contracts of all three ports, tried over TCP: ``palpate rig check third_party_rig.checks:ArmChecks``.
 
 The devices are the fake ones, on a clock that only ``advance`` puts on. Against yours, take ``MonotonicClock``, sleep
 in ``advance``, set ``runs_by_itself=True``, and leave away the knobs that you lack: their clauses do not apply then.

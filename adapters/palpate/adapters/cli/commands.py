@@ -55,21 +55,22 @@ COMMANDS: dict[str, Command] = {
     ),
     "log": Command("look at recorded trials: info, plot, export, recover"),
     "render": Command("a film of a recorded trial", "render:render", "picture_options:RenderOptions"),
-    "check-adapter": Command(
-        "try the contract of a port on an adapter of your own",
-        "check_adapter:check_adapter", "options:CheckAdapterOptions",
-    ),
     "emulate": Command(
         "serve the simulated cell behind emulated serial and CAN wires", "emulate:emulate", "options:EmulateOptions"
     ),
-    "doctor": Command(
-        "examine the devices of a rig, and say how to mend what is wrong", "doctor:doctor", "options:DoctorOptions"
-    ),
-    "calibrate": Command(
-        "find out what a new rig lacks, step by step, and write it into the rig file",
-        "calibrate:calibrate", "options:CalibrateOptions",
-    ),
+    "rig": Command("commission a rig: doctor, calibrate, check, new"),
     "examples": Command("copy examples, rig files and documents out of the installed package"),
+    "rig doctor": Command(
+        "examine the devices of a rig, and say what to do about what is wrong",
+        "rig_doctor:doctor", "options:DoctorOptions",
+    ),
+    "rig calibrate": Command(
+        "measure what a new rig lacks, step by step, and write it into the rig file",
+        "rig_calibrate:calibrate", "options:CalibrateOptions",
+    ),
+    "rig check": Command(
+        "try the contract of a port on an adapter of your own", "rig_check:check", "options:CheckOptions"
+    ),
     "log info": Command(
         "what logs hold: what of, how fast, how whole, and what came of it", "log:info", "log_options:InfoOptions"
     ),
@@ -89,8 +90,13 @@ COMMANDS: dict[str, Command] = {
 GROUPS: dict[str, tuple[str, str]] = {
     "examples": ("What comes with palpate beside its code.", "The documents are the same in every copy."),
     "log": ("Look at recorded trials.", "Logs are the .mcap files in the folder logs of a run."),
+    "rig": ("Commission a rig of real or emulated devices.", "To begin: palpate rig doctor --rig FILE"),
 }
 """Commands of commands: what they are for, and a word more."""
+
+
+FORMER: dict[str, str] = {"doctor": "rig doctor", "calibrate": "rig calibrate", "check-adapter": "rig check"}
+"""Former names of commands, and the names that they have now."""
 
 
 def commands_of(group: str = "") -> dict[str, Command]:
@@ -103,7 +109,7 @@ def commands_of(group: str = "") -> dict[str, Command]:
 def help_of(group: str = "") -> str:
     """The help text of ``palpate``, or of a group of commands."""
     about, more = GROUPS.get(group, ("A robot arm learns contact tasks by touch.", "To begin: palpate train"))
-    called, width = f"palpate {group}".rstrip(), 8 if group else 13
+    called, width = f"palpate {group}".rstrip(), 9
     commands = "".join(f"  {name:<{width}}  {command.text}\n" for name, command in commands_of(group).items())
     more = f"{called} COMMAND --help lists the options of each. {more}"
     return f"usage: {called} COMMAND [OPTIONS]\n\n{about}\n\ncommands:\n{commands}\n{more}\n"

@@ -175,14 +175,14 @@ class ReplayOptions(Settings):
 
 
 @dataclass(frozen=True)
-class CheckAdapterOptions(Settings):
+class CheckOptions(Settings):
     """Try the contract of a port on an adapter of your own, clause by clause.
 
     Exit code 0: every clause that applies is kept; 1: one is broken; 2: the name leads to nothing that can be tried.
     """
 
-    adapter: Annotated[str, tyro.conf.Positional]
-    """package.module:Name - a contract suite, a function that makes a rig, or a force sensor or clock."""
+    suite: Annotated[str, tyro.conf.Positional]
+    """Contract suite, package.module:Name."""
     moves: bool = False
     """Send commands to the arm, along ramps within the next two; what will move is printed first."""
     rate_rad_s: Annotated[float, Range(0.0, 10.0)] = 0.0
@@ -200,12 +200,11 @@ class CheckAdapterOptions(Settings):
 
 @dataclass(frozen=True)
 class DoctorOptions(AcknowledgeSettings):
-    """Open each device of a rig, measure how it does, and say how to mend what is wrong.
+    """Open each device of a rig, measure rate, age and noise, and say what to do about what is wrong.
 
     Nothing moves and no servo is switched on, except with --move. End other programs that use the devices first.
 
-    Exit code 0: all well; 1: something is wrong, each with a line "-> remedy"; 2: the rig file or an option cannot be
-    used.
+    Exit code 0: all well; 1: something is wrong; 2: the rig file or an option cannot be used.
     """
 
     rig: str = ""
@@ -213,7 +212,7 @@ class DoctorOptions(AcknowledgeSettings):
     seconds: Annotated[float, Range(0.2, 600.0)] = 3.0
     """How long to measure at each device."""
     push: bool = False
-    """Ask somebody to push the tool, or to hang a weight on it, and check the signs of the wrench."""
+    """Ask a person to push the tool, and check the signs of the wrench."""
     move: bool = False
     """Switch the arm on, move each joint by 0.001 rad and back, the last one first, and check that it follows."""
     arm: str = ""

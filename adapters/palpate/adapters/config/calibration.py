@@ -15,7 +15,7 @@ _Spread: TypeAlias = Annotated[float, Range(0.0)]
 
 @dataclass(frozen=True)
 class CalibrationTable(Settings):
-    """What ``palpate calibrate`` measured; sd is the standard deviation of a result. None is not measured."""
+    """What ``palpate rig calibrate`` measured; sd is the standard deviation of a result. None is not measured."""
 
     TABLE: ClassVar[str] = "calibration"
 

@@ -34,7 +34,7 @@ class EmulationConfig(Settings):
     """Latency timer of an emulated USB adapter on the arm's serial line; 16 is usual, 1 a good setting."""
     hide: bool = False
     """Let the tool's weight, the sensor's mounting, the plate's height, the hole's place and the gripper's stiffness be
-    other than the rig file has them, drawn from the seed: palpate calibrate has to find them."""
+    other than the rig file has them, drawn from the seed: palpate rig calibrate has to find them."""
 
     def wired(self, arm: ArmDescription) -> Self:
         """Return the same with the wires that this arm has.

@@ -35,7 +35,7 @@ class SensorFactsTable(Settings):
     TABLE: ClassVar[str] = "force_sensor.facts"
 
     noise_N: _Noise | None = None
-    """Standard deviation of one force channel at rest; ``palpate doctor`` measures it."""
+    """Standard deviation of one force channel at rest; ``palpate rig doctor`` measures it."""
     noise_Nm: _Noise | None = None
     """Standard deviation of one torque channel at rest."""
     range_N: _Ranges | None = None

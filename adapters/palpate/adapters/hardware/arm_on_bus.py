@@ -1,6 +1,5 @@
 """An arm on a field bus as the two arm ports: a thread cycles the bus, the ports read and write its newest values."""
 
-import sys
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -59,6 +58,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
 
     Args:
         judge: Called when the arm is open, before it gets power; returns lines for the person, or refuses the arm.
+        tell: Takes those lines, and the driver's notes.
         later_ns: By so much later than before angles may follow the set-points; 0 asks nothing of how they follow.
     """
 
@@ -74,9 +74,10 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         later_ns: int = 0,
         hurry: Callable[[], object] | None = None,
         judge: Callable[[ArmDriver], Sequence[str]] = lambda driver: (),
+        tell: Callable[[str], object] = str,
     ) -> None:
         super().__init__(name)
-        self.listens, self._judge = False, judge
+        self.listens, self._judge, self._tell = False, judge, tell
         self._hurry, self._later_ns = hurry, later_ns
         self._open_bus, self._clock, self._joints = open_bus, clock, joints
         self._opened: OpenArm | None = None
@@ -89,15 +90,14 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         self._end = self._stop_wanted = self._stopped = False
         self._stopping, self._stopper = threading.Lock(), 0
 
-    def connect(self) -> ArmDriver:
-        """Open the bus, if it is not open, without looking for the arm.
+    @property
+    def rate_Hz(self) -> float:
+        """Rate of its bus cycles."""
+        return CONTROL_RATE_HZ / self._divider
 
-        For ``palpate doctor``, which uses the driver while no thread runs.
-        """
-        if self._opened is None:
-            with translating(self.name):
-                self._opened = self._open_bus()
-        return self._opened.driver
+    def diagnostics(self) -> dict[str, str]:
+        """Return what the driver reports of itself; empty before ``configure``."""
+        return {} if self._opened is None else self._opened.driver.diagnostics(self._clock.now_ns())
 
     @property
     def _driver(self) -> ArmDriver:
@@ -244,11 +244,12 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
 
     def _on_configure(self) -> None:
         try:
-            driver = self.connect()
             with translating(self.name):
+                self._opened = self._open_bus()
+                driver = self._opened.driver
                 driver.open()
             for note in (*driver.notes, *self._judge(driver)):
-                sys.stderr.write(f"palpate: {self.name}: {note}\n")
+                self._tell(f"{self.name}: {note}")
         except BaseException:
             self._release(owned=True)
             raise

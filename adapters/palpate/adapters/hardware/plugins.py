@@ -6,6 +6,7 @@ rig file; ``package.module:function`` leads to one without any entry. Making ope
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Final, TypeAlias, TypeVar
@@ -24,6 +25,10 @@ def _as_it_is() -> None:
     """Nothing to be asked for."""
 
 
+def _to_stderr(line: str) -> None:
+    sys.stderr.write(f"palpate: {line}\n")
+
+
 @dataclass(frozen=True)
 class RigContext:
     """What an adapter may need besides its own settings.
@@ -37,6 +42,7 @@ class RigContext:
         accept_kinematics: A person has accepted a nominal model of the arm, or the rig is emulated.
         hurry: Called first by each thread that an adapter starts to keep the arm's cycles: puts it into the real-time
             class and onto the loop's CPU, where the run asks for these.
+        tell: Takes what an adapter has to say when it opens its device.
     """
 
     clock: Clock
@@ -47,6 +53,7 @@ class RigContext:
     hurry: Callable[[], object] = _as_it_is
     tool: ToolConfig | None = None
     accept_kinematics: bool = False
+    tell: Callable[[str], object] = _to_stderr
 
     @classmethod
     def of(cls, arm: str | ArmDescription, clock: Clock) -> RigContext:

@@ -36,7 +36,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
     reading, which is older by the sensor's filter, the wire, and the wait for the poll.
 
     Attributes:
-        device: The driver; None before ``configure``. For ``palpate doctor``.
+        device: The driver; None before ``configure``.
     """
 
     REMEDY: ClassVar[str] = "look at it"
@@ -93,6 +93,10 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
             return lately(odd)
         silence = told(device.silence(now_ns), self.name)
         return f"{silence}; {lately(odd)}" if odd and odd not in silence else silence
+
+    def diagnostics(self) -> dict[str, str]:
+        """Return what the driver reports of itself; empty before ``configure``."""
+        return {} if self.device is None else self.device.diagnostics(self._clock.now_ns())
 
     def opened(self) -> DriverT:
         """The driver; DeviceError before ``configure``."""

@@ -9,7 +9,7 @@ from palpate.adapters.config import SensorFactsTable
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import SensorFacts, Vector3
 
-_REMEDY: Final = "palpate doctor --rig FILE measures the noise and shows the line to write below [force_sensor]"
+_REMEDY: Final = "palpate rig doctor --rig FILE measures the noise and shows the line to write below [force_sensor]"
 _SAME_RATE: Final = 0.01
 """A stated rate may differ by this share from the reported one: it may have been measured."""
 

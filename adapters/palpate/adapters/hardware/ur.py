@@ -95,7 +95,7 @@ def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> A
     arm = BusArm(
         _NAME, open_bus, context.clock, joints=_JOINTS, divider=table.divider,
         max_age_ns=round(table.max_age_ms * 1e6), later_ns=round(LATER_NS * table.patience), hurry=context.hurry,
-        judge=lambda driver: judged(driver, context),
+        judge=lambda driver: judged(driver, context), tell=context.tell,
     )  # fmt: skip
     return ArmAdapter(arm, arm)
 

@@ -134,6 +134,6 @@ def make_zebra_nmc(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
     age_ns = round(table.max_age_ms * 1e6)
     arm = BusArm(
         _NAME, open_bus, context.clock, joints=_JOINTS, divider=table.divider, max_age_ns=age_ns,
-        later_ns=round(LATER_NS * table.patience), hurry=context.hurry,
+        later_ns=round(LATER_NS * table.patience), hurry=context.hurry, tell=context.tell,
     )  # fmt: skip
     return ArmAdapter(arm, arm)

@@ -128,7 +128,7 @@ class ToolConfig(Settings):
     tip_rpy_deg: tuple[_Angle, _Angle, _Angle] = (0.0, 0.0, 0.0)
     """Roll, pitch and yaw of the peg there; its axis is the tip's z."""
     mass_kg: Annotated[float, Range(0.06, 20.0)] = 0.35
-    """Mass of all that hangs on the force sensor, as palpate calibrate measures it."""
+    """Mass of all that hangs on the force sensor, as palpate rig calibrate measures it."""
     rigid_mass_kg: Annotated[float, Range(0.0, 20.0)] = 0.05
     """Part of it that is fixed to the sensor; the rest moves on the gripper's compliance."""
     centre_of_mass_mm: tuple[_Length, _Length, _Length] = (0.0, 0.0, 77.142857)

@@ -127,6 +127,12 @@ class NetFt(PolledSensor):
         return SilentError(NAME, f"has sent {text}", remedy)
 
     @override
+    def diagnostics(self, now_ns: int) -> dict[str, str]:
+        box = self.box
+        found = {"calibration": str(box.calibration), "range": f"{box.range_N} N, {box.range_Nm} N m"}
+        return {**found, "records": listed(self.records), **super().diagnostics(now_ns)}
+
+    @override
     def poll(self, now_ns: int) -> list[ForceSample]:
         if self._asked_ns is not None and self._number is None and now_ns - self._asked_ns >= _ASK_AGAIN_NS:
             self._asked_ns = now_ns

@@ -88,6 +88,26 @@ class Cia402Arm(LatchingArm):
         """How the bus has been doing."""
         return self._exchange.statistics()
 
+    @override
+    def diagnostics(self, now_ns: int) -> dict[str, str]:
+        found, settings = super().diagnostics(now_ns), self.settings
+        known = zip(settings.joints, self.identities, strict=False)
+        found["drives"] = ", ".join(f"{joint.node} {who.name or '?'} ({who.serial})" for joint, who in known)
+        found["bus"] = f"{settings.bitrate} bit/s, at most {settings.budget.max_rate_Hz:.0f} Hz, computed"
+        missed = sum(view.box.missed for view in self._exchange.views)
+        found["answers"] = f"{self.statistics().cycles} cycles, {missed} answers missing"
+        found["fault"] = found["fault"] or self._shown()
+        return found
+
+    def _shown(self) -> str:
+        """What is wrong with the drives, whether or not they have power; empty for nothing."""
+        for view, joint in zip(self._exchange.views, self.settings.joints, strict=False):
+            if view.state in (DriveState.FAULT, DriveState.FAULT_REACTION):
+                return f"drive {joint.node} is in fault; look its code up in the drive's manual (object 0x603F)"
+            if view.position_rad is not None and outside(view.position_rad, joint, self.settings.pose_margin_rad):
+                return f"drive {joint.node} is at {view.position_rad:.4f} rad, beyond the joint's limits"
+        return ""
+
     def open(self) -> None:
         """Find the drives, set them up and hear each of them once. Nothing gets power."""
         self._require("open()", ArmState.NEW)

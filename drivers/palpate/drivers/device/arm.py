@@ -133,6 +133,10 @@ class ArmDriver(Protocol):
         """What its bus gave in the last second besides good answers; empty for nothing. Any thread may ask."""
         return ""
 
+    def diagnostics(self, now_ns: int) -> dict[str, str]:
+        """Return identity, state and error counters by name; ``fault`` is what is wrong at present."""
+        return {}
+
     @abstractmethod
     def stop(self) -> None:
         """Bring the arm to rest; at any time, twice too, never raising."""
@@ -166,6 +170,11 @@ class LatchingArm(ArmDriver):
     @override
     def oddities(self, now_ns: int) -> str:
         return listed(self._account.lately(now_ns))
+
+    @override
+    def diagnostics(self, now_ns: int) -> dict[str, str]:
+        odd = self.oddities(now_ns) or "none"
+        return {"state": self._state.value, "fault": self.fault or "", "errors in the last second": odd}
 
     @property
     def state(self) -> ArmState:

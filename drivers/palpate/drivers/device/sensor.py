@@ -65,6 +65,11 @@ class PolledSensor(ABC):
         """What came in the last second besides good samples; empty for nothing."""
         return listed(self._account.lately(now_ns))
 
+    def diagnostics(self, now_ns: int) -> dict[str, str]:
+        """Return identity, settings and error counters by name; ``fault`` is what is wrong at present."""
+        fault = "" if self.failure is None else str(self.failure)
+        return {"fault": fault, "errors in the last second": self.oddities(now_ns) or "none"}
+
     @abstractmethod
     def poll(self, now_ns: int) -> Sequence[ForceSample]:
         """Take what has arrived; new samples, oldest first. Never raises for what device or wire do: see :meth:`check`.

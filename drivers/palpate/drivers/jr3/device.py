@@ -140,6 +140,17 @@ class Jr3(PolledSensor):
         )  # fmt: skip
         self._account.note(now_ns, dict(zip(health.REMEDIES, counts, strict=True)))
 
+    @override
+    def diagnostics(self, now_ns: int) -> dict[str, str]:
+        found, seen = super().diagnostics(now_ns), self.statistics()
+        if self._sampler.full_scales is not None:
+            board = self.identity
+            found["board"] = f"{board.name}, filter {board.cutoff_Hz:g} Hz, a reading every {board.period_us} us"
+        found["readings"] = f"{seen.samples}, {seen.missed} missed in {seen.gaps} gaps, {seen.duplicates} duplicates"
+        found["wire"] = f"{seen.wire.good} frames, {seen.wire.garbage} without sense, {seen.wire.bus_offs} bus-offs"
+        found["restarts"] = f"{seen.boots + seen.restarts}"
+        return found
+
     def statistics(self) -> Jr3Statistics:
         """Counters since the driver was made."""
         sampler, counter = self._sampler, self._sampler.counter

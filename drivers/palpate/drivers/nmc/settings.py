@@ -30,7 +30,7 @@ class BusSettings:
         baud: Rate to change to after start-up, bit/s.
         adapter_latency_s: What the serial adapter adds to every exchange: about 0 for a UART, 0.001 for an FTDI
             adapter in low-latency mode, 0.016 for one as it comes.
-        turnaround_s: Time a module takes before it answers. NOT FOUND, hence 0; ``palpate doctor`` measures it.
+        turnaround_s: Time a module takes before it answers. NOT FOUND, hence 0; ``palpate rig doctor`` measures it.
         slack_s: What a reply may be late beyond all that, for the operating system.
         errors_in_a_row: As many failures, at one module or on the whole bus, demand a new start. FACT (libnmc): 2.
         reset_wait_s: Wait after HARD_RESET. INFERENCE: 0.1; the port of libnmc to Linux waits 0.1 ms by mistake.

@@ -152,6 +152,16 @@ class UrArm(LatchingArm):
             return ""
         return f"its controller at {self._link.host} has sent no data for {self._age_s(seen) * 1e3:.0f} ms"
 
+    @override
+    def diagnostics(self, now_ns: int) -> dict[str, str]:
+        found = super().diagnostics(now_ns)
+        if self.hello is not None:
+            found["controller"] = f"PolyScope {self.hello.version}, robot {self.hello.serial}"
+        if self._seen is not None:
+            found["payload"] = f"{self._seen.payload_kg:g} kg at {self._seen.payload_cog_m} m from the flange"
+        found["tool centre point"] = f"{self.tcp_offset} from the flange, m and rad"
+        return found
+
     def stop(self) -> None:
         """Brake; at any time, twice too, never raising.
 

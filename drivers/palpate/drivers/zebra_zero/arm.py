@@ -8,7 +8,7 @@ from typing_extensions import override
 
 from palpate.drivers.device import Account, Applied, AppliedReason, ArmDriver, listed
 from palpate.drivers.errors import DeviceFaultError, DriverError, StateError, WiringError
-from palpate.drivers.nmc import NOP, BusStatistics, Module, NmcBus, NmcCommand, start
+from palpate.drivers.nmc import NOP, Aux, BusStatistics, Module, NmcBus, NmcCommand, NmcStatus, start
 from palpate.drivers.serial_port import ByteStream
 from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, SixCounts, six
 from palpate.drivers.zebra_zero.servos import (
@@ -22,7 +22,7 @@ from palpate.drivers.zebra_zero.servos import (
     streaming_for,
 )
 from palpate.drivers.zebra_zero.settings import Streaming, ZebraZeroSettings
-from palpate.drivers.zebra_zero.states import Fault, FaultKind, ZebraEvent, ZebraMeasured, ZebraState, after
+from palpate.drivers.zebra_zero.states import Fault, FaultKind, ZebraEvent, ZebraMeasured, ZebraState, after, fault_in
 from palpate.drivers.zebra_zero.tracking import Rounds, Setpoints, Tracking, Trouble, lost
 
 _CYCLING: Final = (ZebraState.HOMED, ZebraState.SERVO_ON, ZebraState.STOPPED)
@@ -232,6 +232,20 @@ class ZebraZero(ArmDriver):
     def oddities(self, now_ns: int) -> str:
         return listed(self._account.lately(now_ns))
 
+    @override
+    def diagnostics(self, now_ns: int) -> dict[str, str]:
+        kinds = sorted({module.identity.name for module in self.modules})
+        fault = self.fault or self._shown()
+        return {
+            "state": self.state.value,
+            "fault": "" if fault is None else str(fault.error()),
+            "modules": f"{len(self.modules)}, {'; '.join(kinds)}",
+            "line": f"{self.baud} baud, set-points {self.streaming.value}",
+            "highest rate": f"{self.settings.budget().max_rate_Hz:.1f} Hz, computed",
+            "errors in the last second": self.oddities(now_ns) or "none",
+            "counters": "kept in a file" if self.keeps_counts else "not kept: set counts_file to keep them",
+        }
+
     def smooth_stop(self) -> StopOutcome:
         """Brings every motor whose servo is on to rest and keeps it there. Any time, twice too; never raises.
 
@@ -317,6 +331,16 @@ class ZebraZero(ArmDriver):
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _shown(self) -> Fault | None:
+        """The fault that the newest replies show, whether or not the servos are on."""
+        for axis, reply in self._tracking.replies.items():
+            if self.settings.require_power and not reply.status & NmcStatus.POWER_ON:
+                return Fault(FaultKind.POWER_LOST, axis)
+            is_on = bool(reply.aux and reply.aux & Aux.SERVO_ON)
+            if (fault := fault_in(axis, reply, self.settings, should_be_on=is_on)) is not None:
+                return fault
+        return self._rounds.beyond_limits()
 
     def _held(self, asked_rad: Sequence[float]) -> Applied:
         six(asked_rad)

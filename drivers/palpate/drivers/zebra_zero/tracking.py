@@ -46,6 +46,12 @@ class Tracking:
         """Newest joint angles."""
         return self._transmission.to_rad(self._counts)
 
+    @property
+    def replies(self) -> dict[int, Reply]:
+        """Newest status of each axis that has replied."""
+        news = zip(AXES, self._status, self._aux, self._time_ns, strict=True)
+        return {axis: Reply(status=status, aux=aux) for axis, status, aux, time_ns in news if time_ns is not None}
+
     def agrees(self, stored_counts: Sequence[int]) -> bool:
         """Whether the counters are where an earlier run has left them."""
         if len(stored_counts) != JOINTS:

@@ -29,7 +29,7 @@ def test_what_is_missing_is_named_with_what_to_do() -> None:
         gathered(SensorFactsTable(noise_N=0.1), SensorFactsTable())
     assert error.value.field == "force_sensor.facts"
     assert "noise_Nm, range_N, range_Nm, rate_Hz, which the sensor does not report" in str(error.value)
-    assert "palpate doctor --rig FILE" in str(error.value)
+    assert "palpate rig doctor --rig FILE" in str(error.value)
     assert "\n" not in str(error.value)
 
 

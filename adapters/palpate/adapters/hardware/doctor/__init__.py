@@ -1,4 +1,4 @@
-"""``palpate doctor``: what is to be said about the devices of a rig, and how to mend what is wrong."""
+"""``palpate rig doctor``: examines the devices of a rig, and says what to do about what is wrong."""
 
 import lazy_loader
 

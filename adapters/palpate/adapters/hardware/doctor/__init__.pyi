@@ -1,8 +1,6 @@
 from .examination import Examination as Examination
-from .examination import Wishes as Wishes
-from .findings import FindingsSection as FindingsSection
+from .examination import ExaminationSettings as ExaminationSettings
+from .findings import DeviceReport as DeviceReport
 from .findings import Level as Level
-from .findings import section_text as section_text
 from .findings import summary_text as summary_text
 from .push import Person as Person
-from .system import System as System

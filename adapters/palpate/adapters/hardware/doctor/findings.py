@@ -1,171 +1,126 @@
-"""What an examination brings to light: facts, tables and findings, section by section."""
+"""What an examination finds: facts and judgements, device by device."""
 
 import enum
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.adapters.log import aligned
 from palpate.core.errors import ConfigurationError, PalpateError, told
 from palpate.drivers.errors import DriverError
 
+_WIDTH: Final = 118
+
 
 class Level(enum.Enum):
-    """How bad it is."""
+    """How bad a finding is."""
 
     OK = "ok"
     NOTE = "note"
     WRONG = "wrong"
 
 
+class Topic(enum.Enum):
+    """Code of a finding; docs/how-to/doctor-findings.md has a section for each."""
+
+    CLOCK = "clock"
+    OPEN = "open"
+    FAULT = "fault"
+    RATE = "rate"
+    SAMPLES = "samples"
+    RANGE = "range"
+    NOISE = "noise"
+    FACTS = "facts"
+    JOINTS = "joints"
+    LIMITS = "limits"
+    MODEL = "model"
+    PUSH = "push"
+    SIGN = "sign"
+    AXES = "axes"
+    MOVE = "move"
+
+
 @dataclass(frozen=True)
 class Finding:
-    """One judgement."""
+    """One judgement: a sentence that ends, unless all is well, with what to do."""
 
     level: Level
-    text: str
-    remedy: str = ""
-
-    def __post_init__(self) -> None:
-        if self.level is Level.WRONG and not self.remedy:
-            raise ValueError(f"no remedy for: {self.text}")
-
-
-@dataclass(frozen=True)
-class Fact:
-    """Something measured or told, without a judgement."""
-
-    name: str
+    topic: Topic
     text: str
 
 
-@dataclass(frozen=True)
-class FindingsTable:
-    """Facts that come once per axis or channel."""
-
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-
-
-@dataclass(frozen=True)
-class FindingsSection:
-    """All about one device.
+class DeviceReport:
+    """Collects what is found about one device, so that a failure half way leaves what was found before.
 
     Attributes:
-        tables: The same, per axis or channel.
+        facts: What was measured or reported, without a judgement.
+        findings: Judgements, in the order in which they were made.
     """
 
-    title: str
-    facts: tuple[Fact, ...] = ()
-    tables: tuple[FindingsTable, ...] = ()
-    findings: tuple[Finding, ...] = ()
-
-    def count(self, level: Level) -> int:
-        """Number of findings of that level."""
-        return sum(finding.level is level for finding in self.findings)
-
-
-def driver_error(error: BaseException) -> DriverError | None:
-    """The driver's error behind an error of the core; None where there is none."""
-    cause: BaseException | None = error
-    while cause is not None and not isinstance(cause, DriverError):
-        cause = cause.__cause__
-    return cause
-
-
-class Notebook:
-    """Takes down a section while the examination goes on, so that what fails half way leaves what was found before."""
-
     def __init__(self, title: str) -> None:
-        self._title = title
-        self._facts: list[Fact] = []
-        self._tables: list[FindingsTable] = []
-        self._findings: list[Finding] = []
+        self.title = title
+        self.facts: dict[str, str] = {}
+        self.findings: list[Finding] = []
 
-    def fact(self, name: str, text: str) -> None:
-        """Take down a fact."""
-        self._facts.append(Fact(name, text))
+    def add(self, level: Level, topic: Topic, text: str, remedy: str = "") -> None:
+        """Add a finding.
 
-    def table(self, columns: tuple[str, ...], rows: tuple[tuple[str, ...], ...]) -> None:
-        """Take down a table."""
-        self._tables.append(FindingsTable(columns, rows))
+        Raises:
+            ValueError: Something is wrong and no remedy is given.
+        """
+        if level is Level.WRONG and not remedy:
+            raise ValueError(f"no remedy for: {text}")
+        self.findings.append(Finding(level, topic, f"{text}: {remedy}" if remedy else text))
 
-    def ok(self, text: str) -> None:
-        """Something is as it should be."""
-        self._findings.append(Finding(Level.OK, text))
-
-    def note(self, text: str, remedy: str = "") -> None:
-        """Something is worth knowing, or suspicious."""
-        self._findings.append(Finding(Level.NOTE, text, remedy))
-
-    def wrong(self, text: str, remedy: str) -> None:
-        """Something is wrong."""
-        self._findings.append(Finding(Level.WRONG, text, remedy))
-
-    def judge(self, good: bool, well: str, ill: str, remedy: str) -> None:
-        """Take down one of two findings."""
-        if good:
-            self.ok(well)
-        else:
-            self.wrong(ill, remedy)
+    def judge(self, topic: Topic, good: bool, text: str, remedy: str, ill: Level = Level.WRONG) -> None:
+        """Add a finding that is ok, or ill with its remedy."""
+        self.add(Level.OK if good else ill, topic, text, "" if good else remedy)
 
     def error(self, error: Exception) -> None:
-        """Take down an error; a driver's own words, where it has some, say how to mend it."""
-        cause = driver_error(error)
-        if cause is not None:
-            self.wrong(f"{cause.device}: {cause.problem}", cause.remedy)
+        """Add an error; a driver's error brings its own remedy."""
+        cause: BaseException | None = error
+        while cause is not None and not isinstance(cause, DriverError):
+            cause = cause.__cause__
+        if isinstance(cause, DriverError):
+            self.add(Level.WRONG, Topic.OPEN, f"{cause.device}: {cause.problem}", cause.remedy)
         elif isinstance(error, ConfigurationError):
-            self.wrong(f"{error.field} = {error.value!r}", error.accepted)
+            self.add(Level.WRONG, Topic.OPEN, f"{error.field} = {error.value!r} is refused", error.accepted)
         else:
-            text = f"{type(error).__name__}: {str(error) or repr(error)}"
-            self.wrong(text if isinstance(error, PalpateError) else told(error), "see the adapter's own documentation")
+            ours = isinstance(error, PalpateError)
+            remedy = "check cable and power, then examine it again" if ours else "see the adapter's own documentation"
+            self.add(Level.WRONG, Topic.OPEN, str(error) if ours else told(error), remedy)
 
-    @property
-    def wrongs(self) -> int:
-        """How many things are wrong so far."""
-        return sum(finding.level is Level.WRONG for finding in self._findings)
+    def include(self, diagnostics: Mapping[str, str]) -> None:
+        """Add what a driver reports of itself; its entry ``fault`` is a finding."""
+        found = dict(diagnostics)
+        fault = found.pop("fault", "")
+        self.facts |= found
+        if fault:
+            self.add(Level.WRONG, Topic.FAULT, fault, "remove its cause, then examine the rig again")
 
-    def section(self) -> FindingsSection:
-        """All that was taken down."""
-        return FindingsSection(self._title, tuple(self._facts), tuple(self._tables), tuple(self._findings))
+    def count(self, level: Level) -> int:
+        """Return the number of findings of a level."""
+        return sum(finding.level is level for finding in self.findings)
 
-
-_WIDTH: Final = 118
-_MARK: Final = max(len(level.value) for level in Level)
-
-
-def section_text(section: FindingsSection) -> str:
-    """One section in aligned columns; a remedy stands below what it mends, behind ``->``."""
-    lines = [section.title]
-    names = max((len(fact.name) for fact in section.facts), default=0)
-    for fact in section.facts:
-        lines += _hanging(f"  {fact.name:{names}}  ", fact.text)
-    for table in section.tables:
-        lines += ["", *(f"  {row}" for row in aligned([table.columns, *table.rows], left=0).splitlines())]
-    if section.findings:
-        lines.append("")
-    for finding in section.findings:
-        lines += _hanging(f"  {finding.level.value:{_MARK}}  ", finding.text)
-        if finding.remedy:
-            lines += _hanging(f"  {'':{_MARK}}  -> ", finding.remedy)
-    return "\n".join(lines) + "\n\n"
+    def text(self) -> str:
+        """Return facts and findings in aligned columns."""
+        lines = [self.title]
+        wide = max(map(len, self.facts), default=0)
+        for name, value in self.facts.items():
+            lines += _hanging(f"  {name:{wide}}  ", value)
+        for finding in self.findings:
+            lines += _hanging(f"  {finding.level.value:5}  {finding.topic.value:7}  ", finding.text)
+        return "\n".join((*lines, "", ""))
 
 
-def summary_text(sections: Sequence[FindingsSection]) -> str:
-    """The last line."""
-    wrong, notes = [sum(section.count(level) for section in sections) for level in (Level.WRONG, Level.NOTE)]
-    if not wrong:
-        return f"all well, {_several(notes, 'note')}\n"
-    return f"{_several(wrong, 'thing')} wrong, {_several(notes, 'note')}\n"
-
-
-def _several(count: int, what: str) -> str:
-    return f"{count} {what}" + ("" if count == 1 else "s")
+def summary_text(reports: Sequence[DeviceReport]) -> str:
+    """Return the last line: how many things are wrong."""
+    wrong, notes = (sum(report.count(level) for report in reports) for level in (Level.WRONG, Level.NOTE))
+    return f"{f'{wrong} wrong' if wrong else 'all well'}, {notes} to note\n"
 
 
 def _hanging(head: str, text: str) -> list[str]:
-    # Device names and commands must stay whole, to be copied.
+    # Device names and commands stay whole, to be copied.
     return textwrap.wrap(
         text, _WIDTH, initial_indent=head, subsequent_indent=" " * len(head), break_long_words=False,
         break_on_hyphens=False,

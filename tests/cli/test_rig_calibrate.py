@@ -1,4 +1,4 @@
-"""``palpate calibrate``: what it refuses, and that it moves nothing unasked."""
+"""``palpate rig calibrate``: what it refuses, and that it moves nothing unasked."""
 
 import io
 import sys
@@ -14,7 +14,7 @@ RIG = '[rig]\nname = "bench"\n[arm]\nname = "zebra-zero"\nadapter = "zebra-nmc"\
 @pytest.mark.parametrize(
     ("words", "problem"),
     [
-        ((), "a rig file: palpate calibrate --rig FILE"),
+        ((), "a rig file: palpate rig calibrate --rig FILE"),
         (("--rig", "rig.toml", *JOB, "--yes"), "--yes is for emulated rigs only: at bench a person confirms each step"),
         (
             ("--rig", "rig.toml", *JOB, "--steps", "touch", "dance"),
@@ -30,7 +30,7 @@ RIG = '[rig]\nname = "bench"\n[arm]\nname = "zebra-zero"\nadapter = "zebra-nmc"\
 )
 def test_refusals(palpate: CommandLine, words: tuple[str, ...], problem: str) -> None:
     Path("rig.toml").write_text(RIG)
-    assert problem in palpate.refusal("calibrate", *words)
+    assert problem in palpate.refusal("rig", "calibrate", *words)
     assert Path("rig.toml").read_text() == RIG
 
 
@@ -39,14 +39,16 @@ def test_a_rig_file_that_is_to_be_read_only_is_left_alone(
 ) -> None:
     Path("rig.toml").write_text(RIG)
     monkeypatch.setattr("os.access", lambda path, mode: Path(path).is_dir())
-    assert "rig.toml: is to be read only; make it writable" in palpate.refusal("calibrate", "--rig", "rig.toml", *JOB)
+    assert "rig.toml: is to be read only; make it writable" in palpate.refusal(
+        "rig", "calibrate", "--rig", "rig.toml", *JOB
+    )
 
 
 def test_who_confirms_no_step_opens_no_device(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("rig.toml").write_text(RIG)
     # Left out three times, then neither confirmed nor ended, then ended.
     monkeypatch.setattr("sys.stdin", io.StringIO("s\ns\ns\nno\nn\nq\n"))
-    done = palpate("calibrate", "--rig", "rig.toml", *JOB)
+    done = palpate("rig", "calibrate", "--rig", "rig.toml", *JOB)
     assert done.code == 130
     assert done.stderr.count("Enter does it, s leaves it out, q ends") == 6
     assert Path("rig.toml").read_text() == RIG
@@ -55,7 +57,7 @@ def test_who_confirms_no_step_opens_no_device(palpate: CommandLine, monkeypatch:
 def test_where_input_is_closed_nobody_answers(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("rig.toml").write_text(RIG)
     monkeypatch.setattr("sys.stdin", None)
-    done = palpate("calibrate", "--rig", "rig.toml", *JOB)
+    done = palpate("rig", "calibrate", "--rig", "rig.toml", *JOB)
     assert (done.code, "Enter does it" in done.stderr) == (130, True)
     sys.stdin.close()
 

@@ -1,4 +1,4 @@
-"""What ``palpate doctor`` makes of rig files and options. No device is there."""
+"""What ``palpate rig doctor`` makes of rig files and options. No device is there."""
 
 import shutil
 import signal
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.hardware.doctor import Examination, FindingsSection
+from palpate.adapters.hardware.doctor import DeviceReport, Examination
 from tests.command_line import CommandLine
 
 ROOT = Path(__file__).parents[2]
@@ -28,7 +28,7 @@ def shipped(tmp_path: Path) -> Callable[[str], Path]:
     "name", ["zebra-nmc-jr3.toml", "zebra-nmc-ati-netft.toml", "cia402-jr3-can.toml", "ur5e-ati-netft.toml"]
 )
 def test_the_shipped_rig_files_can_be_used(palpate: CommandLine, shipped: Callable[[str], Path], name: str) -> None:
-    done = palpate("doctor", "--rig", shipped(name), "--seconds", "0.2")
+    done = palpate("rig", "doctor", "--rig", shipped(name), "--seconds", "0.2")
     assert done.code in (0, 1), done.stderr
     assert "arm:" in done.stdout
     assert "does not fit" not in done.stdout
@@ -40,7 +40,7 @@ def test_what_only_the_driver_refuses_is_a_finding(palpate: CommandLine, tmp_pat
         '[arm]\nname = "zebra-zero"\nadapter = "zebra-nmc"\nport = "/dev/nowhere"\nbaud = 19200\ndivider = 1\n'
         '[force_sensor]\nadapter = "jr3-can"\ninterface = "slcan"\nchannel = "/dev/nowhere/either"\n'
     )
-    done = palpate("doctor", "--rig", rig, "--seconds", "1")
+    done = palpate("rig", "doctor", "--rig", rig, "--seconds", "1")
     assert (done.code, done.stderr) == (1, "")
     of_arm, of_sensor = done.stdout.split("force sensor: jr3-can")
     assert "a cycle at 140 Hz does not fit" in of_arm
@@ -54,10 +54,10 @@ def test_an_end_from_outside_is_one_line(
     monkeypatch: pytest.MonkeyPatch,
     number: signal.Signals,
 ) -> None:
-    def interrupted(examination: Examination) -> Iterator[FindingsSection]:
+    def interrupted(examination: Examination) -> Iterator[DeviceReport]:
         signal.raise_signal(number)
-        yield FindingsSection("never")
+        yield DeviceReport("never")
 
-    monkeypatch.setattr(Examination, "sections", interrupted)
-    done = palpate("doctor", "--rig", shipped("zebra-nmc-jr3.toml"))
+    monkeypatch.setattr(Examination, "reports", interrupted)
+    done = palpate("rig", "doctor", "--rig", shipped("zebra-nmc-jr3.toml"))
     assert (done.code, done.stdout, done.stderr) == (130, "", "\npalpate: stopped; every device is closed\n")

@@ -1,4 +1,4 @@
-"""``palpate doctor``."""
+"""``palpate rig doctor``."""
 
 import sys
 from dataclasses import replace
@@ -7,21 +7,12 @@ from pathlib import Path
 from palpate.adapters.cli.options import DoctorOptions
 from palpate.adapters.config import RigFile, overlay, read_job
 from palpate.adapters.hardware import FaultFile, MonotonicClock, RigContext
-from palpate.adapters.hardware.doctor import (
-    Examination,
-    FindingsSection,
-    Level,
-    Person,
-    System,
-    Wishes,
-    section_text,
-    summary_text,
-)
+from palpate.adapters.hardware.doctor import DeviceReport, Examination, ExaminationSettings, Level, Person, summary_text
 from palpate.core.job import ToolConfig
 
 
 class _Terminal(Person):
-    """The person at the terminal. Questions go to the error stream: the other one may be kept in a file."""
+    """The person at the terminal. Questions go to the error stream: the report may be kept in a file."""
 
     def ask(self, question: str) -> str | None:
         self.tell(question)
@@ -34,28 +25,38 @@ class _Terminal(Person):
 
 def doctor(options: DoctorOptions) -> int:
     """Examine a rig and print the report; 0 if all is well, 1 if something is wrong, 130 after Ctrl-C."""
-    options.require("rig", bool(options.rig), "a rig file: palpate doctor --rig FILE")
-    file = RigFile.load(Path(options.rig))
+    options.require("rig", bool(options.rig), "a rig file: palpate rig doctor --rig FILE")
     options.require("acknowledge", options.move or not options.acknowledge, "nothing without --move: nothing moves")
-    begin = FaultFile(Path(options.rig), options.acknowledge).begin if options.move else str
-    wishes = Wishes(options.seconds, _Terminal() if options.push else None, options.move, begin)
+    path = Path(options.rig)
+    file = RigFile.load(path)
+    before_move = FaultFile(path, options.acknowledge).begin if options.move else str
+    settings = ExaminationSettings(
+        options.seconds, _Terminal() if options.push else None, options.move, before_move=before_move
+    )
     # Without --move nothing moves by the model, so it is compared and no more.
     context = replace(
         RigContext.of(options.arm or file.arm_model(), MonotonicClock()),
         tool=overlay(ToolConfig(), read_job(file.job)["tool"]) if file.job else None,
         accept_kinematics=options.accept_kinematics or file.emulated or not options.move,
     )
-    examination = Examination(file, context, wishes, System())
-    sections: list[FindingsSection] = []
+    reports: list[DeviceReport] = []
     try:
-        for section in examination.sections():
-            sections.append(section)
-            _print(section_text(section))
+        for report in Examination(file, context, settings).reports():
+            reports.append(report)
+            _print(report.text())
     except KeyboardInterrupt:
         sys.stderr.write("\npalpate: stopped; every device is closed\n")
         return 130
-    _print(summary_text(sections))
-    return 1 if any(section.count(Level.WRONG) for section in sections) else 0
+    wrong = any(report.count(Level.WRONG) for report in reports)
+    _print(summary_text(reports) + ("" if wrong else f"next: {_next(options)}\n"))
+    return int(wrong)
+
+
+def _next(options: DoctorOptions) -> str:
+    again = f"palpate rig doctor --rig {options.rig}"
+    if not options.push and not options.move:
+        return f"{again} --push, with a person at the tool"
+    return f"palpate rig calibrate --rig {options.rig}" if options.move else f"{again} --move"
 
 
 def _print(text: str) -> None:

@@ -1,4 +1,4 @@
-"""``palpate calibrate``."""
+"""``palpate rig calibrate``."""
 
 import os
 import sys
@@ -50,7 +50,7 @@ class _LeaveError(Exception):
 
 def calibrate(options: CalibrateOptions) -> int:
     """Go through the steps, each confirmed; returns the exit code."""
-    options.require("rig", bool(options.rig), "a rig file: palpate calibrate --rig FILE")
+    options.require("rig", bool(options.rig), "a rig file: palpate rig calibrate --rig FILE")
     if strange := [step for step in options.steps or ("",) if step not in STEPS]:
         raise ConfigurationError("steps", strange[0], f"some of {', '.join(STEPS)}")
     bench = _Bench(options)
