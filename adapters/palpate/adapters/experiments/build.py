@@ -21,7 +21,7 @@ from palpate.adapters.hardware import FaultFile, HardwareRig, find_approach
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.automata import AutomatonState, load
 from palpate.core.errors import ConfigurationError
-from palpate.core.job import NOISE_BAND, require_depth
+from palpate.core.job import NOISE_BAND, require_measurable
 from palpate.core.motion import Kinematics, TipMotion, arm_named
 from palpate.core.perception import (
     FACTS,
@@ -260,8 +260,9 @@ def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> 
             trip, or the sensor's frame is not the task's.
     """
     _require_quiet(config, sensor)
-    step_mm, tolerance_mm = depth_step_mm(config), config.task.depth_tolerance_mm
-    require_depth(job_of(config), sensor, step_mm=step_mm, tolerance_mm=tolerance_mm)
+    step_mm, press_N = depth_step_mm(config), config.task.press_kgf * N_PER_KGF
+    tolerance_mm = config.task.depth_tolerance_mm
+    require_measurable(job_of(config), sensor, step_mm=step_mm, tolerance_mm=tolerance_mm, press_N=press_N)
     kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
     require_fitting(config.supervision, config.task, kinematics, ready.q_rad, sensor)
 

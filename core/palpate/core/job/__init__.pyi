@@ -26,4 +26,15 @@ from .verdict import BELIEF_AREA_MM as BELIEF_AREA_MM
 from .verdict import Choice as Choice
 from .verdict import Verdict as Verdict
 from .verdict import judge as judge
-from .verdict import require_depth as require_depth
+from .verdict import require_measurable as require_measurable
+from .verification import ATTENUATED as ATTENUATED
+from .verification import AXIAL as AXIAL
+from .verification import DEVIATIONS_95 as DEVIATIONS_95
+from .verification import FAIR as FAIR
+from .verification import HALF_PERIOD as HALF_PERIOD
+from .verification import HALF_PERIOD_TICKS as HALF_PERIOD_TICKS
+from .verification import MOST_SAMPLES as MOST_SAMPLES
+from .verification import NARROW as NARROW
+from .verification import PEAK as PEAK
+from .verification import Spring as Spring
+from .verification import farthest_m as farthest_m

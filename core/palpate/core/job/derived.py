@@ -69,8 +69,6 @@ class Constants:
         period_s: Control period.
         cutoff_Hz: Cut-off of perception's low-pass.
         lateral_time_s: Time constant with which lateral forces decay during the insertion.
-        half_period_s: Mean half-period of a dither: servos smooth shorter ones away.
-        window_s: Longest time in which a contact is verified; the tool goes on meanwhile.
     """
 
     press_N: float = 0.5 * N_PER_KGF
@@ -90,8 +88,6 @@ class Constants:
     period_s: float = 1.0 / 140.0
     cutoff_Hz: float = 4.0
     lateral_time_s: float = 0.1
-    half_period_s: float = 5.0 / 140.0
-    window_s: float = 0.4
 
 
 @dataclass(frozen=True)
@@ -124,6 +120,7 @@ class Quantities:
     damping_ratio: float
     mass_kg: float
     moving_kg: float
+    rigid_kg: float
     force_N: float
     speed_m_s: float
     noise_N: float
@@ -151,6 +148,7 @@ class Quantities:
             damping_ratio=tool.damping_ratio,
             mass_kg=tool.mass_kg,
             moving_kg=tool.moving_mass_kg,
+            rigid_kg=tool.rigid_mass_kg,
             force_N=job.limits.force_N,
             speed_m_s=job.limits.speed_mm_s * 1e-3,
             noise_N=sensor.noise_N,

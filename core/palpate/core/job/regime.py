@@ -6,27 +6,14 @@ All quantities are in one consistent system of units, as in :mod:`palpate.core.j
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, floor, inf, pi, sqrt
+from math import inf, pi, sqrt
 from typing import Annotated, Final
 
 from palpate.core.job.derived import Constants, Derived, Quantities, jamming_force_N, wall_force_N
+from palpate.core.job.verification import AXIAL, Spring, farthest_m
 
 DEVIATIONS: Final = 4.0
 """Standard deviations of depth in a tolerance: outside them is one floor in 16 000."""
-_DITHER_SHARE: Final = 0.3
-"""Force of a dither over the press: contact is kept."""
-_PEAK: Final = 1.5
-"""Peak over mean velocity of a smooth half-period."""
-_RMS: Final = 0.5
-"""Root mean square of the force that a dither causes, over its amplitude."""
-_INTERVAL: Final = 2.0
-"""Half-width of a confidence interval of 95 %, in standard deviations."""
-_FAIR: Final = 0.5
-"""Half-width over stiffness up to which half and full stiffness differ."""
-_FEWEST: Final = 12
-"""Samples of the shortest window: two periods of a dither, so that friction averages out."""
-_SLOW_SHARE: Final = 0.25
-"""Share of the samples in a window that noise alone would need; each point of the dither counts several times."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +31,7 @@ class Regime:
     step_m: Annotated[float, "the same by the encoders"]
     depth_m: Annotated[float, "the same of all three; the tolerance must hold four"]
     dither_N: Annotated[float, "force of the dither that verifies a contact"]
+    response_noise_N: Annotated[float, "noise in the force that responds to it, with that of the encoders"]
     window_s: Annotated[float, "time of that verification"]
 
 
@@ -56,9 +44,10 @@ def regime_of(job: Quantities, found: Derived, *, step_m: float, known: Constant
     """
     jam_N = jamming_force_N(job)
     noise_m, tilted_m, encoder_m = depth_parts_m(job, step_m, known)
-    # Amplitude of the motion: contact is kept, and the tip is no faster than it may be.
-    reached_m = 0.5 * found.speed_m_s * known.half_period_s / _PEAK
-    dither_N = min(_DITHER_SHARE * found.press_N, reached_m * job.axial_N_per_m)
+    damping_s = 2.0 * job.damping_ratio * sqrt(job.moving_kg / job.axial_N_per_m)
+    spring = Spring(job.axial_N_per_m, damping_s, job.rigid_kg, *AXIAL, known.period_s)
+    fast_N = farthest_m(found.speed_m_s, known.period_s) * job.axial_N_per_m
+    dither_N = min(spring.dither_N(found.press_N, job.noise_N, step_m), fast_N)
     side_m = 2.0 * found.half_width_m
     return Regime(
         natural_Hz=sqrt(job.axial_N_per_m / job.moving_kg) / (2.0 * pi),
@@ -72,7 +61,8 @@ def regime_of(job: Quantities, found: Derived, *, step_m: float, known: Constant
         step_m=encoder_m,
         depth_m=sqrt(noise_m * noise_m + tilted_m * tilted_m + encoder_m * encoder_m),
         dither_N=dither_N,
-        window_s=_window_s(job.noise_N, dither_N, known.period_s),
+        response_noise_N=spring.noise_N(job.noise_N, step_m),
+        window_s=spring.window_s(job.noise_N, step_m, dither_N),
     )
 
 
@@ -108,15 +98,3 @@ def _jam_depth_m(job: Quantities, press_N: float) -> float:
         return inf
     depth_m = (slope * job.tilt_rad - sqrt(square)) / (2.0 * press_N)
     return depth_m if 0.0 < depth_m <= job.depth_m else inf
-
-
-def quiet_N(dither_N: float, known: Constants) -> float:
-    """Return the largest noise in which a dither verifies a contact within a window."""
-    samples = (floor(known.window_s / known.period_s + 0.5) - _FEWEST) / _SLOW_SHARE
-    return sqrt(samples) * _RMS * dither_N * _FAIR / (2.0 * _INTERVAL)
-
-
-def _window_s(noise_N: float, dither_N: float, period_s: float) -> float:
-    """Time after which the confidence interval of the measured stiffness is narrow."""
-    samples = (2.0 * _INTERVAL * noise_N / (_RMS * dither_N * _FAIR)) ** 2
-    return (_FEWEST + ceil(_SLOW_SHARE * samples)) * period_s

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import degrees, inf, pi, sqrt, tan
+from math import degrees, inf, isclose, pi, sqrt, tan
 from typing import Final
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.job.derived import MOST_PRESS_SHARE, Constants, Derived, Quantities, derive
-from palpate.core.job.regime import DEVIATIONS, Regime, depth_parts_m, largest_tilt_rad, quiet_N, regime_of
+from palpate.core.job.regime import DEVIATIONS, Regime, depth_parts_m, largest_tilt_rad
+from palpate.core.job.remedy import Verification
 from palpate.core.job.settings import corner_distance_mm
 from palpate.core.job.tables import KEYED, ROUND, SIDES, Job
 from palpate.core.ports import SensorFacts
@@ -69,24 +70,29 @@ def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> V
         step_mm: Standard deviation of the tip's place along the tool, by the encoders' steps.
         task: Name of the task; the best of the shipped ones unless given.
     """
-    quantities, known = Quantities.of(job, sensor), Constants()
-    found = derive(quantities, known)
-    regime = regime_of(quantities, found, step_m=step_mm * 1e-3, known=known)
+    quantities = Quantities.of(job, sensor)
+    found = derive(quantities)
+    verification = Verification(quantities, step_mm * 1e-3)
+    regime = verification.regime
     jams = regime.held_N > found.insertion_press_N
     named = task or (PLAIN if job.part.shape == ROUND else SPATIAL)
     choice = _choice(job, found, named)
-    reasons = [_depth_reason(job, quantities, regime), _window_reason(job, quantities, found, regime, known)]
+    reasons = [_depth_reason(job, quantities, regime), verification.refusal()]
     if jams and job.part.shape == ROUND:
         reasons.append(_jam_reason(job, quantities, found, regime))
     reasons += (_torque_reason(quantities, found, choice), _shape_reason(job, named, choice))
     return Verdict(found, regime, choice, tuple(filter(None, reasons)), _caution(job, choice))
 
 
-def require_depth(job: Job, sensor: SensorFacts, *, step_mm: float, tolerance_mm: float) -> None:
-    """Refuse a tolerance of depth below four standard deviations of depth.
+def require_measurable(job: Job, sensor: SensorFacts, *, step_mm: float, tolerance_mm: float, press_N: float) -> None:
+    """Refuse a job whose contacts cannot be verified, or with a tolerance below four standard deviations of depth.
+
+    Args:
+        tolerance_mm: Tolerance of the depth, and
+        press_N: pressing force of the task that runs.
 
     Raises:
-        ConfigurationError: It is.
+        ConfigurationError: It is one.
     """
     quantities = replace(Quantities.of(job, sensor), tolerance_m=tolerance_mm * 1e-3)
     if short := _short_depth(quantities, depth_parts_m(quantities, step_mm * 1e-3, Constants())):
@@ -94,6 +100,10 @@ def require_depth(job: Job, sensor: SensorFacts, *, step_mm: float, tolerance_mm
         accepted = f"at least {least_mm:.2g}, four standard deviations of depth; or {remedy}"
         table = job.part.TABLE if tolerance_mm == job.part.depth_tolerance_mm else "task"
         raise ConfigurationError(f"{table}.depth_tolerance_mm", tolerance_mm, accepted)
+    derived_N = derive(quantities).press_N
+    by_hand_N = 0.0 if isclose(press_N, derived_N, rel_tol=1e-3) else press_N
+    if refusal := Verification(quantities, step_mm * 1e-3, by_hand_N).refusal():
+        raise ConfigurationError(f"{job.tool.TABLE}.axial_N_per_mm", job.tool.axial_N_per_mm, refusal)
 
 
 def _short_depth(job: Quantities, parts: tuple[float, float, float]) -> tuple[float, str] | None:
@@ -134,23 +144,6 @@ def _depth_reason(job: Job, quantities: Quantities, regime: Regime) -> str:
     return (
         f"the tolerance of depth, {job.part.depth_tolerance_mm:g} mm, is below four standard deviations of depth,"
         f" {short[0]:.2g} mm: allow that, or {short[1]}"
-    )
-
-
-def _window_reason(job: Job, quantities: Quantities, found: Derived, regime: Regime, known: Constants) -> str:
-    if regime.window_s <= known.window_s:
-        return ""
-    most_N = quiet_N(regime.dither_N, known)
-    share = quantities.noise_N / most_N
-    if found.press_N < known.press_N:
-        # The dither is as weak as the press.
-        other = f"raise limits.force_N to {share * job.limits.force_N:.2g}"
-    else:
-        other = f"use a gripper of at least {share * job.tool.axial_N_per_mm:.2g} N/mm"
-    return (
-        f"a dither of {regime.dither_N:.2g} N does not show the gripper's stiffness within {known.window_s:g} s in a"
-        f" noise of {quantities.noise_N:g} N (it takes {regime.window_s:.2g} s): use a force sensor with at most"
-        f" {most_N:.2g} N of noise, or {other}"
     )
 
 

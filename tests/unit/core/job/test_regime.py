@@ -1,7 +1,7 @@
 """Derived settings and the regime: figures computed by hand, the paper's defaults, and any consistent units."""
 
 from dataclasses import fields, replace
-from math import pi, sqrt
+from math import inf, pi, sqrt
 from typing import Any
 
 import pytest
@@ -90,12 +90,14 @@ def test_the_standard_deviation_of_depth_by_hand() -> None:
 def test_the_time_of_a_verification_grows_with_the_noise() -> None:
     quiet, noisy = regime(DOWEL), regime(replace(DOWEL, noise_N=1.0))
     assert quiet.dither_N == pytest.approx(0.3 * 4.903325)
-    # (4 * 0.1 / (0.5 * 1.47 * 0.5))^2 = 1.2 samples, a quarter of them beyond the 12 of the shortest.
-    assert quiet.window_s == pytest.approx(13 / 140)
+    # Noise with that of encoders, 0.2 N, is 0.22 N: (2 * 0.22 / (0.5 * 1.47 * 0.5))^2 = 1.5 samples beyond 12.
+    assert quiet.window_s == pytest.approx((12 + 2) / 140)
     assert noisy.dither_N == pytest.approx(3.0)
     assert noisy.window_s == pytest.approx((12 + 8) / 140)
     # A soft gripper is bent by what the speed allows, not by what the press does.
-    assert regime(replace(DOWEL, axial_N_per_m=1e3)).dither_N == pytest.approx(0.5 * 0.02 * 5 / 140 / 1.5 * 1e3)
+    assert regime(replace(DOWEL, axial_N_per_m=1e3)).dither_N == pytest.approx(0.75 * 0.02 * 5 / 140 / 1.5 * 1e3)
+    # Encoders hide the response of a stiff one.
+    assert regime(replace(DOWEL, axial_N_per_m=1e6)).window_s == inf
 
 
 def test_the_inertia_of_a_tool_is_no_unexpected_contact() -> None:

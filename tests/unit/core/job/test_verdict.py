@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.job import Job, LimitsConfig, PartConfig, PlaceConfig, ToolConfig, Verdict, judge, require_depth
+from palpate.core.job import Job, LimitsConfig, PartConfig, PlaceConfig, ToolConfig, Verdict, judge, require_measurable
 from palpate.core.ports import SensorFacts
 
 QUIET = SensorFacts(0.1, 0.004)
@@ -58,17 +58,35 @@ def test_the_remedy_names_the_largest_part_of_the_deviation() -> None:
 
 def test_a_run_is_refused_by_the_tolerance_that_its_settings_have() -> None:
     job = Job()
-    require_depth(job, QUIET, step_mm=0.005, tolerance_mm=0.2)
+    require_measurable(job, QUIET, step_mm=0.005, tolerance_mm=0.2, press_N=4.9)
     with pytest.raises(ConfigurationError, match=r"depth_tolerance_mm = 0\.05 is refused: at least 0\.063, four"):
-        require_depth(job, QUIET, step_mm=0.005, tolerance_mm=0.05)
+        require_measurable(job, QUIET, step_mm=0.005, tolerance_mm=0.05, press_N=4.9)
 
 
-def test_a_contact_that_noise_hides_is_refused_with_three_figures() -> None:
+def test_a_contact_that_noise_hides_is_refused_with_three_figures_and_remedies_that_suffice() -> None:
     soft = Job(PartConfig(depth_tolerance_mm=2.0), replace(ToolConfig(), axial_N_per_mm=1.0))
-    (reason,) = judge(soft, SensorFacts(0.4, 0.004), step_mm=0.005).reasons
-    assert "a dither of 0.24 N" in reason
-    assert "within 0.4 s in a noise of 0.4 N" in reason
-    assert not judge(soft, SensorFacts(0.19, 0.004), step_mm=0.005).reasons
+    (reason,) = judge(soft, SensorFacts(0.5, 0.004), step_mm=0.005).reasons
+    assert reason == (
+        "a contact cannot be verified: that takes 0.99 s, the longest window is 0.4 s, with a dither of 0.36 N in a"
+        " noise of 0.5 N: raise limits.speed_mm_s to 34 or use a force sensor with at most 0.29 N of noise or use a"
+        " gripper of at least 1.7 N/mm"
+    )
+    for changed in (
+        replace(soft, limits=LimitsConfig(speed_mm_s=34.0)),
+        replace(soft, tool=replace(soft.tool, axial_N_per_mm=1.7)),
+    ):
+        assert not judge(changed, SensorFacts(0.5, 0.004), step_mm=0.005).reasons
+    assert not judge(soft, SensorFacts(0.29, 0.004), step_mm=0.005).reasons
+
+
+def test_a_gripper_too_stiff_for_the_encoders_is_refused_also_before_a_run() -> None:
+    stiff = replace(Job(), tool=replace(ToolConfig(), axial_N_per_mm=500.0))
+    (reason,) = judge(stiff, QUIET, step_mm=0.005).reasons
+    assert "mostly of the encoders' steps: use a gripper of at most" in reason
+    with pytest.raises(ConfigurationError, match=r"axial_N_per_mm = 500\.0 is refused: a contact cannot be verified"):
+        require_measurable(stiff, QUIET, step_mm=0.005, tolerance_mm=0.2, press_N=4.9)
+    # By hand it is pressed harder.
+    require_measurable(stiff, QUIET, step_mm=0.005, tolerance_mm=0.2, press_N=20.0)
 
 
 def test_an_area_above_that_of_a_belief_is_left_to_the_torque_rule_where_it_can_see_the_hole() -> None:
@@ -91,8 +109,8 @@ def test_shapes_are_inserted_corner_first_unless_their_corners_are_too_near() ->
 
 
 def test_a_force_limit_too_low_for_the_noise_is_refused() -> None:
-    (reason,) = verdict(PartConfig(depth_tolerance_mm=1.0), SensorFacts(0.6, 0.01), force_N=5.0).reasons
-    assert "raise limits.force_N to 6" in reason
+    (reason,) = verdict(PartConfig(depth_tolerance_mm=1.0), SensorFacts(0.6, 0.01), force_N=3.0).reasons
+    assert "raise limits.force_N to 3.8 or" in reason
 
 
 def test_a_shape_whose_turn_is_not_known_is_not_pushed_straight_in() -> None:

@@ -1,16 +1,9 @@
 """A dither with random half-periods, superimposed on the motion of a tool that presses."""
 
-from typing import Final
-
 import numpy as np
 
+from palpate.core.job import HALF_PERIOD, HALF_PERIOD_TICKS, PEAK
 from palpate.core.ports import PERIOD_S
-
-_HALF_PERIOD_TICKS: Final = (3, 8)
-"""A half-period is drawn from the first up to, not including, the second: servos smooth shorter ones away, and longer
-ones look alike from trial to trial."""
-_PEAK: Final = 1.5
-"""Peak over mean velocity of a half-period, s * s * (3 - 2 * s)."""
 
 
 class Dither:
@@ -31,8 +24,7 @@ class Dither:
 
     def usual_with(self, amplitude_m: float) -> float:
         """Return the same for another amplitude."""
-        ticks = 0.5 * (_HALF_PERIOD_TICKS[0] + _HALF_PERIOD_TICKS[1] - 1)
-        return min(amplitude_m, 0.5 * self._speed_m_s * ticks * PERIOD_S / _PEAK)
+        return min(amplitude_m, 0.5 * self._speed_m_s * HALF_PERIOD * PERIOD_S / PEAK)
 
     def begin(self, rng: np.random.Generator) -> None:
         """Begin a trial whose half-periods this generator draws."""
@@ -44,8 +36,8 @@ class Dither:
         """Return the velocity for this tick."""
         if not self._left:
             self._side = -self._side
-            self._ticks = self._left = int(self._rng.integers(*_HALF_PERIOD_TICKS))
-            most_m = self._speed_m_s * self._ticks * PERIOD_S / _PEAK
+            self._ticks = self._left = int(self._rng.integers(*HALF_PERIOD_TICKS))
+            most_m = self._speed_m_s * self._ticks * PERIOD_S / PEAK
             self._distance_m = min(max(self._side * self.amplitude_m - self._offset_m, -most_m), most_m)
         done, self._left = self._ticks - self._left, self._left - 1
         moved_m = self._distance_m * (_smooth((done + 1) / self._ticks) - _smooth(done / self._ticks))

@@ -6,9 +6,10 @@ from dataclasses import replace
 from math import hypot
 from typing import Final
 
+from palpate.core.job import AXIAL, FAIR, NARROW, Spring
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Snapshot, Vector3
 from palpate.core.tasks.contact.dither import Dither
-from palpate.core.tasks.contact.response import FAIR, NARROW, Response, Spring, Verdict
+from palpate.core.tasks.contact.response import Response, Verdict
 from palpate.core.tasks.contact.trial_state import TrialState
 from palpate.core.trial import (
     N_PER_KGF,
@@ -24,13 +25,6 @@ from palpate.core.trial import (
 
 _PATIENCE_TICKS: Final = CONTROL_RATE_HZ
 """Stationary, until the force responds: two of the longest windows."""
-_DITHER_SHARE: Final = 0.3
-"""Amplitude of the dither's force over the press: contact is kept, and sliding friction's roughness, about a tenth of
-the press, does not hide the response."""
-_MOST_DITHER_SHARE: Final = 0.5
-"""The same with much noise: as much press is left."""
-_AXIAL: Final = (0.65, 1.5)
-"""Accepted share of the stiffness: a gripper is known to some ten per cent; half and twice the force are outside."""
 _ACROSS: Final = (0.0, 1.5)
 """Across, peg, wall and arm may give way more than a stiff gripper: it shows a live sensor, not its scale."""
 _PUSH_N: Final = 3.0
@@ -93,11 +87,11 @@ class Monitor:
         self.budget_N = task.max_force_N - max(self.press_N, task.insertion_press_N)
         self.axial, self.across = (
             Response(Spring(stiffness, control.damping_s(stiffness), control.rigid_mass_kg, *accepted))
-            for stiffness, accepted in ((self.axial_N_per_m, _AXIAL), (self._lateral_N_per_m, _ACROSS))
+            for stiffness, accepted in ((self.axial_N_per_m, AXIAL), (self._lateral_N_per_m, _ACROSS))
         )
         self.patience_ticks = _PATIENCE_TICKS
         mass_kg = control.moving_mass_kg + control.rigid_mass_kg
-        self.air = Response(Spring(0.0, 0.0, mass_kg, *_AXIAL)) if in_air else None
+        self.air = Response(Spring(0.0, 0.0, mass_kg, *AXIAL)) if in_air else None
         # A wider choice of responses asks for narrower ones.
         self._fair = NARROW if in_air else FAIR
         self.loose = Response(replace(self.axial.spring, lowest=_ACROSS[0])) if in_air else None
@@ -121,9 +115,7 @@ class Monitor:
     def _adapt(self) -> None:
         """Choose amplitudes by the noise while the sensor was tared."""
         noise_N, press_N = self._state.noise[2], self.press_N
-        least_N = self.axial.spring.least_dither_N(noise_N, self._step_m)
-        amplitude_N = min(max(_DITHER_SHARE * press_N, least_N), _MOST_DITHER_SHARE * press_N)
-        self._dither.amplitude_m = amplitude_N / self.axial_N_per_m
+        self._dither.amplitude_m = self.axial.spring.dither_N(press_N, noise_N, self._step_m) / self.axial_N_per_m
         self.axial.begin(noise_N, self._step_m, self._dither.usual_m * self.axial_N_per_m)
         self._contact_m = self._air_m = self._dither.amplitude_m
         if self.air is not None and self.loose is not None:

@@ -4,37 +4,23 @@ from __future__ import annotations
 
 import enum
 from collections import deque
-from dataclasses import dataclass
-from math import ceil, hypot, inf, sqrt
+from math import inf
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.core.job import ATTENUATED, DEVIATIONS_95, FAIR, MOST_SAMPLES, NARROW, Spring
 from palpate.core.ports import PERIOD_S
 
-_FEWEST: Final = 12
-"""Samples of the shortest window: two periods of the dither, so that friction averages out."""
-_MOST: Final = 56
-"""Of the longest, 0.4 s: a sensor that needs more is too noisy for this press."""
-_SMOOTHED: Final = 0.5
-"""Root mean square of the force that the dither causes, over its amplitude: a sine's 0.7, less what servos smooth."""
-_DEVIATIONS: Final = 2.0
-"""Half-width of the confidence interval, in standard deviations: 95 %."""
 _OUTLIER: Final = 1.5
 """Residuals above this many standard deviations count less (Huber's constant): stick and slip."""
 _NORMAL: Final = 1.48
 """Standard deviation over median deviation of a normal distribution."""
-NARROW: Final = 0.25
-FAIR: Final = 0.5
-"""Half-width over stiffness: for a result that the trial ends with, and for going on. Half and twice the stiffness are
-told apart with both."""
 _LAGS: Final = 5
 """Largest lag of the force behind its time stamp, in ticks."""
 _DECIDED: Final = 7e-3
 """A lag this much less likely than another, exp(-5), is excluded."""
-_ATTENUATED: Final = 0.7
-"""Attenuation is corrected as far as half a force stays below the accepted stiffness."""
 _EVERY: Final = 2
 """A sliding window is fitted with every second sample, which halves the time of a tick."""
 _LEAST: Final = 1e-9
@@ -50,42 +36,6 @@ class Verdict(enum.Enum):
     VERIFIED = "verified"
     CONTRADICTED = "contradicted"
     UNKNOWN = "unknown"
-
-
-@dataclass(frozen=True)
-class Spring:
-    """The gripper along one axis, and which measured stiffness counts as its own.
-
-    Attributes:
-        damping_s: Damping over stiffness.
-        rigid_kg: Mass that the sensor carries before the spring.
-        lowest, highest: Accepted measured stiffness, as a share of its own.
-    """
-
-    stiffness_N_per_m: float
-    damping_s: float
-    rigid_kg: float
-    lowest: float
-    highest: float
-
-    def noise_N(self, noise_N: float, step_m: float) -> float:
-        """Return the noise of force and places together."""
-        return hypot(noise_N, self.stiffness_N_per_m * step_m, 2.4 * self.rigid_kg * step_m / PERIOD_S**2)
-
-    def blur_N(self, step_m: float) -> float:
-        """Return the standard deviation of the expected force by the places alone."""
-        spring_N, inertia_N = self.stiffness_N_per_m * step_m, self.rigid_kg * step_m / PERIOD_S**2
-        return sqrt(spring_N**2 * (1.0 + 0.5 * (self.damping_s / PERIOD_S) ** 2) + 6.0 * inertia_N**2)
-
-    def least_dither_N(self, noise_N: float, step_m: float) -> float:
-        """Return the amplitude of a dither whose force is verified in the longest window, errors of places included."""
-        narrow_N = _per_root_sample(self.noise_N(noise_N, step_m)) / sqrt(_MOST - _FEWEST)
-        return max(narrow_N, self.blur_N(step_m) * sqrt(_ATTENUATED / (1.0 - _ATTENUATED)) / _SMOOTHED)
-
-
-def _per_root_sample(noise_N: float) -> float:
-    """Amplitude of a dither, times the root of the samples after which noise leaves half of the narrow interval."""
-    return _DEVIATIONS * noise_N / (_SMOOTHED * NARROW)
 
 
 class Response:
@@ -115,11 +65,11 @@ class Response:
         self._noise_N = spring.noise_N(noise_N, step_m)
         # Errors of the places attenuate a regression on them.
         self._blur_N2 = spring.blur_N(step_m) ** 2
-        self.window = min(_FEWEST + ceil((_per_root_sample(self._noise_N) / dither_N) ** 2), _MOST)
+        self.window = min(spring.samples(self._noise_N, dither_N), MOST_SAMPLES)
         self._likely = np.ones(_LAGS)
         self._places: deque[tuple[float, float]] = deque(maxlen=3 * _LAGS)
         self._forces: deque[tuple[float, float]] = deque(maxlen=3 * _LAGS)
-        self._rows: Array = np.zeros((4 * _MOST, 1 + _LAGS))
+        self._rows: Array = np.zeros((4 * MOST_SAMPLES, 1 + _LAGS))
         self.restart()
 
     def restart(self) -> None:
@@ -140,9 +90,9 @@ class Response:
         while self._forces and len(self._places) >= 3 and self._places[-1][0] > self._forces[0][0] + 0.5 * PERIOD_S:
             time_s, old_N = self._forces.popleft()
             if self._end == len(self._rows):
-                kept = self._rows[-_MOST:].copy()
-                self._first, self._end = max(self._first + _MOST - self._end, 0), _MOST
-                self._rows[:_MOST] = kept
+                kept = self._rows[-MOST_SAMPLES:].copy()
+                self._first, self._end = max(self._first + MOST_SAMPLES - self._end, 0), MOST_SAMPLES
+                self._rows[:MOST_SAMPLES] = kept
             row, lags = self._rows[self._end], range(_LAGS) if self.lag is None else (self.lag,)
             row[0] = old_N
             for each in lags:
@@ -153,7 +103,7 @@ class Response:
 
     def widen(self, samples: int) -> None:
         """Fit the newest n samples, if that is more than a window; the tool has to be stationary."""
-        samples = min(samples, self._end - self._first, _MOST)
+        samples = min(samples, self._end - self._first, MOST_SAMPLES)
         if samples > self.window:
             self._fit_last(samples)
 
@@ -161,7 +111,7 @@ class Response:
         """Return whether all samples since the restart verify the response narrowly; the tool has to be stationary."""
         if self._end - self._first < self.window:
             return False
-        self._fit_last(min(self._end - self._first, _MOST))
+        self._fit_last(min(self._end - self._first, MOST_SAMPLES))
         return self.verdict(NARROW) is Verdict.VERIFIED
 
     def verdict(self, half_width: float = FAIR) -> Verdict:
@@ -220,8 +170,8 @@ class Response:
         y = measured - total(weights * measured) / samples
         weighted = weights * x
         square = total(weighted * x)
-        square = np.maximum(np.maximum(square - samples * self._blur_N2, _ATTENUATED * square), _LEAST)
+        square = np.maximum(np.maximum(square - samples * self._blur_N2, ATTENUATED * square), _LEAST)
         share = total(weighted * y) / square
         rest = y - share * x
         variance = np.maximum(total(weights * rest * rest) / (samples - 2.0), max(self._noise_N**2, _LEAST))
-        return share, _DEVIATIONS * np.sqrt(variance / square)
+        return share, DEVIATIONS_95 * np.sqrt(variance / square)

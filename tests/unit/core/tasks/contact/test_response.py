@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from palpate.core.job import Spring
 from palpate.core.ports import PERIOD_S
-from palpate.core.tasks.contact import Dither, Response, Spring, Verdict
+from palpate.core.tasks.contact import Dither, Response, Verdict
 
 STIFFNESS, DAMPING_S, RIGID_KG, PRESS_N = 5e3, 0.011, 0.05, 4.9
 AMPLITUDE_M = 0.3 * PRESS_N / STIFFNESS

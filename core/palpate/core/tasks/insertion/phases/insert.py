@@ -14,6 +14,8 @@ from palpate.core.trial import ControlConfig, Outcome
 
 _WALL_M: Final = 5e-4
 """Depth at which a wall is looked for first; half the insertion depth where that is less."""
+_WALL_SHARE: Final = 0.4
+"""The same as a share of the budget, with a stiff gripper: enough is left to find it."""
 _DUE_SHARE: Final = 0.5
 """Share of the budget after which one is looked for again."""
 _PUSH_M_S: Final = 2e-3
@@ -62,7 +64,8 @@ class Insert(RunningPhase):
         self._state, self._measurement = equipment.state, equipment.measurement
         self._motion, self._law = equipment.motion, equipment.laws.inserting
         self._full_m, self._tolerance_m = task.insertion_depth_mm * 1e-3, task.depth_tolerance_mm * 1e-3
-        self._wall_m, self._reach_m = min(_WALL_M, 0.5 * self._full_m), task.reach_m + _BEND_M
+        budget_m = monitor.budget_N / monitor.axial_N_per_m
+        self._wall_m, self._reach_m = min(_WALL_M, 0.5 * self._full_m, _WALL_SHARE * budget_m), task.reach_m + _BEND_M
         press_N, damping = task.insertion_press_N, control.damping_N_s_per_m
         self._harder_m_s = min(press_N, _HARDER_SHARE * task.max_force_N) / damping
         self._limit_ticks = (_SLOWED * self._full_m * damping / press_N + _REST_S) * CONTROL_RATE_HZ

@@ -1,0 +1,88 @@
+"""Whether a job's contacts can be verified at all, and what would make it so."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import islice
+from math import isfinite
+from typing import Final
+
+from palpate.core.job.derived import Constants, Quantities, derive
+from palpate.core.job.regime import Regime, regime_of
+from palpate.core.job.verification import MOST_SAMPLES
+
+_STEP, _STEPS = 1.05, 48
+"""Remedies are tried in steps of 5 %, up to a tenth and ten times."""
+_NAMED: Final = 3
+"""Remedies in a message."""
+_BUDGET_S: Final = MOST_SAMPLES * Constants().period_s
+
+
+@dataclass(frozen=True)
+class Verification:
+    """The verification of a job's contacts, in SI units.
+
+    Attributes:
+        step_m: Standard deviation of the tip's place along the tool, by the encoders' steps.
+        press_N: Pressing force that is set by hand; 0 for the derived one.
+    """
+
+    job: Quantities
+    step_m: float
+    press_N: float = 0.0
+
+    @property
+    def regime(self) -> Regime:
+        """The regime with this press."""
+        known, found = Constants(), derive(self.job)
+        found = replace(found, press_N=self.press_N or found.press_N)
+        return regime_of(self.job, found, step_m=self.step_m, known=known)
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether the longest window is enough."""
+        return self.regime.window_s < 1.001 * _BUDGET_S
+
+    def refusal(self) -> str:
+        """Return why it is impossible, with the cheapest remedies; empty where it is possible."""
+        if self.is_possible:
+            return ""
+        regime, job = self.regime, self.job
+        takes = f"{regime.window_s:.2g} s" if isfinite(regime.window_s) else "longer than any window"
+        source = "" if regime.response_noise_N < 1.5 * job.noise_N else ", mostly of the encoders' steps"
+        remedies = " or ".join(islice(self._remedies(), _NAMED)) or "use a quieter sensor and another gripper"
+        return (
+            f"a contact cannot be verified: that takes {takes}, the longest window is {_BUDGET_S:.2g} s, with a dither"
+            f" of {regime.dither_N:.2g} N in a noise of {regime.response_noise_N:.2g} N{source}: {remedies}"
+        )
+
+    def _remedies(self) -> Iterator[str]:
+        """Settings first, then another sensor, then another gripper."""
+        job = self.job
+
+        def of_job(name: str) -> Callable[[float], Verification]:
+            return lambda value: replace(self, job=replace(job, **{name: value}))
+
+        if self.press_N:
+            pressed = "press with at least {:g} N"
+            yield from _remedy(pressed, self.press_N, 1.0, _STEP, lambda value: replace(self, press_N=value))
+        else:
+            yield from _remedy("raise limits.force_N to {:g}", job.force_N, 1.0, _STEP, of_job("force_N"))
+        yield from _remedy("raise limits.speed_mm_s to {:g}", job.speed_m_s, 1e3, _STEP, of_job("speed_m_s"))
+        quieter = "use a force sensor with at most {:g} N of noise"
+        yield from _remedy(quieter, job.noise_N, 1.0, 1.0 / _STEP, of_job("noise_N"))
+        stiffness = of_job("axial_N_per_m")
+        yield from _remedy("use a gripper of at least {:g} N/mm", job.axial_N_per_m, 1e-3, _STEP, stiffness)
+        yield from _remedy("use a gripper of at most {:g} N/mm", job.axial_N_per_m, 1e-3, 1.0 / _STEP, stiffness)
+
+
+def _remedy(
+    text: str, value: float, scale: float, ratio: float, changed: Callable[[float], Verification]
+) -> Iterator[str]:
+    """The nearest value that suffices, in two digits of the unit that is shown."""
+    for power in range(1, _STEPS):
+        shown = float(f"{value * scale * ratio**power:.2g}")
+        if changed(shown / scale).is_possible:
+            yield text.format(shown)
+            return

@@ -1,0 +1,105 @@
+"""How a contact is verified: the gripper's spring, the dither that bends it, and the window that shows its stiffness.
+
+All quantities are in one consistent system of units, as in :mod:`palpate.core.job.derived`.
+"""
+
+from dataclasses import dataclass
+from math import ceil, hypot, inf, sqrt
+from typing import Final
+
+from palpate.core.ports import PERIOD_S
+
+HALF_PERIOD_TICKS: Final = (3, 8)
+"""A half-period is drawn from the first up to, not including, the second: servos smooth shorter ones away, and longer
+ones look alike from trial to trial."""
+HALF_PERIOD: Final = 0.5 * (HALF_PERIOD_TICKS[0] + HALF_PERIOD_TICKS[1] - 1)
+"""The mean, in ticks."""
+PEAK: Final = 1.5
+"""Peak over mean velocity of a half-period, s * s * (3 - 2 * s)."""
+_FARTHEST: Final = 0.75
+"""Amplitude over the stroke of a mean half-period, where the speed limits it: random half-periods add up."""
+_DITHER_SHARE: Final = 0.3
+"""Amplitude of the dither's force over the press: contact is kept, and sliding friction's roughness, about a tenth of
+the press, does not hide the response."""
+_MOST_DITHER_SHARE: Final = 0.5
+"""The same with much noise: as much press is left."""
+AXIAL: Final = (0.65, 1.5)
+"""Accepted share of the stiffness: a gripper is known to some ten per cent; half and twice the force are outside."""
+_SMOOTHED: Final = 0.5
+"""Root mean square of the force that the dither causes, over its amplitude: a sine's 0.7, less what servos smooth."""
+DEVIATIONS_95: Final = 2.0
+"""Half-width of the confidence interval, in standard deviations: 95 %."""
+NARROW: Final = 0.25
+FAIR: Final = 0.5
+"""Half-width over stiffness: for a result that the trial ends with, and for going on. Half and twice the stiffness are
+told apart with both."""
+_FEWEST: Final = 12
+"""Samples of the shortest window: two periods of the dither, so that friction averages out."""
+MOST_SAMPLES: Final = 56
+"""Of the longest, 0.4 s: a sensor that needs more is too noisy for this press."""
+ATTENUATED: Final = 0.7
+"""Attenuation is corrected as far as half a force stays below the accepted stiffness."""
+
+
+@dataclass(frozen=True)
+class Spring:
+    """The gripper along one axis, and which measured stiffness counts as its own.
+
+    Attributes:
+        damping_s: Damping over stiffness.
+        rigid_kg: Mass that the sensor carries before the spring.
+        lowest, highest: Accepted measured stiffness, as a share of its own.
+    """
+
+    stiffness_N_per_m: float
+    damping_s: float
+    rigid_kg: float
+    lowest: float
+    highest: float
+    period_s: float = PERIOD_S
+
+    def noise_N(self, noise_N: float, step_m: float) -> float:
+        """Return the noise of force and places together."""
+        return hypot(noise_N, self.stiffness_N_per_m * step_m, 2.4 * self.rigid_kg * step_m / self.period_s**2)
+
+    def blur_N(self, step_m: float) -> float:
+        """Return the standard deviation of the expected force by the places alone."""
+        spring_N, inertia_N = self.stiffness_N_per_m * step_m, self.rigid_kg * step_m / self.period_s**2
+        return sqrt(spring_N**2 * (1.0 + 0.5 * (self.damping_s / self.period_s) ** 2) + 6.0 * inertia_N**2)
+
+    def least_dither_N(self, noise_N: float, step_m: float) -> float:
+        """Return the amplitude of a dither whose force is verified in the longest window, errors of places included."""
+        narrow_N = _per_root_sample(self.noise_N(noise_N, step_m), NARROW) / sqrt(MOST_SAMPLES - _FEWEST)
+        return max(narrow_N, self.blur_N(step_m) * sqrt(ATTENUATED / (1.0 - ATTENUATED)) / _SMOOTHED)
+
+    def dither_N(self, press_N: float, noise_N: float, step_m: float) -> float:
+        """Return the amplitude of the dither of a tool that presses."""
+        least_N = self.least_dither_N(noise_N, step_m)
+        return min(max(_DITHER_SHARE * press_N, least_N), _MOST_DITHER_SHARE * press_N)
+
+    def samples(self, noise_N: float, dither_N: float, half_width: float = NARROW) -> int:
+        """Return the samples of a window.
+
+        Args:
+            noise_N: Of force and places together.
+            half_width: That the confidence interval shall have.
+        """
+        return _FEWEST + ceil((_per_root_sample(noise_N, half_width) / dither_N) ** 2)
+
+    def window_s(self, noise_N: float, step_m: float, dither_N: float) -> float:
+        """Return the shortest time in which a contact can be verified; inf where the places hide the response."""
+        # Most windows show an accepted stiffness where the mean is midway between the lowest and the gripper's own.
+        share = 0.5 * (self.lowest + 1.0) * ATTENUATED
+        if _SMOOTHED * dither_N < self.blur_N(step_m) * sqrt(share / (1.0 - share)):
+            return inf
+        return self.samples(self.noise_N(noise_N, step_m), dither_N, FAIR) * self.period_s
+
+
+def farthest_m(speed_m_s: float, period_s: float) -> float:
+    """Return the amplitude that a dither reaches at this speed."""
+    return _FARTHEST * speed_m_s * HALF_PERIOD * period_s / PEAK
+
+
+def _per_root_sample(noise_N: float, half_width: float) -> float:
+    """Amplitude of a dither, times the root of the samples after which the interval is as narrow."""
+    return DEVIATIONS_95 * noise_N / (_SMOOTHED * half_width)
