@@ -17,13 +17,10 @@ from statistics import median
 
 import numpy as np
 
-from palpate.adapters.config import scenario
-from palpate.adapters.experiments import build_perception, comparator, learning_curve, run_policy
-from palpate.adapters.mujoco import SimulatedRig
+from palpate.adapters.experiments import Run, learning_curve
 from palpate.core.errors import PalpateError, require_whole
 from palpate.core.policy import Action, Decision, Observation, Policy, Transition
 from palpate.core.ports import new_folder, require_free_folder
-from palpate.core.trial import find_ready_pose
 
 FIRST_STEP_M, SHORTEST_STEP_M = 0.7e-3, 0.2e-3
 FELT_Nm = 0.005
@@ -70,15 +67,14 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="three trials")
     parser.add_argument("--out", type=Path, default=Path("runs/own-policy"), help="must not be there, or be empty")
     options = parser.parse_args()
-    config, trials = scenario("blind"), 3 if options.quick else options.trials
+    trials = 3 if options.quick else options.trials
     try:
         require_whole("trials", trials, 1, 1_000_000)
         require_free_folder(options.out)
-        ready, perception = find_ready_pose(config.arm, config.tool.geometry, config.task), build_perception(config)
-        with SimulatedRig(config, ready) as rig, new_folder(options.out) as folder:
-            policies = {"torque": comparator("torque", config, lambda: ()), "homing": Homing()}
-            for name, policy in policies.items():
-                rows = run_policy(config, ready, rig, perception, policy, trials, lambda scored: None)
+        run = Run(scenario="blind")
+        with new_folder(options.out) as folder:
+            for name, policy in {"torque": "torque", "homing": Homing()}.items():
+                rows = run.evaluate(trials, policy).rows
                 times = [row.exploration_time_s for row in rows]
                 print(
                     f"{name}: {sum(row.success for row in rows)} of {len(rows)} inserted, median {median(times):.2f} s"

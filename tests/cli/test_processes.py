@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from palpate.adapters.experiments.evaluation import BLOCK
+from palpate.adapters.experiments import BLOCK
 from tests.command_line import PATIENCE_S, QUICK, CommandLine, finished_trials, results_in, wait_until
 
 Start = Callable[..., subprocess.Popen[str]]

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.experiments.evaluation import BLOCK
+from palpate.adapters.experiments import BLOCK
 from palpate.adapters.experiments.results import RunFolder
 from palpate.simulation.work_cell.cell import WorkCell
 from tests.command_line import QUICK, CommandLine, finished_trials

@@ -187,10 +187,10 @@ def desk(run: Path, trained: Path, tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("words", "named", "accepted"),
     [
-        ("--out run --seed 1", "seed = 1", "(was seed = 0)"),
-        ("--out run --task.time-limit-s 3", "time_limit_s = 3.0", "(was time_limit_s = 2.0)"),
+        ("--out run --seed 1", "seed = 1", "0, with which the run in run began"),
+        ("--out run --task.time-limit-s 3", "time_limit_s = 3.0", "2.0, with which the run in run began"),
         ("--out run --learning.alpha-visits 5", "alpha_visits", ""),
-        ("--out run --policy policy.json", "policy = 'policy.json'", "is refused: 'q-learning'"),
+        ("--out run --policy policy.json", "policy.json", "No such file"),
         ("--out torn", "checkpoint.json", ""),
         ("--out empty", "checkpoint.json", "begin a new run"),
         ("--out missing", "checkpoint.json", "begin a new run"),

@@ -17,6 +17,7 @@ TABLE = [re.findall(r"`(palpate[\w.]+)`: (.*)", line) for line in PAGE.splitline
 
 def test_the_examples_run_one_after_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    Path("examples").symlink_to(ROOT / "examples")
     for number, example in enumerate(EXAMPLES):
         exec(compile(example, f"example {number + 1}", "exec"), {"__name__": f"example_{number}"})
 

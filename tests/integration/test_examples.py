@@ -3,17 +3,15 @@
 import re
 import runpy
 import sys
-from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from palpate.adapters.config import scenario
-from palpate.adapters.experiments import ChosenPolicy, RunFolder, run_chosen
+from palpate.adapters.experiments import Run
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.policy import PolicyDocument
-from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell import HiddenValues
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -122,10 +120,8 @@ def test_infer_automaton(example: Example, tmp_path: Path) -> None:
 def test_system_identification(example: Example, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """A cell with friction 0.35 for 0.2, springs of 0.7, a wrench 20 ms late and a plate that is 0.8 mm higher."""
     config = replace(scenario("paper"), seed=11)
-    ready, chosen = find_ready_pose(config.arm, config.tool.geometry, config.task), ChosenPolicy("torque", config)
     other = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0, plate_mm=0.8)
-    with ExitStack() as opened, SimulatedRig(config, ready, other) as rig:
-        run_chosen(chosen, config, ready, rig, 1, recorder=RunFolder(tmp_path).recorder(config.recording, opened))
+    Run(config, make_rig=lambda *parts: SimulatedRig(*parts, other)).evaluate(1, "torque", tmp_path)
     assert example.code("system_identification", tmp_path / "logs") == 0
     printed = capfd.readouterr().out
     found = {name: float(value) for name, value in re.findall(r"^(\w+) +([\d.]+) \+- [\d.]+$", printed, re.MULTILINE)}

@@ -3,8 +3,7 @@
 import pytest
 
 from palpate.adapters.config import RunConfig, compose
-from palpate.adapters.experiments import ChosenPolicy, TrialRow, ready_pose, run_chosen
-from palpate.adapters.mujoco import SimulatedRig
+from palpate.adapters.experiments import Run, TrialRow, ready_pose
 
 
 @pytest.mark.parametrize(
@@ -30,6 +29,4 @@ def test_a_longer_tool_keeps_the_flange_farther_from_the_plate() -> None:
 
 
 def rows(config: RunConfig) -> list[TrialRow]:
-    ready, chosen = ready_pose(config), ChosenPolicy("torque", config)
-    with SimulatedRig(config, ready) as rig:
-        return list(run_chosen(chosen, config, ready, rig, 2))
+    return Run(config).evaluate(2, "torque").rows

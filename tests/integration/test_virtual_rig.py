@@ -2,18 +2,17 @@
 
 import re
 from collections.abc import Callable
-from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from palpate.adapters.config import overlay, scenario, task_kind
-from palpate.adapters.experiments import ChosenPolicy, RunFolder, ready_pose, run_chosen
+from palpate.adapters.experiments import Run
 from palpate.adapters.log import find_logs, read_log
 from palpate.core.errors import DeviceError
 from palpate.core.ports import CONTROL_RATE_HZ
-from palpate.core.trial import Outcome, find_ready_pose
+from palpate.core.trial import Outcome
 from palpate.simulation.work_cell import HiddenValues
 from tests.virtual_rig import VirtualRig
 from tests.virtual_time import Timer
@@ -36,9 +35,8 @@ def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are
 ) -> None:
     springs = {"control": {"axial_stiffness_N_per_mm": 3.5}}
     config = overlay(replace(scenario("paper"), seed=3, arm=kind), springs)
-    ready, chosen = find_ready_pose(config.arm, config.tool.geometry, config.task), ChosenPolicy("torque", config)
-    with ExitStack() as opened, VirtualRig(config, ready, arm, force, LATE, phase=0.4) as rig:
-        run_chosen(chosen, config, ready, rig, 1, recorder=RunFolder(tmp_path).recorder(config.recording, opened))
+    run = Run(config, make_rig=lambda *parts: VirtualRig(*parts, arm, force, LATE, phase=0.4))
+    run.evaluate(1, "torque", tmp_path)
     (path,) = find_logs([str(tmp_path)])
     log = read_log(path)
     assert log.end is not None
@@ -52,8 +50,8 @@ def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are
 def struck(arm: str, force: str, strike: Callable[[VirtualRig], None], at_ns: int = 900_000_000) -> str:
     """How a trial ends that is struck some time after its beginning."""
     config = replace(scenario("paper"), seed=3, arm="ur5" if arm == "ur-rtde" else "zebra-zero")
-    ready, chosen = find_ready_pose(config.arm, config.tool.geometry, config.task), ChosenPolicy("torque", config)
-    with VirtualRig(config, ready, arm, force, HiddenValues(), phase=0.4) as rig:
+    run = Run(config, make_rig=lambda *parts: VirtualRig(*parts, arm, force, HiddenValues(), phase=0.4))
+    with run.opened() as rig:
         prepare, timer = rig.prepare, Timer(rig.desk.clock)
 
         def then(trial: int) -> None:
@@ -62,7 +60,7 @@ def struck(arm: str, force: str, strike: Callable[[VirtualRig], None], at_ns: in
 
         rig.prepare = then  # type: ignore[method-assign]
         try:
-            run_chosen(chosen, config, ready, rig, 1)
+            run.evaluate(1, "torque")
         except DeviceError as error:
             return str(error)
     return "went on"
@@ -133,8 +131,7 @@ def test_squares_go_in_one_after_the_other_on_an_arm_that_lags(tmp_path: Path) -
             },
         },
     )  # fmt: skip
-    ready, chosen = ready_pose(config), ChosenPolicy("corner-first", config)
-    with ExitStack() as opened, VirtualRig(config, ready, "zebra-nmc", "jr3-can", HiddenValues(), phase=0.4) as rig:
-        run_chosen(chosen, config, ready, rig, 2, recorder=RunFolder(tmp_path).recorder(config.recording, opened))
+    rig = lambda *parts: VirtualRig(*parts, "zebra-nmc", "jr3-can", HiddenValues(), phase=0.4)  # noqa: E731
+    Run(config, make_rig=rig).evaluate(2, "corner-first", tmp_path)
     ends = [read_log(path).end for path in find_logs([str(tmp_path)])]
     assert [end and end.outcome for end in ends] == [Outcome.INSERTED.value] * 2

@@ -4,8 +4,18 @@ from dataclasses import replace
 from functools import cache
 
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments import ScoredTrial, TrialRow
-from palpate.core.policy import Observation
+from palpate.adapters.experiments import (
+    FIRST_EVALUATION_TRIAL,
+    NOT_RECORDED,
+    Recording,
+    ScoredTrial,
+    TrialRow,
+    Trials,
+    build_perception,
+)
+from palpate.core.perception import Perception
+from palpate.core.policy import Observation, Policy
+from palpate.core.ports import Rig
 from palpate.core.ports.rig import Truth
 from palpate.core.trial import DecisionRecord, Outcome, ReadyPose, TaskConfig, TrialReport, TrialSetup, find_ready_pose
 
@@ -42,6 +52,24 @@ def trial_rows(*times_s: float, success: bool = True) -> list[TrialRow]:
     """Lines of ``trials.csv`` that differ in number and time only."""
     plain = TrialRow.of(scored_trial(0, success=success))
     return [replace(plain, trial=k, exploration_time_s=time) for k, time in enumerate(times_s)]
+
+
+def run_policy(
+    config: RunConfig,
+    rig: Rig,
+    policy: Policy,
+    trials: int,
+    recording: Recording = NOT_RECORDED,
+    *,
+    perception: Perception | None = None,
+    name: str = "",
+) -> list[TrialRow]:
+    """Run trials of a policy on an open rig; what they were."""
+    first, rows = FIRST_EVALUATION_TRIAL, list[TrialRow]()
+    perception = perception or build_perception(config)
+    work = Trials(config, ready_pose(), rig, perception, policy, recording, name=name, first=first)
+    work.run_all(range(first, first + trials), lambda scored: rows.append(TrialRow.of(scored, first)))
+    return rows
 
 
 def observation(

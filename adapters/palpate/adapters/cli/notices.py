@@ -7,17 +7,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from palpate.adapters.cli.options import LiveSettings
+from palpate.adapters.cli.options import LiveSettings, RunOptions, TrainOptions
 from palpate.adapters.config import RunConfig
 from palpate.adapters.hardware.real_time import RealTimeSession
-from palpate.adapters.log import TrialRecorder
 from palpate.core.supervision import limits_line, weakened_lines
-from palpate.simulation.work_cell import accuracy_lines, inertia_lines, validity_lines
+from palpate.simulation.work_cell import accuracy_lines, validity_lines
 
 if TYPE_CHECKING:
+    from palpate.adapters.experiments import MakeRig, Run
     from palpate.adapters.visualisation.live import LiveView
-
-_MOST = 5
 
 
 @contextmanager
@@ -43,21 +41,24 @@ def say(text: str) -> None:
     sys.stdout.flush()
 
 
-def print_grants(session: RealTimeSession | None, config: RunConfig) -> None:
-    """Print, on a rig, what the system was asked for and what it answered, and which force will stop the arm."""
-    if session is not None:
-        for line in (*session.grants, limits_line(config.supervision, config.task)):
-            sys.stderr.write(f"palpate: {line}\n")
+def run_of(options: RunOptions | TrainOptions, live: LiveView | None = None, make_rig: MakeRig | None = None) -> Run:
+    """Return the run that a command asks for."""
+    from palpate.adapters.experiments import Run, note
+
+    return Run(
+        options.run, rig=options.rig, acknowledge=options.acknowledge, accept_kinematics=options.accept_kinematics,
+        live=live, notify=note, make_rig=make_rig,
+    )  # fmt: skip
+
+
+def print_grants(session: RealTimeSession, config: RunConfig) -> None:
+    """Print what the system was asked for and what it answered, and which force will stop the arm."""
+    print_lines((*map(str, session.grants), limits_line(config.supervision, config.task)))
 
 
 def print_weakened(config: RunConfig) -> None:
     """Print which limits of the supervisor, or which accuracy of the cell, are weaker than by default."""
     print_lines((*weakened_lines(config.supervision), *accuracy_lines(config.cell)))
-
-
-def print_part(config: RunConfig, rig: str = "") -> None:
-    """Print, once nothing can refuse the run any more, its part and in the simulator what the arm's model lacks."""
-    print_lines((config.part.describe(), *(() if rig else inertia_lines(config.arm))))
 
 
 def print_lines(lines: Sequence[str]) -> None:
@@ -91,17 +92,3 @@ def trips_line(summary: Mapping[str, Any]) -> str:
     reasons = ", ".join(f"{reason} {count}" for reason, count in summary["trips"].items())
     count = sum(summary["trips"].values())
     return f"trips: {count} of {summary['trials']} trials, counted as failures at the time limit ({reasons})\n"
-
-
-def unrecorded(recorder: TrialRecorder | None) -> bool:
-    """Whether anything could not be recorded: then a run has not gone well."""
-    return recorder is not None and bool(recorder.troubles)
-
-
-def print_troubles(troubles: Sequence[str]) -> None:
-    """Print what could not be recorded; nothing when all was."""
-    for trouble in troubles[:_MOST]:
-        sys.stderr.write(f"palpate: recording: {trouble}\n")
-    more = len(troubles) - _MOST
-    if more > 0:
-        sys.stderr.write(f"palpate: recording: and {more} more like these\n")

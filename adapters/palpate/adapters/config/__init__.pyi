@@ -1,6 +1,7 @@
 from .calibration import CalibrationTable as CalibrationTable
 from .calibration import write_into as write_into
 from .compose import compose as compose
+from .compose import configured as configured
 from .compose import depth_step_mm as depth_step_mm
 from .compose import job_of as job_of
 from .compose import read_job as read_job

@@ -8,7 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
+from palpate.adapters.config.learning import learner_in
+from palpate.adapters.config.rig import RigFile
 from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config.run_file import run_facts
 from palpate.adapters.config.scenarios import BLIND, JOB, LEARNERS, SCENARIOS
 from palpate.adapters.config.tasks import INSERTION, task_kind
 from palpate.adapters.config.toml import merged, overlay, read_toml
@@ -86,6 +89,66 @@ def compose(
         sensor = simulated_noise(replace(base, cell=replace(base.cell, sensor=noise)))
     derived = derived_settings(job_of(known), sensor, task)
     return overlay(base, merged(derived, stated))
+
+
+def configured(
+    job: str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    *,
+    rig: str = "",
+    scenario: str = "",
+    learner: str = "",
+    policy: str = "",
+    task: str = "",
+    arm: str = "",
+    settings: str | os.PathLike[str] | Mapping[str, Any] | None = None,
+) -> RunConfig:
+    """Compose a configuration of files, presets and tables, as the command line does.
+
+    Args:
+        job: Job file, or its tables; None for the rig's, or the paper's job.
+        rig: Rig file, whose arm, noise and measurements the trials have; empty for the simulator.
+        scenario: Preset; empty takes that of the settings, or ``job`` with a job, or ``paper``.
+        learner: Learner; empty takes that of the settings, or that of the policy file, or Q-learning.
+        policy: Policy file, or anything else.
+        task: Task; empty takes that of the settings, or the insertion.
+        arm: Name of the arm; empty takes that of the settings, the job or the rig.
+        settings: A nested table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file with one (a ``run.toml`` too).
+
+    Raises:
+        ConfigurationError: A setting is unknown or refused, a file cannot be read, or with a rig no job is stated.
+    """
+    table = tables_of(settings)
+    # How the run of a run.toml came about is no setting.
+    run_facts(table, str(settings))
+    file = RigFile.load(Path(rig)) if rig else None
+    job = job or (file.job if file is not None and settings is None else None)
+    stated = read_job(job) if job else None
+    name = scenario or table.get("scenario", "paper" if stated is None else JOB)
+    named = _table(table, "task").get("name", "")
+    if task and named not in ("", task):
+        raise ConfigurationError("task.name", named, f"{task}, which was chosen")
+    learner = learner or table.get("learner", "") or learner_in(policy) or "q-learning"
+    own: dict[str, Any] = {"arm": arm} if arm else {}
+    noise = None
+    if file is not None:
+        (table, stated), own, noise = file.laid_over(table, stated, arm), {}, file.facts.noise()
+    layers = {**table, "scenario": name, "learner": learner}, own
+    return compose(name, learner, *layers, task=task or named or INSERTION, job=stated, sensor=noise)
+
+
+def tables_of(settings: str | os.PathLike[str] | Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return the tables of settings, of a TOML file with settings, or of nothing.
+
+    Raises:
+        ConfigurationError: They are something else.
+    """
+    if settings is None:
+        return {}
+    if isinstance(settings, Mapping):
+        return dict(settings)
+    if isinstance(settings, (str, os.PathLike)):
+        return read_toml(Path(settings))
+    raise ConfigurationError("config", settings, "a table of settings, the name of a TOML file, or None")
 
 
 def scenario(name: str, learner: str = "q-learning") -> RunConfig:

@@ -1,6 +1,7 @@
 """The beginning of a trial that reads, decides and logs, and moves nothing."""
 
 from collections.abc import Iterable
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from math import hypot
 from typing import Final
@@ -10,12 +11,12 @@ import pinocchio as pin
 from typing_extensions import override
 
 from palpate.adapters.config import RunConfig
-from palpate.adapters.experiments.build import build_supervisor, build_task
 from palpate.adapters.experiments.evaluation import FIRST_EVALUATION_TRIAL, ChosenPolicy
-from palpate.adapters.experiments.trial import ScoredTrial, interrupting, run_scored_trial
+from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.experiments.run import Run
+from palpate.adapters.experiments.trial import ScoredTrial, interrupting
+from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials
 from palpate.adapters.hardware import find_approach, withdrawal
-from palpate.adapters.hardware.real_time import RealTimeSession
-from palpate.adapters.log import TrialRecorder
 from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import DeviceError
 from palpate.core.motion import Kinematics, arm_named
@@ -50,22 +51,35 @@ class _Watch(LoopObserver):
             self.task.interrupt()
 
 
+def dry_run(run: Run, policy: str, folder: RunFolder) -> tuple[ScoredTrial, list[str], Recording]:
+    """Run the beginning of a trial on a rig without an arm that moves; return what it saw line by line.
+
+    Raises:
+        ConfigurationError: A setting or the policy is refused.
+        OutputError: The folder holds a run already.
+    """
+    folder.require_free()
+    chosen = run.chosen(policy)
+    with ExitStack() as kept, run.opened() as rig, ExitStack() as opened:
+        run.begin(kept, folder, "run", trials=1, policy=chosen.name)
+        recording = run.record(kept, opened, folder)
+        scored, lines = dry_trial(chosen, run.config, run.ready, rig, recording)
+    return scored, lines, recording
+
+
 def dry_trial(
-    chosen: ChosenPolicy, config: RunConfig, ready: ReadyPose, rig: Rig,
-    recorder: TrialRecorder | None, session: RealTimeSession | None,
-) -> tuple[ScoredTrial, list[str]]:  # fmt: skip
+    chosen: ChosenPolicy, config: RunConfig, ready: ReadyPose, rig: Rig, recording: Recording = NOT_RECORDED
+) -> tuple[ScoredTrial, list[str]]:
     """Run the beginning of a trial as if the tool were above the hole where it is; return what it saw line by line."""
     q_rad = rig.ports.joint_encoder.read().position_rad
     tip = _tip(config, q_rad)
-    here, ready_here, policy = _moved(config, tip), ReadyPose(np.array(q_rad), tip.rotation), chosen.on(rig)
-    task = build_task(here, ready_here, chosen.perception, policy)
-    if recorder is not None:
-        recorder.of("run", here, ready_here, task, chosen.perception, policy, name=chosen.comparator)
-    supervisor, watch = build_supervisor(here, ready_here, rig.sensor_facts, rig.latch), _Watch(task)
-    with interrupting(task.interrupt):
-        scored = run_scored_trial(
-            here, rig, task, FIRST_EVALUATION_TRIAL, recorder, FIRST_EVALUATION_TRIAL, supervisor, session, (watch,)
-        )
+    here, ready_here, first = _moved(config, tip), ReadyPose(np.array(q_rad), tip.rotation), FIRST_EVALUATION_TRIAL
+    trials = Trials(
+        here, ready_here, rig, chosen.perception, chosen.on(rig), recording, name=chosen.comparator, first=first
+    )
+    watch = _Watch(trials.task)
+    with interrupting(trials.task.interrupt):
+        scored = trials.run(first, (watch,))
     lines = [_place(config, tip), _way(config, ready, q_rad), _asked(config, watch.asked)]
     if watch.forces_N:
         mean, noise_N = np.mean(watch.forces_N, axis=0), np.std(watch.forces_N, axis=0).max()

@@ -5,15 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from palpate.adapters.config import PerceptionConfig, RunConfig
-from palpate.adapters.experiments.build import (
-    build_perception,
-    build_task,
-    identifier,
-    plain_perception,
-    supervisor_of,
-    task_actions,
-)
-from palpate.adapters.experiments.trial import require_sound, run_scored_trial
+from palpate.adapters.experiments.build import build_perception, identifier, plain_perception, task_actions
+from palpate.adapters.experiments.trial import require_sound
+from palpate.adapters.experiments.trials import Trials
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.perception import (
     Clusters,
@@ -84,10 +78,9 @@ def _extractor(p: PerceptionConfig, samples: Sequence[tuple[float, ...]], seed: 
 def _collect(config: RunConfig, ready: ReadyPose, rig: Rig) -> list[tuple[float, ...]]:
     """Measurement vectors (in the order of ``CHANNELS``) at the decisions of random walks."""
     walk = _Recorder(task_actions(config))
-    task = build_task(config, ready, plain_perception(config), walk)
-    supervisor = supervisor_of(rig, config, ready)
+    trials = Trials(config, ready, rig, plain_perception(config), walk)
     for k in range(config.perception.fit_trials):
-        require_sound(rig, run_scored_trial(config, rig, task, FIRST_FITTING_TRIAL + k, supervisor=supervisor))
+        require_sound(rig, trials.run(FIRST_FITTING_TRIAL + k))
     return walk.samples
 
 

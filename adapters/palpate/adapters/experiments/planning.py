@@ -6,10 +6,11 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, overlay, task_kind
-from palpate.adapters.experiments.build import build_perception, build_task, plain_perception, ready_pose, supervisor_of
+from palpate.adapters.experiments.build import build_perception, plain_perception, ready_pose
 from palpate.adapters.experiments.evaluation import true_hole_m
 from palpate.adapters.experiments.policies import comparator, learning_policy
-from palpate.adapters.experiments.trial import ScoredTrial, fit_of, run_scored_trial
+from palpate.adapters.experiments.trial import ScoredTrial, fit_of
+from palpate.adapters.experiments.trials import Trials
 from palpate.adapters.experiments.workers import in_processes
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.policy import learner_of
@@ -71,12 +72,12 @@ def run_series(
     ready, rigs = ready_pose(config), list[Rig]()
     perception = plain_perception(config) if policy else build_perception(config)
     rule = comparator(policy, config, lambda: true_hole_m(rigs[-1])) if policy else learning_policy(config, perception)
-    task, learner = build_task(config, ready, perception, rule), learner_of(rule)
+    learner = learner_of(rule)
     for trial in numbers:
         with SimulatedRig(config if world is None else world(trial), ready) as rig:
             rigs.append(rig)
             before = None if learner is None else learner.get_state()
-            scored = run_scored_trial(config, rig, task, trial, supervisor=supervisor_of(rig, config, ready))
+            scored = Trials(config, ready, rig, perception, rule).run(trial)
             if scored.trip and learner is not None and before is not None:
                 learner.set_state(before)
         yield scored

@@ -1,72 +1,33 @@
-"""One run from configuration to results: trials in order, a checkpoint after each, a clean end on request."""
+"""Training: what is trained, trials in order, a checkpoint after each, a clean end on request."""
 
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from palpate.adapters.config import RUN_FORMAT, RunConfig, to_toml
-from palpate.adapters.experiments.build import build_task, supervisor_of
+from typing_extensions import override
+
+from palpate.adapters.config import LEARNERS, RUN_FORMAT, RunConfig, task_kind, to_toml
+from palpate.adapters.experiments.checkpoint import Checkpoint
 from palpate.adapters.experiments.figure import learning_curve
-from palpate.adapters.experiments.policies import perception_settings
+from palpate.adapters.experiments.fitting import configured_perception
+from palpate.adapters.experiments.foreign import foreign_code, foreign_entry
+from palpate.adapters.experiments.policies import learning_policy, loaded_policy, perception_of, perception_settings
 from palpate.adapters.experiments.results import RunFolder, TrialRow
 from palpate.adapters.experiments.statistics import training_summary
-from palpate.adapters.experiments.trial import (
-    OVERLOADS,
-    ScoredTrial,
-    interrupting,
-    require_sound,
-    rest_reinforcement,
-    run_scored_trial,
-)
-from palpate.adapters.hardware.real_time import RealTimeSession
-from palpate.adapters.log import TrialRecorder, made_with
-from palpate.core.errors import ConfigurationError, OutputError
-from palpate.core.perception import Perception, perception_to_dict
-from palpate.core.policy import Policy, TabularLearner, Transition, document_of, learner_of
-from palpate.core.ports import Rig, json_of_file
+from palpate.adapters.experiments.trial import OVERLOADS, ScoredTrial, require_sound, rest_reinforcement
+from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials
+from palpate.adapters.log import made_with
+from palpate.core.control_loop import LoopObserver
+from palpate.core.errors import ConfigurationError
+from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
+from palpate.core.policy import Policy, PolicyDocument, TabularLearner, Transition, document_of, learner_of
+from palpate.core.ports import Rig
 from palpate.core.trial import Outcome, ReadyPose
-
-
-@dataclass(frozen=True)
-class Checkpoint:
-    """Where a training run stands.
-
-    Attributes:
-        learner: The learner's state after them.
-        clock_ticks: Control ticks on the world's clock, which goes on from there.
-    """
-
-    next_trial: int
-    learner: dict[str, Any]
-    perception: dict[str, Any]
-    clock_ticks: int
-
-    def save(self, folder: RunFolder) -> None:
-        """Write it into the folder, whole."""
-        # After every trial: waiting for the disk would take a twentieth of a simulated one.
-        folder.write_json("checkpoint.json", vars(self), durable=False)
-
-    @classmethod
-    def load(cls, folder: RunFolder) -> Checkpoint:
-        """Read it back.
-
-        Raises:
-            OutputError: There is none, or it is damaged.
-        """
-        path = folder.path / "checkpoint.json"
-        try:
-            content = json_of_file(path)
-            return cls(
-                int(content["next_trial"]),
-                dict(content["learner"]),
-                dict(content["perception"]),
-                int(content["clock_ticks"]),
-            )
-        except (OSError, ValueError, OverflowError, KeyError, TypeError) as error:
-            raise OutputError(str(path), f"is no checkpoint to resume from ({error})", "begin a new run") from error
 
 
 def run_toml(config: RunConfig, command: str, **facts: Any) -> str:
@@ -88,8 +49,73 @@ def write_training(config: RunConfig, folder: RunFolder, trials: int) -> tuple[l
     return rows, summary
 
 
-class Trainer:
-    """Trains a policy, trial by trial, into a run folder."""
+@dataclass(frozen=True)
+class Subject:
+    """What is trained.
+
+    Attributes:
+        name: As the run folder keeps it: a policy file, code of one's own, or a learner that begins from nothing.
+        document: The policy file's content.
+        code: Name of the code, package.module:Name; empty for none.
+    """
+
+    name: str
+    document: PolicyDocument | None
+    code: str
+
+    @classmethod
+    def of(cls, config: RunConfig, policy: str) -> Subject:
+        """Return what a name stands for; empty for the learner of the configuration.
+
+        Raises:
+            ConfigurationError: It cannot be trained.
+        """
+        if policy in LEARNERS and policy not in ("q-learning", config.learner):
+            raise ConfigurationError("policy", policy, f"a policy file; --learner {policy} chooses it")
+        name = config.learner if policy in ("", *LEARNERS) else policy
+        asks = task_kind(config.task.name).asks_policy
+        config.task.require("name", asks, "a task that lets a policy choose; this one asks none")
+        code = "" if name == config.learner or os.path.exists(name) else foreign_code(name)
+        document = None if code or name == config.learner else PolicyDocument.load(Path(name))
+        brought = config.learning.programmed or config.learning.examples
+        if (document is not None or code) and brought:
+            accepted = (
+                "nothing programmed and no examples beside --policy FILE or package.module:Name, which brings its own"
+            )
+            raise ConfigurationError("learning.programmed", brought, accepted)
+        if code:
+            foreign_entry(code)
+        return cls(name, document, code)
+
+    def perception(self, config: RunConfig, checkpoint: Checkpoint | None) -> Perception | None:
+        """Return how it perceives; None where that has to be fitted."""
+        perception = configured_perception(config)
+        if self.document is not None:
+            perception = perception_of(self.document, config, perception)
+        return perception if checkpoint is None else perception_from_dict(checkpoint.perception)
+
+    def policy(self, config: RunConfig, perception: Perception) -> Policy:
+        """Return the policy before its first trial.
+
+        Raises:
+            ConfigurationError: It does not learn.
+        """
+        if self.document is not None:
+            policy = loaded_policy(self.document, config, perception, frozen=False)
+        else:
+            policy = learning_policy(config, perception, self.code)
+        if learner_of(policy) is None:
+            accepted = "a policy that offers what it has learned, by get_state and set_state"
+            raise ConfigurationError("policy", self.name, accepted)
+        return policy
+
+
+class Trainer(Trials):
+    """Trains a policy, trial by trial, into a run folder.
+
+    Attributes:
+        next_trial: Number of the trial that comes next.
+    """
 
     def __init__(
         self,
@@ -100,55 +126,45 @@ class Trainer:
         perception: Perception,
         policy: Policy,
         next_trial: int = 0,
-        recorder: TrialRecorder | None = None,
-        session: RealTimeSession | None = None,
+        recording: Recording = NOT_RECORDED,
     ) -> None:
         learner = learner_of(policy)
         if learner is None:
             raise ConfigurationError("policy", type(policy).__name__, "a policy with a learner")
-        self._config, self._folder, self._rig = config, folder, rig
-        self._perception, self._policy, self._learner = perception, policy, learner
-        self._perception_dict = perception_to_dict(perception)
-        self._task = build_task(config, ready, perception, policy)
-        self._supervisor = supervisor_of(rig, config, ready)
-        self._recorder, self._session = recorder, session
-        if recorder is not None:
-            recorder.of("train", config, ready, self._task, perception, policy, frozen=False)
+        self._folder, self._learner, self._perception_dict = folder, learner, perception_to_dict(perception)
         self.next_trial = next_trial
-        self.interrupted = False
+        super().__init__(config, ready, rig, perception, policy, recording, command="train")
 
-    def train(self, trials: int, on_trial: Callable[[ScoredTrial], None]) -> None:
-        """Run trials up to number ``trials``; returns early, and sets ``interrupted``, on Ctrl-C.
+    def train(self, trials: int, on_trial: Callable[[ScoredTrial], object]) -> None:
+        """Run trials up to number ``trials``; returns early, and sets ``interrupted``, on Ctrl-C."""
+
+        def done(scored: ScoredTrial) -> None:
+            self._folder.append_trial(scored)
+            # No further than here: what was learned of it must not stay, and a resumed run repeats it.
+            require_sound(self.rig, scored)
+            self.next_trial += 1
+            self.checkpoint()
+            on_trial(scored)
+
+        self.run_all(range(self.next_trial, trials), done)
+
+    @override
+    def run(self, number: int, watching: tuple[LoopObserver, ...] = ()) -> ScoredTrial:
+        """Run one trial and learn from it.
 
         A trial that is cut short leaves no trace: the learner goes back to where it was, so that resuming gives
         what an uninterrupted run would have given.
         """
-        with interrupting(self._request_end):
-            while self.next_trial < trials and not self.interrupted:
-                before, ticks = self._learner.get_state(), self._rig.clock_ticks
-                scored = run_scored_trial(
-                    self._config,
-                    self._rig,
-                    self._task,
-                    self.next_trial,
-                    self._recorder,
-                    supervisor=self._supervisor,
-                    session=self._session,
-                )
-                if scored.report.outcome is Outcome.INTERRUPTED:
-                    self._learner.set_state(before)
-                    self._rig.set_clock_ticks(ticks)
-                    break
-                if scored.marked and not self._config.admission.learn_from_marked:
-                    self._learner.set_state(before)
-                elif scored.trip:
-                    self._learn_from_trip(scored, before)
-                self._folder.append_trial(scored)
-                # No further than here: what was learned of it must not stay, and a resumed run repeats it.
-                require_sound(self._rig, scored)
-                self.next_trial += 1
-                self.checkpoint()
-                on_trial(scored)
+        before, ticks = self._learner.get_state(), self.rig.clock_ticks
+        scored = super().run(number, watching)
+        if scored.report.outcome is Outcome.INTERRUPTED:
+            self._learner.set_state(before)
+            self.rig.set_clock_ticks(ticks)
+        elif scored.marked and not self.config.admission.learn_from_marked:
+            self._learner.set_state(before)
+        elif scored.trip:
+            self._learn_from_trip(scored, before)
+        return scored
 
     def _learn_from_trip(self, scored: ScoredTrial, before: dict[str, Any]) -> None:
         """Keep of a tripped trial, which is an episode without an end, what its actions caused.
@@ -162,34 +178,18 @@ class Trainer:
         if report.trip is None or report.trip.reason not in OVERLOADS:
             self._learner.set_state(before)
         elif isinstance(self._learner, TabularLearner) and report.decisions:
-            last, cost = report.decisions[-1], rest_reinforcement(self._config, report.exploration_time_s)
+            last, cost = report.decisions[-1], rest_reinforcement(self.config, report.exploration_time_s)
             if last.index is not None:
-                state = self._perception.states.index(last.state)
+                state = self.perception.states.index(last.state)
                 self._learner.learn(Transition(state, last.index, cost, None))
 
     def checkpoint(self) -> None:
         """Save what a resumed run starts from."""
-        ticks = self._rig.clock_ticks
+        ticks = self.rig.clock_ticks
         Checkpoint(self.next_trial, self._learner.get_state(), self._perception_dict, ticks).save(self._folder)
 
     def save_policy(self) -> None:
         """Write ``policy.json``."""
-        settings = perception_settings(self._config, self._perception)
-        document = document_of(self._policy, created_with=made_with(), perception=settings)
+        settings = perception_settings(self.config, self.perception)
+        document = document_of(self.policy, created_with=made_with(), perception=settings)
         document.save(self._folder.path / "policy.json")
-
-    def _request_end(self) -> None:
-        self.interrupted = True
-        self._task.interrupt()
-
-
-def resume_from(checkpoint: Checkpoint, policy: Policy, rig: Rig) -> None:
-    """Put a policy's learner, and the world's clock, to where the checkpoint left them."""
-    rig.set_clock_ticks(checkpoint.clock_ticks)
-    learner = learner_of(policy)
-    if learner is None:
-        raise ConfigurationError("policy", type(policy).__name__, "a policy with a learner")
-    try:
-        learner.set_state(checkpoint.learner)
-    except (KeyError, TypeError, ValueError) as error:
-        raise OutputError("checkpoint.json", f"holds no state of this learner ({error})", "begin a new run") from error

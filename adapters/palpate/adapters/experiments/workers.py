@@ -5,7 +5,7 @@ import signal
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from typing import Any, Final, TypeVar
@@ -15,7 +15,7 @@ _WATCH_S: Final = 0.1
 ONE_THREAD: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMEXPR")}
 
 
-def in_processes(function: Callable[..., T], calls: Iterable[tuple[Any, ...]], jobs: int) -> Iterator[T]:
+def in_processes(function: Callable[..., T], calls: Iterable[tuple[Any, ...]], jobs: int) -> Generator[T, None, None]:
     """What a function gives for each tuple of arguments, in their order."""
     from joblib import Parallel, delayed
 

@@ -14,8 +14,7 @@ import pytest
 from palpate.adapters.cli import interrupts, main
 from palpate.adapters.cli.commands import COMMANDS, Command
 from palpate.adapters.cli.interrupts import QUIET_S, Interrupts
-from palpate.adapters.experiments import RunFolder
-from palpate.adapters.experiments.evaluation import BLOCK
+from palpate.adapters.experiments import BLOCK, RunFolder
 from palpate.adapters.log import TrialRecorder
 from palpate.simulation.work_cell import WorkCell
 from tests.command_line import CommandLine

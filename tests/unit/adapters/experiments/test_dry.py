@@ -33,7 +33,7 @@ def test_the_arm_stays_where_it_is_and_the_task_decides(
     q_rad: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rig, config = dry_rig(q_rad, monkeypatch)
-    scored, lines = dry_trial(ChosenPolicy("torque", config), config, ready_pose(), rig, None, None)
+    scored, lines = dry_trial(ChosenPolicy("torque", config), config, ready_pose(), rig)
     assert [scored.report.outcome, scored.trip] == [Outcome.INTERRUPTED, ""]
     assert "tare" in [each.name for each in scored.report.events]
     assert rig.ports.joint_encoder.read().position_rad == pytest.approx(q_rad, abs=2e-3)
@@ -50,7 +50,7 @@ def test_a_dry_run_that_trips_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     rig, config = dry_rig(AWAY_RAD, monkeypatch)
     measure, loads = rig.cell.measure_wrench, iter(range(1000))
     monkeypatch.setattr(rig.cell, "measure_wrench", lambda: [value + 60.0 * (next(loads) > 60) for value in measure()])
-    scored, lines = dry_trial(ChosenPolicy("torque", config), config, ready_pose(), rig, None, None)
+    scored, lines = dry_trial(ChosenPolicy("torque", config), config, ready_pose(), rig)
     assert scored.trip
     assert lines
 

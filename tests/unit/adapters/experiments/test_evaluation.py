@@ -9,12 +9,12 @@ import pytest
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import (
-    Recorded,
+    NOT_RECORDED,
+    Recording,
     build_perception,
     comparator,
     learning_policy,
     loaded_policy,
-    run_policy,
 )
 from palpate.adapters.experiments.policies import perception_settings
 from palpate.adapters.log import TrialRecorder, describe, info_of, read_log, recorded_sensor
@@ -26,7 +26,7 @@ from palpate.core.errors import DeviceError, FaultLatchedError
 from palpate.core.policy import document_of
 from tests.support.faults import FaultPlan, faulty
 from tests.support.memory_sink import MemorySink
-from tests.unit.adapters.samples import QUICK, ready_pose
+from tests.unit.adapters.samples import QUICK, ready_pose, run_policy
 
 
 @pytest.mark.parametrize(
@@ -42,9 +42,9 @@ def test_after_a_trip_or_a_device_s_error_nothing_moves_on_the_same_rig_until_it
 ) -> None:
     strict = replace(QUICK, supervision=replace(QUICK.supervision, max_force_N=5.5))
 
-    def run(config: RunConfig, recorded: Recorded | None = None) -> None:
+    def run(config: RunConfig, recording: Recording = NOT_RECORDED) -> None:
         walk = comparator("random", config, lambda: (0.0, 0.0))
-        run_policy(config, ready_pose(), rig, build_perception(config), walk, 1, lambda scored: None, recorded)
+        run_policy(config, rig, walk, 1, recording, name="random")
 
     with SimulatedRig(QUICK, ready_pose()) as rig:
         # As a rig of devices: in the simulator a trip is a result.
@@ -60,7 +60,7 @@ def test_after_a_trip_or_a_device_s_error_nothing_moves_on_the_same_rig_until_it
         rig.latch.acknowledge("Ada", "the limit was a joke")
         sink = MemorySink()
         with TrialRecorder(lambda: sink, tmp_path, QUICK.recording) as recorder:
-            run(QUICK, Recorded(recorder, "run", "random"))
+            run(QUICK, Recording(recorder))
     (tmp_path / "log.mcap").write_bytes(sink.logs[0])
     log = read_log(tmp_path / "log.mcap")
     world = json.loads(log.start.world_json)
@@ -80,7 +80,7 @@ def test_a_policy_is_recorded_as_what_it_is(tmp_path: Path, learning: bool) -> N
         policy = loaded_policy(document, QUICK, perception, frozen=True)
     sink = MemorySink()
     with SimulatedRig(QUICK, ready_pose()) as rig, TrialRecorder(lambda: sink, tmp_path, QUICK.recording) as recorder:
-        run_policy(QUICK, ready_pose(), rig, perception, policy, 1, lambda scored: None, Recorded(recorder, "run"))
+        run_policy(QUICK, rig, policy, 1, Recording(recorder))
     (tmp_path / "log.mcap").write_bytes(sink.logs[0])
     assert read_log(tmp_path / "log.mcap").start.frozen is not learning
     assert replay_file(tmp_path / "log.mcap", Rebuilder()).verdict is Verdict.EQUAL

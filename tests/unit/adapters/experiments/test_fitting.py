@@ -8,8 +8,7 @@ from typing import Any
 import pytest
 
 from palpate.adapters.config.run import PerceptionConfig, RunConfig
-from palpate.adapters.experiments import fitting
-from palpate.adapters.experiments.evaluation import run_policy
+from palpate.adapters.experiments import trials
 from palpate.adapters.experiments.fitting import configured_perception, fitted_perception, needs_fitting
 from palpate.adapters.experiments.policies import learning_policy, loaded_policy, perception_of
 from palpate.adapters.experiments.results import RunFolder
@@ -19,7 +18,7 @@ from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.perception import Perception, perception_to_dict
 from palpate.core.policy import PolicyDocument
 from palpate.core.tasks.insertion.task import InsertionTask
-from tests.unit.adapters.samples import QUICK, ready_pose
+from tests.unit.adapters.samples import QUICK, ready_pose, run_policy
 
 STAGES = {
     "pca+clusters": PerceptionConfig(features="pca", symbols="clusters", symbol_count=6, fit_trials=2),
@@ -58,16 +57,16 @@ def test_fitting_depends_on_the_seed() -> None:
 
 
 def test_fitting_shares_no_random_stream_with_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    trials: list[int] = []
+    numbers: list[int] = []
 
-    def record(config: RunConfig, rig: SimulatedRig, task: InsertionTask, trial: int, **more: Any) -> ScoredTrial:
-        trials.append(trial)
-        return run_scored_trial(config, rig, task, trial, **more)
+    def record(config: RunConfig, rig: SimulatedRig, task: InsertionTask, trial: int, *more: Any) -> ScoredTrial:
+        numbers.append(trial)
+        return run_scored_trial(config, rig, task, trial, *more)
 
-    monkeypatch.setattr(fitting, "run_scored_trial", record)
+    monkeypatch.setattr(trials, "run_scored_trial", record)
     fit(config_of("channels+random"))
-    assert len(set(trials)) == 2
-    assert min(trials) >= 1_000_000  # no run has so many trials of its own
+    assert len(set(numbers)) == 2
+    assert min(numbers) >= 1_000_000  # no run has so many trials of its own
 
 
 @each_stage
@@ -89,5 +88,5 @@ def test_fitted_perception_trains_and_its_policy_runs(stages: str, tmp_path: Pat
         perception = perception_of(document, config, configured_perception(config))
         assert perception_to_dict(perception) == fitted(stages)
         policy = loaded_policy(document, config, perception, frozen=True)
-        rows = run_policy(config, ready, rig, perception, policy, 1, lambda scored: None)
+        rows = run_policy(config, rig, policy, 1, perception=perception)
     assert rows[0].actions > 0

@@ -15,18 +15,17 @@ from palpate.adapters.experiments import (
     Trainer,
     build_perception,
     comparator,
-    run_policy,
     summary_of,
     task_actions,
 )
-from palpate.adapters.experiments.training import Checkpoint, resume_from
+from palpate.adapters.experiments.checkpoint import Checkpoint, resume_from
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import DeviceError
 from palpate.core.policy import QLearning, QParameters, TemperatureSchedule
 from palpate.core.ports import AppliedCommand, JointCommand
 from palpate.core.trial import Outcome
 from tests.support.faults import FaultPlan, faulty
-from tests.unit.adapters.samples import QUICK, ready_pose
+from tests.unit.adapters.samples import QUICK, ready_pose, run_policy
 
 STRICT = replace(QUICK, supervision=replace(QUICK.supervision, max_force_N=5.5))
 """Some trials press harder than this while they explore; the task itself would not mind."""
@@ -62,7 +61,7 @@ def trained(
 def test_a_trip_counts_as_a_failure_at_the_time_limit_and_the_next_trial_begins() -> None:
     walk = comparator("random", STRICT, lambda: (0.0, 0.0))
     with SimulatedRig(STRICT, ready_pose()) as rig:
-        rows = run_policy(STRICT, ready_pose(), rig, build_perception(STRICT), walk, 4, lambda scored: None)
+        rows = run_policy(STRICT, rig, walk, 4)
         assert not rig.latch.cause
         assert rig.latch.acknowledgements == []
     tripped = [row for row in rows if row.trip]
@@ -77,13 +76,12 @@ def test_a_trip_counts_as_a_failure_at_the_time_limit_and_the_next_trial_begins(
 
 
 def test_on_a_rig_of_devices_the_same_trip_ends_the_run() -> None:
-    walk, done = comparator("random", STRICT, lambda: (0.0, 0.0)), list[ScoredTrial]()
+    walk = comparator("random", STRICT, lambda: (0.0, 0.0))
     with SimulatedRig(STRICT, ready_pose()) as rig:
         rig.simulated = False
         with pytest.raises(DeviceError, match=r"trial \d: FORCE_LIMIT: force \d\.\d+ N, limit 5\.5 N"):
-            run_policy(STRICT, ready_pose(), rig, build_perception(STRICT), walk, 4, done.append)
+            run_policy(STRICT, rig, walk, 4)
         assert rig.latch.cause.startswith("FORCE_LIMIT: ")
-    assert done[-1].trip
 
 
 def test_training_resumes_across_trips_as_if_it_had_not_been_interrupted(tmp_path: Path) -> None:
@@ -138,5 +136,5 @@ def test_on_a_rig_a_person_s_stop_is_a_fault_and_the_program_s_own_is_not(
 
         monkeypatch.setattr(rig.ports.arm, "send", stop_in_the_middle)
         with pytest.raises(DeviceError, match="trial 0: stopped from outside"):
-            run_policy(QUICK, ready_pose(), rig, build_perception(QUICK), walk, 1, lambda scored: None)
+            run_policy(QUICK, rig, walk, 1)
         assert bool(rig.latch.cause) is latched

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from palpate.adapters.experiments.policies import comparator, learning_policy
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import run_scored_trial, trial_setup
+from palpate.adapters.experiments.trials import Recording
 from palpate.adapters.log import Sink, TrialLog, TrialRecorder, read_log, set_aside, sound_messages
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError, OutputError
@@ -40,14 +42,10 @@ def trained(path: Path, recording: RecordingConfig, live: Sink | None = None) ->
     recorder = TrialRecorder.into(path / "logs", recording, live)
     with SimulatedRig(QUICK, ready_pose()) as rig:
         policy = learning_policy(QUICK, perception)
-        if recorder is None:
-            trainer = Trainer(QUICK, folder, ready_pose(), rig, perception, policy)
+        with recorder or nullcontext():
+            trainer = Trainer(QUICK, folder, ready_pose(), rig, perception, policy, recording=Recording(recorder))
             trainer.train(2, lambda scored: None)
-        else:
-            with recorder:
-                trainer = Trainer(QUICK, folder, ready_pose(), rig, perception, policy, recorder=recorder)
-                trainer.train(2, lambda scored: None)
-            assert recorder.troubles == []
+        assert Recording(recorder).troubles == []
         trainer.save_policy()
     logs = path / "logs"
     names = sorted(p.name for p in logs.iterdir()) if logs.exists() else []

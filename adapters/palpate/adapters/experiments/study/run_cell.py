@@ -7,7 +7,7 @@ import shutil
 import sys
 import uuid
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -16,19 +16,15 @@ from typing import Any, Final
 from threadpoolctl import threadpool_limits
 
 from palpate.adapters.config import LEARNERS, RunConfig
-from palpate.adapters.experiments.build import open_rig, ready_pose, require_usable
-from palpate.adapters.experiments.evaluation import ChosenPolicy, run_chosen, write_evaluation
-from palpate.adapters.experiments.fitting import configured_perception, fitted_perception, needs_fitting
+from palpate.adapters.experiments.fitting import needs_fitting
 from palpate.adapters.experiments.foreign import foreign_code, foreign_learns
-from palpate.adapters.experiments.policies import learning_policy
 from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.experiments.run import Run
 from palpate.adapters.experiments.study.cell import CELL_FILE, StudyCell
 from palpate.adapters.experiments.study.fields import configured, with_learner
-from palpate.adapters.experiments.training import Trainer, run_toml, write_training
-from palpate.adapters.log import LOG_FOLDER, TrialRecorder
+from palpate.adapters.log import LOG_FOLDER
 from palpate.core.errors import ConfigurationError, OutputError, PalpateError, one_line
-from palpate.core.ports import Rig, put_folder_in_place, whole_file
-from palpate.core.trial import ReadyPose
+from palpate.core.ports import put_folder_in_place, whole_file
 
 UNFINISHED: Final = ".unfinished"
 """Folders that end so are cells that were begun."""
@@ -137,47 +133,14 @@ def _run(job: CellJob, config: RunConfig, path: Path) -> CellOutcome:
     folder = RunFolder(path)
     code = "" if job.cell.policy in (*LEARNERS, *job.files) else foreign_code(job.cell.policy)
     learns = job.cell.policy in LEARNERS or (code and foreign_learns(code, config))
-    whole = _train(job, config, folder, code) if learns else _evaluate(job, config, folder)
-    if not whole:
+    run, name = Run(config), job.cell.policy
+    if learns:
+        result = run.train(job.trials, path, name)
+    else:
+        result = run.evaluate(job.trials, job.path(name) if name in job.files else name, path)
+    if result.troubles:
+        raise OutputError(LOG_FOLDER, result.troubles[0], "make room and begin the study again: it goes on")
+    if not result.finished:
         return CellOutcome.INTERRUPTED
     folder.write_json(CELL_FILE, job.cell.document())
     return CellOutcome.FINISHED
-
-
-@contextmanager
-def _begun(
-    job: CellJob, config: RunConfig, folder: RunFolder, command: str
-) -> Iterator[tuple[ReadyPose, Rig, TrialRecorder | None]]:
-    """A run in the cell's folder: the pose that it starts from, its rig, and its recorder."""
-    ready = ready_pose(config)
-    with ExitStack() as opened:
-        rig = opened.enter_context(open_rig(config, ready, ""))
-        require_usable(config, ready)
-        folder.write("run.toml", run_toml(config, command, trials=job.trials, policy=job.cell.policy))
-        recorder = folder.recorder(config.recording, opened)
-        yield ready, rig, recorder
-    if recorder is not None and recorder.troubles:
-        raise OutputError(LOG_FOLDER, recorder.troubles[0], "make room and begin the study again: it goes on")
-
-
-def _train(job: CellJob, config: RunConfig, folder: RunFolder, code: str) -> bool:
-    with _begun(job, config, folder, "train") as (ready, rig, recorder):
-        perception = configured_perception(config)
-        if perception is None:
-            perception = fitted_perception(config, ready, rig)
-        policy = learning_policy(config, perception, code)
-        trainer = Trainer(config, folder, ready, rig, perception, policy, recorder=recorder)
-        trainer.checkpoint()
-        trainer.train(job.trials, lambda scored: None)
-        trainer.save_policy()
-    rows, _ = write_training(config, folder, job.trials)
-    return len(rows) == job.trials
-
-
-def _evaluate(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
-    name = job.cell.policy
-    chosen = ChosenPolicy(job.path(name) if name in job.files else name, config)
-    with _begun(job, config, folder, "run") as (ready, rig, recorder):
-        rows = run_chosen(chosen, config, ready, rig, job.trials, folder=folder, recorder=recorder)
-    write_evaluation(config, folder, name, chosen.document, rows, job.trials)
-    return len(rows) == job.trials

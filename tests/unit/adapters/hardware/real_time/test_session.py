@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from palpate.adapters.config import AdmissionConfig, RealTimeConfig, RunConfig
-from palpate.adapters.experiments import training
+from palpate.adapters.experiments import trials
 from palpate.adapters.experiments.build import build_perception, build_task, supervisor_of
 from palpate.adapters.experiments.policies import comparator, learning_policy
 from palpate.adapters.experiments.results import RunFolder
@@ -79,7 +79,7 @@ def test_nothing_is_learned_from_a_marked_trial(learn: bool, tmp_path: Path, mon
     def late(*words: Any, **named: Any) -> ScoredTrial:
         return replace(run_scored_trial(*words, **named), marked="late")
 
-    monkeypatch.setattr(training, "run_scored_trial", late)
+    monkeypatch.setattr(trials, "run_scored_trial", late)
     config = replace(QUICK, admission=AdmissionConfig(learn_from_marked=learn))
     perception = build_perception(config)
     policy = learning_policy(config, perception)

@@ -1,0 +1,89 @@
+"""Baselines and trained policies on the same trials, in one table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass
+from typing import Any
+
+from palpate.adapters.experiments.policies import COMPARATORS, comparators_of
+from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.experiments.run import Run
+from palpate.adapters.experiments.statistics import shown_interval, summary_of
+from palpate.adapters.log import aligned, csv_text
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Figures of policies on the same trials.
+
+    Attributes:
+        summaries: Of each policy, by its name.
+        finished: Whether every policy ran all trials.
+        troubles: What could not be recorded.
+    """
+
+    summaries: Mapping[str, Mapping[str, Any]]
+    finished: bool
+    troubles: Sequence[str]
+
+    def table(self) -> str:
+        """Return success, times and forces, a policy a line; 95 % intervals in brackets where one can be stated."""
+        lines = [("policy", "success", "median s", "95th percentile s", "peak N", "trips")]
+        for name, s in self.summaries.items():
+            lines.append(
+                (
+                    name,
+                    f"{s['success']:.0%} [{s['success_95'][0]:.0%}, {s['success_95'][1]:.0%}]",
+                    shown_interval(s["median_s"], *s["median_95_s"]),
+                    shown_interval(s["p95_s"], *s["p95_95_s"]),
+                    f"{s['peak_force_N']:.1f}",
+                    str(sum(s["trips"].values())),
+                )
+            )
+        return aligned(lines)
+
+    def csv(self) -> str:
+        """Return the same as CSV."""
+        columns = ("success", "median_s", "p95_s")
+        header = ["policy", "trials", *(f"{c}{end}" for c in columns for end in ("", "_low", "_high"))]
+        rows: list[list[Any]] = [[*header, "peak_force_N", "trips"]]
+        for name, s in self.summaries.items():
+            intervals = (s["success_95"], s["median_95_s"], s["p95_95_s"])
+            values = [v for c, (low, high) in zip(columns, intervals, strict=True) for v in (s[c], low, high)]
+            rows.append([name, s["trials"], *values, s["peak_force_N"], sum(s["trips"].values())])
+        return csv_text(rows)
+
+
+Shown = Callable[[str], AbstractContextManager[Any]]
+"""Shows the progress of the policy of that name: gives an object with ``update(trials)``."""
+
+
+def compare(run: Run, policies: Sequence[str], trials: int, folder: RunFolder, shown: Shown) -> Comparison:
+    """Run policies and all baselines of the task on the same trials, and record them; Ctrl-C ends it early.
+
+    Raises:
+        ConfigurationError: A setting or a policy is refused.
+        OutputError: The folder holds a run already.
+    """
+    folder.require_free()
+    chosen = [run.chosen(name) for name in (*policies, *comparators_of(run.config))]
+    summaries: dict[str, dict[str, Any]] = {}
+    finished = True
+    with ExitStack() as kept, ExitStack() as opened:
+        run.begin(kept, folder, "compare", trials=trials, policy=list(policies))
+        recording = run.record(kept, opened, folder)
+        for number, policy in enumerate(chosen):
+            # Two runs may have folders of the same name, or one of a comparator's.
+            taken = policy.label in summaries or (policy.label in COMPARATORS and policy.name not in COMPARATORS)
+            logs = f"{policy.label}-{number}" if taken else policy.label
+            # A rig for each: all begin with the same clock.
+            with run, shown(policy.label) as bar:
+                rows = run.rows(policy, trials, recording, command="compare", subfolder=logs, on_trial=bar.update)
+            finished = len(rows) == trials
+            if rows:
+                summaries[policy.name if taken else policy.label] = summary_of(rows)
+            if not finished:
+                break
+    return Comparison(summaries, finished, recording.troubles)

@@ -1,0 +1,442 @@
+"""One run: configuration, rig, policy, supervisor and recorder, put together in one place."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing, contextmanager, suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, Self, TypeAlias
+
+from palpate.adapters.config import RunConfig, configured
+from palpate.adapters.experiments.build import open_rig, ready_pose, require_limits, require_usable
+from palpate.adapters.experiments.checkpoint import Checkpoint, cut_back, require_same_run, resume_from
+from palpate.adapters.experiments.claim import Claim
+from palpate.adapters.experiments.evaluation import (
+    FIRST_EVALUATION_TRIAL,
+    NOBODY_KNOWS,
+    ChosenPolicy,
+    warm_up,
+    write_evaluation,
+)
+from palpate.adapters.experiments.fitting import fitted_perception
+from palpate.adapters.experiments.results import RunFolder, TrialRow, next_free_folder
+from palpate.adapters.experiments.statistics import policy_summary
+from palpate.adapters.experiments.training import Subject, Trainer, run_toml, write_training
+from palpate.adapters.experiments.trial import ScoredTrial
+from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials
+from palpate.adapters.experiments.workers import in_processes, interrupts_wait
+from palpate.adapters.hardware.real_time import RealTimeSession
+from palpate.adapters.log import LOG_FOLDER, Sink
+from palpate.core.errors import ConfigurationError, LifecycleError, PalpateError
+from palpate.core.policy import Policy
+from palpate.core.ports import Rig
+from palpate.core.supervision import limits_line, weakened_lines
+from palpate.core.trial import ReadyPose
+from palpate.simulation.work_cell import accuracy_lines, inertia_lines
+
+BLOCK: Final = 10
+"""Trials that a process of several runs at a time. Each block begins with a new policy object."""
+_MOST_TROUBLES: Final = 5
+Named: TypeAlias = str | os.PathLike[str]
+"""A policy by name or file."""
+MakeRig: TypeAlias = Callable[[RunConfig, ReadyPose], Rig]
+
+
+def ignore(_: object) -> None:
+    """Do nothing."""
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """Finished trials.
+
+    Attributes:
+        rows: A line of ``trials.csv`` each.
+        summary: Figures over all of them, as in ``summary.json``.
+        finished: Whether all the requested trials are among them.
+        folder: Folder with everything about them; None where nothing was kept.
+        troubles: What could not be recorded.
+        timing: How punctual the control loop was; empty in the simulator.
+    """
+
+    rows: list[TrialRow]
+    summary: dict[str, Any]
+    finished: bool
+    folder: RunFolder | None = None
+    troubles: Sequence[str] = ()
+    timing: str = ""
+
+    @property
+    def policy(self) -> Path:
+        """The policy file."""
+        return self._path("policy.json")
+
+    @property
+    def logs(self) -> list[Path]:
+        """The logs of the trials, in their order."""
+        return sorted(self._path(LOG_FOLDER).glob("*.mcap"))
+
+    def _path(self, name: str) -> Path:
+        if self.folder is None:
+            raise LifecycleError("run", "without a folder", name, "name a folder: out=...")
+        return self.folder.path / name
+
+
+class Run:
+    """Configuration, rig and policy of trials; it trains, evaluates, and runs single trials.
+
+    The rig is opened when it is first needed. It is closed at the end of a ``with`` block around the run, or of the
+    call that opened it.
+
+    Args:
+        job: Job file, or its tables; None for the rig's, or the paper's; or a whole configuration.
+        rig: Rig file; empty for the simulator.
+        policy: What :meth:`evaluate` runs: a baseline, a policy file, code ``package.module:Name``, or an object.
+        acknowledge: ``NUMBER NAME: why`` of the person who acknowledges the rig's open fault.
+        accept_kinematics: Whether a person accepts that the arm moves by its nominal model.
+        live: Gets everything that is recorded, while it is recorded.
+        notify: Gets lines that a person should read; by default they go to the error stream on a rig, and nowhere in
+            the simulator.
+        make_rig: Makes the rig, not entered, instead of :func:`open_rig`.
+        presets: ``scenario``, ``learner``, ``task``, ``arm`` and ``settings``, as :func:`configured` takes them.
+
+    Attributes:
+        config: The configuration.
+        ready: Pose from which trials begin.
+
+    Raises:
+        ConfigurationError: A setting is unknown or refused.
+    """
+
+    def __init__(
+        self,
+        job: RunConfig | Named | Mapping[str, Any] | None = None,
+        *,
+        rig: str = "",
+        policy: Named | Policy = "",
+        acknowledge: str = "",
+        accept_kinematics: bool = False,
+        live: Sink | None = None,
+        notify: Callable[[str], object] | None = None,
+        make_rig: MakeRig | None = None,
+        **presets: Any,
+    ) -> None:
+        if isinstance(job, RunConfig):
+            self.config = job
+        else:
+            file = policy if isinstance(policy, (str, os.PathLike)) else ""
+            self.config = configured(job, rig=rig, policy=os.fspath(file), **presets)
+        self.rig_file, self.policy, self.live = rig, policy, live
+        self.ready = ready_pose(self.config)
+        self.notify: Callable[[str], object] = notify or (note if rig else ignore)
+        self._make_rig = make_rig or (
+            lambda config, ready: open_rig(config, ready, rig, acknowledge, accept_kinematics=accept_kinematics)
+        )
+        self._rig: Rig | None = None
+        self._opened, self._depth = ExitStack(), 0
+
+    def __enter__(self) -> Self:
+        self._depth += 1
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._depth -= 1
+        if self._depth == 0:
+            self._rig = None
+            self._opened.__exit__(kind, error, trace)
+
+    @property
+    def rig(self) -> Rig:
+        """The open rig.
+
+        Raises:
+            LifecycleError: Outside of a ``with`` block.
+            DeviceError: A device of it cannot be opened.
+        """
+        if self._depth == 0:
+            raise LifecycleError("run", "not entered", "rig", "use it in a with block: with Run(...) as run")
+        if self._rig is None:
+            closed = self._make_rig(self.config, self.ready)
+            if self.rig_file:
+                warm_up(self.config, self.ready)
+            self._rig = self._opened.enter_context(closed)
+            require_limits(self.config, self.ready, self._rig.sensor_facts)
+        return self._rig
+
+    def chosen(self, policy: Named | Policy = "") -> ChosenPolicy:
+        """Check a policy, before any rig is opened; the run's own unless given.
+
+        Raises:
+            ConfigurationError: There is no such policy, it does not go with the configuration, or a setting of the
+                trials is refused.
+        """
+        chosen = ChosenPolicy(policy or self.policy, self.config)
+        if chosen.name.startswith("omniscient") and self.rig_file:
+            raise ConfigurationError("policy", chosen.name, NOBODY_KNOWS)
+        require_usable(self.config, self.ready, self.rig_file)
+        return chosen
+
+    def trials(self, chosen: ChosenPolicy, recording: Recording = NOT_RECORDED, **recorded: str) -> Trials:
+        """Put a policy to work on the rig: trials that do not train.
+
+        Args:
+            recorded: ``command`` and ``subfolder``, as :class:`Trials` takes them.
+        """
+        first = FIRST_EVALUATION_TRIAL
+        return Trials(
+            self.config, self.ready, self.rig, chosen.perception, chosen.on(self.rig), recording,
+            name=chosen.comparator, first=first, **recorded,
+        )  # fmt: skip
+
+    def trial(self, policy: Named | Policy = "", number: int = 0) -> ScoredTrial:
+        """Run one trial, and keep nothing of it.
+
+        Args:
+            number: Number of the trial; its random streams follow from it and the seed.
+        """
+        chosen = self.chosen(policy)
+        with self:
+            return self.trials(chosen).run(FIRST_EVALUATION_TRIAL + number)
+
+    def evaluate(
+        self,
+        trials: int = 50,
+        policy: Named | Policy = "",
+        out: Named = "",
+        *,
+        jobs: int = 1,
+        claim: Claim | None = None,
+        on_trial: Callable[[int], object] = ignore,
+    ) -> RunResult:
+        """Run a policy that does not learn; Ctrl-C ends it early.
+
+        Args:
+            policy: Policy instead of the run's own.
+            out: Folder for logs, tables and summary. Without one nothing is kept in the simulator, and a rig's trials
+                go to the next free folder below ``runs``.
+            jobs: Processes in the simulator. With several, every 10 trials begin with a new policy object.
+            claim: Claim that the trials prove or refute.
+            on_trial: Gets the number of trials that have been finished since it was last called.
+
+        Raises:
+            ConfigurationError: A setting or the policy is refused.
+            OutputError: The folder holds a run already.
+            DeviceError: A device failed, or the supervisor tripped on a rig.
+        """
+        chosen = self.chosen(policy)
+        folder = RunFolder(Path(out)) if out else None
+        if folder is None and self.rig_file:
+            folder = next_free_folder(f"runs/{self.config.scenario}-run")
+        if folder is not None:
+            folder.require_free()
+        rows, troubles, recording = list[TrialRow](), list[str](), NOT_RECORDED
+        facts = {"trials": trials, "policy": chosen.name}
+        with ExitStack() as kept:
+            if jobs > 1:
+                self.begin(kept, folder, "run", **facts)
+                self._in_processes(chosen.name, trials, jobs, folder, rows, troubles, on_trial)
+            else:
+                with self.opened(), ExitStack() as opened:
+                    self.begin(kept, folder, "run", **facts)
+                    recording = self.record(kept, opened, folder)
+                    rows += self.rows(chosen, trials, recording, folder, on_trial=on_trial)
+                troubles += recording.troubles
+            if folder is None:
+                summary = policy_summary(self.config, chosen.name, rows, trials)
+            else:
+                summary = write_evaluation(self.config, folder, chosen.name, chosen.document, rows, trials, claim)
+        return RunResult(rows, summary, len(rows) == trials, folder, troubles, recording.timing)
+
+    def rows(
+        self,
+        chosen: ChosenPolicy,
+        trials: int,
+        recording: Recording = NOT_RECORDED,
+        folder: RunFolder | None = None,
+        *,
+        first: int = 0,
+        on_trial: Callable[[int], object] = ignore,
+        **recorded: str,
+    ) -> list[TrialRow]:
+        """Run the trials of one policy object on the open rig until all are finished or Ctrl-C ends them.
+
+        Args:
+            folder: Gets a line of ``trials.csv`` for each.
+            first: Number of the first trial.
+            recorded: ``command`` and ``subfolder``, as :class:`Trials` takes them.
+        """
+        rows: list[TrialRow] = []
+
+        def done(scored: ScoredTrial) -> None:
+            rows.append(TrialRow.of(scored, FIRST_EVALUATION_TRIAL))
+            if folder is not None:
+                folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
+            on_trial(1)
+
+        begin = FIRST_EVALUATION_TRIAL + first
+        self.trials(chosen, recording, **recorded).run_all(range(begin, begin + trials), done)
+        return rows
+
+    def train(
+        self,
+        trials: int,
+        out: Named,
+        policy: str = "",
+        *,
+        resume: bool = False,
+        on_begin: Callable[[RunFolder, int], object] = lambda folder, first: None,
+        on_trial: Callable[[ScoredTrial], object] = ignore,
+    ) -> RunResult:
+        """Train up to a number of trials; Ctrl-C ends it early. :meth:`evaluate` then runs what was learned.
+
+        Args:
+            out: Folder for the policy, its logs, tables and learning curve.
+            policy: What learns, unless the learner of the configuration does, from nothing: a policy file, or code.
+            resume: Go on from the checkpoint in the folder.
+            on_begin: Gets the folder and the number of trials that it holds, before the first trial.
+            on_trial: Gets each finished trial.
+
+        Raises:
+            ConfigurationError: A setting is refused, or the policy does not learn.
+            OutputError: The folder holds a run already, or none that can be resumed.
+            DeviceError: A device failed, or the supervisor tripped on a rig.
+        """
+        folder, subject = RunFolder(Path(out)), Subject.of(self.config, policy)
+        checkpoint, first = None, 0
+        with ExitStack() as kept:
+            if resume:
+                kept.enter_context(folder.writing(again=True))
+                checkpoint = Checkpoint.load(folder)
+                first = checkpoint.next_trial
+                require_same_run(self.config, subject.name, folder)
+            else:
+                folder.require_free()
+            require_usable(self.config, self.ready, self.rig_file)
+            perception = subject.perception(self.config, checkpoint)
+            with self.opened() as rig, ExitStack() as opened:
+                if perception is None:
+                    self.notify(f"fitting perception on {self.config.perception.fit_trials} random-walk trials")
+                    perception = fitted_perception(self.config, self.ready, rig)
+                learning = subject.policy(self.config, perception)
+                if checkpoint is None:
+                    self.begin(kept, folder, "train", trials=trials, policy=subject.name)
+                else:
+                    resume_from(checkpoint, learning, rig)
+                    cut_back(folder, first)
+                    self._tell_part()
+                recording = self.record(kept, opened, folder)
+                trainer = Trainer(self.config, folder, self.ready, rig, perception, learning, first, recording)
+                trainer.checkpoint()
+                on_begin(folder, first)
+                trainer.train(trials, on_trial)
+                trainer.save_policy()
+            rows, summary = write_training(self.config, folder, trials)
+        self.policy = folder.path / "policy.json"
+        return RunResult(rows, summary, not trainer.interrupted, folder, recording.troubles, recording.timing)
+
+    @contextmanager
+    def opened(self) -> Iterator[Rig]:
+        """Give the rig, which stays open while inside."""
+        with self:
+            yield self.rig
+
+    def begin(self, kept: ExitStack, folder: RunFolder | None, command: str, **facts: Any) -> None:
+        """Make the folder, keep other writers out until ``kept`` closes, and write ``run.toml``.
+
+        Args:
+            facts: What else ``run.toml`` says of the run.
+        """
+        if folder is not None:
+            kept.enter_context(folder.writing())
+            folder.write("run.toml", run_toml(self.config, command, **facts))
+        self._tell_part()
+
+    def record(self, kept: ExitStack, opened: ExitStack, folder: RunFolder | None) -> Recording:
+        """Begin to record, and on a rig real time, until ``opened`` closes; ``kept`` then reports what was lost."""
+        config, recorder = self.config, None
+        if folder is not None:
+            # Real time does not wait, whatever is configured.
+            recording = replace(config.recording, when_full="drop") if self.rig_file else config.recording
+            recorder = folder.recorder(recording, opened, self.live)
+        if recorder is not None:
+            # On every way out: next to the error that ended the run.
+            kept.callback(self._tell_troubles, recorder.troubles)
+        session = opened.enter_context(RealTimeSession(config.real_time)) if self.rig_file else None
+        for grant in () if session is None else session.grants:
+            self.notify(str(grant))
+        return Recording(recorder, session)
+
+    def _tell_part(self) -> None:
+        config = self.config
+        self.notify(config.part.describe())
+        on_rig = [limits_line(config.supervision, config.task)]
+        for line in on_rig if self.rig_file else inertia_lines(config.arm):
+            self.notify(line)
+        for line in (*weakened_lines(config.supervision), *accuracy_lines(config.cell)):
+            self.notify(line)
+
+    def _tell_troubles(self, troubles: Sequence[str]) -> None:
+        for trouble in troubles[:_MOST_TROUBLES]:
+            self.notify(f"recording: {trouble}")
+        if (more := len(troubles) - _MOST_TROUBLES) > 0:
+            self.notify(f"recording: and {more} more like these")
+
+    def _in_processes(
+        self,
+        policy: str,
+        trials: int,
+        jobs: int,
+        folder: RunFolder | None,
+        rows: list[TrialRow],
+        troubles: list[str],
+        on_trial: Callable[[int], object],
+    ) -> None:
+        """Run blocks of trials in several processes, until all are finished or Ctrl-C ends them.
+
+        A policy that keeps nothing from trial to trial gives the same trials and files as in one process.
+        """
+        # Workers that are there already keep the working folder in which they were begun.
+        path = None if folder is None else folder.path.absolute()
+        blocks = ((self.config, policy, path, first, min(BLOCK, trials - first)) for first in range(0, trials, BLOCK))
+        with closing(in_processes(_run_block, blocks, jobs)) as results:
+            try:
+                for done, lost, problem in results:
+                    with interrupts_wait():
+                        for scored in done:
+                            rows.append(TrialRow.of(scored, FIRST_EVALUATION_TRIAL))
+                            if folder is not None:
+                                folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
+                        troubles += lost
+                    if problem:
+                        raise PalpateError(problem)
+                    on_trial(len(done))
+            except KeyboardInterrupt:
+                pass
+        self._tell_troubles(troubles)
+
+
+def _run_block(
+    config: RunConfig, policy: str, folder: Path | None, first: int, trials: int
+) -> tuple[list[ScoredTrial], list[str], str]:
+    """Return the trials, what could not be recorded, and the error that ended them: not all errors can be sent."""
+    problem, done, run = "", list[ScoredTrial](), Run(config, notify=ignore)
+    with ExitStack() as kept, run.opened(), ExitStack() as opened:
+        recording = run.record(kept, opened, None if folder is None else RunFolder(folder))
+        begin = FIRST_EVALUATION_TRIAL + first
+        try:
+            run.trials(run.chosen(policy), recording).run_all(range(begin, begin + trials), done.append)
+        except PalpateError as error:
+            problem = str(error)
+    return done, list(recording.troubles), problem
+
+
+def note(line: str) -> None:
+    """Print a line that a person should read; nothing where nobody can any more."""
+    with suppress(OSError):
+        sys.stderr.write(f"palpate: {line}\n")

@@ -1,0 +1,116 @@
+"""Trials of one policy over the ports of an open rig."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Final
+
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiments.build import build_task, supervisor_of
+from palpate.adapters.experiments.trial import ScoredTrial, interrupting, require_sound, run_scored_trial
+from palpate.adapters.hardware.real_time import RealTimeSession
+from palpate.adapters.log import TrialRecorder
+from palpate.core.control_loop import LoopObserver
+from palpate.core.perception import Perception
+from palpate.core.policy import ForeignPolicy, Policy, learner_of
+from palpate.core.ports import Rig
+from palpate.core.trial import Outcome, ReadyPose
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The recorder of a run, and the timing of its loop on a rig; None for none."""
+
+    recorder: TrialRecorder | None = None
+    session: RealTimeSession | None = None
+
+    @property
+    def troubles(self) -> list[str]:
+        """What could not be recorded."""
+        return [] if self.recorder is None else self.recorder.troubles
+
+    @property
+    def timing(self) -> str:
+        """How punctual the loop was; empty in the simulator."""
+        return "" if self.session is None else self.session.report()
+
+
+NOT_RECORDED: Final = Recording()
+
+
+class Trials:
+    """Task, supervisor and recorder of a policy, ready for its trials.
+
+    Args:
+        command: Command that the logs name.
+        name: Name of a policy that no policy file can hold; empty for any other.
+        subfolder: Folder for the logs in that of the recorder.
+        first: Number of the trial that logs and tables count as 0.
+
+    Attributes:
+        interrupted: Whether Ctrl-C or another signal ended the trials.
+
+    Raises:
+        FaultLatchedError: A trip or fault on this rig has not been acknowledged (``rig.latch.acknowledge``).
+        ConfigurationError: A limit does not suit the rig.
+    """
+
+    def __init__(
+        self,
+        config: RunConfig,
+        ready: ReadyPose,
+        rig: Rig,
+        perception: Perception,
+        policy: Policy,
+        recording: Recording = NOT_RECORDED,
+        *,
+        command: str = "run",
+        name: str = "",
+        subfolder: str = "",
+        first: int = 0,
+    ) -> None:
+        if isinstance(policy, ForeignPolicy):
+            policy.now_ns = rig.ports.clock.now_ns
+        self.config, self.rig, self.perception, self.policy = config, rig, perception, policy
+        self.recording, self.first, self.interrupted = recording, first, False
+        self.task = build_task(config, ready, perception, policy)
+        self.supervisor = supervisor_of(rig, config, ready)
+        if recording.recorder is not None:
+            learner = learner_of(policy)
+            recording.recorder.of(
+                command, config, ready, self.task, perception, policy,
+                name=name, frozen=learner is None or learner.frozen, subfolder=subfolder,
+            )  # fmt: skip
+
+    def run(self, number: int, watching: tuple[LoopObserver, ...] = ()) -> ScoredTrial:
+        """Run one trial and score it.
+
+        Raises:
+            DeviceError: A device failed.
+        """
+        recorder, session = self.recording.recorder, self.recording.session
+        return run_scored_trial(
+            self.config, self.rig, self.task, number, recorder, self.first, self.supervisor, session, watching
+        )
+
+    def run_all(self, numbers: Iterable[int], done: Callable[[ScoredTrial], object]) -> None:
+        """Run trials until all are finished or a signal ends them; an interrupted trial is not among the finished.
+
+        Raises:
+            DeviceError: A sensor failed, the arm was stopped, or the supervisor tripped on a rig of devices.
+        """
+        with interrupting(self._end):
+            for number in numbers:
+                scored = self.run(number)
+                self.interrupted = self.interrupted or scored.report.outcome is Outcome.INTERRUPTED
+                if scored.report.outcome is Outcome.INTERRUPTED:
+                    return
+                done(scored)
+                require_sound(self.rig, scored, self.first)
+                if self.interrupted:
+                    return
+
+    def _end(self) -> None:
+        self.interrupted = True
+        self.task.interrupt()
