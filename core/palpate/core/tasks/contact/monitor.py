@@ -105,11 +105,13 @@ class Monitor:
         self._push_dither.begin(rng)
         self._tared = self.touched = False
         self._sequence: int | None = None
+        self._waited_tick = 0
         self.direction: tuple[float, float] | None = None
         self._pulls = self._misfits = 0
         self.pull_N = 0.0
         self._depth_m: float | None = None
-        self._rests_m, self._still_ticks = (0.0, 0.0), 0
+        self._rests_m, self._deepest_m = (0.0, 0.0), 0.0
+        self._still_ticks = self._sunk_ticks = 0
         self._verified()
 
     def _adapt(self) -> None:
@@ -152,9 +154,13 @@ class Monitor:
             self.push(None)
         self.axial.add_place(joints_ns, z)
         self._still_ticks += 1
+        self._sunk_ticks += 1
         if hypot(x - self._rests_m[0], y - self._rests_m[1]) > self._contact_m:
             # On the chamfer or the edge of a hole it also moves along the axis, without a force.
             self._rests_m, self._still_ticks = (x, y), 0
+        if z > self._deepest_m + self._contact_m:
+            # So it does where it sinks against friction.
+            self._deepest_m, self._sunk_ticks = z, 0
         if self.direction is not None:
             ux, uy = self.direction
             self.across.add_place(joints_ns, x * ux + y * uy)
@@ -250,7 +256,7 @@ class Monitor:
         along = self.axial.verdict()
         live = self.walled or (self.loose is not None and self.loose.verdict(self._fair) is Verdict.VERIFIED)
         live = live or (self.air is not None and self.air.verdict() is Verdict.VERIFIED)
-        return along is Verdict.VERIFIED or (live and along is not Verdict.CONTRADICTED)
+        return along is Verdict.VERIFIED or (live and not (self.contradicted and self._sunk_ticks > self.axial.window))
 
     @property
     def walled(self) -> bool:
@@ -288,7 +294,9 @@ class Monitor:
         Args:
             supported: The tool presses on something that does not give way.
         """
-        self._waited_ticks += 1
+        if self._state.tick > self._waited_tick:
+            self._waited_tick = self._state.tick
+            self._waited_ticks += 1
         still_ticks = min(self._waited_ticks, self._still_ticks)
         for response in (self.axial, self.across, self.air, self.loose):
             if response is not None:

@@ -237,6 +237,8 @@ class Insert(RunningPhase):
         reference_m = self._motion.reference_m
         if self._seated_m is not None and self._depth_m < self._seated_m - 2.0 * _STALL_M:
             self._released = True
+            # It sinks back to the floor.
+            self._best_m, self._progress_tick = self._depth_m, self._state.tick
             self._begin_look()
         elif self._ticks > _SEAT_TICKS:
             self._state.end(Outcome.UNCERTAIN_DEPTH, self._text)
