@@ -1,8 +1,8 @@
 """A study: two policies, two clearances, two seeds, from one TOML file, with a report.
 
-You see a progress bar over the eight runs of ``clearance.toml``, then for each policy and clearance the share of trials
-that put the peg in and the median time. Ended with Ctrl-C and called again, it goes on where it was. Takes a minute
-or two; with ``--quick``, two runs of two short trials, a few seconds.
+You see a progress bar over the eight conditions of ``clearance.toml``, then for each policy and clearance the share of
+trials that put the peg in and the median time. Ended with Ctrl-C and called again, it continues. Takes a minute or
+two; with ``--quick``, two runs of two short trials, a few seconds.
 
 The command line does the same with ``palpate study examples/clearance.toml`` and ``palpate report runs/clearance``.
 """
@@ -53,8 +53,7 @@ def main() -> None:
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         file = quick_copy(Path(scratch)) if options.quick else STUDY
-        engine = "sequential" if options.quick else "processes"
-        code = palpate(["study", str(file), "--out", str(options.out), "--engine", engine])
+        code = palpate(["study", str(file), "--out", str(options.out), "--jobs", "1" if options.quick else "0"])
     if code:
         sys.exit(code)
     print_table(options.out / "summary.csv")

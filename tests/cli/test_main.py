@@ -26,7 +26,7 @@ RUN = ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--conf
         ("run", RUN),
         ("compare", RUN),
         ("show", ()),
-        ("study", ("--engine", "--jobs", "--yes", "--out", "[study]", "[grid]", "[[cells]]")),
+        ("study", ("--jobs", "--out", "[study]", "[grid]", "[[grid]]")),
         ("rig", ("\n  doctor ", "\n  calibrate ", "\n  check ")),
         ("rig doctor", ("--rig", "--seconds", "--push", "--move")),
         ("report", ("--logs", "--no-logs")),
@@ -46,7 +46,7 @@ def test_every_command_explains_itself(palpate: CommandLine, words: str, shown: 
 
 @pytest.mark.parametrize(
     ("wide", "line"),
-    [(80, "'palpate[rerun]'. What it is too slow"), (200, "What it is too slow for is dropped and counted;")],
+    [(80, "neither on the\nnumber of workers"), (200, "neither on the number of workers")],
 )
 def test_help_is_broken_where_the_terminal_ends_and_samples_are_not(
     palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, wide: int, line: str

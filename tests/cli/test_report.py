@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 from scipy.stats import t
 
-from palpate.adapters.experiments.study.cell import StudyCell
 from tests.command_line import QUICK, CommandLine, files_in, shared_folder
 
 STEPS = (0.5, 0.7)
@@ -75,7 +74,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     def make(out: Path) -> None:
         out.with_suffix(".toml").write_text(STUDY)
-        CommandLine().succeed("study", out.with_suffix(".toml"), "--out", out, "--engine", "sequential")
+        CommandLine().succeed("study", out.with_suffix(".toml"), "--out", out, "--jobs", 1)
 
     return shared_folder(tmp_path_factory, "swept", make)
 
@@ -136,8 +135,7 @@ def test_a_study_says_what_its_trials_say(palpate: CommandLine, study: Path) -> 
         policy, step = name.split(", task.step_mm = ")
         seeds, _, _, mean, *_ = figures[8 * number : 8 * number + 8]
         parts = [
-            lines_of(study / "cells" / StudyCell({"task.step_mm": float(step)}, policy, seed).name / "trials.csv")
-            for seed in SEEDS
+            lines_of(study / "conditions" / f"{policy},step_mm={step},seed={seed}" / "trials.csv") for seed in SEEDS
         ]
         # Half of the trials of a learner as short as this one count, all of the others.
         parts = [part[-(TRIALS // 2) :] if policy == "q-learning" else part for part in parts]
@@ -150,9 +148,9 @@ def test_a_study_says_what_its_trials_say(palpate: CommandLine, study: Path) -> 
 
 
 def test_an_unfinished_study_says_so(palpate: CommandLine, study: Path) -> None:
-    shutil.rmtree(next((study / "cells").iterdir()))
+    shutil.rmtree(next((study / "conditions").iterdir()))
     palpate.succeed("report", study)
-    assert "This study is unfinished: 1 of 8 cells are missing." in Page(study).cells["p"]
+    assert "This study is unfinished: 1 of 8 conditions are missing." in Page(study).cells["p"]
 
 
 @pytest.mark.parametrize("name", ["trials.csv", "summary.json", "policy.json", "run.toml"])
@@ -168,8 +166,8 @@ def test_what_is_no_result_is_refused(palpate: CommandLine, run: Path, tmp_path:
     (tmp_path / "empty").mkdir()
     assert "is no folder of palpate train, run or study" in palpate.refusal("report", "empty")
     assert "is no folder" in palpate.refusal("report", "missing")
-    (tmp_path / "empty" / "study.toml").touch()
-    assert "without a finished cell" in palpate.refusal("report", "empty")
+    (tmp_path / "empty" / "study.toml").write_text("[study]")
+    assert "without a finished condition" in palpate.refusal("report", "empty")
     (run / "report.html").write_text("mine")
     assert "was not made by palpate report" in palpate.refusal("report", "run")
     assert (run / "report.html").read_text() == "mine"

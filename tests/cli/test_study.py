@@ -1,9 +1,8 @@
-"""``palpate study``: cells like runs of their own, on any engine, interrupted, killed, extended, never made twice."""
+"""``palpate study``: conditions like runs of their own, with any number of workers, interrupted, killed, continued."""
 
 import os
 import signal
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -12,14 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.experiments.study.cell import StudyCell
 from palpate.simulation.work_cell.cell import WorkCell
 from tests.command_line import (
     PATIENCE_S,
     RESULTS,
     CommandLine,
     Done,
-    Output,
     files_in,
     results_in,
     shared_folder,
@@ -42,7 +39,7 @@ policies = ["random"]
 [base]
 task.time_limit_s = 0.3
 """
-"""More cells than are made while a test watches."""
+"""More conditions than are run while a test watches."""
 
 
 def run(text: str, out: Path, *words: object) -> Done:
@@ -52,9 +49,9 @@ def run(text: str, out: Path, *words: object) -> Done:
     return CommandLine()("study", file, "--out", out, *words)
 
 
-def make(text: str, out: Path, *words: object) -> Done:
+def make(text: str, out: Path) -> Done:
     """Run a study in this process and on it, which must go well."""
-    done = run(text, out, "--engine", "sequential", *words)
+    done = run(text, out, "--jobs", 1)
     assert done.code == 0, done
     return done
 
@@ -65,71 +62,77 @@ def studied(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return shared_folder(tmp_path_factory, "studied", lambda out: make(SMALL, out))
 
 
-def cells_in(out: Path) -> list[Path]:
-    folder = out / "cells"
-    return sorted(path for path in folder.iterdir() if path.suffix != ".unfinished") if folder.exists() else []
+def finished_in(out: Path) -> list[str]:
+    folder = out / "conditions"
+    return sorted(path.name for path in folder.glob("[!.]*")) if folder.exists() else []
 
 
 def begun_in(out: Path) -> list[Path]:
-    return sorted((out / "cells").glob("*.unfinished"))
+    return sorted((out / "conditions").glob(".*.part/trials.csv"))
 
 
 def times_in(out: Path) -> dict[str, int]:
-    return {str(path.relative_to(out)): path.stat().st_mtime_ns for path in (out / "cells").rglob("*")}
+    return {str(path.relative_to(out)): path.stat().st_mtime_ns for path in (out / "conditions").rglob("*")}
 
 
-def test_a_cell_is_what_train_or_run_leaves(palpate: CommandLine, studied: Path, tmp_path: Path) -> None:
+def test_a_condition_is_what_train_or_run_leaves(palpate: CommandLine, studied: Path, tmp_path: Path) -> None:
     flags = ("--task.time-limit-s", 0.3, "--trials", 2, "--seed", 1, "--recording.no-enabled")
-    cell = studied / "cells" / StudyCell({}, "q-learning", 1).name
+    folder = studied / "conditions" / "q-learning,seed=1"
     palpate.succeed("train", *flags, "--out", "trained")
-    assert results_in(cell) == results_in(tmp_path / "trained")
-    assert (cell / "run.toml").read_bytes() == (tmp_path / "trained" / "run.toml").read_bytes()
-    assert {path.name for path in cell.iterdir()} == {*RESULTS, "run.toml", "cell.json"}
-    cell = studied / "cells" / StudyCell({}, "torque", 1).name
+    assert results_in(folder) == results_in(tmp_path / "trained")
+    assert (folder / "run.toml").read_bytes() == (tmp_path / "trained" / "run.toml").read_bytes()
+    assert {path.name for path in folder.iterdir()} == {*RESULTS, "run.toml"}
     palpate.succeed("run", "--policy", "torque", *flags, "--out", "run")
-    # Besides what says which cell it is.
-    assert files_in(cell) == {**files_in(tmp_path / "run"), "cell.json": (cell / "cell.json").read_bytes()}
+    assert files_in(studied / "conditions" / "torque,seed=1") == files_in(tmp_path / "run")
 
 
-def test_finished_cells_are_not_made_again(palpate: CommandLine, studied: Path, tmp_path: Path) -> None:
+def test_finished_conditions_are_not_run_again(palpate: CommandLine, studied: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     make(SMALL.replace("[0, 1]", "[1]"), out)
     before = times_in(out)
-    assert len(cells_in(out)) == 2
-    assert "2 of them are finished already" in make(SMALL, out).stdout
+    assert "4 conditions of 2 trials in " in (printed := make(SMALL, out).stdout)
+    assert "2 of them are finished" in printed
     assert before.items() <= times_in(out).items()
     assert files_in(out) == files_in(studied)
-    # Nor with what the folder itself holds as its study.
+    # Nor with the study that the folder holds.
     before = times_in(out)
-    palpate.succeed("study", out / "study.toml", "--out", out, "--engine", "sequential")
+    palpate.succeed("study", out / "study.toml", "--out", out, "--jobs", 1)
     assert times_in(out) == before
     assert files_in(out) == files_in(studied)
 
 
-def test_a_half_written_cell_is_announced_and_made_anew(tmp_path: Path) -> None:
-    out, text = tmp_path / "out", SMALL.replace('"q-learning", ', "")
-    make(text, out)
-    whole = files_in(out)
-    first, second = cells_in(out)
-    (first / "cell.json").unlink()
-    (out / "cells" / f"{first.name}.0f.unfinished").mkdir()
-    untouched = second.stat().st_mtime_ns
-    assert f"palpate: {first.name} was begun and not finished: it is made anew\n" in make(text, out).stderr
-    assert files_in(out) == whole
-    assert second.stat().st_mtime_ns == untouched
-
-
-def test_a_cell_that_fails_is_named_and_the_others_are_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("palpate.adapters.cli.study.require_possible", lambda study: None)
+def test_a_condition_that_fails_is_named_and_the_others_are_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("palpate.adapters.experiments.study.Condition.require_possible", lambda condition: None)
     out = tmp_path / "out"
     text = SMALL.replace("[0, 1]", "[0]") + "[grid]\ntask.goal.x_mm = [400.0, 1900.0]\n"
-    done = run(text, out, "--engine", "sequential")
+    done = run(text, out, "--jobs", 1)
     assert done.code == 1
-    assert "2 of 4 cells are finished" in done.stdout
-    assert "2 cells failed" in done.stdout
+    assert "2 of 4 conditions are finished" in done.stdout
+    assert "2 conditions failed" in done.stdout
     assert done.stderr.count("failed: place = ") == 2
-    assert [path.name.split("-seed")[0] for path in cells_in(out)] == ["q-learning-x_mm-400.0", "torque-x_mm-400.0"]
+    assert finished_in(out) == ["q-learning,x_mm=400.0,seed=0", "torque,x_mm=400.0,seed=0"]
     assert len((out / "summary.csv").read_text().splitlines()) == 3
+
+
+def test_a_full_disk_ends_the_study_in_one_line_and_what_is_finished_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, advance = tmp_path / "out", WorkCell.advance
+
+    def fail(cell: WorkCell) -> None:
+        if finished_in(out):
+            raise OSError(28, "No space left on device")
+        advance(cell)
+
+    monkeypatch.setattr(WorkCell, "advance", fail)
+    done = run(SMALL, out, "--jobs", 1)
+    assert done.code == 2
+    assert done.stderr.count("palpate: ") == 1
+    assert "cannot be written (No space left on device); make room and run the same command again" in done.stderr
+    assert len(finished_in(out)) == 1
+    assert len((out / "summary.csv").read_text().splitlines()) == 2
 
 
 def _told(path: Path) -> bytes:
@@ -147,54 +150,51 @@ def workers_of(pid: int) -> set[int]:
     return {child for child in children if b"resource_tracker" not in _told(Path(f"/proc/{child}/cmdline"))}
 
 
-def kill_worker(out: Path, others: set[int], ended: threading.Event) -> None:
-    """Kill the only worker of a study in this process as soon as it has begun a cell."""
-    while not ended.wait(0.002):
-        for worker in workers_of(os.getpid()) - others if begun_in(out) else ():
+def kill_worker(out: Path, others: set[int], killed: threading.Event) -> None:
+    """Kill a worker of a study in this process that has begun a condition."""
+    while not killed.wait(0.002):
+        for path in begun_in(out):
+            worker = int(path.parent.name.split(".")[-2])
+            assert worker in workers_of(os.getpid()) - others
             with suppress(ProcessLookupError):
                 os.kill(worker, signal.SIGKILL)
+                killed.set()
             return
 
 
 def test_processes_leave_the_same_bytes_also_when_a_worker_is_killed(studied: Path, tmp_path: Path) -> None:
-    others = workers_of(os.getpid())
-    for attempt in range(10):
-        out, ended = tmp_path / f"out-{attempt}", threading.Event()
-        hunter = threading.Thread(target=kill_worker, args=(out, others, ended))
-        hunter.start()
-        done = run(SMALL, out, "--jobs", "1")
-        ended.set()
-        hunter.join()
-        # Held up, the hunter comes when all is done.
-        if "a worker died over" in done.stderr:
-            break
-    assert done.code == 0
-    assert "a worker died over" in done.stderr
-    assert "4 of 4 cells are finished" in done.stdout
+    out, killed = tmp_path / "out", threading.Event()
+    hunter = threading.Thread(target=kill_worker, args=(out, workers_of(os.getpid()), killed))
+    hunter.start()
+    done = run(SMALL, out, "--jobs", 2)
+    assert killed.is_set(), "the study ended before"
+    hunter.join()
+    assert done.code == 0, done
+    assert "4 of 4 conditions are finished" in done.stdout
     assert files_in(out) == files_in(studied)
 
 
 def require_ended_in_order(done: Done, out: Path) -> None:
     assert done.code == 130
     assert "Traceback" not in done.stderr
-    finished = len(cells_in(out))
-    assert f"{finished} of " in done.stdout
-    assert f"go on with: palpate study {out}.toml --out {out}" in done.stdout
-    assert begun_in(out) == []
-    assert len((out / "summary.csv").read_text().splitlines()) == 1 + finished
+    finished = finished_in(out)
+    assert f"{len(finished)} of " in done.stdout
+    assert f"continue with: palpate study {out}.toml --out {out}" in done.stdout
+    assert {path.name for path in (out / "conditions").iterdir()} == set(finished)
+    assert len((out / "summary.csv").read_text().splitlines()) == 1 + len(finished)
 
 
-def test_ctrl_c_in_a_cell_keeps_what_is_finished(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_in_a_condition_keeps_what_is_finished(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out, advance = tmp_path / "out", WorkCell.advance
 
     def interrupted(cell: WorkCell) -> None:
-        if len(cells_in(out)) == 1 and begun_in(out):
+        if len(finished_in(out)) == 1 and begun_in(out):
             signal.raise_signal(signal.SIGINT)
         advance(cell)
 
     monkeypatch.setattr(WorkCell, "advance", interrupted)
-    require_ended_in_order(run(SMALL, out, "--engine", "sequential"), out)
-    assert len(cells_in(out)) == 1
+    require_ended_in_order(run(SMALL, out, "--jobs", 1), out)
+    assert len(finished_in(out)) == 1
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
@@ -203,8 +203,8 @@ def test_a_study_that_is_ended_leaves_no_workers(
 ) -> None:
     out = tmp_path / "out"
     (tmp_path / "out.toml").write_text(ENDLESS)
-    process = start("study", tmp_path / "out.toml", "--out", out, "--jobs", 1)
-    wait_until(lambda: bool(cells_in(out) and begun_in(out)), process)
+    process = start("study", tmp_path / "out.toml", "--out", out, "--jobs", 2)
+    wait_until(lambda: bool(finished_in(out) and begun_in(out)), process)
     workers = workers_of(process.pid)
     assert workers
     process.send_signal(number)
@@ -216,15 +216,3 @@ def test_a_study_that_is_ended_leaves_no_workers(
         assert number is signal.SIGKILL, "the study ended before its workers"
         assert time.monotonic() < deadline, "a worker outlives the study"
         time.sleep(0.05)
-
-
-@pytest.mark.parametrize(("answer", "code"), [("y\n", 0), ("\n", 2), ("", 2)])
-def test_a_large_study_is_asked_about(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, answer: str, code: int) -> None:
-    monkeypatch.setattr("palpate.adapters.cli.study._MANY", 0)
-    monkeypatch.setattr(sys, "stdin", Output(answer))
-    monkeypatch.setattr(Output, "isatty", lambda self: True)
-    text = SMALL.replace("[0, 1]", "[0]").replace('"q-learning", ', "")
-    done = run(text, tmp_path / "out", "--engine", "sequential")
-    assert done.code == code
-    assert "begin? [y/N]" in done.stderr
-    assert (tmp_path / "out").exists() == (code == 0)

@@ -99,7 +99,7 @@ def test_own_policy(example: Example, tmp_path: Path) -> None:
 
 def test_clearance_study(example: Example, tmp_path: Path) -> None:
     printed = example.printed("clearance_study", tmp_path / "out")
-    assert "2 of 2 cells are finished" in printed
+    assert "2 of 2 conditions are finished" in printed
     assert re.search(r"^torque, hole of 29.3 mm: \d+% inserted, median \d\.\d\d s$", printed, re.MULTILINE)
 
 

@@ -84,8 +84,8 @@ def test_it_is_trained_run_shown_and_compared(palpate: CommandLine, trained: Pat
 @pytest.mark.usefixtures("installed")
 def test_a_study_trains_it(palpate: CommandLine) -> None:
     Path("s.toml").write_text(f"[study]\ntrials = 1\npolicies = ['{DRIFT}']\n[base]\n'task.time_limit_s' = 1.0\n")
-    palpate.succeed("study", "s.toml", "--engine", "sequential", "--out", "s")
-    (policy,) = Path("s/cells").glob("*/policy.json")
+    palpate.succeed("study", "s.toml", "--jobs", 1, "--out", "s")
+    (policy,) = Path("s/conditions").glob("*/policy.json")
     foreign = PolicyDocument.load(policy).foreign
     assert foreign is not None
     assert foreign.trials_learned == 1

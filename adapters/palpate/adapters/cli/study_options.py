@@ -5,13 +5,13 @@ from typing import Annotated
 
 import tyro
 
-from palpate.adapters.cli.options import Jobs, LiveSettings
+from palpate.adapters.cli.options import Jobs
 from palpate.core.ports import Settings
 
 
 @dataclass(frozen=True)
-class StudyOptions(LiveSettings, Settings):
-    """Many runs: every combination of settings, policies and seeds that a TOML file asks for, in a folder for each.
+class StudyOptions(Settings):
+    """Run every combination of settings, policies and seeds of a TOML file, each in a folder of its own.
 
     The file:
 
@@ -21,29 +21,23 @@ class StudyOptions(LiveSettings, Settings):
       policies = ["q-learning", "torque"]    # learners are trained; comparators and policy files run as they are
       job = "my-part.toml"                   # job file, from the folder of this file; without it the paper's peg
 
-      [base]                                 # settings of all runs, as in a run.toml
+      [base]                                 # settings of all conditions, as in a run.toml
       scenario = "paper"
 
-      [grid]                                 # each with a list of values: all combinations
+      [grid]                                 # a list of values for each setting: all combinations
       "task.start_uncertainty_mm" = [1.0, 2.0]
 
-    Instead of [grid], or besides it, tables under [[cells]] each name a set of settings. Trials are not recorded unless
-    the file sets recording.enabled.
+    Several [[grid]] tables are run one after the other. Trials are not recorded unless the file sets recording.enabled.
 
-    The same command again goes on where it stopped, with more seeds, values or policies in the file too; what is
-    finished is never made again. Results depend neither on the engine nor on the number of workers.
+    The same command continues where it stopped. Results depend neither on the number of workers nor on their order.
 
-    Exit code 0: all cells are finished; 1: some failed; 2: the file, the folder or an option cannot be used; 130: ended
-    by Ctrl-C.
+    Exit code 0: all conditions are finished; 1: some failed; 2: the file, the folder or an option cannot be used; 130:
+    ended by Ctrl-C.
     """
 
     file: Annotated[str, tyro.conf.Positional]
     """The study file (TOML)."""
     out: str = ""
     """Folder for the study; runs/NAME-OF-THE-FILE if not given."""
-    engine: str = "processes"
-    """sequential or processes."""
     jobs: Jobs = 0
     """Processes; 0 takes one per core."""
-    yes: bool = False
-    """Do not ask before a study of more than 1000 cells."""

@@ -22,6 +22,7 @@ from .evaluation import ChosenPolicy as ChosenPolicy
 from .evaluation import true_hole_m as true_hole_m
 from .evaluation import warm_up as warm_up
 from .evaluation import write_evaluation as write_evaluation
+from .executor import in_processes as in_processes
 from .figure import learning_curve as learning_curve
 from .figure import trials_picture as trials_picture
 from .fitting import configured_perception as configured_perception
@@ -81,4 +82,3 @@ from .trial import truth_fields as truth_fields
 from .trials import NOT_RECORDED as NOT_RECORDED
 from .trials import Recording as Recording
 from .trials import Trials as Trials
-from .workers import in_processes as in_processes

@@ -8,10 +8,10 @@ from typing import Any, Final
 from palpate.adapters.config import RunConfig, overlay, task_kind
 from palpate.adapters.experiments.build import build_perception, plain_perception, ready_pose
 from palpate.adapters.experiments.evaluation import true_hole_m
+from palpate.adapters.experiments.executor import in_processes
 from palpate.adapters.experiments.policies import comparator, learning_policy
 from palpate.adapters.experiments.trial import ScoredTrial, fit_of
 from palpate.adapters.experiments.trials import Trials
-from palpate.adapters.experiments.workers import in_processes
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.policy import learner_of
 from palpate.core.ports import Rig

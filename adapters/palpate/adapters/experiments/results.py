@@ -27,7 +27,7 @@ from palpate.core.ports import json_of_file, whole_text, write_whole
 
 RUN_FILES: Final = (
     "run.toml", "trials.csv", "decisions.csv", "checkpoint.json", "policy.json", "summary.json", "learning_curve.png",
-    "trials.png", "compare.csv", "compare.txt", "cell.json", "examples.csv",
+    "trials.png", "compare.csv", "compare.txt", "examples.csv",
 )  # fmt: skip
 """Files that a run leaves, besides its logs."""
 _OF_DECISION: Final = ("tick", "symbol", "state", "action", "source", "reinforcement")

@@ -22,13 +22,13 @@ from palpate.adapters.experiments.evaluation import (
     warm_up,
     write_evaluation,
 )
+from palpate.adapters.experiments.executor import in_processes, interrupts_wait
 from palpate.adapters.experiments.fitting import fitted_perception
 from palpate.adapters.experiments.results import RunFolder, TrialRow, next_free_folder
 from palpate.adapters.experiments.statistics import policy_summary
 from palpate.adapters.experiments.training import Subject, Trainer, run_toml, write_training
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials
-from palpate.adapters.experiments.workers import in_processes, interrupts_wait
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import LOG_FOLDER, Sink
 from palpate.core.errors import ConfigurationError, LifecycleError, PalpateError

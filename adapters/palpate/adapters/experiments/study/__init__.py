@@ -1,4 +1,4 @@
-"""Studies: many runs over configurations, policies and seeds, each finished once, on any number of processes."""
+"""Studies: many runs over settings, policies and seeds, each run once, by any number of workers."""
 
 import lazy_loader
 

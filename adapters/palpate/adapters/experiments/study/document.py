@@ -1,31 +1,32 @@
-"""What a study consists of: read from a TOML file, and written down in the one form that is compared later."""
+"""What a study consists of, read from a TOML file."""
 
 from __future__ import annotations
 
-import difflib
-import os
+import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, TypeAlias
+from urllib.parse import quote
 
 from typing_extensions import override
 
-from palpate.adapters.config import LEARNERS, RunConfig, literal, overlay, read_toml
+from palpate.adapters.config import LEARNERS, literal, overlay, read_toml
 from palpate.adapters.experiments.foreign import foreign_code
 from palpate.adapters.experiments.policies import COMPARATORS
-from palpate.adapters.experiments.study.cell import FORMAT, LEARN, StudyCell
-from palpate.adapters.experiments.study.fields import FILES, configured, leaves, names_file, plain_value
-from palpate.core.errors import ConfigurationError, require_in
+from palpate.adapters.experiments.study.condition import Condition, policy_file
+from palpate.adapters.experiments.study.settings import condition_config, plain_value, settings_in
+from palpate.core.errors import ConfigurationError, did_you_mean, require_in
 from palpate.core.ports import Holds, Range, Settings, fitted
 
-MOST_CELLS: Final = 10_000_000
+_MOST: Final = 10_000
+"""Conditions of a study."""
+_LONGEST: Final = 200
+"""Length of a folder's name, which gets some characters more while it is made."""
 _MOST_SEED: Final = 2**63 - 1
-_TABLES: Final = ("study", "base", "grid", "cells")
-_WRITTEN: Final = ("format", "versions", "files")
-"""What a study's folder adds to the file; ignored where such a file is given again."""
+_TABLES: Final = ("study", "base", "grid")
 _POLICIES: Final = f"{', '.join((*LEARNERS, *COMPARATORS))}, policy files, and package.module:Name"
 _Seed: TypeAlias = Annotated[int, Range(0, _MOST_SEED)]
 
@@ -41,7 +42,7 @@ class _SeedSpan(Settings):
     TABLE: ClassVar[str] = "study.seeds"
 
     first: _Seed = 0
-    count: Annotated[int, Range(1, MOST_CELLS)] = 1
+    count: Annotated[int, Range(1, _MOST)] = 1
 
     @override
     def check(self) -> None:
@@ -59,7 +60,13 @@ class _Head(Settings):
     job: str = ""
     policies: Annotated[
         tuple[Annotated[str, Holds(bool, _POLICIES)], ...], Holds(bool, f"a list of names: {_POLICIES}")
-    ] = (LEARN,)
+    ] = ("q-learning",)
+
+    @override
+    def check(self) -> None:
+        for name in self.policies:
+            known = name in (*LEARNERS, *COMPARATORS) or policy_file(name) or foreign_code(name)
+            self.require("policies", bool(known), _POLICIES)
 
 
 @dataclass(frozen=True)
@@ -67,8 +74,8 @@ class Study:
     """Every combination of settings, with every policy and every seed.
 
     Attributes:
-        seeds: Seeds, each once; a range where they follow each other.
-        listed: Sets of settings; each is combined with all of the grid. One empty set if none are listed.
+        base: Settings of all conditions, by dotted name.
+        grids: Values of the settings that are varied; the study has all combinations of each grid.
         job: Absolute path of the job file; empty for the paper's job.
     """
 
@@ -76,98 +83,80 @@ class Study:
     seeds: Sequence[int]
     policies: tuple[str, ...]
     base: Mapping[str, Any]
-    listed: tuple[Mapping[str, Any], ...]
-    grid: Mapping[str, tuple[Any, ...]]
+    grids: tuple[Mapping[str, tuple[Any, ...]], ...]
     job: str = ""
 
     @classmethod
     def read(cls, path: Path) -> Study:
-        """The study in a TOML file.
+        """Return the study in a TOML file.
 
         Raises:
             ConfigurationError: Something in it cannot be used.
         """
-        try:
-            table = read_toml(path)
-        except ConfigurationError as error:
-            raise ConfigurationError("study file", error.value, error.accepted) from error
+        table = read_toml(path, "study file")
         if not table:
             raise ConfigurationError("study file", str(path), f"one that is not empty, with a table {_TABLES[0]}")
         for key in table:
-            if key not in (*_TABLES, *_WRITTEN):
-                near = difflib.get_close_matches(key, _TABLES, n=1, cutoff=0.5)
-                hint = f"; did you mean {near[0]}?" if near else ""
-                raise ConfigurationError(key, table[key], f"one of {', '.join(_TABLES)}{hint}")
-        if table.get("format", FORMAT) != FORMAT:
-            raise ConfigurationError("format", table["format"], f"{FORMAT}, the only one that this version knows")
-        head = overlay(_Head(), _table(table, "study"))
-        base = {name: plain_value(name, value) for name, value in leaves(_table(table, "base"), "base").items()}
-        grid = {name: _axis(name, values) for name, values in leaves(_table(table, "grid"), "grid").items()}
-        listed = _listed(table.get("cells"))
-        for one in listed:
-            if twice := [name for name in one if name in grid]:
-                raise ConfigurationError(f"cells.{twice[0]}", one[twice[0]], "a setting that [grid] does not vary too")
+            if key not in _TABLES:
+                accepted = f"one of {', '.join(_TABLES)}{did_you_mean(key, _TABLES)}"
+                raise ConfigurationError(key, table[key], accepted)
+        head = overlay(_Head(), _table("study", table.get("study", {})))
+        base = settings_in(_table("base", table.get("base", {})))
+        base = {name: plain_value(name, value) for name, value in base.items()}
+        grids = table.get("grid", {})
+        grids = tuple(_grid(grid) for grid in (grids if isinstance(grids, list) else [grids]))
         job = str(path.resolve().parent / head.job) if head.job else ""
-        return cls(head.trials, _seeds(head.seeds), _policies(head.policies), base, listed, grid, job)
+        study = cls(head.trials, _seeds(head.seeds), head.policies, base, grids, job)
+        if study.count > _MOST:
+            raise ConfigurationError("study", f"{study.count} conditions", f"at most {_MOST}")
+        return study
 
     @property
     def count(self) -> int:
-        """Number of cells."""
-        return self.combinations * len(self.policies) * len(self.seeds)
+        """Number of conditions."""
+        combinations = sum(prod(len(values) for values in grid.values()) for grid in self.grids)
+        return combinations * len(self.policies) * len(self.seeds)
 
     @property
-    def combinations(self) -> int:
-        """Number of different sets of settings."""
-        return len(self.listed) * prod(len(values) for values in self.grid.values())
+    def fields(self) -> tuple[str, ...]:
+        """Dotted names of the settings that are varied, in the order of the file."""
+        return tuple(dict.fromkeys(name for grid in self.grids for name in grid))
 
-    def settings(self) -> Iterator[dict[str, Any]]:
-        """The sets of settings that are varied, in the order of the file."""
-        for one in self.listed:
-            for values in product(*self.grid.values()):
-                yield {**one, **dict(zip(self.grid, values, strict=True))}
-
-    def cells(self) -> Iterator[StudyCell]:
-        """All cells, in the order of the file: settings, then policies, then seeds."""
-        for fields in self.settings():
-            for policy in self.policies:
-                for seed in self.seeds:
-                    yield StudyCell(fields, policy, seed)
-
-    def config(self, fields: Mapping[str, Any], seed: int = 0) -> RunConfig:
-        """The configuration of a cell.
+    def conditions(self) -> Iterator[Condition]:
+        """Return all conditions in the order of the file: settings, then policies, then seeds.
 
         Raises:
-            ConfigurationError: The settings do not go together.
+            ConfigurationError: Settings do not go together, or two conditions are equal.
         """
-        return configured({**self.base, **fields, "seed": seed}, os.getcwd(), self.job)
-
-    def files(self) -> set[str]:
-        """Return the files that results depend on."""
-        found = {name for name in self.policies if not _made_by_name(name)} | ({self.job} if self.job else set())
-        for field in FILES:
-            values = [self.base.get(field), *(one.get(field) for one in self.listed), *self.grid.get(field, ())]
-            found |= {value for value in values if names_file(field, value)}
-        return found
-
-    def text(self, versions: Mapping[str, str], files: Mapping[str, str]) -> str:
-        """As TOML; :meth:`read` gives the same study back."""
-        lines = [f"format = {FORMAT}\n", "\n[study]\n", f"trials = {self.trials}\n"]
-        lines += [f"seeds = {_seeds_text(self.seeds)}\n", f"policies = {literal(self.policies)}\n"]
-        lines += [f"job = {literal(self.job)}\n"] if self.job else []
-        tables = [("[base]", self.base), ("[grid]", self.grid)]
-        tables += [("[[cells]]", one) for one in self.listed] if self.listed != ({},) else []
-        tables += [("[versions]", versions), ("[files]", files)]
-        for name, table in tables:
-            if table or name == "[[cells]]":
-                lines += [f"\n{name}\n", *(f"{literal(key)} = {literal(value)}\n" for key, value in table.items())]
-        return "".join(lines)
+        short = {name: name.rpartition(".")[2] for name in self.fields}
+        if len(set(short.values())) < len(short):
+            short = dict(zip(short, short, strict=True))
+        seen = set[str]()
+        sets = [dict(zip(grid, values, strict=True)) for grid in self.grids for values in product(*grid.values())]
+        for fields, policy in product(sets, self.policies):
+            config = condition_config({**self.base, **fields}, policy, self.job)
+            words = [policy, *(f"{short[name]}={_word(value)}" for name, value in fields.items())]
+            for seed in self.seeds:
+                name = ",".join(quote(word, safe="=+") for word in (*words, f"seed={seed}"))
+                if name in seen:
+                    raise ConfigurationError("study", name, "each combination of settings, policy and seed once")
+                if len(name) > _LONGEST:
+                    accepted = f"fewer settings in a grid, or shorter values: a folder of at most {_LONGEST} characters"
+                    raise ConfigurationError("study", name, accepted)
+                seen.add(name)
+                own = replace(config, seed=seed)
+                yield Condition(name, fields, policy, own, self.trials, policy_file(policy))
 
 
-def _table(table: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    value = table.get(name, {})
+def _table(name: str, value: Any) -> Mapping[str, Any]:
     if not isinstance(value, Mapping):
         raise ConfigurationError(name, value, f"a table, [{name}]")
     return value
+
+
+def _grid(table: Any) -> dict[str, tuple[Any, ...]]:
+    settings = settings_in(_table("grid", table))
+    return {name: _axis(name, values) for name, values in settings.items()}
 
 
 def _axis(name: str, values: Any) -> tuple[Any, ...]:
@@ -176,51 +165,15 @@ def _axis(name: str, values: Any) -> tuple[Any, ...]:
         raise ConfigurationError(f"grid.{name}", values, f"a list of values, as in [{literal(values)}]")
     if not values:
         raise ConfigurationError(f"grid.{name}", values, "at least one value")
-    return _once(f"grid.{name}", [plain_value(name, value) for value in values])
-
-
-def _listed(tables: Any) -> tuple[Mapping[str, Any], ...]:
-    if tables is None:
-        return ({},)
-    if not isinstance(tables, list) or not all(isinstance(one, Mapping) for one in tables):
-        raise ConfigurationError("cells", tables, "tables of settings, each under [[cells]]")
-    if not tables:
-        raise ConfigurationError("cells", tables, "at least one table of settings, under [[cells]]")
-    found = [{n: plain_value(n, v) for n, v in sorted(leaves(one, "cells").items())} for one in tables]
-    return _once("cells", found)
+    return tuple(plain_value(name, value) for value in values)
 
 
 def _seeds(value: Any) -> Sequence[int]:
     if isinstance(value, Mapping):
         span = overlay(_SeedSpan(), {"count": 0, **value})
         return range(span.first, span.first + span.count)
-    seeds = _once("study.seeds", [fitted("study.seeds", seed, _Seed) for seed in value])
-    run = range(seeds[0], seeds[0] + len(seeds))
-    return run if tuple(run) == seeds else seeds
+    return tuple(fitted("study.seeds", seed, _Seed) for seed in value)
 
 
-def _policies(names: Sequence[str]) -> tuple[str, ...]:
-    for name in names:
-        if not _made_by_name(name) and not os.path.isfile(name):
-            raise ConfigurationError("study.policies", name, _POLICIES)
-    return _once("study.policies", names)
-
-
-def _made_by_name(name: str) -> bool:
-    return name in (*LEARNERS, *COMPARATORS) or bool(not os.path.isfile(name) and foreign_code(name))
-
-
-def _once(name: str, values: Sequence[Any]) -> tuple[Any, ...]:
-    seen = set()
-    for value in values:
-        text = repr(value)
-        if text in seen:
-            raise ConfigurationError(name, value, "each of them once")
-        seen.add(text)
-    return tuple(values)
-
-
-def _seeds_text(seeds: Sequence[int]) -> str:
-    if isinstance(seeds, range):
-        return f"{{ first = {seeds[0]}, count = {len(seeds)} }}"
-    return literal(seeds)
+def _word(value: Any) -> str:
+    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)

@@ -1,55 +1,100 @@
-"""A study's folder: what was asked, a folder for every cell, and ``summary.csv`` of all."""
+"""A study's folder: the study file, a folder for every finished condition, and ``summary.csv`` of all."""
 
 import json
 import os
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.config import read_toml
-from palpate.adapters.experiments.policies import first_difference
+import tomlkit
+
 from palpate.adapters.experiments.results import RunFolder
-from palpate.adapters.experiments.study.cell import CELL_FILE, StudyCell
+from palpate.adapters.experiments.study.condition import SUMMARY, Condition
 from palpate.adapters.experiments.study.document import Study
-from palpate.adapters.experiments.study.fields import plain, setting
-from palpate.adapters.experiments.study.run_cell import UNFINISHED
+from palpate.adapters.experiments.study.settings import setting_of
 from palpate.adapters.experiments.writer_lock import LOCK, only_writer
-from palpate.adapters.log import csv_text, made_with
-from palpate.core.errors import ConfigurationError, OutputError
-from palpate.core.ports import json_of_file
+from palpate.adapters.log import csv_text
+from palpate.core.errors import OutputError
+from palpate.core.ports import json_of_file, whole_text
 
+STUDY_FILE: Final = "study.toml"
+_ELSEWHERE: Final = "name another folder with --out"
 _IN_OTHER_COLUMNS: Final = ("scenario", "arm", "seed", "policy", "finished")
-"""Entries of a summary that the cell's own columns, or the line itself, hold already."""
+"""Entries of a summary that other columns, or the line itself, hold already."""
 _COUNTS: Final = ("outcomes", "trips", "marked_why")
+"""Tables of a summary that leave out what never came about."""
 
 
-def table_of(study: Study, rows: Sequence[tuple[StudyCell, Mapping[str, Any]]]) -> str:
-    """The table as CSV."""
-    fields = list(dict.fromkeys(name for one in (*study.listed, study.grid) for name in one))
-    flat = [dict(_flat(figures)) for _, figures in rows]
-    columns = _columns(flat)
-    lines: list[list[Any]] = [["cell", *fields, "policy", "seed", *(".".join(name) for name in columns)]]
-    for (cell, _), values in zip(rows, flat, strict=True):
-        # A cell of a list may leave settings as they are that others name.
-        left = {name for name in fields if name not in cell.fields}
-        config = study.config(cell.fields) if left else None
-        known = [setting(config, name) if name in left else cell.fields[name] for name in fields]
-        # An outcome that a cell does not name never came about; other figures it may not have.
+class StudyFolder:
+    """The folder of one study."""
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.conditions = path, path.absolute() / "conditions"
+
+    @contextmanager
+    def writing(self, file: Path, job: str, conditions: Sequence[Condition]) -> Iterator[list[Condition]]:
+        """Make the folder, put the study file there and keep others out; gives the conditions that are not finished.
+
+        Args:
+            job: Absolute path of the job file; empty for none.
+
+        Raises:
+            OutputError: It holds something else, or another study writes there.
+        """
+        names = [name for name in os.listdir(self.path) if name != LOCK] if os.path.lexists(self.path) else []
+        if names and STUDY_FILE not in names:
+            raise OutputError(str(self.path), f"holds something already, and no study ({names[0]})", _ELSEWHERE)
+        self.conditions.mkdir(parents=True, exist_ok=True)
+        with only_writer(self.path):
+            missing = [each for each in conditions if not self._is_finished(each)]
+            document = tomlkit.parse(whole_text(file).read())
+            if job:
+                document["study"]["job"] = job
+            RunFolder(self.path).write(STUDY_FILE, tomlkit.dumps(document))
+            self._clear()
+            try:
+                yield missing
+            finally:
+                # What dead workers left, and those that were ended now.
+                self._clear()
+
+    def write_table(self, study: Study, conditions: Sequence[Condition]) -> int:
+        """Write ``summary.csv``, a line for each finished condition in the order of the study; returns their number."""
+        rows = []
+        for condition in conditions:
+            path = self.conditions / condition.name / SUMMARY
+            if path.exists():
+                rows.append((condition, dict(_flat(json_of_file(path)))))
+        RunFolder(self.path).write("summary.csv", _table(study.fields, rows))
+        return len(rows)
+
+    def _is_finished(self, condition: Condition) -> bool:
+        path = self.conditions / condition.name
+        if not (path / SUMMARY).exists():
+            return False
+        before, now = (path / "run.toml").read_text(encoding="utf-8"), condition.record()
+        if before != now:
+            line = next(new for old, new in zip(before.splitlines(), now.splitlines(), strict=False) if old != new)
+            raise OutputError(str(path), f"was run with other settings or versions, not {line}", _ELSEWHERE)
+        return True
+
+    def _clear(self) -> None:
+        for path in self.conditions.glob(".*.part"):
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def _table(fields: Sequence[str], rows: Sequence[tuple[Condition, Mapping[tuple[str, ...], Any]]]) -> str:
+    names = list(dict.fromkeys(name for _, values in rows for name in values))
+    tables = list(dict.fromkeys(name[0] for name in names))
+    columns = sorted(names, key=lambda name: tables.index(name[0]))
+    lines: list[list[Any]] = [["condition", *fields, "policy", "seed", *(".".join(name) for name in columns)]]
+    for condition, values in rows:
+        known = (setting_of(condition.config, name) for name in fields)
         figures = (values.get(name, 0 if name[0] in _COUNTS else "") for name in columns)
-        lines.append([cell.name, *map(_word, known), cell.policy, cell.seed, *figures])
+        lines.append([condition.name, *map(_word, known), condition.policy, condition.config.seed, *figures])
     return csv_text(lines)
-
-
-def _columns(rows: Sequence[Mapping[tuple[str, ...], Any]]) -> list[tuple[str, ...]]:
-    """All columns of all rows, those of one table beside each other."""
-    tables: dict[str, dict[tuple[str, ...], None]] = {}
-    for row in rows:
-        for name in row:
-            tables.setdefault(name[0], {})[name] = None
-    return [name for table in tables.values() for name in table]
 
 
 def _flat(figures: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -59,143 +104,10 @@ def _flat(figures: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], Any]]:
         if isinstance(value, Mapping):
             yield from (((name, inner), figure) for inner, figure in value.items())
         elif isinstance(value, list) and len(value) == 2:
-            low, high = value
-            yield from (((f"{name}_low",), low), ((f"{name}_high",), high))
+            yield from zip(((f"{name}_low",), (f"{name}_high",)), value, strict=True)
         else:
             yield (name,), value
 
 
 def _word(value: Any) -> Any:
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, (list, dict)) else value
-
-
-STUDY_FILE: Final = "study.toml"
-_TABLE: Final = "summary.csv"
-CELLS: Final = "cells"
-_ELSEWHERE: Final = "name another folder with --out"
-
-
-class StudyFolder:
-    """The folder of one study."""
-
-    def __init__(self, path: Path) -> None:
-        self.path, self.cells = path, path / CELLS
-
-    def count(self) -> int:
-        """About how many cells are finished."""
-        try:
-            return sum(not name.endswith(UNFINISHED) for name in os.listdir(self.cells))
-        except OSError:
-            return 0
-
-    def require_fits(self, study: Study, cells: Sequence[StudyCell], files: Mapping[str, str]) -> None:
-        """Make sure that the folder is free, or holds this study, made of files with these digests, or a smaller one.
-
-        Raises:
-            OutputError: It holds something else, or cells that the study does not have.
-            ConfigurationError: The study that it holds was made with other settings, files or versions.
-        """
-        if not os.path.lexists(self.path):
-            return
-        names = [name for name in os.listdir(self.path) if name != LOCK]
-        if STUDY_FILE not in names:
-            if names:
-                raise OutputError(str(self.path), f"holds something already, and no study ({names[0]})", _ELSEWHERE)
-            return
-        path = self.path / STUDY_FILE
-        try:
-            held, table = Study.read(path), read_toml(path)
-        except ConfigurationError as error:
-            raise OutputError(str(path), f"cannot be read ({error})", f"mend it or {_ELSEWHERE}") from error
-        self._require_same(held, study)
-        _require_equal("versions", table.get("versions", {}), made_with(), self.path)
-        _require_equal("files", table.get("files", {}), files, self.path)
-        asked = {cell.name for cell in cells}
-        missing = next((cell for cell in held.cells() if cell.name not in asked), None)
-        if missing is not None:
-            problem = f"holds a study with cells that are not asked for ({missing})"
-            raise OutputError(str(self.path), problem, f"a study may grow, not shrink: add them, or {_ELSEWHERE}")
-
-    def _require_same(self, held: Study, study: Study) -> None:
-        if held.trials != study.trials:
-            raise ConfigurationError("study.trials", study.trials, f"{held.trials}, {_as_held(self.path)}")
-        # With settings of a cell: without any, the base need not make sense.
-        fields = next(held.settings())
-        asked, begun = (plain(asdict(one.config(fields))) for one in (study, held))
-        if asked != begun:
-            name, value, before = first_difference(asked, begun)
-            raise ConfigurationError(f"base.{name}", value, f"{before!r}, {_as_held(self.path)}")
-
-    @contextmanager
-    def opened(self, study: Study, files: Mapping[str, str]) -> Iterator[None]:
-        """Make the folder, write down what is asked, and keep others out.
-
-        Raises:
-            OutputError: It cannot be made, or another study is at work in it.
-        """
-        RunFolder(self.cells).create()
-        with only_writer(self.path):
-            RunFolder(self.path).write(STUDY_FILE, study.text(made_with(), files))
-            yield
-
-    def finished(self, cells: Sequence[StudyCell]) -> set[str]:
-        """Names of the cells that are finished.
-
-        Raises:
-            OutputError: A folder holds another cell than the one of its name.
-        """
-        try:
-            there = set(os.listdir(self.cells))
-        except OSError:
-            return set()
-        return {cell.name for cell in cells if cell.name in there and self._is_whole(cell)}
-
-    def _is_whole(self, cell: StudyCell) -> bool:
-        path = self.cells / cell.name
-        found = _json(path / CELL_FILE)
-        if found is not None and found != cell.document():
-            raise OutputError(str(path), f"is not the cell {cell}", f"take it away, or {_ELSEWHERE}")
-        return found is not None and _json(path / "summary.json") is not None
-
-    def clear(self, cells: Sequence[StudyCell], finished: set[str]) -> list[str]:
-        """Take away what was begun and not finished; returns the names of those cells."""
-        asked = {cell.name for cell in cells}
-        half: list[str] = []
-        for name in sorted(os.listdir(self.cells)):
-            if name.endswith(UNFINISHED) or (name in asked and name not in finished):
-                shutil.rmtree(self.cells / name, ignore_errors=True)
-                cell = name.removesuffix(UNFINISHED).rpartition(".")[0] if name.endswith(UNFINISHED) else name
-                if cell not in half and cell not in finished:
-                    half.append(cell)
-        return half
-
-    def write_table(self, study: Study, cells: Sequence[StudyCell]) -> int:
-        """Write ``summary.csv``, a line for each finished cell in the order of the study; returns their number."""
-        finished = self.finished(cells)
-        done = [cell for cell in cells if cell.name in finished]
-        rows = [(cell, _json(self.cells / cell.name / "summary.json") or {}) for cell in done]
-        RunFolder(self.path).write(_TABLE, table_of(study, rows))
-        return len(rows)
-
-
-def _json(path: Path) -> dict[str, Any] | None:
-    """The object in a JSON file; None if that is not whole."""
-    try:
-        found = json_of_file(path)
-    except (OSError, ValueError):
-        return None
-    return found if isinstance(found, dict) else None
-
-
-def _require_equal(what: str, held: Mapping[str, str], own: Mapping[str, str], path: Path) -> None:
-    for name in held:
-        # A study that grows may use more files than before.
-        if name in own and own[name] != held[name]:
-            value, before = own[name], held[name]
-            if what == "files":
-                raise ConfigurationError("file", name, f"the same content as {_as_held(path)}")
-            raise ConfigurationError(f"{what}.{name}", value, f"{before}, {_as_held(path)}")
-
-
-def _as_held(path: Path) -> str:
-    return f"as in the study in {path}; or {_ELSEWHERE}"
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, (list, Mapping)) else value

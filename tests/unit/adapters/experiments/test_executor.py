@@ -1,0 +1,54 @@
+"""Workers end with the process that began them, leave Ctrl-C to it, and die alone."""
+
+import os
+import signal
+import subprocess
+import sys
+from concurrent.futures import BrokenExecutor
+from contextlib import closing
+from pathlib import Path
+
+from palpate.adapters.experiments.executor import LocalWorkers, completed, in_processes, interrupts_wait
+
+KILLED = """
+import os
+from palpate.adapters.experiments import in_processes
+print(list(in_processes(divmod, [(7, 2), (9, 2)], 2)), flush=True)
+for _ in in_processes(divmod, [(7, 2), (9, 2)], 2):
+    os.kill(os.getpid(), 9)
+"""
+
+
+def die(mark: Path | None) -> str:
+    """End the worker: once where a mark says so, else always."""
+    if mark is None or not mark.exists():
+        if mark is not None:
+            mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return "alive"
+
+
+def test_workers_do_not_outlive_a_process_that_was_killed() -> None:
+    # They hold its output: reading ends with the last of them.
+    done = subprocess.run([sys.executable, "-c", KILLED], stdout=subprocess.PIPE, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout) == (-signal.SIGKILL, "[(3, 1), (4, 1)]\n")
+
+
+def test_a_process_that_is_begun_meanwhile_does_not_see_ctrl_c() -> None:
+    program = "import signal; print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))"
+    with interrupts_wait():
+        held = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert held.stdout == "True\n"
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
+def test_a_call_runs_once_more_when_its_worker_died_and_no_other_call_does(tmp_path: Path) -> None:
+    calls = [(None,), (tmp_path / "mark",), (tmp_path,)]
+    with closing(LocalWorkers(2)) as workers:
+        ends = {number: future.exception() for number, future in completed(workers, die, calls)}
+    assert isinstance(ends.pop(0), BrokenExecutor)
+    assert ends == {1: None, 2: None}
+
+
+def test_results_come_in_the_order_of_the_calls() -> None:
+    assert list(in_processes(pow, [(n, 2) for n in range(7)], 2)) == [n * n for n in range(7)]
