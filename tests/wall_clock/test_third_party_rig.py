@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.gymnasium_envs.handover import LateAgentError
+from palpate.adapters.gymnasium_envs.agent import LateAgentError
 from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
 from palpate.core.errors import DeviceError, FaultLatchedError
 from palpate.core.ports import Life

@@ -1,5 +1,6 @@
 from .calibration import CalibrationTable as CalibrationTable
 from .calibration import write_into as write_into
+from .compose import Tables as Tables
 from .compose import compose as compose
 from .compose import configured as configured
 from .compose import depth_step_mm as depth_step_mm

@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 from palpate.adapters.config.learning import learner_in
 from palpate.adapters.config.rig import RigFile
@@ -21,6 +21,8 @@ from palpate.core.motion import arm_named, arm_of_table
 from palpate.core.ports import SensorFacts
 from palpate.simulation.work_cell import CellConfig
 
+Tables: TypeAlias = Mapping[str, Any] | str | os.PathLike[str] | None
+"""Nested tables of settings, a TOML file with some, or nothing."""
 _OF_A_JOB: Final = (*JOB_TABLES, "arm", "cell")
 
 
@@ -92,7 +94,7 @@ def compose(
 
 
 def configured(
-    job: str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    job: Tables = None,
     *,
     rig: str = "",
     scenario: str = "",
@@ -100,7 +102,7 @@ def configured(
     policy: str = "",
     task: str = "",
     arm: str = "",
-    settings: str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    settings: Tables = None,
 ) -> RunConfig:
     """Compose a configuration of files, presets and tables, as the command line does.
 
@@ -112,7 +114,7 @@ def configured(
         policy: Policy file, or anything else.
         task: Task; empty takes that of the settings, or the insertion.
         arm: Name of the arm; empty takes that of the settings, the job or the rig.
-        settings: A nested table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file with one (a ``run.toml`` too).
+        settings: A table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file with settings (a ``run.toml`` too).
 
     Raises:
         ConfigurationError: A setting is unknown or refused, a file cannot be read, or with a rig no job is stated.
@@ -136,7 +138,7 @@ def configured(
     return compose(name, learner, *layers, task=task or named or INSERTION, job=stated, sensor=noise)
 
 
-def tables_of(settings: str | os.PathLike[str] | Mapping[str, Any] | None) -> dict[str, Any]:
+def tables_of(settings: Tables) -> dict[str, Any]:
     """Return the tables of settings, of a TOML file with settings, or of nothing.
 
     Raises:

@@ -1,4 +1,3 @@
-from .build import build_insertion as build_insertion
 from .build import build_perception as build_perception
 from .build import build_reinforcement as build_reinforcement
 from .build import build_supervisor as build_supervisor

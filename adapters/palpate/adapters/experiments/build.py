@@ -50,7 +50,6 @@ from palpate.core.policy import (
 )
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, FaultLatch, Rig, SensorFacts
 from palpate.core.supervision import Supervisor, require_fitting
-from palpate.core.tasks.insertion import InsertionTask
 from palpate.core.trial import (
     LEAST_PLAY_MM,
     N_PER_KGF,
@@ -156,18 +155,6 @@ def ready_pose(config: RunConfig) -> ReadyPose:
         UnreachableError: The arm cannot do the task there.
     """
     return task_kind(config.task.name).ready(config.arm, config.tool.geometry, config.task)
-
-
-def build_insertion(config: RunConfig, ready: ReadyPose, perception: Perception, policy: Policy) -> InsertionTask:
-    """The same for whoever looks into an insertion.
-
-    Raises:
-        ConfigurationError: The task is another one.
-    """
-    task = build_task(config, ready, perception, policy)
-    if not isinstance(task, InsertionTask):
-        raise ConfigurationError("task.name", config.task.name, "insertion, which is what this is made for")
-    return task
 
 
 def play_mm(config: RunConfig) -> float:

@@ -1,42 +1,45 @@
 """Trials of the insertion task, one decision at a time, with the actions chosen from outside.
 
 Everything below the choice is the core's, as in any other run: the loop over the ports, perception, motion laws,
-supervisor, reinforcement. Nothing here depends on Gymnasium.
+supervisor, reinforcement. Each trial has a thread of its own; the agent's thread waits for what the loop shows it.
+Nothing here depends on Gymnasium but its errors.
 """
 
-import os
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Generator, Mapping
+import sys
+import threading
+import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final, TypeAlias
+from threading import Thread
+from typing import Any, Final
 
 import gymnasium.error
 import numpy as np
-from typing_extensions import override
 
-from palpate.adapters.config import INSERTION, JOB, RigFile, RunConfig, compose, read_job, read_toml, run_facts
 from palpate.adapters.experiments import (
     OUTSIDE,
-    build_insertion,
+    Run,
+    RunFolder,
+    ScoredTrial,
+    TrialRow,
+    Trials,
     build_reinforcement,
-    build_supervisor,
-    configured_perception,
-    fitted_perception,
+    next_free_folder,
     outcome_of,
-    ready_pose,
+    require_sound,
     require_usable,
-    score,
-    trial_setup,
+    simulated_perception,
     trip_of,
+    write_evaluation,
 )
+from palpate.adapters.gymnasium_envs.agent import GRACE_S, Agent
 from palpate.adapters.mujoco import SimulatedRig
-from palpate.core.control_loop import next_snapshot, trial_ticks
-from palpate.core.errors import CommandError, ConfigurationError, DeviceError, LifecycleError
-from palpate.core.perception import Perception
-from palpate.core.policy import ActionOutcome, Decision, FixedPolicy, Observation
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointCommand, Rig, Snapshot
+from palpate.adapters.signals import on_ending_signal
+from palpate.core.errors import CommandError, ConfigurationError, DeviceError, LifecycleError, require_in
+from palpate.core.policy import ActionOutcome, Decision
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Rig
 from palpate.core.tasks.insertion import InsertionTask
 from palpate.core.trial import Outcome, TrialReport
 
@@ -67,65 +70,74 @@ def refuse_unknown(environment: str, unknown: dict[str, object], known: tuple[st
         raise ConfigurationError(name, value, f"no such argument of {environment}; there are {', '.join(known)}")
 
 
-SOURCE: Final = OUTSIDE
-"""Where decisions come from, in the records of a trial."""
-
-
-class GivenActions(FixedPolicy):
-    """Chooses what it was given; learning happens outside."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._decision: Decision | None = None
-
-    @override
-    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """What was given before is dropped."""
-        self._decision = None
-
-    def give(self, decision: Decision) -> None:
-        """What :meth:`choose` shall choose next."""
-        self._decision = decision
-
-    def choose(self, observation: Observation) -> Decision:
-        """What was given; each only once.
-
-        Raises:
-            LifecycleError: Nothing was given since the last choice.
-        """
-        decision, self._decision = self._decision, None
-        if decision is None:
-            raise LifecycleError("given actions", "none is given", "choose()", "call give() first")
-        return decision
-
-
 MOST_SKIPPED: Final = 20
 """Trials in a row without any decision; a cell in which none ever has one is set up wrongly."""
+_PATIENCE_S: Final = 5.0
 
 
-def without_decision(report: TrialReport) -> DeviceError:
-    """Trial after trial was over without a decision, and this is how the last one ended."""
-    return DeviceError("work cell", f"{MOST_SKIPPED} trials without any decision: {report.events[-1].detail}")
+class Episodes:
+    """Trials of the insertion task, decision by decision, in the simulator or on a rig.
 
+    In the simulator time stands still between the decisions. On a rig it goes on: trials are recorded into a folder as
+    ``palpate run`` leaves it.
 
-class Episodes(ABC):
-    """Trials of the insertion task, decision by decision.
+    Args:
+        run: The run; it is not entered yet.
+        out: On a rig, the folder for the recording; empty takes the next free one below ``runs``.
+        limit_s: On a rig, how long an agent may take for a decision before the arm is stopped and the rig latched.
 
     Attributes:
-        skipped: Trials before it that were over without a decision, since :meth:`begin` was asked for one.
+        running: Whether a trial waits for a decision.
+        trial: Index of the trial.
+        skipped: Trials before it that were over without a decision, since :meth:`begin` was called.
         observe: An agent's observation of the task as it stands.
+
+    Raises:
+        ConfigurationError: A setting is refused, or the task is no insertion.
+        DeviceError: A device failed.
+        LifecycleError: A rig is opened in another thread than the main one.
     """
 
-    rig: Rig
-    config: RunConfig
-    perception: Perception
-    task: InsertionTask
-    observe: Callable[[InsertionTask], Any]
+    def __init__(self, run: Run, out: str = "", limit_s: float = 0.3) -> None:
+        require_in("decision_limit_s", limit_s, 0.01, 60.0)
+        self.on_rig = bool(run.rig_file)
+        if self.on_rig and threading.current_thread() is not threading.main_thread():
+            # Signals, the operator's among them, reach a program's main thread only.
+            raise LifecycleError("rig", "in another thread", "open()", "make the environment in the main thread")
+        self.config, self.trial, self.skipped, self.running = run.config, 0, 0, False
+        require_usable(run.config, run.ready, run.rig_file)
+        duration_s = run.config.task.ticks_per_action * PERIOD_S
+        self.plain_reinforcement = build_reinforcement(run.config)(ActionOutcome(duration_s, 0.0))
+        self.observe: Callable[[InsertionTask], Any] = lambda task: None
+        self.folder: RunFolder | None = None
+        if self.on_rig:
+            self.folder = RunFolder(Path(out)) if out else next_free_folder(f"runs/{run.config.scenario}-{OUTSIDE}")
+            self.folder.require_free()
+        self._agent = Agent(limit_s, GRACE_S) if self.on_rig else Agent()
+        self._agent.look = self._look
+        self._rows: list[TrialRow] = []
+        self._settled, self._begun = 0, 0
+        self._moment: tuple[Any, dict[str, Any]] = (None, {})
+        self._thread = Thread()
+        # That of an agent that was trained in the simulator.
+        self.perception = simulated_perception(run.config, run.ready)
+        with ExitStack() as kept, ExitStack() as opened:
+            self.rig: Rig = opened.enter_context(run.opened())
+            if self.folder is not None:
+                run.begin(kept, self.folder, "run", policy=OUTSIDE, rig=run.rig_file)
+                kept.callback(self._write)
+            recording = run.record(kept, opened, self.folder)
+            self._trials = Trials(
+                run.config, run.ready, self.rig, self.perception, self._agent, recording, name=OUTSIDE
+            )
+            self.task = _insertion(self._trials)
+            if self.on_rig:
+                # By default the process would be gone at once, and the arm left at its last set-point.
+                opened.enter_context(on_ending_signal(_terminate, always=False))
+            kept.enter_context(opened.pop_all())
+            self._kept = kept.pop_all()
 
-    def __init__(self, config: RunConfig) -> None:
-        self.config, self.trial, self.skipped = config, 0, 0
-        duration_s = config.task.ticks_per_action * PERIOD_S
-        self.plain_reinforcement = build_reinforcement(config)(ActionOutcome(duration_s, 0.0))
+    # The agent's side.
 
     @property
     def report(self) -> TrialReport:
@@ -145,12 +157,6 @@ class Episodes(ABC):
         contact_tick = next(event.tick for event in self.report.events if event.name == "contact")
         return (self.report.ticks - 1 - contact_tick) * PERIOD_S
 
-    @property
-    @abstractmethod
-    def running(self) -> bool:
-        """Whether a trial waits for a decision."""
-
-    @abstractmethod
     def begin(self, seed: int, trial: int) -> None:
         """Run a trial to its first decision; one that is over before, straight into the hole, is skipped for the next.
 
@@ -158,8 +164,25 @@ class Episodes(ABC):
             ConfigurationError: The seed cannot be one.
             DeviceError: A device failed, or trial after trial is over without any decision.
         """
+        self._leave()
+        self.config = self._trials.config = replace(self.config, seed=seed)
+        for skipped in range(MOST_SKIPPED):
+            self.trial, self.skipped = trial + skipped, skipped
+            if not self.on_rig and isinstance(self.rig, SimulatedRig):
+                # The clock too, so that an episode is the same to the last bit whatever was before.
+                self.rig.latch.release()
+                self.rig.seed = seed
+                self.rig.set_clock_ticks(0)
+            self._agent.new_trial()
+            self._settled = 0
+            self._thread = Thread(target=self._run, args=(self.trial,), name="control loop", daemon=True)
+            self._thread.start()
+            self._await()
+            if self.running:
+                return
+        problem = f"{MOST_SKIPPED} trials without any decision: {self.report.events[-1].detail}"
+        raise DeviceError("work cell", problem)
 
-    @abstractmethod
     def decide(self, decision: Decision) -> float:
         """Take an action, and run to the next decision or to the end of the trial.
 
@@ -171,21 +194,89 @@ class Episodes(ABC):
             NotRunningError: No trial runs.
             DeviceError: A device failed.
         """
+        if not self.running:
+            raise NotRunningError("no trial runs; begin one first")
+        self._agent.give(decision)
+        self._await()
+        earned: float = self._moment[1]["reinforcement"]
+        return earned
 
-    @abstractmethod
     def seen(self) -> tuple[Any, dict[str, Any]]:
-        """The observation at the newest decision or end, and what is known of the trial then."""
+        """Return the observation at the newest decision or end, and what is known of the trial then."""
+        return self._moment
 
-    @abstractmethod
     def close(self) -> None:
         """Stop the arm and close every device; a second time does nothing."""
+        self._leave()
+        self._kept.close()
 
-    def _known(self, *, success: bool, earned: float) -> dict[str, Any]:
-        """For people, for scoring, and for repeating a trial; an agent may not learn from it."""
+    def _await(self) -> None:
+        self.running = False
+        try:
+            shown = self._agent.shown.get()
+        except BaseException:
+            # Ctrl-C too: nobody will ask for the next decision.
+            self._leave()
+            raise
+        if isinstance(shown, BaseException):
+            self._thread.join()
+            raise shown
+        self._moment = shown
+        self.running = not shown[1]["outcome"]
+        if not self.running:
+            self._thread.join()
+
+    def _leave(self) -> None:
+        """End the trial that runs, whatever its loop is at: making ready for a trial sets a stopped arm free again."""
+        self.running = False
+        self._agent.leave()
+        deadline_s = time.monotonic() + _PATIENCE_S
+        while self._thread.is_alive() and time.monotonic() < deadline_s:
+            if self.on_rig:
+                self.rig.ports.arm.stop()
+            self._thread.join(GRACE_S)
+
+    def _write(self) -> None:
+        """Everything is closed: write what the trials came to."""
+        if self._rows and self.folder is not None:
+            write_evaluation(self.config, self.folder, OUTSIDE, None, self._rows, len(self._rows))
+
+    # The loop's side.
+
+    def _run(self, trial: int) -> None:
+        shown: Any
+        try:
+            # Logs and tables are numbered in the order of the trials.
+            self._trials.first = trial - self._begun
+            self._begun += 1
+            scored = self._trials.run(trial, (self._agent,))
+            self._keep(scored)
+            require_sound(self.rig, scored, self._trials.first)
+            shown = self._look(success=scored.success)
+        except BaseException as error:
+            # Whatever it is, the agent's side has to raise it.
+            shown = error
+        self._agent.shown.put(shown)
+
+    def _keep(self, scored: ScoredTrial) -> None:
+        if self.folder is not None:
+            self.folder.append_trial(scored, self._trials.first)
+            self._rows.append(TrialRow.of(scored, self._trials.first))
+
+    def _look(self, *, success: bool = False) -> tuple[Any, dict[str, Any]]:
+        """What the agent is shown: the observation, and what is known of the trial.
+
+        The latter is for people, for scoring, and for repeating a trial; an agent may not learn from it.
+        """
         report, (symbol, state) = self.report, self.task.percept or (0, 0)
+        # What the rests before it cost is the agent's own affair.
+        new, self._settled = report.decisions[self._settled :], len(report.decisions)
+        # Within a skill nothing is earned; where a trial ended in the middle of something, nothing was settled.
+        earned = sum(one.reinforcement for one in new if one.reinforcement is not None)
+        earned += self.plain_reinforcement if new and new[-1].reinforcement is None else 0.0
         trip = trip_of(report)
         counted_s = self.config.task.time_limit_s if trip else 0.0
-        return {
+        known = {
             "seed": self.config.seed,
             "trial": self.trial,
             "skipped_trials": self.skipped,
@@ -198,146 +289,26 @@ class Episodes(ABC):
             "decisions": len(report.decisions),
             "symbol": self.perception.symbols[symbol],
             "state": self.perception.states[state],
-            "reinforcement": earned,
+            "reinforcement": float(earned),
         }
+        truth = None if self.on_rig else self.rig.truth()
+        if truth is None:
+            known |= {"peak_force_N": report.peak_force_N, "late_decisions": self._agent.late_decisions}
+        else:
+            # Adding zero turns a negative zero into zero.
+            tip, hole = (np.array(point) + 0.0 for point in (truth.tip_in_task_m, truth.hole_in_task_m))
+            known |= {"peak_force_N": truth.peak_force_N, "true_depth_m": truth.depth_m}
+            known |= {"true_tip_m": tip, "true_hole_m": hole}
+        return self.observe(self.task), known
 
 
-class InsertionEpisodes(Episodes):
-    """One simulated work cell, and trials in it; time stands still between the decisions.
-
-    Args:
-        config: The run's configuration; its seed only serves a perception that has to be fitted.
-
-    Raises:
-        ConfigurationError: A setting is refused.
-    """
-
-    def __init__(self, config: RunConfig) -> None:
-        ready = ready_pose(config)
-        require_usable(config, ready)
-        super().__init__(config)
-        self._opened = ExitStack()
-        self.rig: SimulatedRig = self._opened.enter_context(SimulatedRig(config, ready))
-        self.perception = configured_perception(config) or fitted_perception(config, ready, self.rig)
-        self._policy = GivenActions()
-        self.task = build_insertion(config, ready, self.perception, self._policy)
-        self._supervisor = build_supervisor(config, ready, self.rig.sensor_facts)
-        self._ticks: Generator[Snapshot, JointCommand, None] | None = None
-        self._earned = 0.0
-
-    @override
-    def begin(self, seed: int, trial: int) -> None:
-        self.config, self._earned = replace(self.config, seed=seed), 0.0
-        for skipped in range(MOST_SKIPPED):
-            self.trial, self.skipped = trial + skipped, skipped
-            self._begin()
-            if self._ticks is not None:
-                return
-        raise without_decision(self.report)
-
-    def _begin(self) -> None:
-        self._let_go()
-        self._supervisor.latch.release()
-        self.rig.seed = self.config.seed
-        # The clock too, so that an episode is the same to the last bit whatever was before.
-        self.rig.set_clock_ticks(0)
-        self.rig.prepare(self.trial)
-        self._ticks = trial_ticks(self.task, self.rig.ports, trial_setup(self.config, self.trial), self._supervisor)
-        self._advance(self._ticks, first=True)
-
-    @override
-    def decide(self, decision: Decision) -> float:
-        if self._ticks is None:
-            raise NotRunningError("no trial runs; begin one first")
-        self._policy.give(decision)
-        self._advance(self._ticks)
-        earned = self.report.decisions[-1].reinforcement
-        self._earned = self.plain_reinforcement if earned is None else earned
-        return self._earned
-
-    def _advance(self, ticks: Generator[Snapshot, JointCommand, None], *, first: bool = False) -> None:
-        """Tick by tick, from the first or from the middle of one, to the middle of that in which a choice is due."""
-        task = self.task
-        try:
-            snapshot = next(ticks, None) if first else next_snapshot(ticks, task.act())
-            while snapshot is not None:
-                if task.sense(snapshot) is not None and not task.goes_on:
-                    return
-                snapshot = next_snapshot(ticks, task.act())
-        except BaseException:
-            self._let_go()
-            raise
-        self._ticks = None
-
-    @property
-    @override
-    def running(self) -> bool:
-        return self._ticks is not None
-
-    @override
-    def seen(self) -> tuple[Any, dict[str, Any]]:
-        truth = self.rig.truth()
-        # Adding zero turns a negative zero into zero.
-        tip, hole = (np.array(point) + 0.0 for point in (truth.tip_in_task_m, truth.hole_in_task_m))
-        known = self._known(success=score(self.config, self.report, truth).success, earned=self._earned)
-        true = {"peak_force_N": truth.peak_force_N, "true_depth_m": truth.depth_m}
-        return self.observe(self.task), {**known, **true, "true_tip_m": tip, "true_hole_m": hole}
-
-    def _let_go(self) -> None:
-        if self._ticks is not None:
-            self._ticks.close()
-            self._ticks = None
-
-    @override
-    def close(self) -> None:
-        self._let_go()
-        self._opened.close()
+def _insertion(trials: Trials) -> InsertionTask:
+    if not isinstance(trials.task, InsertionTask):
+        name = trials.config.task.name
+        raise ConfigurationError("task.name", name, "insertion, which is what this is made for")
+    return trials.task
 
 
-Settings: TypeAlias = Mapping[str, Any] | str | os.PathLike[str] | None
-"""A nested table of settings, a TOML file with one (a ``run.toml`` too), or nothing."""
-
-
-def run_config(
-    scenario_name: str, arm: str, settings: Settings, task: str = "", job: Settings = None, rig: str = ""
-) -> RunConfig:
-    """The configuration of the trials.
-
-    Args:
-        scenario_name: Preset to start from; empty takes the one of the settings, or ``job`` with a job, or ``paper``.
-        arm: Name of the arm; empty takes that of the settings.
-        task: Name of the task; empty takes that of the settings.
-        job: A job file, or its tables; None for the rig's, or the paper's job.
-        rig: A rig file, whose arm, noise and measurements the trials have; empty for the simulator.
-
-    Raises:
-        ConfigurationError: A setting is unknown or refused, a file cannot be read, or with a rig no job is stated.
-    """
-    table = _table(settings)
-    # How the run of a run.toml came about is no setting.
-    run_facts(table, str(settings))
-    file = RigFile.load(Path(rig)) if rig else None
-    job = job or (file.job if file is not None and settings is None else None)
-    stated = read_job(job) if job else None
-    name = scenario_name or table.get("scenario", "paper" if stated is None else JOB)
-    told = table.get("task", {})
-    named = told.get("name", "") if isinstance(told, Mapping) else ""
-    if task and named not in ("", task):
-        raise ConfigurationError("task.name", named, f"{task}, which this environment is of")
-    learner = table.get("learner", "q-learning")
-    own: dict[str, Any] = {"arm": arm} if arm else {}
-    noise = None
-    if file is not None:
-        (table, stated), own, noise = file.laid_over(table, stated, arm), {}, file.facts.noise()
-    layers = {**table, "scenario": name}, own
-    return compose(name, learner, *layers, task=task or named or INSERTION, job=stated, sensor=noise)
-
-
-def _table(settings: Settings) -> dict[str, Any]:
-    if settings is None:
-        return {}
-    if isinstance(settings, Mapping):
-        return dict(settings)
-    if isinstance(settings, (str, os.PathLike)):
-        return read_toml(Path(settings))
-    raise ConfigurationError("config", settings, "a table of settings, the name of a TOML file, or None")
+def _terminate(number: int) -> None:
+    """The program ends, but in order."""
+    sys.exit(128 + number)

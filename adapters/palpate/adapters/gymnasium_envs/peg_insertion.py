@@ -4,22 +4,15 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import gymnasium
 import numpy as np
 from typing_extensions import override
 
-from palpate.adapters.experiments import open_rig, ready_pose, rest_reinforcement, task_actions
-from palpate.adapters.gymnasium_envs.episode import (
-    Episodes,
-    InsertionEpisodes,
-    NotRunningError,
-    Settings,
-    refuse_unknown,
-    run_config,
-)
+from palpate.adapters.config import Tables, configured, without_world
+from palpate.adapters.experiments import Run, rest_reinforcement, task_actions
+from palpate.adapters.gymnasium_envs.episode import Episodes, NotRunningError, refuse_unknown
 from palpate.adapters.gymnasium_envs.spaces import (
     ACTION_KINDS,
     OBSERVATION_KINDS,
@@ -33,6 +26,7 @@ from palpate.adapters.gymnasium_envs.spaces import (
     Twists,
     spatial_of,
 )
+from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import ConfigurationError, LifecycleError, require_in, require_one_of, require_whole
 from palpate.core.ports import PERIOD_S, Rig
 from palpate.core.trial import Outcome
@@ -147,7 +141,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         actions: str = "discrete",
         observations: str = "symbolic",
         failure_penalty: float | None = None,
-        config: Settings = None,
+        config: Tables = None,
         render_mode: str | None = None,
         rig: str = "",
         out: str = "",
@@ -155,7 +149,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         task: str = "",
         acknowledge: str = "",
         accept_kinematics: bool = False,
-        job: Settings = None,
+        job: Tables = None,
         **unknown: object,
     ) -> None:
         self._arguments = {
@@ -174,18 +168,14 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             raise ConfigurationError("render_mode", render_mode, "None on a rig, of which there is no picture")
         self.render_mode = render_mode
         self._camera: Camera | None = None
-        settings = run_config(scenario, arm, config, task, job, rig)
-        self._episodes: Episodes
-        if rig:
-            # Here, because it loads what only a rig needs.
-            from palpate.adapters.gymnasium_envs.rig_episode import RigEpisodes
-
-            made = partial(open_rig, acknowledge=acknowledge, accept_kinematics=accept_kinematics)
-            self._episodes = RigEpisodes(settings, rig, out, decision_limit_s, made)
-            # Whatever becomes of the program: an environment that nobody has any more leaves the arm stopped.
-            weakref.finalize(self, self._episodes.close)
-        else:
-            self._episodes = InsertionEpisodes(settings)
+        settings = configured(job, rig=rig, scenario=scenario, arm=arm, task=task, settings=config)
+        run = Run(
+            without_world(settings) if rig else settings,
+            rig=rig, acknowledge=acknowledge, accept_kinematics=accept_kinematics,
+        )  # fmt: skip
+        self._episodes = Episodes(run, out, decision_limit_s)
+        # Whatever becomes of the program: an environment that nobody has any more leaves the arm stopped.
+        weakref.finalize(self, self._episodes.close)
         self._penalty = failure_penalty
         longest_m = settings.task.step_mm * 1e-3
         self._actions: Actions
@@ -201,7 +191,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         elif observations == "raw":
             seen = TipWrench(settings)
         else:
-            seen = PortReadings(len(ready_pose(settings).q_rad))
+            seen = PortReadings(len(run.ready.q_rad))
         self._episodes.observe = seen.of
         self.action_space, self.observation_space = self._actions.space, seen.space
         self._numbering = Numbering()
@@ -271,9 +261,10 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         Raises:
             LifecycleError: It is on a rig.
         """
-        if not isinstance(self._episodes, InsertionEpisodes):
+        rig = self._episodes.rig
+        if self._episodes.on_rig or not isinstance(rig, SimulatedRig):
             raise LifecycleError(_NAME, "on a rig", "cell", "only a simulated cell has a model")
-        return self._episodes.rig.cell
+        return rig.cell
 
     @property
     def rig(self) -> Rig:

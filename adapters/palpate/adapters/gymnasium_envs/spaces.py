@@ -7,7 +7,8 @@ import numpy as np
 from gymnasium import spaces
 
 from palpate.adapters.config import RunConfig, task_kind
-from palpate.adapters.gymnasium_envs.episode import SOURCE, ActionRefusedError
+from palpate.adapters.experiments import OUTSIDE
+from palpate.adapters.gymnasium_envs.episode import ActionRefusedError
 from palpate.core.policy import Action, Decision, Law, Spatial
 from palpate.core.tasks.insertion import InsertionTask
 from palpate.core.tasks.insertion_6dof import SpatialOptions
@@ -135,7 +136,7 @@ class NumberedActions:
     def decision(self, action: Any) -> Decision:
         """The action of that number."""
         index = index_of(action, len(self._actions))
-        return Decision(self._actions[index], index, SOURCE)
+        return Decision(self._actions[index], index, OUTSIDE)
 
 
 class FreeSteps:
@@ -153,7 +154,7 @@ class FreeSteps:
         """The step; it is none of a set, so no table learns from it."""
         x, y = _shares(action, 2)
         scale = self._longest_m / max(hypot(x, y), 1.0)
-        return Decision(Action(f"({x:+.4f}, {y:+.4f})", (scale * x, scale * y)), None, SOURCE)
+        return Decision(Action(f"({x:+.4f}, {y:+.4f})", (scale * x, scale * y)), None, OUTSIDE)
 
 
 class Twists:
@@ -175,7 +176,7 @@ class Twists:
         lean_x, lean_y, yaw = (turned * share for share in turn)
         spatial = Spatial(Law.LIFT if z < 0.0 else Law.STEP, max(-z, 0.0) * self._longest_m, (lean_x, lean_y, yaw))
         name = ", ".join(f"{share:+.4f}" for share in shares)
-        return Decision(Action(f"({name})", (scale * x, scale * y), spatial), None, SOURCE)
+        return Decision(Action(f"({name})", (scale * x, scale * y), spatial), None, OUTSIDE)
 
 
 Actions: TypeAlias = NumberedActions | FreeSteps | Twists

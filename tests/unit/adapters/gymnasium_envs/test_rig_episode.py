@@ -8,18 +8,15 @@ import signal
 import threading
 from collections.abc import Iterator
 from contextlib import closing
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments import task_actions
-from palpate.adapters.gymnasium_envs.episode import NotRunningError, run_config
-from palpate.adapters.gymnasium_envs.handover import Handover
+from palpate.adapters.config import RunConfig, configured
+from palpate.adapters.experiments import Run, task_actions
+from palpate.adapters.gymnasium_envs.episode import Episodes, NotRunningError
 from palpate.adapters.gymnasium_envs.peg_insertion import OneArmError, PegInsertionEnv
-from palpate.adapters.gymnasium_envs.rig_episode import RigEpisodes
 from palpate.adapters.log import read_log
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.adapters.replay.engine import Verdict, replay
@@ -33,24 +30,29 @@ HERE = (0.0,) * 6
 EAST = Decision(task_actions(RunConfig())[0], 0, "environment")
 
 
+def on_rig(config: RunConfig, out: str = "") -> Episodes:
+    return Episodes(Run(config, rig="rig.toml", make_rig=SimulatedRig), out, 60.0)
+
+
 @pytest.fixture
-def episodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RigEpisodes]:
-    monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.warm_up", lambda config, ready: None)
+def episodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Episodes]:
+    monkeypatch.setattr("palpate.adapters.experiments.run.warm_up", lambda config, ready: None)
     # Drawing takes longer than all the rest; the tests of real wires do it.
-    monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.write_evaluation", lambda *words: None)
+    monkeypatch.setattr("palpate.adapters.gymnasium_envs.episode.write_evaluation", lambda *words: None)
     config = RunConfig(task=TaskConfig(time_limit_s=2.0))
-    made = RigEpisodes(config, "rig.toml", str(tmp_path / "run"), 60.0, lambda c, ready, file: SimulatedRig(c, ready))
+    made = on_rig(config, str(tmp_path / "run"))
     made.observe = lambda task: task.tip_m
     yield made
     made.close()
 
 
-def stopped(episodes: RigEpisodes) -> bool:
+def stopped(episodes: Episodes) -> bool:
     arm = episodes.rig.ports.arm
     return arm.life is Life.CLOSED or arm.send(JointCommand(HERE)).reason is CommandReason.STOPPED
 
 
-def test_trials_are_recorded_as_a_run_leaves_them_and_replay_equal(episodes: RigEpisodes) -> None:
+def test_trials_are_recorded_as_a_run_leaves_them_and_replay_equal(episodes: Episodes) -> None:
+    assert episodes.folder is not None
     folder = episodes.folder.path
     episodes.begin(5, 3)
     while episodes.running:
@@ -71,18 +73,17 @@ def test_trials_are_recorded_as_a_run_leaves_them_and_replay_equal(episodes: Rig
         assert replayed.verdict is Verdict.EQUAL
         assert replayed.recorded_decisions == "an agent outside chose the actions"
     with pytest.raises(OutputError, match="already holds a run"):
-        RigEpisodes(RunConfig(), "rig.toml", str(folder))
+        on_rig(RunConfig(), str(folder))
 
 
 def test_skills_are_decided_once_earn_once_and_replay_equal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.warm_up", lambda config, ready: None)
-    monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.write_evaluation", lambda *words: None)
+    monkeypatch.setattr("palpate.adapters.experiments.run.warm_up", lambda config, ready: None)
+    monkeypatch.setattr("palpate.adapters.gymnasium_envs.episode.write_evaluation", lambda *words: None)
     table = {"learner": "skills", "task": {"time_limit_s": 3.0, "options": {"corners": 4.0, "corner_mm": 20.5}}}
-    config = run_config("blind-square", "", table, "insertion-6dof")
+    config = configured(scenario="blind-square", settings=table, task="insertion-6dof")
     # A test's thread that a busy computer holds up is no late agent: no rest comes between the skills.
-    monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.Handover", partial(Handover, grace_s=60.0))
-    rig = partial(RigEpisodes, made=lambda config, ready, file: SimulatedRig(config, ready))
-    with closing(rig(config, "rig.toml", str(tmp_path / "run"), 60.0)) as made:
+    monkeypatch.setattr("palpate.adapters.gymnasium_envs.episode.GRACE_S", 60.0)
+    with closing(on_rig(config, str(tmp_path / "run"))) as made:
         made.observe = lambda task: task.turn_rad
         skills = {action.name: Decision(action, k, "environment") for k, action in enumerate(task_actions(config))}
         made.begin(3, 0)
@@ -96,7 +97,7 @@ def test_skills_are_decided_once_earn_once_and_replay_equal(tmp_path: Path, monk
     assert replay(read_log(log), Rebuilder()).verdict is Verdict.EQUAL
 
 
-def test_a_fault_is_a_typed_error_and_latches(episodes: RigEpisodes, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fault_is_a_typed_error_and_latches(episodes: Episodes, monkeypatch: pytest.MonkeyPatch) -> None:
     episodes.begin(5, 0)
 
     def broken() -> None:
@@ -119,7 +120,7 @@ def test_a_fault_is_a_typed_error_and_latches(episodes: RigEpisodes, monkeypatch
     [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit), (signal.SIGHUP, SystemExit)],
 )
 def test_a_signal_while_a_step_is_waited_for_leaves_the_arm_stopped(
-    episodes: RigEpisodes, monkeypatch: pytest.MonkeyPatch, number: signal.Signals, error: type[BaseException]
+    episodes: Episodes, monkeypatch: pytest.MonkeyPatch, number: signal.Signals, error: type[BaseException]
 ) -> None:
     episodes.begin(5, 0)
     measure, came = episodes.rig.cell.measure_joints, threading.Event()
@@ -155,12 +156,12 @@ def test_a_signal_while_a_step_is_waited_for_leaves_the_arm_stopped(
 def test_an_environment_that_is_let_go_stops_the_arm_and_can_be_neither_copied_nor_drawn(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.write_evaluation", lambda *words: None)
+    monkeypatch.setattr("palpate.adapters.gymnasium_envs.episode.write_evaluation", lambda *words: None)
     monkeypatch.setattr(
-        "palpate.adapters.gymnasium_envs.peg_insertion.open_rig",
+        "palpate.adapters.experiments.run.open_rig",
         lambda config, ready, file, acknowledge, accept_kinematics: SimulatedRig(config, ready),
     )
-    monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.warm_up", lambda config, ready: None)
+    monkeypatch.setattr("palpate.adapters.experiments.run.warm_up", lambda config, ready: None)
     rig_file = str(Path(__file__).parents[4] / "rigs" / "zebra-nmc-jr3.toml")
     with pytest.raises(ConfigurationError, match="None on a rig"):
         PegInsertionEnv(rig=rig_file, render_mode="rgb_array")
@@ -182,12 +183,12 @@ def test_an_environment_that_is_let_go_stops_the_arm_and_can_be_neither_copied_n
     assert arm.life is Life.CLOSED
 
 
-def test_it_belongs_to_the_main_thread(episodes: RigEpisodes) -> None:
+def test_it_belongs_to_the_main_thread(episodes: Episodes) -> None:
     said: list[str] = []
 
     def make() -> None:
         try:
-            RigEpisodes(RunConfig(), "rig.toml")
+            on_rig(RunConfig())
         except LifecycleError as error:
             said.append(str(error))
 

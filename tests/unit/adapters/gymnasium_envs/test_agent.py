@@ -7,7 +7,7 @@ import pytest
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import build_perception, build_task, supervisor_of, task_actions, trial_setup
-from palpate.adapters.gymnasium_envs.handover import LATE, Handover, LateAgentError
+from palpate.adapters.gymnasium_envs.agent import LATE, Agent, LateAgentError
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError
@@ -23,7 +23,7 @@ MS = 1_000_000
 class SlowAgent(LoopObserver):
     """Answers so many ms after it was shown something."""
 
-    def __init__(self, desk: Handover, think_ms: int) -> None:
+    def __init__(self, desk: Agent, think_ms: int) -> None:
         self._desk, self._think_ns = desk, think_ms * MS
         self._shown_ns: int | None = None
         self._now_ns = 0
@@ -49,7 +49,7 @@ class Bench:
     """A simulated cell with an agent at the desk."""
 
     def __init__(self, rig: SimulatedRig, think_ms: int) -> None:
-        self.rig, self.desk = rig, Handover(0.3, grace_s=0.0)
+        self.rig, self.desk = rig, Agent(0.3, grace_s=0.0)
         self.agent = SlowAgent(self.desk, think_ms)
         ready = find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task)
         self.task: InsertionTask = build_task(CONFIG, ready, build_perception(CONFIG), self.desk)

@@ -1,0 +1,112 @@
+"""Between two threads: the control loop, and an agent that chooses its actions.
+
+On a rig the loop never waits long. A decision that is not there when it is due is replaced by a rest: the peg is
+pressed on the plate where it stands, under the same compliant control, supervised and recorded as any action, and the
+decision is taken when the next one is due. An agent that takes longer than a limit ends the trial, with the arm stopped
+and the rig latched. In the simulator time stands still until the agent has decided.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf
+from queue import Empty, SimpleQueue
+from typing import Any, Final
+
+import numpy as np
+from typing_extensions import override
+
+from palpate.core.control_loop import LoopObserver
+from palpate.core.errors import DeviceError
+from palpate.core.policy import Action, Decision, FixedPolicy, Observation
+
+LATE: Final = "late"
+"""Source of a rest, in the records of a trial."""
+REST: Final = Decision(Action("rest", (0.0, 0.0)), None, LATE)
+GRACE_S: Final = 0.003
+"""How long the loop of a rig waits in the tick of a decision; less than half of a tick."""
+_NS: Final = 1_000_000_000
+
+
+class LateAgentError(DeviceError):
+    """An agent took longer for a decision than the arm may be left to it."""
+
+    def __init__(self, problem: str) -> None:
+        super().__init__("agent", problem)
+
+    def __reduce__(self) -> tuple[type[LateAgentError], tuple[str]]:
+        return type(self), (str(self).removeprefix("agent: "),)
+
+
+class LeftError(Exception):
+    """The agent wants no more of a trial in the simulator."""
+
+
+class Agent(FixedPolicy, LoopObserver):
+    """The policy of trials whose actions another thread chooses; also an observer of the loop.
+
+    Args:
+        limit_s: Longest time for a decision, by the run's clock.
+        grace_s: How long the loop waits for a decision that is due; None for as long as it takes.
+
+    Attributes:
+        look: Gives what the agent is shown when a decision is due; called by the loop's thread.
+        shown: What the agent has been shown, or the error that ended the trial.
+        late_decisions: Rests of this trial.
+        left: Whether the agent wants no more of the trial.
+    """
+
+    def __init__(self, limit_s: float = inf, grace_s: float | None = None) -> None:
+        super().__init__()
+        self._limit_ns, self._grace_s = limit_s * _NS, grace_s
+        self.look: Callable[[], Any] = lambda: None
+        self.new_trial()
+
+    def new_trial(self) -> None:
+        """Drop what is left of the trial before."""
+        self.shown, self._given = SimpleQueue[Any](), SimpleQueue[Decision]()
+        self._asked_ns: int | None = None
+        self._time_ns = self.late_decisions = 0
+        self.left = False
+
+    def give(self, decision: Decision) -> None:
+        """Say what the loop shall do next."""
+        self._given.put(decision)
+
+    def leave(self) -> None:
+        """Have the loop wait no more. In the simulator the trial ends; on a rig it rests until the arm is stopped."""
+        self.left = True
+        self._given.put(REST)
+
+    @override
+    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+        """There is nothing to prepare."""
+
+    def choose(self, observation: Observation) -> Decision:
+        """Return the agent's decision; a rest where there is none in time."""
+        if self._asked_ns is None:
+            self._asked_ns = self._time_ns
+            self.shown.put(self.look())
+        try:
+            decision = REST if self.left else self._given.get(timeout=self._grace_s)
+        except Empty:
+            self.late_decisions += 1
+            return REST
+        self._asked_ns = None
+        return decision
+
+    @override
+    def clock_read(self, deadline_ns: int, time_ns: int) -> None:
+        """Begin a tick.
+
+        Raises:
+            LateAgentError: The agent has taken longer than the limit.
+            LeftError: It wants no more of the trial.
+        """
+        if self.left and self._grace_s is None:
+            raise LeftError
+        self._time_ns, asked_ns = time_ns, self._asked_ns
+        if asked_ns is None or self.left or time_ns - asked_ns <= self._limit_ns or not self._given.empty():
+            return
+        took = f"no decision for {(time_ns - asked_ns) / _NS:.3f} s; {self._limit_ns / _NS:g} s are allowed"
+        raise LateAgentError(took)
