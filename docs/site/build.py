@@ -32,10 +32,9 @@ MOVED: Final = {
     "CHANGELOG.md": "changelog.md",
     "CONTRIBUTING.md": "contributing.md",
     "examples": "examples/index.md",
-    "rigs": "examples/index.md",
 }
 """Pages whose place on the site is another one than below docs/."""
-SHOWN: Final = ("examples/**/*.py", "examples/**/*.toml", "rigs/*.toml")
+SHOWN: Final = ("examples/**/*.py", "examples/**/*.toml")
 
 
 def sources() -> dict[str, str]:
@@ -128,7 +127,7 @@ def write_pages(pages: Path) -> list[dict[str, object]]:
             (pages / place).write_text(f"# {name}\n\n````{language}\n{text}````\n", encoding="utf-8")
     shown = sorted(place for name, place in places.items() if (ROOT / name).is_file() and not name.endswith(".md"))
     rows = "".join(f"- [{place.removesuffix('.md')}]({os.path.relpath(place, 'examples')})\n" for place in shown)
-    begin = "# Examples and rig files\n\nWith `palpate examples copy FOLDER` they are yours to change.\n\n"
+    begin = "# Examples\n\nThe source distribution has them, too.\n\n"
     (pages / "examples" / "index.md").write_text(begin + rows, encoding="utf-8")
     api: dict[str, list[object]] = {root: [] for root in ROOTS}
     for place in reference(pages):

@@ -1,7 +1,7 @@
 """What a package index shows: the README and, once pyproject.toml names the repository, links that lead there.
 
 Without an address nothing is invented: no project URLs, and a README without its pictures and with plain words for its
-links; README and pictures are in the wheel as they are, for `palpate examples copy`.
+links.
 """
 
 from __future__ import annotations

@@ -8,15 +8,16 @@ from pathlib import Path
 
 import pytest
 
+from palpate.adapters.cli.rig_new import rig_text
 from palpate.core.automata.document import save
 from palpate.core.automata.machine import Kind, Machine
 from tests.command_line import CommandLine
 
 ROOT = Path(__file__).parents[2]
-ON_A_RIG = f"--rig {ROOT / 'rigs' / 'zebra-nmc-jr3.toml'} --job {ROOT / 'examples' / 'jobs' / 'paper-peg.toml'}"
+ON_A_RIG = f"--rig zebra.toml --job {ROOT / 'examples' / 'jobs' / 'paper-peg.toml'}"
 LONG = "x" * 300
 """A name longer than any file system takes."""
-COMMANDS = "train, run, compare, study, plan, show, explore, infer, replay, report, log, render, emulate, rig, examples"
+COMMANDS = "train, run, compare, study, plan, show, explore, infer, replay, report, log, render, emulate, rig, settings"
 ADAPTERS = """
 number = 3
 def fails():
@@ -32,6 +33,7 @@ STUDIES = {
     "large": "[study]\nseeds = { count = 1000 }\n[grid]\n'task.tare_ticks' = [1,2,3,4,5,6,7,8,9,10,11]",
 }
 TEXTS = {
+    "zebra.toml": rig_text("zebra-nmc", "jr3-can", "zebra-zero"),
     "broken.toml": "a = [",
     "broken.json": '{"schema": "palpate.automaton/2"',
     "old.json": '{"schema": "palpate.automaton/1", "kind": "mealy"}',

@@ -2,36 +2,40 @@
 
 import shutil
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from palpate.adapters.config import RigFile, overlay
+from palpate.adapters.hardware import load_maker, settings_table
 from palpate.adapters.hardware.doctor import DeviceReport, Examination
-from tests.command_line import CommandLine
-
-ROOT = Path(__file__).parents[2]
-
-
-@pytest.fixture
-def shipped(tmp_path: Path) -> Callable[[str], Path]:
-    """Copies a shipped rig file next to a job, as its first lines say."""
-
-    def copied(name: str) -> Path:
-        shutil.copy(ROOT / "examples/jobs/paper-peg.toml", tmp_path / "job.toml")
-        return Path(shutil.copy(ROOT / "rigs" / name, tmp_path))
-
-    return copied
+from tests.command_line import JOB, CommandLine
+from tests.support.rig_files import zebra_rig
 
 
 @pytest.mark.parametrize(
-    "name", ["zebra-nmc-jr3.toml", "zebra-nmc-ati-netft.toml", "cia402-jr3-can.toml", "ur5e-ati-netft.toml"]
+    ("arm", "force", "model"),
+    [("zebra-nmc", "jr3-can", "zebra-zero"), ("cia402", "ati-netft", "zebra-zero"), ("ur-rtde", "ur-rtde", "ur5e")],
 )
-def test_the_shipped_rig_files_can_be_used(palpate: CommandLine, shipped: Callable[[str], Path], name: str) -> None:
-    done = palpate("rig", "doctor", "--rig", shipped(name), "--seconds", "0.2")
-    assert done.code in (0, 1), done.stderr
-    assert "arm:" in done.stdout
-    assert "does not fit" not in done.stdout
+def test_a_new_rig_file_can_be_examined(palpate: CommandLine, arm: str, force: str, model: str) -> None:
+    Path("rig.toml").write_text(palpate.succeed("rig", "new", "--arm", arm, "--force", force, "--model", model))
+    Path("job.toml").write_text(palpate.succeed("rig", "new", "--job"))
+    file = RigFile.load(Path("rig.toml"))
+    for kind, entry in (("arm", file.arm), ("force", file.force_sensor)):
+        table = settings_table(load_maker(kind, entry.adapter))
+        assert table is not None
+        assert overlay(table(), entry.settings) == table()
+    assert "verdict: feasible" in palpate.succeed("plan", "job.toml")
+    done = palpate("rig", "doctor", "--rig", "rig.toml", "--seconds", "0.2")
+    # A drive's counts per radian cannot be known.
+    assert (done.code, "counts_per_rad" in done.stderr) in ((1, False), (2, True)), done
+
+
+def examined() -> Path:
+    path = zebra_rig(Path("rig.toml"))
+    shutil.copy(JOB[1], "job.toml")
+    return path
 
 
 def test_what_only_the_driver_refuses_is_a_finding(palpate: CommandLine, tmp_path: Path) -> None:
@@ -50,7 +54,6 @@ def test_what_only_the_driver_refuses_is_a_finding(palpate: CommandLine, tmp_pat
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_end_from_outside_is_one_line(
     palpate: CommandLine,
-    shipped: Callable[[str], Path],
     monkeypatch: pytest.MonkeyPatch,
     number: signal.Signals,
 ) -> None:
@@ -59,5 +62,5 @@ def test_an_end_from_outside_is_one_line(
         yield DeviceReport("never")
 
     monkeypatch.setattr(Examination, "reports", interrupted)
-    done = palpate("rig", "doctor", "--rig", shipped("zebra-nmc-jr3.toml"))
+    done = palpate("rig", "doctor", "--rig", examined())
     assert (done.code, done.stdout, done.stderr) == (130, "", "\npalpate: stopped; every device is closed\n")

@@ -1,6 +1,5 @@
 """Rig files as run refuses them. Nothing here runs in real time."""
 
-import shutil
 from pathlib import Path
 
 import pytest
@@ -10,8 +9,7 @@ from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.hardware import FaultFile
 from tests.command_line import JOB, CommandLine
-
-RIG_FILE = Path(__file__).parents[2] / "rigs" / "zebra-nmc-jr3.toml"
+from tests.support.rig_files import zebra_rig
 
 FACTS = "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'jr3-can'\nfacts = {}\n"
 
@@ -79,9 +77,9 @@ def test_rig_files_that_cannot_work_are_refused_in_one_line(palpate: CommandLine
 @pytest.mark.parametrize("arm", ["ur5", "panda"])
 def test_a_zebra_is_not_led_by_the_kinematics_of_another_arm(palpate: CommandLine, arm: str) -> None:
     words = ("--arm", arm, "--policy", "torque", "--trials", "1")
-    told = palpate.refusal("run", "--rig", str(RIG_FILE), *JOB, *words)
+    told = palpate.refusal("run", "--rig", zebra_rig(Path("zebra.toml")), *JOB, *words)
     assert f"arm = '{arm}' is refused: zebra-zero, which the rig file has, or none" in told
-    Path("rig.toml").write_text(RIG_FILE.read_text().replace('name = "zebra-zero"', ""))
+    Path("rig.toml").write_text(Path("zebra.toml").read_text().replace('name = "zebra-zero"', ""))
     told = palpate.refusal("run", "--rig", "rig.toml", *JOB, *words)
     assert f"arm = '{arm}' is refused: zebra-zero, or the URDF of this arm, with 6 joints" in told
 
@@ -93,7 +91,7 @@ def test_the_cell_of_a_file_is_ignored_beside_a_rig_and_that_is_said(palpate: Co
     said, refused = done.stderr.splitlines()
     assert said == "palpate: [cell] of settings.toml is ignored: the rig says what is true of it"
     assert "one of cia402" in refused
-    options = parse(RunOptions, "run", ["--rig", str(RIG_FILE), *JOB, "--config", "settings.toml"])
+    options = parse(RunOptions, "run", ["--rig", str(zebra_rig(Path("zebra.toml"))), *JOB, "--config", "settings.toml"])
     assert options.run.cell.sensor == RunConfig().cell.sensor
 
 
@@ -111,7 +109,7 @@ def test_devices_that_are_not_there_are_the_operator_s_to_mend(palpate: CommandL
 
 def faulted(rig: str = "rig.toml") -> None:
     """A rig file whose rig has an open fault."""
-    shutil.copy(RIG_FILE, rig)
+    zebra_rig(Path(rig))
     latch = FaultFile(Path(rig))
     latch.set("PLATE_NOT_FELT: nothing felt down to 2.93 mm")
     latch.end()
@@ -161,7 +159,7 @@ def test_a_fault_stays_open_where_the_devices_cannot_be_opened(palpate: CommandL
 
 
 def test_a_broken_fault_file_keeps_the_rig_still(palpate: CommandLine) -> None:
-    shutil.copy(RIG_FILE, "rig.toml")
+    zebra_rig(Path("rig.toml"))
     Path("rig.toml.fault.json").write_text("{")
     assert "does not move" in palpate.refusal(*RUN.split())
 

@@ -5,8 +5,7 @@ from typing import Any
 import pytest
 
 from palpate.adapters.hardware.arm_on_bus import BusArm
-from palpate.adapters.hardware.cia402 import make_cia402
-from palpate.adapters.hardware.plugins import RigContext
+from palpate.adapters.hardware.plugins import RigContext, arm_maker
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports import JointVector
@@ -47,7 +46,7 @@ class Bench(BusBench):
             "interface": "virtual", "channel": "can0", "nodes": [1, 2, 3], "counts_per_rad": list(SCALE),
             "divider": DIVIDER, "max_age_ms": 200.0,
         }  # fmt: skip
-        arm = make_cia402(table, context).arm
+        arm = arm_maker("cia402")(table, context).arm
         assert isinstance(arm, BusArm)
         self.arm = arm
 
@@ -100,5 +99,5 @@ class TestCia402Arm(ArmCommandContract):
 def test_settings_that_cannot_work_are_refused(settings: dict[str, Any], field: str) -> None:
     context = RigContext(VirtualTime(), arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 3)
     with pytest.raises(ConfigurationError) as told:
-        make_cia402({"nodes": [1, 2, 3], **settings}, context)
+        arm_maker("cia402")({"nodes": [1, 2, 3], **settings}, context)
     assert told.value.field == field

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from palpate.adapters.hardware.jr3 import Jr3ForceSensor, make_jr3_can
-from palpate.adapters.hardware.plugins import RigContext
+from palpate.adapters.hardware.jr3 import Jr3ForceSensor
+from palpate.adapters.hardware.plugins import RigContext, force_sensor_maker
 from palpate.core.errors import DeviceError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports import Life, Validity
@@ -69,7 +69,7 @@ def can_rig() -> ForceSensorRig:
     node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
     bus = desk.can("can0", node)
     settings = {"interface": "virtual", "channel": "can0", "max_age_ms": MAX_AGE_MS, "period_us": 2000}
-    return rig(desk, bus, make_jr3_can(settings, context(desk.clock)), load, node.firmware)
+    return rig(desk, bus, force_sensor_maker("jr3-can")(settings, context(desk.clock)), load, node.firmware)
 
 
 class TestJr3Can(ForceSensorContract):
@@ -96,8 +96,8 @@ def test_after_a_long_pause_a_living_sensor_gives_what_it_feels_now() -> None:
 @pytest.mark.parametrize(
     ("maker", "settings"),
     [
-        (make_jr3_can, {"interface": "slcan", "channel": "/dev/no-such-port"}),
-        (make_jr3_can, {"interface": "no such interface"}),
+        (force_sensor_maker("jr3-can"), {"interface": "slcan", "channel": "/dev/no-such-port"}),
+        (force_sensor_maker("jr3-can"), {"interface": "no such interface"}),
     ],
 )
 def test_a_port_that_is_not_there_is_the_operator_s_to_mend(maker: Any, settings: dict[str, Any]) -> None:
@@ -112,7 +112,7 @@ def test_a_board_that_restarts_in_mid_run_latches_a_fault() -> None:
     with VirtualDesk() as desk:
         node = Jr3CanNode(1, Load(), replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
         desk.can("can0", node)
-        with make_jr3_can({"interface": "virtual", "channel": "can0"}, context(desk.clock)) as sensor:
+        with force_sensor_maker("jr3-can")({"interface": "virtual", "channel": "can0"}, context(desk.clock)) as sensor:
             assert sensor.read().validity is Validity.VALID
             node.reboot(desk.clock.now_ns())
             desk.clock.sleep(0.04)
@@ -131,7 +131,7 @@ def test_a_zero_that_somebody_else_sets_in_mid_run_latches_a_fault() -> None:
     with VirtualDesk() as desk:
         node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
         bus = desk.can("can0", node)
-        with make_jr3_can({"interface": "virtual", "channel": "can0"}, context(desk.clock)) as sensor:
+        with force_sensor_maker("jr3-can")({"interface": "virtual", "channel": "can0"}, context(desk.clock)) as sensor:
             desk.clock.sleep(0.04)
             assert sensor.read().validity is Validity.VALID
             bus.send(0x301, b"")
@@ -145,7 +145,7 @@ def test_a_board_that_was_silent_activates_as_soon_as_its_fault_is_acknowledged(
     with VirtualDesk() as desk:
         node = Jr3CanNode(1, Load(), replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
         desk.can("can0", node)
-        with make_jr3_can({"interface": "virtual", "channel": "can0"}, context(desk.clock)) as sensor:
+        with force_sensor_maker("jr3-can")({"interface": "virtual", "channel": "can0"}, context(desk.clock)) as sensor:
             node.firmware.silent = True
             desk.clock.sleep(1.4)
             with pytest.raises(DeviceError, match="fallen silent"):

@@ -3,8 +3,7 @@
 from typing import Any
 
 from palpate.adapters.hardware.arm_on_bus import BusArm
-from palpate.adapters.hardware.plugins import RigContext
-from palpate.adapters.hardware.zebra_zero import make_zebra_nmc
+from palpate.adapters.hardware.plugins import RigContext, arm_maker
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
 from palpate.simulation.emulators.motors.plant import HOME_RAD
@@ -36,7 +35,7 @@ class Bench(BusBench):
             "reset_wait_ms": 10.0,
             **settings,
         }
-        arm = make_zebra_nmc(table, context).arm
+        arm = arm_maker("zebra-nmc")(table, context).arm
         assert isinstance(arm, BusArm)
         self.arm = arm
 

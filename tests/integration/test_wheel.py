@@ -23,10 +23,6 @@ sys.path[:] = [site, *(folder for folder in sys.path if folder not in roots)]
 """
 
 
-SHIPPED = "palpate/adapters/cli/shipped/"
-"""What palpate examples copies."""
-
-
 def call(*words: object, cwd: Path) -> str:
     done = subprocess.run(
         [sys.executable, *map(str, words)], cwd=cwd, capture_output=True, text=True, timeout=120, check=False
@@ -64,7 +60,7 @@ def test_every_source_file_is_in_it(wheel: Path) -> None:
         for path in (ROOT / layer / "palpate").rglob("*")
         if path.is_file() and "__pycache__" not in path.parts
     }
-    code = {name for name in names_in(wheel) if ".dist-info/" not in name and not name.startswith(SHIPPED)}
+    code = {name for name in names_in(wheel) if ".dist-info/" not in name}
     assert code == sources
     assert sources >= {
         *(f"palpate/{layer}/py.typed" for layer in LAYERS),
@@ -98,7 +94,7 @@ def test_it_says_what_it_is(wheel: Path) -> None:
 
 def test_installed_it_is_on_its_own_and_trains(site: Path, tmp_path: Path) -> None:
     train = ["train", "--trials", "1", "--task.time-limit-s", "0.3", "--out", "run"]
-    calls = (["--version"], train, ["show", "run/policy.json"], ["examples", "copy"])
+    calls = (["--version"], train, ["show", "run/policy.json"], ["rig", "new", "--job"])
     code = FROM_WHEEL + (
         f"import importlib, palpate\n"
         f"for layer in {LAYERS!r}:\n"
@@ -112,12 +108,3 @@ def test_installed_it_is_on_its_own_and_trains(site: Path, tmp_path: Path) -> No
     assert printed[: len(places) + 1] == [*places, f"palpate {version('palpate')}"]
     assert any(line.startswith("17 states") for line in printed)
     assert (tmp_path / "run" / "policy.json").is_file()
-    # What it carries is what the checkout has, and the documents' pictures are where they look for them.
-    copied = {path.relative_to(tmp_path / "palpate-examples") for path in (tmp_path / "palpate-examples").rglob("*.*")}
-    assert copied >= {
-        path.relative_to(ROOT)
-        for folder in ("examples", "rigs")
-        for path in (ROOT / folder).rglob("*.*")
-        if path.suffix in (".py", ".toml")
-    }
-    assert {Path("README.md"), Path("docs/tutorial.md"), Path("docs/images/insertion.gif")} <= copied

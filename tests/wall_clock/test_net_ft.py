@@ -5,7 +5,7 @@ import time
 import pytest
 
 from palpate.adapters.hardware import MonotonicClock, RigContext
-from palpate.adapters.hardware.ati import make_ati_netft
+from palpate.adapters.hardware.plugins import force_sensor_maker
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Validity
 from palpate.drivers.ati import read_box
@@ -22,7 +22,7 @@ def table(server: NetFtServer) -> dict[str, object]:
 def test_the_adapter_reads_a_box_and_is_told_that_it_has_gone() -> None:
     context = RigContext.of("zebra-zero", MonotonicClock())
     with NetFtServer(EmulatedBox(lambda now_ns: LOAD)) as server:
-        sensor = make_ati_netft(table(server), context)
+        sensor = force_sensor_maker("ati-netft")(table(server), context)
         sensor.configure()
         sensor.activate()
         sample = sensor.read()

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from palpate.adapters.hardware import MonotonicClock, RigContext
-from palpate.adapters.hardware.ur import make_ur_rtde, make_ur_tool_force
+from palpate.adapters.hardware.plugins import arm_maker, force_sensor_maker
 from palpate.core.errors import DeviceError
 from palpate.core.ports import JointCommand, Life
 from palpate.drivers.errors import DriverError
@@ -61,7 +61,7 @@ def lead(arm: Any, seconds: float) -> None:
 @pytest.mark.usefixtures("real_time")
 def test_it_is_led_stops_and_is_there_again_after_a_broken_connection(context: RigContext) -> None:
     with served() as server:
-        arm: Any = make_ur_rtde({"host": server.host, "patience": 4.0, "max_age_ms": 400.0}, context).arm
+        arm: Any = arm_maker("ur-rtde")({"host": server.host, "patience": 4.0, "max_age_ms": 400.0}, context).arm
         with arm:
             lead(arm, 0.6)
             assert arm.read().position_rad == pytest.approx(THERE, abs=2e-3)
@@ -82,7 +82,7 @@ def test_it_is_led_stops_and_is_there_again_after_a_broken_connection(context: R
 
 def test_the_tool_force_is_read_and_a_controller_that_is_gone_is_named(context: RigContext) -> None:
     with served() as server:
-        sensor = make_ur_tool_force({"host": server.host, "max_age_ms": 400.0}, context)
+        sensor = force_sensor_maker("ur-rtde")({"host": server.host, "max_age_ms": 400.0}, context)
         sensor.configure()
         sensor.activate()
         assert sensor.read().force_N == (0.0, 0.0, -5.0)
@@ -109,7 +109,7 @@ def test_wire_trouble_ends_in_a_named_fault_with_the_arm_at_rest_within_two_seco
     context: RigContext, strike: Callable[[UrServer], object]
 ) -> None:
     with served() as server:
-        arm: Any = make_ur_rtde({"host": server.host, "patience": 2.0}, context).arm
+        arm: Any = arm_maker("ur-rtde")({"host": server.host, "patience": 2.0}, context).arm
         with arm:
             lead(arm, 0.1)
             with server.exclusive() as controller:

@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 
 from palpate.adapters.hardware import ArmAdapter, MonotonicClock, RigContext
-from palpate.adapters.hardware.cia402 import make_cia402
-from palpate.adapters.hardware.jr3 import make_jr3_can
-from palpate.adapters.hardware.zebra_zero import make_zebra_nmc
+from palpate.adapters.hardware.plugins import arm_maker, force_sensor_maker
 from palpate.core.errors import DeviceError, FaultLatchedError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports import CommandReason, ForceSensor, JointCommand, Life, Validity
@@ -94,7 +92,7 @@ def test_nmc_on_a_terminal(context: RigContext, served: ExitStack, host: Host) -
         "patience": 2.0,
     }
     with host.judged(0.01, (DeviceError, FaultLatchedError), LATE):
-        move_and_stop(make_zebra_nmc(table, context), host)
+        move_and_stop(arm_maker("zebra-nmc")(table, context), host)
     assert plant.joints_rad() == pytest.approx([q + 0.002 for q in HOME_RAD], abs=2e-4)
 
 
@@ -112,7 +110,7 @@ def test_cia402_on_a_serial_adapter(
 ) -> None:
     server = slcan(served, *drives)
     with host.judged(0.005, (DeviceError, FaultLatchedError), LATE):
-        move_and_stop(make_cia402({**CIA402, "channel": server.channel}, context), host)
+        move_and_stop(arm_maker("cia402")({**CIA402, "channel": server.channel}, context), host)
     assert {drive.machine.state for drive in drives} == {PowerState.SWITCH_ON_DISABLED}
 
 
@@ -121,7 +119,7 @@ def test_an_adapter_that_ends_receiving_or_is_unplugged_is_noticed(
     context: RigContext, served: ExitStack, host: Host, drives: list[CanopenDrive], line: bytes | None
 ) -> None:
     server = slcan(served, *drives)
-    arm = make_cia402({**CIA402, "channel": server.channel, "divider": 4}, context).arm
+    arm = arm_maker("cia402")({**CIA402, "channel": server.channel, "divider": 4}, context).arm
     with host.judged(0.005, (DeviceError, FaultLatchedError), LATE):
         arm.configure()
         arm.activate()
@@ -152,4 +150,6 @@ def test_jr3_on_a_serial_can_adapter(context: RigContext, served: ExitStack, hos
     node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=1_000_000), generator=np.random.default_rng(0))
     server = slcan(served, node)
     with host.judged(0.02, (DeviceError, FaultLatchedError), LATE):
-        read_and_press(make_jr3_can({"interface": "slcan", "channel": server.channel}, context), load, host)
+        read_and_press(
+            force_sensor_maker("jr3-can")({"interface": "slcan", "channel": server.channel}, context), load, host
+        )

@@ -59,7 +59,10 @@ COMMANDS: dict[str, Command] = {
         "serve the simulated cell behind emulated serial and CAN wires", "emulate:emulate", "options:EmulateOptions"
     ),
     "rig": Command("commission a rig: doctor, calibrate, check, new"),
-    "examples": Command("copy examples, rig files and documents out of the installed package"),
+    "settings": Command(
+        "print every setting of a group: type, range, unit, default, help", "settings:settings",
+        "settings:SettingsOptions",
+    ),
     "rig doctor": Command(
         "examine the devices of a rig, and say what to do about what is wrong",
         "rig_doctor:doctor", "options:DoctorOptions",
@@ -71,6 +74,7 @@ COMMANDS: dict[str, Command] = {
     "rig check": Command(
         "try the contract of a port on an adapter of your own", "rig_check:check", "options:CheckOptions"
     ),
+    "rig new": Command("print a rig file for an arm and a force sensor", "rig_new:new", "rig_new:RigNewOptions"),
     "log info": Command(
         "what logs hold: what of, how fast, how whole, and what came of it", "log:info", "log_options:InfoOptions"
     ),
@@ -82,13 +86,9 @@ COMMANDS: dict[str, Command] = {
     "log recover": Command(
         "a sound log of what is left of a torn or damaged one", "log:recover", "log_options:RecoverOptions"
     ),
-    "examples copy": Command(
-        "copy them into a new folder, with the documents that speak of them", "examples:copy", "examples:CopyOptions"
-    ),
 }  # fmt: skip
 
 GROUPS: dict[str, tuple[str, str]] = {
-    "examples": ("What comes with palpate beside its code.", "The documents are the same in every copy."),
     "log": ("Look at recorded trials.", "Logs are the .mcap files in the folder logs of a run."),
     "rig": ("Commission a rig of real or emulated devices.", "To begin: palpate rig doctor --rig FILE"),
 }

@@ -11,6 +11,9 @@ from .compose import scenario as scenario
 from .compose import simulated_noise as simulated_noise
 from .compose import verdict_on as verdict_on
 from .compose import without_world as without_world
+from .described import Described as Described
+from .described import described as described
+from .described import texts_of as texts_of
 from .emulation import UR as UR
 from .emulation import ZEBRA as ZEBRA
 from .emulation import EmulationConfig as EmulationConfig
@@ -27,8 +30,10 @@ from .plugins import imported as imported
 from .real_time import RealTimeConfig as RealTimeConfig
 from .rig import RIG_FORMAT as RIG_FORMAT
 from .rig import DeviceEntry as DeviceEntry
+from .rig import OperatorTable as OperatorTable
 from .rig import RigFile as RigFile
 from .rig import SensorFactsTable as SensorFactsTable
+from .rig import WatchdogTable as WatchdogTable
 from .run import AdmissionConfig as AdmissionConfig
 from .run import PerceptionConfig as PerceptionConfig
 from .run import RecordingConfig as RecordingConfig

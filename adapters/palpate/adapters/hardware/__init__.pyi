@@ -8,7 +8,10 @@ from .emulated_events import PlannedEvent as PlannedEvent
 from .fault_file import FaultFile as FaultFile
 from .plugins import ArmAdapter as ArmAdapter
 from .plugins import RigContext as RigContext
+from .plugins import adapter_names as adapter_names
 from .plugins import force_sensor_maker as force_sensor_maker
+from .plugins import load_maker as load_maker
+from .plugins import settings_table as settings_table
 from .rig import DryRig as DryRig
 from .rig import HardwareRig as HardwareRig
 from .rig import TurnedForceSensor as TurnedForceSensor

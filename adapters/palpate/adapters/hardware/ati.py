@@ -6,9 +6,9 @@ from typing import Annotated, ClassVar
 
 from typing_extensions import override
 
-from palpate.adapters.config import SensorFactsTable, overlay
+from palpate.adapters.config import SensorFactsTable
 from palpate.adapters.hardware.lateness import LATE_NS
-from palpate.adapters.hardware.plugins import DeviceSettings, Host, RigContext
+from palpate.adapters.hardware.plugins import Host, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.ports import Clock, Range, Settings
 from palpate.drivers.ati import RDT_PORT, NetFt, NetFtBox, UdpWire, read_box
@@ -75,9 +75,9 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
         device.stop()
 
 
-def make_ati_netft(settings: DeviceSettings, context: RigContext) -> NetFtForceSensor:
+def make_ati_netft(table: NetFtTable, context: RigContext) -> NetFtForceSensor:
     """A Net F/T, of the table ``[force_sensor]`` of a rig file."""
-    return NetFtForceSensor(overlay(NetFtTable(), settings), context.clock, _open_box)
+    return NetFtForceSensor(table, context.clock, _open_box)
 
 
 def _open_box(table: NetFtTable) -> tuple[UdpWire, NetFtBox]:

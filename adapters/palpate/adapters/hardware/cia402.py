@@ -6,13 +6,12 @@ A modern refit of an arm: nothing says that any Zebra Zero ever had such drives.
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Final
 
-from palpate.adapters.config import overlay
 from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
 from palpate.adapters.hardware.can_table import CanBusTable
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.following import LATER_NS
-from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, RigContext
+from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range
 from palpate.drivers.cia402 import ArmSettings, CanopenLink, Cia402Arm, JointDrive, OperationMode
@@ -44,10 +43,9 @@ class Cia402Table(CanBusTable):
     """Factor on every time-out of the drives and of this computer: 3 for a machine that cannot keep time."""
 
 
-def make_cia402(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
+def make_cia402(table: Cia402Table, context: RigContext) -> ArmAdapter:
     """An arm of CiA 402 drives."""
     joints = len(context.lower_rad)
-    table = overlay(Cia402Table(), settings)
     zeros = table.zero_counts or (0,) * joints
     for name, vector in (("nodes", table.nodes), ("counts_per_rad", table.counts_per_rad), ("zero_counts", zeros)):
         if len(vector) != joints:

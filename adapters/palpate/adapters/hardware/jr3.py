@@ -6,11 +6,11 @@ from typing import Annotated, Any, ClassVar, Final
 from can import BusABC
 from typing_extensions import override
 
-from palpate.adapters.config import SensorFactsTable, overlay
+from palpate.adapters.config import SensorFactsTable
 from palpate.adapters.hardware.can_table import CanBusTable
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.lateness import LATE_NS
-from palpate.adapters.hardware.plugins import DeviceSettings, RigContext
+from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.ports import Clock, OneOf, Range
 from palpate.drivers.can import CanLink, open_bus
@@ -108,9 +108,9 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
         shut_down(device, self._clock.now_ns, self._sleep, wait_s)
 
 
-def make_jr3_can(settings: DeviceSettings, context: RigContext) -> Jr3ForceSensor:
+def make_jr3_can(table: Jr3CanTable, context: RigContext) -> Jr3ForceSensor:
     """A JR3 on CAN, of the table ``[force_sensor]`` of a rig file."""
-    return Jr3ForceSensor(overlay(Jr3CanTable(), settings), context.clock)
+    return Jr3ForceSensor(table, context.clock)
 
 
 def open_jr3_bus(table: Jr3CanTable) -> BusABC:

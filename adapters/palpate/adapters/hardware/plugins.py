@@ -9,13 +9,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Final, TypeAlias, TypeVar
+from typing import Annotated, Any, Final, TypeAlias, TypeVar, get_type_hints
 
-from palpate.adapters.config import entries, from_here, imported
+from palpate.adapters.config import entries, from_here, imported, overlay
 from palpate.core.errors import ConfigurationError, PalpateError
 from palpate.core.job import ToolConfig
 from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry, arm_named
-from palpate.core.ports import ArmCommand, Clock, ForceSensor, Holds, JointEncoder, JointVector
+from palpate.core.ports import ArmCommand, Clock, ForceSensor, Holds, JointEncoder, JointVector, Settings
 
 GROUP: Final = "palpate.adapters"
 T = TypeVar("T")
@@ -84,7 +84,7 @@ ForceSensorMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ForceSensor
 
 def arm_maker(name: str) -> ArmMaker:
     """The function that makes the arm adapter of that name."""
-    maker = _load("arm", name)
+    maker = load_maker("arm", name)
     return lambda settings, context: _made("arm.adapter", name, ArmAdapter, maker, settings, context)
 
 
@@ -94,16 +94,18 @@ def force_sensor_maker(name: str) -> ForceSensorMaker:
     Raises:
         ConfigurationError: There is none, or it cannot be loaded.
     """
-    maker = _load("force", name)
+    maker = load_maker("force", name)
     # mypy takes a class for one only if it is no protocol.
     kind: Any = ForceSensor
     return lambda settings, context: _made("force_sensor.adapter", name, kind, maker, settings, context)
 
 
 def _made(field: str, name: str, kind: type[T], maker: Any, settings: DeviceSettings, context: RigContext) -> T:
-    """What a stranger's function makes, which may fail in any way."""
+    """What a third-party function makes, which may fail in any way."""
+    table = settings_table(maker)
+    given = settings if table is None else overlay(table(), settings)
     try:
-        made = maker(settings, context)
+        made = maker(given, context)
     except PalpateError:
         raise
     except Exception as error:
@@ -113,7 +115,29 @@ def _made(field: str, name: str, kind: type[T], maker: Any, settings: DeviceSett
     return made
 
 
-def _load(kind: str, name: str) -> Any:
+def settings_table(maker: Callable[..., Any]) -> type[Settings] | None:
+    """Return the table that an adapter's settings are declared in: the type of its function's first parameter.
+
+    None where the function takes a mapping, and checks that itself.
+    """
+    try:
+        first = next(iter(get_type_hints(maker).values()), None)
+    except (TypeError, NameError):
+        return None
+    return first if isinstance(first, type) and issubclass(first, Settings) else None
+
+
+def adapter_names(kind: str) -> list[str]:
+    """Return the names of all adapters that are installed: of an ``arm``, or of a sensor of ``force``."""
+    return sorted(name.removeprefix(f"{kind}.") for name in entries(GROUP) if name.startswith(f"{kind}."))
+
+
+def load_maker(kind: str, name: str) -> Any:
+    """Return the function of an adapter, as its package has it.
+
+    Raises:
+        ConfigurationError: There is none, or it cannot be loaded.
+    """
     found = entries(GROUP)
     field = "force_sensor.adapter" if kind == "force" else "arm.adapter"
     if (entry := found.get(f"{kind}.{name}")) is not None:
@@ -126,5 +150,5 @@ def _load(kind: str, name: str) -> Any:
     if ":" in name:
         with from_here():
             return imported(field, name, "package.module:function")
-    known = sorted(known.removeprefix(f"{kind}.") for known in found if known.startswith(f"{kind}."))
-    raise ConfigurationError(field, name, f"one of {', '.join(known)}, or package.module:function")
+    accepted = f"one of {', '.join(adapter_names(kind))}, or package.module:function"
+    raise ConfigurationError(field, name, accepted)

@@ -9,13 +9,13 @@ from typing import Annotated, ClassVar, Final
 
 from typing_extensions import override
 
-from palpate.adapters.config import SensorFactsTable, overlay
+from palpate.adapters.config import SensorFactsTable
 from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.following import LATER_NS
 from palpate.adapters.hardware.kinematics_check import ReportedPose, judge_kinematics, judge_tool
-from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, Host, RigContext
+from palpate.adapters.hardware.plugins import ArmAdapter, Host, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, Clock, OneOf, Range, Settings
@@ -70,9 +70,8 @@ class UrToolTable(Settings):
     """Longest wait for the first reading."""
 
 
-def make_ur_rtde(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
+def make_ur_rtde(table: UrTable, context: RigContext) -> ArmAdapter:
     """An arm of Universal Robots over RTDE, by the client ur_rtde."""
-    table = overlay(UrTable(), settings)
     deadman_s = _DEADMAN_S * table.patience
     return ur_arm(table, context, lambda: UrLink(table.host, table.rate_Hz, deadman_s, context.hurry))
 
@@ -151,8 +150,7 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
         """Nothing of the controller's was changed."""
 
 
-def make_ur_tool_force(settings: DeviceSettings, context: RigContext) -> UrToolForceSensor:
+def make_ur_tool_force(table: UrToolTable, context: RigContext) -> UrToolForceSensor:
     """The tool force of an e-Series arm."""
-    table = overlay(UrToolTable(), settings)
     link = partial(UrLink, table.host, table.rate_Hz, _OPEN_S, context.hurry)
     return UrToolForceSensor(link, context.clock, table)

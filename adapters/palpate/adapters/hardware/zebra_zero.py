@@ -11,12 +11,11 @@ from typing import Annotated, ClassVar, Final
 
 from typing_extensions import override
 
-from palpate.adapters.config import overlay
 from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.following import LATER_NS
-from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, RigContext
+from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range, Settings, write_whole
 from palpate.drivers.errors import WiringError
@@ -101,11 +100,10 @@ class ZebraTable(Settings):
     """What the modules get to wake after a reset."""
 
 
-def make_zebra_nmc(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
+def make_zebra_nmc(table: ZebraTable, context: RigContext) -> ArmAdapter:
     """The Zebra Zero on its own serial bus."""
     if len(context.lower_rad) != _JOINTS or context.arm.name in _OTHERS:
         raise ConfigurationError("arm", context.arm.name, f"zebra-zero, or the URDF of this arm, with {_JOINTS} joints")
-    table = overlay(ZebraTable(), settings)
     with translating("arm"):
         arm_settings = ZebraZeroSettings(
             bus=BusSettings(

@@ -52,6 +52,7 @@ from .settings import Holds as Holds
 from .settings import OneOf as OneOf
 from .settings import Range as Range
 from .settings import Settings as Settings
+from .settings import accepted_by as accepted_by
 from .settings import fitted as fitted
 from .settings import kinds_of as kinds_of
 from .settings import parts_of as parts_of

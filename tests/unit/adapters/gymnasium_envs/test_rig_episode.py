@@ -25,6 +25,7 @@ from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedErr
 from palpate.core.policy import Decision
 from palpate.core.ports import CommandReason, JointCommand, Life
 from palpate.core.trial import Outcome, TaskConfig
+from tests.support.rig_files import zebra_rig
 
 HERE = (0.0,) * 6
 EAST = Decision(task_actions(RunConfig())[0], 0, "environment")
@@ -162,7 +163,7 @@ def test_an_environment_that_is_let_go_stops_the_arm_and_can_be_neither_copied_n
         lambda config, ready, file, acknowledge, accept_kinematics: SimulatedRig(config, ready),
     )
     monkeypatch.setattr("palpate.adapters.experiments.run.warm_up", lambda config, ready: None)
-    rig_file = str(Path(__file__).parents[4] / "rigs" / "zebra-nmc-jr3.toml")
+    rig_file = str(zebra_rig(tmp_path / "rig.toml"))
     with pytest.raises(ConfigurationError, match="None on a rig"):
         PegInsertionEnv(rig=rig_file, render_mode="rgb_array")
     with pytest.raises(ConfigurationError, match=r"job.toml' is refused: a readable file"):

@@ -5,7 +5,7 @@ import pytest
 
 from palpate.adapters.config import EmulationConfig, RunConfig
 from palpate.adapters.hardware import EmulatedCell, RigContext, emulated_cell
-from palpate.adapters.hardware.cia402 import make_cia402
+from palpate.adapters.hardware.plugins import arm_maker
 from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.core.trial import find_ready_pose
 from tests.virtual_time import VirtualTime
@@ -23,7 +23,7 @@ def test_emulated_drives_are_waited_for_longer_than_real_ones() -> None:
     # With 3 missed SYNCs, as of real drives, a calibration on a busy computer ended again and again.
     assert table["patience"] > 5.0
     assert "leave this out for real ones" in next(line for line in written.splitlines() if "patience" in line)
-    make_cia402(table, RigContext.of(config.arm, VirtualTime()))
+    arm_maker("cia402")(table, RigContext.of(config.arm, VirtualTime()))
 
 
 def test_a_wrench_is_as_old_at_any_moment_between_two_ticks_of_the_cell(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,10 +8,7 @@ import numpy as np
 import pytest
 
 from palpate.adapters.hardware.arm_on_bus import BusArm
-from palpate.adapters.hardware.cia402 import make_cia402
-from palpate.adapters.hardware.jr3 import make_jr3_can
-from palpate.adapters.hardware.plugins import RigContext
-from palpate.adapters.hardware.zebra_zero import make_zebra_nmc
+from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
 from palpate.core.motion.arm import arm_named
 from palpate.drivers.device import ArmDriver
 from palpate.drivers.errors import DriverError
@@ -46,7 +43,7 @@ def driver_of(arm: BusArm) -> ArmDriver:
 def zebra(desk: VirtualDesk, **settings: Any) -> tuple[VirtualPort[NmcChain], BusArm]:
     port = desk.serial("arm", NmcChain(IdealPlant()))
     table = {"port": "arm", "baud": 230_400, "divider": 2, "at_home": True, "reset_wait_ms": 40.0, **settings}
-    arm = make_zebra_nmc(table, context(desk)).arm
+    arm = arm_maker("zebra-nmc")(table, context(desk)).arm
     assert isinstance(arm, BusArm)
     return port, arm
 
@@ -98,7 +95,7 @@ def drives(desk: VirtualDesk) -> tuple[list[CanopenDrive], BusArm]:
     nodes = [CanopenDrive(axis + 1, plant, axis) for axis in range(6)]
     desk.can("can0", *nodes)
     settings = {"interface": "virtual", "channel": "can0", "counts_per_rad": [30_557.75] * 6}
-    arm = make_cia402(settings, context(desk)).arm
+    arm = arm_maker("cia402")(settings, context(desk)).arm
     assert isinstance(arm, BusArm)
     # What is asked of a drive that still boots is lost.
     desk.clock.sleep(0.1)
@@ -132,7 +129,7 @@ def test_cia402_unplugged_in_mid_run(desk: VirtualDesk) -> None:
 def test_jr3(desk: VirtualDesk) -> None:
     node = Jr3CanNode(1, lambda now_ns: (0.0,) * 6, CONFIG, generator=np.random.default_rng(0))
     desk.can("can0", node)
-    sensor = make_jr3_can({"interface": "virtual", "channel": "can0"}, context(desk))
+    sensor = force_sensor_maker("jr3-can")({"interface": "virtual", "channel": "can0"}, context(desk))
     assert sensor.diagnostics() == {}
     sensor.configure()
     sensor.activate()

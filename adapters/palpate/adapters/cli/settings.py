@@ -1,0 +1,78 @@
+"""``palpate settings``: every setting of a group, as it is declared."""
+
+import shutil
+import sys
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from typing import Annotated, Any
+
+import tyro
+
+from palpate.adapters.config import (
+    Described,
+    OperatorTable,
+    RunConfig,
+    SensorFactsTable,
+    WatchdogTable,
+    described,
+    literal,
+)
+from palpate.adapters.hardware import adapter_names, load_maker, settings_table
+from palpate.core.errors import require_one_of
+from palpate.core.ports import Settings
+
+
+@dataclass(frozen=True)
+class SettingsOptions(Settings):
+    """Print the settings of a group: type, range, unit, default and help. Without a group: the groups."""
+
+    group: Annotated[str, tyro.conf.Positional] = ""
+    """Group, or the dotted name of a table or setting in it, as task, learning.belief or task.step_mm."""
+
+
+def settings(options: SettingsOptions) -> None:
+    """Print groups or settings."""
+    groups = dict(_groups())
+    name, wide = options.group, shutil.get_terminal_size((118, 0)).columns
+    if not name:
+        lines = [f"  {group:24} {len(found[1]):3}  {found[0]}" for group, found in groups.items()]
+        sys.stdout.write("palpate settings GROUP prints those of a group; a flag is --NAME VALUE, in TOML [GROUP].\n")
+        sys.stdout.write("\n".join((*lines, "")))
+        return
+    group = next((group for group in groups if name == group or name.startswith(f"{group}.")), name)
+    require_one_of("group", group, tuple(groups))
+    found = [each for each in groups[group][1] if name in (group, each.name) or each.name.startswith(f"{name}.")]
+    require_one_of("group", name if not found else group, tuple(groups))
+    for each in found:
+        sys.stdout.write(_entry(each, wide))
+
+
+def _groups() -> Iterator[tuple[str, tuple[str, list[Described]]]]:
+    """Every group with its purpose and its settings: of a run, then of a rig file."""
+    every = list(described(RunConfig))
+    yield "run", ("Presets, arm and seed.", [each for each in every if "." not in each.name])
+    for field in fields(RunConfig):
+        found = [each for each in every if each.name.startswith(f"{field.name}.")]
+        if found:
+            yield field.name, (_purpose(type(getattr(RunConfig(), field.name))), found)
+    for kind, table in (("arm", "arm"), ("force", "force_sensor")):
+        for name in adapter_names(kind):
+            declared = settings_table(load_maker(kind, name))
+            if declared is not None:
+                found = list(described(declared, f"{table}."))
+                yield f"{table}.{name}", (f"Rig file, [{table}] with adapter = {name!r}.", found)
+    for of_rig in (SensorFactsTable, WatchdogTable, OperatorTable):
+        yield of_rig.TABLE, (f"Rig file: {_purpose(of_rig)}", list(described(of_rig, f"{of_rig.TABLE}.")))
+
+
+def _purpose(table: type[Any]) -> str:
+    return (table.__doc__ or "").partition("\n")[0].partition(". ")[0].rstrip(".") + "."
+
+
+def _entry(setting: Described, wide: int) -> str:
+    default = "none" if setting.default is None else literal(setting.default)
+    head = f"{setting.name} = {default}"
+    accepted = f"{setting.accepted}{f', {setting.unit}' if setting.unit else ''}"
+    text = textwrap.fill(setting.text, wide, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False)
+    return f"{head}\n    ({accepted})\n{text}\n"

@@ -1,0 +1,72 @@
+"""Settings as they are declared: name, accepted values, unit, default, help. For listings and generated files."""
+
+import ast
+import inspect
+from collections.abc import Iterator
+from dataclasses import MISSING, dataclass, fields
+from itertools import pairwise
+from textwrap import dedent
+from typing import Any, Final
+
+from palpate.core.ports import Settings, accepted_by, kinds_of, table_beside
+
+_UNITS: Final = {
+    "mm": "mm", "m": "m", "deg": "degrees", "mrad": "mrad", "rad": "rad", "N": "N", "Nm": "N m", "kg": "kg", "s": "s",
+    "ms": "ms", "us": "us", "Hz": "Hz", "kB": "kB", "bits": "bits", "N_per_mm": "N/mm", "Nm_per_rad": "N m/rad",
+    "mm_per_s": "mm/s", "mm_s": "mm/s", "rad_s": "rad/s", "rad_s2": "rad/s^2", "N_s_per_m": "N s/m", "m_s": "m/s",
+    "per_N_s": "1/(N s)", "m_per_N_s": "m/(N s)", "kgf_mm": "kgf mm", "m_s2": "m/s^2",
+}  # fmt: skip
+"""Unit by the end of a name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Described:
+    """One setting.
+
+    Attributes:
+        name: Dotted name.
+        accepted: Accepted values, in words.
+        unit: Empty for a number without one, and for what is no number.
+        default: None where there is none.
+        text: Help.
+    """
+
+    name: str
+    accepted: str
+    unit: str
+    default: Any
+    text: str
+
+
+def described(table: type[Settings], prefix: str = "") -> Iterator[Described]:
+    """Yield every setting of a table and of the tables in it, in the order of their declaration."""
+    texts = texts_of(table)
+    for field in fields(table):  # type: ignore[arg-type]
+        kind = kinds_of(table)[field.name]
+        default = None if field.default is MISSING else field.default
+        if field.default_factory is not MISSING:
+            default = field.default_factory()
+        name = f"{prefix}{field.name}"
+        if isinstance(default, Settings) and table_beside(kind) is None:
+            yield from described(type(default), f"{name}.")
+        else:
+            yield Described(name, accepted_by(kind), unit_of(field.name), default, texts.get(field.name, ""))
+
+
+def unit_of(name: str) -> str:
+    """Return the unit that ends a name; empty for none."""
+    words = name.split("_")
+    ends = ("_".join(words[place:]) for place in range(1, len(words)))
+    return next((_UNITS[end] for end in ends if end in _UNITS), "")
+
+
+def texts_of(table: type) -> dict[str, str]:
+    """Return the docstring below each field of a class and its bases, on one line."""
+    found: dict[str, str] = {}
+    for base in reversed(table.__mro__[:-1]):
+        (node,) = ast.parse(dedent(inspect.getsource(base))).body
+        below = node.body if isinstance(node, ast.ClassDef) else []
+        for field, text in pairwise(below):
+            if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant):
+                found[ast.unparse(field.target)] = " ".join(str(text.value.value).split())
+    return found

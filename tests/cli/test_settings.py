@@ -1,0 +1,26 @@
+"""``palpate settings``, and the settings that it describes."""
+
+import pytest
+
+from palpate.adapters.config import RunConfig, described
+from tests.command_line import CommandLine
+
+
+def test_the_groups_and_what_is_in_them(palpate: CommandLine) -> None:
+    groups = palpate.succeed("settings")
+    for group in ("run", "task", "cell", "learning", "arm.ur-rtde", "force_sensor.facts", "watchdog"):
+        assert f"\n  {group} " in groups
+    told = palpate.succeed("settings", "task")
+    assert "task.step_mm = 0.7\n    (a number from 0.01 to 5, mm)\n    Length of one exploratory step.\n" in told
+    assert "task.goal.x_mm = " in told
+    assert palpate.succeed("settings", "task.step_mm") in told
+    assert "arm.gain = 1000.0" in palpate.succeed("settings", "arm.ur-rtde")
+
+
+@pytest.mark.parametrize(("name", "near"), [("taks", "did you mean task?"), ("task.nothing", "did you mean task?")])
+def test_a_group_that_is_not_there(palpate: CommandLine, name: str, near: str) -> None:
+    assert near in palpate.refusal("settings", name)
+
+
+def test_every_setting_of_a_run_has_a_help_text() -> None:
+    assert [setting.name for setting in described(RunConfig) if not setting.text] == []
