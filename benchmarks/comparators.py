@@ -27,8 +27,9 @@ from benchmarks.common import FAILED_S, Make, Trials, table
 from palpate.adapters.config import RunConfig, overlay, scenario
 from palpate.adapters.experiments import comparator, loaded_policy, task_actions
 from palpate.adapters.experiments.comparators import Omniscient
+from palpate.adapters.files import load_policy
 from palpate.core.control_loop import LoopObserver
-from palpate.core.policy import Decision, FixedPolicy, Observation, PolicyDocument
+from palpate.core.policy import Decision, FixedPolicy, Observation
 from palpate.core.ports import CONTROL_RATE_HZ, WrenchSample
 
 HEAD = ("policy", "success", "search s: mean, median, p95", "cycle s: mean, p95", "mean force N", "peak N: mean, most")
@@ -80,7 +81,7 @@ def figures(name: str, config: RunConfig, make: Make, count: int) -> tuple[objec
 
 
 def of_file(folder: Path) -> Make:
-    document = PolicyDocument.load(folder / "policy.json")
+    document = load_policy(folder / "policy.json")
     return lambda config, perception, _: loaded_policy(document, config, perception, frozen=True)
 
 

@@ -20,7 +20,7 @@ from typing import Final
 
 from benchmarks.common import table
 from palpate.adapters.config import RunConfig, overlay, task_kind
-from palpate.core.ports import write_whole
+from palpate.adapters.files import write_whole
 from tests.support import pegs_6dof
 from tests.support.fault_trials import HARDWARE_LIMIT_N, Case, FaultRun, Verdict, cases, run_cases, sensor_faults
 

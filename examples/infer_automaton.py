@@ -28,10 +28,10 @@ from palpate.adapters.experiments.grid import (
     learn,
     learning_figure,
 )
+from palpate.adapters.files import new_folder, require_free_folder
 from palpate.adapters.visualisation import machine_picture
 from palpate.core.automata import InferenceSettings, TrainingSettings, infer, to_json_text
 from palpate.core.errors import PalpateError
-from palpate.core.ports import new_folder, require_free_folder
 from palpate.simulation.grid import walk_strings
 
 

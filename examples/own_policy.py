@@ -18,9 +18,9 @@ from statistics import median
 import numpy as np
 
 from palpate.adapters.experiments import Run, learning_curve
+from palpate.adapters.files import new_folder, require_free_folder
 from palpate.core.errors import PalpateError, require_whole
 from palpate.core.policy import Action, Decision, Observation, Policy, Transition
-from palpate.core.ports import new_folder, require_free_folder
 
 FIRST_STEP_M, SHORTEST_STEP_M = 0.7e-3, 0.2e-3
 FELT_Nm = 0.005

@@ -16,9 +16,9 @@ import argparse
 from pathlib import Path
 
 from palpate.adapters.experiments import Run, ScoredTrial, render_table
+from palpate.adapters.files import load_policy
 from palpate.adapters.log import read_log, timeline
 from palpate.core.errors import PalpateError, require_whole
-from palpate.core.policy import PolicyDocument
 
 
 def tell(scored: ScoredTrial) -> None:
@@ -41,7 +41,7 @@ def main() -> None:
         (options.out / "last-trial.png").write_bytes(timeline(read_log(result.logs[-1])))
     except (PalpateError, OSError) as error:
         parser.error(str(error))
-    print(render_table(PolicyDocument.load(result.policy)))
+    print(render_table(load_policy(result.policy)))
     print(f"look at {options.out}/learning_curve.png and {options.out}/last-trial.png")
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 from matplotlib.axes import Axes
 
-from palpate.core.automata.document import load, save
+from palpate.adapters.files import load_automaton
+from palpate.core.automata.document import to_json_text
 from palpate.core.automata.machine import Kind, Machine
 from tests.command_line import QUICK, CommandLine, files_in
 
@@ -27,9 +28,9 @@ def desk(tmp_path: Path) -> Path:
     letters = str.maketrans("01", "ab")
     hopeless = (f"{(k * 7919 >> 3) % 2}\t{format(k, 'b').translate(letters)}\n" for k in range(2, 200))
     (tmp_path / "hopeless.txt").write_text("".join(hopeless))
-    save(EVEN, tmp_path / "even.json")
-    save(WASTEFUL, tmp_path / "wasteful.json")
-    save(Machine(Kind.DFA, ("a", "b"), ((0, 0),), (True,)), tmp_path / "all.json")
+    (tmp_path / "even.json").write_text(to_json_text(EVEN))
+    (tmp_path / "wasteful.json").write_text(to_json_text(WASTEFUL))
+    (tmp_path / "all.json").write_text(to_json_text(Machine(Kind.DFA, ("a", "b"), ((0, 0),), (True,))))
     return tmp_path
 
 
@@ -43,7 +44,7 @@ def test_an_automaton_comes_of_walks(palpate: CommandLine, desk: Path, monkeypat
     assert set(made) == {"automaton.json", "automaton.dot", "automaton.svg", "network.json", "report.json",
                          "hidden.png", "training.png"}  # fmt: skip
     report = json.loads(made["report.json"])
-    machine = load(desk / "one" / "automaton.json")
+    machine = load_automaton(desk / "one" / "automaton.json")
     assert report["states"] == len(machine.transitions)
     # A cell makes as many states as symbols lead into it, and the start may be one more.
     assert 3 * report["raw_states"] + 1 >= report["states"] > 1

@@ -9,13 +9,11 @@ import pytest
 from palpate.adapters.config import learner_in, read_toml, write_into
 from palpate.adapters.experiments import RunFolder
 from palpate.adapters.experiments.grid import grid_named
+from palpate.adapters.files import json_of_file, load_automaton, load_examples
 from palpate.adapters.log import strings_from
 from palpate.adapters.visualisation.report.files import read_json, read_run_toml, read_trials
-from palpate.core.automata import load
 from palpate.core.motion import ArmDescription
 from palpate.core.motion.model import load_model
-from palpate.core.policy import load_examples
-from palpate.core.ports import json_of_file
 from tests.unit.core.motion.test_model_urdf import urdf
 
 AUTOMATON = (
@@ -49,7 +47,7 @@ def _joints(path: Path) -> list[str]:
         pytest.param("rig.toml", RIG, read_toml, id="settings, studies, rigs"),
         pytest.param("rig.toml", RIG, _written, id="a rig with new values"),
         pytest.param("run.toml", RIG, lambda path: read_run_toml(path.parent), id="settings of a reported run"),
-        pytest.param("automaton.json", AUTOMATON, load, id="automaton"),
+        pytest.param("automaton.json", AUTOMATON, load_automaton, id="automaton"),
         pytest.param("policy.json", POLICY, json_of_file, id="policy, checkpoint"),
         pytest.param("policy.json", POLICY, lambda path: learner_in(str(path)), id="learner of a policy"),
         pytest.param("summary.json", POLICY, read_json, id="figures of a reported run"),

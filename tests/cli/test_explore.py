@@ -10,9 +10,9 @@ import pytest
 
 from palpate.adapters.cli import explore
 from palpate.adapters.experiments.grid import LearningRun, Named
-from palpate.core.automata import Kind, Machine, read_strings
-from palpate.core.automata.document import save
-from palpate.core.policy import PolicyDocument, policy_from
+from palpate.adapters.files import load_policy, read_strings
+from palpate.core.automata import Kind, Machine, to_json_text
+from palpate.core.policy import policy_from
 from palpate.simulation.grid.maps import GridMap, grid_actions
 from tests.command_line import CommandLine
 
@@ -24,7 +24,8 @@ def last_symbol(folder: Path, symbols: tuple[str, ...] = SYMBOLS) -> Path:
     """An automaton file whose states are the symbols."""
     row = tuple(range(len(symbols)))
     path = folder / f"last-{len(symbols)}.json"
-    save(Machine(Kind.MOORE, symbols, (row,) * len(symbols), symbols, labels=symbols), path)
+    machine = Machine(Kind.MOORE, symbols, (row,) * len(symbols), symbols, labels=symbols)
+    path.write_text(to_json_text(machine))
     return path
 
 
@@ -46,7 +47,7 @@ def test_a_run_prints_what_is_possible_and_leaves_everything(palpate: CommandLin
     assert figures["mean_last"] == pytest.approx(sum(int(row["steps"]) for row in rows) / 60, abs=1e-3)
     assert figures["belief_optimum"] == 3.2083
     assert figures["settings"]["learning"]["learner"] == "q"
-    document = PolicyDocument.load(out / "policy-5.json")
+    document = load_policy(out / "policy-5.json")
     assert len(document.states) == 20
     policy_from(document, document.states, grid_actions())
     assert "20 states, 8 actions; q-learning, 30 trials learned" in palpate.succeed("show", out / "policy-5.json")

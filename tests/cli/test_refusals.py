@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.cli.rig_new import rig_text
-from palpate.core.automata.document import save
+from palpate.core.automata.document import to_json_text
 from palpate.core.automata.machine import Kind, Machine
 from tests.command_line import CommandLine
 
@@ -61,8 +61,8 @@ def desk(palpate: CommandLine, trained: Path, tmp_path: Path) -> CommandLine:
     log = (trained / "logs" / "trial-00001.mcap").read_bytes()
     (tmp_path / "sound.mcap").write_bytes(log)
     (tmp_path / "torn.mcap").write_bytes(log[: len(log) // 2])
-    save(Machine(Kind.DFA, ("a", "b"), ((1, 0), (0, 1)), (True, False)), tmp_path / "even.json")
-    save(Machine(Kind.DFA, ("a", "b"), ((0, 0),), (True,)), tmp_path / "all.json")
+    (tmp_path / "even.json").write_text(to_json_text(Machine(Kind.DFA, ("a", "b"), ((1, 0), (0, 1)), (True, False))))
+    (tmp_path / "all.json").write_text(to_json_text(Machine(Kind.DFA, ("a", "b"), ((0, 0),), (True,))))
     os.mkfifo(tmp_path / "a_pipe")
     return palpate
 

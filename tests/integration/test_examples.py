@@ -10,8 +10,8 @@ import pytest
 
 from palpate.adapters.config import scenario
 from palpate.adapters.experiments import Run
+from palpate.adapters.files import load_policy
 from palpate.adapters.mujoco import SimulatedRig
-from palpate.core.policy import PolicyDocument
 from palpate.simulation.work_cell import HiddenValues
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -84,7 +84,7 @@ def test_train_and_look(example: Example, tmp_path: Path) -> None:
     printed = example.printed("train_and_look", out)
     assert printed.count(" s of exploration, ") == 3
     assert "17 states, 8 actions; q-learning, 3 trials learned" in printed
-    assert PolicyDocument.load(out / "policy.json").learner is not None
+    assert load_policy(out / "policy.json").learner is not None
     assert len(list((out / "logs").glob("*.mcap"))) == 3
     # A second run may not overwrite the first.
     assert "already holds a run" in example.complaint("train_and_look", "--quick", "--out", out)

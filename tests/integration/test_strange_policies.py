@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from palpate.adapters.files import load_policy
 from palpate.adapters.log import RawMessage, read_log
 from palpate.adapters.replay.batch import not_checked, replay_file
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
-from palpate.core.policy import PolicyDocument
 from tests.command_line import CommandLine, shared_folder
 from tests.support.log_surgery import Change, changed, indices, messages_of, one_ulp, write_log
 
@@ -61,7 +61,7 @@ def replayed(messages: list[RawMessage], folder: Path) -> Replay:
 
 @pytest.mark.usefixtures("installed")
 def test_it_is_trained_run_shown_and_compared(palpate: CommandLine, trained: Path) -> None:
-    document = PolicyDocument.load(trained / "policy.json")
+    document = load_policy(trained / "policy.json")
     assert document.foreign is not None
     assert document.foreign.trials_learned == 2
     assert document.foreign.state is not None
@@ -77,7 +77,7 @@ def test_it_is_trained_run_shown_and_compared(palpate: CommandLine, trained: Pat
     palpate.succeed("report", "learned")
     palpate.succeed("train", "--policy", DRIFT, "--trials", 1, "--out", "resumed")
     palpate.succeed("train", "--resume", "--out", "resumed", "--trials", 2)
-    learned = [PolicyDocument.load(folder / "policy.json").foreign for folder in (Path("resumed"), trained)]
+    learned = [load_policy(folder / "policy.json").foreign for folder in (Path("resumed"), trained)]
     assert learned[0] == learned[1]
 
 
@@ -86,7 +86,7 @@ def test_a_study_trains_it(palpate: CommandLine) -> None:
     Path("s.toml").write_text(f"[study]\ntrials = 1\npolicies = ['{DRIFT}']\n[base]\n'task.time_limit_s' = 1.0\n")
     palpate.succeed("study", "s.toml", "--jobs", 1, "--out", "s")
     (policy,) = Path("s/conditions").glob("*/policy.json")
-    foreign = PolicyDocument.load(policy).foreign
+    foreign = load_policy(policy).foreign
     assert foreign is not None
     assert foreign.trials_learned == 1
 

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, TypeAlias
 
 import pytest
@@ -42,10 +41,9 @@ def repeat(key: str) -> Change:
     return change
 
 
-def require_refused(load: Callable[[Path], object], path: Path, made: Any, field: str) -> None:
-    """The file is refused in one line that names the field."""
-    path.write_text(json.dumps(made), encoding="utf-8")
+def require_refused(read: Callable[[str], object], made: Any, field: str) -> None:
+    """The text is refused in one line that names the field."""
     with pytest.raises(ConfigurationError) as refused:
-        load(path)
-    assert refused.value.field == f"{path}: {field}"
+        read(json.dumps(made))
+    assert refused.value.field == field
     assert len(str(refused.value).splitlines()) == 1

@@ -11,10 +11,11 @@ from typing import Final
 from palpate.adapters.cli.notices import say, watched
 from palpate.adapters.cli.options import EmulateOptions
 from palpate.adapters.experiments import interrupting, ready_pose
+from palpate.adapters.files import write_whole
 from palpate.adapters.hardware import EVENTS, EmulatedCell, PlannedEvent
 from palpate.adapters.hardware.real_time import take_real_time
 from palpate.core.errors import OutputError
-from palpate.core.ports import Truth, write_whole
+from palpate.core.ports import Truth
 
 _MARK: Final = "# Written by palpate emulate, which replaces this file unless it is changed: "
 

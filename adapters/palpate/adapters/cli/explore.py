@@ -23,11 +23,17 @@ from palpate.adapters.experiments.grid import (
     summary,
     trials_csv,
 )
-from palpate.core.automata import write_strings
+from palpate.adapters.files import (
+    new_file,
+    new_folder,
+    require_free_folder,
+    require_no_file,
+    save_policy,
+    write_strings,
+)
 from palpate.core.errors import UsageError
 from palpate.core.perception import stage_to_dict
 from palpate.core.policy import document_of
-from palpate.core.ports import new_file, new_folder, require_free_folder, require_no_file
 from palpate.simulation.grid import GridMap, walk_strings
 
 _PICTURES: Final = ("svg", "png")
@@ -94,7 +100,7 @@ def _write(
     for run in runs:
         world = {"grid": list(grid.rows), "identifier": stage_to_dict(run.identifier)}
         document = document_of(run.learner, created_with=made_with(), perception=world)
-        document.save(folder / f"policy-{run.seed}.json")
+        save_policy(document, folder / f"policy-{run.seed}.json")
     title = f"map {options.map}, {options.learning.learner}; states: {options.state}"
     curves = Panel(title, _curves(runs), bounds_of(grid, options.learning.step_limit))
     (folder / "trials.csv").write_text(trials_csv(grid, runs), encoding="utf-8", newline="\n")

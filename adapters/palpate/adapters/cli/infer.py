@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import tyro
 
 from palpate.adapters.cli.progress import progress
+from palpate.adapters.files import load_automaton, new_file, new_folder, require_free_folder, require_no_file
 from palpate.adapters.log import aligned, strings_from
 from palpate.adapters.visualisation import hidden_picture, machine_picture, training_picture
 from palpate.core.automata import (
@@ -20,14 +21,13 @@ from palpate.core.automata import (
     Progress,
     difference,
     infer,
-    load,
-    save_network,
+    network_text,
     shown_output,
     to_dot_text,
     to_json_text,
 )
 from palpate.core.errors import ConfigurationError, UsageError
-from palpate.core.ports import Settings, new_file, new_folder, require_free_folder, require_no_file
+from palpate.core.ports import Settings
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ def _save(found: Inference, folder: Path) -> None:
     (folder / "automaton.json").write_text(to_json_text(machine), encoding="utf-8")
     (folder / "automaton.dot").write_text(to_dot_text(machine), encoding="utf-8")
     (folder / "automaton.svg").write_bytes(machine_picture(machine, f"q = {found.chosen.intervals}"))
-    save_network(found.network.network, folder / "network.json")
+    (folder / "network.json").write_text(network_text(found.network.network), encoding="utf-8")
     (folder / "report.json").write_text(json.dumps(_report(found), indent=1) + "\n", encoding="utf-8")
     (folder / "hidden.png").write_bytes(hidden_picture(found))
     (folder / "training.png").write_bytes(training_picture(found))
@@ -152,7 +152,7 @@ def _automata(files: tuple[str, ...], count: int, flag: str) -> list[Machine]:
         if path.endswith(".dot"):
             accepted = "the automaton's .json file: DOT is written for Graphviz and not read back"
             raise ConfigurationError("automaton", path, accepted)
-    return [load(path) for path in files]
+    return [load_automaton(path) for path in files]
 
 
 def _write(machine: Machine, path: Path) -> None:

@@ -41,8 +41,8 @@ def info(options: InfoOptions) -> int:
 
 def plot(options: PlotOptions) -> int:
     """Draw a trial over time."""
+    from palpate.adapters.files import new_file, require_no_file
     from palpate.adapters.log import read_log
-    from palpate.core.ports import new_file, require_no_file
 
     trial = read_log(options.file)
     out = Path(options.out or Path(options.file).with_suffix(".png"))

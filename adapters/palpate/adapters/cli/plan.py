@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Final, get_args
 
 from palpate.adapters.cli.options import PlanOptions
 from palpate.adapters.config import INSERTION, RunConfig, compose, read_job, task_kind, verdict_on
+from palpate.adapters.files import write_whole
 from palpate.core.errors import ConfigurationError, UnreachableError
 from palpate.core.job import Choice, Derived, Regime, Verdict
-from palpate.core.ports import kinds_of, write_whole
+from palpate.core.ports import kinds_of
 from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell import validity_lines
 

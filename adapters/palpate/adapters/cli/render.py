@@ -36,8 +36,8 @@ def render(options: RenderOptions) -> int:
         )
     from tqdm import tqdm
 
+    from palpate.adapters.files import new_file, require_no_file
     from palpate.adapters.log import read_log
-    from palpate.core.ports import new_file, require_no_file
 
     out = Path(options.to)
     require_no_file(out, "--to")

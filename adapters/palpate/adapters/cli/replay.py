@@ -11,6 +11,7 @@ from palpate.adapters.cli.options import ReplayOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import RunConfig, overlay, read_toml, run_facts
 from palpate.adapters.experiments import COMPARATORS, accepted_policies, foreign_code, foreign_entry
+from palpate.adapters.files import load_policy
 from palpate.adapters.log import aligned, find_logs
 from palpate.adapters.replay import (
     Changes,
@@ -77,7 +78,7 @@ def read_changes(options: ReplayOptions) -> Changes:
         code = "" if os.path.exists(options.policy) else foreign_code(options.policy)
         if not code and not os.path.exists(options.policy):
             raise ConfigurationError("policy", options.policy, accepted_policies())
-        policy = foreign_entry(code) if code else PolicyDocument.load(Path(options.policy))
+        policy = foreign_entry(code) if code else load_policy(Path(options.policy))
     changes = Changes(options.set, config, policy, options.policy)
     if (options.continue_in_mujoco or options.out) and not changes.any:
         flag = "--continue-in-mujoco" if options.continue_in_mujoco else "--out"

@@ -9,8 +9,9 @@ from typing import Annotated
 
 import tyro
 
+from palpate.adapters.files import write_whole
 from palpate.core.errors import OutputError
-from palpate.core.ports import Settings, write_whole
+from palpate.core.ports import Settings
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from palpate.adapters.experiments.calibration import (
     touch_picture,
     weigh_picture,
 )
+from palpate.adapters.files import write_whole
 from palpate.adapters.hardware import (
     FaultFile,
     HardwareRig,
@@ -32,7 +33,6 @@ from palpate.adapters.hardware import (
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.core.errors import ConfigurationError, OutputError, UsageError
 from palpate.core.motion import arm_named
-from palpate.core.ports import write_whole
 from palpate.core.trial import find_ready_pose
 
 STEPS: Final = {

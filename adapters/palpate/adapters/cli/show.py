@@ -4,10 +4,10 @@ import sys
 
 from palpate.adapters.cli.options import ShowOptions
 from palpate.adapters.experiments import render_table
-from palpate.core.policy import PolicyDocument
+from palpate.adapters.files import load_policy
 
 
 def show(options: ShowOptions) -> int:
     """Print the table of a policy file; returns the exit code."""
-    sys.stdout.write(render_table(PolicyDocument.load(options.file)))
+    sys.stdout.write(render_table(load_policy(options.file)))
     return 0

@@ -22,8 +22,8 @@ from palpate.adapters.experiments import (
     render_table,
     run_toml,
 )
+from palpate.adapters.files import new_folder, require_free_folder, save_policy
 from palpate.core.errors import UsageError
-from palpate.core.ports import new_folder, require_free_folder
 from palpate.core.trial import reachable_share
 
 
@@ -89,7 +89,7 @@ def _fit_to_logs(options: TrainOptions) -> int:
     with progress(len(paths), "log", passing=True) as bar:
         found = touches_of(paths, lambda: bar.update())
     with new_folder(Path(options.out)) as folder:
-        found.document.save(folder / "policy.json")
+        save_policy(found.document, folder / "policy.json")
         facts = {"from_logs": list(options.from_logs)}
         (folder / "run.toml").write_text(run_toml(found.config, "train", **facts), encoding="utf-8")
         for picture in touch_pictures(found.belief):

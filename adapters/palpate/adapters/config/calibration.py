@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
+from palpate.adapters.files import read_text, write_whole
 from palpate.core.errors import OutputError
 from palpate.core.job import ToolConfig
-from palpate.core.ports import Range, Settings, Vector3, read_text, write_whole
+from palpate.core.ports import Range, Settings, Vector3
 
 _GRAVITY_M_S2: Final = 9.81
 _Spread: TypeAlias = Annotated[float, Range(0.0)]

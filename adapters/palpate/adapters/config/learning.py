@@ -6,6 +6,7 @@ from typing import Annotated, ClassVar, Final
 
 from typing_extensions import override
 
+from palpate.adapters.files import json_of_file
 from palpate.core.policy import HmmParameters
 from palpate.core.policy.belief import BeliefParameters
 from palpate.core.ports import (
@@ -17,7 +18,6 @@ from palpate.core.ports import (
     Settings,
     Temperature,
     TemperatureDecay,
-    json_of_file,
     require_floor,
 )
 

@@ -8,8 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
+from palpate.adapters.files import whole_text
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import Settings, fitted, kinds_of, table_beside, whole_text
+from palpate.core.ports import Settings, fitted, kinds_of, table_beside
 
 T = TypeVar("T", bound=Settings)
 

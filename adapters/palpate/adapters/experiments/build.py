@@ -17,9 +17,10 @@ from palpate.adapters.config import (
     simulated_noise,
     task_kind,
 )
+from palpate.adapters.files import load_automaton
 from palpate.adapters.hardware import FaultFile, HardwareRig, find_approach
 from palpate.adapters.mujoco import SimulatedRig
-from palpate.core.automata import AutomatonState, load
+from palpate.core.automata import AutomatonState
 from palpate.core.errors import ConfigurationError
 from palpate.core.job import NOISE_BAND, require_measurable
 from palpate.core.motion import Kinematics, TipMotion, arm_named
@@ -83,7 +84,7 @@ def identifier(memory: str, symbols: tuple[str, ...], actions: Sequence[Action] 
         if memory == _LAST_ACTION:
             return LastAction(symbols, tuple(dict.fromkeys(action.name.partition(" ")[0] for action in actions)))
         if memory.endswith(".json"):
-            return AutomatonState.of(load(memory), symbols=symbols)
+            return AutomatonState.of(load_automaton(memory), symbols=symbols)
         if last := re.fullmatch(r"last-([1-9][0-9]?)", memory):
             return LastSymbols(symbols, int(last[1]))
     except ConfigurationError as error:

@@ -8,10 +8,11 @@ from typing import Any
 from palpate.adapters.config import RunConfig, overlay, read_toml, run_facts
 from palpate.adapters.experiments.policies import first_difference
 from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.files import json_of_file
 from palpate.adapters.log import LOG_FOLDER, made_with, set_aside
 from palpate.core.errors import ConfigurationError, OutputError
 from palpate.core.policy import Policy, learner_of
-from palpate.core.ports import Rig, json_of_file
+from palpate.core.ports import Rig
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from palpate.adapters.experiments.policies import (
 from palpate.adapters.experiments.results import RunFolder, TrialRow
 from palpate.adapters.experiments.statistics import policy_summary
 from palpate.adapters.experiments.trials import Trials
+from palpate.adapters.files import load_policy, save_policy
 from palpate.adapters.log import core_sha256, made_with, processor
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import ConfigurationError
@@ -70,7 +71,7 @@ class ChosenPolicy:
         if os.path.exists(name) or not code:
             if not os.path.exists(name):
                 raise ConfigurationError("policy", name, accepted_policies())
-            self.document = PolicyDocument.load(Path(name))
+            self.document = load_policy(Path(name))
             self.perception = perception_of(self.document, config, configured)
             self._made(tuple)
         elif configured is None:
@@ -115,7 +116,7 @@ def write_evaluation(
     folder.write_json("summary.json", summary)
     folder.write("trials.png", trials_picture(rows, f"{_who(config, name)}, {config.scenario}"))
     if document is not None:
-        document.save(folder.path / "policy.json")
+        save_policy(document, folder.path / "policy.json")
     return summary
 
 

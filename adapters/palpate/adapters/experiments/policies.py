@@ -11,6 +11,7 @@ from palpate.adapters.experiments.build import SKILLS, task_actions, task_reach
 from palpate.adapters.experiments.comparators import Omniscient, OmniscientPose, Spiral, TorqueFollowing
 from palpate.adapters.experiments.foreign import GROUP, foreign_entry, foreign_policy
 from palpate.adapters.experiments.tool import require_same_tool, tool_of
+from palpate.adapters.files import load_examples
 from palpate.adapters.log import made_with
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import FASTEST_TURN_RAD_S
@@ -28,7 +29,6 @@ from palpate.core.policy import (
     SkillParameters,
     TemperatureSchedule,
     document_of,
-    load_examples,
     new_learner,
     policy_from,
 )

@@ -21,9 +21,9 @@ from typing import Any, Final
 from palpate.adapters.config import RecordingConfig
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.writer_lock import only_writer
+from palpate.adapters.files import json_of_file, whole_text, write_whole
 from palpate.adapters.log import LOG_FOLDER, Sink, TrialRecorder, csv_text
 from palpate.core.errors import OutputError
-from palpate.core.ports import json_of_file, whole_text, write_whole
 
 RUN_FILES: Final = (
     "run.toml", "trials.csv", "decisions.csv", "checkpoint.json", "policy.json", "summary.json", "learning_curve.png",

@@ -21,6 +21,7 @@ from palpate.adapters.experiments.results import RunFolder, TrialRow
 from palpate.adapters.experiments.statistics import training_summary
 from palpate.adapters.experiments.trial import OVERLOADS, ScoredTrial, require_sound, rest_reinforcement
 from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials
+from palpate.adapters.files import load_policy, save_policy
 from palpate.adapters.log import made_with
 from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import ConfigurationError
@@ -76,7 +77,7 @@ class Subject:
         asks = task_kind(config.task.name).asks_policy
         config.task.require("name", asks, "a task that lets a policy choose; this one asks none")
         code = "" if name == config.learner or os.path.exists(name) else foreign_code(name)
-        document = None if code or name == config.learner else PolicyDocument.load(Path(name))
+        document = None if code or name == config.learner else load_policy(Path(name))
         brought = config.learning.programmed or config.learning.examples
         if (document is not None or code) and brought:
             accepted = (
@@ -192,4 +193,4 @@ class Trainer(Trials):
         """Write ``policy.json``."""
         settings = perception_settings(self.config, self.perception)
         document = document_of(self.policy, created_with=made_with(), perception=settings)
-        document.save(self._folder.path / "policy.json")
+        save_policy(document, self._folder.path / "policy.json")

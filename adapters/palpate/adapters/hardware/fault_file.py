@@ -15,8 +15,9 @@ from typing import ClassVar, Final
 
 from typing_extensions import override
 
+from palpate.adapters.files import json_of_file, write_whole
 from palpate.core.errors import ConfigurationError, DeviceError, OutputError, one_line
-from palpate.core.ports import Acknowledgement, FaultLatch, Settings, json_of_file, write_whole
+from palpate.core.ports import Acknowledgement, FaultLatch, Settings
 
 FORMAT: Final = 1
 _WORDS: Final = re.compile(r"\s*(\d+)\s+([^:]*\S)\s*:\s*(\S|\S.*\S)\s*", re.DOTALL)

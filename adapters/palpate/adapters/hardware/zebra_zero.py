@@ -11,13 +11,14 @@ from typing import Annotated, ClassVar, Final
 
 from typing_extensions import override
 
+from palpate.adapters.files import write_whole
 from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.following import LATER_NS
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range, Settings, write_whole
+from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range, Settings
 from palpate.drivers.errors import WiringError
 from palpate.drivers.nmc import POWER_UP_BAUD, BusSettings
 from palpate.drivers.serial_port import close_serial, open_serial

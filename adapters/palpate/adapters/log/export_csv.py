@@ -12,10 +12,11 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, Final
 
+from palpate.adapters.files import new_folder
 from palpate.adapters.log.file import finite, json_in
 from palpate.adapters.log.reader import TrialLog, read_log
 from palpate.adapters.log.records import CallEntry, DecisionEntry, EventEntry, LossEntry, TickRecord
-from palpate.core.ports import AppliedCommand, new_folder
+from palpate.core.ports import AppliedCommand
 
 _WITH_PARTS: Final = frozenset({"wrench", "joints", "asked_rad", "applied"})
 _SPATIAL: Final = frozenset({"force_N", "torque_Nm", "displacement_m"})

@@ -7,6 +7,7 @@ from typing import Final
 
 from mcap.opcode import Opcode
 
+from palpate.adapters.files import new_file
 from palpate.adapters.log.container import ChannelMap, RawMessage, bytes_of, outer_records, require_mcap, sound_messages
 from palpate.adapters.log.file import LogFile, NewFile, describe_channels, metadata_of
 from palpate.adapters.log.messages import encode_record
@@ -14,7 +15,6 @@ from palpate.adapters.log.reader import TrialLog, assemble
 from palpate.adapters.log.records import LossEntry
 from palpate.adapters.log.schema import RECORDER
 from palpate.core.errors import LogError
-from palpate.core.ports import new_file
 
 RECOVERED: Final = "recovered"
 """The problem that the recorder's message in a recovered log names."""

@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+from palpate.adapters.files import read_strings
 from palpate.adapters.log.file import json_in
 from palpate.adapters.log.find import find_logs
 from palpate.adapters.log.reader import TrialLog, read_log
-from palpate.core.automata import Strings, read_strings
+from palpate.core.automata import Strings
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import perception_from_dict
 from palpate.core.trial import Outcome

@@ -1,10 +1,10 @@
-from .document import load as load
+from .document import from_json_text as from_json_text
 from .document import to_json_text as to_json_text
 from .elman import MOST_HIDDEN as MOST_HIDDEN
 from .elman import Architecture as Architecture
 from .elman import Network as Network
 from .elman import Readout as Readout
-from .elman import save_network as save_network
+from .elman import network_text as network_text
 from .infer import Inference as Inference
 from .infer import InferenceSettings as InferenceSettings
 from .infer import infer as infer
@@ -16,8 +16,6 @@ from .partition import NONE as NONE
 from .partition import Partition as Partition
 from .partition import bounded_partition as bounded_partition
 from .prefix_tree import PrefixTree as PrefixTree
-from .string_files import read_strings as read_strings
-from .string_files import write_strings as write_strings
 from .strings import Strings as Strings
 from .texts import Edge as Edge
 from .texts import edges as edges

@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final
 
 from palpate.core.automata.machine import Kind, Machine, Output
@@ -33,11 +32,9 @@ from palpate.core.ports import (
     OneOf,
     Settings,
     fitted,
-    load_json,
     parse_json,
     require_keys,
     require_names,
-    write_whole,
 )
 
 SCHEMA: Final = "palpate.automaton/2"
@@ -100,24 +97,6 @@ def from_json_text(text: str) -> Machine:
     file = _AutomatonFile.read(parse_json(text, _WHOLE, SCHEMA))
     require_names("alphabet", file.alphabet, printable=False)
     return _machine(file)
-
-
-def save(machine: Machine, path: str | Path) -> None:
-    """Write the file as a whole or not at all; an old file stays intact until the new one is complete.
-
-    Raises:
-        OutputError: The place cannot be written.
-    """
-    write_whole(Path(path), to_json_text(machine))
-
-
-def load(path: str | Path) -> Machine:
-    """Read a file.
-
-    Raises:
-        ConfigurationError: It cannot be read, or :func:`from_json_text` refuses it.
-    """
-    return load_json(path, _WHOLE, from_json_text)
 
 
 def _machine(file: _AutomatonFile) -> Machine:

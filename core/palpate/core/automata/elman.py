@@ -6,9 +6,7 @@ symbols share ``W``, which is the network of Elman; in a second-order one (Giles
 
 import enum
 import json
-import os
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
 import numpy as np
@@ -18,7 +16,7 @@ from typing_extensions import override
 from palpate.core.automata.prefix_tree import Integers, PrefixTree
 from palpate.core.automata.strings import END
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import OneOf, Range, Settings, write_whole
+from palpate.core.ports import OneOf, Range, Settings
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -180,11 +178,6 @@ def network_to_dict(network: Network) -> dict[str, Any]:
     return {"schema": SCHEMA, **about, **{name: getattr(network, name).tolist() for name in shape.shapes}}
 
 
-def save_network(network: Network, path: str | os.PathLike[str]) -> None:
-    """Write a network file; an older one of the name is replaced.
-
-    Raises:
-        OutputError: The place cannot be written to.
-    """
-    text = json.dumps(network_to_dict(network), indent=1, allow_nan=False) + "\n"
-    write_whole(Path(path), text)
+def network_text(network: Network) -> str:
+    """Return the text of a network file."""
+    return json.dumps(network_to_dict(network), indent=1, allow_nan=False) + "\n"

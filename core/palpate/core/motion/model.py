@@ -28,7 +28,7 @@ from palpate.core.errors import AssetError, ConfigurationError
 from palpate.core.motion.arm import ArmDescription
 from palpate.core.motion.tool import ToolGeometry
 from palpate.core.motion.urdf import prepared_urdf
-from palpate.core.ports import JointVector, Vector3, whole_file
+from palpate.core.ports import JointVector, Vector3
 
 
 def filler(array: npt.NDArray[np.float64]) -> Callable[..., None]:
@@ -74,7 +74,7 @@ def controller_frames(arm: ArmDescription, q_rad: Sequence[float]) -> tuple[pin.
 def _loaded(arm: ArmDescription) -> _Loaded:
     path = arm.find_urdf()
     try:
-        return _parsed(arm, path, whole_file(path), whole_file(arm.calibration) if arm.calibration else b"")
+        return _parsed(arm, path, path.read_bytes(), Path(arm.calibration).read_bytes() if arm.calibration else b"")
     except OSError as error:
         what = "calibration" if error.filename == arm.calibration else "URDF"
         raise AssetError("arm", str(error.filename or path), f"a readable {what} ({error.strerror})") from error

@@ -20,7 +20,6 @@ from .entries import TableRow as TableRow
 from .entries import new_learner as new_learner
 from .entries import tabular_learner as tabular_learner
 from .examples import ExamplesPolicy as ExamplesPolicy
-from .examples import load_examples as load_examples
 from .exploration import TemperatureSchedule as TemperatureSchedule
 from .exploration import boltzmann as boltzmann
 from .exploration import boltzmann_probabilities as boltzmann_probabilities
@@ -41,6 +40,7 @@ from .programmed import AssignedPolicy as AssignedPolicy
 from .programmed import MixedPolicy as MixedPolicy
 from .programmed import ProgrammedPolicy as ProgrammedPolicy
 from .programmed import RandomWalkPolicy as RandomWalkPolicy
+from .programmed import check_known as check_known
 from .reinforcement import ActionOutcome as ActionOutcome
 from .reinforcement import ActionPenalty as ActionPenalty
 from .reinforcement import InternalEffort as InternalEffort

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 
-from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import EXAMPLES, Action
 from palpate.core.policy.programmed import AssignedPolicy, check_known
-from palpate.core.ports import whole_text
 
 _FIELD = "policy.examples"
 
@@ -32,48 +28,3 @@ class ExamplesPolicy(AssignedPolicy):
             counts[row[state]][column[action]] += 1
         assigned = [line.index(max(line)) if any(line) else None for line in counts]
         super().__init__(states, actions, assigned, EXAMPLES)
-
-
-def load_examples(
-    path: str | Path, states: Sequence[str] | None = None, actions: Sequence[Action] | None = None
-) -> tuple[tuple[str, str], ...]:
-    """Pairs of a state's and an action's name from a CSV file, such as the ``decisions.csv`` of a run, in its order.
-
-    Args:
-        path: A file with a header line that has at least ``state`` and ``action``; other columns are
-            ignored.
-        states: When given with ``actions``, names are checked here, where the line is still known.
-
-    Raises:
-        ConfigurationError: The file cannot be used; with the file and the line.
-    """
-    try:
-        with whole_text(path, newline="") as lines:
-            return _read_examples(csv.DictReader(lines, strict=True), str(path), states, actions)
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(_FIELD, str(path), f"a readable CSV file in UTF-8 ({error})") from error
-
-
-def _read_examples(
-    reader: csv.DictReader[str], path: str, states: Sequence[str] | None, actions: Sequence[Action] | None
-) -> tuple[tuple[str, str], ...]:
-    examples = []
-    try:
-        header = list(reader.fieldnames or ())
-        for column in ("state", "action"):
-            if header.count(column) != 1:
-                raise ConfigurationError(f"{_FIELD}: {path}:1", header, f"one column called {column!r}")
-        for row in reader:
-            where = f"{_FIELD}: {path}:{reader.line_num}"
-            state, action = row["state"], row["action"]
-            if not state or not action:
-                raise ConfigurationError(where, (state, action), "a state and an action in every line")
-            if states is not None and actions is not None:
-                check_known(where, state, action, states, actions)
-            examples.append((state, action))
-    except csv.Error as error:
-        # The inner reader has counted the line that failed, the outer one has not.
-        raise ConfigurationError(f"{_FIELD}: {path}:{reader.reader.line_num}", str(error), "well-formed CSV") from error
-    if not examples:
-        raise ConfigurationError(f"{_FIELD}: {path}", "no examples", "at least one line below the header")
-    return tuple(examples)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final
 
 from typing_extensions import override
@@ -22,18 +21,17 @@ from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.foreign import ForeignEntry, ForeignPolicy
 from palpate.core.policy.learner import ANY_REACH, Learner, Reach
 from palpate.core.policy.programmed import AssignedPolicy, MixedPolicy, ProgrammedPolicy
-from palpate.core.ports import OneOf, Settings, load_json, parse_json, require_names, write_whole
+from palpate.core.ports import OneOf, Settings, parse_json, require_names
 
 SCHEMA: Final = "palpate.policy/3"
-
-_WHOLE: Final = "policy file"
+POLICY_FILE: Final = "policy file"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PolicyDocument(Settings):
     """The content of a policy file."""
 
-    TABLE: ClassVar[str] = _WHOLE
+    TABLE: ClassVar[str] = POLICY_FILE
 
     schema: Annotated[str, OneOf(SCHEMA)] = SCHEMA
     """Id of the file format."""
@@ -99,29 +97,12 @@ class PolicyDocument(Settings):
         Raises:
             ConfigurationError: It is not a policy file of this schema, or contradicts itself.
         """
-        read = cls.read(parse_json(text, _WHOLE, SCHEMA))
+        read = cls.read(parse_json(text, POLICY_FILE, SCHEMA))
         require_names("states", read.states)
         require_names("actions", [action.name for action in read.actions])
         if read.foreign is None:
             policy_from(read, read.states, [action.step() for action in read.actions], check=False)
         return read
-
-    def save(self, path: str | Path) -> None:
-        """Write the file as a whole or not at all; an old file stays intact until the new one is complete.
-
-        Raises:
-            OutputError: The place cannot be written.
-        """
-        write_whole(Path(path), self.to_json_text())
-
-    @classmethod
-    def load(cls, path: str | Path) -> PolicyDocument:
-        """Read a file.
-
-        Raises:
-            ConfigurationError: It cannot be read, or :meth:`from_json_text` refuses it.
-        """
-        return load_json(path, _WHOLE, cls.from_json_text)
 
     def unlearned(self) -> PolicyDocument:
         """The same policy before it learned anything: what was programmed and set up, with initial values."""

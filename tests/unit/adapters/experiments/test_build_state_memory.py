@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.experiments.build import identifier
-from palpate.core.automata.document import save
+from palpate.core.automata.document import to_json_text
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState, LastSymbols, stage_from_dict, stage_to_dict
@@ -20,7 +20,9 @@ def test_names_of_memories() -> None:
 
 def test_an_automaton_s_states_survive_their_way_into_a_policy_file(tmp_path: Path) -> None:
     path = tmp_path / "automaton.json"
-    save(Machine(Kind.MOORE, ("C", "A", "B"), ((None, 1, 0), (None, 0, None)), ("even", "odd")), path)
+    path.write_text(
+        to_json_text(Machine(Kind.MOORE, ("C", "A", "B"), ((None, 1, 0), (None, 0, None)), ("even", "odd")))
+    )
     states = identifier(str(path), SYMBOLS)
     assert states.states == ("s0", "s1", "lost")
     again = stage_from_dict(json.loads(json.dumps(stage_to_dict(states))))

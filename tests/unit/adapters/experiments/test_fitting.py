@@ -14,9 +14,9 @@ from palpate.adapters.experiments.policies import learning_policy, loaded_policy
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import ScoredTrial, run_scored_trial
+from palpate.adapters.files import load_policy
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.perception import Perception, perception_to_dict
-from palpate.core.policy import PolicyDocument
 from palpate.core.tasks.insertion.task import InsertionTask
 from tests.unit.adapters.samples import QUICK, ready_pose, run_policy
 
@@ -82,7 +82,7 @@ def test_fitted_perception_trains_and_its_policy_runs(stages: str, tmp_path: Pat
         trainer.save_policy()
     assert [row.trial for row in folder.read_trials()] == [0, 1]
 
-    document = PolicyDocument.load(tmp_path / "policy.json")
+    document = load_policy(tmp_path / "policy.json")
     assert sum(row.visits or 0 for row in document.table) > 0
     with SimulatedRig(config, ready) as rig:
         perception = perception_of(document, config, configured_perception(config))

@@ -19,6 +19,7 @@ from palpate.adapters.experiments import (
 from palpate.adapters.experiments.build import task_reach
 from palpate.adapters.experiments.policies import loaded_policy, perception_settings
 from palpate.adapters.experiments.study.settings import condition_config
+from palpate.adapters.files import save_policy
 from palpate.adapters.log.provenance import made_with
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import PolicyDocument, QLearning, Reach, Sarsa, document_of, learner_of
@@ -135,7 +136,7 @@ def test_a_belief_covers_the_area_of_the_task_in_its_time_of_an_action(centre: s
 
 def test_a_study_begins_with_the_learner_of_its_policy(tmp_path: Path) -> None:
     file = tmp_path / "policy.json"
-    document(scenario("paper", "belief")).save(file)
+    save_policy(document(scenario("paper", "belief")), file)
     assert condition_config({}, str(file)).learner == "belief"
 
 

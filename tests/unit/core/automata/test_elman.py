@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.core.automata import PrefixTree, Strings
-from palpate.core.automata.elman import END, Architecture, Network, Readout, network_to_dict, save_network
+from palpate.core.automata.elman import END, Architecture, Network, Readout, network_text, network_to_dict
 from palpate.core.errors import ConfigurationError
 
 
@@ -64,10 +64,9 @@ def test_another_alphabet_is_refused_also_in_another_order() -> None:
 
 @pytest.mark.parametrize("reading", list(Readout))
 @pytest.mark.parametrize("order", [1, 2])
-def test_the_file_has_the_shape_and_every_weight_to_the_last_bit(tmp_path, reading, order) -> None:
+def test_the_file_has_the_shape_and_every_weight_to_the_last_bit(reading, order) -> None:
     one = network(4, alphabet=("x- y0", "b"), reading=reading, hidden=3, activation="tanh", order=order)
-    save_network(one, tmp_path / "network.json")
-    data = json.loads((tmp_path / "network.json").read_text())
+    data = json.loads(network_text(one))
     assert data == network_to_dict(one)
     shape = {"schema": "palpate.elman/1", "alphabet": ["x- y0", "b"], "reading": reading.value, "hidden": 3}
     shape |= {"activation": "tanh", "order": order}

@@ -1,7 +1,6 @@
 """A belief, or a model of hidden states, in a policy file."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -61,7 +60,7 @@ def test_a_belief_goes_on_from_its_file_with_what_is_programmed_beside_it() -> N
     assert resumed.parameters.patience == 7
 
 
-def test_a_model_of_hidden_states_goes_on_from_its_file(tmp_path: Path) -> None:
+def test_a_model_of_hidden_states_goes_on_from_its_file() -> None:
     parameters = HmmParameters(reach=3)
     learner = HmmLearner(STATES, TWO, parameters)
     policy = MixedPolicy(STATES, [ProgrammedPolicy(STATES, TWO, {"a": LEFT}), learner])
@@ -72,8 +71,7 @@ def test_a_model_of_hidden_states_goes_on_from_its_file(tmp_path: Path) -> None:
             policy.learn(Transition(state, 0 if index is None else index, -1.0, after))
         policy.end_trial(Hindsight(True, (0.0, 0.0, 0.01), 0.01))
     made = document_of(policy, created_with={}, perception={})
-    made.save(tmp_path / "policy.json")
-    read = PolicyDocument.load(tmp_path / "policy.json")
+    read = PolicyDocument.from_json_text(made.to_json_text())
     assert read.to_json_text() == made.to_json_text()
     assert read.learner is not None
     assert read.learner.state == learner.get_state()

@@ -40,9 +40,9 @@ def wander(policy, trials, seed) -> list[int]:
     return choices
 
 
-def through_file(policy, tmp_path) -> PolicyDocument:
-    document_of(policy, created_with={"palpate": "0"}, perception={}).save(tmp_path / "policy.json")
-    return PolicyDocument.load(tmp_path / "policy.json")
+def through_file(policy) -> PolicyDocument:
+    made = document_of(policy, created_with={"palpate": "0"}, perception={})
+    return PolicyDocument.from_json_text(made.to_json_text())
 
 
 def mixture(q: QLearning) -> MixedPolicy:
@@ -50,9 +50,9 @@ def mixture(q: QLearning) -> MixedPolicy:
     return MixedPolicy(STATES, [programmed, ExamplesPolicy(STATES, ACTIONS, [("c", "+y"), ("b", "+x")]), q])
 
 
-def test_what_was_learned_comes_back_to_the_bit(tmp_path):
+def test_what_was_learned_comes_back_to_the_bit():
     q = learner(alpha_visits=15.0, alpha_floor=0.05, initial_value=-0.0)
-    back = policy_from(through_file(q, tmp_path), STATES, ACTIONS, frozen=False)
+    back = policy_from(through_file(q), STATES, ACTIONS, frozen=False)
     assert isinstance(back, QLearning)
     assert [v.hex() for row in back.q for v in row] == [v.hex() for row in q.q for v in row]
     assert (back.visits, back.trials_learned, back.parameters) == (q.visits, q.trials_learned, q.parameters)
@@ -68,9 +68,9 @@ def sarsa(trials: int = 30) -> Sarsa:
 
 
 @pytest.mark.parametrize("made", [learner, sarsa, lambda: mixture(learner())], ids=["q-learning", "sarsa", "mixed"])
-def test_learning_resumes_as_if_it_had_never_stopped(tmp_path, made):
+def test_learning_resumes_as_if_it_had_never_stopped(made):
     policy = made()
-    resumed = policy_from(through_file(policy, tmp_path), STATES, ACTIONS, frozen=False)
+    resumed = policy_from(through_file(policy), STATES, ACTIONS, frozen=False)
     one, other = learner_of(policy), learner_of(resumed)
     assert (type(other), other.visits, other.parameters) == (type(one), one.visits, one.parameters)
     assert wander(policy, range(30, 50), seed=2) == wander(resumed, range(30, 50), seed=2)
@@ -78,9 +78,9 @@ def test_learning_resumes_as_if_it_had_never_stopped(tmp_path, made):
     assert other.trials_learned == 50
 
 
-def test_rows_say_which_knowledge_decides_and_what_was_learned_there(tmp_path):
+def test_rows_say_which_knowledge_decides_and_what_was_learned_there():
     q = learner()
-    document = through_file(mixture(q), tmp_path)
+    document = through_file(mixture(q))
     assert [row.source for row in document.table] == ["learned", "programmed", "examples", "learned"]
     assert [row.action for row in document.table][1:3] == ["-x-y", "+y"]
     for state, row in enumerate(document.table):
@@ -92,10 +92,10 @@ def test_rows_say_which_knowledge_decides_and_what_was_learned_there(tmp_path):
 
 
 @pytest.mark.parametrize("kind", [ProgrammedPolicy, ExamplesPolicy])
-def test_fixed_knowledge_comes_back_as_its_own_kind(tmp_path, kind):
+def test_fixed_knowledge_comes_back_as_its_own_kind(kind):
     pairs = {"a": "+x", "b": "-x", "c": "-x", "d": "+x-y"}
     policy = kind(STATES, ACTIONS, pairs if kind is ProgrammedPolicy else pairs.items())
-    document = through_file(policy, tmp_path)
+    document = through_file(policy)
     assert document.learner is None
     assert learner_of(policy) is None
     back = policy_from(document, STATES, ACTIONS)

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.core.automata import read_strings, write_strings
+from palpate.adapters.files import read_strings, write_strings
 from palpate.core.errors import ConfigurationError
 from palpate.simulation.grid.maps import SCENARIO_1, GridMap
 from palpate.simulation.grid.trial import walk_strings

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Final
 
 from palpate.adapters.experiments.build import NONE, identifier
+from palpate.adapters.files import read_text
 from palpate.core.automata import AutomatonState, Machine, Strings
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import StateIdentifier
-from palpate.core.ports import read_text
 from palpate.simulation.grid import (
     SCENARIOS,
     STEP_LIMIT,

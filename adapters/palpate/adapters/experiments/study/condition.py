@@ -16,9 +16,9 @@ from palpate.adapters.experiments.fitting import configured_perception, needs_fi
 from palpate.adapters.experiments.foreign import foreign_code, foreign_learns
 from palpate.adapters.experiments.run import Run
 from palpate.adapters.experiments.training import Subject, run_toml
+from palpate.adapters.files import new_folder
 from palpate.adapters.log import LOG_FOLDER
 from palpate.core.errors import OutputError
-from palpate.core.ports import new_folder
 
 SUMMARY: Final = "summary.json"
 """A folder that holds it is finished."""

@@ -15,9 +15,9 @@ from palpate.adapters.experiments.study.condition import SUMMARY, Condition
 from palpate.adapters.experiments.study.document import Study
 from palpate.adapters.experiments.study.settings import setting_of
 from palpate.adapters.experiments.writer_lock import LOCK, only_writer
+from palpate.adapters.files import json_of_file, whole_text
 from palpate.adapters.log import csv_text
 from palpate.core.errors import OutputError
-from palpate.core.ports import json_of_file, whole_text
 
 STUDY_FILE: Final = "study.toml"
 _ELSEWHERE: Final = "name another folder with --out"

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+from palpate.adapters.files import new_folder
 from palpate.adapters.log import TICK, names_for, read_log, sound_messages
 from palpate.adapters.visualisation.live.display import Display
 from palpate.adapters.visualisation.live.live_view import require_viewer
 from palpate.adapters.visualisation.live.trial_stream import TrialStream
-from palpate.core.ports import new_folder
 
 ENDINGS: Final = {"foxglove": ".foxglove.mcap", "rerun": ".rrd"}
 """Viewers, and how the files that they open end."""

@@ -5,15 +5,15 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from palpate.adapters import files
 from palpate.adapters.config import read_toml, run_facts
 from palpate.adapters.experiments import RunFolder, TrialRow
-from palpate.core import ports
 from palpate.core.errors import OutputError
 
 
 def read_text(path: Path) -> str:
     """Return a whole text file; nothing where there is none."""
-    return ports.read_text(path, "file") if path.exists() else ""
+    return files.read_text(path, "file") if path.exists() else ""
 
 
 def read_json(path: Path) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.experiments import TrialRow, render_table, shown_interval, summary_of
+from palpate.adapters.files import load_policy
 from palpate.adapters.log import LOG_FOLDER, read_log
 from palpate.adapters.visualisation.report.files import read_json, read_run_toml, read_text, read_trials
 from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture, success_of
@@ -76,7 +77,7 @@ class RunSource:
     def document(self) -> PolicyDocument | None:
         """Its policy file; None where there is none."""
         path = self.path / "policy.json"
-        return PolicyDocument.load(path) if path.exists() else None
+        return load_policy(path) if path.exists() else None
 
 
 def run_page(folder: Path, *, logs: bool) -> Page:

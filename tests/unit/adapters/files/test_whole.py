@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.core.errors import ConfigurationError, LogError, OutputError
-from palpate.core.ports import (
+from palpate.adapters.files import (
     new_file,
     new_folder,
     put_folder_in_place,
@@ -17,10 +16,11 @@ from palpate.core.ports import (
     whole_text,
     write_whole,
 )
+from palpate.core.errors import ConfigurationError, LogError, OutputError
 
 
 def test_a_file_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("palpate.core.ports.files._MOST_BYTES", 5 << 20)
+    monkeypatch.setattr("palpate.adapters.files.whole._MOST_BYTES", 5 << 20)
     with pytest.raises(OSError, match="more than 5 MiB"):
         whole_file("/dev/zero")
     with pytest.raises(ConfigurationError, match=r"map = '/dev/zero' is refused: .*\(more than 5 MiB\)"):

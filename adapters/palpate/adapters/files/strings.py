@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from palpate.core.automata.strings import Strings
+from palpate.adapters.files.whole import read_text, write_whole
+from palpate.core.automata import Strings
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import read_text, write_whole
 
 _COMMENT: Final = "#"
 _ALPHABET: Final = "# alphabet:"

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import Holds, Range, Settings, load_json, parse_json
+from palpate.core.ports import Holds, Range, Settings, parse_json
 
 
 def parsed(text: str) -> Any:
@@ -102,14 +102,3 @@ def test_any_text_is_read_or_refused_in_one_line(text):
 def test_another_schema_is_refused(text, said):
     with pytest.raises(ConfigurationError, match=said):
         parse_json(text, "sample", "s/1")
-
-
-def test_a_refusal_names_the_file(tmp_path):
-    path = tmp_path / "sample.json"
-    path.write_text('{"schema": "s", "parts": 3}')
-    with pytest.raises(ConfigurationError) as refused:
-        load_json(path, "sample", lambda text: Sample.read({**RAW, "parts": parse_json(text, "sample", "s")["parts"]}))
-    assert refused.value.field == f"{path}: parts"
-    for bad in (tmp_path, tmp_path / "none.json"):
-        with pytest.raises(ConfigurationError, match="a readable file in UTF-8"):
-            load_json(bad, "sample", len)

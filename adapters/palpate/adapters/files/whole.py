@@ -2,12 +2,13 @@
 
 import errno
 import io
+import json
 import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from palpate.core.errors import ConfigurationError, OutputError
 
@@ -44,6 +45,20 @@ def read_text(path: Path, field: str, accepted: str = "a readable text file") ->
         raise ConfigurationError(field, str(path), f"a text file in UTF-8; its byte {error.start} is not") from error
     except OSError as error:
         raise ConfigurationError(field, str(path), f"{accepted} ({error.strerror})") from error
+
+
+def json_of_file(path: str | Path) -> Any:
+    """What is in a JSON file, of any form.
+
+    Raises:
+        OSError: It cannot be read.
+        ValueError: It is no JSON in UTF-8.
+    """
+    text = whole_text(path).read()
+    try:
+        return json.loads(text)
+    except RecursionError as error:
+        raise ValueError("nested too deeply") from error
 
 
 def require_no_file(path: Path, flag: str = "--out") -> None:

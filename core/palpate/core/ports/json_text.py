@@ -1,42 +1,9 @@
-"""JSON files of declared tables: read strictly, and refused in one line that names the place."""
+"""JSON texts of declared tables: read strictly, and refused in one line that names the place."""
 
 import json
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any, NoReturn, TypeVar
+from typing import Any, NoReturn
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.files import whole_text
-
-T = TypeVar("T")
-
-
-def load_json(path: str | Path, whole: str, read: Callable[[str], T]) -> T:
-    """What is read from a file.
-
-    Raises:
-        ConfigurationError: The file cannot be read, or ``read`` refuses it.
-    """
-    try:
-        return read(whole_text(path).read())
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(whole, str(path), f"a readable file in UTF-8 ({error})") from error
-    except ConfigurationError as error:
-        raise ConfigurationError(f"{path}: {error.field}", error.value, error.accepted) from error
-
-
-def json_of_file(path: str | Path) -> Any:
-    """What is in a JSON file, of any form.
-
-    Raises:
-        OSError: It cannot be read.
-        ValueError: It is no JSON in UTF-8.
-    """
-    text = whole_text(path).read()
-    try:
-        return json.loads(text)
-    except RecursionError as error:
-        raise ValueError("nested too deeply") from error
 
 
 def parse_json(text: str, whole: str, schema: str) -> dict[str, Any]:

@@ -1,0 +1,98 @@
+"""Files of what was learned: policies, examples and automata."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TypeVar
+
+from palpate.adapters.files.whole import whole_text, write_whole
+from palpate.core.automata import Machine, from_json_text
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy import Action, PolicyDocument, check_known
+
+_EXAMPLES = "policy.examples"
+T = TypeVar("T")
+
+
+def load_policy(path: str | Path) -> PolicyDocument:
+    """Read a policy file.
+
+    Raises:
+        ConfigurationError: It cannot be read, or is refused.
+    """
+    return _loaded(path, PolicyDocument.TABLE, PolicyDocument.from_json_text)
+
+
+def save_policy(document: PolicyDocument, path: Path) -> None:
+    """Write a policy file as a whole or not at all; an old file stays intact until the new one is complete.
+
+    Raises:
+        OSError: The place cannot be written.
+    """
+    write_whole(path, document.to_json_text())
+
+
+def load_automaton(path: str | Path) -> Machine:
+    """Read an automaton file.
+
+    Raises:
+        ConfigurationError: It cannot be read, or is refused.
+    """
+    return _loaded(path, "automaton file", from_json_text)
+
+
+def _loaded(path: str | Path, whole: str, read: Callable[[str], T]) -> T:
+    try:
+        return read(whole_text(path).read())
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(whole, str(path), f"a readable file in UTF-8 ({error})") from error
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{path}: {error.field}", error.value, error.accepted) from error
+
+
+def load_examples(
+    path: str | Path, states: Sequence[str] | None = None, actions: Sequence[Action] | None = None
+) -> tuple[tuple[str, str], ...]:
+    """Pairs of a state's and an action's name from a CSV file, such as the ``decisions.csv`` of a run, in its order.
+
+    Args:
+        path: A file with a header line that has at least ``state`` and ``action``; other columns are ignored.
+        states: When given with ``actions``, names are checked here, where the line is still known.
+
+    Raises:
+        ConfigurationError: The file cannot be used; with the file and the line.
+    """
+    try:
+        with whole_text(path, newline="") as lines:
+            return _read_examples(csv.DictReader(lines, strict=True), str(path), states, actions)
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(_EXAMPLES, str(path), f"a readable CSV file in UTF-8 ({error})") from error
+
+
+def _read_examples(
+    reader: csv.DictReader[str], path: str, states: Sequence[str] | None, actions: Sequence[Action] | None
+) -> tuple[tuple[str, str], ...]:
+    examples = []
+    try:
+        header = list(reader.fieldnames or ())
+        for column in ("state", "action"):
+            if header.count(column) != 1:
+                raise ConfigurationError(f"{_EXAMPLES}: {path}:1", header, f"one column called {column!r}")
+        for row in reader:
+            where = f"{_EXAMPLES}: {path}:{reader.line_num}"
+            state, action = row["state"], row["action"]
+            if not state or not action:
+                raise ConfigurationError(where, (state, action), "a state and an action in every line")
+            if states is not None and actions is not None:
+                check_known(where, state, action, states, actions)
+            examples.append((state, action))
+    except csv.Error as error:
+        # The inner reader has counted the line that failed, the outer one has not.
+        raise ConfigurationError(
+            f"{_EXAMPLES}: {path}:{reader.reader.line_num}", str(error), "well-formed CSV"
+        ) from error
+    if not examples:
+        raise ConfigurationError(f"{_EXAMPLES}: {path}", "no examples", "at least one line below the header")
+    return tuple(examples)
