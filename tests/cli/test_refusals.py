@@ -125,7 +125,7 @@ def desk(palpate: CommandLine, trained: Path, tmp_path: Path) -> CommandLine:
         ("show", "policy file"),
         ("rig doctor", "rig"),
         ("log info", "name one or more"),
-        ("log export sound.mcap --out x", "to = '' is refused: one of csv, foxglove"),
+        ("log export sound.mcap --out x", "to = '' is refused: one of csv, rerun"),
         ("log export sound.mcap --to csv", "out = '' is refused: a folder"),
         ("replay", "no log was named"),
         ("infer walks.txt", "--out"),

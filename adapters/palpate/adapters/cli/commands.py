@@ -80,7 +80,7 @@ COMMANDS: dict[str, Command] = {
     ),
     "log plot": Command("a picture of one trial over time", "log:plot", "log_options:PlotOptions"),
     "log export": Command(
-        "the same data as CSV files, or for Foxglove and Rerun",
+        "the same data as CSV files, or for Rerun",
         "log:export", "log_options:ExportOptions",
     ),
     "log recover": Command(

@@ -59,7 +59,7 @@ def plot(options: PlotOptions) -> int:
 def export(options: ExportOptions) -> int:
     """Write trials in another format."""
     paths = _logs(options.files, "export")
-    require_one_of("to", options.to, ("csv", *VIEWERS))
+    require_one_of("to", options.to, ("csv", "rerun"))
     options.require("out", bool(options.out), "a folder for the result")
     out = Path(options.out)
     if options.to == "csv":
@@ -68,10 +68,10 @@ def export(options: ExportOptions) -> int:
         folders = export_csv(paths, out)
         sys.stdout.write(f"{len(folders)} trial{'s' * (len(folders) > 1)} as CSV in {out}\n")
         return 0
-    from palpate.adapters.visualisation.live import export_pictures
+    from palpate.adapters.visualisation.live import export_rerun
 
-    made = export_pictures(paths, out, options.to)
-    sys.stdout.write(f"{len(made)} trial{'s' * (len(made) > 1)} for {options.to} in {out}\n")
+    made = export_rerun(paths, out)
+    sys.stdout.write(f"{len(made)} trial{'s' * (len(made) > 1)} for Rerun in {out}\n")
     return 0
 
 

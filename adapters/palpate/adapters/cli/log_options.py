@@ -7,7 +7,6 @@ import tyro
 
 from palpate.core.ports import Settings
 
-VIEWERS = ("foxglove", "rerun")
 Files = Annotated[tuple[str, ...], tyro.conf.Positional]
 
 
@@ -35,13 +34,13 @@ class PlotOptions(Settings):
 class ExportOptions(Settings):
     """Write logs in another format: csv keeps every bit.
 
-    foxglove and rerun get what palpate run --live shows: frames, scene and values, to be opened as a picture.
+    rerun is what palpate run --live shows: frames, scene and values. Foxglove opens the logs themselves.
     """
 
     files: Files = ()
     """Logs, or folders with logs in or below them."""
     to: str = ""
-    """csv, foxglove (MCAP) or rerun (RRD)."""
+    """csv, or rerun (RRD)."""
     out: str = ""
     """Folder for the result; it must be new or empty."""
 

@@ -1,4 +1,4 @@
-"""Trials as pictures in Foxglove and Rerun: while they run, and from their logs."""
+"""Trials in Rerun's viewer: while they run, and from their logs."""
 
 import lazy_loader
 

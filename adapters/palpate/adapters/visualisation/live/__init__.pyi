@@ -1,4 +1,2 @@
-from .display import LearningSoFar as LearningSoFar
-from .emulation import EmulationView as EmulationView
-from .export import export_pictures as export_pictures
-from .live_view import LiveView as LiveView
+from .export import export_rerun as export_rerun
+from .view import LiveView as LiveView

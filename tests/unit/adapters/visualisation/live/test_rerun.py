@@ -1,0 +1,66 @@
+"""What Rerun's own reader finds of trials: exported logs, and trials that were watched while they ran."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from palpate.adapters.log import read_log, series_of
+from palpate.adapters.mujoco import DrawnCell
+from palpate.adapters.visualisation.live import export_rerun
+from palpate.adapters.visualisation.live.cell_shapes import CellShapes
+from palpate.core.job import SIDES
+from tests.golden.record import HERE as GOLDEN
+
+LOG = GOLDEN / "train-paper.mcap"
+
+
+def columns(path: Path, entity: str, name: str) -> list[tuple[int, Any]]:
+    """Return times, ns, and values of a component."""
+    from rerun.chunk import RrdReader
+
+    found: list[tuple[int, Any]] = []
+    for chunk in RrdReader(path).stream().to_chunks():
+        if chunk.entity_path == entity and not chunk.is_static:
+            batch = chunk.to_record_batch()
+            if name in batch.schema.names:
+                times_ns = np.array(batch.column("run clock").cast("int64")).tolist()
+                found += zip(times_ns, batch.column(name).to_pylist(), strict=True)
+    return found
+
+
+def test_an_exported_log_has_its_wrench_tip_events_and_decisions(tmp_path: Path) -> None:
+    (made,) = export_rerun([LOG], tmp_path / "out")
+    log = read_log(LOG)
+    series, records = series_of(log), list(log.records())
+    tared = next(event.tick for event in log.events if event.name == "tare")
+    after_ns = records[tared].time_ns
+    assert after_ns is not None
+    shown = [row for time_ns, row in columns(made, "/wrench", "Scalars:scalars") if time_ns > after_ns]
+    measured = series.wrench[tared + 1 :]
+    np.testing.assert_allclose(shown, measured[np.isfinite(measured).all(axis=1)], atol=1e-9)
+    tips = [row for _, row in columns(made, "/tip", "Scalars:scalars")]
+    np.testing.assert_allclose(tips, series.tip_mm[::5], atol=1e-6)
+    texts = [row[0] for _, row in columns(made, "/log", "TextLog:text")]
+    assert any("tare" in text for text in texts)
+    assert len(columns(made, "/decision", "TextDocument:text")) == len(log.decisions)
+    assert columns(made, "/action_values", "BarChart:values")
+    assert len(columns(made, "/learning_curve", "BarChart:values")) == 1
+
+
+@pytest.mark.parametrize("section", SIDES)
+def test_a_peg_that_is_not_round_is_drawn_as_a_mesh_that_fits_the_rim_of_its_hole(section: str) -> None:
+    log = read_log(LOG)
+    text = log.start.config_toml.replace('"round"', f'"{section}"')
+    log = replace(log, start=replace(log.start, config_toml=text))
+    drawn = DrawnCell(log)
+    (peg,) = CellShapes(log).shapes["peg"].values()
+    corners = np.array(peg.vertex_positions.as_arrow_array().to_pylist())
+    end_face = corners[np.abs(corners[:, 2]) < 1e-4]
+    mujoco.mj_kinematics(drawn.model, drawn.data)
+    rim_m = drawn.rim_m(64) - drawn.mouth_m
+    widest_m = np.hypot(*end_face[:, :2].T).max()
+    assert widest_m == pytest.approx(np.hypot(*rim_m[:, :2].T).max(), rel=0.03)
