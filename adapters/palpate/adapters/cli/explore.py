@@ -4,7 +4,7 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from palpate.adapters.cli.explore_options import ExploreOptions
 from palpate.adapters.cli.progress import progress
@@ -35,8 +35,6 @@ from palpate.core.errors import UsageError
 from palpate.core.perception import stage_to_dict
 from palpate.core.policy import document_of
 from palpate.simulation.grid import GridMap, walk_strings
-
-_PICTURES: Final = ("svg", "png")
 
 
 def explore(options: ExploreOptions) -> int:
@@ -113,8 +111,9 @@ def _write(
 
 
 def _figure(options: ExploreOptions, path: Path) -> int:
-    kind = path.suffix.removeprefix(".")
-    options.require("figure", kind in _PICTURES, f"a file name that ends in .{' or .'.join(_PICTURES)}")
+    from palpate.adapters.log import figure_kind
+
+    kind = figure_kind(path, "figure")
     require_no_file(path)
     panels: list[list[Panel]] = []
     for number in ("1", "2"):

@@ -38,7 +38,7 @@ class ExploreOptions(Settings):
     """Folder for every trial, the policies, summary and learning curve; it must not be there yet, or be empty."""
     figure: str = ""
     """Instead: draw the paper's figure 3, both scenarios with symbols and with an automaton from random walks; a file,
-    .svg or .png."""
+    .svg, .png or .pdf."""
     strings: str = ""
     """Instead: write the symbols of random walks to this file, one walk a line."""
     walks: int = 1000

@@ -43,7 +43,7 @@ class InferOptions(Settings):
     """A text file; or logs, and folders with logs; with --show or --compare automata, JSON files."""
     out: str = ""
     """New or empty folder for automaton, network, report and pictures; with --show a new file, by its ending .dot,
-    .svg, .png or .json."""
+    .svg, .png, .pdf or .json."""
     show: bool = False
     """Instead: print an automaton, or write it to --out."""
     compare: bool = False
@@ -162,6 +162,7 @@ def _write(machine: Machine, path: Path) -> None:
         ".dot": lambda: to_dot_text(machine).encode(),
         ".svg": lambda: machine_picture(machine, path.stem, "svg"),
         ".png": lambda: machine_picture(machine, path.stem, "png"),
+        ".pdf": lambda: machine_picture(machine, path.stem, "pdf"),
     }
     if path.suffix not in makers:
         raise ConfigurationError("out", str(path), f"a name that ends in one of {', '.join(makers)}")

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from palpate.adapters.cli.log_options import (
-    VIEWERS,
     ExportOptions,
     InfoOptions,
     PlotOptions,
@@ -42,14 +41,12 @@ def info(options: InfoOptions) -> int:
 def plot(options: PlotOptions) -> int:
     """Draw a trial over time."""
     from palpate.adapters.files import new_file, require_no_file
-    from palpate.adapters.log import read_log
+    from palpate.adapters.log import figure_kind, read_log, timeline
 
-    trial = read_log(options.file)
     out = Path(options.out or Path(options.file).with_suffix(".png"))
+    kind = figure_kind(out, "--out")
     require_no_file(out)
-    from palpate.adapters.log import timeline
-
-    picture = timeline(trial)
+    picture = timeline(read_log(options.file), kind)
     with new_file(out) as passing:
         passing.write_bytes(picture)
     sys.stdout.write(f"drawn in {out}\n")

@@ -27,7 +27,7 @@ class PlotOptions(Settings):
     file: Annotated[str, tyro.conf.Positional]
     """The log."""
     out: str = ""
-    """The picture, a PNG file that is not there yet; beside the log if not given."""
+    """The figure, a new .png, .svg or .pdf file; NAME.png beside the log if not given."""
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from .export_csv import export_csv as export_csv
 from .export_csv import names_for as names_for
 from .figure import Canvas as Canvas
 from .figure import drawing as drawing
+from .figure import figure_kind as figure_kind
 from .file import dump_json as dump_json
 from .file import finite as finite
 from .file import json_in as json_in
@@ -15,6 +16,8 @@ from .info_text import describe as describe
 from .info_text import table as table
 from .messages import decode_record as decode_record
 from .messages import encode_record as encode_record
+from .plot import force_panel as force_panel
+from .plot import phase_panel as phase_panel
 from .plot import timeline as timeline
 from .provenance import arm_sha256 as arm_sha256
 from .provenance import core_sha256 as core_sha256

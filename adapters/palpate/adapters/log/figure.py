@@ -3,10 +3,29 @@
 import io
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, Final, Literal
 
-_NOTHING: Final = {"svg": {"Date": None, "Creator": None}, "png": {"Software": None}}
+from palpate.core.errors import ConfigurationError
+
+_NOTHING: Final = {
+    "svg": {"Date": None, "Creator": None},
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
 """No date and no version in the file."""
+
+
+def figure_kind(path: Path, setting: str) -> str:
+    """Return the format that a figure's file name ends with: png, svg or pdf.
+
+    Raises:
+        ConfigurationError: It ends otherwise; ``setting`` is what named it.
+    """
+    kind = path.suffix.lower().removeprefix(".")
+    if kind not in _NOTHING:
+        raise ConfigurationError(setting, str(path), "a file name that ends in .png, .svg or .pdf")
+    return kind
 
 
 class Canvas:

@@ -16,22 +16,21 @@ _PHASES: Final = {
     "lift": "#e8e8e8", "transfer": "#cfe2f3", "settle": "#d9ead3", "approach": "#fff2cc",
     "explore": "#f9cb9c", "insert": "#b4d8c8", RETRACTION: "#f4b6b6",
 }  # fmt: skip
-_EVENTS: Final = (
-    "tare",
-    "contact",
-    "contact lost",
-    "sunk below the surface",
-    "false drop",
-    "hole",
-    "trip",
-    "interrupt",
-    "end",
-)
+_EVENTS: Final = {
+    "tare": "tare", "contact": "contact", "contact lost": "contact lost", "sunk below the surface": "in the hole",
+    "false drop": "false drop", "hole": "at depth", "trip": "trip", "interrupt": "interrupt", "end": "end",
+}  # fmt: skip
+"""Events that are drawn, and their labels."""
 _WIDTH_IN: Final = 13.0
+_LABEL_SHARE: Final = 0.015
+"""Width of an inclined label as a share of the time axis."""
 
 
-def timeline(log: TrialLog) -> bytes:
-    """Forces, torques, tip position, states, actions, phases and events over one time axis, as a PNG.
+def timeline(log: TrialLog, kind: str = "png") -> bytes:
+    """Forces, torques, tip position, states, actions, phases and events over one time axis.
+
+    Args:
+        kind: Format of the figure: png, svg or pdf.
 
     Raises:
         LogError: The log has nothing to draw, or its configuration cannot be used.
@@ -49,18 +48,23 @@ def timeline(log: TrialLog) -> bytes:
     strips += [("action", actions, "action")] if actions else []
     heights += [max(0.35 + 0.17 * len(names), 0.75) for _, names, _ in strips] + [0.4]
 
-    with drawing(_WIDTH_IN, sum(heights) + 1.6, 110) as canvas:
+    with drawing(_WIDTH_IN, sum(heights) + 1.6, 110, kind) as canvas:
         figure = canvas.figure
         panels: Any = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
         rest = list(panels)
-        _wrench(rest.pop(0), series, ("Fx", "Fy", "Fz"), 0, "force [N]")
-        _wrench(rest.pop(0), series, ("Tx", "Ty", "Tz"), 3, "torque [N m]")
+        axes = rest.pop(0)
+        force_panel(axes, series)
+        _dress(axes, "force [N]\nsensor frame")
+        axes = rest.pop(0)
+        for i, name in enumerate(("Tx", "Ty", "Tz")):
+            axes.plot(series.time_s, series.wrench[:, 3 + i], color=_XYZ[i], linewidth=0.9, label=name)
+        _dress(axes, "torque [N m]\nsensor frame")
         _position(rest.pop(0), series, log)
         if altered:
             _altered(rest.pop(0), series)
         for title, names, attribute in strips:
             _strip(rest.pop(0), log, series, title, names, attribute)
-        _phases(rest.pop(0), log, series)
+        phase_panel(rest.pop(0), log, series, _WIDTH_IN * 0.8)
         _events(panels, log, series)
         _gaps(panels, series)
         figure.align_ylabels(panels)
@@ -70,10 +74,14 @@ def timeline(log: TrialLog) -> bytes:
     return canvas.content
 
 
-def _wrench(axes: Any, series: Series, names: Sequence[str], first: int, label: str) -> None:
-    for i, name in enumerate(names):
-        axes.plot(series.time_s, series.wrench[:, first + i], color=_XYZ[i], linewidth=0.9, label=name)
-    _dress(axes, f"{label}\nsensor frame")
+def force_panel(axes: Any, series: Series) -> None:
+    """Draw the force, its norm, and the largest force that the job allows."""
+    force_N = series.wrench[:, :3]
+    for i, name in enumerate(("Fx", "Fy", "Fz")):
+        axes.plot(series.time_s, force_N[:, i], color=_XYZ[i], linewidth=0.9, label=name)
+    axes.plot(series.time_s, np.sqrt(np.sum(force_N * force_N, axis=1)), color="black", linewidth=0.9, label="norm")
+    limit_N = series.config.task.max_force_N
+    axes.axhline(limit_N, color="#a3232b", linewidth=1.0, linestyle="--", label=f"limit {limit_N:g} N")
 
 
 def _position(axes: Any, series: Series, log: TrialLog) -> None:
@@ -128,7 +136,8 @@ def _end_of_decisions(log: TrialLog, series: Series, last: int) -> int:
     return min(later, default=last + series.config.task.ticks_per_action)
 
 
-def _phases(axes: Any, log: TrialLog, series: Series) -> None:
+def phase_panel(axes: Any, log: TrialLog, series: Series, width_in: float) -> None:
+    """Draw the phases as coloured bands; ``width_in`` is the width of the panel, for names that have room."""
     phases = log.phases
     if not phases or phases[0][0] > 0:
         phases.insert(0, (0, "lift"))
@@ -137,7 +146,7 @@ def _phases(axes: Any, log: TrialLog, series: Series) -> None:
         start_s = series.time_of(tick)
         axes.axvspan(start_s, end_s, color=_PHASES.get(name, "#dddddd"))
         # About what fits: a letter of this size takes a thirteenth of an inch.
-        if (end_s - start_s) / max(float(series.time_s[-1]), 1e-9) * _WIDTH_IN * 0.8 > len(name) / 13 + 0.05:
+        if (end_s - start_s) / max(float(series.time_s[-1]), 1e-9) * width_in > len(name) / 13 + 0.05:
             axes.text((start_s + end_s) / 2, 0.5, name, ha="center", va="center", fontsize=8)
     axes.set_yticks([])
     axes.set_ylim(0.0, 1.0)
@@ -145,15 +154,21 @@ def _phases(axes: Any, log: TrialLog, series: Series) -> None:
 
 
 def _events(panels: Any, log: TrialLog, series: Series) -> None:
-    named: dict[int, list[str]] = {}
+    named: list[tuple[float, list[str]]] = []
+    room_s = _LABEL_SHARE * float(series.time_s[-1])
     for event in log.events:
-        if event.name in _EVENTS:
-            named.setdefault(event.tick, []).append(event.name)
-    top = panels[0]
-    for tick, names in named.items():
-        time_s = series.time_of(tick)
+        if event.name not in _EVENTS:
+            continue
+        time_s = series.time_of(event.tick)
         for axes in panels:
             axes.axvline(time_s, color="#444444", linewidth=0.8, linestyle="--", alpha=0.7)
+        # Labels upon each other could not be read.
+        if named and time_s - named[-1][0] < room_s:
+            named[-1][1].append(_EVENTS[event.name])
+        else:
+            named.append((time_s, [_EVENTS[event.name]]))
+    top = panels[0]
+    for time_s, names in named:
         top.annotate(
             ", ".join(names), (time_s, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
             textcoords="offset points", rotation=40, ha="left", va="bottom", fontsize=8, color="#222222",

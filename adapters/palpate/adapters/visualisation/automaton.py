@@ -34,7 +34,7 @@ _COLOURS = (
 )
 
 
-def machine_picture(machine: Machine, title: str = "", file_format: Literal["svg", "png"] = "svg") -> bytes:
+def machine_picture(machine: Machine, title: str = "", file_format: Literal["svg", "png", "pdf"] = "svg") -> bytes:
     """States as circles, those that accept as double ones; edges with their symbols; the start with an arrow.
 
     An edge has the colour of the state that it leaves, and its label is where it leaves. Equal machines and titles give

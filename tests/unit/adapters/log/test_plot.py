@@ -139,7 +139,7 @@ def test_what_is_drawn(tmp_path: Path, drawn: Drawn) -> None:
     tip = drawn.panel("tip")
     assert np.array_equal(np.array([line.get_ydata() for line in tip.lines[:3]]).T, series.tip_mm)
     assert [line.get_ydata()[0] for line in tip.lines[3:5]] == [2.0, -1.0]
-    assert {"tare, contact", "hole, end", "settle", "explore", "insert"} <= set(drawn.texts)
+    assert {"tare, contact", "at depth, end", "settle", "explore", "insert"} <= set(drawn.texts)
     assert [text.get_text() for text in drawn.panel("action").get_yticklabels()] == ["-x"]
     (bars,) = drawn.panel("action").collections
     spans = [sorted({x for x, _ in path.vertices}) for path in bars.get_paths()]

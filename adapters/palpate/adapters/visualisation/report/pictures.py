@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
-from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
@@ -16,7 +15,7 @@ from palpate.adapters.experiments import (
     t_half_width,
     window_of,
 )
-from palpate.adapters.log import Canvas, TrialLog, drawing, series_of
+from palpate.adapters.log import Canvas, TrialLog, drawing, force_panel, phase_panel, series_of
 from palpate.adapters.visualisation.report.page import Picture
 
 # Colours that differ for any colour vision (Okabe and Ito).
@@ -27,8 +26,6 @@ _STYLE: Final = {
     "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
     "text.usetex": False, "text.parse_math": False,
 }  # fmt: skip
-_ROOM: Final = 0.035
-"""Part of the time that a phase must last for its name to have room."""
 Runs = Sequence[Sequence[TrialRow]]
 """Trials of equal runs that differ in their seed only."""
 
@@ -128,28 +125,20 @@ def force_picture(log: TrialLog, title: str) -> Picture:
     series = series_of(log)
     size_N = np.linalg.norm(series.wrench[:, :3], axis=1)
     peak_N = float(np.nanmax(size_N)) if np.isfinite(size_N).any() else 0.0
-    with drawn(4.4) as canvas:
-        upper, lower = canvas.figure.subplots(2, 1, sharex=True, height_ratios=(1.7, 1.0))
-        for axis, label in enumerate(("Fx", "Fy", "Fz")):
-            upper.plot(series.time_s, series.wrench[:, axis], color=COLOURS[axis], linewidth=1.0, label=label)
+    with drawn(4.8) as canvas:
+        upper, lower, phases = canvas.figure.subplots(3, 1, sharex=True, height_ratios=(1.7, 1.0, 0.16))
+        force_panel(upper, series)
+        phase_panel(phases, log, series, WIDTH_IN * 0.8)
         lower.plot(series.time_s, series.tip_mm[:, 2], color="black", linewidth=1.4)
-        last_s = max(float(series.time_s[-1]), 1e-3)
-        phases = [*((series.time_of(tick), phase) for tick, phase in log.phases), (last_s, "")]
-        for (time_s, word), (end_s, _) in pairwise(phases):
-            for axes in (upper, lower):
-                axes.axvline(time_s, color=GREY, linewidth=0.9, linestyle=":")
-            if end_s - time_s > _ROOM * last_s:
-                lower.annotate(
-                    word, (time_s, 1.0), xycoords=("data", "axes fraction"), xytext=(3, -3),
-                    textcoords="offset points", rotation=90, va="top", fontsize=9,
-                )  # fmt: skip
         upper.set_ylabel("force [N]")
-        lower.set(xlabel="time [s]", ylabel="depth [mm]", xlim=(0.0, last_s))
+        lower.set(ylabel="depth [mm]", xlim=(0.0, max(float(series.time_s[-1]), 1e-3)))
+        phases.set(xlabel="time [s]", ylabel="")
         # z points into the hole.
         lower.invert_yaxis()
-        canvas.figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=3, frameon=False)
+        canvas.figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=5, frameon=False)
     outcome = "no end recorded" if log.end is None else str(log.end.error or log.end.outcome)
     outcome += f", {log.trip.detail}" if log.trip is not None else ""
     alt = f"Force on the tool and depth of the tip, {title}: {outcome}. The largest force is {peak_N:.1f} N."
-    caption = f"{title}: {outcome}. Force in the sensor's frame, tared; largest {peak_N:.1f} N. Dotted: phases."
+    caption = f"{title}: {outcome}. Force in the sensor's frame, tared; largest norm {peak_N:.1f} N."
+    caption += f" Bands: {', '.join(name for _, name in log.phases)}."
     return Picture(alt, caption, canvas.content)

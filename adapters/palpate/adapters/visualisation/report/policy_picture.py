@@ -33,19 +33,25 @@ def policy_picture(document: PolicyDocument) -> Picture:
     longest = max((hypot(*step) for step in steps.values()), default=0.0) or 1.0
     columns, lines = (1 + max(place[axis] for place in places.values()) for axis in (0, 1))
     from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
 
-    with drawn(0.6 + 0.95 * lines, 0.4 + 0.95 * columns) as canvas:
+    with drawn(0.6 + 0.95 * lines, 1.4 + 0.95 * columns) as canvas:
         axes = canvas.figure.add_subplot()
         axes.set(xlim=(-0.5, columns - 0.5), ylim=(lines - 0.5, -0.5), aspect="equal")
         axes.set_axis_off()
         known = [row.value for row in shown if row.visits and row.value is not None] or [0.0]
+        spread = (max(known) - min(known)) or 1.0
+        # The darkest colours would hide the arrows.
+        values = ScalarMappable(Normalize(max(known) - spread / 0.7, max(known)), colormaps["viridis"])
+        scale = canvas.figure.colorbar(values, ax=axes, shrink=0.8, label="value")
+        scale.ax.set_ylim(max(known) - spread, max(known))
         for row in shown:
             seen = row.value if row.visits else None
-            high, spread = max(known), (max(known) - min(known)) or 1.0
-            colour = _UNKNOWN if seen is None else colormaps["viridis"](1.0 - 0.7 * (high - seen) / spread)
+            colour = _UNKNOWN if seen is None else values.to_rgba(seen)
             _draw(axes, places[row.state], row, steps, longest, colour)
     best = "; ".join(f"{row.state}: {row.action}" for row in shown[:20])
-    caption = "Best action of each state, on the colour of its value (yellow is best, grey was never visited)."
+    caption = "Best action of each state, on the colour of its value; grey was never visited."
     if len(shown) < len(document.states):
         caption += f" The {len(shown)} most visited of {len(document.states)} states."
     return Picture(f"Best action of each state. {best}.", caption, canvas.content)
