@@ -2,13 +2,12 @@
 
 import os
 import sys
-from contextlib import ExitStack
 from hashlib import sha256
 from pathlib import Path
 from threading import Event
 from typing import Final
 
-from palpate.adapters.cli.notices import say, watched
+from palpate.adapters.cli.notices import say
 from palpate.adapters.cli.options import EmulateOptions
 from palpate.adapters.experiments import interrupting, ready_pose
 from palpate.adapters.files import write_whole
@@ -28,36 +27,25 @@ def emulate(options: EmulateOptions) -> int:
     for file in (path, job_path):
         _require_own(file)
     ended = Event()
-    kept = ExitStack()
-    # Before the priority is taken, which is for the devices alone.
-    live = kept.enter_context(watched(options))
     if options.priority:
         # Before any thread is started: all that serve inherit it.
         sys.stderr.write(f"palpate: {take_real_time(options.priority)}\n")
     counts = str(path.resolve().with_suffix(".counts.json")) if path else ""
     ready = ready_pose(config)
-    with kept, interrupting(ended.set), EmulatedCell(config, ready, options, counts, options.event) as cell:
+    with interrupting(ended.set), EmulatedCell(config, ready, options, counts, options.event) as cell:
         rig = cell.rig_toml("" if job_path is None else job_path.name)
         _write(job_path, cell.job_toml())
         _write(path, rig)
         say(rig + "\n# serving; end with Ctrl-C")
 
-        view = None
-        if live is not None:
-            from palpate.adapters.visualisation.live import EmulationView
-
-            view = EmulationView(live, config, ready, cell.cell.truth())
-
         def show(truth: Truth) -> None:
-            if view is not None:
-                view.inserted(cell.insertions, truth)
             say(f"# inserted {cell.insertions}: depth {truth.depth_m * 1e3:.2f} mm, peak force so far"
                 f" {truth.peak_force_N:.1f} N")  # fmt: skip
 
         def happened(event: PlannedEvent) -> None:
             say(f"# {event.name}: {EVENTS[event.name]}")
 
-        cell.run(ended.is_set, show, None if view is None else view.moment, happened)
+        cell.run(ended.is_set, show, happened)
     return 0
 
 

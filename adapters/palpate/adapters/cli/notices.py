@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -10,29 +11,27 @@ from typing import TYPE_CHECKING, Any
 from palpate.adapters.cli.options import LiveSettings, RunOptions, TrainOptions
 from palpate.adapters.config import RunConfig
 from palpate.adapters.hardware.real_time import RealTimeSession
+from palpate.core.errors import UsageError
 from palpate.core.supervision import limits_line, weakened_lines
 from palpate.simulation.work_cell import accuracy_lines, validity_lines
 
 if TYPE_CHECKING:
-    from palpate.adapters.experiments import MakeRig, Run
-    from palpate.adapters.visualisation.live import LiveView
+    from palpate.adapters.experiments import MakeRig, Run, TrialsObserver
 
 
 @contextmanager
-def watched(options: LiveSettings) -> Iterator[LiveView | None]:
-    """The live view that was asked for, and at the end what became of it; None where none was."""
+def watched(options: LiveSettings) -> Iterator[TrialsObserver | None]:
+    """Give the live view that was asked for; None where none was."""
     if not options.live:
         yield None
         return
+    if importlib.util.find_spec("rerun") is None:
+        raise UsageError("--live needs rerun-sdk, which is not installed: pip install 'palpate[rerun]'")
     from palpate.adapters.visualisation.live import LiveView
 
-    with LiveView.serving(options.live, options.live_port) as view:
-        sys.stderr.write(f"palpate: live view: {view.how_to}\n")
-        try:
-            yield view
-        finally:
-            view.end()
-            sys.stderr.write(f"palpate: {view.account()}\n")
+    with LiveView.serving(options.live_port) as view:
+        sys.stderr.write(f"palpate: live view: rerun --connect {view.address}\n")
+        yield view
 
 
 def say(text: str) -> None:
@@ -41,7 +40,9 @@ def say(text: str) -> None:
     sys.stdout.flush()
 
 
-def run_of(options: RunOptions | TrainOptions, live: LiveView | None = None, make_rig: MakeRig | None = None) -> Run:
+def run_of(
+    options: RunOptions | TrainOptions, live: TrialsObserver | None = None, make_rig: MakeRig | None = None
+) -> Run:
     """Return the run that a command asks for."""
     from palpate.adapters.experiments import Run, note
 

@@ -32,11 +32,10 @@ class RunSettings(Settings):
 class LiveSettings(Settings):
     """What every command takes that can be watched."""
 
-    live: Annotated[str, OneOf("", "foxglove", "rerun")] = ""
-    """Show trials while they run, in foxglove or rerun: pip install 'palpate[foxglove]' or 'palpate[rerun]'. What it is
-    too slow for is dropped and counted; the run does not wait for it."""
+    live: bool = False
+    """Show trials in Rerun while they run: pip install 'palpate[rerun]'. Each tick then takes longer."""
     live_port: Annotated[int, Range(0, 65535)] = 0
-    """Port of this computer at which the viewer connects; 0 takes its usual one, 8765 or 9876."""
+    """Port of this computer at which the viewer connects; 0 for Rerun's usual one, 9876."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -243,7 +242,7 @@ class CalibrateOptions(AcknowledgeSettings, RunSettings):
 
 
 @dataclass(frozen=True)
-class EmulateOptions(LiveSettings, EmulationConfig, RunSettings):
+class EmulateOptions(EmulationConfig, RunSettings):
     """Serve the cell of a job behind emulated wires, until Ctrl-C.
 
     MuJoCo moves the arm; pseudo-terminals lead to its devices, sockets of this computer to a Net F/T and to a

@@ -45,8 +45,6 @@ def train(options: TrainOptions) -> int:
 
         def begin(_: RunFolder, first: int) -> None:
             _announce(config, folder, options.trials, first)
-            if live is not None and first:
-                live.note(0, f"goes on after {first} trials", folder.read_trials())
             shown.enter_context(bar.shown(folder.read_trials()))
 
         result = run_of(options, live).train(

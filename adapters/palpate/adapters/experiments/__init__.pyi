@@ -81,3 +81,4 @@ from .trial import truth_fields as truth_fields
 from .trials import NOT_RECORDED as NOT_RECORDED
 from .trials import Recording as Recording
 from .trials import Trials as Trials
+from .trials import TrialsObserver as TrialsObserver

@@ -22,7 +22,7 @@ from palpate.adapters.config import RecordingConfig
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.writer_lock import only_writer
 from palpate.adapters.files import json_of_file, whole_text, write_whole
-from palpate.adapters.log import LOG_FOLDER, Sink, TrialRecorder, csv_text
+from palpate.adapters.log import LOG_FOLDER, TrialRecorder, csv_text
 from palpate.core.errors import OutputError
 
 RUN_FILES: Final = (
@@ -186,9 +186,9 @@ class RunFolder:
                 sys.stderr.write(f"palpate: {self.path} was left in the middle by {before}; it goes on from there\n")
             yield
 
-    def recorder(self, config: RecordingConfig, opened: ExitStack, live: Sink | None = None) -> TrialRecorder | None:
+    def recorder(self, config: RecordingConfig, opened: ExitStack) -> TrialRecorder | None:
         """A recorder of trials into the folder ``logs``, until ``opened`` closes; None where none is asked for."""
-        recorder = TrialRecorder.into(self.path / LOG_FOLDER, config, live)
+        recorder = TrialRecorder.into(self.path / LOG_FOLDER, config)
         return None if recorder is None else opened.enter_context(recorder)
 
     def has_summary_of(self, trials: int) -> bool:

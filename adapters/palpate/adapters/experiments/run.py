@@ -28,9 +28,9 @@ from palpate.adapters.experiments.results import RunFolder, TrialRow, next_free_
 from palpate.adapters.experiments.statistics import policy_summary
 from palpate.adapters.experiments.training import Subject, Trainer, run_toml, write_training
 from palpate.adapters.experiments.trial import ScoredTrial
-from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials
+from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials, TrialsObserver
 from palpate.adapters.hardware.real_time import RealTimeSession
-from palpate.adapters.log import LOG_FOLDER, Sink
+from palpate.adapters.log import LOG_FOLDER
 from palpate.core.errors import ConfigurationError, LifecycleError, PalpateError
 from palpate.core.policy import Policy
 from palpate.core.ports import Rig
@@ -98,7 +98,7 @@ class Run:
         policy: What :meth:`evaluate` runs: a baseline, a policy file, code ``package.module:Name``, or an object.
         acknowledge: ``NUMBER NAME: why`` of the person who acknowledges the rig's open fault.
         accept_kinematics: Whether a person accepts that the arm moves by its nominal model.
-        live: Gets everything that is recorded, while it is recorded.
+        live: Shows the trials while they run.
         notify: Gets lines that a person should read; by default they go to the error stream on a rig, and nowhere in
             the simulator.
         make_rig: Makes the rig, not entered, instead of :func:`open_rig`.
@@ -120,7 +120,7 @@ class Run:
         policy: Named | Policy = "",
         acknowledge: str = "",
         accept_kinematics: bool = False,
-        live: Sink | None = None,
+        live: TrialsObserver | None = None,
         notify: Callable[[str], object] | None = None,
         make_rig: MakeRig | None = None,
         **presets: Any,
@@ -363,14 +363,14 @@ class Run:
         if folder is not None:
             # Real time does not wait, whatever is configured.
             recording = replace(config.recording, when_full="drop") if self.rig_file else config.recording
-            recorder = folder.recorder(recording, opened, self.live)
+            recorder = folder.recorder(recording, opened)
         if recorder is not None:
             # On every way out: next to the error that ended the run.
             kept.callback(self._tell_troubles, recorder.troubles)
         session = opened.enter_context(RealTimeSession(config.real_time)) if self.rig_file else None
         for grant in () if session is None else session.grants:
             self.notify(str(grant))
-        return Recording(recorder, session)
+        return Recording(recorder, session, self.live)
 
     def _tell_part(self) -> None:
         config = self.config

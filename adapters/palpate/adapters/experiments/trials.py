@@ -18,12 +18,20 @@ from palpate.core.ports import Rig
 from palpate.core.trial import Outcome, ReadyPose
 
 
+class TrialsObserver(LoopObserver):
+    """An observer of trial after trial, such as a live view."""
+
+    def of(self, trials: Trials) -> None:
+        """Be told whose trials come next."""
+
+
 @dataclass(frozen=True)
 class Recording:
-    """The recorder of a run, and the timing of its loop on a rig; None for none."""
+    """The recorder of a run, the timing of its loop on a rig, and its live view; None for none."""
 
     recorder: TrialRecorder | None = None
     session: RealTimeSession | None = None
+    live: TrialsObserver | None = None
 
     @property
     def troubles(self) -> list[str]:
@@ -72,10 +80,13 @@ class Trials:
     ) -> None:
         if isinstance(policy, ForeignPolicy):
             policy.now_ns = rig.ports.clock.now_ns
-        self.config, self.rig, self.perception, self.policy = config, rig, perception, policy
+        self.config, self.ready, self.rig = config, ready, rig
+        self.perception, self.policy, self.name = perception, policy, name
         self.recording, self.first, self.interrupted = recording, first, False
         self.task = build_task(config, ready, perception, policy)
         self.supervisor = supervisor_of(rig, config, ready)
+        if recording.live is not None:
+            recording.live.of(self)
         if recording.recorder is not None:
             learner = learner_of(policy)
             recording.recorder.of(
@@ -89,7 +100,8 @@ class Trials:
         Raises:
             DeviceError: A device failed.
         """
-        recorder, session = self.recording.recorder, self.recording.session
+        recorder, session, live = self.recording.recorder, self.recording.session, self.recording.live
+        watching = watching if live is None else (*watching, live)
         return run_scored_trial(
             self.config, self.rig, self.task, number, recorder, self.first, self.supervisor, session, watching
         )

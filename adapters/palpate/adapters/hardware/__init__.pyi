@@ -1,7 +1,6 @@
 from .approach import find_approach as find_approach
 from .approach import withdrawal as withdrawal
 from .clock import MonotonicClock as MonotonicClock
-from .emulated_cell import CellMoment as CellMoment
 from .emulated_cell import EmulatedCell as EmulatedCell
 from .emulated_events import EVENTS as EVENTS
 from .emulated_events import PlannedEvent as PlannedEvent

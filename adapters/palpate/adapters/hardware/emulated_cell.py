@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from math import radians
 from operator import sub
@@ -16,7 +16,7 @@ from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.emulated_events import PlannedEvent
 from palpate.core.job import Job
 from palpate.core.motion import Kinematics, arm_named, controller_frames
-from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Truth, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Truth
 from palpate.core.trial import ReadyPose, goal_in_base, wander_m
 from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
 from palpate.simulation.emulators.cia402 import CanopenDrive
@@ -40,24 +40,6 @@ _NO_VOLTAGE: Final = 0x3220
 """EMCY code of CiA 402 for a DC link without voltage: what an emergency stop leaves of it."""
 _NO_TRANSDUCER: Final = 1 << 31 | 1 << 4
 """Status word of a Net F/T box whose transducer is unplugged."""
-
-
-@dataclass(frozen=True)
-class CellMoment:
-    """A tick of the cell, for an observer.
-
-    Attributes:
-        targets_rad: Set-points of the joints, (n,), as their places are.
-        force_N: What the sensor measures, (3,), sensor frame, raw.
-        torque_Nm: About the sensor's origin, (3,).
-    """
-
-    time_ns: int
-    deadline_ns: int
-    targets_rad: JointVector
-    joints_rad: JointVector
-    force_N: Vector3
-    torque_Nm: Vector3
 
 
 class Motors(Protocol):
@@ -177,7 +159,6 @@ class EmulatedCell:
         self,
         ended: Callable[[], bool],
         told: Callable[[Truth], None],
-        watched: Callable[[CellMoment], None] | None = None,
         happened: Callable[[PlannedEvent], object] = str,
     ) -> None:
         """Let the cell live in real time.
@@ -190,17 +171,13 @@ class EmulatedCell:
         moved_ns = tick = 0
         while not ended():
             time_ns = clock.now_ns()
-            targets, joints = self.tick(time_ns)
+            targets, _ = self.tick(time_ns)
             if not moved_ns and targets != self._start_rad:
                 moved_ns = time_ns
             for event in [each for each in self._events if each.due(time_ns, begun_ns, moved_ns)]:
                 self._events.remove(event)
                 self._faults[event.name]()
                 happened(event)
-            if watched is not None:
-                fx, fy, fz, tx, ty, tz = self._felt[1]
-                felt = (fx, fy, fz), (tx, ty, tz)
-                watched(CellMoment(time_ns, deadline_ns, tuple(targets), tuple(joints), *felt))
             self._watch(told)
             tick += 1
             deadline_ns = start_ns + tick * _NS // CONTROL_RATE_HZ

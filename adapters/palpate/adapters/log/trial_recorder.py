@@ -16,7 +16,7 @@ from palpate.adapters.log.raised import raised_by
 from palpate.adapters.log.recorder import FlightRecorder
 from palpate.adapters.log.records import DecisionEntry, EndRecord, StartRecord, policy_digest
 from palpate.adapters.log.schema import SCHEMA
-from palpate.adapters.log.writer_client import Opening, ProcessSink, Sink, Tee
+from palpate.adapters.log.writer_client import Opening, ProcessSink, Sink
 from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import OutputError
 from palpate.core.perception import Perception, perception_to_dict
@@ -31,31 +31,22 @@ CUT_SHORT: Final = ".cut-short-"
 class TrialRecorder:
     """Records trial after trial into one folder. A context manager: on exit all logs are finished."""
 
-    def __init__(self, sink: Callable[[], Sink], folder: Path, config: RecordingConfig, *, kept: bool = True) -> None:
-        self._make_sink, self._folder, self._config, self._kept = sink, folder, config, kept
+    def __init__(self, sink: Callable[[], Sink], folder: Path, config: RecordingConfig) -> None:
+        self._make_sink, self._folder, self._config = sink, folder, config
         self._subject: _Subject | None = None
         self._before = ""
         self._setup: TrialSetup | None = None
 
     @classmethod
-    def into(cls, folder: Path, config: RecordingConfig, live: Sink | None = None) -> TrialRecorder | None:
-        """A recorder as configured, writing with a process of its own; None when nobody is to get anything.
-
-        Args:
-            live: Gets the same, also when recording is switched off.
-        """
+    def into(cls, folder: Path, config: RecordingConfig) -> TrialRecorder | None:
+        """A recorder as configured, writing with a process of its own; None when recording is switched off."""
         if not config.enabled:
-            return None if live is None else cls(lambda: live, folder, config, kept=False)
+            return None
         room, patient = config.queue_kB * 1000, config.when_full == "wait"
-
-        def writer() -> Sink:
-            made = ProcessSink(queue_bytes=room, patient=patient)
-            return made if live is None else Tee(made, live)
-
-        return cls(writer, folder, config)
+        return cls(lambda: ProcessSink(queue_bytes=room, patient=patient), folder, config)
 
     def __enter__(self) -> Self:
-        self._make_folder(self._folder)
+        self._folder.mkdir(parents=True, exist_ok=True)
         self._sink = self._make_sink()
         self.flight = FlightRecorder(self._sink, stop_on_trouble=self._config.on_trouble == "stop")
         return self
@@ -119,7 +110,7 @@ class TrialRecorder:
                 "derived_from": derived_from,
             },
         )
-        self._make_folder(self._subject.folder)
+        self._subject.folder.mkdir(parents=True, exist_ok=True)
 
     def begin(
         self,
@@ -164,10 +155,6 @@ class TrialRecorder:
         by = raised_by(error, self.flight.failed_port)
         text = {"error": type(error).__name__, "text": str(error), "raised_by": by}
         self.flight.end(end_of(report, **self._policy_fields(report), **text, **(facts or {})))
-
-    def _make_folder(self, path: Path) -> None:
-        if self._kept:
-            path.mkdir(parents=True, exist_ok=True)
 
     def _policy_fields(self, report: TrialReport) -> dict[str, Any]:
         subject = self._subject

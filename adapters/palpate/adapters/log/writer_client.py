@@ -254,41 +254,6 @@ class ProcessSink(Sink):
         return alive
 
 
-class Tee(Sink):
-    """A log's sink, and a live view beside it that gets the same and changes nothing of what comes of it."""
-
-    def __init__(self, sink: Sink, live: Sink) -> None:
-        self._sink, self._live = sink, live
-
-    @override
-    def open(self, opening: Opening) -> None:
-        self._sink.open(opening)
-        self._live.open(opening)
-
-    @override
-    def put(self, frames: bytes, *, vital: bool = False) -> bool:
-        self._live.put(frames, vital=vital)
-        return self._sink.put(frames, vital=vital)
-
-    @override
-    def close(self, frames: bytes) -> None:
-        self._live.close(frames)
-        self._sink.close(frames)
-
-    @override
-    def trouble(self) -> str | None:
-        return self._sink.trouble()
-
-    @override
-    def shut(self) -> str | None:
-        return self._sink.shut()
-
-    @property
-    @override
-    def gone(self) -> bool:
-        return self._sink.gone
-
-
 def _enlarge(pipe: int) -> None:
     """A larger pipe, where the system grants it: the queue behind it then stays empty."""
     set_size: Any = getattr(fcntl, "F_SETPIPE_SZ", None)

@@ -17,7 +17,7 @@ from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import run_scored_trial, trial_setup
 from palpate.adapters.experiments.trials import Recording
-from palpate.adapters.log import Sink, TrialLog, TrialRecorder, read_log, set_aside, sound_messages
+from palpate.adapters.log import Sink, TrialLog, TrialRecorder, read_log, set_aside
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError, OutputError
 from palpate.core.policy import Policy
@@ -31,15 +31,11 @@ from tests.unit.adapters.samples import QUICK, ready_pose
 FILES = ("trials.csv", "decisions.csv", "checkpoint.json", "policy.json")
 
 
-LIVE = MemorySink()
-"""Beside the second run: a live view that keeps all."""
-
-
-def trained(path: Path, recording: RecordingConfig, live: Sink | None = None) -> dict[str, bytes]:
+def trained(path: Path, recording: RecordingConfig) -> dict[str, bytes]:
     """Two recorded trials; what they leave."""
     folder, perception = RunFolder(path), build_perception(QUICK)
     folder.create()
-    recorder = TrialRecorder.into(path / "logs", recording, live)
+    recorder = TrialRecorder.into(path / "logs", recording)
     with SimulatedRig(QUICK, ready_pose()) as rig:
         policy = learning_policy(QUICK, perception)
         with recorder or nullcontext():
@@ -55,8 +51,8 @@ def trained(path: Path, recording: RecordingConfig, live: Sink | None = None) ->
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, bytes]]:
     path = tmp_path_factory.mktemp("runs")
-    settings = [(RecordingConfig(), None), (RecordingConfig(queue_kB=16), LIVE), (RecordingConfig(enabled=False), None)]
-    return [trained(path / str(k), *each) for k, each in enumerate(settings)]
+    settings = [RecordingConfig(), RecordingConfig(queue_kB=16), RecordingConfig(enabled=False)]
+    return [trained(path / str(k), each) for k, each in enumerate(settings)]
 
 
 def test_recording_changes_no_result(runs: list[dict[str, bytes]]) -> None:
@@ -66,17 +62,6 @@ def test_recording_changes_no_result(runs: list[dict[str, bytes]]) -> None:
 def test_equal_runs_give_equal_logs(runs: list[dict[str, bytes]]) -> None:
     assert runs[0] == runs[1]
     assert sorted(set(runs[0]) - set(FILES)) == ["trial-00000.mcap", "trial-00001.mcap"]
-
-
-def test_a_live_view_gets_the_messages_of_the_log(runs: list[dict[str, bytes]]) -> None:
-    for name, live in zip(("trial-00000.mcap", "trial-00001.mcap"), LIVE.logs, strict=True):
-        assert list(sound_messages("live", live)) == list(sound_messages(name, runs[1][name]))
-
-
-def test_a_live_view_without_logs_makes_no_folder(tmp_path: Path) -> None:
-    live = MemorySink()
-    assert set(trained(tmp_path, RecordingConfig(enabled=False), live)) == set(FILES)
-    assert [log_of(each).end is not None for each in live.logs] == [True, True]
 
 
 def test_a_log_agrees_with_the_results(runs: list[dict[str, bytes]]) -> None:

@@ -4,11 +4,11 @@ from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 
+from palpate.adapters.files import new_folder
 from palpate.adapters.log import TrialLog, learner_of_json, names_for, read_log
 from palpate.adapters.visualisation.live.recording import Recording
 from palpate.adapters.visualisation.live.values import values_in
 from palpate.core.policy import PolicyDocument
-from palpate.core.ports import new_folder
 
 
 def export_rerun(paths: Sequence[Path], out: Path) -> list[Path]:

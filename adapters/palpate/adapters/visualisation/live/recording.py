@@ -49,7 +49,11 @@ class Recording:
         self._recording = stream
         self._times_s: list[float] = []
         self._log: TrialLog | None = None
-        self._clear()
+        self._cell: CellShapes | None = None
+        self._values: dict[str, dict[str, float]] = {}
+        self._tare = _NO_TARE
+        self._wrenches: deque[Row] = deque(maxlen=_MEAN_TICKS)
+        self._rows: dict[str, tuple[list[int], list[Row]]] = {topic: ([], []) for topic in _SERIES}
         # The wall clock says nothing about the run.
         stream.set_log_time_enabled(False)
         stream.set_log_tick_enabled(False)
@@ -71,15 +75,11 @@ class Recording:
         self._recording.flush()
         self._recording.disconnect()
 
-    def learned(self, times_s: list[float]) -> None:
-        """Begin the learning curve with the exploration times of earlier trials."""
-        self._times_s = list(times_s)
-
     def begin(self, log: TrialLog, time_ns: int, values: dict[str, dict[str, float]]) -> None:
         """Show the cell of a trial; ``values`` are those of each action in each state."""
-        self._clear()
-        self._log, start = log, log.start
-        self._values = values
+        self._log, self._cell, self._values, self._tare = log, None, values, _NO_TARE
+        self._wrenches.clear()
+        start = log.start
         self._at(time_ns)
         self._event(f"trial {start.number} begins: {start.policy or start.arm}")
         self._supervisor("passes the command")
@@ -154,13 +154,6 @@ class Recording:
             self._times_s.append(end.exploration_time_s)
             # Rerun draws lines over time only: one bar for each trial.
             self._recording.log("learning_curve", rr.BarChart(self._times_s[-_MOST_TRIALS:]))
-
-    def _clear(self) -> None:
-        self._cell: CellShapes | None = None
-        self._values: dict[str, dict[str, float]] = {}
-        self._tare = _NO_TARE
-        self._wrenches: deque[Row] = deque(maxlen=_MEAN_TICKS)
-        self._rows: dict[str, tuple[list[int], list[Row]]] = {topic: ([], []) for topic in _SERIES}
 
     def _pose(self, tick: int, time_ns: int, joints_rad: Row) -> None:
         if self._cell is None or self._log is None:

@@ -7,24 +7,31 @@ import os
 import signal
 import socket
 import subprocess
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Final, Self
 
 import rerun as rr
 import rerun_cli
 from typing_extensions import override
 
-from palpate.adapters.config import RunConfig, to_toml
-from palpate.adapters.experiments import TrialRow
-from palpate.adapters.log import SCHEMA, DecisionEntry, EventEntry, StartRecord, TickRecord, TrialLog, dump_json, end_of
+from palpate.adapters.config import to_toml, with_options
+from palpate.adapters.experiments import Trials, TrialsObserver
+from palpate.adapters.log import (
+    SCHEMA,
+    DecisionEntry,
+    EventEntry,
+    StartRecord,
+    TickRecord,
+    TrialLog,
+    dump_json,
+    end_of,
+    world_of,
+)
 from palpate.adapters.visualisation.live.recording import Recording, layout
 from palpate.adapters.visualisation.live.values import values_in
-from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy import PolicyDocument
-from palpate.core.ports import AppliedCommand, JointCommand, Snapshot, World
-from palpate.core.trial import ReadyPose, TrialReport
+from palpate.core.policy import document_of
+from palpate.core.ports import AppliedCommand, JointCommand, Snapshot
+from palpate.core.trial import TrialReport
 
 PORT: Final = 9876
 """The port at which Rerun's viewer looks by itself."""
@@ -32,24 +39,17 @@ _MEMORY: Final = "512MB"
 """What the server keeps for viewers that come late; then it drops the oldest."""
 
 
-@dataclass(frozen=True)
-class _Subject:
-    config: RunConfig
-    ready: ReadyPose
-    world: Callable[[], World]
-    document: Callable[[], PolicyDocument | None]
-
-
-class LiveView(LoopObserver):
+class LiveView(TrialsObserver):
     """Shows trials while they run. A context manager.
 
     Args:
         server: Rerun's server process, which ends with the view.
+        address: Where viewers connect.
     """
 
-    def __init__(self, recording: Recording, server: subprocess.Popen[bytes] | None = None) -> None:
-        self._recording, self._server = recording, server
-        self._subject: _Subject | None = None
+    def __init__(self, recording: Recording, server: subprocess.Popen[bytes] | None = None, address: str = "") -> None:
+        self._recording, self._server, self.address = recording, server, address
+        self._trials: Trials | None = None
         self._report: TrialReport | None = None
         self._trial: TrialLog | None = None
         self._events = self._decisions = self._deadline_ns = 0
@@ -81,9 +81,9 @@ class LiveView(LoopObserver):
             # No usage statistics are sent from machines that test.
             env={**os.environ, "CI": "1"},
         )  # fmt: skip
-        stream = rr.RecordingStream("palpate")
-        stream.connect_grpc(f"rerun+http://127.0.0.1:{port}/proxy", default_blueprint=layout())
-        return cls(Recording(stream), server)
+        stream, address = rr.RecordingStream("palpate"), f"rerun+http://127.0.0.1:{port}/proxy"
+        stream.connect_grpc(address, default_blueprint=layout())
+        return cls(Recording(stream), server, address)
 
     def __enter__(self) -> Self:
         return self
@@ -94,39 +94,27 @@ class LiveView(LoopObserver):
             self._server.kill()
             self._server.wait()
 
-    def of(
-        self,
-        config: RunConfig,
-        ready: ReadyPose,
-        world: Callable[[], World],
-        document: Callable[[], PolicyDocument | None] = lambda: None,
-        earlier: Sequence[TrialRow] = (),
-    ) -> None:
-        """State what the next trials are trials of.
-
-        Args:
-            world: Gives the world of the present trial, with its true hole where the simulator knows it.
-            document: Gives the policy with its present action values.
-            earlier: Trials before, for the learning curve.
-        """
-        self._subject = _Subject(config, ready, world, document)
-        self._recording.learned([row.exploration_time_s for row in earlier])
+    @override
+    def of(self, trials: Trials) -> None:
+        self._trials = trials
 
     @override
     def begun(self, start_ns: int, report: TrialReport) -> None:
-        if self._subject is None:
+        trials = self._trials
+        if trials is None:
             return
-        config, ready = self._subject.config, self._subject.ready
-        surroundings, policy = self._subject.world(), self._subject.document()
+        ready, world = trials.ready, world_of(trials.rig)
         start = StartRecord(
-            schema=SCHEMA, command="live", config_toml=to_toml(config), arm=str(config.arm), model_sha256="",
-            core_sha256="", seed=report.setup.seed, trial=report.setup.index, start_m=report.setup.start_m,
-            ready_rad=tuple(ready.q_rad.tolist()), tip_rotation=tuple(ready.tip_rotation.ravel().tolist()),
-            perception_json="", policy="", world=surroundings.kind, world_json=dump_json(surroundings.facts),
+            schema=SCHEMA, command="live", config_toml=to_toml(with_options(trials.config)), arm=str(trials.config.arm),
+            model_sha256="", core_sha256="", seed=report.setup.seed, trial=report.setup.index,
+            start_m=report.setup.start_m, ready_rad=tuple(ready.q_rad.tolist()),
+            tip_rotation=tuple(ready.tip_rotation.ravel().tolist()), perception_json="", policy=trials.name,
+            world=world.kind, world_json=dump_json(world.facts),
         )  # fmt: skip
+        document = None if trials.name else document_of(trials.policy, created_with={}, perception={})
         self._report, self._deadline_ns, self._events, self._decisions = report, start_ns, 0, 0
         self._trial = TrialLog("live view", 0, start)
-        self._recording.begin(self._trial, start_ns, values_in(policy, None))
+        self._recording.begin(self._trial, start_ns, values_in(document, None))
 
     @override
     def waited(self, tick: int, deadline_ns: int) -> None:

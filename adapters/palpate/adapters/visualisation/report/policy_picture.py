@@ -48,7 +48,7 @@ def policy_picture(document: PolicyDocument) -> Picture:
         scale.ax.set_ylim(max(known) - spread, max(known))
         for row in shown:
             seen = row.value if row.visits else None
-            colour = _UNKNOWN if seen is None else values.to_rgba(seen)
+            colour = _UNKNOWN if seen is None else values.to_rgba(seen)  # type: ignore[arg-type]
             _draw(axes, places[row.state], row, steps, longest, colour)
     best = "; ".join(f"{row.state}: {row.action}" for row in shown[:20])
     caption = "Best action of each state, on the colour of its value; grey was never visited."

@@ -1,5 +1,6 @@
 """What Rerun's own reader finds of trials: exported logs, and trials that were watched while they ran."""
 
+import socket
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -8,10 +9,14 @@ import mujoco
 import numpy as np
 import pytest
 
+from palpate.adapters.config import scenario
+from palpate.adapters.experiments import Run
 from palpate.adapters.log import read_log, series_of
 from palpate.adapters.mujoco import DrawnCell
-from palpate.adapters.visualisation.live import export_rerun
+from palpate.adapters.visualisation.live import LiveView, export_rerun
 from palpate.adapters.visualisation.live.cell_shapes import CellShapes
+from palpate.adapters.visualisation.live.recording import Recording
+from palpate.core.errors import ConfigurationError
 from palpate.core.job import SIDES
 from tests.golden.record import HERE as GOLDEN
 
@@ -64,3 +69,26 @@ def test_a_peg_that_is_not_round_is_drawn_as_a_mesh_that_fits_the_rim_of_its_hol
     rim_m = drawn.rim_m(64) - drawn.mouth_m
     widest_m = np.hypot(*end_face[:, :2].T).max()
     assert widest_m == pytest.approx(np.hypot(*rim_m[:, :2].T).max(), rel=0.03)
+
+
+def test_a_trial_that_is_watched_is_the_same_and_shows_what_its_log_shows(tmp_path: Path) -> None:
+    job, watched, alone = scenario("paper"), tmp_path / "watched", tmp_path / "alone"
+    with LiveView(Recording.file(tmp_path / "live.rrd")) as view:
+        Run(job, live=view).evaluate(2, "torque", watched)
+    Run(job).evaluate(2, "torque", alone)
+    for path in sorted((alone / "logs").glob("*.mcap")):
+        assert list(read_log(watched / "logs" / path.name).records()) == list(read_log(path).records())
+    exported = export_rerun([watched / "logs" / "trial-00001.mcap"], tmp_path / "out")[0]
+    for entity, name in (("/tip", "Scalars:scalars"), ("/decision", "TextDocument:text")):
+        live, from_log = columns(tmp_path / "live.rrd", entity, name), columns(exported, entity, name)
+        assert live[-len(from_log) :] == from_log
+        assert len(live) > len(from_log) > 0
+    assert len(columns(tmp_path / "live.rrd", "/learning_curve", "BarChart:values")) == 2
+
+
+def test_a_port_that_is_taken_is_refused_in_one_line() -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        with pytest.raises(ConfigurationError, match=r"^live_port = \d+ .*Address already in use.*--live-port"):
+            LiveView.serving(taken.getsockname()[1])

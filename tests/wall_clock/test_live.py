@@ -1,0 +1,29 @@
+"""Rerun's real server: it serves this computer alone, and ends with the view."""
+
+import socket
+import time
+from pathlib import Path
+
+from palpate.adapters.visualisation.live import LiveView
+
+STARTED_S = 60.0
+
+
+def listened_on(port: int) -> set[str]:
+    """Return the addresses on which anybody listens at this port, as the kernel writes them."""
+    lines = [line.split() for kind in ("tcp", "tcp6") for line in Path(f"/proc/net/{kind}").read_text().splitlines()]
+    return {line[1].partition(":")[0] for line in lines if line[1].endswith(f":{port:04X}") and line[3] == "0A"}
+
+
+def test_rerun_serves_this_computer_alone_and_not_for_longer_than_the_view() -> None:
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        port = int(found.getsockname()[1])
+    end_s = time.monotonic() + STARTED_S
+    with LiveView.serving(port):
+        while not listened_on(port) and time.monotonic() < end_s:
+            time.sleep(0.02)
+        assert listened_on(port) == {"0100007F"}
+    while listened_on(port) and time.monotonic() < end_s:
+        time.sleep(0.02)
+    assert not listened_on(port)
