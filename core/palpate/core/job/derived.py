@@ -34,6 +34,8 @@ _NOISES_UNEXPECTED: Final = 9.3
 """Standard deviations of one channel that the norm of the difference of two samples stays below."""
 NOISES_FORCE: Final = 2.0 * _NOISES_UNEXPECTED
 """Standard deviations of the force in the highest force: below it a limit and an unexpected contact are the same."""
+_LETS_GO: Final = 4.0
+"""Force over press that lets go within a sample where a peg slips off an edge; 2.6 were measured."""
 _JAMS_FROM: Final = 0.8
 """Jam number from which the pressing force of the insertion grows."""
 _OVER_JAM: Final = 1.3
@@ -63,6 +65,7 @@ class Constants:
         search_s: Time of a trial's exploration besides the sweep: first contact, and returns to a likely place.
         least_time_s: Time limit of the source paper's explorations.
         least_unexpected_N: Threshold for an unexpected contact with a quiet sensor and a light tool.
+        least_rate_N_s: Rate of the force that a soft gripper with the press of the source paper never reaches.
         least_torque_Nm: Torque limit that no light contact reaches on a short tool.
         ready_height_m: Height of the ready pose over a plate that is known and a tool that is not tilted.
         height_margin_m: What is left of it in the worst case.
@@ -82,6 +85,7 @@ class Constants:
     search_s: float = 5.0
     least_time_s: float = 20.0
     least_unexpected_N: float = 3.0
+    least_rate_N_s: float = 3000.0
     least_torque_Nm: float = 5.0
     ready_height_m: float = 3e-3
     height_margin_m: float = 2e-3
@@ -173,6 +177,7 @@ class Derived:
     step_m: Annotated[float, "length of an exploratory step"]
     time_s: Annotated[float, "time limit of the exploration"]
     speed_m_s: Annotated[float, "speed in free space"]
+    rate_N_s: Annotated[float, "rate of the force that stops the arm"]
     unexpected_N: Annotated[float, "force that counts as an unexpected contact"]
     torque_limit_Nm: Annotated[float, "torque about the sensor that stops the arm"]
     ready_height_m: Annotated[float, "height of the ready pose above the plate"]
@@ -215,6 +220,10 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
     # A command changes the speed within a period, and the arm accelerates no faster than commanded.
     kg_s = job.mass_kg / known.period_s
     speed_m_s = min(job.speed_m_s, 0.5 * max(job.force_N - calm_N, 0.5 * job.force_N) / kg_s)
+    # In a period: what lets go, or what the stiffest spring and its damper show of a wall that is met.
+    k_N_per_m = max(job.axial_N_per_m, job.lateral_N_per_m)
+    met_N = (k_N_per_m * known.period_s + 2.0 * job.damping_ratio * sqrt(k_N_per_m * job.moving_kg)) * speed_m_s
+    sudden_N = min(max(_LETS_GO * max(press_N, insertion_N), met_N), job.force_N)
     sweep_s = side_m * side_m / (_SMALLEST_SWEEP * capture_m * known.search_speed_m_s)
     return Derived(
         press_N=press_N,
@@ -235,6 +244,7 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
         step_m=min(_STEP_SHARE * half_width_m, job.radius_m / 2.0),
         time_s=max(known.least_time_s, known.search_s + _SWEEP_SLACK * sweep_s),
         speed_m_s=speed_m_s,
+        rate_N_s=max(known.least_rate_N_s, (sudden_N + calm_N) / known.period_s),
         unexpected_N=max(min(known.least_unexpected_N, 0.5 * job.force_N), calm_N + kg_s * speed_m_s),
         torque_limit_Nm=max(known.least_torque_Nm, job.force_N * (job.lever_m + job.radius_m)),
         # Walls leave a peg the tilt that the clearance allows.

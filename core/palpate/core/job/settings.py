@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import acos, asin, ceil, cos, degrees, pi, radians, sin, sqrt
+from math import acos, asin, ceil, cos, degrees, hypot, pi, radians, sin, sqrt
 from typing import Any, Final
 
 from palpate.core.job.derived import N_PER_KGF, NOISES_FORCE, Derived, Quantities, derive
@@ -26,6 +26,8 @@ _DRIVEN_PUSH_N: Final = 1.0
 _PHASE: Final = 0.6521
 """Phase of the gripper's fastest spring in a step of the simulated cell, rad: that of the paper's cell. With twice as
 much a light peg in a stiff gripper chatters in a tight hole."""
+_LEAST_LEVER_MM: Final = 60.0
+"""Lever of the inertia of a tool on a small peg: its centre of mass is about as far above the tip."""
 _LEAST_SPEED_MM_S: Final = 1.0
 """The slowest that the task accepts."""
 _KNOWN_POSITION_MM: Final = 1.0
@@ -64,6 +66,8 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
             "insertion_press_kgf": _shown(found.insertion_press_N / N_PER_KGF) if jams else 0.0,
             "friction": part.friction_max,
             "end_tilt_mm": _shown(found.end_tilt_m * 1e3),
+            "tilt_mrad": place.tilt_uncertainty_mrad,
+            "lever_mm": max(_shown(hypot(corner_distance_mm(part), part.depth_mm)), _LEAST_LEVER_MM),
             "contact_kgf": _shown(found.contact_N / N_PER_KGF),
             "area_half_width_mm": _shown(found.half_width_m * 1e3),
             "step_mm": _shown(found.step_m * 1e3),
@@ -99,6 +103,7 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
 def _supervision(found: Derived, force_N: float) -> dict[str, Any]:
     limits = {
         "max_force_N": (force_N, 30.0),
+        "max_force_rate_N_s": (_shown(found.rate_N_s), 3000.0),
         "unexpected_contact_N": (_shown(found.unexpected_N), 3.0),
         "max_torque_Nm": (_shown(found.torque_limit_Nm), 5.0),
     }

@@ -69,6 +69,10 @@ class TaskConfig(Settings):
     end_tilt_mm: Annotated[float, Range(0.0, 10.0)] = 0.0
     """How much lower one side of a tilted peg's end is on the plate than in the hole: radius times the tilt that the
     walls take out."""
+    tilt_mrad: Annotated[float, Range(0.0, 200.0)] = 0.0
+    """Largest angle between the axes of peg and hole, by which the walls may bend the gripper."""
+    lever_mm: Annotated[float, Range(10.0, 500.0)] = 60.0
+    """Longest lever about the tip of a force on the peg, or of its inertia."""
     insertion_depth_mm: Annotated[float, Range(0.5, 60.0)] = 10.0
     """Depth to be reached."""
     depth_tolerance_mm: Annotated[float, Range(0.01, 5.0)] = 0.2

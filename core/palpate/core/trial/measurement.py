@@ -27,6 +27,7 @@ class Measurement:
 
     Attributes:
         depth_step_m: Standard deviation of the tip's place along the tool axis, by the encoders' steps.
+        tip_lever_m: Distance of the tip from the sensor's origin.
         position_m: Tip according to the encoders, (3,); they cannot see the gripper's springs.
         tip_depth_m: Depth of the true tip below the nominal plane: the encoders', corrected for spring and damper.
         turned_rad: How the tool leans, and its yaw, (2,); zeros unless its weight is taken off, as it is where a tool
@@ -58,6 +59,7 @@ class Measurement:
         self._to_tip = tip_in_sensor.rotation.T.tolist() if any(kinematics.tool.tip_rpy_rad) else None
         x, y, z = (-tip_in_sensor.inverse().translation).tolist()
         self._tip_in_sensor: Vector3 = (x, y, z)
+        self.tip_lever_m = hypot(x, y, z)
         self._scale = signal.scale
         self._weight_N = self._above_tip_m = 0.0
         self.reset()

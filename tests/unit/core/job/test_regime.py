@@ -110,13 +110,25 @@ def test_the_inertia_of_a_tool_is_no_unexpected_contact() -> None:
     assert (slow.unexpected_N, slow.speed_m_s) == (pytest.approx(15.465), pytest.approx(14.535 / 20.0 / 140.0))
 
 
+def test_what_lets_go_or_is_met_in_a_sample_is_no_fault() -> None:
+    straight = replace(DOWEL, tilt_rad=0.0)
+    assert derive(straight).rate_N_s == 3000.0
+    # 120 N/mm at 20 mm/s and its damper, and noise, within 1/140 s.
+    met_N = (120e3 / 140 + 1.4 * sqrt(120e3 * 0.5)) * 0.02
+    stiff = derive(replace(straight, lateral_N_per_m=120e3))
+    assert stiff.rate_N_s == pytest.approx((met_N + 0.93) * 140.0)
+    # A harder press on a peg that jams; no more than the limit of the force in one sample.
+    assert derive(DOWEL).rate_N_s == pytest.approx(30.93 * 140.0)
+
+
 def scaled(value: Any, length: float, mass: float, time: float) -> Any:
     """The same quantities in other units, by the units in their names."""
     force = mass * length / time**2
     powers = {
         "m": length, "rad": 1.0, "N_per_m": force / length, "Nm_per_rad": force * length, "ratio": 1.0, "kg": mass,
         "N": force, "Nm": force * length, "m_s": length / time, "s": time, "Hz": 1 / time, "m_s2": length / time**2,
-        "N_s_per_m": force * time / length, "m_per_N_s": length / force / time, "number": 1.0, "friction": 1.0,
+        "N_s": force / time, "N_s_per_m": force * time / length, "m_per_N_s": length / force / time,
+        "number": 1.0, "friction": 1.0,
     }  # fmt: skip
     names = [field.name for field in fields(value)]
     units = {name: max((u for u in powers if name == u or name.endswith(f"_{u}")), key=len) for name in names}

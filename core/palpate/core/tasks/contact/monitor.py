@@ -44,9 +44,9 @@ _PULL_SHARE: Final = 0.5
 _SAMPLES: Final = 4
 """Samples in a row that an implausible wrench lasts: more than an impact."""
 _TILT_RAD: Final = 6e-3
-"""Tilt that the walls of a hole may take out of a peg."""
-_LEVER_M: Final = 0.06
-"""No peg is wider or deeper in its hole: the longest lever of a force about the tip."""
+"""Orientation error of arm and grip that no job states: servos sag by up to 8 mrad and are put upright from there."""
+_NOISES_TORQUE: Final = 3.0
+"""Standard deviations of a torque about the tip: four samples in a row exceed them once in 70 million."""
 PAST_PLATE_M: Final = 1e-3
 """A tip this far below the lowest possible plate is not on it; an approach overshoots by less."""
 
@@ -81,7 +81,9 @@ class Monitor:
         self.press_N, self.contact_N = task.press_kgf * N_PER_KGF, task.contact_kgf * N_PER_KGF
         self._slack_m, self._friction = task.surface_uncertainty_mm * 1e-3, task.friction
         self.deepest_plate_m = self._slack_m + PAST_PLATE_M
-        self._torque_Nm = (_TILT_RAD + turns_rad) * control.tilt_stiffness_Nm_per_rad
+        bent_rad = _TILT_RAD + task.tilt_mrad * 1e-3 + turns_rad
+        self._bent_Nm = self._torque_Nm = bent_rad * control.tilt_stiffness_Nm_per_rad
+        self._lever_m = task.lever_mm * 1e-3
         in_air = turns_rad > 0.0
         # With what presses already, the gripper's force stays below the limit.
         self.budget_N = task.max_force_N - max(self.press_N, task.insertion_press_N)
@@ -114,9 +116,11 @@ class Monitor:
         self._still_ticks = self._sunk_ticks = 0
         self._verified()
 
-    def _adapt(self) -> None:
-        """Choose amplitudes by the noise while the sensor was tared."""
+    def _adapt(self, tip_lever_m: float) -> None:
+        """Choose amplitudes by the noise while the sensor was tared, at this distance from the tip."""
         noise_N, press_N = self._state.noise[2], self.press_N
+        noise_Nm = hypot(max(self._state.noise[3:5]), tip_lever_m * max(self._state.noise[:2]))
+        self._torque_Nm = self._bent_Nm + _NOISES_TORQUE * noise_Nm
         self._dither.amplitude_m = self.axial.spring.dither_N(press_N, noise_N, self._step_m) / self.axial_N_per_m
         self.axial.begin(noise_N, self._step_m, self._dither.usual_m * self.axial_N_per_m)
         self._contact_m = self._air_m = self._dither.amplitude_m
@@ -150,7 +154,7 @@ class Monitor:
             return None
         if not self._tared:
             self._tared = True
-            self._adapt()
+            self._adapt(measured.tip_lever_m)
             self.push(None)
         self.axial.add_place(joints_ns, z)
         self._still_ticks += 1
@@ -197,10 +201,10 @@ class Monitor:
         x, y, z = measured.force_N
         torque_Nm = measured.torque_across_at_tip_Nm
         # Two walls that pinch a tilted peg cancel in the force, and show in the torque.
-        walls_N = hypot(x, y) + 2.0 * torque_Nm / _LEVER_M
+        walls_N = hypot(x, y) + 2.0 * torque_Nm / self._lever_m
         pull_N = _PULL_SHARE * self.press_N + self.pull_N + self._friction * walls_N
         self._pulls = self._pulls + 1 if z > pull_N else 0
-        limit_Nm = self._torque_Nm + _LEVER_M * measured.force_norm_N
+        limit_Nm = self._torque_Nm + self._lever_m * measured.force_norm_N
         self._misfits = self._misfits + 1 if torque_Nm > limit_Nm else 0
         if self._pulls >= _SAMPLES:
             text = f"the force sensor shows a pull of {z:.2f} N, at most {pull_N:.2f} N is possible"

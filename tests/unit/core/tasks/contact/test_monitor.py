@@ -157,6 +157,12 @@ def test_a_torque_without_its_force_is_implausible(torque_Nm: float, trips: bool
     assert reasons == ({TripReason.TORQUE_WITHOUT_FORCE} if trips else set())
 
 
+def test_walls_may_bend_the_gripper_by_the_tilt_of_the_hole() -> None:
+    bench = Bench(replace(TASK, tilt_mrad=20.0))
+    assert [bench.see((0.0, 0.0, -5.0), (1.5, 0.0, 0.0)) for _ in range(8)] == [None] * 8
+    assert [bench.see((0.0, 0.0, -5.0), (1.8, 0.0, 0.0)) for _ in range(8)][-1] is not None
+
+
 def test_friction_widens_the_cone() -> None:
     bench = Bench(replace(TASK, friction=0.0))
     assert [bench.see((5.0, 0.0, 4.0)) for _ in range(8)][-1] is not None
