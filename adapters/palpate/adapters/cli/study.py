@@ -16,7 +16,7 @@ from palpate.adapters.cli.progress import progress
 from palpate.adapters.cli.study_options import StudyOptions
 from palpate.adapters.experiments.executor import LocalWorkers, ThisProcess, Workers, completed
 from palpate.adapters.experiments.study import Condition, Study, StudyFolder, make
-from palpate.core.errors import OutputError, PalpateError, one_line
+from palpate.core.errors import OutputError, PalpateError, UsageError, one_line
 
 _MOST_LINES: Final = 20
 
@@ -29,15 +29,16 @@ def study(options: StudyOptions) -> int:
     for condition in conditions[:: len(asked.seeds)]:
         condition.require_possible()
     failed, interrupted = 0, False
-    with folder.writing(file, asked.job, conditions) as missing:
+    with closing(_workers(options)) as workers, folder.writing(file, asked.job, conditions) as missing:
         finished = len(conditions) - len(missing)
         say(f"{len(conditions)} conditions of {asked.trials} trials in {folder.path}; {finished} of them are finished")
         try:
-            with closing(_workers(options)) as workers, progress(len(conditions), "condition", initial=finished) as bar:
+            with progress(len(conditions), "condition", initial=finished) as bar:
                 failed = _run(workers, folder, missing, bar)
         except KeyboardInterrupt:
             interrupted = True
         finally:
+            workers.close()
             finished = folder.write_table(asked, conditions)
     say(f"{finished} of {len(conditions)} conditions are finished; table in {folder.path / 'summary.csv'}")
     if failed:
@@ -51,6 +52,13 @@ def study(options: StudyOptions) -> int:
 
 def _workers(options: StudyOptions) -> Workers:
     jobs = options.jobs or os.cpu_count() or 1
+    if options.scheduler:
+        from palpate.adapters.experiments.study.cluster import LOCAL, DaskWorkers
+
+        workers = DaskWorkers(options.scheduler, jobs)
+        if options.scheduler == LOCAL:
+            say(f"dashboard: {workers.dashboard}")
+        return workers
     return ThisProcess() if jobs == 1 else LocalWorkers(jobs)
 
 
@@ -62,7 +70,7 @@ def _run(workers: Workers, folder: StudyFolder, missing: Sequence[Condition], ba
         try:
             done.result()
             bar.update()
-        except OutputError:
+        except (OutputError, UsageError):
             raise
         except OSError as error:
             problem = f"cannot be written ({error.strerror or error})"

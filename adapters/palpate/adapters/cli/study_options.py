@@ -41,3 +41,6 @@ class StudyOptions(Settings):
     """Folder for the study; runs/NAME-OF-THE-FILE if not given."""
     jobs: Jobs = 0
     """Processes; 0 takes one per core."""
+    scheduler: str = ""
+    """Dask scheduler that runs the conditions: tcp:// on loopback, tls://, or local to start one with --jobs workers.
+    Workers need this palpate and the folder of the study: pip install 'palpate[cluster]'."""

@@ -1,0 +1,151 @@
+"""Workers of a Dask scheduler: of this machine, or of others that share the study's folder."""
+
+from __future__ import annotations
+
+import hashlib
+import ipaddress
+import logging
+from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import ExitStack
+from functools import cache
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+from typing_extensions import override
+
+import palpate
+from palpate.adapters.experiments.executor import Workers
+from palpate.adapters.log import made_with
+from palpate.core.errors import ConfigurationError, PalpateError, UsageError, told
+
+T = TypeVar("T")
+LOCAL: Final = "local"
+_PATIENCE_S: Final = 20.0
+_THREADS: Final = "workers with one thread each: dask worker ... --nthreads 1"
+
+
+class DaskWorkers(Workers):
+    """Workers of a scheduler, which runs a call again elsewhere when its worker dies.
+
+    Args:
+        address: The scheduler's: ``tcp://`` on loopback, or ``tls://`` with certificates in Dask's configuration;
+            ``local`` starts a cluster on loopback.
+        jobs: Processes of a cluster that is started.
+
+    Raises:
+        ConfigurationError: The address is not safe, or its workers do not run this code in one thread each.
+        UsageError: Dask is not installed, or there is no scheduler or worker.
+    """
+
+    def __init__(self, address: str, jobs: int) -> None:
+        try:
+            import dask
+            from distributed import Client, LocalCluster
+        except ModuleNotFoundError as error:
+            raise UsageError(f"--scheduler needs {error.name}: pip install 'palpate[cluster]'") from error
+        for name in ("distributed", "distributed.client"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+        self.address, self._opened = address, ExitStack()
+        # Rerun once, as local workers do.
+        self._opened.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": 1}))
+        try:
+            if address == LOCAL:
+                cluster = LocalCluster(
+                    n_workers=jobs, threads_per_worker=1, processes=True, memory_limit=0, host="127.0.0.1",
+                    dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL,
+                )  # fmt: skip
+                self._opened.enter_context(cluster)
+                self.address = cluster.scheduler_address
+            else:
+                _require_safe(address)
+            self._client = self._opened.enter_context(Client(self.address, timeout=_PATIENCE_S))
+            self._client.wait_for_workers(1, timeout=_PATIENCE_S)
+            self._require_same_code()
+        except (OSError, TypeError, RuntimeError) as error:
+            self.close()
+            raise UsageError(f"scheduler {address} or its workers cannot be reached: {told(error)}") from error
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def dashboard(self) -> str:
+        """Address of the page of a cluster that was started."""
+        return str(self._client.dashboard_link)
+
+    @override
+    def count(self) -> int:
+        # Without workers a call waits for one.
+        return max(1, len(self._client.nthreads()))
+
+    @override
+    def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
+        call = self._client.get_executor(pure=False).submit(_in_same_code, code_of(), function, arguments)
+        result = Future[T]()
+        call.add_done_callback(lambda done: self._hand_over(done, result))
+        return result
+
+    @override
+    def close(self) -> None:
+        self._opened.close()
+
+    def _hand_over(self, done: Future[T], result: Future[T]) -> None:
+        from distributed import KilledWorker
+
+        if done.cancelled():
+            again = "run the same command again: it continues"
+            result.set_exception(UsageError(f"scheduler {self.address} ended; {again}"))
+        elif isinstance(error := done.exception(), KilledWorker):
+            result.set_exception(PalpateError(f"{error.allowed_failures + 1} workers died over it"))
+        elif error is not None:
+            result.set_exception(error)
+        else:
+            result.set_result(done.result())
+
+    def _require_same_code(self) -> None:
+        own = code_of()
+        for worker, code in self._client.run(code_of, on_error="return").items():
+            if code != own:
+                raise ConfigurationError("scheduler", self.address, _same_code(worker, code))
+        for worker, threads in self._client.nthreads().items():
+            if threads > 1:
+                raise ConfigurationError("scheduler", self.address, f"{_THREADS} ({worker} has {threads})")
+
+
+@cache
+def code_of() -> tuple[tuple[str, str], ...]:
+    """Return what all workers must have alike: a digest of palpate's source, and versions."""
+    files = {path.relative_to(root).as_posix(): path for root in palpate.__path__ for path in Path(root).rglob("*.py")}
+    digest = hashlib.sha256()
+    for name in sorted(files):
+        digest.update(name.encode() + b"\0" + files[name].read_bytes())
+    return ("source", digest.hexdigest()[:12]), *made_with().items()
+
+
+def _in_same_code(code: tuple[tuple[str, str], ...], function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
+    """Make a call in a worker, which may have come later."""
+    if code_of() != code:
+        raise UsageError(f"--scheduler needs palpate's source and versions as the command has them: {dict(code)}")
+    return function(*arguments)
+
+
+def _same_code(worker: str, code: object) -> str:
+    if isinstance(code, Exception):
+        return f"workers that run this palpate; {worker} fails with {told(code)}"
+    own, theirs = dict(code_of()), dict(code)  # type: ignore[call-overload]
+    name = next(name for name in own if own[name] != theirs.get(name))
+    return f"workers with {name} {own[name]}; {worker} has {theirs.get(name)}"
+
+
+def _require_safe(address: str) -> None:
+    from distributed.comm import parse_address, parse_host_port
+
+    try:
+        protocol, place = parse_address(address)
+        host, _ = parse_host_port(place)
+        local = host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        protocol, local = "", False
+    if not (protocol == "tls" or (protocol == "tcp" and local)):
+        raise ConfigurationError("scheduler", address, "local, tcp:// on loopback, or tls:// with certificates")

@@ -1,0 +1,122 @@
+"""``palpate study --scheduler``: a Dask scheduler and its workers, on loopback."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.experiments.study import cluster
+from tests.command_line import PATIENCE_S, CommandLine, Done, files_in
+
+pytest.importorskip("distributed")
+
+STUDY = """
+[study]
+trials = 2
+seeds = [0, 1]
+policies = ["q-learning", "torque"]
+[base]
+task.time_limit_s = 0.3
+"""
+Begin = Callable[..., subprocess.Popen[bytes]]
+
+
+@pytest.fixture
+def begin(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Begin]:
+    """Starts programs of Dask, in a folder of their own, that end with the test."""
+    processes: list[subprocess.Popen[bytes]] = []
+    folder = tmp_path_factory.mktemp("dask")
+
+    def start(program: str, *words: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", f"distributed.cli.dask_{program}", "--no-dashboard", *words]
+        with (folder / f"{program}.txt").open("ab") as told:
+            processes.append(subprocess.Popen(command, cwd=folder, stdout=told, stderr=told))
+        return processes[-1]
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.wait()
+
+
+@pytest.fixture
+def address(begin: Begin, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A scheduler's address on loopback."""
+    file = tmp_path_factory.mktemp("scheduler") / "scheduler.json"
+    process = begin("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file))
+    deadline = time.monotonic() + PATIENCE_S
+    while not file.exists():
+        assert process.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    return str(json.loads(file.read_text())["address"])
+
+
+def run(out: Path, *words: object) -> Done:
+    out.with_suffix(".toml").write_text(STUDY)
+    return CommandLine()("study", out.with_suffix(".toml"), "--out", out, *words)
+
+
+def kill_at_work(out: Path, workers: dict[int, subprocess.Popen[bytes]], killed: list[int]) -> None:
+    """Kill the first worker that has begun a condition."""
+    deadline = time.monotonic() + PATIENCE_S
+    while not killed and time.monotonic() < deadline:
+        for path in (out / "conditions").glob(".*.part"):
+            number = int(path.name.split(".")[-2])
+            workers[number].send_signal(signal.SIGKILL)
+            killed.append(number)
+            return
+        time.sleep(0.002)
+
+
+def test_two_workers_of_which_one_dies_leave_the_same_bytes_as_none(begin: Begin, address: str, tmp_path: Path) -> None:
+    assert run(tmp_path / "alone", "--jobs", 1).code == 0
+    started = [begin("worker", address, "--nthreads", "1", "--no-nanny") for _ in range(2)]
+    out, killed = tmp_path / "out", list[int]()
+    workers = {process.pid: process for process in started}
+    hunter = threading.Thread(target=kill_at_work, args=(out, workers, killed))
+    hunter.start()
+    done = run(out, "--scheduler", address)
+    hunter.join()
+    assert len(killed) == 1
+    assert done.code == 0, done
+    assert "4 of 4 conditions are finished" in done.stdout
+    assert files_in(out) == files_in(tmp_path / "alone")
+
+
+def test_workers_with_other_code_or_several_threads_are_refused(
+    begin: Begin, address: str, palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Path("study.toml").write_text(STUDY)
+    begin("worker", address, "--nthreads", "2", "--no-nanny")
+    words = ("study", "study.toml", "--out", "out", "--scheduler", address)
+    assert "workers with one thread each" in palpate.refusal(*words)
+    monkeypatch.setattr(cluster, "made_with", lambda: {"palpate": "9.9"})
+    cluster.code_of.cache_clear()
+    assert "workers with palpate 9.9; tcp://127.0.0.1:" in palpate.refusal(*words)
+    cluster.code_of.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("address", "told"),
+    [
+        ("tcp://127.0.0.1:1", "cannot be reached"),
+        ("tls://127.0.0.1:1", "cannot be reached"),
+        ("tcp://10.0.0.4:8786", "tls:// with certificates"),
+        ("nowhere", "tls:// with certificates"),
+    ],
+)
+def test_a_scheduler_that_cannot_be_used_is_refused(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, address: str, told: str
+) -> None:
+    monkeypatch.setattr(cluster, "_PATIENCE_S", 0.5)
+    Path("study.toml").write_text(STUDY)
+    assert told in palpate.refusal("study", "study.toml", "--scheduler", address)
+    assert not os.path.exists("runs")
