@@ -15,19 +15,17 @@ import numpy as np
 
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import (
+    Run,
+    ScoredTrial,
     build_perception,
-    build_task,
+    exact_interval,
     learning_policy,
-    run_scored_trial,
     true_hole_m,
 )
-from palpate.adapters.experiments.statistics import exact_interval
-from palpate.adapters.experiments.trial import ScoredTrial
-from palpate.adapters.mujoco import SimulatedRig
+from palpate.adapters.experiments import Trials as PolicyTrials
 from palpate.core.control_loop import LoopObserver
 from palpate.core.perception import Perception
 from palpate.core.policy import Policy
-from palpate.core.trial import find_ready_pose
 
 FAILED_S: Final = 20.0
 """Time that a failed trial counts: the time limit of an exploration."""
@@ -58,26 +56,24 @@ class Trials:
     """
 
     def __init__(self, config: RunConfig, make: Make | None = None, perception: Perception | None = None) -> None:
-        self.config = config
-        ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
+        self.config, self._run, self._make = config, Run(config), learner if make is None else make
         self.perception = build_perception(config) if perception is None else perception
-        self.rig = SimulatedRig(config, ready)
-        make = learner if make is None else make
-        self.policy = make(config, self.perception, lambda: true_hole_m(self.rig))
-        self.task = build_task(config, ready, self.perception, self.policy)
 
     def __enter__(self) -> Self:
-        self.rig.__enter__()
+        self.rig = self._run.__enter__().rig
+        self.policy = self._make(self.config, self.perception, lambda: true_hole_m(self.rig))
+        self._trials = PolicyTrials(self.config, self._run.ready, self.rig, self.perception, self.policy)
         return self
 
     def __exit__(self, *error: Any) -> None:
-        self.rig.__exit__(*error)
+        self._run.__exit__(*error)
 
     def scored(self, number: int, watching: Sequence[LoopObserver] = ()) -> tuple[Row, ScoredTrial]:
-        scored = run_scored_trial(self.config, self.rig, self.task, number, watching=watching)
+        scored = self._trials.run(number, tuple(watching))
         time_s = round(scored.report.exploration_time_s, 4) if scored.success else FAILED_S
         outcome = "" if scored.report.outcome is None else scored.report.outcome.value
-        return Row(time_s, scored.success, outcome, round(self.rig.truth().peak_force_N, 2)), scored
+        peak_N = 0.0 if scored.truth is None else round(scored.truth.peak_force_N, 2)
+        return Row(time_s, scored.success, outcome, peak_N), scored
 
     def run(self, numbers: Iterable[int]) -> list[Row]:
         return [self.scored(number)[0] for number in numbers]

@@ -16,14 +16,10 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from palpate.adapters import gymnasium_envs
-from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.experiments import build_perception, learning_policy
-from palpate.adapters.experiments.grid import Named, grid_named, learn
-from palpate.adapters.experiments.grid.learning import new_grid_learner
-from palpate.adapters.gymnasium_envs import PEG_INSERTION, PEG_INSERTION_6DOF, SENSOR_MAP
+from palpate.adapters.gymnasium_envs import PEG_INSERTION, PEG_INSERTION_6DOF
 from palpate.adapters.gymnasium_envs.episode import ActionRefusedError
 from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
-from palpate.adapters.gymnasium_envs.sensor_map import SensorMapEnv
 from palpate.core.policy import Observation, Policy, Transition, learner_of
 from palpate.core.trial.report import Purpose, generator
 from tests.command_line import CommandLine
@@ -41,8 +37,6 @@ KINDS: list[tuple[str, dict[str, Any]]] = [
     (PEG_INSERTION, {"config": SHORT, "observations": "raw", "scenario": "blind", "arm": "ur5"}),
     (PEG_INSERTION_6DOF, {"config": SHORT, "observations": "raw", "actions": "continuous"}),
     (PEG_INSERTION_6DOF, SQUARE),
-    (SENSOR_MAP, {}),
-    (SENSOR_MAP, {"map": "2", "size": 5, "state": "last-2", "step_limit": 30}),
 ]
 kinds = pytest.mark.parametrize(("name", "arguments"), KINDS)
 
@@ -64,14 +58,13 @@ def test_an_environment_can_be_made_by_its_name_alone_and_names_load_nothing_hea
         "print([name for name in ('mujoco', 'pinocchio', 'torch') if name in sys.modules])\n"
         "del sys.modules['palpate.adapters.gymnasium_envs']\n"
         "gymnasium.registry.clear()\n"
-        f"for name in {(PEG_INSERTION, SENSOR_MAP)!r}:\n"
-        "    env = gymnasium.make(f'palpate.adapters.gymnasium_envs:{name}')\n"
-        "    print(env.unwrapped.spec.id, env.reset(seed=1)[0] in env.observation_space)"
+        f"env = gymnasium.make('palpate.adapters.gymnasium_envs:{PEG_INSERTION}')\n"
+        "print(env.unwrapped.spec.id, env.reset(seed=1)[0] in env.observation_space)"
     )
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, timeout=60, check=False
     )
-    assert (done.stdout, done.stderr) == (f"[]\n{PEG_INSERTION} True\n{SENSOR_MAP} True\n", "")
+    assert (done.stdout, done.stderr) == (f"[]\n{PEG_INSERTION} True\n", "")
 
 
 def test_without_gymnasium_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -106,7 +99,7 @@ def episodes(env: gymnasium.Env[Any, Any], seed: int, count: int, steps: int = 4
     return said
 
 
-@pytest.mark.parametrize(("name", "arguments"), [KINDS[1], KINDS[2], KINDS[4], KINDS[6]])
+@pytest.mark.parametrize(("name", "arguments"), [KINDS[1], KINDS[2], KINDS[4]])
 def test_equal_seeds_and_actions_give_equal_bytes_whatever_was_before(name: str, arguments: dict[str, Any]) -> None:
     env, other = gymnasium.make(name, **arguments), gymnasium.make(name, **arguments)
     first = episodes(env, 7, 2)
@@ -133,7 +126,7 @@ def test_the_guides_examples_put_a_square_peg_in_by_skills_and_by_twists(
 
 
 def test_an_error_in_a_worker_process_arrives_as_itself() -> None:
-    many = gymnasium.make_vec(SENSOR_MAP, num_envs=2, vectorization_mode="async")
+    many = gymnasium.make_vec(PEG_INSERTION, num_envs=2, vectorization_mode="async")
     many.reset(seed=0)
     with (
         pytest.warns(UserWarning, match="Worker|Traceback|Raising"),
@@ -211,18 +204,3 @@ def test_a_learner_has_the_same_trials_through_the_environment(
     assert learner is not None
     checkpoint = json.loads((tmp_path / "checkpoint.json").read_text(encoding="utf-8"))
     assert json.loads(json.dumps(learner.get_state())) == checkpoint["learner"]
-
-
-@pytest.mark.parametrize("arguments", [{}, {"map": "2", "size": 5, "state": "last-2"}])
-@pytest.mark.parametrize("learner", ["q", "sarsa"])
-def test_a_learner_has_the_same_walks_through_the_environment(learner: str, arguments: dict[str, Any]) -> None:
-    seed, trials, learning = 5, 60, GridLearning(learner=learner)
-    grid = grid_named(arguments.get("map", "1"), arguments.get("size", 7))
-    expected = learn(grid, Named(arguments.get("state", "symbols")), learning, seed, trials)
-    env = SensorMapEnv(**arguments)
-    policy = new_grid_learner(learning, env.identifier)
-    walks: list[tuple[int, bool]] = []
-    learn_outside(env, policy, seed, range(trials), lambda trial, reached, info: walks.append((info["steps"], reached)))
-    assert walks == [(walk.steps, walk.reached) for walk in expected.walks]
-    assert policy.q == expected.learner.q
-    assert policy.visits == expected.learner.visits

@@ -1,3 +1,4 @@
+from .blocks import BLOCK as BLOCK
 from .build import build_perception as build_perception
 from .build import build_reinforcement as build_reinforcement
 from .build import build_supervisor as build_supervisor
@@ -44,13 +45,12 @@ from .policies import perception_settings as perception_settings
 from .policies import policy_for as policy_for
 from .policies import pose_of as pose_of
 from .results import RunFolder as RunFolder
+from .results import RunResult as RunResult
 from .results import TrialRow as TrialRow
 from .results import next_free_folder as next_free_folder
 from .results import rows_of as rows_of
-from .run import BLOCK as BLOCK
 from .run import MakeRig as MakeRig
 from .run import Run as Run
-from .run import RunResult as RunResult
 from .run import note as note
 from .statistics import WINDOW as WINDOW
 from .statistics import Array as Array

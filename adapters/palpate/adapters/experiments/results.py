@@ -23,7 +23,7 @@ from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.writer_lock import only_writer
 from palpate.adapters.files import json_of_file, whole_text, write_whole
 from palpate.adapters.log import LOG_FOLDER, TrialRecorder, csv_text
-from palpate.core.errors import OutputError
+from palpate.core.errors import LifecycleError, OutputError
 
 RUN_FILES: Final = (
     "run.toml", "trials.csv", "decisions.csv", "checkpoint.json", "policy.json", "summary.json", "learning_curve.png",
@@ -109,6 +109,42 @@ class TrialRow:
 
 
 _COLUMNS: Final = dataclasses.fields(TrialRow)[:-1]
+
+
+@dataclasses.dataclass(frozen=True)
+class RunResult:
+    """Finished trials.
+
+    Attributes:
+        rows: A line of ``trials.csv`` each.
+        summary: Figures over all of them, as in ``summary.json``.
+        finished: Whether all the requested trials are among them.
+        folder: Folder with everything about them; None where nothing was kept.
+        troubles: What could not be recorded.
+        timing: How punctual the control loop was; empty in the simulator.
+    """
+
+    rows: list[TrialRow]
+    summary: dict[str, Any]
+    finished: bool
+    folder: RunFolder | None = None
+    troubles: Sequence[str] = ()
+    timing: str = ""
+
+    @property
+    def policy(self) -> Path:
+        """The policy file."""
+        return self._path("policy.json")
+
+    @property
+    def logs(self) -> list[Path]:
+        """The logs of the trials, in their order."""
+        return sorted(self._path(LOG_FOLDER).glob("*.mcap"))
+
+    def _path(self, name: str) -> Path:
+        if self.folder is None:
+            raise LifecycleError("run", "without a folder", name, "name a folder: out=...")
+        return self.folder.path / name
 
 
 def rows_of(scored: ScoredTrial, first: int = 0) -> dict[str, tuple[tuple[str, ...], list[tuple[Any, ...]]]]:

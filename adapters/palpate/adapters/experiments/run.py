@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, closing, contextmanager, suppress
-from dataclasses import dataclass, replace
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Final, Self, TypeAlias
 
 from palpate.adapters.config import RunConfig, configured
+from palpate.adapters.experiments.blocks import run_blocks
 from palpate.adapters.experiments.build import open_rig, ready_pose, require_limits, require_usable
 from palpate.adapters.experiments.checkpoint import Checkpoint, cut_back, require_same_run, resume_from
 from palpate.adapters.experiments.claim import Claim
@@ -22,24 +23,20 @@ from palpate.adapters.experiments.evaluation import (
     warm_up,
     write_evaluation,
 )
-from palpate.adapters.experiments.executor import in_processes, interrupts_wait
 from palpate.adapters.experiments.fitting import fitted_perception
-from palpate.adapters.experiments.results import RunFolder, TrialRow, next_free_folder
+from palpate.adapters.experiments.results import RunFolder, RunResult, TrialRow, next_free_folder
 from palpate.adapters.experiments.statistics import policy_summary
 from palpate.adapters.experiments.training import Subject, Trainer, run_toml, write_training
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials, TrialsObserver
 from palpate.adapters.hardware.real_time import RealTimeSession
-from palpate.adapters.log import LOG_FOLDER
-from palpate.core.errors import ConfigurationError, LifecycleError, PalpateError
+from palpate.core.errors import ConfigurationError, LifecycleError
 from palpate.core.policy import Policy
 from palpate.core.ports import Rig
 from palpate.core.supervision import limits_line, weakened_lines
 from palpate.core.trial import ReadyPose
 from palpate.simulation.work_cell import accuracy_lines, inertia_lines
 
-BLOCK: Final = 10
-"""Trials that a process of several runs at a time. Each block begins with a new policy object."""
 _MOST_TROUBLES: Final = 5
 Named: TypeAlias = str | os.PathLike[str]
 """A policy by name or file."""
@@ -48,42 +45,6 @@ MakeRig: TypeAlias = Callable[[RunConfig, ReadyPose], Rig]
 
 def ignore(_: object) -> None:
     """Do nothing."""
-
-
-@dataclass(frozen=True)
-class RunResult:
-    """Finished trials.
-
-    Attributes:
-        rows: A line of ``trials.csv`` each.
-        summary: Figures over all of them, as in ``summary.json``.
-        finished: Whether all the requested trials are among them.
-        folder: Folder with everything about them; None where nothing was kept.
-        troubles: What could not be recorded.
-        timing: How punctual the control loop was; empty in the simulator.
-    """
-
-    rows: list[TrialRow]
-    summary: dict[str, Any]
-    finished: bool
-    folder: RunFolder | None = None
-    troubles: Sequence[str] = ()
-    timing: str = ""
-
-    @property
-    def policy(self) -> Path:
-        """The policy file."""
-        return self._path("policy.json")
-
-    @property
-    def logs(self) -> list[Path]:
-        """The logs of the trials, in their order."""
-        return sorted(self._path(LOG_FOLDER).glob("*.mcap"))
-
-    def _path(self, name: str) -> Path:
-        if self.folder is None:
-            raise LifecycleError("run", "without a folder", name, "name a folder: out=...")
-        return self.folder.path / name
 
 
 class Run:
@@ -235,18 +196,18 @@ class Run:
             folder = next_free_folder(f"runs/{self.config.scenario}-run")
         if folder is not None:
             folder.require_free()
-        rows, troubles, recording = list[TrialRow](), list[str](), NOT_RECORDED
-        facts = {"trials": trials, "policy": chosen.name}
+        facts, recording = {"trials": trials, "policy": chosen.name}, NOT_RECORDED
         with ExitStack() as kept:
             if jobs > 1:
                 self.begin(kept, folder, "run", **facts)
-                self._in_processes(chosen.name, trials, jobs, folder, rows, troubles, on_trial)
+                rows, troubles = run_blocks(self.config, chosen.name, trials, jobs, folder, on_trial)
+                self._tell_troubles(troubles)
             else:
                 with self.opened(), ExitStack() as opened:
                     self.begin(kept, folder, "run", **facts)
                     recording = self.record(kept, opened, folder)
-                    rows += self.rows(chosen, trials, recording, folder, on_trial=on_trial)
-                troubles += recording.troubles
+                    rows = self.rows(chosen, trials, recording, folder, on_trial=on_trial)
+                troubles = recording.troubles
             if folder is None:
                 summary = policy_summary(self.config, chosen.name, rows, trials)
             else:
@@ -260,7 +221,6 @@ class Run:
         recording: Recording = NOT_RECORDED,
         folder: RunFolder | None = None,
         *,
-        first: int = 0,
         on_trial: Callable[[int], object] = ignore,
         **recorded: str,
     ) -> list[TrialRow]:
@@ -268,7 +228,6 @@ class Run:
 
         Args:
             folder: Gets a line of ``trials.csv`` for each.
-            first: Number of the first trial.
             recorded: ``command`` and ``subfolder``, as :class:`Trials` takes them.
         """
         rows: list[TrialRow] = []
@@ -279,8 +238,8 @@ class Run:
                 folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
             on_trial(1)
 
-        begin = FIRST_EVALUATION_TRIAL + first
-        self.trials(chosen, recording, **recorded).run_all(range(begin, begin + trials), done)
+        first = FIRST_EVALUATION_TRIAL
+        self.trials(chosen, recording, **recorded).run_all(range(first, first + trials), done)
         return rows
 
     def train(
@@ -374,11 +333,9 @@ class Run:
 
     def _tell_part(self) -> None:
         config = self.config
-        self.notify(config.part.describe())
-        on_rig = [limits_line(config.supervision, config.task)]
-        for line in on_rig if self.rig_file else inertia_lines(config.arm):
-            self.notify(line)
-        for line in (*weakened_lines(config.supervision), *accuracy_lines(config.cell)):
+        own = [limits_line(config.supervision, config.task)] if self.rig_file else inertia_lines(config.arm)
+        weak = *weakened_lines(config.supervision), *accuracy_lines(config.cell)
+        for line in (config.part.describe(), *own, *weak):
             self.notify(line)
 
     def _tell_troubles(self, troubles: Sequence[str]) -> None:
@@ -386,54 +343,6 @@ class Run:
             self.notify(f"recording: {trouble}")
         if (more := len(troubles) - _MOST_TROUBLES) > 0:
             self.notify(f"recording: and {more} more like these")
-
-    def _in_processes(
-        self,
-        policy: str,
-        trials: int,
-        jobs: int,
-        folder: RunFolder | None,
-        rows: list[TrialRow],
-        troubles: list[str],
-        on_trial: Callable[[int], object],
-    ) -> None:
-        """Run blocks of trials in several processes, until all are finished or Ctrl-C ends them.
-
-        A policy that keeps nothing from trial to trial gives the same trials and files as in one process.
-        """
-        # Workers that are there already keep the working folder in which they were begun.
-        path = None if folder is None else folder.path.absolute()
-        blocks = ((self.config, policy, path, first, min(BLOCK, trials - first)) for first in range(0, trials, BLOCK))
-        with closing(in_processes(_run_block, blocks, jobs)) as results:
-            try:
-                for done, lost, problem in results:
-                    with interrupts_wait():
-                        for scored in done:
-                            rows.append(TrialRow.of(scored, FIRST_EVALUATION_TRIAL))
-                            if folder is not None:
-                                folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
-                        troubles += lost
-                    if problem:
-                        raise PalpateError(problem)
-                    on_trial(len(done))
-            except KeyboardInterrupt:
-                pass
-        self._tell_troubles(troubles)
-
-
-def _run_block(
-    config: RunConfig, policy: str, folder: Path | None, first: int, trials: int
-) -> tuple[list[ScoredTrial], list[str], str]:
-    """Return the trials, what could not be recorded, and the error that ended them: not all errors can be sent."""
-    problem, done, run = "", list[ScoredTrial](), Run(config, notify=ignore)
-    with ExitStack() as kept, run.opened(), ExitStack() as opened:
-        recording = run.record(kept, opened, None if folder is None else RunFolder(folder))
-        begin = FIRST_EVALUATION_TRIAL + first
-        try:
-            run.trials(run.chosen(policy), recording).run_all(range(begin, begin + trials), done.append)
-        except PalpateError as error:
-            problem = str(error)
-    return done, list(recording.troubles), problem
 
 
 def note(line: str) -> None:

@@ -1,9 +1,8 @@
 """Gymnasium environments over the same learning core as everything else here.
 
-Importing this registers ``palpate/PegInsertion-v0``, ``palpate/PegInsertion6Dof-v0`` and ``palpate/SensorMap-v0``;
-nothing heavy is loaded before one is made. ``gymnasium.make("palpate.adapters.gymnasium_envs:palpate/...")`` imports it
-by itself. Gymnasium 1.0 did away with entry points by which a package could register without any import, so there is
-none.
+Importing this registers ``palpate/PegInsertion-v0`` and ``palpate/PegInsertion6Dof-v0``; nothing heavy is loaded before
+one is made. ``gymnasium.make("palpate.adapters.gymnasium_envs:palpate/...")`` imports it by itself. Gymnasium 1.0 did
+away with entry points by which a package could register without any import, so there is none.
 """
 
 try:
@@ -13,7 +12,6 @@ except ModuleNotFoundError as error:
 
 PEG_INSERTION = "palpate/PegInsertion-v0"
 PEG_INSERTION_6DOF = "palpate/PegInsertion6Dof-v0"
-SENSOR_MAP = "palpate/SensorMap-v0"
 
 # The insertion's own time limit, 20 s, ends any trial before so many steps. The other one's limit is an argument: a
 # wrapper's would only be in the way.
@@ -29,4 +27,3 @@ register(
     max_episode_steps=200,
     kwargs={"task": "insertion-6dof"},
 )
-register(id=SENSOR_MAP, entry_point=f"{__name__}.sensor_map:SensorMapEnv")

@@ -60,16 +60,6 @@ class NotRunningError(LifecycleError, gymnasium.error.ResetNeeded):
         Exception.__init__(self, text)
 
 
-def refuse_unknown(environment: str, unknown: dict[str, object], known: tuple[str, ...]) -> None:
-    """Refuse keyword arguments that an environment does not have.
-
-    Raises:
-        ConfigurationError: Naming the first of them, and those that there are.
-    """
-    for name, value in unknown.items():
-        raise ConfigurationError(name, value, f"no such argument of {environment}; there are {', '.join(known)}")
-
-
 MOST_SKIPPED: Final = 20
 """Trials in a row without any decision; a cell in which none ever has one is set up wrongly."""
 _PATIENCE_S: Final = 5.0

@@ -12,7 +12,7 @@ from typing_extensions import override
 
 from palpate.adapters.config import Tables, configured, without_world
 from palpate.adapters.experiments import Run, rest_reinforcement, task_actions
-from palpate.adapters.gymnasium_envs.episode import Episodes, NotRunningError, refuse_unknown
+from palpate.adapters.gymnasium_envs.episode import Episodes, NotRunningError
 from palpate.adapters.gymnasium_envs.spaces import (
     ACTION_KINDS,
     OBSERVATION_KINDS,
@@ -77,10 +77,6 @@ if TYPE_CHECKING:
     from palpate.adapters.gymnasium_envs.picture import Camera
 
 _NAME: Final = "palpate/PegInsertion-v0"
-_ARGUMENTS: Final = (
-    "scenario", "arm", "actions", "observations", "failure_penalty", "config", "rig", "out", "decision_limit_s", "task",
-    "acknowledge", "accept_kinematics", "job",
-)  # fmt: skip
 
 
 class OneArmError(LifecycleError, TypeError):
@@ -128,7 +124,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             in ``config`` or in its file.
 
     Raises:
-        ConfigurationError: An argument or a setting is unknown or refused.
+        ConfigurationError: A setting is unknown, or an argument or setting refused.
         DeviceError: A device of the rig failed.
     """
 
@@ -150,14 +146,12 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         acknowledge: str = "",
         accept_kinematics: bool = False,
         job: Tables = None,
-        **unknown: object,
     ) -> None:
         self._arguments = {
             "scenario": scenario, "arm": arm, "actions": actions, "observations": observations,
             "failure_penalty": failure_penalty, "config": config, "render_mode": render_mode, "rig": rig, "task": task,
             "job": job,
         }  # fmt: skip
-        refuse_unknown(_NAME, unknown, _ARGUMENTS)
         require_one_of("actions", actions, ACTION_KINDS)
         require_one_of("observations", observations, OBSERVATION_KINDS)
         if failure_penalty is not None:

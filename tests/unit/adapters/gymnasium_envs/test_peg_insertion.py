@@ -136,10 +136,6 @@ def test_a_step_needs_an_episode_and_an_open_environment() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (
-            {"action": "discrete"},
-            "action = 'discrete' is refused: no such argument of palpate/PegInsertion-v0; there are",
-        ),
         ({"actions": "both"}, "actions = 'both' is refused: one of discrete, continuous"),
         ({"observations": 9}, "observations = 9 is refused: one of symbolic, raw"),
         ({"scenario": "papr"}, "scenario = 'papr' is refused: one of paper, blind"),
