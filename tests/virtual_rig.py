@@ -9,6 +9,7 @@ from typing import Any, Self
 
 from palpate.adapters.config import EmulationConfig, RunConfig, SensorFactsTable, overlay
 from palpate.adapters.hardware.approach import find_approach, walk
+from palpate.adapters.hardware.arm_client import arm_in_thread
 from palpate.adapters.hardware.ati import NetFtForceSensor, NetFtTable
 from palpate.adapters.hardware.emulated_cell import EmulatedCell
 from palpate.adapters.hardware.errors import told_of
@@ -27,6 +28,7 @@ from tests.virtual_ur import VirtualUr
 
 _TICK_NS = 10**9 // CONTROL_RATE_HZ
 _WAY_RAD_S = 0.8
+_TIMEOUT_NS = 100_000_000
 
 
 class VirtualCell(EmulatedCell):
@@ -67,7 +69,7 @@ class VirtualCell(EmulatedCell):
 
 
 class VirtualRig(Rig):
-    """What ``palpate run --rig`` has of such a rig, without watchdogs: the loop is this thread, the bus another.
+    """What ``palpate run --rig`` has of such a rig, the arm's process a thread.
 
     Args:
         phase: Of the cell's ticks, 0 to 1 of a control period.
@@ -95,15 +97,16 @@ class VirtualRig(Rig):
         if arm == "ur-rtde":
             stated = self.cell.entries("arm") | {"host": "virtual", "patience": 1.0}
             del stated["adapter"], stated["name"]
-            adapter = ur_arm(overlay(UrTable(), stated), context, lambda: self.cell.link)
+            made: Any = ur_arm(overlay(UrTable(), stated), context, lambda: self.cell.link)
         else:
-            adapter = arm_maker(arm)(_arm_table(arm, self.cell), context)
+            made = arm_maker(arm)(_arm_table(arm, self.cell), context)
+        client = arm_in_thread(made, clock, _TIMEOUT_NS)
         self.sensor: ForceSensor = (
             NetFtForceSensor(NetFtTable(), clock, self.cell.box.open)
             if force == "ati-netft"
             else force_sensor_maker(force)(_sensor_table(), context)
         )
-        self.ports = Ports(clock, self.sensor, adapter.encoder, adapter.arm)
+        self.ports = Ports(clock, self.sensor, client, client)
         self._at_ready = False
         # Records of a Net F/T are not filtered.
         facts = self.cell._facts(1.0) if force == "ati-netft" else self.cell._facts()

@@ -130,7 +130,7 @@ def test_a_rig_with_an_open_fault_is_refused_in_one_line_with_the_option_to_copy
 ) -> None:
     faulted()
     monkeypatch.setattr(
-        "palpate.adapters.hardware.arm_on_bus.BusArm._on_configure", lambda _: pytest.fail("was opened")
+        "palpate.adapters.hardware.arm_client.ArmClient._on_configure", lambda _: pytest.fail("was opened")
     )
     done = palpate(*words.split())
     assert (done.code, len(done.stderr.splitlines())) == (1, 1), done

@@ -3,16 +3,18 @@
 from abc import ABC, abstractmethod
 from typing import Any, Final
 
-from palpate.adapters.hardware.arm_on_bus import BusArm
+from palpate.adapters.hardware.arm_client import ArmClient
 from tests.virtual_lines import Cable, VirtualDesk
 
 DIVIDER: Final = 2
+LONG_NS: Final = 3_600 * 10**9
+"""A set-point time-out that no clause waits for."""
 
 
 class BusBench(ABC):
     """An adapter and the devices that it talks to; whoever makes it plugs them in."""
 
-    arm: BusArm
+    arm: ArmClient
     cable: Cable
 
     def __init__(self) -> None:

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.hardware.arm_on_bus import BusArm
+from palpate.adapters.hardware.arm_client import arm_in_thread
 from palpate.adapters.hardware.plugins import RigContext, arm_maker
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion.arm import arm_named
@@ -12,7 +12,8 @@ from palpate.core.ports import JointVector
 from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.motors.plant import DirectMotors
-from tests.contracts.bus_bench import DIVIDER, BusBench
+from tests.contracts.bus_bench import DIVIDER, LONG_NS, BusBench
+from tests.support.arms import driver_arm
 from tests.virtual_lines import Cable
 from tests.virtual_time import VirtualTime
 
@@ -35,7 +36,7 @@ class Following(DirectMotors):
 
 
 class Bench(BusBench):
-    def __init__(self) -> None:
+    def __init__(self, timeout_ns: int = LONG_NS) -> None:
         super().__init__()
         self.motors = Following(SCALE, HOME)
         self.drives = [CanopenDrive(axis + 1, self.motors, axis) for axis in range(3)]
@@ -46,9 +47,7 @@ class Bench(BusBench):
             "interface": "virtual", "channel": "can0", "nodes": [1, 2, 3], "counts_per_rad": list(SCALE),
             "divider": DIVIDER, "max_age_ms": 200.0,
         }  # fmt: skip
-        arm = arm_maker("cia402")(table, context).arm
-        assert isinstance(arm, BusArm)
-        self.arm = arm
+        self.arm = arm_in_thread(driver_arm("cia402", table, context), self.clock, timeout_ns)
 
     def fail(self) -> None:
         self.drives[0].fail(0x4210)

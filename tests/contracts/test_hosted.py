@@ -1,8 +1,13 @@
-"""An arm in a process of its own keeps the contracts that it keeps in the loop's process."""
+"""A stranger's arm keeps the contracts in the arm's process as it keeps them in the loop's."""
 
 from typing import Any
 
-from palpate.adapters.hardware.plugins import ArmAdapter
+from palpate.adapters.hardware.adapter_arm import AdapterArm
+from palpate.adapters.hardware.arm_client import arm_in_thread
+from palpate.adapters.hardware.arm_process import PACE_NS
+from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
+from palpate.core.motion import arm_named
+from palpate.core.ports import AppliedCommand, JointCommand
 from palpate.core.ports.contracts import (
     TICK_NS,
     ArmCommandContract,
@@ -10,21 +15,32 @@ from palpate.core.ports.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
+from tests.contracts.bus_bench import LONG_NS
 from tests.fake_devices import MAX_AGE_NS, FakeArm, FakeJointEncoder
-from tests.hosted import PACE_NS, Hosted
 from tests.virtual_time import VirtualTime
 
+LATENCY_NS = 5_000_000
 HOME, LOWER, UPPER = (0.1, -0.2, 0.3), (0.05, -0.25, 0.25), (0.25, -0.15, 0.35)
+
+
+class LatentArm(FakeArm):
+    """Stands at a set-point some milliseconds after it got it."""
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        applied = super().send(command)
+        self._target_since_ns += LATENCY_NS
+        return applied
 
 
 class Bench:
     """Encoders and servos, two objects, behind one line."""
 
-    def __init__(self) -> None:
+    def __init__(self, timeout_ns: int = LONG_NS) -> None:
         self.clock = VirtualTime()
-        self.servos = FakeArm(self.clock, HOME, lower_rad=LOWER, upper_rad=UPPER, max_step_rad=0.02)
+        self.servos = LatentArm(self.clock, HOME, lower_rad=LOWER, upper_rad=UPPER, max_step_rad=0.02)
         self.encoder = FakeJointEncoder(self.clock, self.servos.position_rad, max_age_ns=MAX_AGE_NS)
-        self.arm = Hosted(ArmAdapter(self.encoder, self.servos), self.clock).arm
+        context = RigContext(self.clock, arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 3)
+        self.arm = arm_in_thread(AdapterArm(ArmAdapter(self.encoder, self.servos), context), self.clock, timeout_ns)
 
     def advance(self, ticks: int) -> None:
         # And for what there is to be noted.

@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.adapters.hardware.arm_on_bus import BusArm
+from palpate.adapters.hardware.arm_client import ArmClient, arm_in_thread
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.ur import UrTable, UrToolForceSensor, UrToolTable, ur_arm
 from palpate.core.errors import DeviceError
@@ -16,6 +16,7 @@ from palpate.core.ports.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
+from tests.contracts.bus_bench import LONG_NS
 from tests.virtual_ur import HOME, VirtualUr
 
 LOWER, UPPER = tuple(q - 0.3 for q in HOME), tuple(q + 0.05 for q in HOME)
@@ -27,11 +28,9 @@ class Bench(VirtualUr):
 
     reader: UrToolForceSensor | None = None
 
-    def arm(self) -> BusArm:
+    def arm(self, timeout_ns: int = LONG_NS) -> ArmClient:
         context = RigContext(self.clock, arm_named("ur5"), LOWER, UPPER, (1.0,) * 6, accept_kinematics=True)
-        arm = ur_arm(UrTable(), context, lambda: self).arm
-        assert isinstance(arm, BusArm)
-        return arm
+        return arm_in_thread(ur_arm(UrTable(), context, lambda: self), self.clock, timeout_ns)
 
     def sensor(self) -> UrToolForceSensor:
         self.reader = UrToolForceSensor(lambda: self, self.clock, UrToolTable(start_timeout_s=1.0))

@@ -2,13 +2,14 @@
 
 from typing import Any
 
-from palpate.adapters.hardware.arm_on_bus import BusArm
-from palpate.adapters.hardware.plugins import RigContext, arm_maker
+from palpate.adapters.hardware.arm_client import arm_in_thread
+from palpate.adapters.hardware.plugins import RigContext
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
 from palpate.simulation.emulators.motors.plant import HOME_RAD
 from palpate.simulation.emulators.nmc.bus import NmcChain
-from tests.contracts.bus_bench import DIVIDER, BusBench
+from tests.contracts.bus_bench import DIVIDER, LONG_NS, BusBench
+from tests.support.arms import driver_arm
 from tests.support.ideal_motors import IdealPlant
 from tests.virtual_lines import Cable
 
@@ -19,7 +20,7 @@ SETTLE_TICKS = 10
 
 
 class Bench(BusBench):
-    def __init__(self, **settings: Any) -> None:
+    def __init__(self, timeout_ns: int = LONG_NS, **settings: Any) -> None:
         super().__init__()
         self.plant = IdealPlant()
         self.bus = NmcChain(self.plant)
@@ -35,14 +36,12 @@ class Bench(BusBench):
             "reset_wait_ms": 10.0,
             **settings,
         }
-        arm = arm_maker("zebra-nmc")(table, context).arm
-        assert isinstance(arm, BusArm)
-        self.arm = arm
+        self.arm = arm_in_thread(driver_arm("zebra-nmc", table, context), self.clock, timeout_ns)
 
     def fail(self) -> None:
         """The first motor draws too much current."""
         self.bus.modules[0].servo.overcurrent = True
-        self.advance(2)
+        self.advance(3)
 
 
 class TestZebraEncoder(JointEncoderContract):

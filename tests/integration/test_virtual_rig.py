@@ -23,7 +23,7 @@ LATE = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
 @pytest.mark.parametrize(
     ("kind", "arm", "force", "age_ticks"),
     [
-        ("zebra-zero", "zebra-nmc", "jr3-can", (1.0, 1.8)),
+        ("zebra-zero", "zebra-nmc", "jr3-can", (0.7, 1.8)),
         ("zebra-zero", "cia402", "jr3-can", (0.7, 1.7)),
         ("ur5", "ur-rtde", "ati-netft", (0.0, 1.0)),
         ("ur5e", "ur-rtde", "ati-netft", (0.0, 1.0)),

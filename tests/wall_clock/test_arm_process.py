@@ -30,25 +30,25 @@ def note(text):
         notes.write(f"{text}\\n")
 
 def make(settings, context):
-    arm = Noted(context.clock, (0.0,), lower_rad=(-1.0,), upper_rad=(1.0,), max_step_rad=0.1)
+    arm = Noted(context.clock, (0.0,) * 6, lower_rad=(-1.0,) * 6, upper_rad=(1.0,) * 6, max_step_rad=0.1)
     return ArmAdapter(FakeJointEncoder(context.clock, arm.position_rad), arm)
 """
 LOOP = """
 import sys
 from palpate.adapters.config import RealTimeConfig
 from palpate.adapters.hardware import MonotonicClock, RigContext
-from palpate.adapters.hardware.bus_process import host_arm
+from palpate.adapters.hardware.arm_client import arm_in_process
 from palpate.core.errors import PalpateError
 from palpate.core.ports import JointCommand
 
 clock = MonotonicClock()
 context = RigContext.of("zebra-zero", clock)
-arm = host_arm("strange", {}, context, clock, real_time=RealTimeConfig(), deadman_ns=10**9)
+arm = arm_in_process("strange", {}, context, clock, real_time=RealTimeConfig(), timeout_ns=10**9)
 with arm:
     print("moving", flush=True)
     try:
         while True:
-            arm.send(JointCommand((0.05,)))
+            arm.send(JointCommand((0.05,) * 6))
             clock.sleep_until(clock.now_ns() + 7 * 10**6)
     except PalpateError as error:
         print(f"{clock.now_ns()} {error}", flush=True)

@@ -11,16 +11,19 @@ from typing import Any
 import pytest
 
 from palpate.adapters.hardware import MonotonicClock, RigContext
-from palpate.adapters.hardware.plugins import arm_maker, force_sensor_maker
+from palpate.adapters.hardware.arm_client import arm_in_thread
+from palpate.adapters.hardware.plugins import force_sensor_maker
 from palpate.core.errors import DeviceError
 from palpate.core.ports import JointCommand, Life
 from palpate.drivers.errors import DriverError
 from palpate.drivers.ur import UrLink
 from palpate.simulation.emulators.ur import ControllerConfig, UrController, UrServer
 from tests.command_line import JOB, CommandLine
+from tests.support.arms import driver_arm
 from tests.virtual_ur import HOME
 
 pytest.importorskip("rtde_control", reason="needs the extra ur")
+TIMEOUT_NS = 10**9
 THERE = (*HOME[:5], HOME[5] + 0.3)
 
 
@@ -61,7 +64,8 @@ def lead(arm: Any, seconds: float) -> None:
 @pytest.mark.usefixtures("real_time")
 def test_it_is_led_stops_and_is_there_again_after_a_broken_connection(context: RigContext) -> None:
     with served() as server:
-        arm: Any = arm_maker("ur-rtde")({"host": server.host, "patience": 4.0, "max_age_ms": 400.0}, context).arm
+        made = driver_arm("ur-rtde", {"host": server.host, "patience": 4.0, "max_age_ms": 400.0}, context)
+        arm = arm_in_thread(made, context.clock, TIMEOUT_NS)
         with arm:
             lead(arm, 0.6)
             assert arm.read().position_rad == pytest.approx(THERE, abs=2e-3)
@@ -109,7 +113,9 @@ def test_wire_trouble_ends_in_a_named_fault_with_the_arm_at_rest_within_two_seco
     context: RigContext, strike: Callable[[UrServer], object]
 ) -> None:
     with served() as server:
-        arm: Any = arm_maker("ur-rtde")({"host": server.host, "patience": 2.0}, context).arm
+        arm = arm_in_thread(
+            driver_arm("ur-rtde", {"host": server.host, "patience": 2.0}, context), context.clock, TIMEOUT_NS
+        )
         with arm:
             lead(arm, 0.1)
             with server.exclusive() as controller:

@@ -12,6 +12,8 @@ from palpate.adapters.config import DeviceEntry, RealTimeConfig, RigFile, RunCon
 from palpate.adapters.config.rig import OperatorTable, WatchdogTable
 from palpate.adapters.hardware import ArmAdapter, FaultFile, HardwareRig, RigContext, find_approach
 from palpate.adapters.hardware import rig as hardware_rig
+from palpate.adapters.hardware.adapter_arm import AdapterArm
+from palpate.adapters.hardware.arm_client import ArmClient, arm_in_thread
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Life, WrenchSample
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
@@ -65,12 +67,13 @@ FACTS = SensorFactsTable(0.1, 0.004, (100.0,) * 3, (5.0,) * 3, 140.0)
 def rig_of(monkeypatch: pytest.MonkeyPatch) -> Make:
     devices = Devices()
 
-    def arm(_: object, context: RigContext, *_more: object) -> ArmAdapter:
+    def arm(_: object, context: RigContext, *_more: object) -> ArmClient:
         devices.context = context
         devices.arm = CountedArm(
             context.clock, READY, lower_rad=context.lower_rad, upper_rad=context.upper_rad, max_step_rad=0.1
         )
-        return ArmAdapter(FakeJointEncoder(context.clock, devices.arm.position_rad, max_age_ns=LONG_NS), devices.arm)
+        encoder = FakeJointEncoder(context.clock, devices.arm.position_rad, max_age_ns=LONG_NS)
+        return arm_in_thread(AdapterArm(ArmAdapter(encoder, devices.arm), context), context.clock, LONG_NS)
 
     def force(_: object, context: RigContext) -> FakeForceSensor:
         devices.sensor = NoisyForceSensor(context.clock, max_age_ns=LONG_NS)
@@ -121,7 +124,7 @@ def test_a_fault_is_kept_until_it_is_acknowledged_and_no_device_reports_one(
         FaultFile(path)
     rig, devices = rig_of(*quiet, FaultFile(path, "1 Ada: plugged in"))
     devices.arm.fail_on_activation = "protective stop"
-    with pytest.raises(DeviceError, match="protective stop, still; fault 1 cannot be acknowledged"), rig:
+    with pytest.raises(DeviceError, match="fake arm: protective stop"), rig:
         pytest.fail("was entered")
     rig, _ = rig_of(*quiet, FaultFile(path, "1 Ada: plugged in"))
     with rig:

@@ -9,23 +9,27 @@ from typing import Any
 import numpy as np
 import pytest
 
-from palpate.adapters.hardware import ArmAdapter, MonotonicClock, RigContext
-from palpate.adapters.hardware.plugins import arm_maker, force_sensor_maker
+from palpate.adapters.hardware import MonotonicClock, RigContext
+from palpate.adapters.hardware.arm_client import arm_in_thread
+from palpate.adapters.hardware.plugins import force_sensor_maker
+from palpate.adapters.hardware.served_arm import DriverArm
 from palpate.core.errors import DeviceError, FaultLatchedError
 from palpate.core.motion.arm import arm_named
-from palpate.core.ports import CommandReason, ForceSensor, JointCommand, Life, Validity
+from palpate.core.ports import Clock, CommandReason, ForceSensor, JointCommand, Life, Validity
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.cia402.servo import PowerState
 from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
 from palpate.simulation.emulators.lines import EmulatedCanBus, PtyServer, SlcanServer
 from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors
 from palpate.simulation.emulators.nmc.bus import NmcChain
+from tests.support.arms import driver_arm
 from tests.support.ideal_motors import IdealPlant
 from tests.wall_clock.host import Host
 
 pytestmark = pytest.mark.usefixtures("real_time")
 LOWER = (-3.14, -1.07, -1.70, -3.14, -3.14, -3.14)
 UPPER = (3.14, 1.70, 1.07, 3.14, 3.14, 3.14)
+LONG_NS = 60 * 10**9
 LATE = "silent|missing|does not answer|delivers no|answers|no reply in time|failures in a row|unanswered"
 """What a driver says of a device that comes late."""
 
@@ -63,21 +67,20 @@ def slcan(served: ExitStack, *nodes: Any) -> SlcanServer:
     return served.enter_context(SlcanServer(EmulatedCanBus(nodes)))
 
 
-def move_and_stop(adapter: ArmAdapter, host: Host) -> None:
+def move_and_stop(made: DriverArm, clock: Clock, host: Host) -> None:
     """A small move, a stop in its middle of life, and the angles in between."""
-    arm, encoder = adapter.arm, adapter.encoder
-    with arm:
-        start = encoder.read()
+    with arm_in_thread(made, clock, LONG_NS) as arm:
+        start = arm.read()
         assert start.validity is Validity.VALID
         assert start.position_rad == pytest.approx(HOME_RAD, abs=2e-4)
         goal = tuple(q + 0.002 for q in HOME_RAD)
         applied = arm.send(JointCommand(goal))
         assert (applied.reason, applied.position_rad) == (CommandReason.AS_ASKED, goal)
-        host.wait_for(lambda: encoder.read().position_rad == pytest.approx(goal, abs=2e-4), 2.0)
+        host.wait_for(lambda: arm.read().position_rad == pytest.approx(goal, abs=2e-4), 2.0)
         arm.stop()
         assert arm.send(JointCommand(HOME_RAD)).reason is CommandReason.STOPPED
-        host.wait_for(lambda: encoder.read().sequence > start.sequence + 20, 2.0)
-        assert encoder.read().position_rad == pytest.approx(goal, abs=2e-4)
+        host.wait_for(lambda: arm.read().sequence > start.sequence + 20, 2.0)
+        assert arm.read().position_rad == pytest.approx(goal, abs=2e-4)
 
 
 def test_nmc_on_a_terminal(context: RigContext, served: ExitStack, host: Host) -> None:
@@ -92,7 +95,7 @@ def test_nmc_on_a_terminal(context: RigContext, served: ExitStack, host: Host) -
         "patience": 2.0,
     }
     with host.judged(0.01, (DeviceError, FaultLatchedError), LATE):
-        move_and_stop(arm_maker("zebra-nmc")(table, context), host)
+        move_and_stop(driver_arm("zebra-nmc", table, context), context.clock, host)
     assert plant.joints_rad() == pytest.approx([q + 0.002 for q in HOME_RAD], abs=2e-4)
 
 
@@ -110,7 +113,7 @@ def test_cia402_on_a_serial_adapter(
 ) -> None:
     server = slcan(served, *drives)
     with host.judged(0.005, (DeviceError, FaultLatchedError), LATE):
-        move_and_stop(arm_maker("cia402")({**CIA402, "channel": server.channel}, context), host)
+        move_and_stop(driver_arm("cia402", {**CIA402, "channel": server.channel}, context), context.clock, host)
     assert {drive.machine.state for drive in drives} == {PowerState.SWITCH_ON_DISABLED}
 
 
@@ -119,7 +122,9 @@ def test_an_adapter_that_ends_receiving_or_is_unplugged_is_noticed(
     context: RigContext, served: ExitStack, host: Host, drives: list[CanopenDrive], line: bytes | None
 ) -> None:
     server = slcan(served, *drives)
-    arm = arm_maker("cia402")({**CIA402, "channel": server.channel, "divider": 4}, context).arm
+    arm = arm_in_thread(
+        driver_arm("cia402", {**CIA402, "channel": server.channel, "divider": 4}, context), context.clock, LONG_NS
+    )
     with host.judged(0.005, (DeviceError, FaultLatchedError), LATE):
         arm.configure()
         arm.activate()

@@ -6,12 +6,12 @@ A modern refit of an arm: nothing says that any Zebra Zero ever had such drives.
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Final
 
-from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
 from palpate.adapters.hardware.can_table import CanBusTable
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.following import LATER_NS
-from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
+from palpate.adapters.hardware.plugins import RigContext
+from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range
 from palpate.drivers.cia402 import ArmSettings, CanopenLink, Cia402Arm, JointDrive, OperationMode
@@ -43,7 +43,7 @@ class Cia402Table(CanBusTable):
     """Factor on every time-out of the drives and of this computer: 3 for a machine that cannot keep time."""
 
 
-def make_cia402(table: Cia402Table, context: RigContext) -> ArmAdapter:
+def make_cia402(table: Cia402Table, context: RigContext) -> DriverArm:
     """An arm of CiA 402 drives."""
     joints = len(context.lower_rad)
     zeros = table.zero_counts or (0,) * joints
@@ -80,9 +80,12 @@ def make_cia402(table: Cia402Table, context: RigContext) -> ArmAdapter:
         clock = context.clock
         return OpenArm(Cia402Arm(link, arm_settings, now_ns=clock.now_ns, sleep=sleeping(clock)), link.close)
 
-    age_ns = round(table.max_age_ms * 1e6)
-    arm = BusArm(
-        _NAME, open_bus, context.clock, joints=joints, divider=table.divider, max_age_ns=age_ns,
-        later_ns=round(LATER_NS * table.patience), hurry=context.hurry, tell=context.tell,
-    )  # fmt: skip
-    return ArmAdapter(arm, arm)
+    return DriverArm(
+        _NAME,
+        open_bus,
+        context.clock,
+        JointLimits(context.lower_rad, context.upper_rad, context.velocity_limit_rad_s),
+        divider=table.divider,
+        max_age_ns=round(table.max_age_ms * 1e6),
+        later_ns=round(LATER_NS * table.patience),
+    )

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Final, TypeAlias, TypeVar, get_type_hints
 
 from palpate.adapters.config import entries, from_here, imported, overlay
+from palpate.adapters.hardware.served_arm import ServedArm
 from palpate.core.errors import ConfigurationError, PalpateError
 from palpate.core.job import ToolConfig
 from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry, arm_named
@@ -78,14 +79,15 @@ class ArmAdapter:
 DeviceSettings: TypeAlias = Mapping[str, Any]
 """What a rig file says of a device, besides its adapter."""
 Host: TypeAlias = Annotated[str, Holds(lambda host: bool(host.strip()) and host.isprintable(), "an address")]
-ArmMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ArmAdapter]
+ArmMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ArmAdapter | ServedArm]
 ForceSensorMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ForceSensor]
 
 
 def arm_maker(name: str) -> ArmMaker:
     """The function that makes the arm adapter of that name."""
     maker = load_maker("arm", name)
-    return lambda settings, context: _made("arm.adapter", name, ArmAdapter, maker, settings, context)
+    kinds: Any = ArmAdapter | ServedArm
+    return lambda settings, context: _made("arm.adapter", name, kinds, maker, settings, context)
 
 
 def force_sensor_maker(name: str) -> ForceSensorMaker:
@@ -111,7 +113,8 @@ def _made(field: str, name: str, kind: type[T], maker: Any, settings: DeviceSett
     except Exception as error:
         raise ConfigurationError(field, name, f"a function that makes an adapter; it raised {error!r}") from error
     if not isinstance(made, kind):
-        raise ConfigurationError(field, name, f"a function that makes an adapter: {kind.__name__}, not {made!r}")
+        wanted = getattr(kind, "__name__", ArmAdapter.__name__)
+        raise ConfigurationError(field, name, f"a function that makes an adapter: {wanted}, not {made!r}")
     return made
 
 

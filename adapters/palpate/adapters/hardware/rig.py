@@ -10,8 +10,7 @@ from typing_extensions import override
 
 from palpate.adapters.config import RealTimeConfig, RigFile, RunConfig
 from palpate.adapters.hardware.approach import WayToReadyPose, walk
-from palpate.adapters.hardware.arm_on_bus import BusArm
-from palpate.adapters.hardware.bus_process import host_arm
+from palpate.adapters.hardware.arm_client import ArmClient, arm_in_process
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.errors import told_of
 from palpate.adapters.hardware.fault_file import FaultFile
@@ -27,6 +26,7 @@ from palpate.core.ports import (
     FaultLatch,
     ForceSensor,
     JointCommand,
+    JointEncoder,
     Life,
     ManagedDevice,
     Ports,
@@ -132,10 +132,10 @@ class HardwareRig(DeviceRig):
         own = RigContext.of(config.arm, clock)
         context = replace(own, hurry=lambda: join_loop(real_time), tool=config.tool, accept_kinematics=accepted)
         sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
-        adapter = _arm(file, context, clock, real_time)
-        self.operator = OperatorStop(adapter.arm, keys=file.operator.keys, tell=_tell)
-        self.ports = Ports(clock, _mounted(file, sensor), adapter.encoder, GuardedArm(adapter.arm, self.operator))
-        super().__init__(file, sensor, adapter.encoder, adapter.arm)
+        arm = _arm(file, context, clock, real_time)
+        self.operator = OperatorStop(arm, keys=file.operator.keys, tell=_tell)
+        self.ports = Ports(clock, _mounted(file, sensor), arm, GuardedArm(arm, self.operator))
+        super().__init__(file, sensor, arm, arm)
         self._approach, self._limit_N, self._supervision = approach, config.task.max_force_N, config.supervision
         self._at_ready = False
         self.latch: FaultFile = FaultFile(None) if latch is None else latch
@@ -230,12 +230,15 @@ class DryRig(DeviceRig):
         clock = MonotonicClock()
         context = replace(RigContext.of(config.arm, clock), tool=config.tool, accept_kinematics=True)
         sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
-        adapter = arm_maker(file.arm.adapter)(file.arm.settings, context)
-        super().__init__(file, sensor, adapter.encoder)
-        self.is_on = id(adapter.arm) == id(adapter.encoder)
-        if isinstance(adapter.arm, BusArm):
-            adapter.arm.listens, self.is_on = True, False
-        self.ports = Ports(clock, _mounted(file, sensor), adapter.encoder, NoArm("no arm"))
+        made = arm_maker(file.arm.adapter)(file.arm.settings, context)
+        self.is_on = isinstance(made, ArmAdapter) and id(made.arm) == id(made.encoder)
+        encoder: JointEncoder = (
+            made.encoder if isinstance(made, ArmAdapter) else _arm(file, context, clock, config.real_time)
+        )
+        if isinstance(encoder, ArmClient):
+            encoder.listens = True
+        super().__init__(file, sensor, encoder)
+        self.ports = Ports(clock, _mounted(file, sensor), encoder, NoArm("no arm"))
         self.latch = FaultLatch()
 
     def prepare(self, trial: int) -> None:
@@ -258,11 +261,17 @@ def _mounted(file: RigFile, sensor: ForceSensor) -> ForceSensor:
     return TurnedForceSensor(sensor, turn_deg) if turn_deg else sensor
 
 
-def _arm(file: RigFile, context: RigContext, clock: MonotonicClock, real_time: RealTimeConfig) -> ArmAdapter:
+def _arm(file: RigFile, context: RigContext, clock: MonotonicClock, real_time: RealTimeConfig) -> ArmClient:
     """The arm in a process of its own."""
     timeout_ns = round(file.watchdog.setpoint_timeout_ms * 1e6)
-    hosted = host_arm(file.arm.adapter, file.arm.settings, context, clock, real_time=real_time, deadman_ns=timeout_ns)
-    return ArmAdapter(hosted, hosted)
+    return arm_in_process(
+        file.arm.adapter,
+        file.arm.settings,
+        context,
+        clock,
+        real_time=real_time,
+        timeout_ns=timeout_ns,
+    )
 
 
 def _tell(trip: str) -> None:

@@ -10,13 +10,13 @@ from typing import Annotated, ClassVar, Final
 from typing_extensions import override
 
 from palpate.adapters.config import SensorFactsTable
-from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.following import LATER_NS
 from palpate.adapters.hardware.kinematics_check import ReportedPose, judge_kinematics, judge_tool
-from palpate.adapters.hardware.plugins import ArmAdapter, Host, RigContext
+from palpate.adapters.hardware.plugins import Host, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
+from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, Clock, OneOf, Range, Settings
 from palpate.drivers.device import ArmDriver
@@ -70,13 +70,13 @@ class UrToolTable(Settings):
     """Longest wait for the first reading."""
 
 
-def make_ur_rtde(table: UrTable, context: RigContext) -> ArmAdapter:
+def make_ur_rtde(table: UrTable, context: RigContext) -> DriverArm:
     """An arm of Universal Robots over RTDE, by the client ur_rtde."""
     deadman_s = _DEADMAN_S * table.patience
     return ur_arm(table, context, lambda: UrLink(table.host, table.rate_Hz, deadman_s, context.hurry))
 
 
-def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> ArmAdapter:
+def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> DriverArm:
     """The same over a link of the caller's."""
     if len(context.lower_rad) != _JOINTS:
         raise ConfigurationError("arm", context.arm.name, f"an arm of {_JOINTS} joints; {_NAME} has no other")
@@ -91,12 +91,16 @@ def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> A
         way, clock = link(), context.clock
         return OpenArm(UrArm(way, arm_settings, now_ns=clock.now_ns, sleep=sleeping(clock)), way.close)
 
-    arm = BusArm(
-        _NAME, open_bus, context.clock, joints=_JOINTS, divider=table.divider,
-        max_age_ns=round(table.max_age_ms * 1e6), later_ns=round(LATER_NS * table.patience), hurry=context.hurry,
-        judge=lambda driver: judged(driver, context), tell=context.tell,
-    )  # fmt: skip
-    return ArmAdapter(arm, arm)
+    return DriverArm(
+        _NAME,
+        open_bus,
+        context.clock,
+        JointLimits(context.lower_rad, context.upper_rad, context.velocity_limit_rad_s),
+        divider=table.divider,
+        max_age_ns=round(table.max_age_ms * 1e6),
+        later_ns=round(LATER_NS * table.patience),
+        judge=lambda driver: judged(driver, context),
+    )
 
 
 def judged(driver: ArmDriver, context: RigContext) -> list[str]:

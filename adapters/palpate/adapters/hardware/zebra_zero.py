@@ -12,11 +12,12 @@ from typing import Annotated, ClassVar, Final
 from typing_extensions import override
 
 from palpate.adapters.files import write_whole
-from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.following import LATER_NS
-from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
+from palpate.adapters.hardware.plugins import RigContext
+from palpate.adapters.hardware.served_arm import DriverArm, OpenArm
+from palpate.adapters.hardware.served_arm import JointLimits as CommandLimits
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range, Settings
 from palpate.drivers.errors import WiringError
@@ -101,7 +102,7 @@ class ZebraTable(Settings):
     """What the modules get to wake after a reset."""
 
 
-def make_zebra_nmc(table: ZebraTable, context: RigContext) -> ArmAdapter:
+def make_zebra_nmc(table: ZebraTable, context: RigContext) -> DriverArm:
     """The Zebra Zero on its own serial bus."""
     if len(context.lower_rad) != _JOINTS or context.arm.name in _OTHERS:
         raise ConfigurationError("arm", context.arm.name, f"zebra-zero, or the URDF of this arm, with {_JOINTS} joints")
@@ -130,9 +131,13 @@ def make_zebra_nmc(table: ZebraTable, context: RigContext) -> ArmAdapter:
         arm = ZebraZero(port, clock.now_ns, sleeping(clock), arm_settings, at_home=table.at_home, store=store)
         return OpenArm(arm, lambda: close_serial(port))
 
-    age_ns = round(table.max_age_ms * 1e6)
-    arm = BusArm(
-        _NAME, open_bus, context.clock, joints=_JOINTS, divider=table.divider, max_age_ns=age_ns,
-        later_ns=round(LATER_NS * table.patience), hurry=context.hurry, tell=context.tell,
-    )  # fmt: skip
-    return ArmAdapter(arm, arm)
+    limits = arm_settings.limits
+    return DriverArm(
+        _NAME,
+        open_bus,
+        context.clock,
+        CommandLimits(limits.lower_rad, limits.upper_rad, (limits.velocity_rad_per_s,) * _JOINTS),
+        divider=table.divider,
+        max_age_ns=round(table.max_age_ms * 1e6),
+        later_ns=round(LATER_NS * table.patience),
+    )

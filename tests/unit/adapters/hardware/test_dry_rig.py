@@ -8,10 +8,11 @@ from typing_extensions import override
 
 from palpate.adapters.config import DeviceEntry, RigFile, RunConfig, SensorFactsTable
 from palpate.adapters.hardware import ArmAdapter, DryRig, RigContext
-from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
+from palpate.adapters.hardware.arm_client import arm_in_thread
+from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
 from palpate.core.ports import CommandReason, JointCommand, Life, WrenchSample
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
-from tests.unit.adapters.hardware.test_arm_on_bus import SlowDriver
+from tests.unit.adapters.hardware.test_arm_process import SlowDriver
 from tests.virtual_time import VirtualTime
 
 HOME = (0.1,) * 6
@@ -108,7 +109,9 @@ def test_an_arm_on_a_bus_that_listens_gets_no_power_and_no_set_point() -> None:
 
     clock = VirtualTime()
     driver = Mute(clock)
-    arm = BusArm("arm", lambda: OpenArm(driver, str), clock, joints=1, divider=1, max_age_ns=10**8)
+    limits = JointLimits((-1.0,), (1.0,), (1.0,))
+    served = DriverArm("arm", lambda: OpenArm(driver, str), clock, limits, divider=1, max_age_ns=10**8)
+    arm = arm_in_thread(served, clock, 10**8)
     arm.listens = True
     arm.configure()
     arm.activate()

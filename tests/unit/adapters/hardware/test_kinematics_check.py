@@ -113,19 +113,18 @@ def test_another_tool_than_the_controller_has_is_refused(changes: dict[str, Any]
     assert accepted in str(caught.value)
 
 
-def test_an_arm_is_compared_before_it_gets_power(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_arm_is_compared_before_it_gets_power() -> None:
     stated = {"payload_kg": 0.5, "payload_cog_m": CENTRE, "tcp_offset": TCP}
     link = VirtualUr(arm="ur5e", **stated)
     table = UrTable()
     for arm, accepted, told in (("ur5e", False, r"nominal model is 0\.0 mm"), ("ur10e", True, "its flange is")):
         adapter = ur_arm(table, context(arm, clock=link.clock, tool=TOOL, accept_kinematics=accepted), lambda: link)
         with pytest.raises(ConfigurationError, match=told):
-            adapter.arm.configure()
+            adapter.open()
         assert not link.is_open
     adapter = ur_arm(table, context("ur5e", clock=link.clock, tool=TOOL, accept_kinematics=True), lambda: link)
-    adapter.arm.configure()
-    adapter.arm.close()
-    first, second = capsys.readouterr().err.splitlines()
+    first, second = adapter.open()
+    adapter.close()
     assert "the nominal model of ur5e is 0.0 mm and 0.0 mrad from the flange that the controller reports" in first
     assert "payload of the controller and tool agree" in second
 

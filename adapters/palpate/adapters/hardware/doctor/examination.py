@@ -7,8 +7,9 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar, runtime_checkable
 
-from palpate.adapters.config import RigFile
-from palpate.adapters.hardware.arm_on_bus import BusArm
+from palpate.adapters.config import RealTimeConfig, RigFile
+from palpate.adapters.hardware.arm_client import ArmClient, arm_in_process
+from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.doctor.facts import report_facts
 from palpate.adapters.hardware.doctor.findings import DeviceReport, Level, Topic
 from palpate.adapters.hardware.doctor.measure import listen, report_clock, report_pace, report_wrench
@@ -16,6 +17,7 @@ from palpate.adapters.hardware.doctor.move import report_moves, report_pose
 from palpate.adapters.hardware.doctor.push import Person, PushCheck
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.hardware.sensor_facts import reported_by
+from palpate.adapters.hardware.served_arm import ServedArm
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import ForceSensor
 from palpate.drivers.errors import DriverError
@@ -61,7 +63,7 @@ class Examination:
         self._of_sensor = DeviceReport(f"force sensor: {file.force_sensor.adapter}")
         arm, sensor = arm_maker(file.arm.adapter), force_sensor_maker(file.force_sensor.adapter)
         own = replace(context, tell=lambda line: self._of_arm.add(Level.NOTE, Topic.MODEL, line))
-        self._arm = _made(lambda: arm(file.arm.settings, own), self._of_arm)
+        self._arm = _made(lambda: _ports(arm(file.arm.settings, own), file, own), self._of_arm)
         self._sensor = _made(lambda: sensor(file.force_sensor.settings, context), self._of_sensor)
 
     def reports(self) -> Iterator[DeviceReport]:
@@ -95,7 +97,7 @@ class Examination:
             opened.callback(device.close)
         for device in devices:
             device.configure()
-        if isinstance(arm, BusArm):
+        if isinstance(arm, ArmClient):
             arm.listens = True
         elif is_one and not move:
             text = "encoders and servos are one device, which gives angles only when it is switched on"
@@ -112,12 +114,24 @@ class Examination:
             report.add(Level.NOTE, Topic.MOVE, "nothing was moved, because something is wrong", "correct that first")
             return
         self._settings.before_move()
-        if isinstance(arm, BusArm):
+        if isinstance(arm, ArmClient):
             arm.deactivate()
             arm.listens = False
-        if isinstance(arm, BusArm) or not is_one:
+        if isinstance(arm, ArmClient) or not is_one:
             arm.activate()
         report_moves(arm, encoder, self._context.clock, self._context.upper_rad, report)
+
+
+def _ports(made: ArmAdapter | ServedArm, file: RigFile, context: RigContext) -> ArmAdapter:
+    """A third-party arm in this process; one of ours in its own, as in a run."""
+    if isinstance(made, ArmAdapter):
+        return made
+    timeout_ns, clock = round(file.watchdog.setpoint_timeout_ms * 1e6), context.clock
+    if not isinstance(clock, MonotonicClock):
+        raise TypeError("another process needs real time")
+    of_arm = file.arm.adapter, file.arm.settings
+    arm = arm_in_process(*of_arm, context, clock, real_time=RealTimeConfig(), timeout_ns=timeout_ns)
+    return ArmAdapter(arm, arm)
 
 
 def _examined(device: T | None, examine: Callable[[T, ExitStack], None], report: DeviceReport) -> DeviceReport:

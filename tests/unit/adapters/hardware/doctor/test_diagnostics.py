@@ -7,14 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from palpate.adapters.hardware.arm_on_bus import BusArm
-from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
+from palpate.adapters.hardware.plugins import RigContext, force_sensor_maker
+from palpate.adapters.hardware.served_arm import DriverArm
 from palpate.core.motion.arm import arm_named
 from palpate.drivers.device import ArmDriver
 from palpate.drivers.errors import DriverError
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
 from palpate.simulation.emulators.nmc.bus import NmcChain
+from tests.support.arms import driver_arm
 from tests.support.ideal_motors import IdealPlant
 from tests.virtual_lines import VirtualDesk, VirtualPort
 
@@ -34,17 +35,16 @@ def context(desk: VirtualDesk) -> RigContext:
     return RigContext(desk.clock, arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 6)
 
 
-def driver_of(arm: BusArm) -> ArmDriver:
+def driver_of(arm: DriverArm) -> ArmDriver:
     """The open driver, cycled by the test instead of by a thread."""
-    arm.configure()
-    return arm._driver
+    arm.open()
+    return arm.driver
 
 
-def zebra(desk: VirtualDesk, **settings: Any) -> tuple[VirtualPort[NmcChain], BusArm]:
+def zebra(desk: VirtualDesk, **settings: Any) -> tuple[VirtualPort[NmcChain], DriverArm]:
     port = desk.serial("arm", NmcChain(IdealPlant()))
     table = {"port": "arm", "baud": 230_400, "divider": 2, "at_home": True, "reset_wait_ms": 40.0, **settings}
-    arm = arm_maker("zebra-nmc")(table, context(desk)).arm
-    assert isinstance(arm, BusArm)
+    arm = driver_arm("zebra-nmc", table, context(desk))
     return port, arm
 
 
@@ -90,13 +90,12 @@ def test_what_a_zebra_lacks_is_no_fault_where_the_rig_file_says_so(
     assert bool(word) == bool(fault)
 
 
-def drives(desk: VirtualDesk) -> tuple[list[CanopenDrive], BusArm]:
+def drives(desk: VirtualDesk) -> tuple[list[CanopenDrive], DriverArm]:
     plant = IdealPlant()
     nodes = [CanopenDrive(axis + 1, plant, axis) for axis in range(6)]
     desk.can("can0", *nodes)
     settings = {"interface": "virtual", "channel": "can0", "counts_per_rad": [30_557.75] * 6}
-    arm = arm_maker("cia402")(settings, context(desk)).arm
-    assert isinstance(arm, BusArm)
+    arm = driver_arm("cia402", settings, context(desk))
     # What is asked of a drive that still boots is lost.
     desk.clock.sleep(0.1)
     return nodes, arm

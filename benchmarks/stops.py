@@ -1,18 +1,24 @@
-"""Time until the arm is stationary when its loop falls silent, on each emulated bus.
+"""Time until the arm is stationary when its loop, or its own process, stops working, on each emulated bus.
 
-    python -m benchmarks.deadman --trials 100              stopped (SIGSTOP), killed and hanging, 100 times each
-    python -m benchmarks.deadman --trials 5 --arm cia402   one bus
+    python -m benchmarks.stops --times 100              each of six ways, 100 times, on three buses
+    python -m benchmarks.stops --times 5 --arm cia402   one bus
 
-A loop sends far set-points, so that the arm moves towards the last of them at 0.5 rad/s, the limit in the rig files
-that come with palpate, until the set-point time-out stops it. Time counts from the last set-point. The arm is
-stationary when what the emulated motors hold moves no more; the simulated arm swings for another fifth of a second.
+The loop, or the process that owns the arm, is stopped (SIGSTOP), killed (SIGKILL), or hangs in C with the interpreter
+held. The loop hands on far set-points without its own limits, so that the driver moves the arm towards the last of them
+at 0.5 rad/s, the limit in the rig files that come with palpate. Without its loop the arm's process stops it after the
+set-point time-out, counted from the last set-point. Without the arm's process time counts from the signal, and what
+stops the arm is on its bus: CiA 402 drives miss this computer's heartbeat, the controller of Universal Robots misses
+set-points, an NMC module goes to its last set-point, one cycle away. The arm is stationary when what the emulated
+motors hold moves no more; the simulated arm swings for another fifth of a second.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -26,11 +32,11 @@ from dataclasses import replace
 from itertools import takewhile
 from pathlib import Path
 from queue import Queue
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.deadman_loop import FASTEST_RAD_S, NS
+from benchmarks.stops_loop import FASTEST_RAD_S, HANG_SIGNAL, NS
 from palpate.adapters.config import UR, ZEBRA, EmulationConfig
 from palpate.adapters.config.compose import scenario
 from palpate.adapters.hardware.emulated_cell import EmulatedCell
@@ -38,19 +44,23 @@ from palpate.adapters.hardware.real_time import take_real_time
 from palpate.core.trial.ready_pose import find_ready_pose
 
 WIRES = ("zebra-nmc", "cia402", "ur-rtde")
-WAYS = ("stopped", "killed", "hanging")
+WAYS = tuple(f"{who} {how}" for who in ("loop", "arm") for how in ("stopped", "killed", "hanging"))
+BUS_MS = {"zebra-nmc": 0.0, "cia402": 100.0, "ur-rtde": 150.0}
+"""Time-out of the bus itself, where the rig file's patience is 1."""
 STILL_RAD, REST_RAD_S = 1e-6, 0.005
 LOOK_S = 0.002
 EMULATED_PRIORITY = 30
 GONE_S = 5.0
 ALLOWED_MS = 50.0
+PATIENCE = 2.0
+"""Of the emulated devices: no more, or their own time-outs would be long."""
 
 
 class Watched:
     """The emulated cell at work in a thread, and where its joints were when."""
 
-    def __init__(self, cell: EmulatedCell) -> None:
-        self.cell, self.ended = cell, False
+    def __init__(self, cell: EmulatedCell, counts: Path) -> None:
+        self.cell, self.counts, self.ended = cell, counts, False
         self.held: deque[tuple[int, tuple[float, ...]]] = deque(maxlen=2000)
         self.stood: deque[tuple[int, tuple[float, ...]]] = deque(maxlen=1000)
         self.threads = [threading.Thread(target=work, daemon=True) for work in (self.run, self.watch)]
@@ -68,6 +78,12 @@ class Watched:
         while not self.ended:
             self.held.append((time.monotonic_ns(), self.cell.targets_rad()))
             time.sleep(LOOK_S)
+
+    def keep_counts(self) -> None:
+        """What a person does who knows that the Zebra's modules were never without power, and reads their counters."""
+        if self.counts.exists():
+            motors: Any = vars(self.cell)["_motors"]
+            self.counts.write_text(json.dumps([motors.motor_counts(axis) for axis in range(6)]))
 
     def last_motion_ns(self, since_ns: int) -> tuple[int, int, int, int]:
         """When what the motors hold first and last moved, when a joint was last fast, and the longest blink."""
@@ -99,10 +115,10 @@ def emulated(arm: str, folder: Path, rt: bool) -> Iterator[tuple[Watched, Path, 
     ) as cell:
         rig = folder / "rig.toml"
         # Where the adapter has a limit of its own, that is the one of the rig files that come with palpate.
-        text = cell.rig_toml()
+        text = re.sub(r"patience = [0-9.]+", f"patience = {PATIENCE}", cell.rig_toml())
         own = f"velocity_rad_s = {FASTEST_RAD_S}\n" if arm == ZEBRA else ""
         rig.write_text(text.replace("[arm]\n", f"[arm]\n{own}"))
-        watched = Watched(cell)
+        watched = Watched(cell, Path(counts))
         if rt:
             # All that serves has its priority; what is started from here on is not to compete with it.
             os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
@@ -120,8 +136,8 @@ class Loop:
     def __init__(self, rig: Path, arm: str, folder: Path, start: str, options: argparse.Namespace) -> None:
         self.note = Path(tempfile.mkstemp(dir=folder)[1])
         self.note.write_bytes(bytes(8))
-        words = ["--rig", str(rig), "--arm", arm, "--note", str(self.note), "--deadman-ms", str(options.deadman_ms)]
-        call = [sys.executable, "-m", "benchmarks.deadman_loop", *words, f"--start={start}"]
+        words = ["--rig", str(rig), "--arm", arm, "--note", str(self.note), "--timeout-ms", str(options.timeout_ms)]
+        call = [sys.executable, "-m", "benchmarks.stops_loop", *words, f"--start={start}"]
         call += ["--rt"] if options.rt else []
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(call, stdin=pipe, stdout=pipe, text=True, bufsize=1)
@@ -159,6 +175,11 @@ class Loop:
             if not self.lines.get():
                 raise SystemExit("the loop has ended")
 
+    def arm_number(self) -> int:
+        """The process that owns the arm."""
+        number = self.process.pid
+        return int(Path(f"/proc/{number}/task/{number}/children").read_text().split()[0])
+
     def last_set_ns(self) -> int:
         return int.from_bytes(self.note.read_bytes(), "little")
 
@@ -180,7 +201,7 @@ class Loop:
 
 
 class Trial(NamedTuple):
-    """When all motion had ended, in ms beyond the deadman's time after the last set-point.
+    """When all motion had ended, in ms beyond the time-out.
 
     Attributes:
         still_ms: Of what the motors hold.
@@ -196,32 +217,43 @@ class Trial(NamedTuple):
 
 
 def silence(way: str, loop: Loop) -> None:
-    if way == "killed":
+    who, how = way.split()
+    if who == "arm":
+        signals = {"stopped": signal.SIGSTOP, "killed": signal.SIGKILL, "hanging": HANG_SIGNAL}
+        os.kill(loop.arm_number(), signals[how])
+    elif how == "killed":
         loop.note_arms()
         loop.process.kill()
-    elif way == "stopped":
+    elif how == "stopped":
         loop.process.send_signal(signal.SIGSTOP)
     else:
         loop.say()
 
 
-def one_trial(way: str, loop: Loop, watched: Watched, rng: random.Random, deadman_ms: float) -> tuple[Trial, str]:
-    """What was seen, and what the loop said of it."""
+def one_trial(way: str, loop: Loop, watched: Watched, rng: random.Random, timeout_ms: float) -> tuple[Trial, str]:
+    """What was seen, and what the loop said of it.
+
+    Args:
+        timeout_ms: Of the set-points, or of the bus.
+    """
     time.sleep(rng.uniform(0.2, 0.5))
     loop.forget()
+    begin_ns = time.monotonic_ns()
     silence(way, loop)
-    time.sleep(deadman_ms * 1e-3 + 0.5)
-    last_ns = loop.last_set_ns()
+    time.sleep(timeout_ms * 1e-3 + 0.5)
+    last_ns = begin_ns if way.startswith("arm") else loop.last_set_ns()
     first_ns, still_ns, rest_ns, blink_ns = watched.last_motion_ns(last_ns - NS // 20)
-    beyond = ((at - last_ns) * 1e-6 - deadman_ms for at in (still_ns, rest_ns))
+    beyond = ((at - last_ns) * 1e-6 - timeout_ms for at in (still_ns, rest_ns))
     trial = Trial(*beyond, blink_ns * 1e-6, first_ns < last_ns)
-    said = ""
-    if way == "killed":
+    if way == "loop killed":
         loop.kill()
-    else:
-        if way == "stopped":
-            loop.process.send_signal(signal.SIGCONT)
-        said = loop.until_moving()
+        return trial, ""
+    if way == "loop stopped":
+        loop.process.send_signal(signal.SIGCONT)
+    said = loop.lines.get()
+    watched.keep_counts()
+    loop.say()
+    loop.until_moving()
     return trial, said
 
 
@@ -232,37 +264,37 @@ def bench(arm: str, options: argparse.Namespace) -> None:
         for way in options.ways:
             seen: list[Trial] = []
             said = Counter[str]()
+            timeout_ms = BUS_MS[arm] * PATIENCE if way.startswith("arm") else options.timeout_ms
             at_work = Loop(rig, model, Path(name), start, options)
             after = None
             try:
-                for _ in range(options.trials):
-                    if way == "killed" and after is None:
+                for _ in range(options.times):
+                    if way == "loop killed" and after is None:
                         at_work.until_moving()
                         after = Loop(rig, model, Path(name), start, options)
                     elif not seen:
                         at_work.until_moving()
-                    trial, text = one_trial(way, at_work, watched, rng, options.deadman_ms)
+                    trial, text = one_trial(way, at_work, watched, rng, timeout_ms)
                     seen.append(trial)
-                    text = text.partition("; ")[2] or text
-                    said[text] += 1
+                    said[re.sub(r"[0-9.]+ ms", "... ms", text)] += 1
                     if after is not None:
                         at_work, after = after, None
             finally:
                 at_work.kill()
                 if after is not None:
                     after.kill()
-            judge(arm, way, seen, options)
+            judge(arm, way, seen, timeout_ms)
             for text, count in said.most_common():
                 if text:
                     print(f"    {count} x {text}")
 
 
-def judge(arm: str, way: str, seen: list[Trial], options: argparse.Namespace) -> None:
+def judge(arm: str, way: str, seen: list[Trial], timeout_ms: float) -> None:
     still, swung = (np.array(values) for values in zip(*(t[:2] for t in seen), strict=True))
     unmoved = sum(not trial.was_moving for trial in seen)
     good = sum(trial.was_moving and trial.still_ms <= ALLOWED_MS for trial in seen)
     print(
-        f"{arm}, {way}: at rest within {ALLOWED_MS:g} ms of the deadman's {options.deadman_ms:g} ms in {good} of"
+        f"{arm}, {way}: at rest within {ALLOWED_MS:g} ms of the time-out of {timeout_ms:g} ms in {good} of"
         f" {len(seen)}; beyond it median {np.median(still):.1f}, most {still.max():.1f} ms;"
         f" the simulated arm swung until {np.median(swung):.0f} ms" + (f"; {unmoved} did not move" if unmoved else "")
     )
@@ -271,10 +303,10 @@ def judge(arm: str, way: str, seen: list[Trial], options: argparse.Namespace) ->
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--trials", type=int, default=20, help="of each way to fall silent")
+    parser.add_argument("--times", type=int, default=20, help="of each way")
     parser.add_argument("--arm", default="", choices=("", *WIRES), help="wires of one emulated arm; all by default")
     parser.add_argument("--ways", nargs="+", choices=WAYS, default=WAYS)
-    parser.add_argument("--deadman-ms", type=float, default=100.0, help="set-point time-out")
+    parser.add_argument("--timeout-ms", type=float, default=100.0, help="set-point time-out")
     parser.add_argument("--rt", action="store_true", help="request SCHED_FIFO")
     options = parser.parse_args()
     sys.setswitchinterval(0.0002)

@@ -1,26 +1,31 @@
-"""A loop that moves an arm until it falls silent, in a process of its own, for ``benchmarks.deadman``."""
+"""A loop that moves an arm until it falls silent, in a process of its own, for ``benchmarks.stops``."""
 
 from __future__ import annotations
 
 import argparse
 import ctypes
 import mmap
+import os
 import select
+import signal
 import sys
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from palpate.adapters.config.real_time import RealTimeConfig
 from palpate.adapters.config.rig import RigFile
-from palpate.adapters.hardware.bus_process import host_arm
+from palpate.adapters.hardware.arm_client import ArmClient, arm_in_process
 from palpate.adapters.hardware.clock import MonotonicClock
-from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
+from palpate.adapters.hardware.plugins import RigContext, arm_maker
 from palpate.adapters.hardware.real_time import RealTime, join_loop
+from palpate.adapters.hardware.served_arm import DriverArm
 from palpate.core.errors import PalpateError
 from palpate.core.ports.devices import ArmCommand
 from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import CONTROL_RATE_HZ, CommandReason, JointCommand
+from palpate.core.ports.values import CONTROL_RATE_HZ, AppliedCommand, CommandReason, JointCommand, JointVector
 
 NS = 10**9
 MOVING = (0, 5)
@@ -30,28 +35,60 @@ FAR_RAD = 1.2
 HANG_S = 1.0
 
 
-def hosted_arm(rig: RigFile, arm: str, wishes: RealTimeConfig, deadman_ms: float) -> tuple[ArmAdapter, MonotonicClock]:
+ADAPTER = "STOPS_ADAPTER"
+HANG_SIGNAL = signal.SIGUSR2
+
+
+def hang(*_: object) -> None:
+    """Without letting go of the interpreter."""
+    ctypes.PyDLL(None).usleep(round(HANG_S * 1e6))
+
+
+class Unlimited:
+    """Limits nothing."""
+
+    def __init__(self, joints: int) -> None:
+        self.joints = joints
+
+    def start(self, held_rad: JointVector) -> None: ...
+
+    def limited(self, asked_rad: JointVector, now_ns: int) -> AppliedCommand:
+        return AppliedCommand(asked_rad)
+
+
+def make_arm(settings: Mapping[str, Any], context: RigContext) -> Any:
+    """The arm of the adapter that the environment names; its process hangs in C at a signal."""
+    signal.signal(HANG_SIGNAL, hang)
+    made = arm_maker(os.environ[ADAPTER])(settings, context)
+    assert isinstance(made, DriverArm)
+    return made
+
+
+def arm_of(rig: RigFile, arm: str, wishes: RealTimeConfig, timeout_ms: float) -> tuple[ArmClient, MonotonicClock]:
     """The arm of a rig file, in a process of its own."""
-    clock = MonotonicClock()
+    clock, before = MonotonicClock(), signal.getsignal(HANG_SIGNAL)
     context = RigContext.of(arm, clock)
     limits = tuple(min(limit, FASTEST_RAD_S) for limit in context.velocity_limit_rad_s)
     context = replace(context, velocity_limit_rad_s=limits, hurry=lambda: join_loop(wishes))
-    deadman_ns = round(deadman_ms * 1e6)
-    hosted = host_arm(rig.arm.adapter, rig.arm.settings, context, clock, real_time=wishes, deadman_ns=deadman_ns)
-    return ArmAdapter(hosted, hosted), clock
+    os.environ[ADAPTER] = rig.arm.adapter
+    timeout_ns, name = round(timeout_ms * 1e6), "benchmarks.stops_loop:make_arm"
+    client = arm_in_process(name, rig.arm.settings, context, clock, real_time=wishes, timeout_ns=timeout_ns)
+    signal.signal(HANG_SIGNAL, before)
+    return client, clock
 
 
-def loop(path: str, arm_name: str, note_path: str, start_rad: tuple[float, ...], deadman_ms: float, rt: bool) -> None:
-    """Moves the arm until it is killed; says what happened, a line each."""
+def loop(path: str, arm_name: str, note_path: str, start_rad: tuple[float, ...], timeout_ms: float, rt: bool) -> None:
+    """Moves the arm until it is killed; says what happened, a line each, and waits for one before it goes on."""
     wishes = RealTimeConfig(scheduling=rt)
-    adapter, clock = hosted_arm(RigFile.load(Path(path)), arm_name, wishes, deadman_ms)
-    hang = ctypes.PyDLL(None).usleep
+    arm, clock = arm_of(RigFile.load(Path(path)), arm_name, wishes, timeout_ms)
     with Path(note_path).open("r+b") as file:
         note = mmap.mmap(file.fileno(), 8)
+    # A loop that has gone wrong as far as it can: what it asks for is not held back here.
+    vars(arm)["_limiter"] = Unlimited(len(start_rad))
     sys.stdin.readline()
-    with adapter.arm as arm, RealTime(wishes) as granted, granted.loop():
+    with arm, RealTime(wishes) as granted, granted.loop():
         while True:
-            home = adapter.encoder.read().position_rad
+            home = arm.read().position_rad
             far = JointCommand(
                 tuple(
                     q + (FAR_RAD if q < begin else -FAR_RAD) if i in MOVING else q
@@ -69,13 +106,13 @@ def loop(path: str, arm_name: str, note_path: str, start_rad: tuple[float, ...],
                     if applied.reason is CommandReason.STOPPED:
                         raise PalpateError("stopped")
                     note[:] = sent_ns.to_bytes(8, "little")
-                    adapter.encoder.read()
+                    arm.read()
                     tick = max(tick + 1, (clock.now_ns() - start_ns) * CONTROL_RATE_HZ // NS)
                     if select.select([sys.stdin], [], [], 0)[0] and sys.stdin.readline():
-                        # Without letting go of the interpreter.
-                        hang(round(HANG_S * 1e6))
+                        hang()
             except PalpateError as error:
                 print(f"fault {error}", flush=True)
+                sys.stdin.readline()
                 free(arm)
 
 
@@ -100,12 +137,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     for word in ("--rig", "--arm", "--note", "--start"):
         parser.add_argument(word, required=True)
-    parser.add_argument("--deadman-ms", type=float, required=True)
+    parser.add_argument("--timeout-ms", type=float, required=True)
     parser.add_argument("--rt", action="store_true")
     options = parser.parse_args()
     sys.setswitchinterval(0.0002)
     start_rad = tuple(map(float, options.start.split(",")))
-    loop(options.rig, options.arm, options.note, start_rad, options.deadman_ms, options.rt)
+    loop(options.rig, options.arm, options.note, start_rad, options.timeout_ms, options.rt)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,97 @@
+"""A stranger's arm, an adapter with ports and lives of its own, as the process that owns it serves it."""
+
+from collections.abc import Sequence
+
+from typing_extensions import override
+
+from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
+from palpate.adapters.hardware.served_arm import JointLimits, ServedArm
+from palpate.core.errors import DeviceError
+from palpate.core.ports import AppliedCommand, Device, JointCommand, JointSample, JointVector, Life
+
+
+class AdapterArm(ServedArm):
+    """Encoders and servos with one life.
+
+    Args:
+        adapter: The arm. Where encoders and servos are two objects, they live together.
+    """
+
+    answers = True
+
+    def __init__(self, adapter: ArmAdapter, context: RigContext) -> None:
+        self.name = str(getattr(adapter.arm, "name", "arm"))
+        self.limits = JointLimits(context.lower_rad, context.upper_rad, context.velocity_limit_rad_s)
+        self._adapter = adapter
+        devices: tuple[Device, ...] = (adapter.encoder, adapter.arm)
+        self._devices = tuple({id(device): device for device in devices}.values())
+
+    @property
+    @override
+    def is_faulted(self) -> bool:
+        return any(device.life is Life.FAULTED for device in self._devices)
+
+    @override
+    def open(self) -> Sequence[str]:
+        try:
+            for device in self._devices:
+                device.configure()
+        except BaseException:
+            self.close()
+            raise
+        return ()
+
+    @override
+    def enable(self) -> None:
+        try:
+            for device in self._devices:
+                device.activate()
+        except BaseException:
+            self.disable()
+            raise
+
+    @override
+    def cycle(self, setpoint_rad: JointVector | None) -> tuple[JointSample, AppliedCommand | None]:
+        self._require_sound()
+        try:
+            applied = None if setpoint_rad is None else self._adapter.arm.send(JointCommand(setpoint_rad))
+            return self._adapter.encoder.read(), applied
+        finally:
+            # A fault says more than that something was refused because of it.
+            self._require_sound()
+
+    def _require_sound(self) -> None:
+        for device in self._devices:
+            if device.life is Life.FAULTED:
+                raise DeviceError(self.name, device.fault or "a fault that says nothing of itself")
+
+    @override
+    def stop(self) -> None:
+        self._adapter.arm.stop()
+
+    @override
+    def disable(self) -> None:
+        for device in reversed(self._devices):
+            if device.life is Life.ACTIVE:
+                device.deactivate()
+
+    @override
+    def acknowledge(self) -> None:
+        for device in self._devices:
+            if device.life is Life.FAULTED:
+                device.acknowledge_fault()
+        self.disable()
+
+    @override
+    def close(self) -> None:
+        for device in reversed(self._devices):
+            device.close()
+
+    @override
+    def account(self) -> str:
+        return str(getattr(self._adapter.encoder, "account", str)())
+
+
+def served(made: ArmAdapter | ServedArm, context: RigContext) -> ServedArm:
+    """What an adapter's function made, as the arm's process serves it."""
+    return made if isinstance(made, ServedArm) else AdapterArm(made, context)

@@ -1,0 +1,434 @@
+"""An arm that another process owns, as the two arm ports of this one."""
+
+import mmap
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import threading
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from typing import Any, Final, Protocol
+
+from typing_extensions import override
+
+from palpate.adapters.config import RealTimeConfig
+from palpate.adapters.hardware.adapter_arm import served
+from palpate.adapters.hardware.arm_memory import ArmMemory, ArmStatus, Setpoint
+from palpate.adapters.hardware.arm_process import PACE_NS, ArmLoop, Assignment
+from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.adapters.hardware.plugins import RigContext, arm_maker
+from palpate.adapters.hardware.served_arm import ServedArm
+from palpate.core.errors import CommandError, DeviceError
+from palpate.core.ports import (
+    CONTROL_RATE_HZ,
+    AppliedCommand,
+    ArmCommand,
+    Clock,
+    CommandLimiter,
+    CommandReason,
+    JointCommand,
+    JointEncoder,
+    JointSample,
+    JointVector,
+    Life,
+    ManagedDevice,
+    Validity,
+)
+
+_NS: Final = 1_000_000_000
+_ANSWER_NS: Final = 2_000_000
+"""Longest that a set-point for a stranger's arm keeps the loop waiting for what became of it."""
+_STOP_NS: Final = 9 * _NS // 5
+_REQUEST_NS: Final = 60 * _NS
+_CLOSE_NS: Final = 10 * _NS
+_END_NS: Final = 12 * _NS
+"""Longest wait for the process to end: what it takes to stop and close an arm whose line is dead, twice over."""
+_HANGS_NS: Final = 2 * _NS // 5
+"""A process that has not looked for so much longer than the set-point time-out counts as hanging: a cycle on a line
+that does not answer may take a while."""
+_LEFT: Final = "what stops the arm now is its drives' own time-outs; switch the arm off if it moves"
+
+
+class ArmHost(Protocol):
+    """What runs the :class:`ArmLoop`, as far as its client has to do with it."""
+
+    line: Connection
+    memory: ArmMemory
+
+    @abstractmethod
+    def is_alive(self) -> bool:
+        """Whether it runs."""
+
+    @abstractmethod
+    def end(self) -> None:
+        """See to it that nothing of it is left; waits a little for it to end by itself."""
+
+    @abstractmethod
+    def kill(self) -> str:
+        """End it at once; returns how it came to its end, for a message."""
+
+
+class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
+    """Encoders and servos of an arm that another process owns.
+
+    Args:
+        arm: The same arm as the other process has; here it is never opened.
+        tell: Takes what the arm has to say as it is opened.
+
+    Attributes:
+        listens: Only angles are read: the arm gets neither power nor commands. Set it before :meth:`activate`.
+    """
+
+    def __init__(
+        self,
+        arm: ServedArm,
+        start: Callable[[], ArmHost],
+        clock: Clock,
+        timeout_ns: int,
+        tell: Callable[[str], object] = str,
+    ) -> None:
+        super().__init__(arm.name)
+        self._arm, self._start, self._clock = arm, start, clock
+        self._silence_ns, self._tell, self.listens = timeout_ns + _HANGS_NS, tell, False
+        limits = arm.limits
+        self._limiter = CommandLimiter(limits.lower_rad, limits.upper_rad, limits.velocity_rad_s, CONTROL_RATE_HZ)
+        self._host: ArmHost | None = None
+        self._status = ArmStatus()
+        self._sent = self._requests = 0
+        self._stopped = False
+        self._last_words = ""
+
+    @property
+    @override
+    def life(self) -> Life:
+        self._look()
+        return self._life
+
+    @property
+    @override
+    def fault(self) -> str | None:
+        self._look()
+        return self._fault
+
+    @override
+    def read(self) -> JointSample:
+        self._look()
+        if self._life is not Life.ACTIVE:
+            self._require_active("read()")
+        sample = self._status.joints
+        if sample is None:
+            raise DeviceError(self.name, "has not delivered a sample yet")
+        if len(sample.position_rad) != self._limiter.joints:
+            problem = f"gives {len(sample.position_rad)} joint angles, the arm has {self._limiter.joints}"
+            raise DeviceError(self.name, problem)
+        if self._arm.max_age_ns and self._clock.now_ns() - sample.source_time_ns > self._arm.max_age_ns:
+            old = (sample.source_time_ns, sample.receive_time_ns, sample.sequence)
+            return JointSample(sample.position_rad, *old, Validity.STALE)
+        return sample
+
+    def account(self) -> str:
+        """What the arm's wire gave of late besides good samples."""
+        sample, now_ns = self._status.joints, self._clock.now_ns()
+        if sample is None or not self._arm.max_age_ns or now_ns - sample.source_time_ns <= self._arm.max_age_ns:
+            return self._status.account
+        silent_ms = (now_ns - sample.source_time_ns) * 1e-6
+        waiting = self._status.account or "one is waiting for an answer"
+        return f"no bus cycle has brought angles for {silent_ms:.0f} ms; {waiting}"
+
+    def diagnostics(self) -> dict[str, str]:
+        """Return what the arm reports of itself; empty while it is not open."""
+        found: dict[str, str] = {} if self._host is None else self._request("diagnostics")
+        return found
+
+    @property
+    def rate_Hz(self) -> float:
+        """Rate of its cycles."""
+        return CONTROL_RATE_HZ / self._arm.divider
+
+    @override
+    def send(self, command: JointCommand) -> AppliedCommand:
+        """Hand on a set-point. A driver's arm gets what its limits leave of it; a stranger's says what became of it."""
+        self._look()
+        if self._life is not Life.ACTIVE:
+            self._require_active("send()")
+        asked, host = command.position_rad, self._host
+        if len(asked) != self._limiter.joints:
+            joints = self._limiter.joints
+            raise CommandError(f"the arm has {joints} joints, the command has another number", len(asked))
+        if self._stopped or self.listens or host is None:
+            return AppliedCommand(self._where(), CommandReason.STOPPED)
+        now_ns = self._clock.now_ns()
+        applied = AppliedCommand(asked) if self._arm.answers else self._limiter.limited(asked, now_ns)
+        self._sent += 1
+        host.memory.setpoint.write(Setpoint(self._sent, now_ns, applied.position_rad))
+        if self._arm.answers:
+            return self._answered(now_ns + _ANSWER_NS)
+        if self._is_stopped():
+            # By a signal handler that came in between: the arm's process takes no set-point any more.
+            return AppliedCommand(self._where(), CommandReason.STOPPED)
+        return applied
+
+    def _is_stopped(self) -> bool:
+        return self._stopped
+
+    def _answered(self, deadline_ns: int) -> AppliedCommand:
+        """What became of the newest set-point; where that is not known in time, the arm holds what it held."""
+        while self._status.taken < self._sent and self._clock.now_ns() < deadline_ns:
+            self._clock.sleep_until(self._clock.now_ns() + PACE_NS // 5)
+            self._look()
+        if self._life is not Life.ACTIVE:
+            self._require_active("send()")
+        applied = self._status.applied
+        if self._stopped or applied is None:
+            reason = CommandReason.STOPPED if self._stopped else CommandReason.VELOCITY_LIMIT
+            return AppliedCommand(self._where(), reason)
+        if self._status.taken < self._sent:
+            return AppliedCommand(applied.position_rad, CommandReason.VELOCITY_LIMIT)
+        return applied
+
+    def _where(self) -> JointVector:
+        return () if self._status.joints is None else self._status.joints.position_rad
+
+    @override
+    def stop(self) -> None:
+        """Stop the arm; returns when it has been told, or it has taken too long. May come from a signal handler."""
+        self._stopped = True
+        host, asked_ns = self._host, self._clock.now_ns()
+        if host is None or self._life is Life.CONSTRUCTED:
+            return
+        host.memory.stop_asked_ns = asked_ns
+        while host.memory.stopped_ns < asked_ns and host.is_alive():
+            if self._clock.now_ns() > asked_ns + _STOP_NS:
+                return
+            self._clock.sleep_until(self._clock.now_ns() + PACE_NS)
+
+    @override
+    def activate(self) -> None:
+        self._look()
+        super().activate()
+
+    @override
+    def deactivate(self) -> None:
+        self._look()
+        super().deactivate()
+
+    @override
+    def acknowledge_fault(self) -> None:
+        self._look()
+        super().acknowledge_fault()
+
+    @override
+    def _on_configure(self) -> None:
+        host = self._host = self._start()
+        self._status = ArmStatus()
+        try:
+            for line in self._request("configure"):
+                self._tell(line)
+        except BaseException:
+            self._host = None
+            host.end()
+            raise
+
+    @override
+    def _on_activate(self) -> None:
+        self._stopped = False
+        self._request("listen" if self.listens else "activate")
+        self._limiter.start(self._where())
+
+    @override
+    def _on_deactivate(self) -> None:
+        self._request("deactivate")
+
+    @override
+    def _on_acknowledge(self) -> None:
+        if self._host is None:
+            # It died. Whoever acknowledges that wants another one.
+            self._on_configure()
+        else:
+            self._request("acknowledge_fault")
+
+    @override
+    def _on_close(self) -> None:
+        host = self._host
+        if host is None:
+            return
+        try:
+            self._request("close", _CLOSE_NS)
+        except DeviceError:
+            if self._host is not None:
+                raise
+            # The process is gone, and has been reported before.
+        finally:
+            self._host = None
+            host.end()
+
+    def _request(self, name: str, patience_ns: int = _REQUEST_NS) -> Any:
+        host, deadline_ns = self._host, self._clock.now_ns() + patience_ns
+        if host is None:
+            raise DeviceError(self.name, self._last_words)
+        self._requests += 1
+        answered = 0
+        try:
+            host.line.send((self._requests, name))
+            # An answer that nobody waited for may be before it.
+            while answered != self._requests:
+                while not host.line.poll(0):
+                    if self._clock.now_ns() > deadline_ns:
+                        self._bury(host, f"does not answer to {name}()")
+                        raise DeviceError(self.name, self._last_words)
+                    self._clock.sleep_until(self._clock.now_ns() + PACE_NS)
+                answered, found, problem, fault = host.line.recv()
+        except (EOFError, OSError) as error:
+            self._bury(host)
+            raise DeviceError(self.name, self._last_words) from error
+        self._status = host.memory.status.read()
+        if fault is not None:
+            self._latch(fault)
+        if problem is not None:
+            raise problem
+        return found
+
+    def _look(self) -> None:
+        """Take in what the other process has noted; never waits."""
+        host = self._host
+        if host is None:
+            return
+        # The time first: between the two this process may be stopped for a while itself.
+        now_ns = self._clock.now_ns()
+        silent_ns = now_ns - host.memory.beat_ns
+        self._status = host.memory.status.read()
+        if self._status.fault is not None:
+            self._latch(self._status.fault)
+        if not host.is_alive():
+            self._bury(host)
+        elif silent_ns > self._silence_ns and self._life is Life.ACTIVE:
+            self._bury(host, f"has not run for {silent_ns * 1e-6:.0f} ms, stopped or hanging in its driver")
+
+    def _bury(self, host: ArmHost, cause: str = "") -> None:
+        """Have nothing to do with it any more: one that would go on later must not move the arm again."""
+        if self._host is host:
+            self._host = None
+            end = host.kill()
+            self._last_words = f"the arm's process {cause or end}; {_LEFT}"
+            self._latch(self._last_words)
+
+
+class ArmProcess(ArmHost):
+    """The process, just started. It works once it has got its assignment."""
+
+    def __init__(self, assignment: Assignment) -> None:
+        self.line, theirs = multiprocessing.Pipe()
+        file = os.memfd_create("palpate arm")
+        handed = (theirs.fileno(), file)
+        words = ["-P", "-m", "palpate.adapters.hardware.arm_process", *map(str, handed)]
+        try:
+            os.ftruncate(file, ArmMemory.BYTES)
+            # In a process group of its own: Ctrl-C and Ctrl-Z are for the loop, and this stops the arm after both.
+            self._process = subprocess.Popen(
+                [sys.executable, *words], stdin=subprocess.DEVNULL, pass_fds=handed, process_group=0
+            )
+            self.memory = ArmMemory(mmap.mmap(file, ArmMemory.BYTES))
+        except OSError as error:
+            self.line.close()
+            raise DeviceError("arm", f"its process cannot be started ({error.strerror})") from error
+        finally:
+            theirs.close()
+            os.close(file)
+        with suppress(OSError):
+            self.line.send(assignment)
+
+    @override
+    def is_alive(self) -> bool:
+        return self._process.poll() is None
+
+    @override
+    def end(self) -> None:
+        self.line.close()
+        try:
+            self._process.wait(_END_NS / _NS)
+        except subprocess.TimeoutExpired:
+            self.kill()
+
+    @override
+    def kill(self) -> str:
+        self.line.close()
+        with suppress(subprocess.TimeoutExpired):
+            # One that has hung up is about to end.
+            self._process.wait(0.05)
+        if self._process.poll() is None:
+            self._process.kill()
+        code = self._process.wait()
+        return f"was killed by {signal.Signals(-code).name}" if code < 0 else f"has ended with code {code}"
+
+
+class ArmThread(ArmHost):
+    """The same in a thread of this process."""
+
+    def __init__(self, arm: ServedArm, clock: Clock, timeout_ns: int) -> None:
+        self.line, theirs = multiprocessing.Pipe()
+        memory = mmap.mmap(-1, ArmMemory.BYTES)
+        self.memory, self._clock = ArmMemory(memory), clock
+        # A board knows which note it has written or read last: each side has its own.
+        self.loop = ArmLoop(arm, theirs, ArmMemory(memory), clock, timeout_ns)
+        self._thread = threading.Thread(target=self.loop.serve, name=f"{arm.name} bus", daemon=True)
+        self._thread.start()
+
+    @override
+    def is_alive(self) -> bool:
+        return self._thread.is_alive()
+
+    @override
+    def end(self) -> None:
+        self.line.close()
+        deadline_ns = self._clock.now_ns() + _END_NS
+        while self._thread.is_alive() and self._clock.now_ns() < deadline_ns:
+            self._clock.sleep_until(self._clock.now_ns() + PACE_NS)
+
+    @override
+    def kill(self) -> str:
+        self.line.close()
+        return "has ended"
+
+
+def arm_in_thread(arm: ServedArm, clock: Clock, timeout_ns: int) -> ArmClient:
+    """The arm's ports, over a thread of this process."""
+    return ArmClient(arm, lambda: ArmThread(arm, clock, timeout_ns), clock, timeout_ns)
+
+
+def arm_in_process(
+    adapter: str,
+    settings: Mapping[str, Any],
+    context: RigContext,
+    clock: MonotonicClock,
+    *,
+    real_time: RealTimeConfig,
+    timeout_ns: int,
+) -> ArmClient:
+    """The arm of that name in a process of its own, which begins with ``configure``.
+
+    Args:
+        clock: The same clock as the context's.
+        real_time: What the run asks of the system; the process asks for the same, with a priority above the loop's.
+        timeout_ns: Time without a set-point after which the process brings the arm to rest.
+
+    Raises:
+        ConfigurationError: There is no such adapter, or it refuses its settings.
+    """
+    # Made here as well, which opens nothing: so what is wrong in a rig file is told before anything starts.
+    arm = served(arm_maker(adapter)(settings, context), context)
+    assignment = Assignment(
+        adapter,
+        dict(settings),
+        clock.origin_ns,
+        context.arm,
+        (context.lower_rad, context.upper_rad, context.velocity_limit_rad_s),
+        context.tool,
+        context.accept_kinematics,
+        real_time,
+        timeout_ns,
+    )
+    return ArmClient(arm, lambda: ArmProcess(assignment), clock, timeout_ns, context.tell)

@@ -1,0 +1,305 @@
+"""The process that owns an arm: reads the newest set-point, cycles the arm, and stops it when none comes any more."""
+
+import mmap
+import os
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from typing import Any, Final, NamedTuple
+
+from palpate.adapters.config import RealTimeConfig
+from palpate.adapters.hardware.adapter_arm import served
+from palpate.adapters.hardware.arm_memory import ArmMemory, ArmStatus, Setpoint
+from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.adapters.hardware.plugins import RigContext, arm_maker
+from palpate.adapters.hardware.real_time import RealTime, take_real_time
+from palpate.adapters.hardware.served_arm import ServedArm
+from palpate.adapters.signals import ignore_ending_signals
+from palpate.core.errors import DeviceError, PalpateError
+from palpate.core.job import ToolConfig
+from palpate.core.motion import ArmDescription
+from palpate.core.ports import CONTROL_RATE_HZ, AppliedCommand, Clock, JointSample, JointVector
+
+PACE_NS: Final = 1_000_000
+"""How often to look for a stop, a set-point and whether the loop still lives."""
+_NS: Final = 1_000_000_000
+_FIRST_NS: Final = 3 * _NS
+"""Longest wait for a first sample."""
+_SWING_NS: Final = _NS // 2
+"""How long an arm that was stopped in full motion may go on swinging."""
+_SWITCH_S: Final = 0.0001
+_LONGEST: Final = 2000
+"""Signs of a message; a note has its size."""
+
+
+_PLAIN: Final = (str, int, float, tuple, list, type(None))
+
+
+class ArmLoop:
+    """Serves one loop until it has had the arm closed, or is gone.
+
+    Args:
+        line: Requests of the life cycle come this way, and their answers go back.
+        timeout_ns: Time without a set-point, while set-points move the arm, after which it is brought to rest.
+    """
+
+    def __init__(
+        self,
+        arm: ServedArm,
+        line: Connection,
+        memory: ArmMemory,
+        clock: Clock,
+        timeout_ns: int,
+        is_orphan: Callable[[], bool] = lambda: False,
+    ) -> None:
+        self._arm, self._line, self._memory, self._clock = arm, line, memory, clock
+        self._timeout_ns, self._is_orphan = timeout_ns, is_orphan
+        self._requests: Mapping[str, Callable[[], object]] = {
+            "configure": arm.open,
+            "diagnostics": arm.diagnostics,
+            "activate": self._activate,
+            "listen": self._listen,
+            "deactivate": self._deactivate,
+            "acknowledge_fault": self._acknowledge,
+            "close": self._close,
+        }
+        self._cycles = self._closed = self._is_enabled = False
+        self._stopped = True
+        self._asked_ns = memory.stop_asked_ns
+        self._fault: str | None = None
+        self._sample: JointSample | None = None
+        self._applied: AppliedCommand | None = None
+        self._taken = 0
+        self._start_ns = self._slot = 0
+
+    def serve(self) -> bool:
+        """Until the loop has had the arm closed, or is gone; True if it was gone."""
+        try:
+            # Under a clock on which threads take turns, this one waits for its own.
+            self._clock.now_ns()
+            while not self._closed:
+                self._look()
+                self._wait()
+        except (EOFError, OSError):
+            return True
+        finally:
+            self._end()
+        return False
+
+    def _wait(self) -> None:
+        """Cycle if it is time to, and sleep until there may be something to do."""
+        until_ns = self._clock.now_ns() + PACE_NS
+        if self._cycles:
+            if self._arm.answers or self._clock.now_ns() >= self._due_ns:
+                self._cycle()
+            until_ns = min(until_ns, max(self._due_ns, self._clock.now_ns()))
+        self._memory.beat_ns = self._clock.now_ns()
+        self._clock.sleep_until(until_ns)
+
+    @property
+    def _due_ns(self) -> int:
+        return self._start_ns + self._slot * _NS * self._arm.divider // CONTROL_RATE_HZ
+
+    def _look(self) -> None:
+        if self._is_orphan():
+            raise EOFError
+        while self._line.poll(0):
+            self._answer(*self._line.recv())
+        if (asked_ns := self._memory.stop_asked_ns) != self._asked_ns:
+            self._asked_ns = asked_ns
+            self._stop()
+            self._memory.stopped_ns = self._clock.now_ns()
+        setpoint = self._newest()
+        if setpoint is not None and (age_ns := self._clock.now_ns() - setpoint.sent_ns) > self._timeout_ns:
+            self._stop()
+            limit = f"no set-point for {age_ns * 1e-6:.1f} ms, {self._timeout_ns * 1e-6:.1f} ms are allowed"
+            self._latch(f"set-point time-out: {limit}")
+
+    def _newest(self) -> Setpoint | None:
+        """The set-point that counts; None while none does."""
+        setpoint = self._memory.setpoint.read()
+        if self._stopped or setpoint is None or setpoint.sent_ns < self._start_ns:
+            return None
+        return setpoint
+
+    def _cycle(self) -> None:
+        now_ns, setpoint = self._clock.now_ns(), self._newest()
+        reached = (now_ns - self._start_ns) * CONTROL_RATE_HZ // (_NS * self._arm.divider) + 1
+        self._slot = max(self._slot + 1, reached)
+        if self._arm.answers and setpoint is not None and setpoint.number <= self._taken:
+            # A stranger's arm is told each set-point once.
+            setpoint = None
+        try:
+            self._sample, applied = self._arm.cycle(None if setpoint is None else setpoint.position_rad)
+        except Exception as error:
+            # Whatever it was: without its cycles the arm must not go on.
+            self._cycles = False
+            self._latch(self._cause(error))
+            self._stop()
+            return
+        if setpoint is not None:
+            self._taken, self._applied = setpoint.number, applied
+        self._publish()
+
+    def _cause(self, error: Exception) -> str:
+        if isinstance(error, PalpateError):
+            return str(error).removeprefix(f"{self._arm.name}: ")
+        return f"its adapter failed: {error!r}"
+
+    def _latch(self, cause: str) -> None:
+        self._fault = self._fault or cause[:_LONGEST]
+        self._publish()
+
+    def _publish(self) -> None:
+        status = ArmStatus(self._fault, self._sample, self._applied, self._taken, self._arm.account()[:_LONGEST])
+        self._memory.status.write(status)
+        self._memory.beat_ns = self._clock.now_ns()
+
+    def _stop(self) -> None:
+        """Once, until the arm is activated again."""
+        if not self._stopped:
+            self._stopped = True
+            try:
+                self._arm.stop()
+            except Exception as error:
+                self._latch(f"stop() failed: {error!r}")
+
+    def _answer(self, number: int, request: str) -> None:
+        found, problem = None, None
+        try:
+            found = self._requests[request]()
+        except PalpateError as error:
+            problem = error
+            # They may hold anything, and not all of it can go to another process.
+            vars(problem).update(
+                {name: repr(value) for name, value in vars(error).items() if type(value) not in _PLAIN}
+            )
+        except Exception as error:
+            problem = DeviceError(self._arm.name, self._cause(error))
+        # Noted before it is answered: whoever has the answer finds in the memory what came of it.
+        if not self._closed:
+            self._publish()
+        self._line.send((number, found, problem, self._fault))
+
+    def _activate(self) -> None:
+        try:
+            self._arm.enable()
+        except PalpateError as error:
+            if self._arm.is_faulted:
+                self._latch(self._cause(error))
+            raise
+        self._is_enabled, self._stopped = True, False
+        self._listen()
+
+    def _listen(self) -> None:
+        """Cycle the arm, and wait for a first sample. Without power nothing else comes of it."""
+        self._sample = None
+        self._start_ns, self._slot, self._cycles = self._clock.now_ns(), 0, True
+        while self._cycles and self._sample is None and self._clock.now_ns() < self._start_ns + _FIRST_NS:
+            self._cycle()
+            self._clock.sleep_until(self._due_ns)
+        if self._sample is None:
+            self._cycles = False
+            self._stop()
+            raise DeviceError(self._arm.name, self._fault or "delivers no joint angles")
+
+    def _deactivate(self) -> None:
+        self._cycles = False
+        self._disable()
+
+    def _disable(self) -> None:
+        self._stop()
+        if self._is_enabled:
+            self._arm.disable()
+            self._is_enabled = False
+
+    def _acknowledge(self) -> None:
+        self._cycles = False
+        if self._arm.is_faulted:
+            self._stop()
+            self._arm.acknowledge()
+            self._is_enabled = False
+        else:
+            self._disable()
+        self._fault = None
+
+    def _close(self) -> None:
+        self._cycles, self._closed = False, True
+        self._stop()
+        self._arm.close()
+
+    def _end(self) -> None:
+        """Stop and close where the loop is gone without a word."""
+        if not self._closed:
+            self._stop()
+            # Some arms are left alone for good now, and keep where they stood: not where they swung.
+            end_ns = self._clock.now_ns() + _SWING_NS
+            while (now_ns := self._clock.now_ns()) < end_ns:
+                if self._cycles:
+                    self._cycle()
+                self._clock.sleep_until(min(self._due_ns if self._cycles else now_ns + PACE_NS, end_ns))
+            self._closed = True
+            with suppress(Exception):
+                self._arm.close()
+        self._line.close()
+
+
+class Assignment(NamedTuple):
+    """All that the process has to be told; the first message on its line."""
+
+    adapter: str
+    settings: dict[str, Any]
+    origin_ns: int
+    arm: ArmDescription
+    limits: tuple[JointVector, JointVector, JointVector]
+    tool: ToolConfig | None
+    accept_kinematics: bool
+    real_time: RealTimeConfig
+    timeout_ns: int
+
+
+def _hurrying(real_time: RealTimeConfig) -> Callable[[], object]:
+    """Puts a thread into the real-time class, if the run is to be there: above a loop that hangs in it."""
+    if not real_time.scheduling:
+        return lambda: None
+
+    def hurry() -> None:
+        if not take_real_time(min(real_time.priority + 1, 99)).granted:
+            take_real_time(real_time.priority)
+
+    return hurry
+
+
+def main() -> None:
+    """Be the arm's process; arguments are the numbers of the line and of the memory."""
+    # Whoever wants an end asks the loop for it; it ends this process by ending its line.
+    ignore_ending_signals()
+    line, file = Connection(int(sys.argv[1])), int(sys.argv[2])
+    memory = ArmMemory(mmap.mmap(file, ArmMemory.BYTES))
+    os.close(file)
+    loop, was_left = os.getppid(), True
+    with suppress(EOFError, OSError):
+        was_left = _serve(Assignment(*line.recv()), line, memory, lambda: os.getppid() != loop)
+    if was_left:
+        with suppress(OSError):
+            sys.stderr.write("palpate: the loop is gone without a word; the arm was stopped\n")
+    # Not a moment longer, whatever threads an adapter has left.
+    os._exit(0)
+
+
+def _serve(told: Assignment, line: Connection, memory: ArmMemory, is_orphan: Callable[[], bool]) -> bool:
+    clock = MonotonicClock(told.origin_ns)
+    hurry = _hurrying(told.real_time)
+    hurry()
+    # Between the bus's receiver and this thread.
+    sys.setswitchinterval(_SWITCH_S)
+    context = RigContext(clock, told.arm, *told.limits, hurry, told.tool, told.accept_kinematics)
+    arm = served(arm_maker(told.adapter)(told.settings, context), context)
+    with RealTime(replace(told.real_time, scheduling=False, cpu=-1)):
+        return ArmLoop(arm, line, memory, clock, told.timeout_ns, is_orphan).serve()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,208 @@
+"""An arm as the process that owns it opens, cycles and stops it: one of our drivers, or a stranger's adapter."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from typing_extensions import override
+
+from palpate.adapters.hardware.errors import lately, told, translating
+from palpate.adapters.hardware.following import Following
+from palpate.core.errors import DeviceError
+from palpate.core.ports import AppliedCommand, Clock, CommandReason, JointSample, JointVector
+from palpate.drivers.device import ArmDriver
+from palpate.drivers.errors import DriverError
+
+
+@dataclass(frozen=True, slots=True)
+class JointLimits:
+    """What a command is held to before the arm's process gets it.
+
+    Attributes:
+        lower_rad: Lower ends, (n,). upper_rad: Upper ends, (n,). velocity_rad_s: Highest velocities, (n,).
+    """
+
+    lower_rad: JointVector
+    upper_rad: JointVector
+    velocity_rad_s: JointVector
+
+
+class ServedArm(ABC):
+    """One thread uses it, one call at a time. Making it opens nothing.
+
+    Attributes:
+        divider: Control ticks per cycle.
+        max_age_ns: Age above which a sample of the joints is stale; 0 where the arm says so itself.
+        answers: Whether what a cycle makes of a set-point is known at once, and only there.
+    """
+
+    name: str
+    limits: JointLimits
+    divider: int = 1
+    max_age_ns: int = 0
+    answers: bool = False
+
+    @property
+    @abstractmethod
+    def is_faulted(self) -> bool:
+        """Whether a fault of its own waits to be acknowledged."""
+
+    @abstractmethod
+    def open(self) -> Sequence[str]:
+        """Find the arm; nothing gets power. Gives lines for the person."""
+
+    @abstractmethod
+    def enable(self) -> None:
+        """Let the servos hold it where it stands."""
+
+    @abstractmethod
+    def cycle(self, setpoint_rad: JointVector | None) -> tuple[JointSample, AppliedCommand | None]:
+        """Exchange a set-point, None to hold, for joint angles; gives what became of it, where there was one."""
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Bring it to rest; at any time."""
+
+    @abstractmethod
+    def disable(self) -> None:
+        """End what ``enable`` began."""
+
+    @abstractmethod
+    def acknowledge(self) -> None:
+        """Clear its own fault; a person's decision."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Stop it and release its wire."""
+
+    def account(self) -> str:
+        """What its wire gave of late besides good samples; empty for nothing."""
+        return ""
+
+    def diagnostics(self) -> dict[str, str]:
+        """What the arm reports of itself; empty while it is not open."""
+        return {}
+
+
+@dataclass(frozen=True, slots=True)
+class OpenArm:
+    """A driver on a bus that is open.
+
+    Attributes:
+        close: Closes the port or the bus; called after the driver's own ``close``.
+    """
+
+    driver: ArmDriver
+    close: Callable[[], None]
+
+
+class DriverArm(ServedArm):
+    """An arm that one of our drivers moves, at a whole fraction of the control rate.
+
+    Args:
+        judge: Called when the arm is open, before it gets power; returns lines for the person, or refuses the arm.
+        later_ns: By so much later than before angles may follow the set-points; 0 asks nothing of how they follow.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        open_bus: Callable[[], OpenArm],
+        clock: Clock,
+        limits: JointLimits,
+        *,
+        divider: int,
+        max_age_ns: int,
+        later_ns: int = 0,
+        judge: Callable[[ArmDriver], Sequence[str]] = lambda driver: (),
+    ) -> None:
+        self.name, self.limits, self.divider, self.max_age_ns = name, limits, divider, max_age_ns
+        self._open_bus, self._clock, self._judge = open_bus, clock, judge
+        self._opened: OpenArm | None = None
+        self._later_ns, self._following = later_ns, Following(later_ns)
+        self._sample: JointSample | None = None
+
+    @property
+    def driver(self) -> ArmDriver:
+        """The driver, while it is open."""
+        if self._opened is None:
+            raise DeviceError(self.name, "is not open")
+        return self._opened.driver
+
+    @property
+    @override
+    def is_faulted(self) -> bool:
+        return self.driver.is_faulted
+
+    @override
+    def open(self) -> Sequence[str]:
+        try:
+            with translating(self.name):
+                self._opened = self._open_bus()
+                self.driver.open()
+            return [f"{self.name}: {note}" for note in (*self.driver.notes, *self._judge(self.driver))]
+        except BaseException:
+            self.close()
+            raise
+
+    @override
+    def enable(self) -> None:
+        self._following = Following(self._later_ns)
+        with translating(self.name):
+            self.driver.enable()
+
+    @override
+    def cycle(self, setpoint_rad: JointVector | None) -> tuple[JointSample, AppliedCommand | None]:
+        driver, now_ns = self.driver, self._clock.now_ns()
+        try:
+            found = driver.cycle(setpoint_rad)
+        except DriverError as error:
+            odd = lately(driver.oddities(self._clock.now_ns()))
+            raise DeviceError(self.name, "; ".join(filter(None, (told(error, self.name), odd)))) from error
+        sample = self._sample
+        if sample is None or found.time_ns > sample.source_time_ns:
+            # What was measured before is no news; it grows old.
+            count = 1 if sample is None else sample.sequence + 1
+            sample = self._sample = JointSample(found.position_rad, found.time_ns, self._clock.now_ns(), count)
+        if found.applied is None:
+            return sample, None
+        applied = AppliedCommand(found.applied.position_rad, CommandReason[found.applied.reason.name])
+        if self._later_ns and applied.reason is not CommandReason.STOPPED:
+            self._require_following(now_ns, applied.position_rad, found.time_ns, found.position_rad)
+        return sample, applied
+
+    def _require_following(self, sent_ns: int, sent: JointVector, found_ns: int, found: JointVector) -> None:
+        problem = self._following.note(sent_ns, sent, found_ns, found)
+        if problem is not None:
+            remedy = "see what stands between it and this computer, or raise [arm] patience where that is its way"
+            raise DeviceError(self.name, f"{problem}; {remedy}")
+
+    @override
+    def stop(self) -> None:
+        if self._opened is not None:
+            self._opened.driver.stop()
+
+    @override
+    def disable(self) -> None:
+        with translating(self.name):
+            self.driver.disable()
+
+    @override
+    def acknowledge(self) -> None:
+        with translating(self.name):
+            self.driver.acknowledge()
+
+    @override
+    def close(self) -> None:
+        opened, self._opened = self._opened, None
+        if opened is not None:
+            opened.driver.close()
+            opened.close()
+
+    @override
+    def account(self) -> str:
+        return lately(self.driver.oddities(self._clock.now_ns())) if self._opened is not None else ""
+
+    @override
+    def diagnostics(self) -> dict[str, str]:
+        return {} if self._opened is None else self._opened.driver.diagnostics(self._clock.now_ns())
