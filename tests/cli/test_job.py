@@ -101,5 +101,7 @@ def test_what_is_wrong_with_a_job_is_one_line_with_exit_code_2(
 
 
 def test_a_job_that_is_not_there_is_one_line(palpate: CommandLine) -> None:
-    palpate.refuses("run --policy torque --job nowhere.toml", "job = 'nowhere.toml' is refused: a readable file")
+    palpate.refuses(
+        "run --policy torque --job nowhere.toml", "job = 'nowhere.toml' is refused: a file that exists; examples/jobs"
+    )
     palpate.refuses("train --resume --out nothing --job nowhere.toml", "nowhere.toml")

@@ -24,6 +24,7 @@ from palpate.simulation.work_cell import CellConfig
 Tables: TypeAlias = Mapping[str, Any] | str | os.PathLike[str] | None
 """Nested tables of settings, a TOML file with some, or nothing."""
 _OF_A_JOB: Final = (*JOB_TABLES, "arm", "cell")
+_EXAMPLES: Final = "examples/jobs holds some to begin with, such as dowel-12-h7.toml"
 
 
 def read_job(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Any]:
@@ -35,6 +36,8 @@ def read_job(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, An
     Raises:
         ConfigurationError: It cannot be read, has other tables than those of a job, or lacks what every job states.
     """
+    if not isinstance(source, Mapping) and not os.path.exists(source):
+        raise ConfigurationError("job", str(source), f"a file that exists; {_EXAMPLES}")
     table = dict(source) if isinstance(source, Mapping) else read_toml(Path(source), "job")
     for name, value in table.items():
         if name not in _OF_A_JOB:
@@ -75,6 +78,8 @@ def compose(
     """
     require_one_of("scenario", name, tuple(SCENARIOS))
     require_one_of("learner", learner, tuple(LEARNERS))
+    if name == JOB and job is None and not any("part" in table for table in tables):
+        raise ConfigurationError("scenario", name, f"--job FILE with it, or another scenario; {_EXAMPLES}")
     chosen: dict[str, Any] = {"scenario": name, "learner": learner}
     preset = {} if task == INSERTION else {**task_kind(task).preset}
     if task != INSERTION:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
 from palpate.adapters.config.calibration import CalibrationTable
 from palpate.adapters.config.toml import merged, overlay, read_toml
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.job import ToolConfig
 from palpate.core.motion import ArmDescription, arm_of_table
 from palpate.core.ports import Holds, Range, SensorFacts, Settings, Vector3, fitted, kinds_of
@@ -160,8 +160,8 @@ class RigFile(Settings):
             ConfigurationError: Neither states part and tool, or there is no model of the arm.
         """
         if job is None and not {"part", "tool"} <= set(table):
-            accepted = f'--job FILE, which states part and tool (or a line job = "FILE" in [rig] of {self.name})'
-            raise ConfigurationError("job", job, accepted)
+            problem = 'a rig needs a job, which states part and tool: give --job FILE, or a line job = "FILE" in [rig]'
+            raise UsageError(f"{problem} of {self.name}")
         drawn = overlay(ToolConfig(), merged(table.get("tool", {}), (job or {}).get("tool", {})))
         found = self.calibration.run_settings(drawn) if measured else {}
         stated = {**table, **(job or {})}.get("arm", "")

@@ -9,6 +9,7 @@ from .regime import DEVIATIONS as DEVIATIONS
 from .regime import Regime as Regime
 from .regime import largest_tilt_rad as largest_tilt_rad
 from .regime import regime_of as regime_of
+from .settings import attempts as attempts
 from .settings import corner_distance_mm as corner_distance_mm
 from .settings import derived_settings as derived_settings
 from .tables import JOB_TABLES as JOB_TABLES

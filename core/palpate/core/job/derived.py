@@ -36,7 +36,7 @@ NOISES_FORCE: Final = 2.0 * _NOISES_UNEXPECTED
 """Standard deviations of the force in the highest force: below it a limit and an unexpected contact are the same."""
 _LETS_GO: Final = 4.0
 """Force over press that lets go within a sample where a peg slips off an edge; 2.6 were measured."""
-_JAMS_FROM: Final = 0.8
+JAMS_FROM: Final = 0.8
 """Jam number from which the pressing force of the insertion grows."""
 _OVER_JAM: Final = 1.3
 MOST_PRESS_SHARE: Final = 0.4
@@ -208,7 +208,7 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
     press_N = min(press_N, MOST_PRESS_SHARE * job.force_N)
     jam_N = jamming_force_N(job)
     insertion_N = press_N
-    if jam_N > _JAMS_FROM * press_N:
+    if jam_N > JAMS_FROM * press_N:
         insertion_N = min(max(press_N, _OVER_JAM * jam_N), MOST_PRESS_SHARE * job.force_N)
     critical_N_s_per_m = sqrt(job.axial_N_per_m * job.moving_kg)
     passed = sqrt(NOISE_BAND * known.cutoff_Hz * 2.0 * known.period_s)

@@ -23,6 +23,7 @@ class Regime:
     natural_Hz: Annotated[float, "natural frequency of the tool on its gripper"]
     jam_number: Annotated[float, "jam number J: force that jams a tilted peg over the press of the search"]
     jam_depth_m: Annotated[float, "depth at which it jams under that press (inf: it does not)"]
+    wedge_number: Annotated[float, "wedge number W = mu theta D / 2 c: above 1 two walls may hold a tilted peg"]
     wall_N: Annotated[float, "force of each wall on a tilted peg on the way down"]
     held_N: Annotated[float, "force with which friction on both walls may hold a pull back"]
     search_s: Annotated[float, "one sweep of the searched square"]
@@ -53,6 +54,7 @@ def regime_of(job: Quantities, found: Derived, *, step_m: float, known: Constant
         natural_Hz=sqrt(job.axial_N_per_m / job.moving_kg) / (2.0 * pi),
         jam_number=jam_N / found.press_N,
         jam_depth_m=_jam_depth_m(job, found.press_N),
+        wedge_number=job.friction * job.tilt_rad * job.radius_m / job.clearance_m,
         wall_N=wall_force_N(job),
         held_N=jam_N,
         search_s=side_m * side_m / (found.pitch_m * known.search_speed_m_s),

@@ -30,6 +30,10 @@ _LEAST_LEVER_MM: Final = 60.0
 """Lever of the inertia of a tool on a small peg: its centre of mass is about as far above the tip."""
 _LEAST_SPEED_MM_S: Final = 1.0
 """The slowest that the task accepts."""
+_TURN_RAD: Final = 10e-3
+"""Error of tilt and yaw after a corner was pushed into its place."""
+_ATTEMPT_S: Final = 6.0
+"""Time of a push, a way down and its stop."""
 _KNOWN_POSITION_MM: Final = 1.0
 """Positions that the source paper's symbols tell from the goal, where the hole is known to be there."""
 _UNKNOWN_POSITION_MM: Final = 50.0
@@ -96,7 +100,7 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
         "cell": _cell(job),
     }
     if task == _INSERTION_6DOF:
-        tables["task"] |= _spatial(job, found.press_N)
+        tables["task"] |= _spatial(job, found)
     return tables
 
 
@@ -146,7 +150,7 @@ def _cell(job: Job) -> dict[str, Any]:
     }
 
 
-def _spatial(job: Job, press_N: float) -> dict[str, Any]:
+def _spatial(job: Job, found: Derived) -> dict[str, Any]:
     """Settings of the insertion in six degrees of freedom, from the cross-section."""
     part, tool, place = job.part, job.tool, job.place
     sides, corner_mm = SIDES.get(part.shape, 0), corner_distance_mm(part)
@@ -158,7 +162,7 @@ def _spatial(job: Job, press_N: float) -> dict[str, Any]:
     lean_deg = min(max(degrees(asin(min(_HEIGHT_MM / beside / corner_mm, 1.0))), least_deg), most_deg)
     wall_Nm_per_rad = _TWO_WALLS * tool.lateral_N_per_mm * corner_mm * corner_mm * 1e-3
     yaw_rad_per_Nm = 1.0 / tool.torsion_Nm_per_rad + 1.0 / wall_Nm_per_rad
-    held_N = part.friction_max * (press_N + 2.0 * _DRIVEN_PUSH_N)
+    held_N = part.friction_max * (found.press_N + 2.0 * _DRIVEN_PUSH_N)
     options = {
         "corners": float(sides),
         "corner_mm": _shown(corner_mm),
@@ -170,19 +174,26 @@ def _spatial(job: Job, press_N: float) -> dict[str, Any]:
         "tool_kg": tool.mass_kg,
         "tool_above_tip_mm": tool.centre_above_tip_mm,
     }
-    area_mm = place.position_uncertainty_mm + 0.5
+    area_mm, time_s = place.position_uncertainty_mm + 0.5, found.time_s
     if part.shape != ROUND:
         swing_mm = 0.7 * corner_mm * sin(radians(place.yaw_uncertainty_deg))
         half_corner_rad = (pi / 2.0 - pi / sides) if sides else pi / 4.0
         inside_mm = min((place.position_uncertainty_mm + swing_mm) / sin(half_corner_rad), corner_mm)
         options["inside_mm"] = _shown(max(inside_mm, 0.5))
+        time_s = max(time_s, _ATTEMPT_S * attempts(part))
         area_mm += inside_mm + 1.0
     return {
         "options": options,
+        "time_limit_s": _shown(time_s),
         "area_half_width_mm": _shown(max(area_mm, place.start_uncertainty_mm + 0.5)),
         # The tool turns to the tilt of the hole.
         "end_tilt_mm": _shown(0.5e-3 * part.peg_mm * place.tilt_uncertainty_mrad),
     }
+
+
+def attempts(part: PartConfig) -> float:
+    """Return how often a peg with corners is pushed and lowered until its turn is within the play c / (D / 2)."""
+    return max(_TURN_RAD * part.peg_mm / (2.0 * part.clearance_mm), 1.0)
 
 
 def corner_distance_mm(part: PartConfig) -> float:

@@ -7,10 +7,10 @@ from math import degrees, inf, isclose, pi, sqrt, tan
 from typing import Final
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.job.derived import MOST_PRESS_SHARE, Constants, Derived, Quantities, derive
+from palpate.core.job.derived import JAMS_FROM, MOST_PRESS_SHARE, Constants, Derived, Quantities, derive
 from palpate.core.job.regime import DEVIATIONS, Regime, depth_parts_m, largest_tilt_rad
 from palpate.core.job.remedy import Verification
-from palpate.core.job.settings import corner_distance_mm
+from palpate.core.job.settings import attempts, corner_distance_mm
 from palpate.core.job.tables import KEYED, ROUND, SIDES, Job
 from palpate.core.ports import SensorFacts
 
@@ -18,8 +18,14 @@ PLAIN: Final = "insertion"
 SPATIAL: Final = "insertion-6dof"
 BELIEF_AREA_MM: Final = 8.0
 """Half the side of the largest area that a belief covers within a tick."""
-_SLIDES_SHARE: Final = 0.87
+_SLIDES_SHARE: Final = 0.52
 """Share of the friction at which a corner sticks, up to which it slides in time."""
+_TIGHT_MM: Final = 0.05
+"""Radial clearance from which broken edges take in a corner that sticks beside its place."""
+_MOST_WEDGED: Final = 1.6
+"""Wedge number up to which search and gripper free a peg."""
+_MANY_ATTEMPTS: Final = 5.0
+"""Half the time limit of the smallest search."""
 _LEAST_CORNER_MM: Final = 4.0
 """Distance of corners from the axis below which a corner of a tilted peg dips by no more than its depth is known."""
 
@@ -80,8 +86,10 @@ def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> V
     reasons = [_depth_reason(job, quantities, regime), verification.refusal()]
     if jams and job.part.shape == ROUND:
         reasons.append(_jam_reason(job, quantities, found, regime))
+    elif choice.task == PLAIN and regime.wedge_number > _MOST_WEDGED and regime.jam_number > JAMS_FROM:
+        reasons.append(f"{_wedge(job, regime)}: reduce the tilt to {_free_mrad(job, regime):.2g} mrad")
     reasons += (_torque_reason(quantities, found, choice), _shape_reason(job, named, choice))
-    return Verdict(found, regime, choice, tuple(filter(None, reasons)), _caution(job, choice))
+    return Verdict(found, regime, choice, tuple(filter(None, reasons)), _caution(job, choice, regime))
 
 
 def require_measurable(job: Job, sensor: SensorFacts, *, step_mm: float, tolerance_mm: float, press_N: float) -> None:
@@ -189,10 +197,35 @@ def _shape_reason(job: Job, task: str, choice: Choice) -> str:
     return ""
 
 
-def _caution(job: Job, choice: Choice) -> str:
-    """A corner that is pushed along its middle slides into its place only outside the friction cones of its walls."""
-    sides, friction = SIDES.get(job.part.shape, 0), job.part.friction_max
-    if choice.policy != "corner-first" or not sides or friction < _SLIDES_SHARE * tan(pi / sides):
+def _wedge(job: Job, regime: Regime) -> str:
+    """Whitney's condition: two points of contact hold each other where their line lies in both friction cones."""
+    tilt_mrad = job.place.tilt_uncertainty_mrad
+    return f"a peg tilted by {tilt_mrad:g} mrad may wedge in the mouth of the hole (W = {regime.wedge_number:.1f})"
+
+
+def _free_mrad(job: Job, regime: Regime) -> float:
+    return job.place.tilt_uncertainty_mrad * _MOST_WEDGED / regime.wedge_number
+
+
+def _caution(job: Job, choice: Choice, regime: Regime) -> str:
+    """Why trials may fail more often, and what helps."""
+    part, sides = job.part, SIDES.get(job.part.shape, 0)
+    if choice.task == PLAIN and regime.wedge_number > _MOST_WEDGED:
+        return f"{_wedge(job, regime)}: a tilt below {_free_mrad(job, regime):.2g} mrad helps"
+    if choice.policy != "corner-first" or part.shape == ROUND:
         return ""
-    most = _SLIDES_SHARE * tan(pi / sides)
-    return f"corners of a {job.part.shape} slide into place slowly with a friction above {most:.1f}: expect time limits"
+    if (tries := attempts(part)) > _MANY_ATTEMPTS:
+        play_mrad = 2e3 * part.clearance_mm / part.peg_mm
+        enough_mm = part.clearance_mm * tries / _MANY_ATTEMPTS
+        return (
+            f"a play of {play_mrad:.2g} mrad is little for what a push shows of the turn: about {tries:.0f} attempts,"
+            f" and a time limit to match; a radial clearance of {enough_mm:.2g} mm helps"
+        )
+    # A corner that is pushed along its middle slides into its place only outside the friction cones of its walls.
+    most = _SLIDES_SHARE * tan(pi / sides) if sides else inf
+    if part.friction_max <= most or part.clearance_mm >= _TIGHT_MM:
+        return ""
+    return (
+        f"corners of a {part.shape} slide slowly into a hole with a radial clearance below {_TIGHT_MM:g} mm and a"
+        f" friction above {most:.1f}: expect time limits"
+    )

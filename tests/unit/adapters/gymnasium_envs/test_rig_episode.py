@@ -21,7 +21,14 @@ from palpate.adapters.log import read_log
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.adapters.replay.engine import Verdict, replay
 from palpate.adapters.replay.rebuild import Rebuilder
-from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError, LifecycleError, OutputError
+from palpate.core.errors import (
+    ConfigurationError,
+    DeviceError,
+    FaultLatchedError,
+    LifecycleError,
+    OutputError,
+    UsageError,
+)
 from palpate.core.policy import Decision
 from palpate.core.ports import CommandReason, JointCommand, Life
 from palpate.core.trial import Outcome, TaskConfig
@@ -166,9 +173,9 @@ def test_an_environment_that_is_let_go_stops_the_arm_and_can_be_neither_copied_n
     rig_file = str(zebra_rig(tmp_path / "rig.toml"))
     with pytest.raises(ConfigurationError, match="None on a rig"):
         PegInsertionEnv(rig=rig_file, render_mode="rgb_array")
-    with pytest.raises(ConfigurationError, match=r"job.toml' is refused: a readable file"):
+    with pytest.raises(ConfigurationError, match=r"job.toml' is refused: a file that exists; examples"):
         PegInsertionEnv(rig=rig_file)
-    with pytest.raises(ConfigurationError, match="--job FILE, which states part and tool"):
+    with pytest.raises(UsageError, match="needs a job, which states part and tool: give --job FILE"):
         PegInsertionEnv(rig=rig_file, config={"seed": 3})
     job = Path("examples/jobs/paper-peg.toml").resolve()
     env = PegInsertionEnv(rig=rig_file, job=job, out=str(tmp_path / "run"), decision_limit_s=60.0, observations="raw")

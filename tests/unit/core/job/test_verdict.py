@@ -6,7 +6,17 @@ from typing import Any
 import pytest
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.job import Job, LimitsConfig, PartConfig, PlaceConfig, ToolConfig, Verdict, judge, require_measurable
+from palpate.core.job import (
+    Job,
+    LimitsConfig,
+    PartConfig,
+    PlaceConfig,
+    ToolConfig,
+    Verdict,
+    derived_settings,
+    judge,
+    require_measurable,
+)
 from palpate.core.ports import SensorFacts
 
 QUIET = SensorFacts(0.1, 0.004)
@@ -121,10 +131,36 @@ def test_a_shape_whose_turn_is_not_known_is_not_pushed_straight_in() -> None:
     assert not verdict(square, task="insertion", yaw_uncertainty_deg=0.28).reasons
 
 
-def test_a_hexagon_with_high_friction_has_a_caution() -> None:
-    hexagon = PartConfig(shape="hexagon", peg_mm=20.0, hole_mm=20.1, depth_tolerance_mm=0.5)
+def test_a_tight_hexagon_with_friction_has_a_caution() -> None:
+    hexagon = PartConfig(shape="hexagon", peg_mm=12.0, hole_mm=12.06, depth_tolerance_mm=0.5, friction_max=0.4)
     found = verdict(hexagon)
     assert not found.reasons
-    assert "hexagon slide into place slowly with a friction above 0.5" in found.caution
-    assert verdict(replace(hexagon, friction_max=0.4)).caution == ""
-    assert verdict(replace(hexagon, shape="square")).caution == ""
+    assert found.caution.startswith("corners of a hexagon slide slowly into a hole with a radial clearance below 0.05")
+    for free in ({"friction_max": 0.3}, {"hole_mm": 12.1}, {"shape": "square"}):
+        assert verdict(replace(hexagon, **free)).caution == ""
+
+
+def test_a_wide_tilted_peg_with_friction_is_refused_where_it_wedges_and_cautioned_where_it_does_not_jam() -> None:
+    wide = PartConfig(peg_mm=45.5, hole_mm=45.53, depth_mm=39.0, depth_tolerance_mm=0.5, friction_max=0.6)
+    (reason,) = verdict(wide, tilt_uncertainty_mrad=4.4).reasons
+    # 0.6 * 4.4e-3 * 45.5 / 0.03
+    assert reason == (
+        "a peg tilted by 4.4 mrad may wedge in the mouth of the hole (W = 4.0): reduce the tilt to 1.8 mrad"
+    )
+    assert not verdict(wide, tilt_uncertainty_mrad=1.7).reasons
+    short = verdict(replace(wide, hole_mm=45.7, depth_mm=9.0), tilt_uncertainty_mrad=18.0)
+    assert "W = 2.5): a tilt below 12 mrad helps" in short.caution
+
+
+def test_a_peg_that_is_tight_for_its_size_is_given_the_time_and_named() -> None:
+    square = PartConfig(shape="square", peg_mm=60.0, hole_mm=60.06, depth_tolerance_mm=0.9)
+    assert verdict(square).caution == (
+        "a play of 1 mrad is little for what a push shows of the turn: about 10 attempts, and a time limit to match;"
+        " a radial clearance of 0.06 mm helps"
+    )
+    assert verdict(replace(square, hole_mm=60.13)).caution == ""
+    limits = [
+        derived_settings(Job(replace(square, hole_mm=hole_mm)), QUIET, "insertion-6dof")["task"]["time_limit_s"]
+        for hole_mm in (60.06, 60.2)
+    ]
+    assert limits == [60.0, 20.0]
