@@ -222,6 +222,11 @@ class Monitor:
         return self._dither.velocity_m_s()
 
     @property
+    def lateral_N_per_m(self) -> float:
+        """Stiffness of the gripper across the tool axis."""
+        return self._lateral_N_per_m
+
+    @property
     def push_N(self) -> float:
         """Force of a push, twice the amplitude of its dither."""
         return 2.0 * self._push_dither.amplitude_m * self._lateral_N_per_m

@@ -18,6 +18,12 @@ _SUNK_TICKS: Final = 2
 _CAUGHT_SHARE: Final = 1.5
 """A force across the tool above this share of the pressing force is none of friction's: an edge of the hole holds the
 peg, and friction there may bear it so that neither loss of contact nor depth shows it."""
+_FRICTION_PEAK: Final = 1.3
+"""Press at the peak of the dither, over the press."""
+_NOISE_SHARE: Final = 0.15
+"""Four standard deviations of the force over the press of a sensor as noisy as the press allows."""
+_LAG_S: Final = 3.0 * PERIOD_S
+"""The arm stops so much later: ticks by which supervision lets it lag."""
 _SURFACE_M: Final = 1e-4
 """A height that differs by more than this from the surface's is not the surface's."""
 
@@ -33,10 +39,14 @@ class Explore(RunningPhase):
         task, self._equipment, self._monitor = equipment.task, equipment, monitor
         self._task, self._state, self._agent = task, equipment.state, equipment.agent
         self._measurement, self._motion, self._law = equipment.measurement, equipment.motion, equipment.laws.press
-        self._caught_N = _CAUGHT_SHARE * task.press_kgf * N_PER_KGF
+        press_N = task.press_kgf * N_PER_KGF
+        # Caught, the arm stops within the limit of the force, if friction alone is not as much.
+        stop_N = monitor.lateral_N_per_m * task.travel_speed_mm_s * 1e-3 * _LAG_S
+        sliding_N = (_FRICTION_PEAK * task.friction + _NOISE_SHARE) * press_N
+        self._caught_N = min(_CAUGHT_SHARE * press_N, max(task.max_force_N - stop_N, sliding_N))
         self._limit_ticks = task.time_limit_s * CONTROL_RATE_HZ
         self._ticks, self._moving_ticks = task.ticks_per_action, task.moving_share * task.ticks_per_action
-        self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, task.press_kgf * N_PER_KGF
+        self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, press_N
 
     def begin(self, start_m: tuple[float, float]) -> None:
         """A trial begins that starts here, (x, y), task frame."""

@@ -136,7 +136,10 @@ class Insert(RunningPhase):
         reference_m = self._motion.reference_m
         vx, vy, vz = self._law.velocity_m_s(reference_m, reference_m, self._measurement.force_N)
         if push:
-            return *self._pushing(), vz
+            (px, py), (ux, uy) = self._pushing(), self._monitor.direction or (0.0, 0.0)
+            # Across the push another wall may press: the law gives way to it.
+            aside = vy * ux - vx * uy
+            return px - aside * uy, py + aside * ux, vz
         return (0.0, 0.0, vz) if self._out_of_reach(vx, vy) else (vx, vy, vz)
 
     def _pushing(self) -> tuple[float, float]:
