@@ -30,7 +30,7 @@ STUDIES = {
     "memory": "[base]\nperception.memory = 'nowhere.json'",
     "programmed": "[base.learning.programmed]\nnowhere = '+x'",
     "small": "[study]\ntrials = 1\n",
-    "large": "[study]\nseeds = { count = 1000 }\n[grid]\n'task.tare_ticks' = [1,2,3,4,5,6,7,8,9,10,11]",
+    "large": "[study]\nseeds = 1000\n[grid]\n'task.tare_ticks' = [1,2,3,4,5,6,7,8,9,10,11]",
 }
 TEXTS = {
     "zebra.toml": rig_text("zebra-nmc", "jr3-can", "zebra-zero"),

@@ -34,7 +34,7 @@ task.time_limit_s = 0.3
 ENDLESS = """
 [study]
 trials = 3
-seeds = { count = 200 }
+seeds = 200
 policies = ["random"]
 [base]
 task.time_limit_s = 0.3

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections import Counter
 from collections.abc import Iterator
@@ -83,7 +84,7 @@ def _simulated(
 
     done = list[ScoredTrial]()
     with progress(options.trials, "trial", choice.policy or choice.learner) as bar:
-        for series, ran in simulate(config, choice.policy, options.trials, options.jobs or 1, stated):
+        for series, ran in simulate(config, choice.policy, options.trials, options.jobs or os.cpu_count() or 1, stated):
             done += series
             bar.update(ran)
     sys.stdout.write(_rates(config, choice, done))

@@ -14,7 +14,7 @@ from typing import Any, Final
 from palpate.adapters.cli.notices import say
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.cli.study_options import StudyOptions
-from palpate.adapters.experiments.executor import LocalWorkers, ThisProcess, Workers, completed
+from palpate.adapters.experiments.executor import Workers, completed, workers_for
 from palpate.adapters.experiments.study import Condition, Study, StudyFolder, make
 from palpate.core.errors import OutputError, PalpateError, UsageError, one_line
 
@@ -59,7 +59,7 @@ def _workers(options: StudyOptions) -> Workers:
         if options.scheduler == LOCAL:
             say(f"dashboard: {workers.dashboard}")
         return workers
-    return ThisProcess() if jobs == 1 else LocalWorkers(jobs)
+    return workers_for(jobs)
 
 
 def _run(workers: Workers, folder: StudyFolder, missing: Sequence[Condition], bar: Any) -> int:

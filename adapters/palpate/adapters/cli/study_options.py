@@ -17,7 +17,7 @@ class StudyOptions(Settings):
 
       [study]
       trials = 150
-      seeds = [0, 1, 2]                      # or { first = 0, count = 20 }
+      seeds = [0, 1, 2]                      # or their number
       policies = ["q-learning", "torque"]    # learners are trained; comparators and policy files run as they are
       job = "my-part.toml"                   # job file, from the folder of this file; without it the paper's peg
 

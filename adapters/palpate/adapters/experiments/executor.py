@@ -91,6 +91,11 @@ class LocalWorkers(Workers):
         self._leash.close()
 
 
+def workers_for(jobs: int) -> Workers:
+    """Return a number of processes; this one for 1."""
+    return ThisProcess() if jobs == 1 else LocalWorkers(jobs)
+
+
 def completed(
     workers: Workers, function: Callable[..., T], calls: Iterable[tuple[Any, ...]]
 ) -> Iterator[tuple[int, Future[T]]]:
@@ -122,7 +127,7 @@ def in_processes(function: Callable[..., T], calls: Iterable[tuple[Any, ...]], j
         PalpateError: Two worker processes died over the same call.
     """
     done, following = dict[int, Future[T]](), 0
-    with closing(LocalWorkers(jobs)) as workers:
+    with closing(workers_for(jobs)) as workers:
         for number, future in completed(workers, function, calls):
             done[number] = future
             while following in done:

@@ -98,7 +98,7 @@ def simulate(
         The trials of a series that count, and how many it ran.
     """
     blocks = [(config, policy, first, min(SERIES, trials - first), stated) for first in range(0, trials, SERIES)]
-    yield from map(_series, *zip(*blocks, strict=True)) if jobs == 1 else in_processes(_series, blocks, jobs)
+    yield from in_processes(_series, blocks, jobs)
 
 
 def _series(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Final, TypeAlias
+from typing import Annotated, Any, ClassVar, Final
 from urllib.parse import quote
 
 from typing_extensions import override
@@ -18,35 +18,16 @@ from palpate.adapters.experiments.foreign import foreign_code
 from palpate.adapters.experiments.policies import COMPARATORS
 from palpate.adapters.experiments.study.condition import Condition, policy_file
 from palpate.adapters.experiments.study.settings import condition_config, plain_value, settings_in
-from palpate.core.errors import ConfigurationError, did_you_mean, require_in
+from palpate.core.errors import ConfigurationError, did_you_mean
 from palpate.core.ports import Holds, Range, Settings, fitted
 
 _MOST: Final = 10_000
 """Conditions of a study."""
 _LONGEST: Final = 200
 """Length of a folder's name, which gets some characters more while it is made."""
-_MOST_SEED: Final = 2**63 - 1
 _TABLES: Final = ("study", "base", "grid")
 _POLICIES: Final = f"{', '.join((*LEARNERS, *COMPARATORS))}, policy files, and package.module:Name"
-_Seed: TypeAlias = Annotated[int, Range(0, _MOST_SEED)]
-
-
-def _are_seeds(value: Any) -> bool:
-    return isinstance(value, (tuple, list, Mapping)) and bool(value)
-
-
-@dataclass(frozen=True)
-class _SeedSpan(Settings):
-    """Seeds that follow each other."""
-
-    TABLE: ClassVar[str] = "study.seeds"
-
-    first: _Seed = 0
-    count: Annotated[int, Range(1, _MOST)] = 1
-
-    @override
-    def check(self) -> None:
-        require_in("study.seeds.first", self.first, 0, _MOST_SEED - self.count)
+_SEEDS: Final = f"a list of seeds, or their number, 1 to {_MOST}"
 
 
 @dataclass(frozen=True)
@@ -56,7 +37,7 @@ class _Head(Settings):
     TABLE: ClassVar[str] = "study"
 
     trials: Annotated[int, Range(1, 1_000_000)] = 350
-    seeds: Annotated[Any, Holds(_are_seeds, "a list of seeds, or { first = 0, count = 20 }")] = (0,)
+    seeds: Annotated[Any, Holds(bool, _SEEDS)] = 1
     job: str = ""
     policies: Annotated[
         tuple[Annotated[str, Holds(bool, _POLICIES)], ...], Holds(bool, f"a list of names: {_POLICIES}")
@@ -169,10 +150,11 @@ def _axis(name: str, values: Any) -> tuple[Any, ...]:
 
 
 def _seeds(value: Any) -> Sequence[int]:
-    if isinstance(value, Mapping):
-        span = overlay(_SeedSpan(), {"count": 0, **value})
-        return range(span.first, span.first + span.count)
-    return tuple(fitted("study.seeds", seed, _Seed) for seed in value)
+    if isinstance(value, (list, tuple)):
+        return tuple(fitted("study.seeds", seed, Annotated[int, Range(0, 2**63 - 1)]) for seed in value)
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= _MOST:
+        raise ConfigurationError("study.seeds", value, _SEEDS)
+    return range(value)
 
 
 def _word(value: Any) -> str:

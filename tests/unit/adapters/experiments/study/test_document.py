@@ -9,7 +9,7 @@ EXAMPLES = Path(__file__).parents[5] / "examples" / "studies"
 WHOLE = """
 [study]
 trials = 3
-seeds = { first = 5, count = 2 }
+seeds = [5, 6]
 policies = ["q-learning", "torque"]
 [base]
 arm = "ur5"
@@ -86,9 +86,9 @@ def test_names_hold_tables_where_last_words_are_alike(tmp_path: Path) -> None:
         ("[study]\nseeds = []", "study.seeds", "a list of seeds"),
         ("[study]\nseeds = [1, 1]", "study", "once"),
         ("[study]\nseeds = [-1]", "study.seeds", "from 0"),
-        ("[study]\nseeds = { first = 3 }", "study.seeds.count", "from 1"),
-        ("[study]\nseeds = { first = 9223372036854775807, count = 2 }", "study.seeds.first", "from 0"),
-        ("[study]\nseeds = { count = 10000 }\npolicies = ['torque', 'random']", "study", "at most 10000"),
+        ("[study]\nseeds = true", "study.seeds", "their number"),
+        ("[study]\nseeds = 10001", "study.seeds", "1 to 10000"),
+        ("[study]\nseeds = 10000\npolicies = ['torque', 'random']", "study", "at most 10000"),
         ("[study]\npolicies = []", "study.policies", "q-learning"),
         ("[study]\npolicies = ['torqe']", "study.policies", "torque"),
         ("[study", "study file", "TOML"),
