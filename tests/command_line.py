@@ -2,29 +2,25 @@
 
 Processes of their own are kept for: the installed script and its exit code, what starting up imports, a reader of the
 output that goes away, Ctrl-C and SIGKILL upon training and studies (tests/cli/test_processes.py, test_study.py), the
-wheel (tests/integration/test_wheel.py), the log writer (tests/unit/adapters/log/test_writer_client.py), pytest in
-another repository (test_pytest_plugin.py), workers (tests/unit/adapters/experiments/test_workers.py), an interpreter
-that has imported nothing yet (test_gymnasium.py), and emulated rigs.
+wheel (tests/integration/test_wheel.py), pytest in another repository (test_pytest_plugin.py), workers
+(tests/unit/adapters/experiments/test_workers.py), an interpreter that has imported nothing yet (test_gymnasium.py), and
+emulated rigs.
 """
 
 import io
-import json
 import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, redirect_stderr, redirect_stdout
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import pytest
 
 from palpate.adapters.cli.main import main
-from palpate.adapters.log import writer_client, writer_process
 from palpate.adapters.signals import ENDING
 
 QUICK = ("--task.time-limit-s", "0.5")
@@ -57,41 +53,6 @@ class Output(io.StringIO):
     """Where a command prints; no terminal, unless a test makes it one."""
 
 
-class WriterThread:
-    """The log writer of a command that is called in this process: a thread at the other ends of its pipes.
-
-    A process of its own takes half as long to start as many a command takes in all.
-    """
-
-    def __init__(self, command: list[str], **options: Any) -> None:
-        frames, stdin = os.pipe()
-        stdout, answers = os.pipe()
-        self.stdin, self.stdout = open(stdin, "wb", buffering=0), open(stdout, "rb", buffering=0)
-        self._thread = threading.Thread(target=self._serve, args=(frames, answers), daemon=True)
-        self._thread.start()
-
-    def _serve(self, frames: int, answers: int) -> None:
-        with open(frames, "rb") as source, open(answers, "w") as told:
-
-            def report(path: str, problem: str, **more: Any) -> None:
-                print(json.dumps({"path": path, "problem": problem, **more}), file=told, flush=True)
-
-            report("", "")
-            writer_process.serve(source, report)
-
-    def kill(self) -> None:
-        """It ends with its input."""
-
-    def wait(self) -> int:
-        self._thread.join()
-        return 0
-
-
-def _start(command: list[str], **options: Any) -> object:
-    """Start what stands at the other end of a recorder's pipe; a live view is a process."""
-    return (WriterThread if writer_process.__name__ in command else subprocess.Popen)(command, **options)
-
-
 class CommandLine:
     """Calls palpate in this process, as the installed script would; the process is left as it was found."""
 
@@ -102,8 +63,6 @@ class CommandLine:
         with ExitStack() as stack:
             stack.enter_context(redirect_stdout(stdout))
             stack.enter_context(redirect_stderr(stderr))
-            patched = stack.enter_context(pytest.MonkeyPatch.context())
-            patched.setattr(writer_client, "subprocess", SimpleNamespace(Popen=_start, PIPE=subprocess.PIPE))
             try:
                 code = main([str(word) for word in words])
             except SystemExit as end:

@@ -22,8 +22,8 @@ from palpate.adapters.experiments import (
     run_scored_trial,
     trial_setup,
 )
+from palpate.adapters.log.sink import FileSink
 from palpate.adapters.log.trial_recorder import TrialRecorder
-from palpate.adapters.log.writer_client import ProcessSink
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import run_trial
 from palpate.core.policy import Observation
@@ -211,8 +211,7 @@ class Course:
         self.task, self.rig = learning_task(), simulated().__enter__()
         self.recorder: TrialRecorder | None = None
         if folder is not None:
-            sink = lambda: ProcessSink(queue_bytes=4_096_000, patient=True)  # noqa: E731
-            self.recorder = TrialRecorder(sink, folder, CONFIG.recording).__enter__()
+            self.recorder = TrialRecorder(FileSink(), folder, CONFIG.recording).__enter__()
             ready, perception = find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task), build_perception(CONFIG)
             policy = learning_policy(CONFIG, perception)
             self.task = build_task(CONFIG, ready, perception, policy)

@@ -30,11 +30,10 @@ RUN = ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--conf
         ("rig", ("\n  doctor ", "\n  calibrate ", "\n  check ")),
         ("rig doctor", ("--rig", "--seconds", "--push", "--move")),
         ("report", ("--logs", "--no-logs")),
-        ("log", ("\n  info ", "\n  plot ", "\n  export ", "\n  recover ")),
+        ("log", ("\n  info ", "\n  plot ", "\n  export ")),
         ("log info", ("--json",)),
         ("log plot", ("--out",)),
         ("log export", ("--to",)),
-        ("log recover", ("--out",)),
     ],
 )
 def test_every_command_explains_itself(palpate: CommandLine, words: str, shown: tuple[str, ...]) -> None:

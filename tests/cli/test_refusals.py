@@ -60,7 +60,7 @@ def desk(palpate: CommandLine, trained: Path, tmp_path: Path) -> CommandLine:
         path.write_text(text)
     log = (trained / "logs" / "trial-00001.mcap").read_bytes()
     (tmp_path / "sound.mcap").write_bytes(log)
-    (tmp_path / "torn.mcap").write_bytes(log[: len(log) // 2])
+    (tmp_path / "torn.mcap").write_bytes(log[:500])
     (tmp_path / "even.json").write_text(to_json_text(Machine(Kind.DFA, ("a", "b"), ((1, 0), (0, 1)), (True, False))))
     (tmp_path / "all.json").write_text(to_json_text(Machine(Kind.DFA, ("a", "b"), ((0, 0),), (True,))))
     os.mkfifo(tmp_path / "a_pipe")
@@ -72,7 +72,7 @@ def desk(palpate: CommandLine, trained: Path, tmp_path: Path) -> CommandLine:
     [
         # Unknown words and names.
         ("frobnicate", COMMANDS),
-        ("log frobnicate", "info, plot, export, recover"),
+        ("log frobnicate", "info, plot, export"),
         ("log info sound.mcap --jsn", "did you mean --json?"),
         ("log plot sound.mcap torn.mcap", "torn.mcap is not an option"),
         ("train --scenario dark", "scenario = 'dark' is refused: one of paper, blind"),
@@ -144,10 +144,10 @@ def desk(palpate: CommandLine, trained: Path, tmp_path: Path) -> CommandLine:
         ("replay missing.mcap", "missing.mcap: is not there"),
         ("log info \x1b[31m", "\\x1b[31m: is not there"),
         ("log info a_pipe", "a_pipe: is no file; name a log"),
-        ("log recover .", ".: is no file; name a log"),
+        ("log plot .", ".: is no file; name a log"),
         (f"log export {LONG} --to csv --out x", "is not there; name a log"),
-        ("log plot torn.mcap", "palpate log recover"),
-        ("log export sound.mcap torn.mcap --to csv --out x/y", "palpate log recover"),
+        ("log plot torn.mcap", "holds nothing that can be read"),
+        ("log export sound.mcap torn.mcap --to csv --out x/y", "holds nothing that can be read"),
         # Files and folders that are written.
         ("train --out a_file/run", "a_file/run: Not a directory"),
         (f"train --out {LONG}", "File name too long"),
@@ -161,7 +161,7 @@ def desk(palpate: CommandLine, trained: Path, tmp_path: Path) -> CommandLine:
         ("infer --show even.json --out even.jpg", ".svg"),
         ("infer --show even.json --out all.json", "already"),
         ("log export sound.mcap --to csv --out full", "a new or an empty folder"),
-        ("log recover torn.mcap --out there.png", "never overwritten"),
+        ("log plot sound.mcap --out there.png", "never overwritten"),
         ("emulate --rig-file .", "is there already"),
         # Adapters.
         ("rig check refused", "package.module:Name"),

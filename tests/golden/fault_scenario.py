@@ -140,7 +140,7 @@ def recorded(one: FaultScenario) -> bytes:
     task = build_task(config, ready, perception, policy)
     setup = trial_setup(config, one.trial)
     plans = [FaultPlan(seed=1, **plan) for plan in one.faults]
-    with open_rig(config, ready) as rig, TrialRecorder(lambda: sink, Path(), config.recording) as recorder:
+    with open_rig(config, ready) as rig, TrialRecorder(sink, Path(), config.recording) as recorder:
         recorder.of("run", config, ready, task, perception, policy, name=one.policy)
         rig.prepare(one.trial)
         ports = faulty(rig.ports, plans, max_age_ns=_MAX_AGE_NS)

@@ -6,26 +6,30 @@ from math import inf, nextafter
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.log.container import RawMessage, sound_messages
-from palpate.adapters.log.file import LogFile, NewFile, describe_channels
+from palpate.adapters.log.container import RawMessage, message_record, read_messages
+from palpate.adapters.log.file import LogFile
 from palpate.adapters.log.schema import BY_ID, BY_TOPIC, message_class
 
 Change = Callable[[Any], None]
+_BATCH = 14
 
 
 def messages_of(path: Path) -> list[RawMessage]:
     """All messages of a sound log."""
-    return list(sound_messages(str(path), path.read_bytes()))
+    messages, damage = read_messages(str(path), path.read_bytes())
+    if damage:
+        raise ValueError(damage)
+    return messages
 
 
 def write_log(path: Path, messages: Sequence[RawMessage]) -> Path:
-    """A sound log of these messages."""
-    file = NewFile(path)
-    log = LogFile(file, describe_channels(), {})
-    for message in messages:
-        log.add(message.channel, message.time_ns, message.payload)
-    log.finish()
-    file.close()
+    """A sound log of these messages, numbered again."""
+    with path.open("xb") as file:
+        log = LogFile(file, {})
+        for batch in range(0, len(messages), _BATCH):
+            few = enumerate(messages[batch : batch + _BATCH], start=batch)
+            log.add(b"".join(message_record(message._replace(sequence=number)) for number, message in few))
+        log.finish()
     return path
 
 

@@ -1,12 +1,13 @@
 """A sink of logs for tests."""
 
+from collections.abc import Callable
 from io import BytesIO
+from pathlib import Path
 
 from typing_extensions import override
 
-from palpate.adapters.log.file import LogFile, describe_channels
-from palpate.adapters.log.writer_client import Opening, Sink
-from palpate.adapters.log.writer_process import messages_in
+from palpate.adapters.log.file import LogFile
+from palpate.adapters.log.sink import Sink
 
 
 class MemorySink(Sink):
@@ -17,21 +18,18 @@ class MemorySink(Sink):
         self._open: tuple[LogFile, BytesIO] | None = None
 
     @override
-    def open(self, opening: Opening) -> None:
+    def open(self, path: Path, metadata: dict[str, str]) -> None:
         stream = BytesIO()
-        self._open = (LogFile(stream, describe_channels(), opening.metadata), stream)
+        self._open = (LogFile(stream, metadata), stream)
 
     @override
-    def put(self, frames: bytes, *, vital: bool = False) -> bool:
+    def put(self, pack: Callable[[], bytes]) -> None:
         if self._open is not None:
-            for channel, time_ns, payload in messages_in(frames):
-                self._open[0].add(channel, time_ns, payload)
-        return True
+            self._open[0].add(pack())
 
     @override
-    def close(self, frames: bytes) -> None:
+    def close(self) -> None:
         if self._open is not None:
-            self.put(frames)
             self._open[0].finish()
             self.logs.append(self._open[1].getvalue())
             self._open = None

@@ -53,7 +53,7 @@ COMMANDS: dict[str, Command] = {
         "one page about a run or a study, with its pictures, to be read in a browser",
         "report:report", "report:ReportOptions",
     ),
-    "log": Command("look at recorded trials: info, plot, export, recover"),
+    "log": Command("look at recorded trials: info, plot, export"),
     "render": Command("a film of a recorded trial", "render:render", "picture_options:RenderOptions"),
     "emulate": Command(
         "serve the simulated cell behind emulated serial and CAN wires", "emulate:emulate", "options:EmulateOptions"
@@ -82,9 +82,6 @@ COMMANDS: dict[str, Command] = {
     "log export": Command(
         "the same data as CSV files, or for Rerun",
         "log:export", "log_options:ExportOptions",
-    ),
-    "log recover": Command(
-        "a sound log of what is left of a torn or damaged one", "log:recover", "log_options:RecoverOptions"
     ),
 }  # fmt: skip
 

@@ -1,21 +1,22 @@
 """``palpate log``: look at recorded trials, and bring them into other formats."""
 
+from __future__ import annotations
+
 import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from palpate.adapters.cli.log_options import (
-    ExportOptions,
-    InfoOptions,
-    PlotOptions,
-    RecoverOptions,
-)
+from palpate.adapters.cli.log_options import ExportOptions, InfoOptions, PlotOptions
 from palpate.core.errors import LogError, UsageError, one_line, require_one_of
+
+if TYPE_CHECKING:
+    from palpate.adapters.log import TrialLog
 
 
 def info(options: InfoOptions) -> int:
-    """Print what logs hold; 0, or 2 if one of several cannot be used."""
+    """Print what logs hold; 0, or 2 if one of them is damaged or cannot be used."""
     files = _logs(options.files, "info")
     import dataclasses
 
@@ -35,7 +36,7 @@ def info(options: InfoOptions) -> int:
         sys.stdout.write("".join(describe(info) for info in infos))
     elif infos:
         sys.stdout.write(table(infos))
-    return 0 if len(infos) == len(files) else 2
+    return 0 if sum(not info.damage for info in infos) == len(files) else 2
 
 
 def plot(options: PlotOptions) -> int:
@@ -43,10 +44,12 @@ def plot(options: PlotOptions) -> int:
     from palpate.adapters.files import new_file, require_no_file
     from palpate.adapters.log import figure_kind, read_log, timeline
 
+    trial = read_log(options.file)
+    print_damage(trial)
     out = Path(options.out or Path(options.file).with_suffix(".png"))
     kind = figure_kind(out, "--out")
     require_no_file(out)
-    picture = timeline(read_log(options.file), kind)
+    picture = timeline(trial, kind)
     with new_file(out) as passing:
         passing.write_bytes(picture)
     sys.stdout.write(f"drawn in {out}\n")
@@ -59,6 +62,10 @@ def export(options: ExportOptions) -> int:
     require_one_of("to", options.to, ("csv", "rerun"))
     options.require("out", bool(options.out), "a folder for the result")
     out = Path(options.out)
+    from palpate.adapters.log import read_log
+
+    for path in paths:
+        print_damage(read_log(path))
     if options.to == "csv":
         from palpate.adapters.log import export_csv
 
@@ -72,24 +79,10 @@ def export(options: ExportOptions) -> int:
     return 0
 
 
-def recover(options: RecoverOptions) -> int:
-    """Write a sound log of what is left of one."""
-    from palpate.adapters.log import recover
-
-    path = Path(options.file)
-    out = Path(options.out) if options.out else path.parent / f"{path.stem}.recovered.mcap"
-    made = recover(path, out)
-    if made is None:
-        sys.stdout.write(f"{path} is sound: there is nothing to recover\n")
-        return 0
-    lost = f"{made.lost_bytes} of {made.size_bytes} bytes could not be used"
-    lost += "" if made.ended else ", and what the trial came to is lost"
-    sys.stdout.write(
-        f"{path}: {made.reason}\n"
-        f"kept {made.ticks} ticks, {made.seconds:.3f} s, {made.messages} messages; {lost}\n"
-        f"written to {made.path}\n"
-    )
-    return 0
+def print_damage(log: TrialLog) -> None:
+    """Print what is wrong with a log that is used all the same; nothing for a sound one."""
+    if log.damage or log.missing:
+        sys.stderr.write(f"palpate: {log.path}: {log.damage or log.missing}\n")
 
 
 def _logs(names: Sequence[str], command: str) -> list[Path]:

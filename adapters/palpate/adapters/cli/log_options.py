@@ -43,13 +43,3 @@ class ExportOptions(Settings):
     """csv, or rerun (RRD)."""
     out: str = ""
     """Folder for the result; it must be new or empty."""
-
-
-@dataclass(frozen=True)
-class RecoverOptions(Settings):
-    """Write a sound log of what is left of a torn or damaged one."""
-
-    file: Annotated[str, tyro.conf.Positional]
-    """The torn or damaged log; it is not changed."""
-    out: str = ""
-    """The sound log, a file that is not there yet; NAME.recovered.mcap beside it if not given."""

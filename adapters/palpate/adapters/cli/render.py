@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from palpate.adapters.cli.log import print_damage
 from palpate.adapters.cli.picture_options import RenderOptions
 from palpate.core.errors import ConfigurationError, require_in, require_one_of
 
@@ -42,6 +43,7 @@ def render(options: RenderOptions) -> int:
     out = Path(options.to)
     require_no_file(out, "--to")
     log = read_log(options.log)
+    print_damage(log)
     if plan.ending == ".mp4":
         require_video()
     course = course_of(log)

@@ -82,12 +82,8 @@ class RecordingConfig(Settings):
 
     enabled: bool = True
     """Record every trial, one log each, in the folder logs of the run's folder."""
-    when_full: Annotated[str, OneOf("wait", "drop")] = "wait"
-    """Writer behind and queue full: wait (right where time waits too, in a simulator), or drop and count."""
-    queue_kB: Annotated[int, Range(16, 1_000_000)] = 4096
-    """Size of the queue before the writer."""
     on_trouble: Annotated[str, OneOf("report", "stop")] = "report"
-    """Full queue or full disk: report it and go on, or stop the trial."""
+    """Full disk: report it and go on, or stop the trial."""
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Final, Self, TypeAlias
@@ -320,9 +319,7 @@ class Run:
         """Begin to record, and on a rig real time, until ``opened`` closes; ``kept`` then reports what was lost."""
         config, recorder = self.config, None
         if folder is not None:
-            # Real time does not wait, whatever is configured.
-            recording = replace(config.recording, when_full="drop") if self.rig_file else config.recording
-            recorder = folder.recorder(recording, opened)
+            recorder = folder.recorder(config.recording, opened)
         if recorder is not None:
             # On every way out: next to the error that ended the run.
             kept.callback(self._tell_troubles, recorder.troubles)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.files import new_folder
-from palpate.adapters.log.file import finite, json_in
+from palpate.adapters.log.json_text import finite, json_in
 from palpate.adapters.log.reader import TrialLog, read_log
 from palpate.adapters.log.records import CallEntry, DecisionEntry, EventEntry, LossEntry, TickRecord
 from palpate.core.ports import AppliedCommand

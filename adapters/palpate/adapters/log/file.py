@@ -1,201 +1,164 @@
-"""Writes one log file. Light to import, because the writer process does little else."""
+"""Writes one log as an MCAP file, chunk by chunk."""
 
-from __future__ import annotations
+import struct
+import zlib
+from collections import Counter, defaultdict
+from typing import IO, Any, Final
 
-import json
-import math
-import os
-from collections.abc import Mapping
-from pathlib import Path
-from tempfile import TemporaryFile
-from typing import IO, TYPE_CHECKING, Any, Final
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+from mcap.writer import MCAP0_MAGIC
 
-from mcap.writer import CompressionType, Writer
+from palpate.adapters.log.container import messages_in
+from palpate.adapters.log.schema import CHANNELS, PACKAGE, descriptor_set
 
-from palpate.core.errors import LogError
-
-if TYPE_CHECKING:
-    # The writer process would load protobuf and numpy with it.
-    from palpate.adapters.log.reader import TrialLog
-
-CHUNK_NS: Final = 250_000_000
-"""Greatest span of trial time in one chunk: what a kill can cost, with what is still on its way to the writer."""
-CHUNK_BYTES: Final = 1 << 20
-"""Greatest size of a chunk before compression, should time stand still."""
+_LEVEL: Final = 1
+"""Of the compression: ten ticks are compressed in some 20 us."""
+_MESSAGE_HEAD: Final = 31
 
 
 class LogFile:
-    """One log in the making: soundly closed by :meth:`finish`, readable up to its last chunk without.
+    """One log in the making: sound after :meth:`finish`, and without it readable up to its last chunk.
 
-    Equal messages give equal bytes: chunks end by the messages' own times, and no wall clock enters. The first
-    message, what the trial starts with, is a chunk of its own: it is in the file before anything can happen.
+    Equal chunks give equal bytes: no wall clock enters.
 
     Args:
-        channels: Description of schemas and channels, by :func:`describe_channels`.
+        stream: Takes bytes; what it has taken is the system's, or it raises.
+        metadata: What the file tells of its trial without being decoded.
     """
 
-    def __init__(self, stream: IO[bytes] | NewFile, channels: list[dict[str, Any]], metadata: dict[str, str]) -> None:
-        # Parts of the library's interface are not typed.
-        self._writer: Any = Writer(
-            stream,  # type: ignore[arg-type]
-            chunk_size=CHUNK_BYTES,
-            compression=CompressionType.ZSTD,
-            enable_crcs=True,
-            enable_data_crcs=True,
-        )
-        self._chunk_start_ns: int | None = None
-        self.messages = 0
-        self._writer.start(profile="palpate", library="palpate")
-        for channel in channels:
-            schema = self._writer.register_schema(channel["schema"], "protobuf", bytes.fromhex(channel["data"]))
-            self._writer.register_channel(channel["topic"], "protobuf", schema, {"about": channel["about"]})
-        self._writer.add_metadata("palpate", metadata)
+    def __init__(self, stream: IO[bytes], metadata: dict[str, str]) -> None:
+        self._stream, self._size, self._crc = stream, 0, 0
+        self._pack = zstandard.ZstdCompressor(level=_LEVEL).compress
+        self._counts: Counter[int] = Counter()
+        self._chunks: list[ChunkIndex] = []
+        self._channels = _bytes_of(*_schemas(), *_channels())
+        self._write(MCAP0_MAGIC + _bytes_of(Header(profile="palpate", library="palpate")))
+        self._metadata = MetadataIndex(name="palpate", offset=self._size, length=0)
+        self._metadata.length = self._write(_bytes_of(Metadata(name="palpate", metadata=metadata)))
 
-    def add(self, channel: int, time_ns: int, payload: bytes) -> None:
-        """Add a message; a chunk that is old enough is written out."""
-        time_ns = max(time_ns, 0)  # the format has no time before zero
-        # Either way: a message may be older than the one before it.
-        if self._chunk_start_ns is None or abs(time_ns - self._chunk_start_ns) >= CHUNK_NS:
-            self._writer.flush()
-            self._chunk_start_ns = time_ns
-        self._writer.add_message(channel, time_ns, payload, time_ns, self.messages)
-        self.messages += 1
-        if self.messages == 1:
-            self._writer.flush()
-            self._chunk_start_ns = None
+    def add(self, records: bytes) -> None:
+        """Write messages as one chunk.
+
+        Args:
+            records: Their MCAP records.
+        """
+        # The first chunk says what the channels are.
+        before = b"" if self._chunks else self._channels
+        entries: dict[int, list[int]] = defaultdict(list)
+        at = len(before)
+        for message in messages_in(records):
+            entries[message.channel] += (message.time_ns, at)
+            self._counts[message.channel] += 1
+            at += _MESSAGE_HEAD + len(message.payload)
+        content = before + records
+        times = [time_ns for channel in entries.values() for time_ns in channel[::2]]
+        chunk = Chunk(
+            compression="zstd",
+            data=self._pack(content),
+            message_start_time=min(times),
+            message_end_time=max(times),
+            uncompressed_crc=zlib.crc32(content),
+            uncompressed_size=len(content),
+        )
+        start, packed = self._size, _bytes_of(chunk)
+        indexes = {channel: _message_index(channel, entries[channel]) for channel in sorted(entries)}
+        offsets, offset = {}, start + len(packed)
+        for channel, index in indexes.items():
+            offsets[channel] = offset
+            offset += len(index)
+        self._write(packed + b"".join(indexes.values()))
+        self._chunks.append(
+            ChunkIndex(
+                message_start_time=chunk.message_start_time,
+                message_end_time=chunk.message_end_time,
+                chunk_start_offset=start,
+                chunk_length=len(packed),
+                message_index_offsets=offsets,
+                message_index_length=offset - start - len(packed),
+                compression=chunk.compression,
+                compressed_size=len(chunk.data),
+                uncompressed_size=len(content),
+            )
+        )
 
     def finish(self) -> None:
-        """Write the rest, the index and the checksums."""
-        self._writer.finish()
+        """Write the index and the checksums."""
+        self._write(_bytes_of(DataEnd(self._crc)))
+        start, summary = self._size, b""
+        offsets: list[SummaryOffset] = []
+        for opcode, group in (
+            (Opcode.SCHEMA, _schemas()),
+            (Opcode.CHANNEL, _channels()),
+            (Opcode.STATISTICS, [self._statistics()]),
+            (Opcode.CHUNK_INDEX, self._chunks),
+            (Opcode.METADATA_INDEX, [self._metadata]),
+        ):
+            made = _bytes_of(*group)
+            offsets.append(SummaryOffset(opcode, start + len(summary), len(made)))
+            summary += made
+        where = start + len(summary)
+        summary += _bytes_of(*offsets)
+        footer = _bytes_of(Footer(summary_start=start, summary_offset_start=where, summary_crc=0))[:-4]
+        crc = zlib.crc32(summary + footer)
+        self._write(summary + footer + struct.pack("<I", crc) + MCAP0_MAGIC)
+
+    def _statistics(self) -> Statistics:
+        return Statistics(
+            attachment_count=0,
+            channel_count=len(CHANNELS),
+            channel_message_counts=dict(self._counts),
+            chunk_count=len(self._chunks),
+            message_count=self._counts.total(),
+            message_start_time=min((chunk.message_start_time for chunk in self._chunks), default=0),
+            message_end_time=max((chunk.message_end_time for chunk in self._chunks), default=0),
+            metadata_count=1,
+            schema_count=len(CHANNELS),
+        )
+
+    def _write(self, data: bytes) -> int:
+        self._stream.write(data)
+        self._crc = zlib.crc32(data, self._crc)
+        self._size += len(data)
+        return len(data)
 
 
-def describe_channels() -> list[dict[str, Any]]:
-    """Schemas and channels of our logs, as plain data that can be handed to another process."""
-    from palpate.adapters.log.schema import CHANNELS, PACKAGE, descriptor_set
-
+def _schemas() -> list[Schema]:
     return [
-        {
-            "topic": kind.topic,
-            "schema": f"{PACKAGE}.{kind.message}",
-            "data": descriptor_set(kind.message).hex(),
-            "about": kind.about,
-        }
+        Schema(id=kind.id, name=f"{PACKAGE}.{kind.message}", encoding="protobuf", data=descriptor_set(kind.message))
         for kind in CHANNELS
     ]
 
 
-def metadata_of(start: Mapping[str, Any]) -> dict[str, str]:
-    """What a file tells of its trial without being decoded, of what the trial started with."""
-    names = ("schema", "command", "arm", "policy", "seed", "trial")
-    return {**{name: str(start[name]) for name in names}, "versions": start["versions_json"]}
+def _channels() -> list[Channel]:
+    return [
+        Channel(id=k.id, topic=k.topic, message_encoding="protobuf", metadata={"about": k.about}, schema_id=k.id)
+        for k in CHANNELS
+    ]
 
 
-class NewFile:
-    """A file that did not exist before, written without a buffer: what is written is the system's, not ours.
-
-    A full disk does not end it: a reserve is given up, what is being written then still fits, and ``trouble`` says
-    that no more should come.
-
-    Args:
-        reserve_bytes: Size of the reserve; 0 keeps none.
-
-    Attributes:
-        trouble: Why no more should come; None while all is well.
-
-    Raises:
-        FileExistsError: Something of that name is there already.
-        OSError: The file cannot be made.
-    """
-
-    def __init__(self, path: Path, reserve_bytes: int = 0) -> None:
-        self.path = path
-        self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
-        self._size = 0
-        self.trouble: str | None = None
-        self._reserve: IO[bytes] | None = None
-        if reserve_bytes:
-            self._keep_reserve(reserve_bytes)
-
-    def write(self, data: bytes, /) -> int:
-        """Write all of it, or leave the file as it was."""
-        try:
-            self._write_all(data)
-        except OSError as error:
-            self.trouble = self.trouble or f"cannot be written ({error.strerror})"
-            if self._reserve is None:
-                raise
-            self._give_up_reserve()
-            self._write_all(data)
-        self._size += len(data)
-        return len(data)
-
-    def tell(self) -> int:
-        """Bytes written so far."""
-        return self._size
-
-    def flush(self) -> None:
-        """Nothing is kept back."""
-
-    def close(self) -> None:
-        """Close the file; twice too."""
-        if self._fd >= 0:
-            os.close(self._fd)
-            self._fd = -1
-        self._give_up_reserve()
-
-    def _write_all(self, data: bytes) -> None:
-        view = memoryview(data)
-        try:
-            while view:
-                view = view[os.write(self._fd, view) :]
-        except OSError:
-            os.ftruncate(self._fd, self._size)
-            os.lseek(self._fd, self._size, os.SEEK_SET)
-            raise
-
-    def _keep_reserve(self, size: int) -> None:
-        """A file without a name: it is gone, and its room free, as soon as we are, however we end."""
-        try:
-            self._reserve = TemporaryFile(dir=self.path.parent, buffering=0)
-            left = size
-            while left > 0:
-                left -= self._reserve.write(bytes(left))
-        except OSError:
-            # Not even the reserve fits: the first chunk will tell.
-            self._give_up_reserve()
-
-    def _give_up_reserve(self) -> None:
-        if self._reserve is not None:
-            self._reserve.close()
-            self._reserve = None
+def _message_index(channel: int, entries: list[int]) -> bytes:
+    """The record of where a channel's messages are in a chunk: time and offset of each."""
+    size = 8 * len(entries)
+    return struct.pack(f"<BQHI{len(entries)}Q", Opcode.MESSAGE_INDEX, 6 + size, channel, size, *entries)
 
 
-def dump_json(value: Any) -> str:
-    """JSON in one line; floats keep every bit."""
-    return json.dumps(value, separators=(",", ":"), ensure_ascii=False)
-
-
-def json_in(log: TrialLog, field: str, text: str) -> dict[str, Any]:
-    """A JSON object that a message of a log holds as text; an empty one for no text.
-
-    Raises:
-        LogError: It is none.
-    """
-    try:
-        found = json.loads(text) if text else {}
-    except ValueError as error:
-        raise LogError(log.path, field, f"is no JSON ({error})", "it was not written by palpate") from error
-    if not isinstance(found, dict):
-        raise LogError(log.path, field, "is no JSON object", "it was not written by palpate")
-    return found
-
-
-def finite(value: Any) -> Any:
-    """The value for JSON: a number that is not finite, which JSON cannot hold, becomes None."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    if isinstance(value, dict):
-        return {key: finite(inner) for key, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [finite(inner) for inner in value]
-    return value
+def _bytes_of(*records: Any) -> bytes:
+    builder: Any = RecordBuilder()
+    for record in records:
+        record.write(builder)
+    return bytes(builder.end())

@@ -10,7 +10,7 @@ from itertools import pairwise
 from statistics import fmean, median, stdev
 from typing import Any, Final
 
-from palpate.adapters.log.file import json_in
+from palpate.adapters.log.json_text import json_in
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.records import TickRecord
 from palpate.adapters.log.schema import CHANNELS
@@ -92,11 +92,13 @@ class LogInfo:
     Attributes:
         what: What the log is of: command, arm, scenario, seed, trial, policy and so on.
         losses: The recorder's entries about that, in words.
+        damage: What is wrong with the file, or missing in it; empty for a sound and whole log.
         trip: Tick, name of the reason and text of the trip that ended it; None without a trip.
         acknowledged: Who had let trials go on before on this rig, why, and after what, in words.
     """
 
     path: str
+    damage: str
     what: dict[str, Any]
     versions: dict[str, str]
     size_bytes: int
@@ -129,6 +131,7 @@ def info_of(log: TrialLog) -> LogInfo:
     reasons += [call.applied.reason for call in log.calls if call.applied is not None]
     return LogInfo(
         path=log.path,
+        damage="; ".join(filter(None, (log.damage, log.missing))),
         what=_what(log),
         versions={str(k): str(v) for k, v in json_in(log, "start.versions_json", log.start.versions_json).items()},
         size_bytes=log.size_bytes,

@@ -18,9 +18,11 @@ def describe(info: LogInfo) -> str:
               f"trial {what['trial']}"),
         _line("policy", _policy(what)),
         _line("world", what["world"] + (", a what-if and no observation" if what["what_if"] else "")),
-        _line("schema", what["schema"]),
+        _line("format", what["schema"]),
         _line("versions", ", ".join(f"{name} {version}" for name, version in info.versions.items())),
     ]  # fmt: skip
+    if info.damage:
+        lines.insert(1, _line("DAMAGED", info.damage))
     if what["drawn"]:
         lines.append(_line("drawn", ", ".join(f"{name} {value}" for name, value in what["drawn"].items())))
     if what["derived_from"]:
@@ -63,7 +65,7 @@ def table(infos: Sequence[LogInfo]) -> str:
                 str(ticks.late),
                 str(info.dropped_messages),
                 str(sum(info.altered_commands.values())),
-                "cut short" if info.end is None else _outcome(info.end),
+                "damaged" if info.damage else "cut short" if info.end is None else _outcome(info.end),
                 _number(info.bytes_per_minute, ".2f", 1e-6),
             )
         )

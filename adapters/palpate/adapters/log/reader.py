@@ -1,4 +1,4 @@
-"""Reads one log whole: one trial of its messages, in the order in which a recorder puts them, or what is wrong."""
+"""Reads one log whole: the trial of its messages, in the order in which they were recorded."""
 
 import json
 from collections import Counter
@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.log.container import RECOVER, RawMessage, bytes_of, sound_messages, writer_of
-from palpate.adapters.log.messages import decode_record
+from palpate.adapters.log.container import RawMessage, bytes_of, read_messages, writer_of
+from palpate.adapters.log.messages import decode_record, decode_tick
 from palpate.adapters.log.records import (
     CallEntry,
     DecisionEntry,
@@ -19,21 +19,11 @@ from palpate.adapters.log.records import (
     StartRecord,
     TickRecord,
 )
-from palpate.adapters.log.schema import (
-    BY_ID,
-    DECISION,
-    END,
-    EVENT,
-    RECORDER,
-    REINFORCEMENT,
-    SCHEMA,
-    START,
-    TICK,
-)
-from palpate.adapters.log.tick_layout import FullLayout, decode_tick, layout_of
+from palpate.adapters.log.schema import BY_ID, CALL, DECISION, END, EVENT, RECORDER, REINFORCEMENT, SCHEMA, START, TICK
 from palpate.core.errors import LogError
 from palpate.core.trial import Outcome
 
+_FOREIGN: Final = "it was not written by palpate"
 RETRACTION: Final = "retraction"
 """Name of what follows a trip, as a phase; no task has it."""
 
@@ -43,9 +33,10 @@ class TrialLog:
     """One trial's log, decoded but for its ticks.
 
     Attributes:
-        end: What it came to; None when the log ends before the trial did.
+        end: The outcome; None when the log ends before the trial did.
         counts: Messages by channel.
-        disorder: The first message that is not where a recorder puts it: its tick, its channel and what is wrong.
+        damage: What is wrong with the file, and where; the log holds what lies before that. Empty for a sound file.
+        missing: The messages that the log lacks, by their sequence numbers; empty for none.
     """
 
     path: str
@@ -60,7 +51,8 @@ class TrialLog:
     end: EndRecord | None = None
     raw_bytes: int = 0
     counts: Counter[int] = field(default_factory=Counter)
-    disorder: tuple[int, str, str] | None = None
+    damage: str = ""
+    missing: str = ""
 
     @property
     def phases(self) -> list[tuple[int, str]]:
@@ -81,89 +73,71 @@ class TrialLog:
         Raises:
             LogError: One is not a tick.
         """
-        layout: FullLayout | None = None
         for number, payload in enumerate(self.ticks):
-            if layout is not None:
-                record = layout.unpack(payload)
-                if record is not None:
-                    yield record
-                    continue
             try:
                 record = decode_tick(payload)
             except Exception as error:
-                raise LogError(self.path, f"message {number} of /tick", f"is no tick ({error})", RECOVER) from error
-            layout = layout_of(record) or layout
+                raise LogError(self.path, f"message {number} of /tick", f"is no tick ({error})", _FOREIGN) from error
             yield record
 
 
 def read_log(path: str | Path) -> TrialLog:
-    """Read a sound log.
+    """Read a log, up to its end or the first damage.
 
     Raises:
-        LogError: It is none: missing, empty, foreign, damaged, torn, of another schema, not one whole trial.
+        LogError: It is none: missing, empty, of another program or format, not one trial, or damaged so early that
+            the trial's start is lost.
     """
     data = bytes_of(path)
-    messages = list(sound_messages(str(path), data))
-    return assemble(str(path), data, messages)
+    messages, damage = read_messages(str(path), data)
+    return assemble(str(path), data, messages, damage)
 
 
-def assemble(path: str, data: bytes, messages: list[RawMessage]) -> TrialLog:
+def assemble(path: str, data: bytes, messages: list[RawMessage], damage: str = "") -> TrialLog:
     """Make a trial of a log's messages.
 
     Raises:
-        LogError: They are not those of one trial, or of another schema.
+        LogError: They are not those of one trial, or of another format.
     """
+    if not messages and damage:
+        raise LogError(path, "", f"holds nothing that can be read: {damage}", "it can only be deleted")
     if not messages:
         who = writer_of(data)
         raise LogError(path, "", f"holds no messages of palpate's ({who})", "name a log that palpate recorded")
-    start = _start_of(path, messages)
-    log = TrialLog(path, len(data), start, raw_bytes=sum(len(m.payload) for m in messages))
-    log.ticks = [m.payload for m in messages if m.channel == TICK.id]
-    log.counts = Counter(m.channel for m in messages)
+    gap = _gap(messages)
+    if damage and gap:
+        messages, gap = messages[:gap], None
+    log = TrialLog(path, len(data), _start_of(path, messages), damage=damage)
+    log.missing = "" if gap is None else _missing(messages, gap)
+    log.raw_bytes = sum(len(message.payload) for message in messages)
+    log.ticks = [message.payload for message in messages if message.channel == TICK.id]
+    log.counts = Counter(message.channel for message in messages)
     for number, message in enumerate(messages):
         if message.channel == TICK.id:
             continue
         kind = BY_ID[message.channel]
-        if kind is END and log.end is not None:
-            raise LogError(path, f"message {number}", "a second end stands here", "one log holds one trial")
+        if (kind is START and number) or (kind is END and log.end is not None):
+            raise LogError(path, f"message {number}", f"is a second {kind.topic}", "one log holds one trial")
         try:
             file_in(log, message)
         except Exception as error:
             where = f"message {number} on {kind.topic}"
-            raise LogError(path, where, f"is no {kind.message} ({error})", "it was not written by palpate") from error
-        if kind is START and number:
-            raise LogError(path, f"message {number}", "a second trial begins here", "one log holds one trial")
-    log.disorder = _disorder(log, messages)
+            raise LogError(path, where, f"is no {kind.message} ({error})", _FOREIGN) from error
     return log
 
 
-def _disorder(log: TrialLog, messages: list[RawMessage]) -> tuple[int, str, str] | None:
-    """What comes of a tick stands after it and bears its time; time never goes back, and nothing follows the end."""
-    told: dict[int, Iterator[DecisionEntry | ReinforcementEntry | EventEntry]] = {
-        DECISION.id: iter(log.decisions),
-        REINFORCEMENT.id: iter(log.reinforcements),
-        EVENT.id: iter(log.events),
-    }
-    tick, time_ns, ended = -1, messages[0].time_ns, False
-    for message in messages:
-        kind = BY_ID[message.channel]
-        if message.channel == TICK.id:
-            tick += 1
-            problem = "goes back in time" if message.time_ns < time_ns else ""
-            time_ns = message.time_ns
-        elif message.channel in told:
-            place = next(told[message.channel]).tick
-            problem = (
-                f"is of tick {place}" if place != tick else "bears another time" if message.time_ns != time_ns else ""
-            )
-        else:
-            problem = ""
-        if ended and kind is not RECORDER:
-            problem = "follows the end"
-        if problem:
-            return max(tick, 0), kind.topic, problem
-        ended = ended or kind is END
-    return None
+def _gap(messages: list[RawMessage]) -> int | None:
+    """The place of the first message whose number is not its place; a tool that writes none leaves all of them zero."""
+    if not messages[-1].sequence:
+        return None
+    return next((place for place, message in enumerate(messages) if message.sequence != place), None)
+
+
+def _missing(messages: list[RawMessage], place: int) -> str:
+    """The gaps in the sequence numbers, in words."""
+    ticks = sum(message.channel == TICK.id for message in messages[:place])
+    more = messages[-1].sequence - len(messages)
+    return f"message {place}, after tick {ticks - 1}, is missing" + (f" (and {more} more)" if more > 0 else "")
 
 
 def file_in(log: TrialLog, message: RawMessage) -> None:
@@ -178,7 +152,7 @@ def file_in(log: TrialLog, message: RawMessage) -> None:
         log.losses.append(decode_record("Recorder", LossEntry, message.payload))
     elif message.channel == END.id:
         log.end = decode_record("End", EndRecord, message.payload)
-    elif message.channel != START.id:
+    elif message.channel == CALL.id:
         log.calls.append(decode_record("Call", CallEntry, message.payload))
 
 
@@ -189,12 +163,10 @@ def _start_of(path: str, messages: list[RawMessage]) -> StartRecord:
     try:
         made: Any = decode_record("Start", _Version, first.payload)
     except Exception as error:
-        raise LogError(
-            path, "message 0", f"is no start of a trial ({error})", "it was not written by palpate"
-        ) from error
+        raise LogError(path, "message 0", f"is no start of a trial ({error})", _FOREIGN) from error
     if made.schema != SCHEMA:
         raise LogError(
-            path, "", f"has schema {made.schema!r}", f"this palpate reads {SCHEMA!r}; use the one that wrote it"
+            path, "", f"has format {made.schema!r}", f"this palpate reads {SCHEMA!r}; use the one that wrote it"
         )
     try:
         return decode_record("Start", StartRecord, first.payload)

@@ -1,13 +1,15 @@
-"""Turns what the control loop holds, tick by tick, and what the task reports into the messages of a log."""
+"""Takes down what the control loop holds, tick by tick, and what the task reports, as the messages of a log."""
 
-import struct
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
+from pathlib import Path
 from typing import Final, TypeAlias
 
 from typing_extensions import override
 
-from palpate.adapters.log.messages import encode_record
+from palpate.adapters.log.container import RawMessage, message_record
+from palpate.adapters.log.messages import encode_record, encode_tick
 from palpate.adapters.log.records import (
     CallEntry,
     DecisionEntry,
@@ -19,35 +21,31 @@ from palpate.adapters.log.records import (
     TickRecord,
 )
 from palpate.adapters.log.schema import CALL, DECISION, END, EVENT, RECORDER, REINFORCEMENT, START, TICK, ChannelKind
-from palpate.adapters.log.tick_layout import full_layout
-from palpate.adapters.log.writer_client import Opening, Sink
-from palpate.adapters.log.writer_process import message_frame
+from palpate.adapters.log.sink import Sink
 from palpate.core.control_loop import ARM, LoopObserver, UnfinishedTick
 from palpate.core.errors import DeviceError, LogError, PalpateError
 from palpate.core.ports import AppliedCommand, JointCommand, Snapshot
 from palpate.core.trial import TrialReport
 
 _BATCH: Final = 14
-"""Messages handed over at once, a tenth of a second of ticks: one system call for all of them."""
-_UNFIT: Final = (ValueError, TypeError, OverflowError, struct.error)
-"""What packing raises for a value that the schema cannot hold, such as a number of more than 64 bits."""
-
-_WholeTick: TypeAlias = tuple[int, Snapshot, JointCommand, AppliedCommand]
-"""A tick that came to a command, not packed yet; the first is its deadline, ns."""
+"""Messages of one chunk, a tenth of a second of ticks: what a kill can cost."""
+_Tick: TypeAlias = tuple[int, Snapshot, JointCommand, AppliedCommand]
+"""A tick that came to a command; the first is its deadline, ns."""
+_UNFIT: Final = (ValueError, TypeError, OverflowError, KeyError)
+"""What packing raises for a value that the message cannot hold, such as a number of more than 64 bits."""
 _NOTHING: Final = UnfinishedTick("", None, None, None, None)
 
 
 class FlightRecorder(LoopObserver):
-    """One log after the other, trial by trial. It packs and queues; the sink does the rest.
+    """One log after the other, trial by trial. It only keeps what it is given; the sink has that packed.
 
     Args:
-        stop_on_trouble: A message that cannot be kept ends the trial instead of being counted.
+        stop_on_trouble: A message that cannot be kept ends the trial instead of being reported.
     """
 
     def __init__(self, sink: Sink, *, stop_on_trouble: bool = False) -> None:
         self._sink, self._stop = sink, stop_on_trouble
         self.troubles: list[str] = []
-        self.dropped_messages = 0
         self._recording = False
         self._clear()
 
@@ -57,46 +55,46 @@ class FlightRecorder(LoopObserver):
         self._unfinished = _NOTHING
         self._report: TrialReport | None = None
         self._events = self._decisions = self._settled = 0
-        self._batch: list[bytes | _WholeTick] = []
-        self._batch_tick = -1
-        self._lost: LossEntry | None = None
-        self._lost_ns = 0
+        self._batch: list[_Message] = []
+        self._sequence = 0
         self._start: Callable[[], StartRecord] | None = None
         self._counterfactual: Callable[[], bool] | None = None
 
     def begin(
         self,
-        opening: Opening,
+        path: Path,
+        metadata: dict[str, str],
         start: Callable[[], StartRecord],
         counterfactual: Callable[[], bool] | None = None,
     ) -> None:
         """Open a log.
 
         Args:
+            metadata: What the file tells of its trial without being decoded.
             start: Gives what the trial started with; asked when the task has begun, or could not begin.
             counterfactual: For a what-if: whether the trial has left the recorded path, and messages are to say so.
         """
         if self._recording:
-            raise LogError(str(opening.path), "", "the log before is still open", "end it first")
+            raise LogError(str(path), "", "the log before is still open", "end it first")
         self._clear()
-        self._sink.open(opening)
+        self._sink.open(path, metadata)
         self._start, self._counterfactual = start, counterfactual
         self._recording = True
 
     def end(self, record: EndRecord | None) -> None:
-        """Close the log with what the trial came to; with None it ends before the trial does."""
+        """Close the log with the trial's outcome; with None it ends before the trial does."""
         if not self._recording:
             return
         self._put_start()
-        # From here on nothing is handed over that the sink may refuse: closing takes all of it.
-        self._recording = False
         if self._deadline_ns is not None:
             tick = self._unfinished
             self._keep_tick(TickRecord(self._tick, tick.time_ns, self._deadline_ns, tick.wrench, tick.joints))
         self._follow(final=True)
         if record is not None:
             self._keep(END, replace(record, counterfactual=self._off_path()))
-        self._sink.close(b"".join(self._packed()))
+        self._hand_over()
+        self._recording = False
+        self._sink.close()
         self._ask_sink()
 
     @property
@@ -120,19 +118,14 @@ class FlightRecorder(LoopObserver):
             return
         self._now_ns, self._deadline_ns = snapshot.time_ns, None
         if self._counterfactual is None:
-            # Packed later, many at once: in the loop's gaps between physics every line of code runs on cold caches.
-            if not self._batch:
-                self._batch_tick = snapshot.tick
-            self._batch.append((deadline_ns, snapshot, command, applied))
+            # Packed later, many at once: between two ticks of a loop every line of code runs on cold caches.
+            self._keep(TICK, (deadline_ns, snapshot, command, applied))
         else:
             parts = snapshot.wrench, snapshot.joints, command.position_rad, applied, self._off_path()
             self._keep_tick(TickRecord(snapshot.tick, snapshot.time_ns, deadline_ns, *parts))
         if len(report.events) != self._events or len(report.decisions) != self._decisions:
             self._follow()
-        if len(self._batch) >= _BATCH:
-            self._hand_over()
-        # Without a writer nothing more is kept, whatever is to be done about smaller troubles.
-        if self.troubles and (self._stop or self._sink.gone):
+        if self._stop and self.troubles:
             raise DeviceError("flight recorder", self.troubles[-1])
 
     @override
@@ -174,7 +167,7 @@ class FlightRecorder(LoopObserver):
         if self._start is not None:
             start, self._start = self._start, None
             self._keep(START, start())
-            self._hand_over(vital=True)
+            self._hand_over()
 
     def _off_path(self) -> bool:
         return self._counterfactual is not None and self._counterfactual()
@@ -212,75 +205,37 @@ class FlightRecorder(LoopObserver):
         self._keep(TICK, record)
 
     def _keep(self, kind: ChannelKind, record: object) -> None:
-        try:
-            frame = message_frame(kind.id, self._now_ns, encode_record(kind.message, record))
-        except _UNFIT as error:
-            self._refuse(kind, error, self._tick)
-        else:
-            if not self._batch:
-                self._batch_tick = self._tick
-            self._batch.append(frame)
-        if self._recording and len(self._batch) >= _BATCH:
+        self._batch.append((kind, self._now_ns, self._sequence, self._tick, record))
+        self._sequence += 1
+        if len(self._batch) >= _BATCH:
             self._hand_over()
 
-    def _refuse(self, kind: ChannelKind, error: Exception, tick: int) -> None:
-        """Recording does not end what it records: what cannot be packed is lost, and told."""
-        if self._lost is None:
-            self.troubles.append(f"a message on {kind.topic} at tick {tick} cannot be packed ({error})")
-        self._lose(1, tick, tick, "cannot be packed")
-
-    def _hand_over(self, *, vital: bool = False) -> None:
-        first, frames = self._batch_tick, self._packed()
-        if not frames:
-            return
-        taken, told = self._sink.put(b"".join(frames), vital=vital), self._ask_sink()
-        if taken:
-            self._lost = None
-            return
-        if self._lost is None and not told:
-            self.troubles.append(f"the writer is behind and the queue is full: messages are lost from tick {first} on")
-        # The mark itself was among them, if there was one.
-        self._lose(len(frames) - (self._lost is not None), first, self._tick, "queue full")
-
-    def _packed(self) -> list[bytes]:
-        """The frames of the batch, which is empty then; a mark of what is lost before them, if anything is."""
+    def _hand_over(self) -> None:
         batch, self._batch = self._batch, []
-        frames: list[bytes] = []
-        for item in batch:
-            if isinstance(item, bytes):
-                frames.append(item)
-                continue
-            _, snapshot, command, applied = item
-            try:
-                asked, joints = command.position_rad, snapshot.joints.position_rad
-                layout = full_layout(len(asked), len(joints), len(applied.position_rad), snapshot.wrench.frame)
-                frames.append(message_frame(TICK.id, snapshot.time_ns, layout.pack(*item)))
-            except _UNFIT as error:
-                self._refuse(TICK, error, snapshot.tick)
-        if self._lost is not None:
-            # There is room again, or so it seems: first of all the log must tell what it lacks.
-            frames.insert(0, message_frame(RECORDER.id, self._lost_ns, encode_record("Recorder", self._lost)))
-        return frames
+        if batch:
+            self._sink.put(partial(_packed, batch, self.troubles))
+            self._ask_sink()
 
-    def _lose(self, messages: int, first_tick: int, last_tick: int, problem: str) -> None:
-        before = self._lost
-        self.dropped_messages += messages
-        self._lost_ns = self._now_ns
-        if before is not None:
-            messages += before.dropped_messages
-            problem, first_tick = before.problem, before.first_dropped_tick or 0
-        self._lost = LossEntry(
-            tick=last_tick,
-            problem=problem,
-            text=f"{messages} messages are missing, from tick {first_tick} to {last_tick}",
-            dropped_messages=messages,
-            first_dropped_tick=first_tick,
-            last_dropped_tick=last_tick,
-        )
-
-    def _ask_sink(self) -> bool:
-        """Take over what it has to tell; whether that was anything."""
-        told = len(self.troubles)
+    def _ask_sink(self) -> None:
         while (trouble := self._sink.trouble()) is not None:
             self.troubles.append(trouble)
-        return len(self.troubles) > told
+
+
+_Message: TypeAlias = tuple[ChannelKind, int, int, int, object]
+"""A message that is not packed yet: channel, time in ns, sequence number, tick, and the record, or a :data:`_Tick`."""
+
+
+def _packed(batch: Sequence[_Message], troubles: list[str]) -> bytes:
+    """The MCAP records of messages. Recording does not end what it records: what cannot be packed is lost, and told."""
+    records = []
+    for kind, time_ns, sequence, tick, record in batch:
+        channel = kind
+        try:
+            payload = encode_tick(*record) if isinstance(record, tuple) else encode_record(kind.message, record)
+        except _UNFIT as error:
+            troubles.append(f"a message on {kind.topic} at tick {tick} cannot be packed ({error})")
+            text = f"a message on {kind.topic} is missing"
+            loss = LossEntry(tick=tick, problem="cannot be packed", text=text, dropped_messages=1)
+            channel, payload = RECORDER, encode_record("Recorder", loss)
+        records.append(message_record(RawMessage(channel.id, time_ns, payload, sequence)))
+    return b"".join(records)

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Final
 
 from palpate.adapters.files import read_strings
-from palpate.adapters.log.file import json_in
 from palpate.adapters.log.find import find_logs
+from palpate.adapters.log.json_text import json_in
 from palpate.adapters.log.reader import TrialLog, read_log
 from palpate.core.automata import Strings
 from palpate.core.errors import ConfigurationError

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 from palpate.adapters.config import RecordingConfig, RunConfig, to_toml, with_options
-from palpate.adapters.log.file import dump_json, metadata_of
+from palpate.adapters.log.json_text import dump_json
 from palpate.adapters.log.provenance import arm_sha256, core_sha256, made_with, processor
 from palpate.adapters.log.raised import raised_by
 from palpate.adapters.log.recorder import FlightRecorder
 from palpate.adapters.log.records import DecisionEntry, EndRecord, StartRecord, policy_digest
 from palpate.adapters.log.schema import SCHEMA
-from palpate.adapters.log.writer_client import Opening, ProcessSink, Sink
+from palpate.adapters.log.sink import FileSink, Sink
 from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import OutputError
 from palpate.core.perception import Perception, perception_to_dict
@@ -31,33 +31,25 @@ CUT_SHORT: Final = ".cut-short-"
 class TrialRecorder:
     """Records trial after trial into one folder. A context manager: on exit all logs are finished."""
 
-    def __init__(self, sink: Callable[[], Sink], folder: Path, config: RecordingConfig) -> None:
-        self._make_sink, self._folder, self._config = sink, folder, config
+    def __init__(self, sink: Sink, folder: Path, config: RecordingConfig) -> None:
+        self._sink, self._folder = sink, folder
         self._subject: _Subject | None = None
         self._before = ""
         self._setup: TrialSetup | None = None
+        self.flight = FlightRecorder(sink, stop_on_trouble=config.on_trouble == "stop")
 
     @classmethod
     def into(cls, folder: Path, config: RecordingConfig) -> TrialRecorder | None:
-        """A recorder as configured, writing with a process of its own; None when recording is switched off."""
-        if not config.enabled:
-            return None
-        room, patient = config.queue_kB * 1000, config.when_full == "wait"
-        return cls(lambda: ProcessSink(queue_bytes=room, patient=patient), folder, config)
+        """A recorder into files, as configured; None when recording is switched off."""
+        return cls(FileSink(), folder, config) if config.enabled else None
 
     def __enter__(self) -> Self:
-        self._folder.mkdir(parents=True, exist_ok=True)
-        self._sink = self._make_sink()
-        self.flight = FlightRecorder(self._sink, stop_on_trouble=self._config.on_trouble == "stop")
         return self
 
     def __exit__(self, *_: object) -> None:
         # A log that is still open lacks its end, but nothing before.
         self.flight.end(None)
-        trouble = self._sink.shut()
-        while trouble is not None:
-            self.flight.troubles.append(trouble)
-            trouble = self._sink.trouble()
+        self._sink.shut()
 
     @property
     def troubles(self) -> list[str]:
@@ -110,7 +102,6 @@ class TrialRecorder:
                 "derived_from": derived_from,
             },
         )
-        self._subject.folder.mkdir(parents=True, exist_ok=True)
 
     def begin(
         self,
@@ -128,7 +119,9 @@ class TrialRecorder:
         if subject is None:
             raise OutputError(str(self._folder), "it is not known what is to be recorded", "call of() first")
         path = subject.folder / f"{name}.mcap"
-        metadata = metadata_of({**subject.constant, "seed": setup.seed, "trial": setup.index})
+        facts = {**subject.constant, "seed": setup.seed, "trial": setup.index}
+        names = ("schema", "command", "arm", "policy", "seed", "trial")
+        metadata = {**{name: str(facts[name]) for name in names}, "versions": facts["versions_json"]}
         self._setup = setup
 
         def start() -> StartRecord:
@@ -136,7 +129,7 @@ class TrialRecorder:
             self._before = record.learner_json
             return record
 
-        self.flight.begin(Opening(path, metadata), start, counterfactual)
+        self.flight.begin(path, metadata, start, counterfactual)
         return self.flight
 
     def end(self, report: TrialReport, facts: dict[str, Any]) -> None:

@@ -78,11 +78,11 @@ def _replay_part(part: Sequence[tuple[Path, str]], what_if: WhatIf, rebuilder: R
 
 
 def exit_code(replays: Sequence[Replay], *, strict: bool) -> int:
-    """0: all equal; 1: something differs; 2: nothing differs, but a log could not be replayed."""
+    """0: all equal; 1: something differs; 2: nothing differs, but a log could not be replayed, or not to its end."""
     verdicts = {one.verdict for one in replays}
     if Verdict.DIVERGED in verdicts or (strict and Verdict.NOT_BIT_COMPARABLE in verdicts):
         return 1
-    return 2 if Verdict.REFUSED in verdicts else 0
+    return 2 if verdicts & {Verdict.REFUSED, Verdict.CUT_SHORT} else 0
 
 
 def explanation(one: Replay, changes: Changes, *, strict: bool) -> str:

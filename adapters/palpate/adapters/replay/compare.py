@@ -146,9 +146,6 @@ def _compare_counts(
 
 def compare_recorder(differences: Differences, log: TrialLog) -> None:
     """What the recorder says of its own work, where all that it could have lost was there to be compared."""
-    if log.disorder is not None:
-        tick, channel, problem = log.disorder
-        differences.add(tick, channel, "place", problem, None)
     if differences.count or log.end is None:
         return
     for loss in log.losses:

@@ -36,6 +36,7 @@ class Verdict(enum.Enum):
     EQUAL = "equal"
     NOT_BIT_COMPARABLE = "not bit-comparable"
     DIVERGED = "DIVERGED"
+    CUT_SHORT = "equal as far as it can be read"
     REFUSED = "NOT REPLAYABLE"
 
 
@@ -82,6 +83,8 @@ def replay(
         LogError: It cannot be replayed.
         ConfigurationError: A change does not fit.
     """
+    if log.missing:
+        raise LogError(log.path, "", log.missing, "a trial can only be replayed whole")
     for name, record in (("/start", log.start), ("/end", log.end)):
         for each in () if record is None else fields(record):
             if each.name.endswith("_json"):
@@ -124,7 +127,7 @@ def replay(
         first=differences.first,
         differences=differences.count,
         causes=known_causes(log, rebuilt) if differences.count else (),
-        note=note,
+        note="; ".join(filter(None, (log.damage, note))),
         decisions=tuple(decisions_of(report)),
         counterfactual_from=differences.first_command_tick,
         only_told=_only_told(log),
@@ -196,7 +199,7 @@ def _went_on(log: TrialLog, scored: ScoredTrial) -> str:
 
 def _verdict(differences: Differences, log: TrialLog) -> Verdict:
     if not differences.count:
-        return Verdict.EQUAL
+        return Verdict.CUT_SHORT if log.damage else Verdict.EQUAL
     if differences.first_gross is None and other_processor(log):
         return Verdict.NOT_BIT_COMPARABLE
     return Verdict.DIVERGED

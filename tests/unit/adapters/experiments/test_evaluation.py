@@ -59,7 +59,7 @@ def test_after_a_trip_or_a_device_s_error_nothing_moves_on_the_same_rig_until_it
                 run(again)
         rig.latch.acknowledge("Ada", "the limit was a joke")
         sink = MemorySink()
-        with TrialRecorder(lambda: sink, tmp_path, QUICK.recording) as recorder:
+        with TrialRecorder(sink, tmp_path, QUICK.recording) as recorder:
             run(QUICK, Recording(recorder))
     (tmp_path / "log.mcap").write_bytes(sink.logs[0])
     log = read_log(tmp_path / "log.mcap")
@@ -79,7 +79,7 @@ def test_a_policy_is_recorded_as_what_it_is(tmp_path: Path, learning: bool) -> N
         document = document_of(policy, created_with={}, perception=perception_settings(QUICK, perception))
         policy = loaded_policy(document, QUICK, perception, frozen=True)
     sink = MemorySink()
-    with SimulatedRig(QUICK, ready_pose()) as rig, TrialRecorder(lambda: sink, tmp_path, QUICK.recording) as recorder:
+    with SimulatedRig(QUICK, ready_pose()) as rig, TrialRecorder(sink, tmp_path, QUICK.recording) as recorder:
         run_policy(QUICK, rig, policy, 1, Recording(recorder))
     (tmp_path / "log.mcap").write_bytes(sink.logs[0])
     assert read_log(tmp_path / "log.mcap").start.frozen is not learning

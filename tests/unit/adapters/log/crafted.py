@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from mcap.writer import CompressionType, Writer
 
-from palpate.adapters.log.container import RawMessage, sound_messages
-from palpate.adapters.log.file import LogFile, describe_channels
+from palpate.adapters.log.container import RawMessage, message_record, read_messages
+from palpate.adapters.log.file import LogFile
 from palpate.adapters.log.messages import encode_record
 from palpate.adapters.log.reader import TrialLog, assemble
 from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry, StartRecord, TickRecord
@@ -70,15 +70,18 @@ def messages(
             made.append(RawMessage(DECISION.id, time_of(tick), encode_record("Decision", choice)))
     last = made[-1].time_ns
     made.append(RawMessage(EVENT.id, last, encode_record("Event", EventEntry(tick=39, name="hole", detail="found"))))
-    return made if end is None else [*made, RawMessage(END.id, last, encode_record("End", end))]
+    made += [] if end is None else [RawMessage(END.id, last, encode_record("End", end))]
+    return [message._replace(sequence=number) for number, message in enumerate(made)]
 
 
-def log_bytes(content: Sequence[RawMessage] | None = None, **settings: Any) -> bytes:
-    """A log as our recorder writes it."""
+def log_bytes(content: Sequence[RawMessage] | None = None) -> bytes:
+    """A log as our recorder writes it, but for the numbers of messages, which are as given."""
     stream = BytesIO()
-    log = LogFile(stream, describe_channels(), {"schema": SCHEMA}, **settings)
-    for message in messages() if content is None else content:
-        log.add(message.channel, message.time_ns, message.payload)
+    log = LogFile(stream, {"schema": SCHEMA})
+    left = list(messages() if content is None else content)
+    while left:
+        log.add(b"".join(map(message_record, left[:14])))
+        del left[:14]
     log.finish()
     return stream.getvalue()
 
@@ -97,7 +100,8 @@ def rewritten(content: Sequence[RawMessage] | None = None, *, foreign: bool = Fa
     writer.add_message(channels[0], 0, b'{"text": "rewritten"}', 0)
     for message in messages() if content is None else content:
         payload = b"{}" if foreign else message.payload
-        writer.add_message(channels[0 if foreign else message.channel], message.time_ns, payload, message.time_ns)
+        channel = channels[0 if foreign else message.channel]
+        writer.add_message(channel, message.time_ns, payload, message.time_ns, message.sequence)
     writer.finish()
     return stream.getvalue()
 
@@ -111,7 +115,7 @@ SMALL = messages(range(6))
 
 def read(data: bytes) -> TrialLog:
     """As :func:`read_log` reads a file, its ticks too."""
-    log = assemble("x.mcap", data, list(sound_messages("x.mcap", data)))
+    log = assemble("x.mcap", data, *read_messages("x.mcap", data))
     list(log.records())
     return log
 

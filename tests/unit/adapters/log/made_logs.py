@@ -15,11 +15,12 @@ from palpate.adapters.log import (
     ReinforcementEntry,
     TickRecord,
 )
-from palpate.adapters.log.file import LogFile, NewFile, describe_channels
+from palpate.adapters.log.container import RawMessage
 from palpate.adapters.log.messages import encode_record
 from palpate.adapters.log.records import StartRecord
 from palpate.adapters.log.schema import BY_TOPIC, SCHEMA
 from palpate.core.ports import AppliedCommand, JointSample, WrenchSample
+from tests.support import log_surgery
 
 PERIOD_NS = 1_000_000_000 // 140
 POSTURE = (0.0, 1.0752755, -1.4561609, 0.0, 0.6101755, 0.0)
@@ -64,11 +65,10 @@ def write_log(
     kinds = {
         DecisionEntry: "Decision", ReinforcementEntry: "Reinforcement", EventEntry: "Event", LossEntry: "Recorder",
     }  # fmt: skip
-    file = NewFile(path)
-    log = LogFile(file, describe_channels(), {})
+    messages: list[RawMessage] = []
 
     def add(topic: str, at: int, payload: bytes) -> None:
-        log.add(BY_TOPIC[topic].id, max(at, 0) * PERIOD_NS, payload)
+        messages.append(RawMessage(BY_TOPIC[topic].id, max(at, 0) * PERIOD_NS, payload))
 
     add("/start", 0, encode_record("Start", begin or start()))
     left = sorted(others, key=lambda entry: entry.tick)
@@ -83,6 +83,4 @@ def write_log(
                 add(f"/{name.lower()}", record.tick, encode_record(name, entry))
     if end is not None:
         add("/end", ticks[-1].tick if ticks else 0, encode_record("End", end))
-    log.finish()
-    file.close()
-    return path
+    return log_surgery.write_log(path, messages)

@@ -4,12 +4,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Self
 
-from palpate.adapters.log.container import sound_messages
+from palpate.adapters.log.container import read_messages
 from palpate.adapters.log.reader import TrialLog, assemble
 from palpate.adapters.log.recorder import FlightRecorder
 from palpate.adapters.log.records import EndRecord, StartRecord
-from palpate.adapters.log.writer_client import Opening, Sink
-from palpate.adapters.log.writer_process import messages_in
+from palpate.adapters.log.sink import Sink
 from palpate.core.control_loop import tick_time_ns
 from palpate.core.ports.contracts import FakeClock
 from palpate.core.ports.values import JointCommand, Snapshot
@@ -21,25 +20,12 @@ from tests.unit.adapters.log.crafted import STARTING
 HOME_RAD = (0.1, -0.2, 0.3)
 
 
-class ChokingSink(MemorySink):
-    """Refuses batches when told to, and may have troubles to tell."""
+class TroubledSink(MemorySink):
+    """May have troubles to report."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.full = False
-        self.lost: list[tuple[int, int, bytes]] = []
         self.tells: list[str] = []
-
-    def put(self, frames: bytes, *, vital: bool = False) -> bool:
-        if self.full and not vital:
-            self.lost += messages_in(frames)
-            return False
-        return super().put(frames)
-
-    def close(self, frames: bytes) -> None:
-        # The last frames are always taken.
-        self.full = False
-        super().close(frames)
 
     def trouble(self) -> str | None:
         return self.tells.pop(0) if self.tells else None
@@ -70,7 +56,7 @@ class Bench:
         return bench
 
     def begin(self, path: Path = Path("x.mcap"), start: Callable[[], StartRecord] = lambda: STARTING) -> None:
-        self.recorder.begin(Opening(path, {}), start)
+        self.recorder.begin(path, {}, start)
         self.tick, self.start_ns = 0, self.clock.now_ns()
         self.recorder.begun(self.start_ns, self.report)
 
@@ -105,7 +91,7 @@ class Bench:
 
 
 def log_of(data: bytes) -> TrialLog:
-    return assemble("x.mcap", data, list(sound_messages("x.mcap", data)))
+    return assemble("x.mcap", data, *read_messages("x.mcap", data))
 
 
 def ticks_of(log: TrialLog) -> list[int]:

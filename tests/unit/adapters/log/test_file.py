@@ -1,67 +1,15 @@
-"""How a log grows on disk: by chunks of trial time, into a file that was not there before, on a disk that may fill."""
+"""What a log's file holds, as other tools see it."""
 
-import errno
-import os
 from io import BytesIO
 from itertools import pairwise
-from pathlib import Path
-from typing import Any
 
-import pytest
-from mcap.data_stream import ReadDataStream
-from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Chunk
+from mcap.stream_reader import StreamReader
 
-from palpate.adapters.log import EVENT
-from palpate.adapters.log import file as module
-from palpate.adapters.log.container import ChannelMap, RawMessage, outer_records, require_mcap
-from palpate.adapters.log.file import CHUNK_BYTES, CHUNK_NS, LogFile, NewFile, describe_channels
+from palpate.adapters.log.container import message_record, read_messages
+from palpate.adapters.log.file import LogFile
 from tests.unit.adapters.log.crafted import log_bytes, messages
-
-
-def chunks(data: bytes) -> list[tuple[Chunk, list[RawMessage]]]:
-    channels, found = ChannelMap("x"), []
-    for opcode, at, body in outer_records("x", data, require_mcap("x", data)):
-        if opcode == Opcode.CHUNK:
-            chunk = Chunk.read(ReadDataStream(BytesIO(body)))
-            found.append((chunk, list(channels.messages(opcode, at, body))))
-    return found
-
-
-def test_a_chunk_spans_less_than_a_quarter_second_of_trial_time() -> None:
-    content = messages(range(400))
-    found = chunks(log_bytes(content))
-    assert [m for _, inside in found for m in inside] == content
-    for chunk, inside in found:
-        assert inside[-1].time_ns - inside[0].time_ns < CHUNK_NS
-        assert (chunk.message_start_time, chunk.message_end_time) == (inside[0].time_ns, inside[-1].time_ns)
-    for (_, before), (_, after) in pairwise(found[1:]):
-        assert after[0].time_ns - before[0].time_ns >= CHUNK_NS
-
-
-def test_what_is_older_than_a_chunk_is_on_disk() -> None:
-    stream = BytesIO()
-    log = LogFile(stream, describe_channels(), {})
-    for number, message in enumerate(content := messages(range(150))):
-        log.add(message.channel, message.time_ns, message.payload)
-        on_disk = [m for _, inside in chunks(stream.getvalue()) for m in inside]
-        assert on_disk == content[: len(on_disk)]
-        missing = content[len(on_disk) : number + 1]
-        assert all(message.time_ns - m.time_ns < CHUNK_NS for m in missing)
-        assert number or on_disk == content[:1]
-
-
-def test_times_before_zero_backwards_and_far_apart_do_not_matter() -> None:
-    times = [-5, 0, 10**18, 3, 3, 10**15, 2]
-    content = [RawMessage(EVENT.id, time, b"") for time in times]
-    found = [m.time_ns for _, inside in chunks(log_bytes(content)) for m in inside]
-    assert found == [max(time, 0) for time in times]
-
-
-def test_a_chunk_ends_by_its_size_where_time_stands_still() -> None:
-    content = [RawMessage(EVENT.id, 0, bytes([k]) * 100_000) for k in range(40)]
-    assert all(chunk.uncompressed_size <= CHUNK_BYTES + 110_000 for chunk, _ in chunks(log_bytes(content)))
 
 
 def test_other_tools_see_topics_and_metadata() -> None:
@@ -72,93 +20,35 @@ def test_other_tools_see_topics_and_metadata() -> None:
     assert all(channel.metadata["about"] for channel in summary.channels.values())
     assert [record.metadata for record in reader.iter_metadata()] == [{"schema": "palpate.log/2"}]
     assert len(list(reader.iter_messages(topics="/tick"))) == 40
+    assert summary.statistics is not None
+    assert summary.statistics.message_count == len(messages())
+    assert sum(summary.statistics.channel_message_counts.values()) == len(messages())
+    assert summary.statistics.message_end_time == messages()[-1].time_ns
 
 
-def test_a_new_file_is_new(tmp_path: Path) -> None:
-    path = tmp_path / "a.mcap"
-    path.write_bytes(b"precious")
-    with pytest.raises(FileExistsError):
-        NewFile(path)
-    (tmp_path / "link").symlink_to(tmp_path / "nowhere")
-    with pytest.raises(FileExistsError):
-        NewFile(tmp_path / "link", 100)
-    assert path.read_bytes() == b"precious"
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mcap", "link"]
+def test_an_index_leads_to_a_stretch_of_time() -> None:
+    found = make_reader(BytesIO(log_bytes())).iter_messages(starting_at=10**8, ending_before=2 * 10**8)
+    times = [message.log_time for _, _, message in found]
+    assert times == [message.time_ns for message in messages() if 10**8 <= message.time_ns < 2 * 10**8]
 
 
-def test_what_is_written_is_there_at_once_and_the_reserve_leaves_no_trace(tmp_path: Path) -> None:
-    file = NewFile(tmp_path / "a.mcap", 1000)
-    assert file.write(b"abc") == 3
-    assert (tmp_path / "a.mcap").read_bytes() == b"abc"
-    assert [p.name for p in tmp_path.iterdir()] == ["a.mcap"]
-    assert file.tell() == 3
-    file.close()
-    file.close()
-    assert file.trouble is None
+def test_messages_lie_in_chunks_with_checksums() -> None:
+    records = list(StreamReader(BytesIO(log_bytes()), emit_chunks=True, validate_crcs=True).records)
+    chunks = [record for record in records if isinstance(record, Chunk)]
+    assert len(chunks) == -(-len(messages()) // 14)
+    assert all(chunk.uncompressed_crc and chunk.compression == "zstd" for chunk in chunks)
+    assert all(before.message_end_time <= after.message_start_time for before, after in pairwise(chunks))
 
 
-class Disk:
-    """A disk with so much room left, of which a reserve takes and gives."""
-
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, room: int) -> None:
-        self.room, self._write, self._truncate = room, os.write, os.ftruncate
-        monkeypatch.setattr(module.os, "write", self.write)
-        monkeypatch.setattr(module.os, "ftruncate", self.truncate)
-        monkeypatch.setattr(module, "TemporaryFile", self.reserve)
-
-    def write(self, fd: int, data: Any) -> int:
-        if self.room <= 0:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        done = self._write(fd, data[: self.room])
-        self.room -= done
-        return done
-
-    def truncate(self, fd: int, size: int) -> None:
-        self.room += os.fstat(fd).st_size - size
-        self._truncate(fd, size)
-
-    def reserve(self, **_: Any) -> Any:
-        disk = self
-
-        class Reserve:
-            size = 0
-
-            def write(self, data: bytes) -> int:
-                if disk.room < len(data):
-                    raise OSError(errno.ENOSPC, "No space left on device")
-                disk.room, self.size = disk.room - len(data), self.size + len(data)
-                return len(data)
-
-            def close(self) -> None:
-                disk.room, self.size = disk.room + self.size, 0
-
-        return Reserve()
+def test_a_log_without_its_end_holds_all_that_was_added() -> None:
+    stream = BytesIO()
+    log = LogFile(stream, {})
+    for number, message in enumerate(messages(), start=1):
+        log.add(message_record(message))
+        found, damage = read_messages("x", stream.getvalue())
+        assert found == messages()[:number]
+        assert "footer" in damage
 
 
-def test_a_full_disk_costs_the_reserve_and_nothing_that_was_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    disk = Disk(monkeypatch, 150)
-    file = NewFile(tmp_path / "a", 100)
-    file.write(b"a" * 30)
-    assert file.trouble is None
-    file.write(b"b" * 40)
-    assert file.trouble == "cannot be written (No space left on device)"
-    assert (tmp_path / "a").read_bytes() == b"a" * 30 + b"b" * 40
-    assert disk.room == 80
-    with pytest.raises(OSError, match="No space"):
-        file.write(b"c" * 81)
-    assert (tmp_path / "a").read_bytes() == b"a" * 30 + b"b" * 40
-    file.write(b"d" * 80)
-    assert file.tell() == 150
-    file.close()
-
-
-def test_a_reserve_that_is_too_small_leaves_the_file_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    Disk(monkeypatch, 110)
-    file = NewFile(tmp_path / "a", 100)
-    file.write(b"a" * 5)
-    with pytest.raises(OSError, match="No space"):
-        file.write(b"b" * 200)
-    assert (tmp_path / "a").read_bytes() == b"a" * 5
-    file.close()
+def test_equal_messages_give_equal_bytes() -> None:
+    assert log_bytes() == log_bytes()

@@ -9,7 +9,17 @@ from typing import Any
 import pytest
 from mcap.writer import MCAP0_MAGIC, CompressionType
 
-from palpate.adapters.log import EVENT, START, TICK, EventEntry, RawMessage, encode_record, learner_of_json, read_log
+from palpate.adapters.log import (
+    DECISION,
+    EVENT,
+    START,
+    TICK,
+    EventEntry,
+    RawMessage,
+    encode_record,
+    learner_of_json,
+    read_log,
+)
 from palpate.core.errors import LogError
 from tests.unit.adapters.log.crafted import (
     ENDING,
@@ -48,20 +58,19 @@ def test_a_file_that_is_not_there_or_no_file(tmp_path: Path) -> None:
         (b"", "is empty"),
         (b"\x89MCAP", "offset 0: is no MCAP file"),
         (b"tick,force\n1,2\n", "offset 0: is no MCAP file"),
-        (MCAP0_MAGIC, "offset 8: the file ends without its footer"),
+        (MCAP0_MAGIC, "holds nothing that can be read: offset 8: the file ends without its footer"),
         (rewritten(foreign=True), "holds no messages of palpate's (written by 'other tool', profile 'other')"),
         (log_bytes([]), "holds no messages of palpate's (written by 'palpate', profile 'palpate')"),
         (log_bytes(messages(start=None)), "does not begin with what the trial started with"),
-        (log_bytes(messages(start=start_with(schema="palpate.log/3"))), "has schema 'palpate.log/3'"),
-        (log_bytes(SMALL) * 2, "another log begins here: two files were joined"),
-        (log_bytes(SMALL) + b"x", "1 bytes follow the end of the log"),
-        (log_bytes(SMALL + SMALL), "message 9: a second trial begins here"),
+        (log_bytes(messages(start=start_with(schema="palpate.log/3"))), "has format 'palpate.log/3'"),
+        (log_bytes(SMALL + SMALL), "message 1: is a second /start"),
+        (log_bytes([*messages(range(6)), SMALL[-1]]), "message 9: is a second /end"),
         (log_bytes([RawMessage(START.id, 0, b"\xff")]), "message 0: is no start of a trial"),
         (log_bytes([RawMessage(START.id, 0, b"\x0a\x0dpalpate.log/2")]), "message 0: lacks what a trial starts with"),
-        (log_bytes([*SMALL, RawMessage(EVENT.id, 0, b"\xff")]), "message 9 on /event: is no Event"),
-        (log_bytes([*SMALL, RawMessage(EVENT.id, 0, b"")]), "message 9 on /event: is no Event"),
-        (log_bytes([*SMALL, RawMessage(TICK.id, 0, b"\xff")]), "message 6 of /tick: is no tick"),
-        (log_bytes([*SMALL, RawMessage(TICK.id, 0, b"")]), "message 6 of /tick: is no tick"),
+        (log_bytes([*SMALL, RawMessage(EVENT.id, 0, b"\xff", 9)]), "message 9 on /event: is no Event"),
+        (log_bytes([*SMALL, RawMessage(EVENT.id, 0, b"", 9)]), "message 9 on /event: is no Event"),
+        (log_bytes([*SMALL, RawMessage(TICK.id, 0, b"\xff", 9)]), "message 6 of /tick: is no tick"),
+        (log_bytes([*SMALL, RawMessage(TICK.id, 0, b"", 9)]), "message 6 of /tick: is no tick"),
     ],
     ids=lambda value: value[:40] if isinstance(value, str) else "",
 )
@@ -99,6 +108,27 @@ def test_any_bit_flipped_under_valid_checksums_raises_nothing_else() -> None:
             content[at] = content[at]._replace(payload=bytes(payload))
         with suppress(LogError):
             read(log_bytes(content))
+
+
+def test_a_log_sorted_by_topic_is_put_in_order_again() -> None:
+    by_topic = sorted(messages(), key=lambda message: message.channel)
+    for data in (log_bytes(by_topic), rewritten(by_topic)):
+        assert replace(read(data), size_bytes=0) == replace(read(log_bytes()), size_bytes=0)
+
+
+def test_a_log_of_a_tool_that_writes_no_numbers_is_read_as_it_lies() -> None:
+    bare = [message._replace(sequence=0) for message in messages()]
+    assert replace(read(rewritten(bare)), size_bytes=0) == replace(read(log_bytes()), size_bytes=0)
+
+
+def test_a_missing_message_is_named_with_its_tick() -> None:
+    content = messages()
+    gone = [place for place, message in enumerate(content) if message.channel == DECISION.id]
+    log = read(log_bytes(content[: gone[0]] + content[gone[0] + 1 :]))
+    assert log.missing == f"message {gone[0]}, after tick 13, is missing"
+    log = read(log_bytes([message for message in content if message.channel != DECISION.id]))
+    assert log.missing == f"message {gone[0]}, after tick 13, is missing (and 1 more)"
+    assert len(log.ticks) == 40
 
 
 def test_messages_of_other_tools_in_between_are_passed_over() -> None:

@@ -2,6 +2,7 @@
 
 import struct
 from dataclasses import replace
+from math import isfinite
 from typing import Any
 
 import pytest
@@ -10,10 +11,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.adapters.log import CallEntry, DecisionEntry, EndRecord, EventEntry, LossEntry, ReinforcementEntry
-from palpate.adapters.log.messages import decode_record, encode_record
-from palpate.adapters.log.records import StartRecord
+from palpate.adapters.log.messages import decode_record, decode_tick, encode_record, encode_tick
+from palpate.adapters.log.records import StartRecord, TickRecord
 from palpate.adapters.log.schema import message_class
-from palpate.core.ports import AppliedCommand, CommandReason
+from palpate.core.ports import (
+    AppliedCommand,
+    CommandReason,
+    JointCommand,
+    JointSample,
+    Snapshot,
+    Validity,
+    WrenchKind,
+    WrenchSample,
+)
 from tests.unit.adapters.log.crafted import ENDING, STARTING, tick_record
 
 DECIDED = DecisionEntry(tick=14, number=1, symbol="x+ y0", state="x+ y0", action="-x", source="learned")
@@ -118,6 +128,43 @@ def test_a_call_without_what_it_must_have_is_refused(field: str) -> None:
     made.ClearField(field)
     with pytest.raises(ValueError, match=field):
         decode_record("Call", CallEntry, made.SerializeToString())
+
+
+NUMBERS = st.integers(-(2**63), 2**63 - 1)
+VECTORS = st.tuples(*[st.floats(allow_nan=True)] * 3)
+
+
+@given(
+    NUMBERS, st.tuples(VECTORS, VECTORS), st.lists(st.floats(), min_size=1, max_size=8), st.sampled_from(CommandReason)
+)
+def test_every_bit_of_a_tick_comes_back(
+    number: int, wrench: tuple[Any, Any], joints: list[float], reason: CommandReason
+) -> None:
+    sample = WrenchSample(*wrench, number, -number - 1, 2, Validity.INVALID, WrenchKind.TARED, "flange")
+    encoders = JointSample(tuple(joints), 1, number, 3, Validity.INVALID)
+    finite = tuple(value if isfinite(value) else -0.0 for value in joints)
+    command, applied = JointCommand(finite), AppliedCommand(finite[::-1], reason)
+    payload = encode_tick(5, Snapshot(number, 7, sample, encoders), command, applied)
+    record = TickRecord(number, 7, 5, sample, encoders, finite, applied)
+    assert payload == encode_record("Tick", record)
+    again = decode_tick(payload)
+    assert repr(again) == repr(record)
+    bits = [struct.pack("<d", value) for value in (*wrench[0], *joints)]
+    assert [struct.pack("<d", v) for v in (*again.wrench.force_N, *again.joints.position_rad)] == bits  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("parts", [{}, {"time_ns": 4}, {"time_ns": 4, "wrench": T.wrench}, {"counterfactual": True}])
+def test_what_a_tick_lacks_is_absent(parts: dict[str, Any]) -> None:
+    record = TickRecord(3, deadline_ns=3, **parts)
+    assert decode_tick(encode_record("Tick", record)) == record
+
+
+@pytest.mark.parametrize("field", ["validity", "kind"])
+def test_a_sample_that_does_not_say_how_far_to_trust_it_is_refused(field: str) -> None:
+    made: Any = message_class("Tick").FromString(encode_record("Tick", T))
+    made.wrench.ClearField(field)
+    with pytest.raises(ValueError, match="is missing, or unknown"):
+        decode_tick(made.SerializeToString())
 
 
 def test_other_bytes_are_refused() -> None:

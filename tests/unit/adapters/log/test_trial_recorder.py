@@ -51,7 +51,7 @@ def trained(path: Path, recording: RecordingConfig) -> dict[str, bytes]:
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, bytes]]:
     path = tmp_path_factory.mktemp("runs")
-    settings = [RecordingConfig(), RecordingConfig(queue_kB=16), RecordingConfig(enabled=False)]
+    settings = [RecordingConfig(), RecordingConfig(on_trouble="stop"), RecordingConfig(enabled=False)]
     return [trained(path / str(k), each) for k, each in enumerate(settings)]
 
 
@@ -89,7 +89,7 @@ class Setting:
 
     def __init__(self, path: Path, sink: Sink, config: RecordingConfig | None = None) -> None:
         self.sink = sink
-        self.recorder = TrialRecorder(lambda: sink, path / "logs", config or RecordingConfig())
+        self.recorder = TrialRecorder(sink, path / "logs", config or RecordingConfig())
 
     def __enter__(self) -> Setting:
         self.rig = SimulatedRig(QUICK, ready_pose())
@@ -174,16 +174,10 @@ def test_a_log_that_nobody_ended_keeps_what_it_has(setting: Setting, monkeypatch
 
 
 def test_it_must_be_known_what_is_recorded(tmp_path: Path) -> None:
-    with TrialRecorder(MemorySink, tmp_path / "logs", RecordingConfig()) as recorder:
+    with TrialRecorder(MemorySink(), tmp_path / "logs", RecordingConfig()) as recorder:
         with pytest.raises(OutputError, match="of"):
             recorder.begin(trial_setup(QUICK, 0), World("simulator", {}), "trial-00000")
         recorder.fail(TrialReport(TrialSetup(0, 0, (0.0, 0.0))), ValueError())
-
-
-def test_a_folder_that_cannot_be_made_is_told_before_the_run(tmp_path: Path) -> None:
-    (tmp_path / "logs").write_text("a file")
-    with pytest.raises(FileExistsError, match="logs"):
-        TrialRecorder(MemorySink, tmp_path / "logs", RecordingConfig()).__enter__()
 
 
 def test_an_existing_log_stays_and_the_trial_runs(tmp_path: Path) -> None:
@@ -199,7 +193,7 @@ def test_an_existing_log_stays_and_the_trial_runs(tmp_path: Path) -> None:
             recorder.of("run", QUICK, ready_pose(), setting.task, perception, setting.policy, name="torque")
             setting.run(0)
             setting.run(1)
-    assert recorder.troubles == [f"{path}: cannot be made (File exists)"]
+    assert recorder.troubles == [f"{path}: cannot be written (File exists); nothing after that is kept"]
     assert path.read_bytes() == b"precious"
     assert read_log(tmp_path / "logs" / "trial-00001.mcap").end is not None
     assert setting.task.report.outcome is not Outcome.SENSOR_FAULT

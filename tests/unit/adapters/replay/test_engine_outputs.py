@@ -1,6 +1,7 @@
 """Every output of the core is held against the log: whatever is altered by one bit is found, at the right place."""
 
 import json
+import re
 from collections.abc import Callable
 from itertools import count
 from math import nextafter
@@ -12,7 +13,7 @@ import pytest
 import palpate.core.control_loop as control_loop
 from palpate.adapters.log import CallEntry, LossEntry, RawMessage, encode_record
 from palpate.adapters.log.schema import CALL, RECORDER
-from palpate.adapters.replay.batch import replay_file
+from palpate.adapters.replay.batch import exit_code, replay_file
 from palpate.adapters.replay.differences import Difference
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
@@ -20,6 +21,7 @@ from palpate.core.control_loop import UnfinishedTick
 from palpate.core.motion.laws import DampingControl
 from palpate.core.ports import DeviceDecorator, FaultLatch
 from tests.support.log_surgery import Change, changed, in_start, indices, messages_of, one_ulp, write_log
+from tests.unit.adapters.log.crafted import log_bytes
 
 Replayed: TypeAlias = Callable[[list[RawMessage]], Replay]
 Golden: TypeAlias = Callable[[str], Path]
@@ -160,36 +162,34 @@ def test_a_field_that_was_taken_away_is_missed(golden_here: Golden, replayed: Re
     assert diverged(replayed(lacking)).field == field
 
 
-def later(messages: list[RawMessage], topic: str, by: int) -> list[RawMessage]:
-    """A message of a channel stands so many places further on."""
-    index = indices(messages, topic)[1]
-    rest = messages[:index] + messages[index + 1 :]
-    return [*rest[: index + by], messages[index], *rest[index + by :]]
+def test_a_log_that_lacks_a_message_is_refused_with_its_tick(messages: list[RawMessage], tmp_path: Path) -> None:
+    gone = indices(messages, "/decision")[1]
+    path = tmp_path / "filtered.mcap"
+    path.write_bytes(log_bytes(messages[:gone] + messages[gone + 1 :]))
+    one = replay_file(path, Rebuilder())
+    assert one.verdict is Verdict.REFUSED
+    assert re.search(rf"message {gone}, after tick \d+, is missing; a trial can only be replayed whole", one.problem)
 
 
-def at_another_time(messages: list[RawMessage], topic: str) -> list[RawMessage]:
-    index = indices(messages, topic)[1]
-    moved = messages[index]._replace(time_ns=messages[index].time_ns - 1)
-    return [*messages[:index], moved, *messages[index + 1 :]]
+def test_a_log_sorted_by_topic_replays(messages: list[RawMessage], tmp_path: Path) -> None:
+    path = tmp_path / "sorted.mcap"
+    path.write_bytes(log_bytes(sorted(messages, key=lambda message: message.channel)))
+    assert replay_file(path, Rebuilder()).verdict is Verdict.EQUAL
 
 
-@pytest.mark.parametrize(
-    ("topic", "altered"),
-    [
-        *((topic, lambda log, t=topic: later(log, t, 4)) for topic in ("/decision", "/event", "/reinforcement")),
-        *((topic, lambda log, t=topic: at_another_time(log, t)) for topic in ("/decision", "/event")),
-        ("/reinforcement", lambda log: [*log[:-2], log[-1], log[-2]]),
-    ],
-)
-def test_messages_that_are_not_where_a_recorder_puts_them(
-    messages: list[RawMessage], replayed: Replayed, topic: str, altered: Callable[[list[RawMessage]], list[RawMessage]]
-) -> None:
-    first = diverged(replayed(altered(messages)))
-    assert (first.channel, first.field) == (topic, "place")
+@pytest.mark.parametrize("share", [0.3, 0.9, 0.99])
+def test_a_log_that_was_cut_replays_as_far_as_it_goes(golden_here: Golden, tmp_path: Path, share: float) -> None:
+    data, path = golden_here("train-paper").read_bytes(), tmp_path / "cut.mcap"
+    path.write_bytes(data[: int(share * len(data))])
+    one = replay_file(path, Rebuilder())
+    assert one.verdict is Verdict.CUT_SHORT
+    assert one.note.startswith("offset ")
+    assert one.ticks > 10
+    assert exit_code([one], strict=False) == 2
 
 
 def test_a_second_end_is_no_part_of_a_log(messages: list[RawMessage], replayed: Replayed) -> None:
-    assert "a second end stands here" in replayed([*messages, messages[indices(messages, "/end")[0]]]).problem
+    assert "is a second /end" in replayed([*messages, messages[indices(messages, "/end")[0]]]).problem
 
 
 @pytest.mark.parametrize(("topic", "field"), [("/end", "learner_json"), ("/start", "versions_json")])
