@@ -132,6 +132,7 @@ def test_a_call_without_what_it_must_have_is_refused(field: str) -> None:
 
 NUMBERS = st.integers(-(2**63), 2**63 - 1)
 VECTORS = st.tuples(*[st.floats(allow_nan=True)] * 3)
+JOINTS = st.lists(st.floats(), min_size=1, max_size=7)
 
 
 @given(
