@@ -48,10 +48,11 @@ class SensorFactsTable(Settings):
     """Frame of its samples; sensor where nobody says another."""
 
     def noise(self) -> SensorFacts | None:
-        """Return the stated noise, from which settings are derived; None where it is not stated."""
+        """Return noise and range, from which settings are derived; None where no noise is stated."""
         if self.noise_N is None or self.noise_Nm is None:
             return None
-        return SensorFacts(self.noise_N, self.noise_Nm)
+        ranges = {name: found for name in ("range_N", "range_Nm") if (found := getattr(self, name)) is not None}
+        return SensorFacts(self.noise_N, self.noise_Nm, **ranges)
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,8 @@ _LEAST_LEVER_MM: Final = 60.0
 """Lever of the inertia of a tool on a small peg: its centre of mass is about as far above the tip."""
 _LEAST_SPEED_MM_S: Final = 1.0
 """The slowest that the task accepts."""
+_RANGE_SHARE: Final = 0.9
+"""Largest torque limit over the sensor's range: one that trips before it saturates."""
 _TURN_RAD: Final = 10e-3
 """Error of tilt and yaw after a corner was pushed into its place."""
 _ATTEMPT_S: Final = 6.0
@@ -96,7 +98,7 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
             # Rounded the same way: a pitch beyond twice the capture would leave gaps.
             "belief": {"capture_mm": _shown(found.capture_m * 1e3), "pitch_mm": 2.0 * _shown(found.pitch_m * 5e2)},
         },
-        "supervision": _supervision(found, limits.force_N),
+        "supervision": _supervision(found, limits.force_N, min(sensor.range_Nm)),
         "cell": _cell(job),
     }
     if task == _INSERTION_6DOF:
@@ -104,12 +106,12 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
     return tables
 
 
-def _supervision(found: Derived, force_N: float) -> dict[str, Any]:
+def _supervision(found: Derived, force_N: float, range_Nm: float) -> dict[str, Any]:
     limits = {
         "max_force_N": (force_N, 30.0),
         "max_force_rate_N_s": (_shown(found.rate_N_s), 3000.0),
         "unexpected_contact_N": (_shown(found.unexpected_N), 3.0),
-        "max_torque_Nm": (_shown(found.torque_limit_Nm), 5.0),
+        "max_torque_Nm": (_shown(min(found.torque_limit_Nm, _RANGE_SHARE * range_Nm)), 5.0),
     }
     # What the job asks for is stated, as a person who weakens a limit states it.
     weakened = tuple(name for name, (value, usual) in limits.items() if value > usual)

@@ -42,7 +42,9 @@ def require_fitting(
     _between(config, "max_force_N", press_N, "the pressing force", range_N)
     _between(config, "max_force_N", noise_N, "what noise alone shows", range_N)
     _between(config, "unexpected_contact_N", noise_N, "what noise alone shows", range_N)
-    _between(config, "max_torque_Nm", noise_Nm, "what noise alone shows", range_Nm)
+    # A range that the rig file states bounds the derived limit.
+    stated = ", as [force_sensor.facts] range_Nm in the rig file would make it"
+    _between(config, "max_torque_Nm", noise_Nm, "what noise alone shows", range_Nm, stated)
     rate, most = noise_N / _PERIOD_S, 2.0 * range_N / _PERIOD_S
     _between(config, "max_force_rate_N_s", rate, "what noise alone shows", most)
     _between(config, "max_tracking_error_mrad", 2e3 * max(kinematics.arm.encoder_step_rad), "two encoder steps", inf)
@@ -58,10 +60,12 @@ def require_fitting(
         _require_retraction(config, kinematics, ready_rad)
 
 
-def _between(config: SupervisionConfig, name: str, low: float, what: str, high: float) -> None:
+def _between(config: SupervisionConfig, name: str, low: float, what: str, high: float, how: str = "") -> None:
     value = getattr(config, name)
     config.require(name, value > low, f"above {low:.4g}, {what}, or every trial trips")
-    config.require(name, value < high, f"below {high:.4g}, the most that the sensor can show, or it could never trip")
+    config.require(
+        name, value < high, f"below {high:.4g}, the most that the sensor can show, or it could never trip{how}"
+    )
 
 
 def _require_retraction(config: SupervisionConfig, kinematics: Kinematics, ready_rad: Array) -> None:

@@ -14,3 +14,9 @@ def test_a_light_peg_in_a_stiff_gripper_is_simulated_in_shorter_steps() -> None:
     # 661 rad/s at 140 Hz, over 0.652 rad.
     assert (cell["substeps"], cell["leaning_impedance"]) == (8, 0.965)
     assert derived_settings(Job(), SENSOR, "insertion")["cell"]["substeps"] == 4
+
+
+def test_a_sensors_range_bounds_the_derived_torque_limit() -> None:
+    weak = replace(SENSOR, range_Nm=(8.0, 5.0, 8.0))
+    limits = [derived_settings(Job(), sensor, "insertion")["supervision"]["max_torque_Nm"] for sensor in (SENSOR, weak)]
+    assert limits == [5.0, 4.5]
