@@ -5,8 +5,20 @@ from collections.abc import Callable
 import pytest
 
 from palpate.adapters.config import RunConfig
+from palpate.adapters.experiments import ready_pose
+from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.ports import SensorFacts
-from tests.support.fault_trials import Case, Fault, FaultRun, Verdict, cases, device_faults, run_cases, sensor_faults
+from tests.support.fault_trials import (
+    Bench,
+    Case,
+    Fault,
+    FaultRun,
+    Verdict,
+    cases,
+    device_faults,
+    run_cases,
+    sensor_faults,
+)
 from tests.support.pegs_6dof import config_of
 
 CONFIG = RunConfig()
@@ -40,6 +52,33 @@ def test_a_tilted_corner_is_not_pushed_on_when_the_sensor_shows_a_tenth_of_the_f
     [[one]] = run_cases(config, [Case(fault, "explore", 0)], "corner-first")
     assert one.latched
     assert one.peak_force_N < 60.0
+
+
+FORCE, JOINTS = {"port": "force_sensor"}, {"port": "joint_encoder"}
+BACKLOG = {"kind": "lag", "time_s": 0.05, "honest": False}
+"""Later and later, by 50 ms a second, under new times."""
+
+
+@pytest.mark.parametrize(
+    ("name", "plan"),
+    [
+        ("a backlog of forces that grows", BACKLOG | FORCE),
+        ("a backlog of angles that grows", BACKLOG | JOINTS),
+        ("angles 60 ms late under new times", {"kind": "delay", "delay_ticks": 8, "honest": False} | JOINTS),
+        ("a joint that does not follow", {"kind": "freeze", "channels": (1,)} | JOINTS),
+        ("an arm that does not follow", {"kind": "stuck", "port": "arm"}),
+    ],
+)
+@pytest.mark.parametrize("phase", ["approach", "explore"])
+def test_what_comes_late_under_new_times_or_does_not_follow_is_found(
+    name: str, plan: dict[str, object], phase: str
+) -> None:
+    with SimulatedRig(CONFIG, ready_pose(CONFIG)) as rig:
+        bench = Bench(CONFIG, rig, "torque", supervised=True)
+        ticks = bench.ticks(1)[phase]
+        one = bench.run(Fault(name, (plan,)), phase, ticks[len(ticks) // 2], 1)
+    assert (one.verdict, one.latched, one.safe_stop) == (Verdict.DETECTED, True, True)
+    assert one.peak_force_N < CONFIG.task.max_force_N
 
 
 def test_fresh_noise_is_added_after_the_fault_on_every_channel() -> None:

@@ -7,7 +7,6 @@ from typing import Annotated, ClassVar
 from typing_extensions import override
 
 from palpate.adapters.config import SensorFactsTable
-from palpate.adapters.hardware.lateness import LATE_NS
 from palpate.adapters.hardware.plugins import Host, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.ports import Clock, Range, Settings
@@ -30,8 +29,6 @@ class NetFtTable(Settings):
     """Port of its web server."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
     """Age above which a sample is marked as stale."""
-    max_late_ms: Annotated[float, Range(0.0, 10_000.0)] = LATE_NS * 1e-6
-    """Records that come by more than this later than they did, by the box's own count, are a fault; 0 asks for none."""
     start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 5.0
     """Longest wait for the first reading."""
 
@@ -44,7 +41,7 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
     def __init__(
         self, table: NetFtTable, clock: Clock, open_box: Callable[[NetFtTable], tuple[UdpWire, NetFtBox]]
     ) -> None:
-        super().__init__("ATI Net F/T", clock, table, table.max_late_ms)
+        super().__init__("ATI Net F/T", clock, table)
         self._table, self._open_box = table, open_box
 
     @property

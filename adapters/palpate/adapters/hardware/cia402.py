@@ -9,7 +9,6 @@ from typing import Annotated, ClassVar, Final
 from palpate.adapters.hardware.can_table import CanBusTable
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
-from palpate.adapters.hardware.following import LATER_NS
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
 from palpate.core.errors import ConfigurationError
@@ -87,5 +86,4 @@ def make_cia402(table: Cia402Table, context: RigContext) -> DriverArm:
         JointLimits(context.lower_rad, context.upper_rad, context.velocity_limit_rad_s),
         divider=table.divider,
         max_age_ns=round(table.max_age_ms * 1e6),
-        later_ns=round(LATER_NS * table.patience),
     )

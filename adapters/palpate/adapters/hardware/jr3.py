@@ -9,7 +9,6 @@ from typing_extensions import override
 from palpate.adapters.config import SensorFactsTable
 from palpate.adapters.hardware.can_table import CanBusTable
 from palpate.adapters.hardware.errors import translating
-from palpate.adapters.hardware.lateness import LATE_NS
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.ports import Clock, OneOf, Range
@@ -49,8 +48,6 @@ class Jr3CanTable(CanBusTable):
     """Handedness of the sensor's axes."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
     """Age above which a sample is marked as stale."""
-    max_late_ms: Annotated[float, Range(0.0, 10_000.0)] = LATE_NS * 1e-6
-    """Readings that come by more than this later than they did, by the board's count, are a fault; 0 asks for none."""
     start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 30.0
     """Longest wait for the first reading."""
 
@@ -61,7 +58,7 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
     REMEDY = "choose a higher cut-off, or look at it"
 
     def __init__(self, table: Jr3CanTable, clock: Clock) -> None:
-        super().__init__(_NAME, clock, table, table.max_late_ms)
+        super().__init__(_NAME, clock, table)
         self._table = table
         signs = LEFT_HANDED if table.axes == "left-handed" else RIGHT_HANDED
         with translating("force_sensor"):

@@ -6,7 +6,6 @@ from contextlib import suppress
 from typing import ClassVar, Final, Generic, Protocol, TypeVar
 
 from palpate.adapters.hardware.errors import lately, told, translated, translating
-from palpate.adapters.hardware.lateness import Lateness
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, Validity, WrenchSample
 from palpate.drivers.device import ForceSample, PolledSensor
@@ -42,9 +41,8 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
     REMEDY: ClassVar[str] = "look at it"
     """What to do where it is there and delivers nothing."""
 
-    def __init__(self, name: str, clock: Clock, table: PollingTable, max_late_ms: float = 0.0) -> None:
+    def __init__(self, name: str, clock: Clock, table: PollingTable) -> None:
         super().__init__(name)
-        self._lateness = Lateness(round(max_late_ms * 1e6))
         self._clock, self._max_age_ns = clock, round(table.max_age_ms * 1e6)
         self._start_timeout_s = table.start_timeout_s
         self._close_wire: Callable[[], None] | None = None
@@ -74,8 +72,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         if self._life is not Life.ACTIVE:
             self._require_active("read()")
         device = self._polled()
-        late = self._lateness.told(device, self._polled_ns)
-        surprise = self._surprise(device) or late
+        surprise = self._surprise(device)
         if surprise is not None:
             self._fail(surprise)
         sample = device.latest

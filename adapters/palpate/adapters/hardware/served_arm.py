@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing_extensions import override
 
 from palpate.adapters.hardware.errors import lately, told, translating
-from palpate.adapters.hardware.following import Following
 from palpate.core.errors import DeviceError
 from palpate.core.ports import AppliedCommand, Clock, CommandReason, JointSample, JointVector
 from palpate.drivers.device import ArmDriver
@@ -101,7 +100,6 @@ class DriverArm(ServedArm):
 
     Args:
         judge: Called when the arm is open, before it gets power; returns lines for the person, or refuses the arm.
-        later_ns: By so much later than before angles may follow the set-points; 0 asks nothing of how they follow.
     """
 
     def __init__(
@@ -113,13 +111,11 @@ class DriverArm(ServedArm):
         *,
         divider: int,
         max_age_ns: int,
-        later_ns: int = 0,
         judge: Callable[[ArmDriver], Sequence[str]] = lambda driver: (),
     ) -> None:
         self.name, self.limits, self.divider, self.max_age_ns = name, limits, divider, max_age_ns
         self._open_bus, self._clock, self._judge = open_bus, clock, judge
         self._opened: OpenArm | None = None
-        self._later_ns, self._following = later_ns, Following(later_ns)
         self._sample: JointSample | None = None
 
     @property
@@ -147,13 +143,12 @@ class DriverArm(ServedArm):
 
     @override
     def enable(self) -> None:
-        self._following = Following(self._later_ns)
         with translating(self.name):
             self.driver.enable()
 
     @override
     def cycle(self, setpoint_rad: JointVector | None) -> tuple[JointSample, AppliedCommand | None]:
-        driver, now_ns = self.driver, self._clock.now_ns()
+        driver = self.driver
         try:
             found = driver.cycle(setpoint_rad)
         except DriverError as error:
@@ -166,16 +161,7 @@ class DriverArm(ServedArm):
             sample = self._sample = JointSample(found.position_rad, found.time_ns, self._clock.now_ns(), count)
         if found.applied is None:
             return sample, None
-        applied = AppliedCommand(found.applied.position_rad, CommandReason[found.applied.reason.name])
-        if self._later_ns and applied.reason is not CommandReason.STOPPED:
-            self._require_following(now_ns, applied.position_rad, found.time_ns, found.position_rad)
-        return sample, applied
-
-    def _require_following(self, sent_ns: int, sent: JointVector, found_ns: int, found: JointVector) -> None:
-        problem = self._following.note(sent_ns, sent, found_ns, found)
-        if problem is not None:
-            remedy = "see what stands between it and this computer, or raise [arm] patience where that is its way"
-            raise DeviceError(self.name, f"{problem}; {remedy}")
+        return sample, AppliedCommand(found.applied.position_rad, CommandReason[found.applied.reason.name])
 
     @override
     def stop(self) -> None:

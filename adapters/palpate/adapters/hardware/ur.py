@@ -12,7 +12,6 @@ from typing_extensions import override
 from palpate.adapters.config import SensorFactsTable
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
-from palpate.adapters.hardware.following import LATER_NS
 from palpate.adapters.hardware.kinematics_check import ReportedPose, judge_kinematics, judge_tool
 from palpate.adapters.hardware.plugins import Host, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
@@ -98,7 +97,6 @@ def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> D
         JointLimits(context.lower_rad, context.upper_rad, context.velocity_limit_rad_s),
         divider=table.divider,
         max_age_ns=round(table.max_age_ms * 1e6),
-        later_ns=round(LATER_NS * table.patience),
         judge=lambda driver: judged(driver, context),
     )
 

@@ -14,7 +14,6 @@ from typing_extensions import override
 from palpate.adapters.files import write_whole
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
-from palpate.adapters.hardware.following import LATER_NS
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.served_arm import DriverArm, OpenArm
 from palpate.adapters.hardware.served_arm import JointLimits as CommandLimits
@@ -139,5 +138,4 @@ def make_zebra_nmc(table: ZebraTable, context: RigContext) -> DriverArm:
         CommandLimits(limits.lower_rad, limits.upper_rad, (limits.velocity_rad_per_s,) * _JOINTS),
         divider=table.divider,
         max_age_ns=round(table.max_age_ms * 1e6),
-        later_ns=round(LATER_NS * table.patience),
     )

@@ -93,16 +93,17 @@ class NetFt(PolledSensor):
 
     def __init__(self, wire: UdpWire, box: NetFtBox) -> None:
         super().__init__()
-        self.box, self.count_Hz = box, box.sample_Hz
+        self.box = box
         self.records: Counter[str] = Counter()
         self._wire = wire
         self._number: int | None = None
+        self._count: int | None = None
         self._asked_ns: int | None = None
         self._sequence = self._polled_ns = self._heard_ns = 0
 
     def start(self, now_ns: int) -> None:
         """Request the stream, and drop what still waits of an earlier one."""
-        self._number = self.count = None
+        self._number = self._count = None
         self._asked_ns = now_ns
         self._receive()
         self._send(START)
@@ -169,7 +170,7 @@ class NetFt(PolledSensor):
 
     def _is_new(self, number: int, count: int) -> bool:
         """Whether the sample of a record is newer than all before. A new stream numbers its records from 1."""
-        if self.count is not None and not 0 < (count - self.count) % _WRAP < _WRAP // 2:
+        if self._count is not None and not 0 < (count - self._count) % _WRAP < _WRAP // 2:
             self.records["old"] += 1
             return False
         ahead = 1 if self._number is None else (number - self._number) % _WRAP
@@ -177,7 +178,7 @@ class NetFt(PolledSensor):
         self.records["new"] += 1
         self.records["lost"] += ahead - 1
         self._sequence += ahead
-        self._number, self.count = number, count
+        self._number, self._count = number, count
         return True
 
     def _sample(self, status: int, counts: list[int], now_ns: int) -> ForceSample:

@@ -43,16 +43,9 @@ class PolledSensor(ABC):
     Attributes:
         latest: Newest sample; None before the first one.
         failure: Why nothing is taken any more; None otherwise.
-        count: Number that the device gave its newest sample; None before the first one.
-        count_Hz: Rate at which it counts, so that the count is its clock; 0 where that is not known.
-        count_span: The count wraps there.
     """
 
-    count_Hz = 0.0
-    count_span = 1 << 32
-
     def __init__(self) -> None:
-        self.count: int | None = None
         self.latest: ForceSample | None = None
         self.failure: DriverError | None = None
         self._account = Account()

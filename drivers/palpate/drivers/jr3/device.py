@@ -8,7 +8,7 @@ from palpate.drivers.jr3 import health
 from palpate.drivers.jr3.health import BoardIdentity, Jr3Statistics
 from palpate.drivers.jr3.messages import Ack, FullScales, Jr3Sample, Op, Reading, Request
 from palpate.drivers.jr3.phases import FLOWING, READABLE, REQUESTS, TRANSITIONS, Jr3Event, Jr3Phase, RequestInFlight
-from palpate.drivers.jr3.sampling import ACQUISITION_S, Sampler
+from palpate.drivers.jr3.sampling import Sampler
 from palpate.drivers.jr3.settings import Jr3Settings, settling_ns
 from palpate.drivers.jr3.transport import CanTransport
 
@@ -29,9 +29,6 @@ class Jr3(PolledSensor):
     Raises:
         SettingError: The wire cannot carry as many readings.
     """
-
-    count_Hz = 1.0 / ACQUISITION_S
-    count_span = 1 << 16
 
     def __init__(self, wire: CanTransport, settings: Jr3Settings | None = None) -> None:
         self._settings = settings = Jr3Settings() if settings is None else settings
@@ -234,7 +231,7 @@ class Jr3(PolledSensor):
             return None
         sample = self._sampler.take(reading, now_ns)
         if sample is not None:
-            self.latest, self.count = sample, sample.counter
+            self.latest = sample
             self._boots_in_row = 0
             if self.phase in (Jr3Phase.AWAITING, Jr3Phase.SILENT):
                 self._advance(Jr3Event.READ)
