@@ -29,7 +29,7 @@ RUN = ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--conf
         ("study", ("--jobs", "--out", "[study]", "[grid]", "[[grid]]")),
         ("rig", ("\n  doctor ", "\n  calibrate ", "\n  check ")),
         ("rig doctor", ("--rig", "--seconds", "--push", "--move")),
-        ("report", ("--logs", "--no-logs")),
+        ("report", ("--no-logs",)),
         ("log", ("\n  info ", "\n  plot ", "\n  export ")),
         ("log info", ("--json",)),
         ("log plot", ("--out",)),

@@ -6,7 +6,6 @@ from typing import Annotated, Any, Final, Union
 
 import tyro
 
-from palpate.adapters.cli.arguments import readers
 from palpate.adapters.cli.commands import GROUPS, commands_of, options_of
 from palpate.core.errors import UsageError
 
@@ -22,7 +21,6 @@ def print_completion(words: Sequence[str]) -> None:
         _commands(""),
         prog="palpate",
         args=[FLAG, *words],
-        registry=readers(()),
         config=(tyro.conf.HelptextFromCommentsOff, tyro.conf.OmitSubcommandPrefixes),
     )
 

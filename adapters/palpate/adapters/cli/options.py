@@ -3,29 +3,50 @@
 Light to import: nothing here loads the simulator, so that ``--help`` and wrong words are answered at once.
 """
 
+from copy import copy
 from dataclasses import dataclass, field
-from typing import Annotated, TypeAlias
+from typing import Annotated, Self, TypeAlias
 
 import tyro
 from typing_extensions import override
 
-from palpate.adapters.config import EmulationConfig, RunConfig
+from palpate.adapters.config import LEARNERS, SCENARIOS, EmulationConfig, RunConfig
 from palpate.core.ports import OneOf, Range, Settings
 
-Flat = Annotated[RunConfig, tyro.conf.arg(name="")]
 Trials: TypeAlias = Annotated[int, Range(1, 1_000_000)]
 Jobs: TypeAlias = Annotated[int, Range(0, 1024)]
 
 
 @dataclass(frozen=True)
 class RunSettings(Settings):
-    """What every command takes that runs trials."""
+    """What every command takes that runs trials.
 
-    run: Flat = field(default_factory=RunConfig)
+    Attributes:
+        run: The configuration that follows from files, presets and flags.
+    """
+
     job: str = ""
     """Job file: part, tool, arm, place and limits; all other settings follow. Without one: the paper's peg."""
+    scenario: Annotated[str, OneOf("", *SCENARIOS)] = ""
+    """Conditions of the simulated trials: job, paper, blind, or blind with one condition more, such as blind-tilt-4.
+    If not given: job with --job, else paper."""
+    task: str = ""
+    """Task: insertion, insertion-6dof, or one of another package. If not given: insertion."""
+    arm: str = ""
+    """Arm by name, such as ur5e; one of your own is a table [arm] in the job."""
+    learner: Annotated[str, OneOf("", *LEARNERS)] = ""
+    """What learns. If not given: what trained the policy file, else q-learning."""
+    seed: Annotated[int, Range(-1, 2**63 - 1, text=f"a whole number from 0 to {2**63 - 1}")] = -1
+    """Every random stream of every trial follows from it. If not given: 0."""
     config: str = ""
-    """TOML file with any of the settings below (a run.toml too); it wins over the job, and flags over it."""
+    """TOML file with settings, such as a run.toml; it wins over the job, and flags over it."""
+    run: RunConfig = field(default_factory=RunConfig, init=False)
+
+    def with_run(self, run: RunConfig) -> Self:
+        """Return the same options with another configuration."""
+        other = copy(self)
+        object.__setattr__(other, "run", run)
+        return other
 
 
 @dataclass(frozen=True, kw_only=True)

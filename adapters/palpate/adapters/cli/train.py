@@ -79,8 +79,8 @@ def _fit_to_logs(options: TrainOptions) -> int:
     if not options.out:
         raise UsageError("palpate train --from-logs needs --out, a folder for the policy")
     options.run.require("learner", options.run.learner == "belief", "'belief', the learner that is fitted to logs")
-    only = TrainOptions(run=scenario("paper", "belief"), out=options.out, from_logs=options.from_logs)
-    if options != only:
+    only = TrainOptions(out=options.out, from_logs=options.from_logs, learner=options.learner)
+    if options != only.with_run(scenario("paper", "belief")):
         raise UsageError("palpate train --from-logs takes no other flag than --out; the logs hold the settings")
     require_free_folder(Path(options.out))
     paths = find_logs(options.from_logs)

@@ -13,6 +13,7 @@ from .compose import verdict_on as verdict_on
 from .compose import without_world as without_world
 from .described import Described as Described
 from .described import described as described
+from .described import field_kind as field_kind
 from .described import texts_of as texts_of
 from .emulation import UR as UR
 from .emulation import ZEBRA as ZEBRA
@@ -42,6 +43,7 @@ from .run_file import RUN_FORMAT as RUN_FORMAT
 from .run_file import run_facts as run_facts
 from .scenarios import JOB as JOB
 from .scenarios import LEARNERS as LEARNERS
+from .scenarios import SCENARIOS as SCENARIOS
 from .tasks import INSERTION as INSERTION
 from .tasks import require_corners as require_corners
 from .tasks import task_kind as task_kind

@@ -108,6 +108,7 @@ def configured(
     task: str = "",
     arm: str = "",
     settings: Tables = None,
+    measured: bool = True,
 ) -> RunConfig:
     """Compose a configuration of files, presets and tables, as the command line does.
 
@@ -120,6 +121,7 @@ def configured(
         task: Task; empty takes that of the settings, or the insertion.
         arm: Name of the arm; empty takes that of the settings, the job or the rig.
         settings: A table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file with settings (a ``run.toml`` too).
+        measured: Lay what was measured on the rig over what the job says.
 
     Raises:
         ConfigurationError: A setting is unknown or refused, a file cannot be read, or with a rig no job is stated.
@@ -138,7 +140,7 @@ def configured(
     own: dict[str, Any] = {"arm": arm} if arm else {}
     noise = None
     if file is not None:
-        (table, stated), own, noise = file.laid_over(table, stated, arm), {}, file.facts.noise()
+        (table, stated), own, noise = file.laid_over(table, stated, arm, measured=measured), {}, file.facts.noise()
     layers = {**table, "scenario": name, "learner": learner}, own
     return compose(name, learner, *layers, task=task or named or INSERTION, job=stated, sensor=noise)
 

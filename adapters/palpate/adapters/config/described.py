@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import MISSING, dataclass, fields
 from itertools import pairwise
 from textwrap import dedent
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 from palpate.core.ports import Settings, accepted_by, kinds_of, table_beside
 
@@ -51,6 +51,15 @@ def described(table: type[Settings], prefix: str = "") -> Iterator[Described]:
             yield from described(type(default), f"{name}.")
         else:
             yield Described(name, accepted_by(kind), unit_of(field.name), default, texts.get(field.name, ""))
+
+
+def field_kind(table: type[Settings], name: str) -> Any:
+    """Return the annotation of a field by its dotted name."""
+    *path, last = name.split(".")
+    for part in path:
+        kind = kinds_of(table)[part]
+        table = kind if isinstance(kind, type) else get_args(kind)[0]
+    return kinds_of(table)[last]
 
 
 def unit_of(name: str) -> str:

@@ -44,6 +44,7 @@ from .settings import Settings as Settings
 from .settings import accepted_by as accepted_by
 from .settings import fitted as fitted
 from .settings import kinds_of as kinds_of
+from .settings import optional_of as optional_of
 from .settings import parts_of as parts_of
 from .settings import require_keys as require_keys
 from .settings import table_beside as table_beside

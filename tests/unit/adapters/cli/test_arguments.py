@@ -63,9 +63,12 @@ def test_a_file_s_settings_of_another_learner_are_refused_but_not_a_record_s(tmp
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("--seed 1 --seed 2", "--seed is given twice: --seed 1 and --seed 2; give it once"),
-        ("--scenario paper --scenario=blind", "--scenario is given twice: --scenario paper and --scenario blind"),
-        ("--task.step-mm=1 --task.step_mm 1", "--task.step-mm is given twice: --task.step-mm 1 and --task.step-mm 1"),
+        ("--seed 1 --seed 2", "--seed is given twice: --seed and --seed; give it once"),
+        ("--scenario paper --scenario=blind", "--scenario is given twice: --scenario and --scenario=blind"),
+        (
+            "--task.step-mm=1 --task.step_mm 1",
+            "--task.step-mm is given twice: --task.step-mm=1 and --task.step_mm; give it once",
+        ),
         ("--resume --resume", "--resume is given twice: --resume and --resume"),
         (
             "--recording.no-enabled --recording.enabled",
@@ -138,12 +141,14 @@ def test_all_commands_take_the_same_settings(toml: str) -> None:
         (["--zzzzzz"], "--zzzzzz is not an option of palpate train; see --help"),
         (["extra"], "extra is not an option"),
         (["--seed", "many"], "--seed"),
-        (["--task.step-mm", "wide"], "--task.step-mm"),
+        (["--task.step-mm", "wide"], "task.step_mm = 'wide' is refused: a number from 0.01 to 5"),
+        (["--task.step-mm"], "--task.step-mm needs a value"),
+        (["--learning.programmed", "x+"], "--learning.programmed needs pairs of a name and a value (got x+)"),
         (["--trials"], "--trials"),
     ],
 )
 def test_words_that_make_no_sense_are_named_in_one_line(words: list[str], message: str) -> None:
-    with pytest.raises(UsageError) as caught:
+    with pytest.raises((UsageError, ConfigurationError)) as caught:
         parse(TrainOptions, "train", words)
     assert message in str(caught.value)
     assert len(str(caught.value).splitlines()) == 1
@@ -151,11 +156,11 @@ def test_words_that_make_no_sense_are_named_in_one_line(words: list[str], messag
     assert not set("│╭╮╰╯─") & set(str(caught.value))
 
 
-def test_a_long_refusal_stays_whole() -> None:
-    # The parser wraps its lines; what comes out must be one sentence again.
-    with pytest.raises(UsageError) as caught:
-        config("--task.start-uncertainty-mm", "5")
-    assert str(caught.value) == (
-        "task.start_uncertainty_mm = 5.0 is refused: at most task.area_half_width_mm = 3.5,"
-        " or trials start outside the exploration area"
+def test_settings_as_flags_are_those_of_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        "[task]\nmax_force_N = 20\n[recording]\nenabled = false\n[perception]\nchannels = ['tx', 'ty']\n"
+        "symbols = 'random'\n[learning.programmed]\n'x+ y0' = '-x'\n"
     )
+    words = "--task.max-force-n 20 --recording.no-enabled --perception.channels tx ty --perception.symbols=random"
+    assert config(*words.split(), "--learning.programmed", "x+ y0", "-x") == config("--config", str(file))
