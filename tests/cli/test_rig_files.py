@@ -188,5 +188,5 @@ def test_an_error_in_an_adapter_names_its_file_and_line(palpate: CommandLine, mo
     )
     done = palpate(*RUN.split())
     assert done.code == 1
-    assert done.stderr.splitlines()[-1].endswith("(broken_bench.py:6); PALPATE_DEBUG=1 prints the whole traceback")
+    assert done.stderr.splitlines()[-1].endswith("(broken_bench.py:6); --debug prints the traceback")
     assert "palpate: AttributeError: 'Sensor' object has no attribute 'missing_method'" in done.stderr

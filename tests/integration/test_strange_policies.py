@@ -196,9 +196,9 @@ def test_one_that_fails_in_a_trial_stops_the_arm_and_leaves_a_log_that_says_whos
 
 def test_the_whole_traceback_is_printed_on_request(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(Path.cwd()))
-    monkeypatch.setenv("PALPATE_DEBUG", "1")
     Path("badly_made.py").write_text(BAD.format(does="raise ZeroDivisionError('oh')"))
-    done = palpate("run", "--policy", "badly_made:Bad", "--cell.hole-uncertainty-mm", 3, "--seed", 3, "--out", "bad")
+    words = ("--policy", "badly_made:Bad", "--cell.hole-uncertainty-mm", 3, "--seed", 3, "--out", "bad")
+    done = palpate("run", *words, "--debug")
     assert "Traceback" in done.stderr
     assert "raise ZeroDivisionError('oh')" in done.stderr
     assert done.stderr.splitlines()[-1].startswith("palpate: policy badly_made:Bad: choose failed")

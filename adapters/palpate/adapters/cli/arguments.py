@@ -27,7 +27,6 @@ from palpate.adapters.config import (
     RunConfig,
     configured,
     learner_in,
-    merged,
     read_job,
     read_toml,
     run_facts,
@@ -111,7 +110,7 @@ def _composed(
     seed = {} if own.seed < 0 else {"seed": own.seed}
     config = configured(
         job or None, rig=rig, scenario=scenario, learner=learner, task=own.task, arm=own.arm,
-        settings=merged(table, given, seed), measured=not resumed,
+        settings=table, flags={**given, **seed}, measured=not resumed,
     )  # fmt: skip
     return with_options(config)
 

@@ -108,7 +108,7 @@ def help_of(group: str = "") -> str:
     about, more = GROUPS.get(group, ("A robot arm learns contact tasks by touch.", "To begin: palpate train"))
     called, width = f"palpate {group}".rstrip(), 9
     commands = "".join(f"  {name:<{width}}  {command.text}\n" for name, command in commands_of(group).items())
-    more = f"{called} COMMAND --help lists the options of each. {more}"
+    more = f"{called} COMMAND --help lists the options of each; --debug prints the traceback of an error. {more}"
     return f"usage: {called} COMMAND [OPTIONS]\n\n{about}\n\ncommands:\n{commands}\n{more}\n"
 
 

@@ -23,8 +23,8 @@ from palpate.core.errors import (
 
 _LEFT_OUT: Final = ("torch",)
 """Packages that requirements/robot.txt leaves out, and that are imported where they are needed."""
-_DEBUG: Final = "PALPATE_DEBUG"
-"""Variable of the environment that has an error's traceback printed."""
+_DEBUG: Final = "--debug"
+"""With any command: print an error's traceback."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -35,29 +35,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
             another signal.
     """
     _open_streams()
-    words = list(sys.argv[1:] if arguments is None else arguments)
+    given = sys.argv[1:] if arguments is None else arguments
+    words = [word for word in given if word != _DEBUG]
     if not words or words[0] in ("-h", "--help"):
         sys.stdout.write(help_of())
         return 0
     with Interrupts(last=arguments is None) as interrupts:
-        return _ended(words, interrupts)
+        return _ended(words, interrupts, debug=_DEBUG in given)
 
 
-def _ended(words: Sequence[str], interrupts: Interrupts) -> int:
+def _ended(words: Sequence[str], interrupts: Interrupts, *, debug: bool) -> int:
     try:
         _require_text((*words, _working_folder()))
         code = _run(words[0], words[1:])
         sys.stdout.flush()
         return code
     except (ConfigurationError, UsageError, OutputError, LogError) as error:
-        return _fail(error, 2)
+        return _fail(error, 2, debug=debug)
     except PalpateError as error:
-        return _fail(error, 1)
+        return _fail(error, 1, debug=debug)
     except ModuleNotFoundError as error:
         if error.name not in _LEFT_OUT:
-            return _unexpected(error)
+            return _unexpected(error, debug=debug)
         text = f"this needs {error.name}, which a slim install leaves out: pip install {error.name}"
-        return _fail(UsageError(text), 2)
+        return _fail(UsageError(text), 2, debug=debug)
     except KeyboardInterrupt:
         return _stopped()
     except BrokenPipeError:
@@ -66,13 +67,13 @@ def _ended(words: Sequence[str], interrupts: Interrupts) -> int:
         return 1
     except OSError as error:
         if error.filename:
-            return _fail(PalpateError(f"{error.filename}: {error.strerror}"), 2)
+            return _fail(PalpateError(f"{error.filename}: {error.strerror}"), 2, debug=debug)
         # Such as a full disk behind the output.
         sys.stdout = open(os.devnull, "w")
-        return _fail(PalpateError(f"{error.strerror or error}; what was finished before is kept"), 1)
+        return _fail(PalpateError(f"{error.strerror or error}; what was finished before is kept"), 1, debug=debug)
     except Exception as error:
         if not interrupts.raised:
-            return _unexpected(error)
+            return _unexpected(error, debug=debug)
         # Extension modules and callbacks make errors of their own of an interruption.
         return _stopped()
 
@@ -83,16 +84,16 @@ def _stopped() -> int:
     return 130
 
 
-def _unexpected(error: Exception) -> int:
+def _unexpected(error: Exception, *, debug: bool) -> int:
     """Print where an adapter or other third-party code failed; an error of palpate's own keeps its traceback."""
     if not raised_at(error):
         raise error
-    return _fail(PalpateError(f"{told(error)}; {_DEBUG}=1 prints the whole traceback"), 1)
+    return _fail(PalpateError(f"{told(error)}; {_DEBUG} prints the traceback"), 1, debug=debug)
 
 
-def _fail(error: PalpateError, code: int) -> int:
+def _fail(error: PalpateError, code: int, *, debug: bool) -> int:
     with suppress(OSError):
-        if os.environ.get(_DEBUG):
+        if debug:
             traceback.print_exc()
         sys.stderr.write(f"palpate: {one_line(error)}\n")
     return code

@@ -1,10 +1,10 @@
-"""What the commands that run trials print about recording, about weakened limits and about a cell of less accuracy."""
+"""What the commands that run trials print besides their results."""
 
 from __future__ import annotations
 
 import importlib.util
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +12,8 @@ from palpate.adapters.cli.options import LiveSettings, RunOptions, TrainOptions
 from palpate.adapters.config import RunConfig
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.core.errors import UsageError
-from palpate.core.supervision import limits_line, weakened_lines
-from palpate.simulation.work_cell import accuracy_lines, validity_lines
+from palpate.core.supervision import limits_line
+from palpate.simulation.work_cell import validity_lines
 
 if TYPE_CHECKING:
     from palpate.adapters.experiments import MakeRig, Run, TrialsObserver
@@ -54,17 +54,7 @@ def run_of(
 
 def print_grants(session: RealTimeSession, config: RunConfig) -> None:
     """Print what the system was asked for and what it answered, and which force will stop the arm."""
-    print_lines((*map(str, session.grants), limits_line(config.supervision, config.task)))
-
-
-def print_weakened(config: RunConfig) -> None:
-    """Print which limits of the supervisor, or which accuracy of the cell, are weaker than by default."""
-    print_lines((*weakened_lines(config.supervision), *accuracy_lines(config.cell)))
-
-
-def print_lines(lines: Sequence[str]) -> None:
-    """Print what a person should know before a run."""
-    for line in lines:
+    for line in (*session.grants, limits_line(config.supervision, config.task)):
         sys.stderr.write(f"palpate: {line}\n")
 
 

@@ -241,23 +241,18 @@ class DoctorOptions(AcknowledgeSettings):
 
 @dataclass(frozen=True)
 class CalibrateOptions(AcknowledgeSettings, RunSettings):
-    """Find out what a new rig lacks, in steps that a person confirms, and write it into the rig file.
+    """Measure what a new rig lacks, in steps that a person confirms, and write it into the rig file.
 
-    Nothing that is in the file is lost. The arm moves at 5 mm/s at most, and stops where the force changes by 10 N.
-    What is believed of task and arm comes by the same options as for palpate run.
+    Nothing else in the file changes. The arm moves at 5 mm/s at most, and stops where the force changes by 10 N. Every
+    run on the rig uses what was found.
 
     Exit code 0: all done; 1: a step failed, or its data do not determine what is asked; 2: a wrong option or file.
     """
 
     rig: str = ""
     """Rig file: names the devices, and takes the results."""
-    steps: tuple[str, ...] = ("rest", "weigh", "touch", "hole")
-    """rest: noise and rates; weigh: weight, centre of mass, offset and mounting angle; touch: the plate's height and
-    stiffness; hole: the hole's place."""
-    seconds: Annotated[float, Range(0.5, 600.0)] = 5.0
-    """How long to measure at rest."""
-    out: str = ""
-    """Folder for a picture of each step; beside the rig file, NAME-calibration, if not given."""
+    steps: tuple[str, ...] = ("payload", "plate", "hole")
+    """payload: weight, centre of mass and mounting angle; plate: height and stiffness; hole: its place."""
     yes: bool = False
     """Ask nobody; for emulated rigs only."""
 

@@ -1,9 +1,9 @@
-"""What a commissioning has found out about a rig, and how it gets into the rig file without anything being lost."""
+"""What was measured on a rig, and how it gets into the rig file without anything being lost."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Final, TypeAlias
+from typing import Annotated, Any, ClassVar, Final
 
 from palpate.adapters.files import read_text, write_whole
 from palpate.core.errors import OutputError
@@ -11,43 +11,26 @@ from palpate.core.job import ToolConfig
 from palpate.core.ports import Range, Settings, Vector3
 
 _GRAVITY_M_S2: Final = 9.81
-_Spread: TypeAlias = Annotated[float, Range(0.0)]
 
 
 @dataclass(frozen=True)
 class CalibrationTable(Settings):
-    """What ``palpate rig calibrate`` measured; sd is the standard deviation of a result. None is not measured."""
+    """What ``palpate rig calibrate`` measured, and every run uses. None is not measured."""
 
     TABLE: ClassVar[str] = "calibration"
 
     weight_N: Annotated[float, Range(0.0, 1000.0)] | None = None
-    """Weight of all that hangs on the force sensor."""
-    weight_sd_N: _Spread | None = None
+    """Weight of all that hangs on the force sensor; instead of tool.mass_kg."""
     centre_of_mass_mm: Vector3 | None = None
-    """Its centre of mass, from the sensor's origin, frame of the tool."""
-    centre_of_mass_sd_mm: Vector3 | None = None
-    offset_N: Vector3 | None = None
-    """Force that the sensor shows without any load, its own frame; every trial tares anew."""
-    offset_sd_N: Vector3 | None = None
-    offset_Nm: Vector3 | None = None
-    """Torque that it shows without any load."""
-    offset_sd_Nm: Vector3 | None = None
+    """Its centre of mass, from the sensor's origin, frame of the tool; instead of tool.centre_of_mass_mm."""
     mounting_deg: Annotated[float, Range(-180.0, 180.0)] | None = None
     """Turn of the sensor about the tool's axis, from x towards y; its samples are turned back by it."""
-    mounting_sd_deg: _Spread | None = None
     plate_mm: Annotated[float, Range(-2000.0, 2000.0)] | None = None
     """Height of the plate, base frame; instead of place.z_mm."""
-    plate_sd_mm: _Spread | None = None
     hole_mm: tuple[float, float] | None = None
     """Place of the hole, x and y, base frame; instead of place.x_mm and y_mm."""
-    hole_sd_mm: tuple[float, float] | None = None
     axial_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] | None = None
     """Stiffness along the tool, of gripper, arm and plate; instead of tool.axial_N_per_mm."""
-    axial_stiffness_sd_N_per_mm: _Spread | None = None
-    force_rate_Hz: _Spread | None = None
-    """Rate of new samples of the force sensor, as far as they reach a loop of 140 Hz."""
-    joint_rate_Hz: _Spread | None = None
-    """Rate of new samples of the encoders."""
 
     def run_settings(self, drawn: ToolConfig) -> dict[str, Any]:
         """The tables of a job that this replaces.
@@ -89,7 +72,7 @@ def write_into(path: Path, tables: Mapping[str, Mapping[str, Any]]) -> None:
             for key, value in values.items():
                 table[key] = list(value) if isinstance(value, tuple) else value
     except (ValueError, TypeError) as error:
-        problem = f"takes no values, for it was changed meanwhile ({error})"
-        raise OutputError(str(path), problem, "mend it, and do the step again") from error
+        problem = f"takes no values: it was changed meanwhile ({error})"
+        raise OutputError(str(path), problem, "correct it, and do the step again") from error
     # The file itself, where it is a link.
     write_whole(path.resolve(), tomlkit.dumps(document))

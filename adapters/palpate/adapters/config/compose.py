@@ -108,6 +108,7 @@ def configured(
     task: str = "",
     arm: str = "",
     settings: Tables = None,
+    flags: Mapping[str, Any] | None = None,
     measured: bool = True,
 ) -> RunConfig:
     """Compose a configuration of files, presets and tables, as the command line does.
@@ -121,6 +122,7 @@ def configured(
         task: Task; empty takes that of the settings, or the insertion.
         arm: Name of the arm; empty takes that of the settings, the job or the rig.
         settings: A table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file with settings (a ``run.toml`` too).
+        flags: Tables of settings that win over all others.
         measured: Lay what was measured on the rig over what the job says.
 
     Raises:
@@ -133,7 +135,7 @@ def configured(
     job = job or (file.job if file is not None and settings is None else None)
     stated = read_job(job) if job else None
     name = scenario or table.get("scenario", "paper" if stated is None else JOB)
-    named = _table(table, "task").get("name", "")
+    named = _table(merged(table, flags or {}), "task").get("name", "")
     if task and named not in ("", task):
         raise ConfigurationError("task.name", named, f"{task}, which was chosen")
     learner = learner or table.get("learner", "") or learner_in(policy) or "q-learning"
@@ -141,7 +143,7 @@ def configured(
     noise = None
     if file is not None:
         (table, stated), own, noise = file.laid_over(table, stated, arm, measured=measured), {}, file.facts.noise()
-    layers = {**table, "scenario": name, "learner": learner}, own
+    layers = {**table, "scenario": name, "learner": learner}, own, flags or {}
     return compose(name, learner, *layers, task=task or named or INSERTION, job=stated, sensor=noise)
 
 

@@ -56,9 +56,7 @@ def test_a_file_that_was_spoiled_meanwhile_stays_as_it_is(tmp_path: Path, text: 
     path = tmp_path / "rig.toml"
     if text is not None:
         path.write_text(text)
-    with pytest.raises(
-        OutputError, match=r"rig\.toml: takes no values, for it was changed meanwhile .*do the step again"
-    ):
+    with pytest.raises(OutputError, match=r"rig\.toml: takes no values: it was changed meanwhile .*do the step again"):
         write_into(path, {"calibration": {"plate_mm": 21.5}})
     assert (path.read_text() if path.exists() else None) == text
 

@@ -1,14 +1,7 @@
 from .estimates import Estimate as Estimate
-from .estimates import Press as Press
-from .estimates import at_rest as at_rest
 from .estimates import hole as hole
 from .estimates import joined as joined
 from .estimates import mean_of as mean_of
+from .estimates import payload as payload
 from .estimates import press as press
-from .estimates import weigh as weigh
-from .pictures import hole_picture as hole_picture
-from .pictures import rest_picture as rest_picture
-from .pictures import touch_picture as touch_picture
-from .pictures import weigh_picture as weigh_picture
 from .steps import Commissioning as Commissioning
-from .steps import measure_rest as measure_rest

@@ -43,8 +43,6 @@ class Felt(NamedTuple):
         wrench: Force and torque, (6,), N and N m, as the sensor gives them.
     """
 
-    time_ns: int
-    joints_ns: int
     fresh: bool
     q_rad: JointVector
     wrench: tuple[float, ...]
@@ -148,7 +146,7 @@ class CarefulArm:
                 self._asked = asked
                 fresh, self._sequence = wrench.sequence != self._sequence, wrench.sequence
                 values = (*wrench.force_N, *wrench.torque_Nm)
-                return Felt(wrench.source_time_ns, joints.source_time_ns, fresh, joints.position_rad, values)
+                return Felt(fresh, joints.position_rad, values)
         raise DeviceError("rig", f"joint sample {joints.validity.value}, force sample {wrench.validity.value}")
 
     def _mark(self) -> None:

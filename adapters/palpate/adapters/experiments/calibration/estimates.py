@@ -6,7 +6,7 @@ gives (c fx + s fy, c fy - s fx) for the (fx, fy) of the tool.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import degrees, floor, hypot, inf, log10, radians, sqrt
+from math import degrees, floor, hypot, inf, log10, sqrt
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -46,36 +46,17 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Rest:
-    """A sensor that nothing touches."""
-
-    noise_N: Estimate
-    noise_Nm: Estimate
-    rate_Hz: float
-
-
-@dataclass(frozen=True)
-class ToolLoad:
+class Payload:
     """What a force sensor carries, and how it is mounted.
 
     Attributes:
         centre_of_mass_m: Of that, (3,), frame of the tool.
         mounting_deg: The sensor's turn about the tool's axis.
-        offset: Its wrench without any load, (6,), N and N m, its own frame.
     """
 
     weight_N: Estimate
     centre_of_mass_m: tuple[Estimate, Estimate, Estimate]
     mounting_deg: Estimate
-    offset: tuple[Estimate, ...]
-    misfit_N: float
-
-    def wrenches(self, down_in_tool: Array) -> Array:
-        """What the sensor shows of it, (n, 6), where these are down in the tool's frame, (n, 3)."""
-        offset = [each.value for each in self.offset]
-        centre = [each.value for each in self.centre_of_mass_m]
-        turn = radians(self.mounting_deg.value)
-        return _load(np.array([self.weight_N.value, turn, *offset[:3], *centre, *offset[3:]]), down_in_tool)
 
 
 @dataclass(frozen=True)
@@ -88,27 +69,6 @@ class Press:
 
     surface_m: Estimate
     stiffness_N_per_m: Estimate
-
-
-def at_rest(wrenches: Array, times_ns: Sequence[int]) -> Rest:
-    """Noise and rate of samples, (n, 6), of a sensor that nothing moves; a drift is not taken for noise.
-
-    Raises:
-        UndeterminedError: They are too few, or a channel never changes.
-    """
-    count = len(wrenches)
-    if count < _LEAST_SAMPLES:
-        raise UndeterminedError("noise", f"{count} samples", f"at least {_LEAST_SAMPLES}: see whether the sensor sends")
-    if (still := np.ptp(wrenches, axis=0) == 0.0).any():
-        names = ", ".join(name for name, flat in zip(("Fx", "Fy", "Fz", "Tx", "Ty", "Tz"), still, strict=True) if flat)
-        raise UndeterminedError("noise", f"{names} never changes", "a sensor whose channels all live")
-    steps = np.arange(count) - (count - 1) / 2
-    trend = steps[:, None] * (steps @ wrenches) / (steps @ steps)
-    noise = (wrenches - wrenches.mean(axis=0) - trend).std(axis=0, ddof=2)
-    force, torque = (float(np.sqrt(np.mean(noise[part] ** 2))) for part in (slice(3), slice(3, 6)))
-    share = 1.0 / sqrt(6.0 * count)
-    rate = (count - 1) * 1e9 / (times_ns[-1] - times_ns[0])
-    return Rest(Estimate(force, force * share), Estimate(torque, torque * share), rate)
 
 
 def mean_of(wrenches: Array) -> tuple[Array, Array]:
@@ -125,8 +85,8 @@ def mean_of(wrenches: Array) -> tuple[Array, Array]:
     return wrenches.mean(axis=0), pieces.std(axis=0, ddof=1) / sqrt(_BATCHES)
 
 
-def weigh(down_in_tool: Array, means: Array, sds: Array) -> ToolLoad:
-    """Weight, centre of mass, offset and mounting angle from wrenches at rest in several poses.
+def payload(down_in_tool: Array, means: Array, sds: Array) -> Payload:
+    """Weight, centre of mass and mounting angle from wrenches at rest in several poses.
 
     Args:
         down_in_tool: Unit vectors down, (n, 3), frame of the tool as the encoders give it.
@@ -148,13 +108,9 @@ def weigh(down_in_tool: Array, means: Array, sds: Array) -> ToolLoad:
     sd = np.sqrt(np.diag(covariance))
     misfit_N = float(np.sqrt(np.mean((_load(found.x, down_in_tool) - means)[:, :3] ** 2)))
     weight, turn = found.x[0], degrees(found.x[1])
-    load = ToolLoad(
-        Estimate(float(weight), float(sd[0])),
-        tuple(Estimate(float(v), float(s)) for v, s in zip(found.x[5:8], sd[5:8], strict=True)),  # type: ignore[arg-type]
-        Estimate(float((turn + 180.0) % 360.0 - 180.0), degrees(sd[1])),
-        tuple(Estimate(float(found.x[i]), float(sd[i])) for i in (2, 3, 4, 8, 9, 10)),
-        misfit_N,
-    )
+    x, y, z = (Estimate(float(found.x[i]), float(sd[i])) for i in (5, 6, 7))
+    mounting = Estimate(float((turn + 180.0) % 360.0 - 180.0), degrees(sd[1]))
+    load = Payload(Estimate(float(weight), float(sd[0])), (x, y, z), mounting)
     if misfit_N > _MISFIT_SHARE * weight + 3.0 * float(spread[:, :3].mean()):
         problem = f"the forces are {misfit_N:.2g} N beside those of a rigid tool of {weight:.3g} N"
         raise UndeterminedError("weight", problem, "a tool that no cable pulls, and a sensor whose axes are right")

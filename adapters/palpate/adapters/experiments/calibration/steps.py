@@ -15,23 +15,21 @@ from palpate.adapters.experiments.calibration.careful import CarefulArm, Felt, f
 from palpate.adapters.experiments.calibration.estimates import (
     Array,
     Estimate,
+    Payload,
     Press,
-    Rest,
-    ToolLoad,
-    at_rest,
     hole,
     joined,
     mean_of,
+    payload,
     press,
-    weigh,
 )
 from palpate.adapters.experiments.evaluation import ChosenPolicy
 from palpate.adapters.experiments.trial import trial_setup
 from palpate.adapters.hardware import TurnedForceSensor, find_approach, withdrawal
 from palpate.core.control_loop import run_trial
-from palpate.core.errors import DeviceError, UndeterminedError, UnreachableError
+from palpate.core.errors import UndeterminedError, UnreachableError
 from palpate.core.motion import InverseKinematics, Kinematics, arm_named
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Clock, ForceSensor, Rig, Validity
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Rig
 from palpate.core.trial import Outcome, ReadyPose, find_ready_pose, goal_in_base
 
 _TILTS_DEG: Final = (25.0, 20.0, 15.0)
@@ -69,19 +67,6 @@ class Pressed(NamedTuple):
     direction: Array
 
 
-class Touched(NamedTuple):
-    """What touching told.
-
-    Attributes:
-        height_m: Height of the plate, base frame.
-    """
-
-    height_m: Estimate
-    depth_m: Estimate
-    stiffness_N_per_m: Estimate
-    pressed: list[Pressed]
-
-
 class Commissioning:
     """What a rig's person goes through step by step."""
 
@@ -106,13 +91,8 @@ class Commissioning:
         self._ready: ReadyPose = find_ready_pose(config.arm, config.tool.geometry, config.task)
         self._approach = find_approach(config, self._ready)
 
-    def weigh(self) -> tuple[ToolLoad, Array, Array, float]:
-        """Turn the tool about its middle, well above the plate; returns what hangs on the sensor, and the data.
-
-        Returns:
-            The estimate; unit vectors down in the tool's frame, (n, 3); mean wrenches, (n, 6); rate of new joint
-            samples, Hz.
-        """
+    def payload(self) -> Payload:
+        """Turn the tool about its middle, well above the plate; returns what hangs on the sensor."""
         down, means, sds = [], [], []
         above = np.array(self._approach.poses_rad[0])
         # Found before the arm is active: on some arms it takes longer than one may be left without a command.
@@ -128,35 +108,30 @@ class Commissioning:
                 down.append(-rotation[2])
                 means.append(mean)
                 sds.append(sd)
-        load = weigh(np.array(down), np.array(means), np.array(sds))
-        times = sorted({each.joints_ns for each in felt})
-        rate_Hz = (len(times) - 1) * 1e9 / (times[-1] - times[0])
-        return load, np.array(down), np.array(means), rate_Hz
+        return payload(np.array(down), np.array(means), np.array(sds))
 
-    def touch(self) -> Touched:
-        """Press on the plate at four places round the believed hole."""
-        pressed: list[Pressed] = []
+    def plate(self) -> tuple[Estimate, Estimate]:
+        """Press on the plate at four places round the believed hole.
+
+        Returns:
+            Height of the plate, m, base frame; stiffness along the tool, N/m.
+        """
         results: list[Press] = []
         with self.arm.moving():
             self._go_above()
             height_m = -_ABOVE_M
             for number, (x, y) in enumerate(_PLACES, start=1):
                 self._tell(f"place {number} of {len(_PLACES)}")
-                data = self._press_at(x * _BESIDE_M, y * _BESIDE_M, height_m)
-                result = press(*data)
-                pressed.append(data)
+                result = press(*self._press_at(x * _BESIDE_M, y * _BESIDE_M, height_m))
                 results.append(result)
                 height_m = result.surface_m.value - _AGAIN_M
             self._lift()
         depth = joined("plate's height", [each.surface_m for each in results], _PLATE_APART_M, "m")
         mean = float(np.mean([each.stiffness_N_per_m.value for each in results]))
         stiffness = joined("stiffness", [each.stiffness_N_per_m for each in results], _STIFFNESS_APART * mean, "N/m")
-        height = Estimate(float(self._goal.translation[2]) - depth.value, depth.sd)
-        return Touched(height, depth, stiffness, pressed)
+        return Estimate(float(self._goal.translation[2]) - depth.value, depth.sd), stiffness
 
-    def insert(
-        self, mounting_deg: float, weight_N: float = 0.0
-    ) -> tuple[Estimate, Estimate, list[tuple[float, float]]]:
+    def insert(self, mounting_deg: float, weight_N: float = 0.0) -> tuple[Estimate, Estimate]:
         """Insert the peg slowly a few times, by what its torque tells; the core proves that it is in the hole.
 
         Args:
@@ -164,7 +139,7 @@ class Commissioning:
             weight_N: Of what the sensor carries; 0 takes the configured masses.
 
         Returns:
-            Place of the hole, x and y, m, base frame; where the peg came to rest each time.
+            Place of the hole, x and y, m, base frame.
 
         Raises:
             UndeterminedError: The peg did not get in.
@@ -196,7 +171,7 @@ class Commissioning:
                 raise UndeterminedError("hole's place", problem, "a believed place within 3 mm (--place)")
             x, y, _ = self._goal.act(np.array(task.tip_m))
             places.append((float(x), float(y)))
-        return *hole(places, 2e-3 * self.config.cell.peg.clearance_mm), places
+        return hole(places, 2e-3 * self.config.cell.peg.clearance_mm)
 
     def _withdraw(self) -> None:
         """Draw the tool out of whatever it may be in."""
@@ -274,27 +249,3 @@ class Commissioning:
             pass
         depth, force, way = np.array(rows).T
         return Pressed(depth, force, way)
-
-
-def measure_rest(clock: Clock, sensor: ForceSensor, seconds: float) -> tuple[Rest, Array]:
-    """Noise of an active sensor that nothing moves, and its rate in a loop of 140 Hz; beside it the wrenches, (n, 6).
-
-    Raises:
-        DeviceError: The sensor gives nothing that is valid.
-    """
-    wrenches: list[tuple[float, ...]] = []
-    times: list[int] = []
-    last = -1
-    slot_ns = clock.now_ns()
-    end_ns = slot_ns + round(seconds * 1e9)
-    while clock.now_ns() < end_ns:
-        sample = sensor.read()
-        if sample.validity is Validity.VALID and sample.sequence != last:
-            last = sample.sequence
-            wrenches.append((*sample.force_N, *sample.torque_Nm))
-            times.append(sample.source_time_ns)
-        slot_ns += round(PERIOD_S * 1e9)
-        clock.sleep_until(slot_ns)
-    if not wrenches:
-        raise DeviceError("force sensor", f"no valid sample in {seconds:g} s; the last was {sample.validity.value}")
-    return at_rest(np.array(wrenches), times), np.array(wrenches)
