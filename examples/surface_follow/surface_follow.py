@@ -186,6 +186,8 @@ class Follow(RunningPhase):
             return STILL
         if not self._verified:
             return self._verify(pressed_N)
+        # Along a stroke the force counts as verified; how far the surface may be is bounded by its relief.
+        self._monitor.free()
         error_N = pressed_N - self._press_N
         self._square_sum, self._ticks = self._square_sum + error_N * error_N, self._ticks + 1
         self._worst_N = max(self._worst_N, abs(error_N))

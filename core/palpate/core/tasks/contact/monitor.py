@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import hypot
+from operator import sub
 from typing import Final
 
 from palpate.core.job import AXIAL, FAIR, NARROW, Spring
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Snapshot, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, STILL, Snapshot, Vector3
 from palpate.core.tasks.contact.dither import Dither
 from palpate.core.tasks.contact.response import Response, Verdict
 from palpate.core.tasks.contact.trial_state import TrialState
@@ -33,8 +34,10 @@ _GROWTH: Final = 1.02
 """Of the push in each tick in which a wall is felt and the response is unknown: doubled in a quarter of a second."""
 _PUSH_SHARE: Final = 0.25
 """Largest bend of the gripper by a push, over the budget."""
-_AIMED: Final = 0.7
-"""Cosine of the widest angle between a push and a wall's force: half of the wall's stiffness responds."""
+_AIMED: Final = 0.85
+"""Cosine of the widest angle between a push and a wall's force: 0.7 of the wall's stiffness responds."""
+_SIMILAR: Final = 0.5
+"""Cosine of the widest angle between pushes of one kind: wall by wall into a corner."""
 _ANGULAR_PER_S: Final = 90.0
 """Of a dither with half-periods of five ticks."""
 _TOUCH_SHARE: Final = 0.15
@@ -66,8 +69,10 @@ class Monitor:
         loose: The same of one that touches at times; only there, too.
         across: Response along a push.
         direction: Of the push, (2,); None without one.
-        spent_N: Bend of the gripper since the last verification, if the tip had not moved.
+        spent_N: Bend of the gripper since the last verification, if the tip had not moved but by the play.
+        spent: Whether that was more than the budget: the tool may go no further until the force responds.
         budget_N: Largest one.
+        play_m: Way across that bends nothing.
         patience_ticks: On the spot, before a mismatch is reported.
         pull_N: By which the tool itself pulls.
     """
@@ -85,8 +90,8 @@ class Monitor:
         self._bent_Nm = self._torque_Nm = bent_rad * control.tilt_stiffness_Nm_per_rad
         self._lever_m = task.lever_mm * 1e-3
         in_air = turns_rad > 0.0
-        # With what presses already, the gripper's force stays below the limit.
-        self.budget_N = task.max_force_N - max(self.press_N, task.insertion_press_N)
+        self._max_force_N = task.max_force_N
+        self.presses(task.press_kgf * N_PER_KGF)
         self.axial, self.across = (
             Response(Spring(stiffness, control.damping_s(stiffness), control.rigid_mass_kg, *accepted))
             for stiffness, accepted in ((self.axial_N_per_m, AXIAL), (self._lateral_N_per_m, _ACROSS))
@@ -97,6 +102,8 @@ class Monitor:
         # A wider choice of responses asks for narrower ones.
         self._fair = NARROW if in_air else FAIR
         self.loose = Response(replace(self.axial.spring, lowest=_ACROSS[0])) if in_air else None
+        free = (response for response in (self.air, self.loose) if response is not None)
+        self._responses = self.axial, self.across, *free
         speed_m_s = task.travel_speed_mm_s * 1e-3
         self._dither, self._push_dither = Dither(0.0, speed_m_s), Dither(0.0, speed_m_s)
 
@@ -111,10 +118,10 @@ class Monitor:
         self.direction: tuple[float, float] | None = None
         self._pulls = self._misfits = 0
         self.pull_N = 0.0
-        self._depth_m: float | None = None
         self._rests_m, self._deepest_m = (0.0, 0.0), 0.0
         self._still_ticks = self._sunk_ticks = 0
-        self._verified()
+        self.presses(self.press_N)
+        self.free()
 
     def _adapt(self, tip_lever_m: float) -> None:
         """Choose amplitudes by the noise while the sensor was tared, at this distance from the tip."""
@@ -134,20 +141,41 @@ class Monitor:
             self.patience_ticks = max(_PATIENCE_TICKS, 3 * (self.air.window + CONTROL_RATE_HZ // 10))
         least_N = max(0.5 * _PUSH_N, self.across.spring.least_dither_N(max(self._state.noise[:2]), self._step_m))
         self._least_push_m = min(least_N, _PUSH_SHARE * self.budget_N) / self._lateral_N_per_m
+        self._dithers_N = 2.0 * (self._air_m * self.axial_N_per_m + _PUSH_SHARE * self.budget_N)
 
-    def _verified(self) -> None:
-        self.spent_N, self._waited_ticks, self._aimed = 0.0, 0, False
+    def presses(self, press_N: float, play_m: float = 0.0) -> None:
+        """The tool presses with this force from now on: with it, the gripper's force stays below the limit."""
+        self.budget_N, self.play_m = self._max_force_N - press_N, play_m
 
-    def watch_approach(self, measured: Measurement) -> None:
-        """Account for a tick of the approach."""
-        # From where the plate may be, a tool that feels nothing may press on it.
-        z = measured.position_m[2]
-        if self._depth_m is not None and z > -self._slack_m:
-            self.spent_N += abs(z - self._depth_m) * self.axial_N_per_m
-        self._depth_m = z
+    def free(self) -> None:
+        """The force has responded, or the tool is where it meets nothing: the budget counts from here."""
+        self._from_m: Vector3 | None = None
+        self.spent_N, self.spent, self._waited_ticks, self._aimed = 0.0, False, 0, False
+        for response in self._responses[2:]:
+            response.stationary_ticks = 0
 
-    def check(self, snapshot: Snapshot, measured: Measurement, *, tared: bool) -> Trip | None:
-        """Take in a tick of any phase; return a trip for a wrench that no contact at the tip can cause."""
+    def _bend_N(self, reference_m: Vector3) -> float:
+        """Bend of the gripper at this reference, if the tip stayed where the force last responded."""
+        if self._from_m is None:
+            self._from_m = reference_m
+        x, y, z = map(sub, reference_m, self._from_m)
+        across_N = max(hypot(x, y) - self.play_m, 0.0) * self._lateral_N_per_m
+        return hypot(across_N, z * self.axial_N_per_m)
+
+    def bounded(self, velocity_m_s: Vector3) -> Vector3:
+        """Return the velocity; of one that bends the gripper further than the budget and the dithers, nothing."""
+        if not self._tared:
+            return velocity_m_s
+        x, y, z = (at + velocity * PERIOD_S for at, velocity in zip(self._reference_m, velocity_m_s, strict=True))
+        most_N = max(self.budget_N + self._dithers_N, self.spent_N)
+        return velocity_m_s if self._bend_N((x, y, z)) <= most_N else STILL
+
+    def check(self, snapshot: Snapshot, measured: Measurement, reference_m: Vector3, *, tared: bool) -> Trip | None:
+        """Take in a tick of any phase; return a trip for a wrench that no contact at the tip can cause.
+
+        Args:
+            reference_m: Where the tip is commanded to be, (3,), task frame.
+        """
         wrench, joints_ns, (x, y, z) = snapshot.wrench, snapshot.joints.source_time_ns, measured.position_m
         new, self._sequence = wrench.sequence != self._sequence, wrench.sequence
         if not tared:
@@ -156,6 +184,8 @@ class Monitor:
             self._tared = True
             self._adapt(measured.tip_lever_m)
             self.push(None)
+        self._reference_m, self.spent_N = reference_m, self._bend_N(reference_m)
+        self.spent = self.spent or self.spent_N > self.budget_N
         self.axial.add_place(joints_ns, z)
         self._still_ticks += 1
         self._sunk_ticks += 1
@@ -183,17 +213,15 @@ class Monitor:
         if self.air is not None and not in_air:
             self.air.restart()
         self.axial.add_force(wrench.source_time_ns, fz)
-        for response in (self.air, self.loose):
-            if response is not None:
-                response.add_place(joints_ns, z)
-                response.add_force(wrench.source_time_ns, fz)
+        for response in self._responses[2:]:
+            response.add_place(joints_ns, z)
+            response.add_force(wrench.source_time_ns, fz)
         if self.direction is not None:
             self.across.add_force(wrench.source_time_ns, fx * ux + fy * uy)
-        for response in (self.air, self.loose):
-            if response is not None and response.lag is None:
-                response.lag = self.axial.lag
+        for response in self._responses[2:]:
+            response.lag = self.axial.lag if response.lag is None else response.lag
         if self.verified:
-            self._verified()
+            self.free()
         return self._implausible(snapshot.tick, measured)
 
     def _implausible(self, tick: int, measured: Measurement) -> Trip | None:
@@ -242,7 +270,10 @@ class Monitor:
         return self._push_dither.velocity_m_s()
 
     def push(self, direction: tuple[float, float] | None) -> None:
-        """Push in this direction from now on, or no longer."""
+        """Push in this direction, (2,), of length 1, from now on, or no longer; a similar push keeps its response."""
+        (ux, uy), (vx, vy) = direction or (0.0, 0.0), self.direction or (0.0, 0.0)
+        if ux * vx + uy * vy > _SIMILAR:
+            return
         self.direction = direction
         self._push_dither.amplitude_m = self._least_push_m
         dither_N, noise_N = self._push_dither.usual_m * self._lateral_N_per_m, max(self._state.noise[:2])
@@ -287,15 +318,11 @@ class Monitor:
         """Share of its patience that the tool has waited."""
         return self._waited_ticks / self.patience_ticks
 
-    @property
-    def spent(self) -> bool:
-        """Whether the tool may go no further until the force responds."""
-        return self.spent_N > self.budget_N
-
-    def spend(self, velocity_m_s: Vector3) -> None:
-        """Account for a tick with this velocity, without the dither."""
-        x, y, z = velocity_m_s
-        self.spent_N += (hypot(x, y) * self._lateral_N_per_m + abs(z) * self.axial_N_per_m) * PERIOD_S
+    def moves_on(self) -> None:
+        """The tool follows the force: only one on the spot shows across, or where it touches at times, the converse."""
+        self.across.restart()
+        if self.loose is not None:
+            self.loose.restart()
 
     def wait(self, where: str, *, supported: bool = False) -> None:
         """Account for a tick on the spot; report a mismatch after too many, or after a window that contradicts.
@@ -307,11 +334,12 @@ class Monitor:
             self._waited_tick = self._state.tick
             self._waited_ticks += 1
         still_ticks = min(self._waited_ticks, self._still_ticks)
-        for response in (self.axial, self.across, self.air, self.loose):
-            if response is not None:
-                response.widen(still_ticks)
+        self.axial.widen(still_ticks)
+        self.across.widen(still_ticks)
+        for response in self._responses[2:]:
+            response.stationary_ticks = still_ticks
         if self.verified:
-            self._verified()
+            self.free()
         contradicted = supported and self.contradicted and still_ticks > self.axial.window + 2
         if contradicted or self._waited_ticks > self.patience_ticks:
             self.mismatch(f"the force does not respond {where}")

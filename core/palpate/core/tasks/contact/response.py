@@ -48,6 +48,8 @@ class Response:
         half_width: Half-width of its confidence interval.
         lag: Ticks by which the force is older than its time stamp; None until the responses have shown it.
         window: Samples of a window.
+        stationary_ticks: Ticks since the tool waits. The window grows with them: one that slides would be verified by
+            chance sooner or later.
     """
 
     def __init__(self, spring: Spring) -> None:
@@ -74,7 +76,7 @@ class Response:
 
     def restart(self) -> None:
         """Use only samples from now on."""
-        self._first = self._end = 0
+        self._first = self._end = self.stationary_ticks = 0
         self.share: float | None = None
         self.half_width = inf
 
@@ -100,6 +102,7 @@ class Response:
             self._end += 1
         if self._end - self._first >= self.window and (self.share is None or self._end % _EVERY == 0):
             self._fit_last(self.window)
+        self.widen(self.stationary_ticks)
 
     def widen(self, samples: int) -> None:
         """Fit the newest n samples, if that is more than a window; the tool has to be stationary."""

@@ -131,7 +131,8 @@ class TouchTask(Task):
         if state.phase is not Phase.DONE:
             self._hold_force_limit()
         if state.phase is not Phase.DONE:
-            trip = self._monitor.check(snapshot, self._measurement, tared=self._settle.bias is not None)
+            tared, reference_m = self._settle.bias is not None, self._motion.reference_m
+            trip = self._monitor.check(snapshot, self._measurement, reference_m, tared=tared)
             if trip is not None:
                 state.doubt(trip)
             else:
@@ -146,7 +147,7 @@ class TouchTask(Task):
         """The second half of a tick: command the arm, after a choice where one is due and not made yet."""
         if self._state.observation is not None:
             self.choose()
-        return self._motion.move(self._velocity_m_s)
+        return self._motion.move(self._monitor.bounded(self._velocity_m_s))
 
     def _go_on(self) -> None:
         """Which phase follows the one that is over."""

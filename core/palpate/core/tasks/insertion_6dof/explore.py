@@ -91,7 +91,8 @@ class SpatialExplore(Explore):
     @override
     def enter(self) -> None:
         super().enter()
-        self._spatial, self.countdown = _STEP, self._task.ticks_per_action
+        # The first rest lasts until the plate responds.
+        self._spatial, self.countdown, self._monitor.spent = _STEP, 1, True
 
     @property
     def _upright(self) -> bool:
@@ -115,19 +116,17 @@ class SpatialExplore(Explore):
         self._give = min(_SWIFT_S * self._led_m2_s2 / max(self._behind_m2_s, 1e-12), 1.0)
 
     @property
-    def _guarded(self) -> bool:
-        """Whether the tool may press on something that a faulty sensor does not show."""
-        return self._spatial.law in _AGAINST and self._low
-
-    @property
     def _waits(self) -> bool:
-        return self._guarded and self._monitor.spent
+        """Whether the tool may have bent the gripper by all that a faulty sensor is granted."""
+        return self._monitor.spent
 
     @override
     def step(self) -> Vector3:
         law = self._spatial.law
         if self._led_m_s is not None:
             self._look_for_lag(self._led_m_s)
+        if not self._low:
+            self._monitor.free()
         if law is _STEPS and self._upright:
             return super().step()
         if self._out_of_time():
@@ -179,7 +178,8 @@ class SpatialExplore(Explore):
         spatial, measured, reference_m = self._spatial, self._measurement, self._motion.reference_m
         give, self._led_m_s = self._give, None
         if spatial.law is _STEPS:
-            velocity, rate = super()._way_on(), self._rate_rad_s
+            velocity = self._wait() if self._waits and not self._upright else super()._way_on()
+            rate = self._rate_rad_s
         elif spatial.law is _LIFTS:
             ticks = self._task.ticks_per_action
             share = (ticks - self.countdown + 1) / ticks
@@ -220,13 +220,16 @@ class SpatialExplore(Explore):
             rate = STILL
         if rate != STILL:
             velocity = self._about_pivot(velocity, self._motion.turn(rate))
-        return self._dithering(velocity) if self._guarded else velocity
+        dithers = self._low or (spatial.law is _LIFTS and not spatial.rise_m)
+        return self._dithering(velocity) if dithers and spatial.law is not _STEPS else velocity
 
     def _dithering(self, velocity_m_s: Vector3) -> Vector3:
         """The velocity with the dither; on the spot where the budget is spent."""
         monitor, (vx, vy, vz), (fx, fy, fz) = self._monitor, velocity_m_s, self._measurement.force_N
         waits = monitor.spent
-        if waits and hypot(fx, fy) > _WALL_N:
+        if not waits:
+            monitor.moves_on()
+        if hypot(fx, fy) > _WALL_N:
             monitor.aim((fx, fy))
         ux, uy = monitor.direction or (0.0, 0.0)
         # Against a wall alone the force across responds; a tool that waits stays with it.
@@ -239,8 +242,6 @@ class SpatialExplore(Explore):
             aside = aside is not (share > 1.0 / 3.0) and share < 2.0 / 3.0 and monitor.direction is not None
             if 0.0 < share - 2.0 / 3.0 < _RAISED_M / (_WITHDRAW_M_S * PERIOD_S * monitor.patience_ticks):
                 vz = -_WITHDRAW_M_S
-        else:
-            monitor.spend(velocity_m_s)
         if aside:
             along = monitor.push_dither_m_s(met=waits)
             return vx + along * ux, vy + along * uy, vz

@@ -20,10 +20,12 @@ class Bench:
 
     Attributes:
         x_m, z_m: Place of the flange, by the encoders.
+        reference_m: Commanded tip.
     """
 
     def __init__(self, task: TaskConfig = TASK) -> None:
         self.state, self.x_m, self.z_m = TrialState(), 0.0, 1e-3
+        self.reference_m = (0.0, 0.0, 0.0)
         self._measured, self._rng, self._tick = measurement(), np.random.default_rng(1), 0
         self.monitor = Monitor(self.state, task, CONTROL, 1e-6)
         setup = TrialSetup(0, 1, (0.0, 0.0))
@@ -46,7 +48,7 @@ class Bench:
         self._measured.force_N, self._measured.position_m = (x, y, z), (self.x_m, 0.0, self.z_m)
         self._measured.force_norm_N = float(np.hypot(np.hypot(x, y), z))
         self._measured.torque_across_at_tip_Nm = float(np.hypot(*torque_Nm[:2]))
-        return self.monitor.check(snapshot, self._measured, tared=True)
+        return self.monitor.check(snapshot, self._measured, self.reference_m, tared=True)
 
     def dither(self, ticks: int, scale: float = 1.0) -> None:
         """Press and dither on a stiff plate for so long."""
@@ -63,15 +65,33 @@ def test_a_response_renews_the_budget() -> None:
     assert bench.monitor.spent_N == 0.0
 
 
-def test_without_a_response_the_budget_is_spent_in_newtons_of_bend() -> None:
+def led(bench: Bench, velocity_m_s: tuple[float, float, float], ticks: int) -> float:
+    """Let a law move the tool, and return how far from its start it came."""
+    for _ in range(ticks):
+        bench.see((0.0, 0.0, 0.0))
+        x, y, z = zip(bench.reference_m, bench.monitor.bounded(velocity_m_s), strict=True)
+        bench.reference_m = x[0] + x[1] * PERIOD_S, y[0] + y[1] * PERIOD_S, z[0] + z[1] * PERIOD_S
+    return float(np.hypot(*bench.reference_m[:2]))
+
+
+def test_without_a_response_no_law_bends_the_gripper_by_more_than_the_budget_and_the_dithers() -> None:
     bench = Bench()
-    bench.see((0.0, 0.0, 0.0))
-    travelled_m = 0.0
-    while not bench.monitor.spent:
-        bench.monitor.spend((6e-3, 8e-3, 0.0))
-        travelled_m += 10e-3 * PERIOD_S
-    budget_N = TASK.max_force_N - 0.5 * 9.80665
-    assert travelled_m * CONTROL.lateral_stiffness_N_per_mm * 1e3 == pytest.approx(budget_N, rel=0.15)
+    budget_N, stiffness_N_per_m = TASK.max_force_N - 0.5 * 9.80665, CONTROL.lateral_stiffness_N_per_mm * 1e3
+    assert budget_N < led(bench, (6e-3, 8e-3, 0.0), 140) * stiffness_N_per_m < budget_N + 17.0
+    assert bench.monitor.spent
+    assert led(bench, (-6e-3, -8e-3, 0.0), 7) * stiffness_N_per_m < budget_N
+    assert bench.monitor.spent
+
+
+def test_what_moves_to_and_fro_and_what_plays_bends_nothing() -> None:
+    bench = Bench()
+    for _ in range(30):
+        led(bench, (8e-3, 0.0, 0.0), 4)
+        led(bench, (-8e-3, 0.0, 0.0), 4)
+    assert not bench.monitor.spent
+    bench.monitor.presses(5.0, play_m=1e-3)
+    led(bench, (8e-3, 0.0, 0.0), 17)
+    assert bench.monitor.spent_N == 0.0
 
 
 @pytest.mark.parametrize(("scale", "reason_ticks"), [(0.3, 40), (2.0, 40)])

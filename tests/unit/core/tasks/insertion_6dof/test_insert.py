@@ -58,7 +58,7 @@ def inserted(depth_m: float, frees_rad: float) -> tuple[str, float, int]:
     monitor: Any = SimpleNamespace(
         supported=True, spent=False, spent_N=0.0, budget_N=25.0, contradicted=False, direction=None, contact_N=1.0,
         axial_N_per_m=5e3, press_N=4.9, axial=axial, wait=lambda *_, **__: None, push=lambda _: None,
-        walled=False, spend=lambda _: None, dither_m_s=lambda: 0.0, push_dither_m_s=lambda **_: 0.0,
+        walled=False, presses=lambda *_: None, dither_m_s=lambda: 0.0, push_dither_m_s=lambda **_: 0.0,
     )  # fmt: skip
     phase = SpatialInsert(equipment, monitor, ControlConfig(), SpatialOptions())
     phase.enter()

@@ -36,7 +36,9 @@ class Approach(RunningPhase):
     def step(self) -> Vector3:
         measured, state = self._measurement, self._state
         depth = measured.tip_depth_m
-        self._monitor.watch_approach(measured)
+        if measured.position_m[2] < -self._slack_m:
+            # From where the plate may be on, a tool that feels nothing may press on it.
+            self._monitor.free()
         if measured.filtered_force_z_N < -self._contact_N:
             state.explore_start = state.tick
             self.over = True

@@ -63,6 +63,7 @@ class Explore(RunningPhase):
     def resume(self) -> None:
         """What seemed to be the hole was none: the running action goes on, at rest."""
         self.over = False
+        self._monitor.presses(self._press_N)
         self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
         self._lost_ticks = self._deep_ticks = 0
 
@@ -139,7 +140,6 @@ class Explore(RunningPhase):
         (x, y, z), (dx, dy) = self._step_from_m, self._step_m
         target_m = x + share * dx, y + share * dy, z
         vx, vy, vz = self._law.velocity_m_s(self._motion.reference_m, target_m, self._measurement.force_N)
-        self._monitor.spend((vx, vy, 0.0))
         return vx, vy, vz if self._lost_ticks else vz + self._monitor.dither_m_s()
 
     def _wait(self) -> Vector3:

@@ -64,9 +64,10 @@ class Insert(RunningPhase):
         self._state, self._measurement = equipment.state, equipment.measurement
         self._motion, self._law = equipment.motion, equipment.laws.inserting
         self._full_m, self._tolerance_m = task.insertion_depth_mm * 1e-3, task.depth_tolerance_mm * 1e-3
-        budget_m = monitor.budget_N / monitor.axial_N_per_m
+        self._press_N = press_N = task.insertion_press_N
+        budget_m = (task.max_force_N - press_N) / monitor.axial_N_per_m
         self._wall_m, self._reach_m = min(_WALL_M, 0.5 * self._full_m, _WALL_SHARE * budget_m), task.reach_m + _BEND_M
-        press_N, damping = task.insertion_press_N, control.damping_N_s_per_m
+        damping = control.damping_N_s_per_m
         self._harder_m_s = min(press_N, _HARDER_SHARE * task.max_force_N) / damping
         self._limit_ticks = (_SLOWED * self._full_m * damping / press_N + _REST_S) * CONTROL_RATE_HZ
         self._pull_N = _RELEASE_SHARE * press_N
@@ -82,6 +83,7 @@ class Insert(RunningPhase):
         self._seated_m: float | None = None
         self._stalled_tick: int | None = None
         self._monitor.push(None)
+        self._monitor.presses(self._press_N, self._reach_m)
         self._law.reset()
 
     @override
@@ -123,8 +125,6 @@ class Insert(RunningPhase):
         if monitor.spent:
             monitor.wait(f"at {self._depth_m * 1e3:.2f} mm in the hole")
             vz = min(vz, 0.0)
-        else:
-            monitor.spend((0.0, 0.0, vz))
         return vx, vy, vz + (monitor.dither_m_s() if self._pressed else 0.0)
 
     def _wedged(self, text: str) -> None:
