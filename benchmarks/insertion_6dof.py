@@ -20,17 +20,9 @@ from typing_extensions import override
 
 from benchmarks.common import Cell, parser_of, seeds_of, sweep, table
 from palpate.adapters.config import overlay, scenario
-from palpate.adapters.experiments import (
-    build_task,
-    comparator,
-    plain_perception,
-    ready_pose,
-    supervisor_of,
-    trial_setup,
-)
+from palpate.adapters.experiments import Run, trial_setup
 from palpate.adapters.experiments.statistics import exact_interval
-from palpate.adapters.mujoco import SimulatedRig
-from palpate.core.control_loop import LoopObserver, run_trial
+from palpate.core.control_loop import LoopObserver
 from palpate.core.ports import AppliedCommand, JointCommand, Snapshot
 from tests.support.pegs_6dof import CONDITIONS, FIRST, SHAPES, config_of, trials
 
@@ -76,13 +68,11 @@ def tick_costs(rounds: int = 30) -> str:
     kept = []
     square = config_of("square", "asked", "zebra-zero", {})
     for config, policy in ((scenario("paper"), "torque"), (square, "corner-first")):
-        ready, seen = ready_pose(config), Kept()
-        with SimulatedRig(config, ready) as rig:
-            rig.prepare(FIRST)
-            chosen = comparator(policy, config, lambda: (0.0, 0.0, 0.0))
-            task = build_task(config, ready, plain_perception(config), chosen)
-            run_trial(task, rig.ports, trial_setup(config, FIRST), supervisor_of(rig, config, ready), [seen])
-        kept.append((task, trial_setup(config, FIRST), seen.snapshots))
+        seen = Kept()
+        with Run(config) as of_policy:
+            work = of_policy.trials(of_policy.chosen(policy))
+            work.run(FIRST, (seen,))
+        kept.append((work.task, trial_setup(config, FIRST), seen.snapshots))
     costs_us: list[list[float]] = [[], []]
     for _ in range(rounds):
         for (task, setup, snapshots), cost_us in zip(kept, costs_us, strict=True):

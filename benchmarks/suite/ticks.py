@@ -19,6 +19,7 @@ from palpate.adapters.experiments import (
     build_task,
     comparator,
     learning_policy,
+    ready_pose,
     run_scored_trial,
     trial_setup,
 )
@@ -30,7 +31,7 @@ from palpate.core.policy import Observation
 from palpate.core.ports.values import CONTROL_RATE_HZ, JointCommand, Snapshot
 from palpate.core.supervision.supervisor import Supervisor
 from palpate.core.tasks.insertion import InsertionTask
-from palpate.core.trial import Supervised, find_ready_pose
+from palpate.core.trial import Supervised
 
 CONFIG = scenario("paper")
 
@@ -77,12 +78,12 @@ class Recorded:
 
 def learning_task() -> Any:
     """A task that learns, from the beginning."""
-    ready, perception = find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task), build_perception(CONFIG)
-    return build_task(CONFIG, ready, perception, learning_policy(CONFIG, perception))
+    perception = build_perception(CONFIG)
+    return build_task(CONFIG, ready_pose(CONFIG), perception, learning_policy(CONFIG, perception))
 
 
 def simulated() -> SimulatedRig:
-    return SimulatedRig(CONFIG, find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task))
+    return SimulatedRig(CONFIG, ready_pose(CONFIG))
 
 
 def throughput(form: Form) -> list[Row]:
@@ -160,7 +161,7 @@ def tick(form: Form) -> list[Row]:
 
 def supervisor(form: Form) -> list[Row]:
     """The supervisor and the task's own step over the same snapshots, in turns."""
-    ready, perception = find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task), build_perception(CONFIG)
+    ready, perception = ready_pose(CONFIG), build_perception(CONFIG)
     task = build_task(CONFIG, ready, perception, comparator("torque", CONFIG, tuple))
     trials = []
     with simulated() as rig:
@@ -212,7 +213,7 @@ class Course:
         self.recorder: TrialRecorder | None = None
         if folder is not None:
             self.recorder = TrialRecorder(FileSink(), folder, CONFIG.recording).__enter__()
-            ready, perception = find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task), build_perception(CONFIG)
+            ready, perception = ready_pose(CONFIG), build_perception(CONFIG)
             policy = learning_policy(CONFIG, perception)
             self.task = build_task(CONFIG, ready, perception, policy)
             self.recorder.of("bench", CONFIG, ready, self.task, perception, policy, frozen=False)

@@ -3,8 +3,8 @@
 import os
 import shlex
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -41,15 +41,16 @@ def train(options: TrainOptions) -> int:
             return 0
     with ExitStack() as shown:
         live = shown.enter_context(watched(options))
-        bar = TrainingBar(options.trials)
+        bars: list[TrainingBar] = []
 
         def begin(_: RunFolder, first: int) -> None:
             _announce(config, folder, options.trials, first)
-            shown.enter_context(bar.shown(folder.read_trials()))
+            bar = shown.enter_context(progress(options.trials, "trial", initial=first))
+            bars.append(TrainingBar(bar, folder.read_trials()))
 
         result = run_of(options, live).train(
             options.trials, folder.path, options.policy,
-            resume=options.resume, on_begin=begin, on_trial=bar.update,
+            resume=options.resume, on_begin=begin, on_trial=lambda scored: bars[0].update(scored),
         )  # fmt: skip
     if result.timing:
         say(result.timing)
@@ -111,19 +112,9 @@ def _announce(config: RunConfig, folder: RunFolder, trials: int, first: int) -> 
 class TrainingBar:
     """The progress of a training: how many trials, and the mean time and success of the last ones."""
 
-    def __init__(self, trials: int) -> None:
-        self._trials = trials
-        self._times_s: list[float] = []
-        self._wins: list[bool] = []
-        self._bar: Any = None
-
-    @contextmanager
-    def shown(self, rows: Sequence[TrialRow]) -> Iterator[None]:
-        """Show it while inside, after these trials."""
-        self._times_s += [row.exploration_time_s for row in rows]
-        self._wins += [row.success for row in rows]
-        with progress(self._trials, "trial", initial=len(rows)) as self._bar:
-            yield
+    def __init__(self, bar: Any, rows: Sequence[TrialRow]) -> None:
+        self._bar, self._times_s = bar, [row.exploration_time_s for row in rows]
+        self._wins = [row.success for row in rows]
 
     def update(self, scored: ScoredTrial) -> None:
         """Count a trial."""
