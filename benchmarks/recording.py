@@ -1,13 +1,17 @@
 """Ways to write a log: processor time of the loop's thread in each tick, and what is left to do after the trial.
 
-    python -m benchmarks.recording [--trials 20]
+    python -m benchmarks.recording [--trials 20] [--kills 20]
 
 Each way gets the ticks of the same recorded trial. Between two ticks the caches are cooled, as by physics or a sleep.
-The ways take turns, trial by trial. Times are of the calling thread alone (CLOCK_THREAD_CPUTIME_ID).
+The ways take turns, trial by trial. Times are of the calling thread alone (CLOCK_THREAD_CPUTIME_ID). With --kills the
+shipped way runs in real time in a process that is killed, and its log is read.
 """
 
 import argparse
 import mmap
+import random
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -21,8 +25,10 @@ from mcap.writer import Writer
 from palpate.adapters.log import FileSink, RawMessage, message_record, read_log
 from palpate.adapters.log.file import LogFile
 from palpate.adapters.log.messages import encode_tick
+from palpate.adapters.log.recorder import FlightRecorder
 from palpate.adapters.log.schema import TICK, descriptor_set
-from palpate.core.ports import JointCommand, Snapshot
+from palpate.core.ports import CONTROL_RATE_HZ, JointCommand, Snapshot
+from palpate.core.trial import TrialReport, TrialSetup
 
 _LOG = Path(__file__).parents[1] / "tests" / "golden" / "no-contact.mcap"
 _BATCH = 14
@@ -143,11 +149,48 @@ def _packed(ticks: list[tuple[Any, ...]]) -> bytes:
     return b"".join(_record(*parts) for parts in ticks)
 
 
+def killed(path: Path, after_s: float) -> float:
+    """Record in real time in a child, kill it, and return how much of the recording its log lacks, in s."""
+    command = [sys.executable, "-m", "benchmarks.recording", "--child", str(path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as child:
+        if child.stdout is None or not child.stdout.readline():
+            raise RuntimeError("the child does not start")
+        time.sleep(after_s)
+        child.kill()
+        sent = child.stdout.read().split()
+    return (int(sent[-1]) + 1 - len(read_log(path).ticks)) / CONTROL_RATE_HZ
+
+
+def record_until_killed(path: Path) -> None:
+    """Record in real time, and print the number of each tick that was recorded."""
+    ticks, recorder = recorded(), FlightRecorder(FileSink())
+    begin = read_log(_LOG).start
+    recorder.begin(path, {}, lambda: begin)
+    recorder.begun(0, TrialReport(TrialSetup(0, 0, (0.0, 0.0))))
+    for number, (deadline_ns, snapshot, command, applied) in enumerate(ticks * 100):
+        recorder.waited(number, deadline_ns)
+        recorder.sent(Snapshot(number, snapshot.time_ns, snapshot.wrench, snapshot.joints), command, applied)
+        print(number, flush=True)
+        time.sleep(1.0 / CONTROL_RATE_HZ)
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--trials", type=int, default=20)
-    trials = parser.parse_args().trials
+    parser.add_argument("--kills", type=int, default=0)
+    parser.add_argument("--child", type=Path)
+    options = parser.parse_args()
+    if options.child is not None:
+        record_until_killed(options.child)
+        return
+    if options.kills:
+        with tempfile.TemporaryDirectory() as folder:
+            chance = random.Random(1)
+            lost = [killed(Path(folder) / f"{k}.mcap", chance.uniform(0.3, 2.0)) for k in range(options.kills)]
+        print(f"{options.kills} kills, all logs read; lost: {np.median(lost):.3f} s (median), {max(lost):.3f} s (most)")
+        return
+    trials = options.trials
     ticks, cold = recorded(), np.zeros(1 << 19)
     spent: dict[str, list[float]] = {name: [] for name in WAYS}
     after: dict[str, list[float]] = {name: [] for name in WAYS}

@@ -66,11 +66,9 @@ def recorded(path: Path) -> Recorded | None:
         return None
     begin = max(first["contact"] - FREE_TICKS, 0)
     end = min(first.get(Phase.INSERT.value, begin + MOST_TICKS) - SMOOTH_TICKS, begin + MOST_TICKS)
-    applied = [each.applied.position_rad for each in log.records() if each.applied is not None]
-    part = (series.ticks >= begin) & (series.ticks < min(end, len(applied)))
+    part = (series.ticks >= begin) & (series.ticks < end) & ~np.isnan(series.command_rad[:, 0])
     ready = ReadyPose(np.array(log.start.ready_rad), np.eye(3))
-    command = np.array(applied[begin : begin + int(part.sum())])
-    return Recorded(series.config, ready, command, series.wrench[part, :3])
+    return Recorded(series.config, ready, series.command_rad[part], series.wrench[part, :3])
 
 
 def simulated_N(trial: Recorded, parameters: Any) -> Array:

@@ -85,6 +85,8 @@ class Series:
         time_s: Time since the first tick, (n,).
         wrench: Force in N and torque in N m, tared, in the samples' own frame, (n, 6).
         tip_mm: Tip by the encoders, (n, 3), task frame.
+        joints_rad: The newest joint angles that were not marked invalid, (n, joints).
+        command_rad: The command as applied, (n, joints).
         altered_mrad: Command applied minus command asked, (n, joints).
     """
 
@@ -93,6 +95,8 @@ class Series:
     time_s: Array
     wrench: Array
     tip_mm: Array
+    joints_rad: Array
+    command_rad: Array
     altered_mrad: Array
     tare: Tare
 
@@ -123,33 +127,50 @@ def series_of(log: TrialLog) -> Series:
         LogError: It has no ticks with a time, or a part of it is not what it should be.
     """
     config = config_of(log)
-    records = [record for record in log.records() if record.time_ns is not None]
+    records = [record for record in log.records() if _time_ns(record) is not None]
     if not records:
         raise LogError(log.path, "", "has no tick with a time", "there is nothing to draw")
-    tare = tare_of(log, records)
-    joints = max(len(record.asked_rad or ()) for record in records)
-    tip = _Tip(log, config)
+    tare, tip = tare_of(log, records), _Tip(log, config)
+    count = len(log.start.ready_rad)
+    joints: tuple[float, ...] = (np.nan,) * count
     rows: list[tuple[float, ...]] = []
-    first_ns, before = records[0].time_ns or 0, records[0].tick
-    nothing = (np.nan,) * (9 + joints)
+    first_ns, before = _time_ns(records[0]) or 0, records[0].tick
     for record in records:
-        time_s = ((record.time_ns or 0) - first_ns) * NS
+        time_s = ((_time_ns(record) or 0) - first_ns) * NS
         if record.tick > before + 1 and rows:
             # A row without values breaks the lines where ticks are missing.
-            rows.append((-1.0, (rows[-1][1] + time_s) / 2, *nothing))
+            rows.append((-1.0, (rows[-1][1] + time_s) / 2, *(np.nan,) * (9 + 3 * count)))
         before = record.tick
         wrench = tare.taken_from(record.wrench) or (np.nan,) * 6
-        rows.append((float(record.tick), time_s, *wrench, *tip.at(record), *_altered(record, joints)))
+        if record.joints is not None and record.joints.validity is not Validity.INVALID:
+            joints = _sized(record.joints.position_rad, count)
+        asked = _sized(record.asked_rad or (), count)
+        applied = _sized(() if record.applied is None else record.applied.position_rad, count)
+        altered = [(b - a) * 1e3 for a, b in zip(asked, applied, strict=True)]
+        rows.append((float(record.tick), time_s, *wrench, *tip.at(record), *joints, *applied, *altered))
     table = np.array(rows)
+    joint_table, command, altered_mrad = np.split(table[:, 11:], 3, axis=1)
     return Series(
         config=config,
         ticks=table[:, 0].astype(np.int64),
         time_s=table[:, 1],
         wrench=table[:, 2:8],
         tip_mm=table[:, 8:11],
-        altered_mrad=table[:, 11:],
+        joints_rad=joint_table,
+        command_rad=command,
+        altered_mrad=altered_mrad,
         tare=tare,
     )
+
+
+def _time_ns(record: TickRecord) -> int | None:
+    """When a tick was: by the clock, or when it was due."""
+    return record.deadline_ns if record.time_ns is None else record.time_ns
+
+
+def _sized(values: tuple[float, ...], count: int) -> tuple[float, ...]:
+    """The values; NaN where there are not as many as joints."""
+    return values if len(values) == count else (np.nan,) * count
 
 
 class _Tip:
@@ -177,10 +198,3 @@ class _Tip:
         self._kinematics.update(joints.position_rad)
         x, y, z = self._base_in_task.act(self._kinematics.tip_position_m) * 1e3
         return float(x), float(y), float(z)
-
-
-def _altered(record: TickRecord, joints: int) -> tuple[float, ...]:
-    asked, applied = record.asked_rad, record.applied
-    if asked is None or applied is None or not len(asked) == len(applied.position_rad) == joints:
-        return (np.nan,) * joints
-    return tuple((b - a) * 1e3 for a, b in zip(asked, applied.position_rad, strict=True))

@@ -109,9 +109,9 @@ def test_samples_that_are_invalid_or_missing_are_not_drawn(tmp_path: Path) -> No
         tick(4, time_ns=None),
     ]
     series = series_of(log(tmp_path, ticks))
-    assert series.ticks.tolist() == [0, 1, 2, 3]
-    assert np.isnan(series.wrench).all(axis=1).tolist() == [False, True, False, True]
-    assert np.isnan(series.tip_mm).all(axis=1).tolist() == [False, False, True, True]
+    assert series.ticks.tolist() == [0, 1, 2, 3, 4]
+    assert np.isnan(series.wrench).all(axis=1).tolist() == [False, True, False, True, False]
+    assert np.isnan(series.tip_mm).all(axis=1).tolist() == [False, False, True, True, False]
 
 
 def test_what_is_drawn(tmp_path: Path, drawn: Drawn) -> None:
@@ -178,7 +178,7 @@ def test_gaps_are_grey_and_told(tmp_path: Path, drawn: Drawn) -> None:
     ("ticks", "begin", "complaint"),
     [
         ([], start(), "no tick with a time"),
-        ([tick(0, time_ns=None)], start(), "no tick with a time"),
+        ([tick(0, time_ns=None, deadline_ns=None)], start(), "no tick with a time"),
         ([tick(0)], start(config_toml="a = ["), "start.config_toml"),
         ([tick(0)], start(config_toml='arm = "puma"\n'), "start.arm"),
         ([tick(0)], start(config_toml="[task]\nunheard_of = 1\n"), "start.config_toml"),

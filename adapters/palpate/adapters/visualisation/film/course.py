@@ -8,13 +8,11 @@ from typing import Final
 
 import numpy as np
 
-from palpate.adapters.log import DecisionEntry, TrialLog, tare_of
+from palpate.adapters.log import Array, DecisionEntry, TrialLog, series_of
 from palpate.adapters.mujoco import Moment
 from palpate.core.errors import ConfigurationError, LogError, require_in
-from palpate.core.ports import JointVector, Validity
 from palpate.core.trial import Phase
 
-_NS: Final = 1_000_000_000
 FORCE_TICKS: Final = 5
 """Drawn forces are means over so many ticks, 36 ms: the noise of single samples would make the arrow flicker."""
 _SAME_S: Final = 1e-6
@@ -75,42 +73,34 @@ def course_of(log: TrialLog) -> Course:
     Raises:
         LogError: There is no such tick, or a message is not what it should be.
     """
-    records = list(log.records())
-    tare = tare_of(log, records)
+    series = series_of(log)
     phase_ticks, phases = zip((-1, Phase.LIFT.value), *log.phases, strict=True)
     decision_ticks, decisions = _decisions(log)
-    wrenches: list[tuple[float, ...]] = []
-    joints: JointVector | None = None
-    first_ns: int | None = None
+    wrenches: list[Array] = []
+    begin_s: float | None = None
     moments: list[Moment] = []
-    for record in records:
-        sample = record.wrench
-        if sample is not None:
-            wrench = tare.taken_from(sample)
-            wrenches = [] if wrench is None else [*wrenches, wrench][-FORCE_TICKS:]
-        if record.joints is not None and record.joints.validity is not Validity.INVALID:
-            joints = record.joints.position_rad
-        time_ns = record.deadline_ns if record.time_ns is None else record.time_ns
-        if time_ns is None or joints is None:
+    for row in np.flatnonzero(series.ticks >= 0):
+        tick, wrench = int(series.ticks[row]), series.wrench[row]
+        wrenches = [] if np.isnan(wrench[0]) else [*wrenches, wrench][-FORCE_TICKS:]
+        if np.isnan(series.joints_rad[row, 0]):
             continue
-        first_ns = time_ns if first_ns is None else first_ns
-        time_s = (time_ns - first_ns) / _NS
+        time_s = float(series.time_s[row])
+        begin_s = time_s if begin_s is None else begin_s
         fx, fy, fz, tx, ty, tz = np.mean(wrenches, axis=0).tolist() if wrenches else (np.nan,) * 6
-        phase = phases[bisect_right(phase_ticks, record.tick) - 1]
         moments.append(
             Moment(
-                record.tick,
-                time_s,
-                joints,
+                tick,
+                time_s - begin_s,
+                tuple(series.joints_rad[row].tolist()),
                 (fx, fy, fz) if wrenches else None,
                 (tx, ty, tz) if wrenches else None,
-                phase,
-                decisions[bisect_right(decision_ticks, record.tick) - 1],
+                phases[bisect_right(phase_ticks, tick) - 1],
+                decisions[bisect_right(decision_ticks, tick) - 1],
             )
         )
     if not moments:
         raise LogError(log.path, "", "has no tick with a time and joint angles", "there is nothing to draw")
-    return Course(tuple(moments), any(tare.bias))
+    return Course(tuple(moments), any(series.tare.bias))
 
 
 def _decisions(log: TrialLog) -> tuple[list[int], list[DecisionEntry | None]]:
