@@ -76,8 +76,11 @@ class DaskWorkers(Workers):
 
     @override
     def count(self) -> int:
-        # Without workers a call waits for one.
-        return max(1, len(self._client.nthreads()))
+        try:
+            # Without workers a call waits for one.
+            return max(1, len(self._client.nthreads()))
+        except OSError as error:
+            raise self._ended() from error
 
     @override
     def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
@@ -94,14 +97,16 @@ class DaskWorkers(Workers):
         from distributed import KilledWorker
 
         if done.cancelled():
-            again = "run the same command again: it continues"
-            result.set_exception(UsageError(f"scheduler {self.address} ended; {again}"))
+            result.set_exception(self._ended())
         elif isinstance(error := done.exception(), KilledWorker):
             result.set_exception(PalpateError(f"{error.allowed_failures + 1} workers died over it"))
         elif error is not None:
             result.set_exception(error)
         else:
             result.set_result(done.result())
+
+    def _ended(self) -> UsageError:
+        return UsageError(f"scheduler {self.address} ended; run the same command again: it continues")
 
     def _require_same_code(self) -> None:
         own = code_of()
