@@ -11,6 +11,7 @@ from typing import Generic
 
 from typing_extensions import override
 
+from palpate.adapters.contracts import TICK_NS
 from palpate.core.errors import CommandError, DeviceError
 from palpate.core.ports import (
     AppliedCommand,
@@ -29,7 +30,6 @@ from palpate.core.ports import (
     WrenchKind,
     WrenchSample,
 )
-from palpate.core.ports.contracts import TICK_NS
 
 MAX_AGE_NS = 5 * TICK_NS
 

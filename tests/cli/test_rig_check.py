@@ -9,7 +9,7 @@ from threading import Event
 import pytest
 
 from palpate.adapters.cli.rig_check import run_within
-from palpate.core.ports.contracts import ClauseOutcome, run_clauses
+from palpate.adapters.contracts import ClauseOutcome, run_clauses
 from tests.command_line import CommandLine
 from tests.contracts import unsafe
 from tests.fake_devices import FakeForceSensor
@@ -75,9 +75,9 @@ def test_moves_are_refused_without_rates(example: CommandLine, flags: tuple[str,
 
 
 BROKEN = """
-from palpate.core.ports.contracts import FakeClock
+from palpate.adapters.contracts import FakeClock
 from tests.fake_devices import FakeForceSensor
-from palpate.core.ports.contracts import ForceSensorContract, ForceSensorRig
+from palpate.adapters.contracts import ForceSensorContract, ForceSensorRig
 
 class Broken(FakeForceSensor):
     def read(self):
@@ -120,7 +120,7 @@ def test_a_clause_that_blocks_is_given_up() -> None:
 def test_without_hypothesis_what_to_install_is_said_in_one_line(
     palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name in [name for name in sys.modules if name.startswith("palpate.core.ports.contracts")]:
+    for name in [name for name in sys.modules if name.startswith("palpate.adapters.contracts")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.delitem(sys.modules, "palpate.adapters.cli.rig_check")
     monkeypatch.setitem(sys.modules, "hypothesis", None)

@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import pytest
 
+from palpate.adapters.contracts import ForceSensorContract, ForceSensorRig
 from palpate.adapters.hardware.ati import NetFtForceSensor, NetFtTable
 from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.ports import Life, Validity
-from palpate.core.ports.contracts import ForceSensorContract, ForceSensorRig
 from palpate.simulation.emulators.ati import EmulatedBox
 from tests.virtual_box import VirtualBox
 from tests.virtual_time import VirtualTime

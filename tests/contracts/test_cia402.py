@@ -4,12 +4,12 @@ from typing import Any
 
 import pytest
 
+from palpate.adapters.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
 from palpate.adapters.hardware.arm_client import arm_in_thread
 from palpate.adapters.hardware.plugins import RigContext, arm_maker
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports import JointVector
-from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.motors.plant import DirectMotors
 from tests.contracts.bus_bench import DIVIDER, LONG_NS, BusBench

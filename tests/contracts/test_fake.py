@@ -4,8 +4,7 @@ from typing import Any, ClassVar, Self
 
 import pytest
 
-from palpate.core.errors import DeviceError
-from palpate.core.ports.contracts import (
+from palpate.adapters.contracts import (
     ArmCommandContract,
     ArmCommandRig,
     ClockContract,
@@ -16,6 +15,7 @@ from palpate.core.ports.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
+from palpate.core.errors import DeviceError
 from palpate.core.ports.values import Validity
 from tests.fake_devices import MAX_AGE_NS, FakeArm, FakeForceSensor, FakeJointEncoder
 

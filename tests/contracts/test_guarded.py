@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
+from palpate.adapters.contracts import ArmCommandContract, ArmCommandRig
 from palpate.adapters.hardware.operator_stop import GuardedArm, OperatorStop
-from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig
 
 # As a module: a suite that is imported by name would be run here once more as it is.
 from tests.contracts import test_fake as fake

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from palpate.adapters.contracts import ForceSensorContract, ForceSensorRig
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor
 from palpate.adapters.hardware.plugins import RigContext, force_sensor_maker
 from palpate.core.errors import DeviceError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports import Life, Validity
-from palpate.core.ports.contracts import ForceSensorContract, ForceSensorRig
 from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
 from tests.virtual_lines import Cable, VirtualDesk
 from tests.virtual_time import VirtualTime

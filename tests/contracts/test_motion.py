@@ -5,8 +5,8 @@ from typing import ClassVar
 
 import pytest
 
+from palpate.adapters.contracts import NO_MOTION, ArmCommandRig, ClauseOutcome, FakeClock, MotionLimits, run_clauses
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.contracts import NO_MOTION, ArmCommandRig, ClauseOutcome, FakeClock, MotionLimits, run_clauses
 from palpate.core.ports.values import AppliedCommand, JointCommand, JointVector
 from tests.contracts import test_fake as fake
 from tests.fake_devices import FakeArm

@@ -7,10 +7,7 @@ from typing import Self
 import numpy as np
 
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
-from palpate.core.motion import Kinematics, arm_named
-from palpate.core.ports import CONTROL_RATE_HZ, JointVector, ManagedDevice
-from palpate.core.ports.contracts import (
+from palpate.adapters.contracts import (
     ArmCommandContract,
     ArmCommandRig,
     ClockContract,
@@ -20,6 +17,9 @@ from palpate.core.ports.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
+from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
+from palpate.core.motion import Kinematics, arm_named
+from palpate.core.ports import CONTROL_RATE_HZ, JointVector, ManagedDevice
 from palpate.core.trial import find_ready_pose, goal_in_base
 from palpate.simulation.work_cell.cell import WorkCell
 from tests.support.tool import TOOL

@@ -5,8 +5,7 @@ from typing import Any
 
 import pytest
 
-from palpate.core.errors import ConfigurationError
-from palpate.core.ports.contracts import (
+from palpate.adapters.contracts import (
     TICK_NS,
     ClauseNotApplicable,
     ClauseOutcome,
@@ -15,6 +14,7 @@ from palpate.core.ports.contracts import (
     clauses,
     run_clauses,
 )
+from palpate.core.errors import ConfigurationError
 from tests.contracts.unsafe import ARM, CLOCK, ENCODER, FORCE, UNSAFE, Mirrors
 from tests.fake_devices import FakeForceSensor
 

@@ -2,13 +2,7 @@
 
 import pytest
 
-from palpate.adapters.hardware.arm_client import ArmClient, arm_in_thread
-from palpate.adapters.hardware.plugins import RigContext
-from palpate.adapters.hardware.ur import UrTable, UrToolForceSensor, UrToolTable, ur_arm
-from palpate.core.errors import DeviceError
-from palpate.core.motion.arm import arm_named
-from palpate.core.ports import Validity
-from palpate.core.ports.contracts import (
+from palpate.adapters.contracts import (
     ArmCommandContract,
     ArmCommandRig,
     ForceSensorContract,
@@ -16,6 +10,12 @@ from palpate.core.ports.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
+from palpate.adapters.hardware.arm_client import ArmClient, arm_in_thread
+from palpate.adapters.hardware.plugins import RigContext
+from palpate.adapters.hardware.ur import UrTable, UrToolForceSensor, UrToolTable, ur_arm
+from palpate.core.errors import DeviceError
+from palpate.core.motion.arm import arm_named
+from palpate.core.ports import Validity
 from tests.contracts.bus_bench import LONG_NS
 from tests.virtual_ur import HOME, VirtualUr
 

@@ -7,8 +7,8 @@ from threading import Event, Thread, get_ident
 from time import sleep
 from typing import Any
 
+from palpate.adapters.contracts import TICK_NS, FakeClock
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector, Life, Validity, WrenchKind
-from palpate.core.ports.contracts import TICK_NS, FakeClock
 
 # As a module: a suite that is imported by name would be run here once more as it is.
 from tests.contracts import test_fake as fake

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.core.ports.contracts import FakeClock
+from palpate.adapters.contracts import FakeClock
 
 
 def test_a_client_that_leaves_within_a_tick_does_not_keep_the_next_one_waiting(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -65,7 +65,7 @@ def test_every_source_file_is_in_it(wheel: Path) -> None:
     assert sources >= {
         *(f"palpate/{layer}/py.typed" for layer in LAYERS),
         "palpate/core/motion/zebra_zero.urdf",
-        "palpate/core/ports/contracts/arm.py",
+        "palpate/adapters/contracts/arm.py",
         "palpate/adapters/cli/main.py",
     }
 

@@ -4,8 +4,8 @@ import time
 
 import pytest
 
+from palpate.adapters.contracts import ClockContract, ClockRig, ContractViolation, clauses
 from palpate.adapters.hardware.clock import MonotonicClock
-from palpate.core.ports.contracts import ClockContract, ClockRig, ContractViolation, clauses
 from tests.wall_clock.host import Host
 
 

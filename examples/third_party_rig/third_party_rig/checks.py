@@ -9,9 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 
-from palpate.core.errors import DeviceError
-from palpate.core.ports import CONTROL_RATE_HZ, CommandLimiter
-from palpate.core.ports.contracts import (
+from palpate.adapters.contracts import (
     ArmCommandContract,
     ArmCommandRig,
     FakeClock,
@@ -20,6 +18,8 @@ from palpate.core.ports.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
+from palpate.core.errors import DeviceError
+from palpate.core.ports import CONTROL_RATE_HZ, CommandLimiter
 from third_party_rig.arm import BenchArm
 from third_party_rig.device import MAX_AGE_NS
 from third_party_rig.fake import FakeDevice, FakeServos

@@ -17,6 +17,7 @@ from typing import Self
 import numpy as np
 import pinocchio as pin
 
+from palpate.adapters.contracts import FakeClock
 from palpate.core.motion import Array, InverseKinematics, Kinematics, TipMotion, arm_named
 from palpate.core.perception import (
     GatedThresholds,
@@ -38,7 +39,6 @@ from palpate.core.policy import (
     compass_actions,
 )
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointVector, Ports, Vector3, WrenchSample
-from palpate.core.ports.contracts import FakeClock
 from palpate.core.tasks.insertion import Agent, InsertionTask
 from palpate.core.trial import N_PER_KGF, ControlConfig, GoalConfig, Measurement, TaskConfig, goal_in_base
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder

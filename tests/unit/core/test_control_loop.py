@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from palpate.adapters.contracts import FakeClock
 from palpate.core.control_loop import (
     next_slot,
     next_snapshot,
@@ -17,7 +18,6 @@ from palpate.core.control_loop import (
 )
 from palpate.core.errors import DeviceError, LifecycleError
 from palpate.core.ports import CONTROL_RATE_HZ, JointCommand, Ports, Validity, WrenchSample
-from palpate.core.ports.contracts import FakeClock
 from palpate.core.trial import Outcome
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 from tests.unit.core.supervision.bench import supervisor

@@ -7,8 +7,7 @@ from typing import Any, Final
 
 from palpate.adapters.cli.options import CheckOptions
 from palpate.adapters.config import from_here, imported
-from palpate.core.errors import ConfigurationError
-from palpate.core.ports.contracts import (
+from palpate.adapters.contracts import (
     NO_MOTION,
     ArmCommandContract,
     ArmCommandRig,
@@ -20,6 +19,7 @@ from palpate.core.ports.contracts import (
     MotionLimits,
     run_clauses,
 )
+from palpate.core.errors import ConfigurationError
 
 _ACCEPTED: Final = "package.module:Name of a contract suite with its make(), such as a class from ForceSensorContract"
 _PATIENCE_S: Final = 60.0

@@ -21,7 +21,9 @@ from .kinds import require_floor as require_floor
 from .kinds import require_names as require_names
 from .latch import Acknowledgement as Acknowledgement
 from .latch import FaultLatch as FaultLatch
+from .lifecycle import TRANSITIONS as TRANSITIONS
 from .lifecycle import Life as Life
+from .lifecycle import LifeRequest as LifeRequest
 from .lifecycle import ManagedDevice as ManagedDevice
 from .plain_values import STAGES as STAGES
 from .plain_values import Matrix as Matrix

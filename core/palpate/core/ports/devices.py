@@ -1,7 +1,7 @@
 """The four ports between the core and the world.
 
 They are structural: a stranger's class may just match them. Semantics that types cannot express are
-in the contract suites (:mod:`palpate.core.ports.contracts`), which every adapter passes:
+in the contract suites (:mod:`palpate.adapters.contracts`), which every adapter passes:
 
 * Units are SI, angles in rad, time in integer ns of the run's clock.
 * A sample carries source time, receive time, sequence number and validity; silence is never passed

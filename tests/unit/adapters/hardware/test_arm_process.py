@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from palpate.adapters.contracts import TICK_NS
 from palpate.adapters.hardware.adapter_arm import AdapterArm
 from palpate.adapters.hardware.arm_client import ArmClient, ArmThread, arm_in_thread
 from palpate.adapters.hardware.arm_memory import _SLOT_BYTES, _WORDS_BYTES, ArmMemory, Setpoint
@@ -17,7 +18,6 @@ from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
 from palpate.core.errors import CommandError, DeviceError, FaultLatchedError
 from palpate.core.motion import arm_named
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Life
-from palpate.core.ports.contracts import TICK_NS
 from palpate.drivers.device import Applied, ArmDriver, Measured
 from palpate.drivers.errors import SilentError
 from tests.contracts import test_cia402, test_jr3, test_ur, test_zebra

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
+from palpate.adapters.contracts import FakeClock
 from palpate.adapters.hardware.operator_stop import GuardedArm, OperatorStop
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
-from palpate.core.ports.contracts import FakeClock
 from palpate.core.ports.values import CommandReason
 from tests.support.stopped_arm import HERE, StoppedArm, active_arm, nothing_left_behind, wait_for
 

@@ -2,9 +2,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from palpate.adapters.contracts import FakeClock
 from palpate.adapters.hardware import TurnedForceSensor
 from palpate.core.ports import WrenchSample
-from palpate.core.ports.contracts import FakeClock
 from palpate.simulation.work_cell import HiddenValues
 from tests.fake_devices import FakeForceSensor
 

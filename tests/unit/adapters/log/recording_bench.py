@@ -4,13 +4,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Self
 
+from palpate.adapters.contracts import FakeClock
 from palpate.adapters.log.container import read_messages
 from palpate.adapters.log.reader import TrialLog, assemble
 from palpate.adapters.log.recorder import FlightRecorder
 from palpate.adapters.log.records import EndRecord, StartRecord
 from palpate.adapters.log.sink import Sink
 from palpate.core.control_loop import tick_time_ns
-from palpate.core.ports.contracts import FakeClock
 from palpate.core.ports.values import JointCommand, Snapshot
 from palpate.core.trial.report import TrialReport, TrialSetup
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder

@@ -6,11 +6,11 @@ from typing import Any
 import pytest
 
 from palpate.adapters.config.rig import DeviceEntry, RigFile
+from palpate.adapters.contracts import FakeClock
 from palpate.adapters.hardware.doctor import DeviceReport, Examination, ExaminationSettings, Level, examination
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion.arm import arm_named
-from palpate.core.ports.contracts import FakeClock
 from palpate.core.ports.lifecycle import Life
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 

@@ -2,11 +2,11 @@
 
 import pytest
 
+from palpate.adapters.contracts import FakeClock
 from palpate.adapters.hardware.doctor.findings import DeviceReport, Level
 from palpate.adapters.hardware.doctor.measure import listen, report_clock, report_pace, report_wrench
 from palpate.adapters.hardware.doctor.move import report_pose
 from palpate.core.ports import Validity, WrenchSample
-from palpate.core.ports.contracts import FakeClock
 from tests.fake_devices import FakeForceSensor
 
 MS = 1_000_000

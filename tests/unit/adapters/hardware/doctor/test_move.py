@@ -2,10 +2,10 @@ from collections.abc import Callable
 
 import pytest
 
+from palpate.adapters.contracts import FakeClock
 from palpate.adapters.hardware.doctor.findings import DeviceReport, Level
 from palpate.adapters.hardware.doctor.move import report_moves
 from palpate.core.errors import DeviceError
-from palpate.core.ports.contracts import FakeClock
 from palpate.core.ports.values import CommandReason, JointCommand, JointVector
 from tests.fake_devices import FakeArm, FakeJointEncoder
 

@@ -1,8 +1,8 @@
 from collections.abc import Callable
 
+from palpate.adapters.contracts import FakeClock
 from palpate.adapters.hardware.doctor.findings import DeviceReport, Level
 from palpate.adapters.hardware.doctor.push import Person, PushCheck
-from palpate.core.ports.contracts import FakeClock
 from palpate.core.ports.values import Vector3
 from tests.fake_devices import FakeForceSensor
 

@@ -10,9 +10,9 @@ from math import inf
 from time import perf_counter
 from typing import Any, ClassVar, Final
 
+from palpate.adapters.contracts.bench import ClauseNotApplicable, ContractViolation
 from palpate.core.errors import DeviceError, FaultLatchedError, LifecycleError, UsageError
-from palpate.core.ports.contracts.bench import ClauseNotApplicable, ContractViolation
-from palpate.core.ports.lifecycle import TRANSITIONS, Life, LifeRequest
+from palpate.core.ports import TRANSITIONS, Life, LifeRequest
 
 try:
     from hypothesis import HealthCheck, Phase, Verbosity, settings

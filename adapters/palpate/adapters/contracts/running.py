@@ -4,8 +4,8 @@ import enum
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from palpate.adapters.contracts.bench import ClauseNotApplicable, ContractViolation
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.contracts.bench import ClauseNotApplicable, ContractViolation
 
 
 class ClauseOverdueError(BaseException):

@@ -6,7 +6,7 @@ from math import ceil, isfinite
 from typing import Final
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.values import CONTROL_RATE_HZ, JointVector
+from palpate.core.ports import CONTROL_RATE_HZ, JointVector
 
 _TOLD_APART: Final = 2.0
 """A move must be so many tolerances long to be told from standing still, with a margin."""

@@ -10,8 +10,7 @@ from typing import Final
 
 from typing_extensions import override
 
-from palpate.core.errors import CommandError
-from palpate.core.ports.contracts.bench import (
+from palpate.adapters.contracts.bench import (
     ArmCommandRig,
     ClauseNotApplicable,
     ContractViolation,
@@ -19,11 +18,11 @@ from palpate.core.ports.contracts.bench import (
     require,
     require_raises,
 )
-from palpate.core.ports.contracts.clock import TICK_NS
-from palpate.core.ports.contracts.device import LONG_TICKS, DeviceContract, bring
-from palpate.core.ports.contracts.motion import ramp
-from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointVector
+from palpate.adapters.contracts.clock import TICK_NS
+from palpate.adapters.contracts.device import LONG_TICKS, DeviceContract, bring
+from palpate.adapters.contracts.motion import ramp
+from palpate.core.errors import CommandError
+from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector, Life
 
 _HANG_NS: Final = 500_000_000
 _JOIN_S: Final = 0.01

@@ -12,9 +12,18 @@ from unittest import SkipTest
 
 from typing_extensions import override
 
-from palpate.core.ports.contracts.motion import MotionLimits
-from palpate.core.ports.devices import ArmCommand, Clock, Device, ForceSensor, JointEncoder
-from palpate.core.ports.values import CONTROL_RATE_HZ, SENSOR_FRAME, JointVector, WrenchKind
+from palpate.adapters.contracts.motion import MotionLimits
+from palpate.core.ports import (
+    CONTROL_RATE_HZ,
+    SENSOR_FRAME,
+    ArmCommand,
+    Clock,
+    Device,
+    ForceSensor,
+    JointEncoder,
+    JointVector,
+    WrenchKind,
+)
 
 T = TypeVar("T")
 DeviceT = TypeVar("DeviceT", bound=Device)

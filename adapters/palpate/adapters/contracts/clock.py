@@ -4,9 +4,8 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.core.ports.contracts.bench import require
-from palpate.core.ports.devices import Clock
-from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.adapters.contracts.bench import require
+from palpate.core.ports import CONTROL_RATE_HZ, Clock
 
 TICK_NS: Final = 10**9 // CONTROL_RATE_HZ
 """The period of the control loop."""

@@ -8,11 +8,11 @@ from functools import partial
 from time import perf_counter_ns
 from typing import Any, Final, Generic, TypeVar
 
+from palpate.adapters.contracts.bench import DeviceRig, knob, require, require_raises
+from palpate.adapters.contracts.life import try_lives
+from palpate.adapters.contracts.motion import MotionLimits
 from palpate.core.errors import DeviceError, LifecycleError
-from palpate.core.ports.contracts.bench import DeviceRig, knob, require, require_raises
-from palpate.core.ports.contracts.life import try_lives
-from palpate.core.ports.contracts.motion import MotionLimits
-from palpate.core.ports.lifecycle import Life
+from palpate.core.ports import Life
 
 RigT = TypeVar("RigT", bound=DeviceRig[Any])
 

@@ -10,8 +10,7 @@ from typing import Any, ClassVar, Final, TypeAlias, TypeVar
 
 from typing_extensions import override
 
-from palpate.core.errors import DeviceError
-from palpate.core.ports.contracts.bench import (
+from palpate.adapters.contracts.bench import (
     ClauseNotApplicable,
     ForceSensorRig,
     JointEncoderRig,
@@ -19,13 +18,14 @@ from palpate.core.ports.contracts.bench import (
     knob,
     require,
 )
-from palpate.core.ports.contracts.device import DeviceContract, bring
-from palpate.core.ports.contracts.motion import ramp
-from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import (
+from palpate.adapters.contracts.device import DeviceContract, bring
+from palpate.adapters.contracts.motion import ramp
+from palpate.core.errors import DeviceError
+from palpate.core.ports import (
     JointCommand,
     JointSample,
     JointVector,
+    Life,
     Validity,
     Vector3,
     WrenchSample,
