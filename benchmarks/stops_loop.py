@@ -69,7 +69,7 @@ def arm_of(rig: RigFile, arm: str, wishes: RealTimeConfig, timeout_ms: float) ->
     clock, before = MonotonicClock(), signal.getsignal(HANG_SIGNAL)
     context = RigContext.of(arm, clock)
     limits = tuple(min(limit, FASTEST_RAD_S) for limit in context.velocity_limit_rad_s)
-    context = replace(context, velocity_limit_rad_s=limits, hurry=lambda: join_loop(wishes))
+    context = replace(context, velocity_limit_rad_s=limits, hurry=lambda: join_loop(wishes), accept_kinematics=True)
     os.environ[ADAPTER] = rig.arm.adapter
     timeout_ns, name = round(timeout_ms * 1e6), "benchmarks.stops_loop:make_arm"
     client = arm_in_process(name, rig.arm.settings, context, clock, real_time=wishes, timeout_ns=timeout_ns)

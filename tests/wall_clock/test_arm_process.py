@@ -1,24 +1,33 @@
-"""The arm's process for real, with a stranger's arm in it: the loop killed, and the process itself."""
+"""The arm's process for real, with a stranger's arm in it: the loop or the process itself stopped, killed, hanging."""
 
 import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
 from tests.support.stopped_arm import wait_for
+from tests.wall_clock.host import Host, LateError
 
 ARM = """
-import os, time
+import ctypes, os, signal, time
 from pathlib import Path
 from palpate.adapters.hardware import ArmAdapter
 from tests.fake_devices import FakeArm, FakeJointEncoder
 
 class Noted(FakeArm):
+    sent_ns = 0
+
+    def send(self, command):
+        self.sent_ns = time.monotonic_ns()
+        return super().send(command)
+
     def stop(self):
-        note(f"stop {os.getpid()}")
+        note(f"stop {(time.monotonic_ns() - self.sent_ns) // 1000000}")
         super().stop()
 
     def close(self):
@@ -30,11 +39,12 @@ def note(text):
         notes.write(f"{text}\\n")
 
 def make(settings, context):
+    signal.signal(signal.SIGUSR2, lambda *_: ctypes.PyDLL(None).usleep(5_000_000))
     arm = Noted(context.clock, (0.0,) * 6, lower_rad=(-1.0,) * 6, upper_rad=(1.0,) * 6, max_step_rad=0.1)
     return ArmAdapter(FakeJointEncoder(context.clock, arm.position_rad), arm)
 """
 LOOP = """
-import sys
+import ctypes, signal
 from palpate.adapters.config import RealTimeConfig
 from palpate.adapters.hardware import MonotonicClock, RigContext
 from palpate.adapters.hardware.arm_client import arm_in_process
@@ -43,29 +53,41 @@ from palpate.core.ports import JointCommand
 
 clock = MonotonicClock()
 context = RigContext.of("zebra-zero", clock)
-arm = arm_in_process("strange", {}, context, clock, real_time=RealTimeConfig(), timeout_ns=10**9)
+arm = arm_in_process("strange", {}, context, clock, real_time=RealTimeConfig(), timeout_ns=3 * 10**8)
+signal.signal(signal.SIGUSR2, lambda *_: ctypes.PyDLL(None).usleep(1_000_000))
 with arm:
-    print("moving", flush=True)
-    try:
-        while True:
+    for tick in range(10**9):
+        try:
             arm.send(JointCommand((0.05,) * 6))
-            clock.sleep_until(clock.now_ns() + 7 * 10**6)
-    except PalpateError as error:
-        print(f"{clock.now_ns()} {error}", flush=True)
+        except PalpateError as error:
+            print(error, flush=True)
+            break
+        if tick == 20:
+            print("moving", flush=True)
+        clock.sleep_until(clock.now_ns() + 7 * 10**6)
 """
+TIMEOUT_MS, ALLOWED_MS = 300, 50
+"""Long enough for a loop on a busy computer."""
 
 
-@pytest.mark.parametrize("victim", ["loop", "arm"])
-def test_whichever_is_killed_nothing_is_left_and_the_other_one_knows(
-    victim: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+class Bench(NamedTuple):
+    loop: subprocess.Popen[str]
+    arm: Path
+    notes: Path
+
+    def said(self) -> str:
+        assert self.loop.stdout is not None
+        return self.loop.stdout.readline()
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
     described = tmp_path / "strange-1.0.dist-info"
     described.mkdir()
     (described / "METADATA").write_text("Metadata-Version: 2.1\nName: strange\nVersion: 1.0\n")
     (described / "entry_points.txt").write_text("[palpate.adapters]\narm.strange = strange_arm:make\n")
     (tmp_path / "strange_arm.py").write_text(ARM)
-    notes = tmp_path / "notes"
-    monkeypatch.setenv("NOTES", str(notes))
+    monkeypatch.setenv("NOTES", str(tmp_path / "notes"))
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *filter(None, sys.path)]))
     loop = subprocess.Popen([sys.executable, "-c", LOOP], stdout=subprocess.PIPE, text=True)
     assert loop.stdout is not None
@@ -73,15 +95,60 @@ def test_whichever_is_killed_nothing_is_left_and_the_other_one_knows(
         assert loop.stdout.readline() == "moving\n"
         children = Path(f"/proc/{loop.pid}/task/{loop.pid}/children")
         (arm,) = (Path("/proc") / number for number in children.read_text().split())
-        if victim == "loop":
-            loop.kill()
-            wait_for(lambda: not arm.exists())
-            assert notes.read_text() == f"stop {arm.name}\nclose\n"
-        else:
-            os.kill(int(arm.name), signal.SIGKILL)
-            told = loop.stdout.readline()
-            assert "fake arm: stopped by a fault (the arm's process was killed by SIGKILL; what stops" in told
-            assert loop.wait(10) == 0
+        yield Bench(loop, arm, tmp_path / "notes")
     finally:
         loop.kill()
         loop.communicate()
+
+
+def stopped_after_ms(bench: Bench) -> int:
+    """Between the last set-point and the stop of the arm."""
+    wait_for(bench.notes.exists)
+    return int(bench.notes.read_text().split()[1])
+
+
+@pytest.mark.parametrize("times", range(2))
+@pytest.mark.parametrize("way", [signal.SIGSTOP, signal.SIGUSR2], ids=["stopped", "hanging in C"])
+def test_a_loop_that_falls_silent_has_its_arm_stopped_in_time(
+    way: signal.Signals, times: int, bench: Bench, host: Host
+) -> None:
+    with host.judged(0.02):
+        bench.loop.send_signal(way)
+        after_ms = stopped_after_ms(bench)
+        if after_ms > TIMEOUT_MS + ALLOWED_MS:
+            raise LateError(f"{after_ms} ms")
+    # The arm got the last set-point a little after it was sent.
+    assert after_ms > TIMEOUT_MS - ALLOWED_MS
+    bench.loop.send_signal(signal.SIGCONT)
+    assert "fake arm: stopped by a fault (set-point time-out: no set-point for 3" in bench.said()
+    assert bench.loop.wait(10) == 0
+    wait_for(lambda: not bench.arm.exists())
+
+
+def test_a_loop_that_is_killed_leaves_the_arm_at_rest_and_nobody_behind(bench: Bench, host: Host) -> None:
+    with host.judged(0.02):
+        bench.loop.kill()
+        after_ms = stopped_after_ms(bench)
+        if after_ms > ALLOWED_MS:
+            raise LateError(f"{after_ms} ms")
+    bench.loop.wait()
+    wait_for(lambda: not bench.arm.exists())
+    assert bench.notes.read_text().split()[2:] == ["close"]
+
+
+@pytest.mark.parametrize(
+    ("way", "told"),
+    [
+        (signal.SIGKILL, "was killed by SIGKILL; what stops"),
+        (signal.SIGSTOP, "has not run for"),
+        (signal.SIGUSR2, "has not run for"),
+    ],
+    ids=["killed", "stopped", "hanging in C"],
+)
+def test_a_loop_whose_arm_s_process_fails_knows_and_ends_it(way: signal.Signals, told: str, bench: Bench) -> None:
+    os.kill(int(bench.arm.name), way)
+    assert f"fake arm: stopped by a fault (the arm's process {told}" in bench.said()
+    assert bench.loop.wait(10) == 0
+    wait_for(lambda: not bench.arm.exists())
+    # Nothing of it moved the arm once the loop had given it up.
+    assert not bench.notes.exists()
