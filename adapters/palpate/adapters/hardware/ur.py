@@ -25,7 +25,6 @@ _NAME: Final = "Universal Robots arm"
 _TOOL: Final = "Universal Robots tool force"
 _JOINTS: Final = 6
 _OPEN_S: Final = 3.0
-_DEADMAN_S: Final = 0.1
 
 
 @dataclass(frozen=True)
@@ -71,8 +70,7 @@ class UrToolTable(Settings):
 
 def make_ur_rtde(table: UrTable, context: RigContext) -> DriverArm:
     """An arm of Universal Robots over RTDE, by the client ur_rtde."""
-    deadman_s = _DEADMAN_S * table.patience
-    return ur_arm(table, context, lambda: UrLink(table.host, table.rate_Hz, deadman_s, context.hurry))
+    return ur_arm(table, context, lambda: UrLink(table.host, table.rate_Hz, context.hurry))
 
 
 def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> DriverArm:
@@ -154,5 +152,5 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
 
 def make_ur_tool_force(table: UrToolTable, context: RigContext) -> UrToolForceSensor:
     """The tool force of an e-Series arm."""
-    link = partial(UrLink, table.host, table.rate_Hz, _OPEN_S, context.hurry)
+    link = partial(UrLink, table.host, table.rate_Hz, context.hurry)
     return UrToolForceSensor(link, context.clock, table)

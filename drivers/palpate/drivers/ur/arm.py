@@ -1,7 +1,7 @@
 """The arm: checked as it is opened, led cycle by cycle, stopped on every way out.
 
-Who comes to rest how: a stop brakes within servoStop; without set-points the client's process does so after the
-deadman's time; without that process the controller's watchdog ends the control program, which brakes too.
+Who comes to rest how: a stop brakes within servoStop; without set-points, or without the client's process, the
+controller's watchdog ends the control program, which brakes too.
 """
 
 from collections.abc import Callable, Sequence

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any, Final
 
-from palpate.drivers.errors import DriverError, LateError, SettingError, SilentError, WiringError
+from palpate.drivers.errors import DriverError, SettingError, SilentError, WiringError
 from palpate.drivers.ur.process_main import STATE
 
 NAME: Final = "Universal Robots arm"
@@ -62,12 +62,11 @@ class UrLink:
     """A way to the controller: ur_rtde in a process of its own.
 
     Args:
-        deadman_s: Longest time between set-points while the arm is led; then that process stops it.
         hurry: Puts the thread that starts the process where the process is to run: into the real-time class.
     """
 
-    def __init__(self, host: str, rate_Hz: float, deadman_s: float, hurry: Callable[[], object] | None = None) -> None:
-        self.host, self._words, self._hurry = host, [host, str(rate_Hz), str(deadman_s)], hurry
+    def __init__(self, host: str, rate_Hz: float, hurry: Callable[[], object] | None = None) -> None:
+        self.host, self._words, self._hurry = host, [host, str(rate_Hz)], hurry
         self._process: subprocess.Popen[bytes] | None = None
         self._line: socket.socket | None = None
         self._told: Any = None
@@ -198,10 +197,7 @@ class UrLink:
                 raise self._gone()
             if message.startswith(STATE):
                 self._state = message[1:]
-            elif "away_s" in (heard := json.loads(message)):
-                problem = f"this computer sent no set-point for {heard['away_s'] * 1e3:.0f} ms, and the arm was stopped"
-                raise LateError(NAME, problem, KEEP_TIME)
-            elif "lost" in heard:
+            elif "lost" in (heard := json.loads(message)):
                 self._lost = heard["lost"]
                 raise self._gone()
             else:

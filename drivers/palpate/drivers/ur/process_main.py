@@ -1,7 +1,7 @@
-"""The process that owns ur_rtde: ``python -m palpate.drivers.ur.process_main FD HOST RATE_HZ DEADMAN_S``.
+"""The process that owns ur_rtde: ``python -m palpate.drivers.ur.process_main FD HOST RATE_HZ``.
 
-It ends when the other side hangs up, and stops the arm when no set-point has come for the deadman's time. If it dies
-itself, the controller's own watchdog ends the control program.
+It stops the arm and ends when the other side hangs up. Without set-points, and where this process hangs or dies, the
+controller's own watchdog ends the control program.
 """
 
 import json
@@ -27,13 +27,13 @@ _VARIABLES: Final = [
 class Served:
     """The client, and what is asked of it."""
 
-    def __init__(self, line: socket.socket, host: str, rate_Hz: float, deadman_s: float) -> None:
-        self._line, self._host, self._rate_Hz, self._deadman_s = line, host, rate_Hz, deadman_s
+    def __init__(self, line: socket.socket, host: str, rate_Hz: float) -> None:
+        self._line, self._host, self._rate_Hz = line, host, rate_Hz
         self._dashboard: Any = None
         self._receive: Any = None
         self._control: Any = None
         self._timestamp_s, self._priority = -1.0, os.sched_getparam(0).sched_priority
-        self._led_s: float | None = None
+        self._is_led = False
         self._ways: dict[str, Callable[..., Any]] = {
             "hello": self._hello, "listen": self._listen, "control": self._start_program, "stop": self._stop,
             "tcp": lambda: self._control.getTCPOffset(), "unlock": self._unlock,
@@ -45,9 +45,6 @@ class Served:
         while True:
             if select.select([self._line], [], [], _LOOK_S)[0] and not self._hear():
                 return
-            if self._led_s is not None and (away_s := time.monotonic() - self._led_s) > self._deadman_s:
-                self._line.send(json.dumps({"away_s": away_s}).encode(), socket.MSG_DONTWAIT)
-                self._stop(20.0)
             if self._receive is not None:
                 self._tell_state()
 
@@ -55,7 +52,7 @@ class Served:
         """Stop the arm and end the program, where there is one."""
         with suppress(Exception):
             if self._control is not None:
-                if self._led_s is not None:
+                if self._is_led:
                     self._stop(20.0)
                 self._control.stopScript()
 
@@ -76,7 +73,7 @@ class Served:
             joints_rad = None
             self._answer(asked)
         if joints_rad is not None and self._control is not None:
-            self._led_s = time.monotonic()
+            self._is_led = True
             self._control.servoJ(*joints_rad)
         return True
 
@@ -122,7 +119,7 @@ class Served:
     def _start_program(self, watchdog_Hz: float) -> bool:
         from rtde_control import RTDEControlInterface  # type: ignore[import-untyped, import-not-found, unused-ignore]
 
-        self._led_s = None
+        self._is_led = False
         if self._control is None:
             with self._ahead():
                 self._control = RTDEControlInterface(self._host, self._rate_Hz)
@@ -136,7 +133,7 @@ class Served:
         return bool(self._control.setWatchdog(watchdog_Hz)) if watchdog_Hz else True
 
     def _stop(self, rad_s2: float) -> bool:
-        self._led_s = None
+        self._is_led = False
         return self._control is None or bool(self._control.servoStop(rad_s2))
 
     def _unlock(self) -> None:
@@ -167,12 +164,12 @@ class Served:
 
 def main() -> None:
     """Serve; never returns, and leaves without the client's own clearing up, which may wait without end."""
-    fd, host, rate_Hz, deadman_s = sys.argv[1:]
+    fd, host, rate_Hz = sys.argv[1:]
     with suppress(OSError):
         # The client waits without sleeping: not on the loop's own processor, where that has one.
         os.sched_setaffinity(0, range(os.cpu_count() or 1))
     line = socket.socket(fileno=int(fd))
-    served = Served(line, host, float(rate_Hz), float(deadman_s))
+    served = Served(line, host, float(rate_Hz))
     try:
         served.serve()
     except Exception as error:
