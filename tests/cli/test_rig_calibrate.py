@@ -65,4 +65,6 @@ def test_a_run_on_a_rig_takes_the_goal_that_was_measured(palpate: CommandLine) -
     # Out of the arm's reach: so it was taken, unless a person says something else.
     words = ("run", "--rig", "rig.toml", *JOB, "--policy", "torque")
     assert "1503) mm' is refused: a place that zebra-zero reaches" in palpate.refusal(*words)
-    assert palpate(*words, "--place.z-mm", "20").stderr.splitlines()[-1].startswith("palpate: JR3")
+    assert (
+        palpate(*words, "--place.z-mm", "20", "--confirm", "bench").stderr.splitlines()[-1].startswith("palpate: JR3")
+    )

@@ -99,8 +99,12 @@ def test_devices_that_are_not_there_are_the_operator_s_to_mend(palpate: CommandL
     arm = "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\nport = '/dev/ttyNONE'\nat_home = true\n"
     sensor = "[force_sensor]\nadapter = 'jr3-can'\ninterface = 'slcan'\nchannel = '/dev/ttyNONE'\n"
     (tmp_path / "rig.toml").write_text(arm + sensor)
-    done = palpate("run", "--rig", "rig.toml", *JOB, "--policy", "torque", "--out", "run")
+    words = ("run", "--rig", "rig.toml", *JOB, "--policy", "torque", "--out", "run")
+    assert "no terminal to ask at: --confirm 'rig' lets this rig move" in palpate(*words).stderr
+    assert "confirm = 'other' is refused: 'rig', the name of this rig" in palpate(*words, "--confirm", "other").stderr
+    done = palpate(*words, "--confirm", "rig")
     assert done.code == 1
+    assert "the arm of 'rig' will move: from where it is to 100 mm above (400, 0, 20) mm" in done.stderr
     assert "/dev/ttyNONE: cannot be opened" in done.stderr
     assert "the operator's fault" in done.stderr
     # The same call is to go through once the devices are plugged in.
@@ -152,7 +156,8 @@ def test_an_acknowledgement_names_the_open_fault_and_needs_a_rig_that_moves(palp
 def test_a_fault_stays_open_where_the_devices_cannot_be_opened(palpate: CommandLine) -> None:
     faulted()
     before = Path("rig.toml.fault.json").read_bytes()
-    done = palpate(*RUN.split(), "--acknowledge", "1 Ada: fixed")
+    name = "zebra-nmc with jr3-can"
+    done = palpate(*RUN.split(), "--acknowledge", "1 Ada: fixed", "--confirm", name)
     assert done.code == 1
     assert "cannot be opened" in done.stderr
     assert Path("rig.toml.fault.json").read_bytes() == before
@@ -186,7 +191,7 @@ def test_an_error_in_an_adapter_names_its_file_and_line(palpate: CommandLine, mo
         "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\nat_home = true\n"
         "[force_sensor]\nadapter = 'broken_bench:make_sensor'\n"
     )
-    done = palpate(*RUN.split())
+    done = palpate(*RUN.split(), "--confirm", "rig")
     assert done.code == 1
     assert done.stderr.splitlines()[-1].endswith("(broken_bench.py:6); --debug prints the traceback")
     assert "palpate: AttributeError: 'Sensor' object has no attribute 'missing_method'" in done.stderr

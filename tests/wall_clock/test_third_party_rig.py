@@ -62,7 +62,20 @@ def test_doctor_a_trial_and_an_agent_that_finds_it_latched_when_it_hangs(
         done = palpate("rig", "doctor", "--rig", rig, "--seconds", "0.3")
         assert "ok     joints   6 joint angles" in done.stdout
         assert "samples are saturated" in done.stdout
-        done = palpate("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", "run", *PATIENT[:-1])
+        done = palpate(
+            "run",
+            "--rig",
+            rig,
+            "--confirm",
+            "bench by the window",
+            "--policy",
+            "torque",
+            "--trials",
+            1,
+            "--out",
+            "run",
+            *PATIENT[:-1],
+        )
         if done.code and re.search(LATE, done.stderr.splitlines()[-1]):
             raise LateError(done.stderr)
         assert done.code == 0, done.stderr

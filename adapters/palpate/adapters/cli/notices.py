@@ -17,6 +17,8 @@ from palpate.simulation.work_cell import validity_lines
 
 if TYPE_CHECKING:
     from palpate.adapters.experiments import MakeRig, Run, TrialsObserver
+    from palpate.core.ports import Rig
+    from palpate.core.trial import ReadyPose
 
 
 @contextmanager
@@ -44,12 +46,18 @@ def run_of(
     options: RunOptions | TrainOptions, live: TrialsObserver | None = None, make_rig: MakeRig | None = None
 ) -> Run:
     """Return the run that a command asks for."""
-    from palpate.adapters.experiments import Run, note
+    from palpate.adapters.cli.confirm import ask_before_motion
+    from palpate.adapters.experiments import Run, note, open_rig
 
-    return Run(
-        options.run, rig=options.rig, acknowledge=options.acknowledge, accept_kinematics=options.accept_kinematics,
-        live=live, notify=note, make_rig=make_rig,
-    )  # fmt: skip
+    def asked(config: RunConfig, ready: ReadyPose) -> Rig:
+        """The rig, not entered: its settings are known to be good, and nothing has got power yet."""
+        accepted = options.accept_kinematics
+        rig = open_rig(config, ready, options.rig, options.acknowledge, accept_kinematics=accepted)
+        if options.rig:
+            ask_before_motion(options)
+        return rig
+
+    return Run(options.run, rig=options.rig, live=live, notify=note, make_rig=make_rig or asked)
 
 
 def print_grants(session: RealTimeSession, config: RunConfig) -> None:

@@ -72,8 +72,19 @@ class AcknowledgeSettings(Settings):
     Clears that fault only, once, and not while a device still reports it."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class MotionSettings(AcknowledgeSettings):
+    """Options of the commands that run trials on a rig."""
+
+    rig: str = ""
+    """Rig file: its devices instead of the simulator."""
+    confirm: str = ""
+    """With --rig and without a terminal: the name of the rig, so that its arm may move. At a terminal a person is
+    asked once; an emulated rig needs neither."""
+
+
 @dataclass(frozen=True)
-class TrainOptions(AcknowledgeSettings, LiveSettings, RunSettings):
+class TrainOptions(MotionSettings, LiveSettings, RunSettings):
     """Learn an insertion from scratch, and leave a folder with everything about it."""
 
     trials: Trials = 350
@@ -83,8 +94,6 @@ class TrainOptions(AcknowledgeSettings, LiveSettings, RunSettings):
     policy: str = "q-learning"
     """q-learning, for what --learner names from scratch; a policy file to go on learning from (exploration begins
     anew); or a learner of another package's, package.module:Name or the name of its entry point."""
-    rig: str = ""
-    """Rig file: train on its devices instead of in the simulator."""
     resume: bool = False
     """Go on with the run in --out where it stopped, with its settings and the same random streams."""
     from_logs: tuple[str, ...] = ()
@@ -93,7 +102,7 @@ class TrainOptions(AcknowledgeSettings, LiveSettings, RunSettings):
 
 
 @dataclass(frozen=True)
-class RunOptions(AcknowledgeSettings, LiveSettings, RunSettings):
+class RunOptions(MotionSettings, LiveSettings, RunSettings):
     """Run a trained policy, or a comparator, without learning."""
 
     policy: str = ""
@@ -101,8 +110,6 @@ class RunOptions(AcknowledgeSettings, LiveSettings, RunSettings):
     package.module:Name or the name of its entry point."""
     trials: Trials = 50
     """Number of trials."""
-    rig: str = ""
-    """Rig file: run on its devices instead of in the simulator."""
     dry: bool = False
     """With --rig: read, decide and log, and send the arm no command; each trial ends soon after the tare."""
     out: str = ""

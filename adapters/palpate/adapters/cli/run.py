@@ -5,6 +5,7 @@ import sys
 from contextlib import ExitStack
 from pathlib import Path
 
+from palpate.adapters.cli.confirm import logs_named, trial_line
 from palpate.adapters.cli.notices import marked_line, run_of, trips_line, validity_note, watched
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.cli.progress import progress
@@ -31,11 +32,19 @@ def run(options: RunOptions) -> int:
         this = run_of(options, opened.enter_context(watched(options)))
         label = this.chosen(options.policy).label
         folder.require_free()
-        rig = opened.enter_context(this.opened()) if options.view else None
+        # A person is asked, and a viewer opened, before any progress is shown.
+        rig = opened.enter_context(this.opened()) if options.view or options.rig else None
         if isinstance(rig, SimulatedRig):
             opened.enter_context(viewed(rig))
         bar = opened.enter_context(progress(options.trials, "trial", label))
-        result = this.evaluate(options.trials, options.policy, folder.path, jobs=jobs, claim=claim, on_trial=bar.update)
+
+        def finished(trials: int) -> None:
+            if options.rig:
+                bar.write(trial_line(folder.read_trials()[-1]), sys.stdout)
+            bar.update(trials)
+
+        opened.enter_context(logs_named(options, folder))
+        result = this.evaluate(options.trials, options.policy, folder.path, jobs=jobs, claim=claim, on_trial=finished)
     summary = result.summary
     verdict = summary.get("verdict", "")
     low, high = summary["success_95"]

@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+from palpate.adapters.cli.confirm import logs_named, trial_line
 from palpate.adapters.cli.notices import marked_line, run_of, say, trips_line, validity_note, watched
 from palpate.adapters.cli.options import TrainOptions
 from palpate.adapters.cli.progress import progress
@@ -39,7 +40,7 @@ def train(options: TrainOptions) -> int:
             say(f"{folder.path} is finished: {made} of {options.trials} trials; 50 more: {again}")
             say(_look_at(folder))
             return 0
-    with ExitStack() as shown:
+    with logs_named(options, folder), ExitStack() as shown:
         live = shown.enter_context(watched(options))
         bars: list[TrainingBar] = []
 
@@ -48,9 +49,14 @@ def train(options: TrainOptions) -> int:
             bar = shown.enter_context(progress(options.trials, "trial", initial=first))
             bars.append(TrainingBar(bar, folder.read_trials()))
 
+        def finished(scored: ScoredTrial) -> None:
+            if options.rig:
+                bars[0].write(trial_line(TrialRow.of(scored)))
+            bars[0].update(scored)
+
         result = run_of(options, live).train(
             options.trials, folder.path, options.policy,
-            resume=options.resume, on_begin=begin, on_trial=lambda scored: bars[0].update(scored),
+            resume=options.resume, on_begin=begin, on_trial=finished,
         )  # fmt: skip
     if result.timing:
         say(result.timing)
@@ -115,6 +121,10 @@ class TrainingBar:
     def __init__(self, bar: Any, rows: Sequence[TrialRow]) -> None:
         self._bar, self._times_s = bar, [row.exploration_time_s for row in rows]
         self._wins = [row.success for row in rows]
+
+    def write(self, line: str) -> None:
+        """Print a line between those of the progress."""
+        self._bar.write(line, sys.stdout)
 
     def update(self, scored: ScoredTrial) -> None:
         """Count a trial."""

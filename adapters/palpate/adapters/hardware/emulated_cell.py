@@ -314,8 +314,6 @@ class EmulatedCell:
 
     def _facts(self, share: float = _BEHIND_FILTER) -> dict[str, float]:
         """What the emulated sensor does not report: the noise that the simulated cell gives it, behind its filter."""
-        if self.emulation.hide:
-            return {}
         noise = self.config.cell.sensor
         return {
             "noise_N": round(share * noise.force_noise_N, 6),

@@ -35,12 +35,10 @@ class Series(Generic[SampleT]):
 
     @property
     def rate_Hz(self) -> float:
-        """Mean rate by the numbers of the samples, of which a read takes the newest; 0 of fewer than two samples."""
-        if len(self.samples) < 2:
-            return 0.0
-        first, last = self.samples[0], self.samples[-1]
-        span_ns = last.receive_time_ns - first.receive_time_ns
-        return (last.sequence - first.sequence) * 1e9 / span_ns if span_ns > 0 else 0.0
+        """Mean rate; 0 of fewer than two samples."""
+        times_ns = [sample.receive_time_ns for sample in self.samples]
+        span_ns = times_ns[-1] - times_ns[0] if times_ns else 0
+        return (len(times_ns) - 1) * 1e9 / span_ns if span_ns > 0 else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +73,8 @@ def report_pace(series: Series[SampleT], expected_Hz: float | None, report: Devi
     """
     ages_ms = [age * 1e-6 for age in series.ages_ns]
     report.facts["age"] = f"{median(ages_ms):.1f} ms median, {max(ages_ms):.1f} ms at most"
-    wanted_Hz = CONTROL_RATE_HZ / 2 if expected_Hz is None else expected_Hz
+    # A read takes the newest of the samples that came since the last one; no loop needs more than one a tick.
+    wanted_Hz = CONTROL_RATE_HZ / 2 if expected_Hz is None else min(expected_Hz, float(CONTROL_RATE_HZ))
     rate_Hz = series.rate_Hz
     of = "" if expected_Hz is None else f", the device is set to {expected_Hz:.1f} Hz"
     remedy = (

@@ -35,7 +35,7 @@ def test_the_clock(late_ns: int, level: Level) -> None:
 
 
 class Sensor:
-    """Gives a sample every few milliseconds, and now and then two before one is read."""
+    """Gives a sample every few milliseconds."""
 
     def __init__(self, clock: FakeClock, period_ns: int, values: tuple[float, ...], mark: Validity = Validity.VALID):
         self.clock, self.period_ns, self.values, self.mark = clock, period_ns, values, mark
@@ -75,11 +75,6 @@ def test_a_good_sensor() -> None:
 )
 def test_what_is_wrong_with_samples(report: DeviceReport, topic: str, level: Level) -> None:
     assert levels(report)[topic] is level
-
-
-def test_samples_between_two_reads_count() -> None:
-    """A read takes the newest sample; the rate is that of the device all the same."""
-    assert examined((1.0, 1.2, 1.1), period_ns=MS // 3).findings[0].text.startswith("3000.0 new samples")
 
 
 def test_a_sensor_of_unknown_rate() -> None:
