@@ -1,6 +1,5 @@
 """Stands between the task and the arm: once per tick it passes a command, clamps it, or takes over."""
 
-import enum
 from math import isfinite, pi
 from operator import sub
 from typing import Final
@@ -34,43 +33,12 @@ from palpate.core.trial import (
     require_place,
 )
 
-
-class Guard(enum.Enum):
-    """States of the supervisor."""
-
-    READY = "ready"
-    ACTIVE = "active"
-    TRIPPED_RETRACTING = "tripped, retracting"
-    TRIPPED_HOLDING = "tripped, holding"
-
-
-class GuardEvent(enum.Enum):
-    """What moves it from state to state."""
-
-    BEGIN = "begin()"
-    TRIP_AND_RETRACT = "trip, retracting"
-    TRIP_AND_HOLD = "trip, holding"
-    ARRIVE = "end of the retraction"
-
-
-TRANSITIONS: Final[dict[tuple[Guard, GuardEvent], Guard]] = {
-    (Guard.READY, GuardEvent.BEGIN): Guard.ACTIVE,
-    (Guard.ACTIVE, GuardEvent.BEGIN): Guard.ACTIVE,
-    (Guard.ACTIVE, GuardEvent.TRIP_AND_RETRACT): Guard.TRIPPED_RETRACTING,
-    (Guard.ACTIVE, GuardEvent.TRIP_AND_HOLD): Guard.TRIPPED_HOLDING,
-    (Guard.TRIPPED_RETRACTING, GuardEvent.ARRIVE): Guard.TRIPPED_HOLDING,
-    # The latch is free again: a person has acknowledged. A retraction may have been cut short by an exception.
-    (Guard.TRIPPED_RETRACTING, GuardEvent.BEGIN): Guard.ACTIVE,
-    (Guard.TRIPPED_HOLDING, GuardEvent.BEGIN): Guard.ACTIVE,
-}
-
-
 _NAME = "supervisor"
 _PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 _PULLS: Final = 4
 """So many samples in a row a pull has to last that ends a retraction; one alone may be a spike."""
 # Members of an enumeration are looked up more slowly.
-_ACTIVE, _AS_ASKED = Guard.ACTIVE, CommandReason.AS_ASKED
+_AS_ASKED = CommandReason.AS_ASKED
 
 
 class Supervisor:
@@ -87,6 +55,9 @@ class Supervisor:
         latch: Of the rig, for all who watch it; None for one of its own.
         ready_rad: The ready pose, (n,); a trial begins within half a turn of it on each joint. None where that is not
             known.
+
+    Attributes:
+        retracting: Whether it leads the arm back and needs more ticks for it.
     """
 
     def __init__(
@@ -113,25 +84,15 @@ class Supervisor:
         self._lower, self._upper, self._count = lower, upper, len(lower)
         self._jump_rad, self._most_pull_N = config.max_command_jump_mrad * 1e-3, task.max_force_N
         self._retracts = config.on_trip == "retract"
-        self._state = Guard.READY
+        self._active = self.retracting = False
         self._trip: Trip | None = None
         self._held: JointVector
         self._pulls: int
 
     @property
-    def state(self) -> Guard:
-        """Where in its life it is."""
-        return self._state
-
-    @property
     def trip(self) -> Trip | None:
         """What ended the newest trial; None while nothing has."""
         return self._trip
-
-    @property
-    def retracting(self) -> bool:
-        """Whether it leads the arm back and needs more ticks for it."""
-        return self._state is Guard.TRIPPED_RETRACTING
 
     def begin(self) -> None:
         """A trial begins; the next :meth:`check` is its first tick.
@@ -140,7 +101,8 @@ class Supervisor:
             FaultLatchedError: A trip has not been acknowledged, be it of another supervisor of the same rig.
         """
         self.latch.require_free()
-        self._move(GuardEvent.BEGIN)
+        # A retraction may have been cut short by an exception.
+        self._active, self.retracting = True, False
         self._trip = None
         for watch in (self._samples, self._wrench, self._joints):
             watch.begin()
@@ -168,7 +130,7 @@ class Supervisor:
                 nothing has been commanded.
             CommandError: The command has another number of joints than the arm.
         """
-        if self._state is not _ACTIVE:
+        if not self._active:
             return self.retreat(snapshot)
         position = asked.position_rad
         if len(position) != self._count:
@@ -212,16 +174,18 @@ class Supervisor:
         """
         trip = self._trip
         if trip is None:
-            raise LifecycleError(_NAME, self._state.value, "check() or retreat()", "call begin() first")
+            raise LifecycleError(
+                _NAME, "active" if self._active else "ready", "check() or retreat()", "call begin() first"
+            )
         held, applied = self._held, snapshot.applied
         if applied is not None:
             self._adopted(applied)
-            if applied.reason is CommandReason.STOPPED and self.retracting:
-                self._move(GuardEvent.ARRIVE)
+            if applied.reason is CommandReason.STOPPED:
+                self.retracting = False
         self._pulls = self._pulls + 1 if snapshot.wrench.force_N[2] > self._most_pull_N else 0
-        if self._pulls == _PULLS and self.retracting:
+        if self._pulls == _PULLS:
             # Something holds the tool: to go on would only pull harder.
-            self._move(GuardEvent.ARRIVE)
+            self.retracting = False
         self._go_back()
         return self._instead(trip.reason, held, trip)
 
@@ -261,7 +225,7 @@ class Supervisor:
     def _take_command(self, trip: Trip, snapshot: Snapshot, asked_rad: JointVector) -> Supervised:
         self._trip, self._pulls = trip, 0
         self.latch.set(str(trip))
-        self._move(GuardEvent.TRIP_AND_RETRACT if self._retracts else GuardEvent.TRIP_AND_HOLD)
+        self._active, self.retracting = False, self._retracts
         if self._retracts:
             self._retreat.start(self._held)
         self._go_back()
@@ -270,17 +234,10 @@ class Supervisor:
     def _go_back(self) -> None:
         if self.retracting:
             self._held = self._clamped(self._retreat.step(self._held))
-            if self._retreat.finished:
-                self._move(GuardEvent.ARRIVE)
+            self.retracting = not self._retreat.finished
 
     def _instead(self, reason: CommandReason | TripReason, asked_rad: JointVector, trip: Trip | None) -> Supervised:
         return Supervised(JointCommand(self._held), Intervention(reason, asked_rad, self._held, trip))
-
-    def _move(self, cue: GuardEvent) -> None:
-        state = TRANSITIONS.get((self._state, cue))
-        if state is None:
-            raise LifecycleError(_NAME, self._state.value, cue.value, "there is no trip")
-        self._state = state
 
 
 def _not_finite(tick: int, position: JointVector) -> Trip:
