@@ -3,16 +3,12 @@ from .documents import load_examples as load_examples
 from .documents import load_policy as load_policy
 from .documents import save_policy as save_policy
 from .strings import read_strings as read_strings
-from .strings import strings_of as strings_of
-from .strings import text_of as text_of
 from .strings import write_strings as write_strings
 from .whole import json_of_file as json_of_file
 from .whole import new_file as new_file
 from .whole import new_folder as new_folder
-from .whole import put_folder_in_place as put_folder_in_place
 from .whole import read_text as read_text
 from .whole import require_free_folder as require_free_folder
 from .whole import require_no_file as require_no_file
-from .whole import whole_file as whole_file
 from .whole import whole_text as whole_text
 from .whole import write_whole as write_whole

@@ -126,20 +126,6 @@ def write_whole(path: Path, content: str | bytes, *, durable: bool = True) -> No
             _remove(passing)
 
 
-def put_folder_in_place(passing: Path, path: Path) -> None:
-    """Rename a complete folder, when all that it holds is on the disk; an empty folder of that name is replaced.
-
-    Raises:
-        OSError: It cannot be done, for instance because a folder that holds something has the name.
-    """
-    for folder, _, names in os.walk(passing):
-        for name in names:
-            _sync(Path(folder, name))
-        _sync(Path(folder))
-    os.replace(passing, path)
-    _sync(path.absolute().parent)
-
-
 @contextmanager
 def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
     """Gives the name under which to write a file; on a good end it is renamed to ``path``, on a bad one removed.
@@ -176,7 +162,12 @@ def new_folder(path: Path) -> Iterator[Path]:
     with _passing_folder(path) as passing:
         yield passing
         _require_empty(path)
-        put_folder_in_place(passing, path)
+        for folder, _, names in os.walk(passing):
+            for name in names:
+                _sync(Path(folder, name))
+            _sync(Path(folder))
+        os.replace(passing, path)
+        _sync(path.absolute().parent)
 
 
 @contextmanager

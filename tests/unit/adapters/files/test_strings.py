@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.adapters.files import read_strings, strings_of, text_of, write_strings
+from palpate.adapters.files.strings import read_strings, strings_of, text_of, write_strings
 from palpate.core.automata.strings import Strings
 from palpate.core.errors import ConfigurationError
 

@@ -9,10 +9,8 @@ import pytest
 from palpate.adapters.files import (
     new_file,
     new_folder,
-    put_folder_in_place,
     read_text,
     require_free_folder,
-    whole_file,
     whole_text,
     write_whole,
 )
@@ -22,7 +20,7 @@ from palpate.core.errors import ConfigurationError, LogError, OutputError
 def test_a_file_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("palpate.adapters.files.whole._MOST_BYTES", 5 << 20)
     with pytest.raises(OSError, match="more than 5 MiB"):
-        whole_file("/dev/zero")
+        whole_text("/dev/zero")
     with pytest.raises(ConfigurationError, match=r"map = '/dev/zero' is refused: .*\(more than 5 MiB\)"):
         read_text(Path("/dev/zero"), "map")
 
@@ -33,7 +31,7 @@ def test_what_has_an_end_is_read_whole(tmp_path: Path) -> None:
     os.close(begin)
     assert whole_text(f"/dev/fd/{end}").read() == "a\nb"
     os.close(end)
-    assert whole_file("/dev/null") == b""
+    assert whole_text("/dev/null").read() == ""
 
 
 @pytest.mark.parametrize("durable", [True, False])
@@ -77,14 +75,13 @@ def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(
 def test_a_complete_folder_is_on_the_disk_before_it_has_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    passing, path = tmp_path / "passing", tmp_path / "out"
-    (passing / "deep").mkdir(parents=True)
-    (passing / "deep" / "a.csv").write_text("1\n")
-    (passing / "b.csv").write_text("2\n")
-    synced: list[str] = []
+    path, synced = tmp_path / "out", list[str]()
     monkeypatch.setattr(os, "fsync", lambda fd: synced.append(os.path.basename(os.readlink(f"/proc/self/fd/{fd}"))))
-    put_folder_in_place(passing, path)
-    assert sorted(synced[:-1]) == ["a.csv", "b.csv", "deep", "passing"]
+    with new_folder(path) as passing:
+        (passing / "deep").mkdir(parents=True)
+        (passing / "deep" / "a.csv").write_text("1\n")
+        (passing / "b.csv").write_text("2\n")
+    assert sorted(synced[:-1]) == sorted(["a.csv", "b.csv", "deep", passing.name])
     assert synced[-1] == tmp_path.name
     assert (path / "deep" / "a.csv").read_text() == "1\n"
 
