@@ -6,16 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from palpate.adapters.config import RunConfig, compose, overlay
-from palpate.adapters.experiments import (
-    build_task,
-    comparator,
-    plain_perception,
-    ready_pose,
-    run_scored_trial,
-    supervisor_of,
-    true_hole_m,
-)
-from palpate.adapters.mujoco import SimulatedRig
+from palpate.adapters.experiments import ChosenPolicy, Run
 from palpate.core.errors import DeviceError
 from palpate.core.job import SIDES
 
@@ -45,14 +36,12 @@ Row = tuple[int, str, bool, float, float, int, str]
 def trials(config: RunConfig, policy: str, seed: int, numbers: range) -> list[Row]:
     """Trial, outcome, success, time, true peak force, actions, last event; a trip ends one trial and no more."""
     config = overlay(config, {"seed": seed})
-    ready, rows = ready_pose(config), []
-    with SimulatedRig(config, ready) as rig:
-        perception = plain_perception(config)
-        task = build_task(config, ready, perception, comparator(policy, config, lambda: true_hole_m(rig)))
-        supervisor = supervisor_of(rig, config, ready)
+    rows = []
+    with Run(config) as run:
+        work = run.trials(ChosenPolicy(policy, config))
         for number in numbers:
             try:
-                scored = run_scored_trial(config, rig, task, FIRST + number, None, FIRST, supervisor)
+                scored = work.run(FIRST + number)
             except DeviceError as error:
                 rows.append((number, "error", False, 0.0, 0.0, 0, str(error)))
                 continue

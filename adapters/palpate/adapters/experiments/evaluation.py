@@ -82,6 +82,11 @@ class ChosenPolicy:
             self.document = foreign_document(code, config, configured)
 
     @property
+    def is_object(self) -> bool:
+        """Whether it was given as it is."""
+        return self._policy is not None
+
+    @property
     def comparator(self) -> str:
         """Its name, if no policy file can hold it; else empty."""
         return self.name if self.document is None else ""

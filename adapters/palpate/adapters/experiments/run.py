@@ -190,6 +190,8 @@ class Run:
             DeviceError: A device failed, or the supervisor tripped on a rig.
         """
         chosen = self.chosen(policy)
+        if jobs > 1 and (self.rig_file or self.live is not None or chosen.is_object):
+            raise ConfigurationError("jobs", jobs, "1 on a rig, with a live view or with a policy object")
         folder = RunFolder(Path(out)) if out else None
         if folder is None and self.rig_file:
             folder = next_free_folder(f"runs/{self.config.scenario}-run")

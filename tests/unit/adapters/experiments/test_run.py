@@ -60,6 +60,8 @@ def test_what_is_kept_is_in_the_folder_and_only_there(tmp_path: Path) -> None:
 
 def test_a_policy_object_runs_and_is_recorded_by_its_name(tmp_path: Path) -> None:
     walk = comparator("random", QUICK, tuple)
+    with pytest.raises(ConfigurationError, match="jobs = 2"):
+        Run(QUICK).evaluate(1, walk, jobs=2)
     found = Run(QUICK).evaluate(1, walk, tmp_path / "run")
     assert read_log(found.logs[0]).start.policy == type(walk).__name__
     assert found.summary["policy"] == type(walk).__name__
