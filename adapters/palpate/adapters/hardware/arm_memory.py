@@ -11,8 +11,6 @@ from palpate.core.ports import AppliedCommand, JointSample, JointVector
 _HEAD: Final = struct.Struct("<QII")
 """Number of the note, length and checksum of what follows."""
 _SLOT_BYTES: Final = 1 << 14
-_WORD: Final = struct.Struct("q")
-"""As the processor has it, so that no half of one is ever read."""
 _WORDS_BYTES: Final = 64
 NoteT = TypeVar("NoteT")
 
@@ -73,17 +71,16 @@ class Board(Generic[NoteT]):
 
 
 class _Word:
-    """A time, ns; reading and writing are one step each."""
+    """A time, ns. Reading and writing are one step each of the processor: ``struct`` would put a 0 there in between."""
 
     def __init__(self, index: int) -> None:
-        self._offset = index * _WORD.size
+        self._index = index
 
     def __get__(self, memory: "ArmMemory", kind: type) -> int:
-        found: int = _WORD.unpack_from(memory.memory, self._offset)[0]
-        return found
+        return memory.words[self._index]
 
     def __set__(self, memory: "ArmMemory", time_ns: int) -> None:
-        _WORD.pack_into(memory.memory, self._offset, time_ns)
+        memory.words[self._index] = time_ns
 
 
 class ArmMemory:
@@ -102,6 +99,6 @@ class ArmMemory:
     beat_ns = _Word(2)
 
     def __init__(self, memory: mmap.mmap) -> None:
-        self.memory = memory
+        self.words = memoryview(memory)[:_WORDS_BYTES].cast("q")
         self.setpoint = Board[Setpoint | None](memory, _WORDS_BYTES, None)
         self.status = Board[ArmStatus](memory, _WORDS_BYTES + Board.BYTES, ArmStatus())

@@ -2,6 +2,8 @@
 
 import json
 import mmap
+import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -401,3 +403,32 @@ def test_the_newest_whole_note_counts() -> None:
     assert reader.status.read().joints is None
     writer.stop_asked_ns = 1 << 40
     assert (reader.stop_asked_ns, reader.stopped_ns, reader.beat_ns) == (1 << 40, 0, 0)
+
+
+WRITER = """
+import mmap, sys
+from palpate.adapters.hardware.arm_memory import ArmMemory
+
+with open(sys.argv[1], "r+b") as file:
+    memory = ArmMemory(mmap.mmap(file.fileno(), ArmMemory.BYTES))
+memory.beat_ns = 1 << 62
+print("writes", flush=True)
+while True:
+    memory.beat_ns = (1 << 62) - 1
+    memory.beat_ns = 1 << 62
+"""
+
+
+def test_a_time_that_another_process_writes_is_never_read_as_one_that_it_was_not(tmp_path: Path) -> None:
+    path = tmp_path / "memory"
+    path.write_bytes(bytes(ArmMemory.BYTES))
+    with path.open("r+b") as file:
+        reader = ArmMemory(mmap.mmap(file.fileno(), ArmMemory.BYTES))
+    writer = subprocess.Popen([sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE)
+    try:
+        assert writer.stdout is not None
+        writer.stdout.readline()
+        assert {reader.beat_ns for _ in range(1_000_000)} <= {1 << 62, (1 << 62) - 1}
+    finally:
+        writer.kill()
+        writer.communicate()
