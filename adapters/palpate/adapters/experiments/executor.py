@@ -101,7 +101,8 @@ def completed(
 ) -> Iterator[tuple[int, Future[T]]]:
     """Yield the number of each call and its future as soon as it is done, in any order.
 
-    A call whose worker died runs once more; if that one dies too, the future holds a ``BrokenExecutor``.
+    A call whose worker died or was interrupted runs once more; then the future holds a ``BrokenExecutor`` or a
+    ``KeyboardInterrupt``.
     """
     queued, again = enumerate(calls), list[tuple[int, tuple[Any, ...]]]()
     running: dict[Future[T], tuple[int, tuple[Any, ...]]] = {}
@@ -113,7 +114,7 @@ def completed(
             return
         for future in wait(running, return_when=FIRST_COMPLETED).done:
             number, arguments = running.pop(future)
-            if isinstance(future.exception(), BrokenExecutor) and number not in repeated:
+            if isinstance(future.exception(), (BrokenExecutor, KeyboardInterrupt)) and number not in repeated:
                 repeated.add(number)
                 again.append((number, arguments))
             else:

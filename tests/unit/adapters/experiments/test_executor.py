@@ -19,13 +19,14 @@ for _ in in_processes(divmod, [(7, 2), (9, 2)], 2):
 """
 
 
-def die(mark: Path | None) -> str:
+def die(mark: Path | None, interrupted: bool = False) -> None:
     """End the worker: once where a mark says so, else always."""
     if mark is None or not mark.exists():
         if mark is not None:
             mark.touch()
+        if interrupted:
+            raise KeyboardInterrupt
         os.kill(os.getpid(), signal.SIGKILL)
-    return "alive"
 
 
 def test_workers_do_not_outlive_a_process_that_was_killed() -> None:
@@ -43,11 +44,11 @@ def test_a_process_that_is_begun_meanwhile_does_not_see_ctrl_c() -> None:
 
 
 def test_a_call_runs_once_more_when_its_worker_died_and_no_other_call_does(tmp_path: Path) -> None:
-    calls = [(None,), (tmp_path / "mark",), (tmp_path,)]
+    calls = [(None,), (tmp_path / "killed",), (tmp_path / "interrupted", True), (tmp_path,)]
     with closing(LocalWorkers(2)) as workers:
         ends = {number: future.exception() for number, future in completed(workers, die, calls)}
     assert isinstance(ends.pop(0), BrokenExecutor)
-    assert ends == {1: None, 2: None}
+    assert ends == {1: None, 2: None, 3: None}
 
 
 def test_results_come_in_the_order_of_the_calls() -> None:

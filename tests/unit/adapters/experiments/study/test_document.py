@@ -91,6 +91,7 @@ def test_names_hold_tables_where_last_words_are_alike(tmp_path: Path) -> None:
         ("[study]\nseeds = 10000\npolicies = ['torque', 'random']", "study", "at most 10000"),
         ("[study]\npolicies = []", "study.policies", "q-learning"),
         ("[study]\npolicies = ['torqe']", "study.policies", "torque"),
+        (f"[grid]\n'learning.examples' = ['{'a' * 200}.csv']", "study", "at most 200 characters"),
         ("[study", "study file", "TOML"),
         ("", "study file", "not empty"),
     ],
