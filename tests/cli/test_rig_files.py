@@ -57,6 +57,7 @@ UR = '[arm]\nname = "zebra-zero"\nadapter = "ur-rtde"\nhost = "{}"\n[force_senso
         ),
         (FACTS.format("{ noise_N = 0 }"), "force_sensor.facts.noise_N = 0.0 is refused: a number above 0"),
         (FACTS.format("3"), "a table [force_sensor.facts]"),
+        (FACTS.format("{}\nnode = 3\ncanopen_nodes = [3]"), "a node whose identifiers no drive on the bus has; 0x"),
         (
             "[watchdog]\nloop = 1\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n",
             "watchdog.loop",

@@ -12,7 +12,7 @@ from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.ports import Clock, OneOf, Range
-from palpate.drivers.can import CanLink, open_bus
+from palpate.drivers.can import CanLink, collisions, open_bus
 from palpate.drivers.jr3 import (
     LEFT_HANDED,
     RIGHT_HANDED,
@@ -50,6 +50,13 @@ class Jr3CanTable(CanBusTable):
     """Age above which a sample is marked as stale."""
     start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 30.0
     """Longest wait for the first reading."""
+
+    @override
+    def check(self) -> None:
+        super().check()
+        taken = collisions(self.canopen_nodes, self.node)
+        why = f"0x{taken[0].identifier:03X} is {taken[0].canopen}" if taken else ""
+        self.require("node", not taken, f"a node whose identifiers no drive on the bus has; {why}")
 
 
 class Jr3ForceSensor(PolledForceSensor[Jr3]):

@@ -12,7 +12,6 @@ from typing import Final
 
 _EMCY: Final = struct.Struct("<HB5s")
 _EMCY_KEPT: Final = 64
-_TRIPS_KEPT: Final = 8192
 _NS: Final = 1e-9
 
 
@@ -47,7 +46,6 @@ class NodeBox:
         missed: SYNCs that were not answered in time.
         late: Answers that came after their deadline and before the next SYNC. Later ones cannot be told from answers
             to the next SYNC, because process data carry no number.
-        longest_gap_ns: Between two heartbeats.
         nmt_state: What it said; None before the first one.
         emergencies: EMCY messages that tell of an error.
     """
@@ -61,7 +59,6 @@ class NodeBox:
     duplicates: int = 0
     malformed: int = 0
     heartbeat_ns: int = 0
-    longest_gap_ns: int = 0
     nmt_state: int | None = None
     boots: int = 0
     emergencies: int = 0
@@ -73,12 +70,10 @@ class ArmStatistics:
     """Figures of the arm.
 
     Attributes:
-        round_trips_ns: From the first frame of a cycle to the last answer, of the newest that were answered in full.
         emergencies: The newest EMCY messages, oldest first.
     """
 
     cycles: int
-    round_trips_ns: tuple[int, ...]
     nodes: tuple[NodeBox, ...]
     emergencies: tuple[Emergency, ...]
 
@@ -95,7 +90,6 @@ class Mailbox:
         self._all_here = threading.Condition()
         self._emergencies: deque[Emergency] = deque(maxlen=_EMCY_KEPT)
         self._cycles = 0
-        self._round_trips_ns: deque[int] = deque(maxlen=_TRIPS_KEPT)
 
     def on_tpdo(self, identifier: int, data: bytearray, _timestamp: float) -> None:
         """Subscriber of process data."""
@@ -124,8 +118,6 @@ class Mailbox:
             if len(data) != 1:
                 box.malformed += 1
                 return
-            if box.nmt_state is not None:
-                box.longest_gap_ns = max(box.longest_gap_ns, time_ns - box.heartbeat_ns)
             box.heartbeat_ns, box.nmt_state = time_ns, data[0] & 0x7F
             box.boots += data[0] == 0
 
@@ -170,20 +162,17 @@ class Mailbox:
         with self._all_here:
             return self._copies()
 
-    def count(self, boxes: Sequence[NodeBox], round_trip_ns: int) -> None:
-        """Take down what came of a cycle: the boxes that :meth:`wait` gave, and how long it took."""
+    def count(self, boxes: Sequence[NodeBox]) -> None:
+        """Take down the result of a cycle: the boxes that :meth:`wait` gave."""
         with self._all_here:
             self._cycles += 1
-            silent = [box.node for box in boxes if box.answers == 0]
-            for node in silent:
-                self._boxes[node].missed += 1
-            if not silent:
-                self._round_trips_ns.append(round_trip_ns)
+            for box in boxes:
+                self._boxes[box.node].missed += box.answers == 0
 
     def statistics(self) -> ArmStatistics:
         """All figures so far."""
         with self._all_here:
-            return ArmStatistics(self._cycles, tuple(self._round_trips_ns), self._copies(), tuple(self._emergencies))
+            return ArmStatistics(self._cycles, self._copies(), tuple(self._emergencies))
 
     def start_over(self) -> None:
         """Forget what was said before the nodes were set up: boots, errors, NMT states; heartbeats count from now."""

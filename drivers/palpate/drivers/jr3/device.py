@@ -162,7 +162,6 @@ class Jr3(PolledSensor):
             boots=self._boots,
             timeouts=self._exchange.timeouts,
             strays=self._exchange.strays,
-            round_trips_ns=tuple(self._exchange.round_trips_ns),
         )
 
     def _wish(self, cue: Jr3Event) -> None:

@@ -32,7 +32,6 @@ class Jr3Statistics:
         doubted: Readings dropped because their counter fitted nothing before.
         restarts: How often the frame counter went back without our asking.
         strays: Acknowledgements that answered nothing.
-        round_trips_ns: From request to answer, of the newest; as coarse as the polling.
     """
 
     wire: TransportCounts
@@ -45,7 +44,6 @@ class Jr3Statistics:
     boots: int
     timeouts: int
     strays: int
-    round_trips_ns: tuple[int, ...]
 
 
 def no_answer(name: str, doing: str, counts: TransportCounts, *, refused: bool, heard: bool) -> DriverError:

@@ -10,7 +10,6 @@ that a stream never begins with a zero that somebody else has set.
 """
 
 import enum
-from collections import deque
 from types import MappingProxyType
 
 from palpate.drivers.jr3.messages import SCALES_IN_REPLY, Ack, Op, Request
@@ -92,9 +91,6 @@ FLOWING = frozenset(_FLOWING)
 """Phases in which readings must keep coming."""
 
 
-_REMEMBERED = 256
-
-
 class RequestInFlight:
     """Keeps the only request that may be in flight.
 
@@ -113,7 +109,6 @@ class RequestInFlight:
         self._attempts_left = 0
         self._sent_ns: int | None = None
         self._timeout_ns = 0
-        self.round_trips_ns: deque[int] = deque(maxlen=_REMEMBERED)
 
     def begin(self, request: Request, attempts: int, timeout_ns: int) -> None:
         """Put a request in place of any before it; :meth:`due` then says when to send it."""
@@ -150,7 +145,6 @@ class RequestInFlight:
         self.refused = not ack.ready
         if self.refused:
             return None
-        self.round_trips_ns.append(now_ns - self._sent_ns)
         self.request = None
         return request
 

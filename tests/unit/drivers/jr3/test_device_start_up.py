@@ -143,7 +143,6 @@ def test_blocking_helpers() -> None:
     for _ in range(50):
         sleep_and_stream(0.002)
         bench.device.poll(bench.now_ns)
-    assert max(bench.device.statistics().round_trips_ns) == pytest.approx(2e6)
     shut_down(bench.device, bench.clock_ns, sleep_and_stream)
     shut_down(bench.device, bench.clock_ns, sleep_and_stream)
     assert bench.device.phase is Jr3Phase.CLOSED

@@ -250,9 +250,4 @@ def test_statistics(line, bus):
         bus.exchange(1, NOP)
     after = bus.statistics
     assert after.exchanges - before.exchanges == 100
-    assert after.wire_s - before.wire_s == pytest.approx(100 * 110 / 115_200)
-    assert after.round_trips_ns == pytest.approx([500_000] * len(after.round_trips_ns))
-    assert after.waiting_s - before.waiting_s == pytest.approx(0.05)
-    assert after.own_s == pytest.approx(0.0, abs=1e-3)
     assert after.errors == before.errors
-    assert not NmcBus(line, line.clock, line.clock.sleep, BusSettings()).statistics.round_trips_ns
