@@ -87,7 +87,7 @@ class FollowTask(TouchTask):
         state = TrialState()
         monitor = Monitor(state, task, control, measurement.depth_step_m)
         super().__init__(task, measurement, motion, free, state, monitor)
-        self._approach = ContourApproach(task, control, measurement, motion, state)
+        self._approach = ContourApproach(task, control, measurement, motion, state, monitor)
         self._follow_way = Follow(task, control, measurement, motion, state, monitor)
 
     @override
@@ -115,9 +115,15 @@ class ContourApproach(RunningPhase):
     """Straight down to the first contact."""
 
     def __init__(
-        self, task: TaskConfig, control: ControlConfig, measurement: Measurement, motion: TipMotion, state: TrialState
+        self,
+        task: TaskConfig,
+        control: ControlConfig,
+        measurement: Measurement,
+        motion: TipMotion,
+        state: TrialState,
+        monitor: Monitor,
     ) -> None:
-        self._measurement, self._motion, self._state = measurement, motion, state
+        self._measurement, self._motion, self._state, self._monitor = measurement, motion, state, monitor
         self._law = _press(task, control, measurement, _APPROACH_M_S)
         self._contact_N = task.contact_kgf * N_PER_KGF
         # Compared with the commanded depth, so that the search also ends for an arm that does not follow.
@@ -126,6 +132,8 @@ class ContourApproach(RunningPhase):
     @override
     def step(self) -> Vector3:
         measured, reference_m = self._measurement, self._motion.reference_m
+        # The relief bounds how far the tool may press on what the force does not show.
+        self._monitor.free()
         if measured.filtered_force_z_N < -self._contact_N:
             self._state.event("contact", f"surface at {measured.position_m[2] * 1e3:.3f} mm below the nominal plane")
             self.over = True
