@@ -31,7 +31,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, JointCommand, Snapshot
 from palpate.core.trial import TrialReport, TrialSetup
 
 _LOG = Path(__file__).parents[1] / "tests" / "golden" / "no-contact.mcap"
-_BATCH = 14
+_BATCH = 35
 _JOURNAL_BYTES = 1 << 22
 
 
@@ -46,7 +46,7 @@ def recorded() -> list[tuple[Any, ...]]:
 
 
 class InTheLoop:
-    """The library's writer, a chunk every 14 ticks."""
+    """The library's writer, a chunk every 35 ticks."""
 
     def __init__(self, path: Path) -> None:
         self.file, self.count = path.open("wb"), 0
@@ -113,7 +113,7 @@ class Journal:
 
 
 class InAThread:
-    """As shipped: tuples, 14 at a time, which a thread packs and writes."""
+    """As shipped: tuples, 35 at a time, which a thread packs and writes."""
 
     def __init__(self, path: Path) -> None:
         self.sink, self.batch = FileSink(), list[tuple[Any, ...]]()
@@ -132,10 +132,10 @@ class InAThread:
 
 
 WAYS: dict[str, tuple[Callable[[Path], Any], str]] = {
-    "in the loop, by the library's writer": (InTheLoop, "0.1 s"),
+    "in the loop, by the library's writer": (InTheLoop, "0.25 s"),
     "tuples, written after the trial": (Kept, "the trial"),
     "journal in a mapped file, drained after the trial": (Journal, "nothing"),
-    "tuples, packed and written by a thread": (InAThread, "0.1 s"),
+    "tuples, packed and written by a thread": (InAThread, "0.25 s"),
 }
 """The ways, and what a kill -9 costs with each."""
 

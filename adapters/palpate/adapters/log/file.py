@@ -27,7 +27,7 @@ from palpate.adapters.log.container import messages_in
 from palpate.adapters.log.schema import CHANNELS, PACKAGE, descriptor_set
 
 _LEVEL: Final = 1
-"""Of the compression: ten ticks are compressed in some 20 us."""
+"""Of the compression: 35 ticks are compressed in some 50 us."""
 _MESSAGE_HEAD: Final = 31
 
 

@@ -160,15 +160,15 @@ def _with_sequence(bench: Bench, sequence: int) -> WrenchSample:
 
 
 @pytest.mark.parametrize("call", ["ticks", "calls"])
-def test_messages_are_handed_over_within_a_tenth_of_a_second(call: str) -> None:
+def test_messages_are_handed_over_within_a_quarter_of_a_second(call: str) -> None:
     sink = CountingSink()
     bench = Bench(sink)
     bench.begin()
-    for _ in range(60):
+    for _ in range(120):
         bench.run(1) if call == "ticks" else bench.recorder.stopped(None)
-    assert len(sink.batches) >= 60 // 14
+    assert len(sink.batches) >= 120 // 35
     assert sink.batches[0] == 1  # what the trial starts with is on its way before anything can happen
-    assert max(sink.batches) <= 14
+    assert max(sink.batches) <= 35
 
 
 class CountingSink(MemorySink):
