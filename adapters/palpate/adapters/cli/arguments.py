@@ -198,7 +198,9 @@ def _require_once(kind: type, words: Sequence[str]) -> None:
         name = re.sub(r"([-.])no-(?=[^.]*$)", r"\1", flag)
         name = name if name in flags else flag
         if name in given:
-            raise UsageError(f"{name} is given twice: {given[name]} and {word}; give it once")
+            several = get_origin(kinds_of(kind).get(name[2:].replace("-", "_"))) is tuple
+            hint = f"list all values after one {name}" if several else "give it once"
+            raise UsageError(f"{name} is given twice: {given[name]} and {word}; {hint}")
         given[name] = word
 
 

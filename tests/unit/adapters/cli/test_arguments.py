@@ -83,6 +83,11 @@ def test_a_setting_given_twice_is_refused(words: str, message: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+def test_several_values_go_after_one_flag() -> None:
+    with pytest.raises(UsageError, match=r"--policy is given twice: .*; list all values after one --policy"):
+        parse(CompareOptions, "compare", ["--policy", "a", "--policy", "b"])
+
+
 def test_what_may_be_given_several_times_may() -> None:
     words = ["log", "--set", "task.step_mm=1", "--set", "task.step_mm=2"]
     assert parse(ReplayOptions, "replay", words).set == ("task.step_mm=1", "task.step_mm=2")
