@@ -55,8 +55,7 @@ class NoiseWatch:
         self._tared = False
         self._band = _bands(self._noise)
         # No sample has a channel that is none: the first one begins a run on each.
-        self._begun: _Six = (nan, nan, nan, nan, nan, nan)
-        self._since = (0,) * 6
+        self._begun, self._since = [nan] * 6, [0] * 6
         self._seen: dict[float, int] = {}
         self._count = self._lag = 0
         self._recurring: int
@@ -72,42 +71,18 @@ class NoiseWatch:
             trip = self._taring(snapshot, expectation)
             if trip is not None:
                 return trip
-        fx, fy, fz = wrench.force_N
-        tx, ty, tz = wrench.torque_Nm
-        a, b, c, d, e, f = self._begun
-        u, v, w, x, y, z = self._band
-        one, two, three, four, five, six = self._since
         count = self._count = self._count + 1
-        first = count - self._longest
-        # Unrolled, for this is most of what the supervisor costs in a tick. Most samples begin a new run.
-        if not -u <= fx - a <= u:
-            a, one = fx, count
-        elif one <= first:
-            return self._flat(snapshot.tick, 0)
-        if not -v <= fy - b <= v:
-            b, two = fy, count
-        elif two <= first:
-            return self._flat(snapshot.tick, 1)
-        if not -w <= fz - c <= w:
-            c, three = fz, count
-        elif three <= first:
-            return self._flat(snapshot.tick, 2)
-        if not -x <= tx - d <= x:
-            d, four = tx, count
-        elif four <= first:
-            return self._flat(snapshot.tick, 3)
-        if not -y <= ty - e <= y:
-            e, five = ty, count
-        elif five <= first:
-            return self._flat(snapshot.tick, 4)
-        if not -z <= tz - f <= z:
-            f, six = tz, count
-        elif six <= first:
-            return self._flat(snapshot.tick, 5)
-        self._begun, self._since = (a, b, c, d, e, f), (one, two, three, four, five, six)
+        total = 0.0
+        for channel, value in enumerate((*wrench.force_N, *wrench.torque_Nm)):
+            total += value
+            # Most samples begin a new run.
+            if not abs(value - self._begun[channel]) <= self._band[channel]:
+                self._begun[channel], self._since[channel] = value, count
+            elif self._since[channel] <= count - self._longest:
+                return self._flat(snapshot.tick, channel)
         # One number in place of six to be hashed: that it comes again several times in order is no accident either.
         # The share of two changes is the same with any gain and offset.
-        total, last = fx + fy + fz + tx + ty + tz, self._change
+        last = self._change
         change, self._total = total - self._total, total
         self._change, seen = change, self._seen
         key = round(change / last, _DIGITS) if last else 0.0

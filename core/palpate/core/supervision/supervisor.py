@@ -37,8 +37,6 @@ _NAME = "supervisor"
 _PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 _PULLS: Final = 4
 """So many samples in a row a pull has to last that ends a retraction; one alone may be a spike."""
-# Members of an enumeration are looked up more slowly.
-_AS_ASKED = CommandReason.AS_ASKED
 
 
 class Supervisor:
@@ -138,7 +136,7 @@ class Supervisor:
         applied, sound = snapshot.applied, True
         if not self._held:
             self._take_over(snapshot)
-        elif applied is not None and applied.reason is not _AS_ASKED:
+        elif applied is not None and applied.reason is not CommandReason.AS_ASKED:
             sound = self._adopted(applied)
         trip = self._samples.trip(snapshot)
         if trip is None:
@@ -156,7 +154,7 @@ class Supervisor:
         if trip is not None:
             return self._take_command(trip, snapshot, position)
         within, _ = self._limiter.limited(position, self._held, _PERIOD_S)
-        if within.reason is _AS_ASKED:
+        if within.reason is CommandReason.AS_ASKED:
             self._held = within.position_rad
             return Supervised(asked)
         # Whatever jumps is beyond a limit of the limiter, too: only here it has to be looked for.

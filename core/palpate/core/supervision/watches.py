@@ -207,8 +207,6 @@ class JointWatch:
 
 
 _NS_PER_MS = 1e6
-# Members of an enumeration are looked up more slowly.
-_VALID, _RAW = Validity.VALID, WrenchKind.RAW
 
 
 class SampleWatch:
@@ -237,11 +235,11 @@ class SampleWatch:
     def trip(self, snapshot: Snapshot) -> Trip | None:
         """What is wrong with this tick's samples; None if nothing is."""
         wrench, joints, now_ns = snapshot.wrench, snapshot.joints, snapshot.time_ns
-        if wrench.validity is not _VALID:
+        if wrench.validity is not Validity.VALID:
             return self._not_valid(snapshot.tick, "force", wrench.validity)
-        if joints.validity is not _VALID:
+        if joints.validity is not Validity.VALID:
             return self._not_valid(snapshot.tick, "joint", joints.validity)
-        if wrench.kind is not _RAW or wrench.frame != self._frame:
+        if wrench.kind is not WrenchKind.RAW or wrench.frame != self._frame:
             return self._not_as_agreed(snapshot.tick, wrench)
         last_ns, self._last_ns = self._last_ns, now_ns
         if last_ns is not None and not 0 <= now_ns - last_ns <= self._gap_ns:
@@ -300,7 +298,7 @@ def require_raw(wrench: WrenchSample, frame: str = SENSOR_FRAME) -> None:
     Raises:
         DeviceError: It is of another kind or in another frame.
     """
-    if wrench.kind is not _RAW or wrench.frame != frame:
+    if wrench.kind is not WrenchKind.RAW or wrench.frame != frame:
         raise DeviceError("force sensor", f"{_wrench_text(wrench)}; the task needs raw ones in {frame!r}")
 
 

@@ -36,9 +36,6 @@ _RAISED_M: Final = 4e-4
 _ALONG_TICKS: Final = 4
 _STEP: Final = Spatial()
 _HOLD: Final = Spatial(Law.LIFT)
-# Members of an enumeration are looked up more slowly.
-_STEPS, _LIFTS, _PUSHES, _WITHDRAWS = Law.STEP, Law.LIFT, Law.PUSH, Law.WITHDRAW
-_AGAINST: Final = (_PUSHES, _WITHDRAWS)
 _SUNK_SHARE: Final = 0.62
 """An upright tool that is so deep while it pushes, as a share of a leaning corner's depth, is in the hole."""
 _DEEPEST_SHARE: Final = 0.93
@@ -127,12 +124,12 @@ class SpatialExplore(Explore):
             self._look_for_lag(self._led_m_s)
         if not self._low:
             self._monitor.free()
-        if law is _STEPS and self._upright:
+        if law is Law.STEP and self._upright:
             return super().step()
         if self._out_of_time():
             return STILL
         self._agent.effort_N.append(self._measurement.force_norm_N)
-        if law is _PUSHES and self._upright and self._depth_m > self._sunk_m:
+        if law is Law.PUSH and self._upright and self._depth_m > self._sunk_m:
             self._state.event("sunk below the surface")
             self.over = True
             return STILL
@@ -163,7 +160,7 @@ class SpatialExplore(Explore):
         self._caught_m = None
         px, py = spatial.push_N
         size_N = hypot(px, py)
-        self._monitor.push((px / size_N, py / size_N) if spatial.law in _AGAINST and size_N else None)
+        self._monitor.push((px / size_N, py / size_N) if spatial.law in (Law.PUSH, Law.WITHDRAW) and size_N else None)
         if spatial.law is Law.INSERT:
             self._state.event("insert")
             self.over = True
@@ -177,10 +174,10 @@ class SpatialExplore(Explore):
     def _way_on(self) -> Vector3:
         spatial, measured, reference_m = self._spatial, self._measurement, self._motion.reference_m
         give, self._led_m_s = self._give, None
-        if spatial.law is _STEPS:
+        if spatial.law is Law.STEP:
             velocity = self._wait() if self._waits and not self._upright else super()._way_on()
             rate = self._rate_rad_s
-        elif spatial.law is _LIFTS:
+        elif spatial.law is Law.LIFT:
             ticks = self._task.ticks_per_action
             share = (ticks - self.countdown + 1) / ticks
             (x, y, z), (dx, dy) = self._step_from_m, self._step_m
@@ -189,7 +186,7 @@ class SpatialExplore(Explore):
             self._led_m_s = velocity
             if measured.force_N[2] > _PULL_N or hypot(*measured.force_N[:2]) > _HELD_N:
                 velocity, rate, self._led_m_s = self._freed(velocity[2]), STILL, None
-        elif spatial.law is _PUSHES:
+        elif spatial.law is Law.PUSH:
             self._hold_against(spatial.push_N)
             velocity = self._pushed(spatial.push_N)
             # A yaw that is asked for is a torque about the axis, against which the tool gives way.
@@ -200,7 +197,7 @@ class SpatialExplore(Explore):
                 # More than the press gives at the corner: standing up on would load a wedge.
                 lean_x = lean_y = 0.0
             rate = lean_x, lean_y, give * self._yawing.rate_rad_s((0.0, 0.0, yaw_Nm))[2]
-        elif spatial.law is _WITHDRAWS:
+        elif spatial.law is Law.WITHDRAW:
             vx, vy, _ = self._pushed(spatial.push_N)
             torque_Nm = measured.live_torque_at_tip_Nm()
             (u, v, w), (a, b, c) = self._freeing.rate_rad_s(torque_Nm), self._rate_rad_s
@@ -220,8 +217,8 @@ class SpatialExplore(Explore):
             rate = STILL
         if rate != STILL:
             velocity = self._about_pivot(velocity, self._motion.turn(rate))
-        dithers = self._low or (spatial.law is _LIFTS and not spatial.rise_m)
-        return self._dithering(velocity) if dithers and spatial.law is not _STEPS else velocity
+        dithers = self._low or (spatial.law is Law.LIFT and not spatial.rise_m)
+        return self._dithering(velocity) if dithers and spatial.law is not Law.STEP else velocity
 
     def _dithering(self, velocity_m_s: Vector3) -> Vector3:
         """The velocity with the dither; on the spot where the budget is spent."""
