@@ -52,7 +52,9 @@ def on_ending_signal(act: Callable[[int], None], *, always: bool = True) -> Iter
     try:
         yield
     finally:
-        for number, previous in before.items():
+        # Another thread, in which the garbage collector may close its owner, can set no handler.
+        here = threading.current_thread() is threading.main_thread()
+        for number, previous in before.items() if here else ():
             # Interrupted on its way here, this may come late: a handler that was set since stays.
             if signal.getsignal(number) is handler:
                 signal.signal(number, previous)

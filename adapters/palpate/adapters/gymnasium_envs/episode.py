@@ -224,6 +224,9 @@ class Episodes:
         while self._thread.is_alive() and time.monotonic() < deadline_s:
             if self.on_rig:
                 self.rig.ports.arm.stop()
+            if self._thread is threading.current_thread():
+                # The garbage collector works in any thread.
+                return
             self._thread.join(GRACE_S)
 
     def _write(self) -> None:

@@ -191,6 +191,14 @@ def test_an_environment_that_is_let_go_stops_the_arm_and_can_be_neither_copied_n
     assert arm.life is Life.CLOSED
 
 
+def test_the_loop_s_own_thread_can_close_it_as_a_garbage_collector_does(episodes: Episodes) -> None:
+    episodes.observe = lambda task: episodes.close()
+    episodes.begin(5, 0)
+    with pytest.raises(LifecycleError):
+        episodes.decide(EAST)
+    assert stopped(episodes)
+
+
 def test_it_belongs_to_the_main_thread(episodes: Episodes) -> None:
     said: list[str] = []
 
