@@ -142,7 +142,7 @@ def test_a_step_needs_an_episode_and_an_open_environment() -> None:
         ({"arm": "ur7"}, "arm = 'ur7' is refused: one of"),
         ({"failure_penalty": -1.0}, "failure_penalty = -1.0 is refused"),
         ({"failure_penalty": nan}, "failure_penalty = nan is refused"),
-        ({"job": "nowhere.toml"}, "job = 'nowhere.toml' is refused: a readable file"),
+        ({"job": "nowhere.toml"}, "job = 'nowhere.toml' is refused: a file that exists"),
         ({"job": {"part": {}}}, "part = [] is refused: a table that states part.peg_mm, part.hole_mm, part.depth_mm"),
         ({"render_mode": "human"}, "render_mode = 'human' is refused: rgb_array, or None"),
         ({"config": {"task": {"step": 1.0}}}, "task.step = 1.0 is refused: no such field; did you mean task.step_mm?"),
