@@ -13,7 +13,8 @@ import pytest
 
 from palpate.adapters.contracts import TICK_NS
 from palpate.adapters.hardware.adapter_arm import AdapterArm
-from palpate.adapters.hardware.arm_client import ArmClient, ArmThread, arm_in_thread
+from palpate.adapters.hardware.arm_client import ArmClient, arm_in_thread
+from palpate.adapters.hardware.arm_host import ArmThread
 from palpate.adapters.hardware.arm_memory import _SLOT_BYTES, _WORDS_BYTES, ArmMemory, Setpoint
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
