@@ -176,46 +176,21 @@ class SignalProcessor:
         """
         if not self._memory:
             raise LifecycleError("signal processor", "without a past", "update()", "call reset() with a reading first")
-        if self.order == 1:
-            return self._filtered_first_order(live)
-        # Written out channel by channel: it runs every tick, and a loop takes half as long again.
-        x0, x1, x2, x3, x4, x5 = live
-        s0, s1, s2, s3, s4, s5, l0, l1, l2, l3, l4, l5 = self._memory
         a, b, g = self._coefficients
-        p0 = a * s0 + b * (x0 - l0)
-        p1 = a * s1 + b * (x1 - l1)
-        p2 = a * s2 + b * (x2 - l2)
-        p3 = a * s3 + b * (x3 - l3)
-        p4 = a * s4 + b * (x4 - l4)
-        p5 = a * s5 + b * (x5 - l5)
-        u0, u1, u2, u3, u4, u5 = g * p0, g * p1, g * p2, g * p3, g * p4, g * p5
-        y0, y1, y2, y3, y4, y5 = l0 + u0, l1 + u1, l2 + u2, l3 + u3, l4 + u4, l5 + u5
-        if not isfinite(y0 + y1 + y2 + y3 + y4 + y5):
+        slopes, levels = self._memory[:-_SIX] or (0.0,) * _SIX, self._memory[-_SIX:]
+        rates = [a * slope + b * (x - level) for x, slope, level in zip(live, slopes, levels, strict=True)]
+        outputs = [level + g * rate for level, rate in zip(levels, rates, strict=True)]
+        if not isfinite(sum(outputs)):
             raise CommandError("a wrench must be finite", live)
-        # fmt: off
-        self._memory = (
-            p0 + p0 - s0, p1 + p1 - s1, p2 + p2 - s2, p3 + p3 - s3, p4 + p4 - s4, p5 + p5 - s5,
-            y0 + u0, y1 + u1, y2 + u2, y3 + u3, y4 + u4, y5 + u5,
-        )
-        # fmt: on
-        return (y0, y1, y2, y3, y4, y5)
+        slopes = tuple(rate + rate - slope for rate, slope in zip(rates, slopes, strict=True))
+        levels = tuple(output + g * rate for output, rate in zip(outputs, rates, strict=True))
+        self._memory = slopes + levels if self.order == 2 else levels
+        y0, y1, y2, y3, y4, y5 = outputs
+        return y0, y1, y2, y3, y4, y5
 
     def get_state(self) -> list[float]:
         """Tare (6) and the filter's memory (none before the first reset): what a log says of a trial's beginning."""
         return [*self._tare, *self._memory]
-
-    def _filtered_first_order(self, live: Wrench) -> Wrench:
-        b = self._coefficients[1]
-        outputs, levels = [], []
-        for x, level in zip(live, self._memory, strict=True):
-            u = b * (x - level)
-            outputs.append(level + u)
-            levels.append(level + u + u)
-        y0, y1, y2, y3, y4, y5 = outputs
-        if not isfinite(sum(outputs)):
-            raise CommandError("a wrench must be finite", live)
-        self._memory = tuple(levels)
-        return (y0, y1, y2, y3, y4, y5)
 
     def _conditioned(self, raw: Sequence[float]) -> Wrench:
         f, g, h, t, u, v = ((x - o) * k for x, o, k in zip(raw, self._bias, self._gain, strict=True))
