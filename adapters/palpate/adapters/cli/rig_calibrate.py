@@ -78,12 +78,14 @@ class _Calibration:
         file = replace(before, calibration=CalibrationTable(), accept_kinematics=accepted)
         ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
         warm_up(config, ready)
-        with (
-            HardwareRig(file, config, find_approach(config, ready), self._latch) as rig,
-            RealTimeSession(config.real_time) as session,
-        ):
+        rig = HardwareRig(file, config, find_approach(config, ready), self._latch)
+        session = RealTimeSession(config.real_time)
+        commissioning = Commissioning(rig, config, session.loop, lambda text: say(f"{step}: {text}"))
+        if step == "payload":
+            # Before any device is open.
+            commissioning.plan_payload()
+        with rig, session:
             print_grants(session, config)
-            commissioning = Commissioning(rig, config, session.loop, lambda text: say(f"{step}: {text}"))
             if step == "payload":
                 self._payload(commissioning)
             elif step == "plate":

@@ -78,6 +78,7 @@ class Commissioning:
         tell: Callable[[str], object] = str,
     ) -> None:
         self._rig, self._loop, self._tell = rig, loop, tell
+        self._poses: list[Array] = []
         self._description = arm_named(config.arm)
         self._tool = config.tool.geometry
         self._kinematics = Kinematics(self._description, self._tool)
@@ -91,12 +92,16 @@ class Commissioning:
         self._ready: ReadyPose = find_ready_pose(config.arm, config.tool.geometry, config.task)
         self._approach = find_approach(config, self._ready)
 
+    def plan_payload(self) -> list[Array]:
+        """Find the poses of :meth:`payload`: on some arms it takes longer than devices may be left alone."""
+        above = np.array(self._approach.poses_rad[0])
+        self._poses = [above, *self._tilted(above), above]
+        return self._poses
+
     def payload(self) -> Payload:
         """Turn the tool about its middle, well above the plate; returns what hangs on the sensor."""
         down, means, sds = [], [], []
-        above = np.array(self._approach.poses_rad[0])
-        # Found before the arm is active: on some arms it takes longer than one may be left without a command.
-        poses = [above, *self._tilted(above), above]
+        poses = self._poses or self.plan_payload()
         with self.arm.moving():
             self._go_above()
             for number, pose in enumerate(poses, start=1):
