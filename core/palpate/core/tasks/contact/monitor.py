@@ -163,12 +163,18 @@ class Monitor:
         return hypot(across_N, z * self.axial_N_per_m)
 
     def bounded(self, velocity_m_s: Vector3) -> Vector3:
-        """Return the velocity; of one that bends the gripper further than the budget and the dithers, nothing."""
+        """Return the velocity; of one that bends the gripper further than the budget and the dithers, nothing.
+
+        The tool then waits, so that no motion without a response lasts for ever.
+        """
         if not self._tared:
             return velocity_m_s
         x, y, z = (at + velocity * PERIOD_S for at, velocity in zip(self._reference_m, velocity_m_s, strict=True))
         most_N = max(self.budget_N + self._dithers_N, self.spent_N)
-        return velocity_m_s if self._bend_N((x, y, z)) <= most_N else STILL
+        if self._bend_N((x, y, z)) <= most_N:
+            return velocity_m_s
+        self.wait("before the tool may go further")
+        return STILL
 
     def check(self, snapshot: Snapshot, measured: Measurement, reference_m: Vector3, *, tared: bool) -> Trip | None:
         """Take in a tick of any phase; return a trip for a wrench that no contact at the tip can cause.
