@@ -111,6 +111,8 @@ def _exceeded(
 
 _WINDOW_NS: Final = 25_000_000
 """Velocities are differences over at least so long: a step of the encoder then weighs little."""
+_STUCK_SHARE: Final = 0.3
+"""Of the tracking limit: commands that go so far change a joint's angle by many steps of its encoder, at any lag."""
 _OLDEST_NS: Final = 4_000_000_000 // CONTROL_RATE_HZ
 """An older sample, or one that is repeated, is held against commands that are newer than it: four ticks, no more."""
 
@@ -137,6 +139,7 @@ class JointWatch:
         self._velocity = tuple(v * config.max_joint_velocity_share for v in velocity_limit_rad_s)
         self._least_velocity_rad_ns = min(self._velocity) * 1e-9
         self._tracking_rad = config.max_tracking_error_mrad * 1e-3
+        self._stuck_rad = _STUCK_SHARE * self._tracking_rad
         self._lag_ns = round((config.tracking_lag_ticks + 1.5) * 1e9 / CONTROL_RATE_HZ)
         self._commands: deque[tuple[int, JointVector]] = deque()
         self._samples: deque[tuple[int, JointVector]] = deque()
@@ -146,6 +149,7 @@ class JointWatch:
         self._commands.clear()
         self._samples.clear()
         self._before_ns: int | None = None
+        self._same: list[tuple[float, float, float]] = []
 
     def trip(self, snapshot: Snapshot, held_rad: JointVector) -> Trip | None:
         """What is wrong with this tick's joint angles, which are valid; None if nothing is.
@@ -157,10 +161,11 @@ class JointWatch:
         q = joints.position_rad
         if not (all(map(le, self._lower, q)) and all(map(le, q, self._upper))):
             return self._outside(snapshot.tick, q)
-        samples, now_ns = self._samples, joints.source_time_ns
+        samples, now_ns, is_new = self._samples, joints.source_time_ns, False
         # A reading that is repeated, be it under another number, is no measure of velocity.
         if not samples or now_ns > samples[-1][0]:
             samples.append((now_ns, q))
+            is_new = True
             while len(samples) > 1 and now_ns - samples[1][0] >= _WINDOW_NS:
                 samples.popleft()
             then_ns, then = samples[0]
@@ -176,9 +181,24 @@ class JointWatch:
             commands.popleft()
         commands.append((snapshot.time_ns if self._before_ns is None else self._before_ns, held_rad))
         self._before_ns = snapshot.time_ns
-        if max(map(abs, map(sub, q, commands[0][1]))) <= self._tracking_rad:
-            return None
-        return self._astray(snapshot.tick, q)
+        if max(map(abs, map(sub, q, commands[0][1]))) > self._tracking_rad:
+            return self._astray(snapshot.tick, q)
+        return self._stuck(snapshot.tick, q, commands[0][1]) if is_new else None
+
+    def _stuck(self, tick: int, q: JointVector, command_rad: JointVector) -> Trip | None:
+        """A joint that shows one angle in new samples while its commands, before the lag, went on."""
+        same = self._same or [(angle, command, command) for angle, command in zip(q, command_rad, strict=True)]
+        self._same = [
+            (angle, min(low, command), max(high, command)) if angle == before else (angle, command, command)
+            for angle, command, (before, low, high) in zip(q, command_rad, same, strict=True)
+        ]
+        for number, (angle, low, high) in enumerate(self._same, start=1):
+            if high - low > self._stuck_rad:
+                text = (
+                    f"joint {number} stays at {angle:.4f} rad while its commands go over {(high - low) * 1e3:.2f} mrad"
+                )
+                return Trip(TripReason.TRACKING_ERROR, tick, text)
+        return None
 
     def _outside(self, tick: int, q: JointVector) -> Trip:
         joints = enumerate(zip(q, self._lower, self._upper, strict=True), start=1)

@@ -210,3 +210,13 @@ def test_the_first_cause_is_the_one_that_is_kept() -> None:
     assert first is not None
     assert first.reason is TripReason.FORCE_LIMIT
     assert bench.supervisor.trip is first
+
+
+def test_a_joint_that_shows_one_angle_while_its_commands_go_on_is_found() -> None:
+    bench = Bench()
+    bench.clean(10)
+    for tick in range(40):
+        asked = (bench.home_rad[0] + 2e-4 * tick, *bench.home_rad[1:])
+        bench.tick(measured_rad=bench.home_rad, asked_rad=asked)
+    assert bench.tripped.reason is TripReason.TRACKING_ERROR
+    assert "stays at" in bench.tripped.text
