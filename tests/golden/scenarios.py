@@ -70,8 +70,8 @@ INSERTIONS: Final[dict[str, FaultScenario]] = {
             "cell": {"tilt_mrad": 6.0, "peg": {"friction": 0.6, "clearance_mm": 0.02}},
         },
     ),
-    "no-contact": FaultScenario(
-        "no contact", (arm("stuck", 60),), {"task": SOON, **weak(max_tracking_error_mrad=500.0)}
+    "arm-stuck": FaultScenario(
+        "contact mismatch", (arm("stuck", 60),), {"task": SOON, **weak(max_tracking_error_mrad=500.0)}
     ),
 }
 """Insertions without a sensor fault: outcomes and arms."""

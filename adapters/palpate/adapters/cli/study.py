@@ -14,7 +14,7 @@ from typing import Any, Final
 from palpate.adapters.cli.notices import say
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.cli.study_options import StudyOptions
-from palpate.adapters.experiments.executor import Workers, completed, workers_for
+from palpate.adapters.experiments import Workers, completed, workers_for
 from palpate.adapters.experiments.study import Condition, Study, StudyFolder, make
 from palpate.core.errors import OutputError, PalpateError, UsageError, one_line
 
@@ -53,7 +53,7 @@ def study(options: StudyOptions) -> int:
 def _workers(options: StudyOptions) -> Workers:
     jobs = options.jobs or os.cpu_count() or 1
     if options.scheduler:
-        from palpate.adapters.experiments.study.cluster import LOCAL, DaskWorkers
+        from palpate.adapters.experiments.study import LOCAL, DaskWorkers
 
         workers = DaskWorkers(options.scheduler, jobs)
         if options.scheduler == LOCAL:

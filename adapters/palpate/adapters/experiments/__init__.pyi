@@ -22,7 +22,10 @@ from .evaluation import ChosenPolicy as ChosenPolicy
 from .evaluation import true_hole_m as true_hole_m
 from .evaluation import warm_up as warm_up
 from .evaluation import write_evaluation as write_evaluation
+from .executor import Workers as Workers
+from .executor import completed as completed
 from .executor import in_processes as in_processes
+from .executor import workers_for as workers_for
 from .figure import learning_curve as learning_curve
 from .figure import trials_picture as trials_picture
 from .fitting import configured_perception as configured_perception

@@ -94,7 +94,10 @@ def _moved(config: RunConfig, tip: pin.SE3) -> RunConfig:
     x_mm, y_mm, z_mm = (round(float(value) * 1e3, 6) for value in plate.translation)
     rpy = np.degrees(pin.rpy.matrixToRpy(plate.rotation @ upright.T)).tolist()
     goal = GoalConfig(x_mm, y_mm, z_mm, (rpy[0], rpy[1], rpy[2]))
-    return replace(config, task=replace(config.task, goal=goal, start_uncertainty_mm=0.0))
+    # The arm follows no command.
+    supervision = replace(config.supervision, max_tracking_error_mrad=500.0)
+    task = replace(config.task, goal=goal, start_uncertainty_mm=0.0)
+    return replace(config, task=task, supervision=supervision)
 
 
 def _tip(config: RunConfig, q_rad: JointVector) -> pin.SE3:

@@ -44,6 +44,6 @@ def test_events_happen_while_the_cell_lives(monkeypatch: pytest.MonkeyPatch) -> 
     happened: list[str] = []
     made = cell("ur5", "start+0.05s:protective-stop")
     with made:
-        made.run(lambda: bool(happened), lambda truth: None, None, lambda event: happened.append(event.name))
+        made.run(lambda: bool(happened), lambda truth: None, lambda event: happened.append(event.name))
         with made.ur.exclusive() as controller:
             assert controller.safety_mode.name == "PROTECTIVE_STOP"

@@ -1,3 +1,5 @@
+from .cluster import LOCAL as LOCAL
+from .cluster import DaskWorkers as DaskWorkers
 from .condition import SUMMARY as SUMMARY
 from .condition import Condition as Condition
 from .condition import make as make

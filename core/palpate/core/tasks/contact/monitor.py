@@ -151,6 +151,7 @@ class Monitor:
         """The force has responded, or the tool is where it meets nothing: the budget counts from here."""
         self._from_m: Vector3 | None = None
         self.spent_N, self.spent, self._waited_ticks, self._aimed = 0.0, False, 0, False
+        self._spent_at_N = 0.0
         for response in self._responses[2:]:
             response.stationary_ticks = 0
 
@@ -170,7 +171,7 @@ class Monitor:
         if not self._tared:
             return velocity_m_s
         x, y, z = (at + velocity * PERIOD_S for at, velocity in zip(self._reference_m, velocity_m_s, strict=True))
-        most_N = max(self.budget_N + self._dithers_N, self.spent_N)
+        most_N = max(self.budget_N, self._spent_at_N) + self._dithers_N
         if self._bend_N((x, y, z)) <= most_N:
             return velocity_m_s
         self.wait("before the tool may go further")
@@ -191,7 +192,9 @@ class Monitor:
             self._adapt(measured.tip_lever_m)
             self.push(None)
         self._reference_m, self.spent_N = reference_m, self._bend_N(reference_m)
-        self.spent = self.spent or self.spent_N > self.budget_N
+        if self.spent_N > self.budget_N and not self.spent:
+            # A tool that waits there goes on to dither, along the axis and across.
+            self.spent, self._spent_at_N = True, self.spent_N
         self.axial.add_place(joints_ns, z)
         self._still_ticks += 1
         self._sunk_ticks += 1

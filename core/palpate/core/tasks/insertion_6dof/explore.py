@@ -41,7 +41,7 @@ _SUNK_SHARE: Final = 0.62
 _DEEPEST_SHARE: Final = 0.93
 """A tool that pushes sinks no deeper; the rest of the way is the insertion's, with its proofs."""
 _HEIGHT_GAIN_PER_S: Final = 5.0
-_SWIFT_S: Final = 16e-3
+_SWIFT_S: Final = 12e-3
 """Ways of giving way are set for an arm that lags by less; with a slower one they would swing against a wall."""
 _UPRIGHT_RAD: Final = radians(1.0)
 """A tool that leans by more is on an edge or a corner: loss of contact there is no hole."""
@@ -217,8 +217,12 @@ class SpatialExplore(Explore):
             rate = STILL
         if rate != STILL:
             velocity = self._about_pivot(velocity, self._motion.turn(rate))
-        dithers = self._low or (spatial.law is Law.LIFT and not spatial.rise_m)
-        return self._dithering(velocity) if dithers and spatial.law is not Law.STEP else velocity
+        dithers = self._low or spatial == _HOLD
+        if not dithers or spatial.law is Law.STEP:
+            return velocity
+        # Servos follow a dither by less than they are late.
+        self._led_m_s = None
+        return self._dithering(velocity)
 
     def _dithering(self, velocity_m_s: Vector3) -> Vector3:
         """The velocity with the dither; on the spot where the budget is spent."""

@@ -1,16 +1,11 @@
 """The approach: straight down to the first contact."""
 
-from typing import Final
-
 from typing_extensions import override
 
 from palpate.core.ports import Vector3
 from palpate.core.tasks.contact import Monitor, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
-from palpate.core.trial import N_PER_KGF, Outcome
-
-_NO_CONTACT_M: Final = 0.008
-"""How far below the nominal surface (beyond the insertion depth) the approach may search for contact."""
+from palpate.core.trial import N_PER_KGF
 
 
 class Approach(RunningPhase):
@@ -53,7 +48,4 @@ class Approach(RunningPhase):
             # The surface was never touched, so its height is known only as well as the plate was set up.
             state.slack_m = self._slack_m
             state.event("no contact where the plate must be")
-        if not self.over and self._motion.reference_m[2] > self._depth_m + _NO_CONTACT_M:
-            # By the reference, so that the search also ends for an arm that does not follow.
-            state.end(Outcome.NO_CONTACT, f"nothing touched, tip at {depth * 1e3:.2f} mm")
         return self._law.velocity_m_s(self._motion.reference_m, self._target_m, measured.force_N)

@@ -191,8 +191,10 @@ class Insert(RunningPhase):
             # A peg that still sinks against friction responds as no spring does.
             sinking = self._state.tick - self._progress_tick <= response.window
             monitor.wait(f"at {depth_m * 1e3:.2f} mm in the hole", supported=self._pressed and not sinking)
-        vx, vy, vz = self._pressing(push=free)
-        return vx, vy, (min(vz, 0.0) if past else vz) + (monitor.dither_m_s() if self._pressed else 0.0)
+        # A budget that was spent on the way leaves nothing to press with: a wall frees it.
+        vx, vy, vz = self._pressing(push=free or (monitor.spent and not self._pressed))
+        vz = min(vz, 0.0) if past or monitor.spent else vz
+        return vx, vy, vz + (monitor.dither_m_s() if self._pressed else 0.0)
 
     def _judge(self, window: int) -> None:
         """Is it deep enough, for all that is not known of its depth?"""
