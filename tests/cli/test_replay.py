@@ -127,7 +127,7 @@ def test_a_batch_goes_on_past_bad_logs_and_sums_up(
     done = palpate("replay", tmp_path, "--jobs", 1)
     assert done.code == 2
     assert "Traceback" not in done.stderr + done.stdout
-    assert "1 of 5 equal in every bit, 3 NOT REPLAYABLE, 1 equal as far as it can be read" in done.stdout
+    assert "1 of 5 equal in every bit, 1 equal as far as it can be read, 3 NOT REPLAYABLE" in done.stdout
     for name, reason in {
         "truncated": "the recording was cut short",
         "folder": "is no file",
