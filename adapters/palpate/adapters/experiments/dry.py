@@ -95,7 +95,8 @@ def _moved(config: RunConfig, tip: pin.SE3) -> RunConfig:
     rpy = np.degrees(pin.rpy.matrixToRpy(plate.rotation @ upright.T)).tolist()
     goal = GoalConfig(x_mm, y_mm, z_mm, (rpy[0], rpy[1], rpy[2]))
     # The arm follows no command.
-    supervision = replace(config.supervision, max_tracking_error_mrad=500.0)
+    weakened = (*config.supervision.weakened, "max_tracking_error_mrad")
+    supervision = replace(config.supervision, max_tracking_error_mrad=500.0, weakened=weakened)
     task = replace(config.task, goal=goal, start_uncertainty_mm=0.0)
     return replace(config, task=task, supervision=supervision)
 

@@ -47,7 +47,7 @@ def require_fitting(
     _between(config, "max_torque_Nm", noise_Nm, "what noise alone shows", range_Nm, stated)
     rate, most = noise_N / _PERIOD_S, 2.0 * range_N / _PERIOD_S
     _between(config, "max_force_rate_N_s", rate, "what noise alone shows", most)
-    _between(config, "max_tracking_error_mrad", 2e3 * max(kinematics.arm.encoder_step_rad), "two encoder steps", inf)
+    _between(config, "max_tracking_error_mrad", 1e4 * max(kinematics.arm.encoder_step_rad), "ten encoder steps", inf)
     reach_mrad = float(kinematics.velocity_limit_rad_s.max()) * _PERIOD_S * 1e3
     _between(
         config,
