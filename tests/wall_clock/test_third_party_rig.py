@@ -60,7 +60,7 @@ def test_doctor_a_trial_and_an_agent_that_finds_it_latched_when_it_hangs(
 ) -> None:
     with host.judged(0.02, DeviceError, LATE):
         done = palpate("rig", "doctor", "--rig", rig, "--seconds", "0.3")
-        assert "ok     joints   6 joint angles" in done.stdout
+        assert "which gives angles only when it is switched on: add --move" in done.stdout
         assert "samples are saturated" in done.stdout
         done = palpate(
             "run",

@@ -158,8 +158,9 @@ def test_without_the_client_one_line_names_the_extra(
     (tmp_path / "rig.toml").write_text(
         "[arm]\nname = 'ur5'\nadapter = 'ur-rtde'\nhost = '127.0.0.9'\n[force_sensor]\nadapter = 'ur-rtde'\n"
     )
-    told = palpate.refusal("run", "--rig", "rig.toml", *JOB, "--policy", "torque", "--trials", "1")
-    assert "pip install 'palpate[ur]'" in told
+    done = palpate("run", "--rig", "rig.toml", "--confirm", "rig", *JOB, "--policy", "torque", "--trials", "1")
+    assert done.code == 2
+    assert "pip install 'palpate[ur]'" in done.stderr.splitlines()[-1]
 
 
 def test_insertion_by_the_tool_force_is_refused_with_the_figures(palpate: CommandLine, tmp_path: Path) -> None:

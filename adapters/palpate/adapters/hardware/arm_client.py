@@ -1,5 +1,6 @@
 """An arm that another process owns, as the two arm ports of this one."""
 
+import sys
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
@@ -323,5 +324,6 @@ def arm_in_process(
         context.accept_kinematics,
         real_time,
         timeout_ns,
+        tuple(sys.path),
     )
     return ArmClient(arm, lambda: ArmProcess(assignment), clock, timeout_ns, context.tell)

@@ -258,6 +258,8 @@ class Assignment(NamedTuple):
     accept_kinematics: bool
     real_time: RealTimeConfig
     timeout_ns: int
+    path: tuple[str, ...]
+    """Where the loop's process finds modules, an adapter's among them."""
 
 
 def _hurrying(real_time: RealTimeConfig) -> Callable[[], object]:
@@ -290,6 +292,7 @@ def main() -> None:
 
 
 def _serve(told: Assignment, line: Connection, memory: ArmMemory, is_orphan: Callable[[], bool]) -> bool:
+    sys.path[:] = told.path
     clock = MonotonicClock(told.origin_ns)
     hurry = _hurrying(told.real_time)
     hurry()

@@ -129,9 +129,9 @@ def test_a_sensor_in_another_frame_is_refused() -> None:
 
 
 def test_a_tolerance_below_the_encoder_is_refused() -> None:
-    fit(SupervisionConfig(max_tracking_error_mrad=0.2))
+    fit(SupervisionConfig(max_tracking_error_mrad=1.0))
     arm = replace(ARM, encoder_step_rad=(1e-3,) * 6)
-    with pytest.raises(ConfigurationError, match=r"max_tracking_error_mrad = 0.5 .* above 2, ten encoder steps"):
+    with pytest.raises(ConfigurationError, match=r"max_tracking_error_mrad = 0.5 .* above 10, ten encoder steps"):
         fit(SupervisionConfig(max_tracking_error_mrad=0.5), arm=arm)
 
 
