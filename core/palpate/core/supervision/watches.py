@@ -113,6 +113,8 @@ _WINDOW_NS: Final = 25_000_000
 """Velocities are differences over at least so long: a step of the encoder then weighs little."""
 _STUCK_SHARE: Final = 0.3
 """Of the tracking limit: commands that go so far change a joint's angle by many steps of its encoder, at any lag."""
+_STUCK_SAMPLES: Final = CONTROL_RATE_HZ // 10
+"""Samples of one angle: a servo hardly follows a dither that is faster."""
 _OLDEST_NS: Final = 4_000_000_000 // CONTROL_RATE_HZ
 """An older sample, or one that is repeated, is held against commands that are newer than it: four ticks, no more."""
 
@@ -149,7 +151,7 @@ class JointWatch:
         self._commands.clear()
         self._samples.clear()
         self._before_ns: int | None = None
-        self._same: list[tuple[float, float, float]] = []
+        self._same: list[tuple[float, int, float, float]] = []
 
     def trip(self, snapshot: Snapshot, held_rad: JointVector) -> Trip | None:
         """What is wrong with this tick's joint angles, which are valid; None if nothing is.
@@ -187,16 +189,17 @@ class JointWatch:
 
     def _stuck(self, tick: int, q: JointVector, command_rad: JointVector) -> Trip | None:
         """A joint that shows one angle in new samples while its commands, before the lag, went on."""
-        same = self._same or [(angle, command, command) for angle, command in zip(q, command_rad, strict=True)]
+        same = self._same or [(angle, 0, command, command) for angle, command in zip(q, command_rad, strict=True)]
         self._same = [
-            (angle, min(low, command), max(high, command)) if angle == before else (angle, command, command)
-            for angle, command, (before, low, high) in zip(q, command_rad, same, strict=True)
+            (angle, samples + 1, min(low, command), max(high, command))
+            if angle == before
+            else (angle, 0, command, command)
+            for angle, command, (before, samples, low, high) in zip(q, command_rad, same, strict=True)
         ]
-        for number, (angle, low, high) in enumerate(self._same, start=1):
-            if high - low > self._stuck_rad:
-                text = (
-                    f"joint {number} stays at {angle:.4f} rad while its commands go over {(high - low) * 1e3:.2f} mrad"
-                )
+        for number, (angle, samples, low, high) in enumerate(self._same, start=1):
+            if samples >= _STUCK_SAMPLES and high - low > self._stuck_rad:
+                way = f"{(high - low) * 1e3:.2f} mrad"
+                text = f"joint {number} stays at {angle:.4f} rad while its commands go over {way}"
                 return Trip(TripReason.TRACKING_ERROR, tick, text)
         return None
 
