@@ -178,8 +178,14 @@ class Insert(RunningPhase):
         """At depth: the floor responds along the axis or, where there is none, a wall across it."""
         monitor, depth_m = self._monitor, self._depth_m
         self._depths_m.append(depth_m)
-        past = depth_m > self._full_m + self._tolerance_m + self._state.slack_m + _PAST_FLOOR_M
+        # A pull that a wrong scale makes larger would draw the tip deeper than the encoders say.
+        least_m = min(depth_m, self._measurement.position_m[2] - self._state.surface_m)
+        past = least_m > self._full_m + self._tolerance_m + self._state.slack_m + _PAST_FLOOR_M
         free = past and not self._pressed
+        if monitor.spent and not self._pressed and not past:
+            # The way used up what it could press with: a wall comes first.
+            self._begin(Stage.SINK)
+            return self._sink()
         response = monitor.across if free else monitor.axial
         if past and self._pressed:
             monitor.mismatch(f"a floor at {depth_m * 1e3:.2f} mm, deeper than it can be")
@@ -191,8 +197,7 @@ class Insert(RunningPhase):
             # A peg that still sinks against friction responds as no spring does.
             sinking = self._state.tick - self._progress_tick <= response.window
             monitor.wait(f"at {depth_m * 1e3:.2f} mm in the hole", supported=self._pressed and not sinking)
-        # A budget that was spent on the way leaves nothing to press with: a wall frees it.
-        vx, vy, vz = self._pressing(push=free or (monitor.spent and not self._pressed))
+        vx, vy, vz = self._pressing(push=free)
         vz = min(vz, 0.0) if past or monitor.spent else vz
         return vx, vy, vz + (monitor.dither_m_s() if self._pressed else 0.0)
 
