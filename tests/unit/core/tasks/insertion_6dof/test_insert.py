@@ -24,6 +24,10 @@ class Wedged:
     def __init__(self, depth_m: float, frees_rad: float) -> None:
         self.tip_depth_m, self._frees_rad, self.turn_rad = depth_m, frees_rad, NONE
 
+    @property
+    def position_m(self) -> tuple[float, float, float]:
+        return 0.0, 0.0, self.tip_depth_m
+
     def turn(self, rate_rad_s: Vector3) -> None:
         x, y, z = (a + rate / 140.0 for a, rate in zip(self.turn_rad, rate_rad_s, strict=True))
         self.turn_rad = x, y, z
