@@ -345,6 +345,6 @@ class Run:
 
 
 def note(line: str) -> None:
-    """Print a line that a person should read; nothing where nobody can any more."""
+    """Print a line that a person should read; nothing once the stream is closed."""
     with suppress(OSError):
         sys.stderr.write(f"palpate: {line}\n")

@@ -205,7 +205,7 @@ class Episodes:
         try:
             shown = self._agent.shown.get()
         except BaseException:
-            # Ctrl-C too: nobody will ask for the next decision.
+            # Ctrl-C too: no further decision will be requested.
             self._leave()
             raise
         if isinstance(shown, BaseException):

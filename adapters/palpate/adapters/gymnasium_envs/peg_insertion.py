@@ -168,7 +168,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             rig=rig, acknowledge=acknowledge, accept_kinematics=accept_kinematics,
         )  # fmt: skip
         self._episodes = Episodes(run, out, decision_limit_s)
-        # Whatever becomes of the program: an environment that nobody has any more leaves the arm stopped.
+        # However the program ends: an environment without references leaves the arm stopped.
         weakref.finalize(self, self._episodes.close)
         self._penalty = failure_penalty
         longest_m = settings.task.step_mm * 1e-3

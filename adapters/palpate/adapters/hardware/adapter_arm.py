@@ -1,4 +1,4 @@
-"""A stranger's arm, an adapter with ports and lives of its own, as the process that owns it serves it."""
+"""A third-party arm, an adapter with ports and life cycles of its own, as the arm's process serves it."""
 
 from collections.abc import Sequence
 

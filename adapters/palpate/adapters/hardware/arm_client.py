@@ -33,7 +33,7 @@ from palpate.core.ports import (
 
 _NS: Final = 1_000_000_000
 _ANSWER_NS: Final = 2_000_000
-"""Longest that a set-point for a stranger's arm keeps the loop waiting for what became of it."""
+"""Longest wait of the loop for a third-party arm's answer to a set-point."""
 _STOP_NS: Final = 9 * _NS // 5
 _REQUEST_NS: Final = 60 * _NS
 _CLOSE_NS: Final = 10 * _NS
@@ -122,7 +122,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
 
     @override
     def send(self, command: JointCommand) -> AppliedCommand:
-        """Hand on a set-point. A driver's arm gets what its limits leave of it; a stranger's says what became of it."""
+        """Pass on a set-point. For a driver's arm it is limited here; a third-party arm reports what it applied."""
         self._look()
         if self._life is not Life.ACTIVE:
             self._require_active("send()")
@@ -217,7 +217,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
     @override
     def _on_acknowledge(self) -> None:
         if self._host is None:
-            # It died. Whoever acknowledges that wants another one.
+            # The process died: acknowledging the fault starts another one.
             self._on_configure()
         else:
             self._request("acknowledge_fault")
@@ -245,7 +245,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         answered = 0
         try:
             host.line.send((self._requests, name))
-            # An answer that nobody waited for may be before it.
+            # An answer whose request timed out may come first.
             while answered != self._requests:
                 while not host.line.poll(0):
                     if self._clock.now_ns() > deadline_ns:
@@ -312,7 +312,7 @@ def arm_in_process(
     Raises:
         ConfigurationError: There is no such adapter, or it refuses its settings.
     """
-    # Made here as well, which opens nothing: so what is wrong in a rig file is told before anything starts.
+    # Made here as well, which opens nothing: so a wrong rig file is refused before anything starts.
     arm = served(arm_maker(adapter)(settings, context), context)
     assignment = Assignment(
         adapter,

@@ -1,4 +1,4 @@
-"""Memory that loop and arm's process share: set-points one way, joints and faults the other. Nobody ever waits."""
+"""Memory that loop and arm process share: set-points one way, joints and faults the other. Neither side waits."""
 
 import mmap
 import pickle

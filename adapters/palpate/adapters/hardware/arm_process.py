@@ -129,7 +129,7 @@ class ArmLoop:
         reached = (now_ns - self._start_ns) * CONTROL_RATE_HZ // (_NS * self._arm.divider) + 1
         self._slot = max(self._slot + 1, reached)
         if self._arm.answers and setpoint is not None and setpoint.number <= self._taken:
-            # A stranger's arm is told each set-point once.
+            # A third-party arm gets each set-point once.
             setpoint = None
         try:
             self._sample, applied = self._arm.cycle(None if setpoint is None else setpoint.position_rad)
@@ -178,7 +178,7 @@ class ArmLoop:
             )
         except Exception as error:
             problem = DeviceError(self._arm.name, self._cause(error))
-        # Noted before it is answered: whoever has the answer finds in the memory what came of it.
+        # Published before the answer: the client then finds the result in the memory.
         if not self._closed:
             self._publish()
         self._line.send((number, found, problem, self._fault))
@@ -276,7 +276,7 @@ def _hurrying(real_time: RealTimeConfig) -> Callable[[], object]:
 
 def main() -> None:
     """Be the arm's process; arguments are the numbers of the line and of the memory."""
-    # Whoever wants an end asks the loop for it; it ends this process by ending its line.
+    # A request to end goes to the loop, which ends this process by closing its line.
     ignore_ending_signals()
     line, file = Connection(int(sys.argv[1])), int(sys.argv[2])
     memory = ArmMemory(mmap.mmap(file, ArmMemory.BYTES))

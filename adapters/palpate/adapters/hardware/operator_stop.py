@@ -146,7 +146,7 @@ class OperatorStop:
     def _run(self, terminal: Terminal, wake: int) -> None:
         while wake not in select.select([wake, self._fd], [], [])[0]:
             if not terminal.read():
-                # Nobody could press a key any more.
+                # No key can be pressed any more.
                 self.stop("key: the terminal is gone")
                 return
             self.stop("key: a key was pressed")
@@ -174,7 +174,7 @@ class GuardedArm(DeviceDecorator, ArmCommand):
     def send(self, command: JointCommand) -> AppliedCommand:
         """While a stop is latched the arm is stopped, and says so."""
         if self._operator.tripped:
-            # Somebody may have activated it underneath since it was stopped.
+            # It may have been activated from elsewhere since it was stopped.
             stop_surely(self._arm)
         return self._arm.send(command)
 
@@ -188,6 +188,6 @@ def stop_surely(arm: ArmCommand) -> str:
     try:
         arm.stop()
     except Exception as error:
-        # The contract forbids it, a stranger's arm may do it all the same, and the latch must still be set.
+        # The contract forbids it, but a third-party arm may do it, and the latch must still be set.
         return f"; stop() failed: {error!r}"
     return ""

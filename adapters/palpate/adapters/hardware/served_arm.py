@@ -1,4 +1,4 @@
-"""An arm as the process that owns it opens, cycles and stops it: one of our drivers, or a stranger's adapter."""
+"""An arm as its process opens, cycles and stops it: one of our drivers, or a third-party adapter."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence

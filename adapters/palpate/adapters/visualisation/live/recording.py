@@ -29,11 +29,11 @@ _SERIES: Final[dict[str, tuple[str, ...]]] = {
 """Time series: the tared wrench in the sensor's frame; the tip in the task frame; how late a tick began and how old its
 wrench was; and by how much the applied command differs from the commanded one."""
 _POSE_TICKS: Final = 5
-"""A pose every so many ticks: 28 a second."""
+"""Ticks between two poses: 28 poses a second."""
 _FLUSH_TICKS: Final = 14
 """Time series are sent together, ten times a second."""
 _MEAN_TICKS: Final = 5
-"""The force arrow is a mean over so many ticks; the noise of single samples would make it flicker."""
+"""The force arrow is a mean over this many ticks; the noise of single samples would make it flicker."""
 _MOST_TRIALS: Final = 1000
 _NO_TARE: Final = Tare((0.0,) * 6, "nothing")
 _NO_WRENCH: Final = (float("nan"),) * 6
@@ -147,7 +147,7 @@ class Recording:
             return
         start, end = self._log.start, self._log.end
         if end.outcome == Outcome.TRIPPED.value:
-            self._supervisor("the next trial starts anew" if start.world == SIMULATOR else "latched until acknowledged")
+            self._supervisor("ready for the next trial" if start.world == SIMULATOR else "latched until acknowledged")
         failed = end.error or end.stopped_by
         self._event(f"trial {start.number} is over: {failed or end.outcome}", serious=bool(failed))
         if not failed and end.outcome not in ("", Outcome.INTERRUPTED.value):
