@@ -103,7 +103,8 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
 
 def stopped_after_ms(bench: Bench) -> int:
     """Between the last set-point and the stop of the arm."""
-    wait_for(bench.notes.exists)
+    # The file is there before its line is.
+    wait_for(lambda: bench.notes.exists() and bench.notes.read_text().endswith("\n"))
     return int(bench.notes.read_text().split()[1])
 
 
