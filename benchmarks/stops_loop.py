@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.adapters.config.real_time import RealTimeConfig
-from palpate.adapters.config.rig import RigFile
+from palpate.adapters.config.rig import DeviceEntry, RigFile
 from palpate.adapters.hardware.arm_client import ArmClient, arm_in_process
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.plugins import RigContext, arm_maker
@@ -71,8 +71,8 @@ def arm_of(rig: RigFile, arm: str, wishes: RealTimeConfig, timeout_ms: float) ->
     limits = tuple(min(limit, FASTEST_RAD_S) for limit in context.velocity_limit_rad_s)
     context = replace(context, velocity_limit_rad_s=limits, hurry=lambda: join_loop(wishes), accept_kinematics=True)
     os.environ[ADAPTER] = rig.arm.adapter
-    timeout_ns, name = round(timeout_ms * 1e6), "benchmarks.stops_loop:make_arm"
-    client = arm_in_process(name, rig.arm.settings, context, clock, real_time=wishes, timeout_ns=timeout_ns)
+    entry = DeviceEntry("benchmarks.stops_loop:make_arm", rig.arm.settings)
+    client = arm_in_process(entry, context, wishes, round(timeout_ms * 1e6))
     signal.signal(HANG_SIGNAL, before)
     return client, clock
 

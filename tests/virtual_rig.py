@@ -9,7 +9,6 @@ from typing import Any, Self
 
 from palpate.adapters.config import EmulationConfig, RunConfig, SensorFactsTable, overlay
 from palpate.adapters.hardware.approach import find_approach, walk
-from palpate.adapters.hardware.arm_client import arm_in_thread
 from palpate.adapters.hardware.ati import NetFtForceSensor, NetFtTable
 from palpate.adapters.hardware.emulated_cell import EmulatedCell
 from palpate.adapters.hardware.errors import told_of
@@ -22,6 +21,7 @@ from palpate.core.trial import ReadyPose
 from palpate.simulation.emulators.ati import NetFtServer
 from palpate.simulation.emulators.ur import UrServer
 from palpate.simulation.work_cell import HiddenValues
+from tests.support.arm_thread import arm_in_thread
 from tests.virtual_box import VirtualBox
 from tests.virtual_lines import VirtualDesk
 from tests.virtual_ur import VirtualUr

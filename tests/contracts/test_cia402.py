@@ -5,7 +5,6 @@ from typing import Any
 import pytest
 
 from palpate.adapters.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
-from palpate.adapters.hardware.arm_client import arm_in_thread
 from palpate.adapters.hardware.plugins import RigContext, arm_maker
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion.arm import arm_named
@@ -13,6 +12,7 @@ from palpate.core.ports import JointVector
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.motors.plant import DirectMotors
 from tests.contracts.bus_bench import DIVIDER, LONG_NS, BusBench
+from tests.support.arm_thread import arm_in_thread
 from tests.support.arms import driver_arm
 from tests.virtual_lines import Cable
 from tests.virtual_time import VirtualTime

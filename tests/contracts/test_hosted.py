@@ -10,13 +10,13 @@ from palpate.adapters.contracts import (
     JointEncoderRig,
 )
 from palpate.adapters.hardware.adapter_arm import AdapterArm
-from palpate.adapters.hardware.arm_client import arm_in_thread
 from palpate.adapters.hardware.arm_process import PACE_NS
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.core.motion import arm_named
 from palpate.core.ports import AppliedCommand, JointCommand
 from tests.contracts.bus_bench import LONG_NS
 from tests.fake_devices import MAX_AGE_NS, FakeArm, FakeJointEncoder
+from tests.support.arm_thread import arm_in_thread
 from tests.virtual_time import VirtualTime
 
 LATENCY_NS = 5_000_000

@@ -10,13 +10,14 @@ from palpate.adapters.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
-from palpate.adapters.hardware.arm_client import ArmClient, arm_in_thread
+from palpate.adapters.hardware.arm_client import ArmClient
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.ur import UrTable, UrToolForceSensor, UrToolTable, ur_arm
 from palpate.core.errors import DeviceError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports import Validity
 from tests.contracts.bus_bench import LONG_NS
+from tests.support.arm_thread import arm_in_thread
 from tests.virtual_ur import HOME, VirtualUr
 
 LOWER, UPPER = tuple(q - 0.3 for q in HOME), tuple(q + 0.05 for q in HOME)

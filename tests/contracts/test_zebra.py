@@ -3,12 +3,12 @@
 from typing import Any
 
 from palpate.adapters.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
-from palpate.adapters.hardware.arm_client import arm_in_thread
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.core.motion.arm import arm_named
 from palpate.simulation.emulators.motors.plant import HOME_RAD
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.contracts.bus_bench import DIVIDER, LONG_NS, BusBench
+from tests.support.arm_thread import arm_in_thread
 from tests.support.arms import driver_arm
 from tests.support.ideal_motors import IdealPlant
 from tests.virtual_lines import Cable

@@ -45,7 +45,7 @@ def make(settings, context):
 """
 LOOP = """
 import ctypes, signal
-from palpate.adapters.config import RealTimeConfig
+from palpate.adapters.config import DeviceEntry, RealTimeConfig
 from palpate.adapters.hardware import MonotonicClock, RigContext
 from palpate.adapters.hardware.arm_client import arm_in_process
 from palpate.core.errors import PalpateError
@@ -53,7 +53,7 @@ from palpate.core.ports import JointCommand
 
 clock = MonotonicClock()
 context = RigContext.of("zebra-zero", clock)
-arm = arm_in_process("strange", {}, context, clock, real_time=RealTimeConfig(), timeout_ns=3 * 10**8)
+arm = arm_in_process(DeviceEntry("strange", {}), context, RealTimeConfig(), 3 * 10**8)
 signal.signal(signal.SIGUSR2, lambda *_: ctypes.PyDLL(None).usleep(1_000_000))
 with arm:
     for tick in range(10**9):

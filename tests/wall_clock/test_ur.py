@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 
 from palpate.adapters.hardware import MonotonicClock, RigContext
-from palpate.adapters.hardware.arm_client import arm_in_thread
 from palpate.adapters.hardware.plugins import force_sensor_maker
 from palpate.core.errors import DeviceError
 from palpate.core.ports import JointCommand, Life
@@ -19,6 +18,7 @@ from palpate.drivers.errors import DriverError
 from palpate.drivers.ur import UrLink
 from palpate.simulation.emulators.ur import ControllerConfig, UrController, UrServer
 from tests.command_line import JOB, CommandLine
+from tests.support.arm_thread import arm_in_thread
 from tests.support.arms import driver_arm
 from tests.virtual_ur import HOME
 

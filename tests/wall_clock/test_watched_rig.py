@@ -13,10 +13,11 @@ from palpate.adapters.config.rig import OperatorTable, WatchdogTable
 from palpate.adapters.hardware import ArmAdapter, FaultFile, HardwareRig, RigContext, find_approach
 from palpate.adapters.hardware import rig as hardware_rig
 from palpate.adapters.hardware.adapter_arm import AdapterArm
-from palpate.adapters.hardware.arm_client import ArmClient, arm_in_thread
+from palpate.adapters.hardware.arm_client import ArmClient
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Life, WrenchSample
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
+from tests.support.arm_thread import arm_in_thread
 from tests.support.stopped_arm import nothing_left_behind
 from tests.unit.adapters.samples import ready_pose
 
@@ -79,7 +80,7 @@ def rig_of(monkeypatch: pytest.MonkeyPatch) -> Make:
         devices.sensor = NoisyForceSensor(context.clock, max_age_ns=LONG_NS)
         return devices.sensor
 
-    monkeypatch.setattr(hardware_rig, "_arm", arm)
+    monkeypatch.setattr(hardware_rig, "arm_in_process", arm)
     monkeypatch.setattr(hardware_rig, "force_sensor_maker", lambda _: force)
 
     def make(

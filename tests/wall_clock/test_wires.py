@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from palpate.adapters.hardware import MonotonicClock, RigContext
-from palpate.adapters.hardware.arm_client import arm_in_thread
 from palpate.adapters.hardware.plugins import force_sensor_maker
 from palpate.adapters.hardware.served_arm import DriverArm
 from palpate.core.errors import DeviceError, FaultLatchedError
@@ -22,6 +21,7 @@ from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
 from palpate.simulation.emulators.lines import EmulatedCanBus, PtyServer, SlcanServer
 from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors
 from palpate.simulation.emulators.nmc.bus import NmcChain
+from tests.support.arm_thread import arm_in_thread
 from tests.support.arms import driver_arm
 from tests.support.ideal_motors import IdealPlant
 from tests.wall_clock.host import Host

@@ -78,6 +78,11 @@ class WatchdogTable(Settings):
     setpoint_timeout_ms: Annotated[float, Range(20.0, 60_000.0)] = 100.0
     """Time without a set-point after which the arm's own process brings it to rest."""
 
+    @property
+    def timeout_ns(self) -> int:
+        """The same in ns."""
+        return round(self.setpoint_timeout_ms * 1e6)
+
 
 @dataclass(frozen=True)
 class RigFile(Settings):

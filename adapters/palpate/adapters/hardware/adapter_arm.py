@@ -1,6 +1,6 @@
 """A third-party arm, an adapter with ports and life cycles of its own, as the arm's process serves it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from typing_extensions import override
 
@@ -25,6 +25,7 @@ class AdapterArm(ServedArm):
         self._adapter = adapter
         devices: tuple[Device, ...] = (adapter.encoder, adapter.arm)
         self._devices = tuple({id(device): device for device in devices}.values())
+        self.listens_unpowered = len(self._devices) > 1
 
     @property
     @override
@@ -88,8 +89,14 @@ class AdapterArm(ServedArm):
             device.close()
 
     @override
-    def account(self) -> str:
-        return str(getattr(self._adapter.encoder, "account", str)())
+    def listen(self) -> bool:
+        self._adapter.encoder.activate()
+        return True
+
+    @override
+    def diagnostics(self) -> Mapping[str, str]:
+        found: Mapping[str, str] = getattr(self._adapter.arm, "diagnostics", dict)()
+        return found
 
 
 def served(made: ArmAdapter | ServedArm, context: RigContext) -> ServedArm:

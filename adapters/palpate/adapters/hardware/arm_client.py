@@ -1,14 +1,14 @@
 """An arm that another process owns, as the two arm ports of this one."""
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, Final
 
 from typing_extensions import override
 
-from palpate.adapters.config import RealTimeConfig
+from palpate.adapters.config import DeviceEntry, RealTimeConfig
 from palpate.adapters.hardware.adapter_arm import served
-from palpate.adapters.hardware.arm_host import ArmHost, ArmProcess, ArmThread
+from palpate.adapters.hardware.arm_host import ArmProcess
 from palpate.adapters.hardware.arm_memory import ArmStatus, Setpoint
 from palpate.adapters.hardware.arm_process import PACE_NS, Assignment
 from palpate.adapters.hardware.clock import MonotonicClock
@@ -57,7 +57,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
     def __init__(
         self,
         arm: ServedArm,
-        start: Callable[[], ArmHost],
+        start: Callable[[], ArmProcess],
         clock: Clock,
         timeout_ns: int,
         tell: Callable[[str], object] = str,
@@ -67,7 +67,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         self._silence_ns, self._tell, self.listens = timeout_ns + _HANGS_NS, tell, False
         limits = arm.limits
         self._limiter = CommandLimiter(limits.lower_rad, limits.upper_rad, limits.velocity_rad_s, CONTROL_RATE_HZ)
-        self._host: ArmHost | None = None
+        self._host: ArmProcess | None = None
         self._status = ArmStatus()
         self._sent = self._requests = 0
         self._stopped = False
@@ -101,24 +101,20 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
             return JointSample(sample.position_rad, *old, Validity.STALE)
         return sample
 
-    def account(self) -> str:
-        """What the arm's wire gave of late besides good samples."""
-        sample, now_ns = self._status.joints, self._clock.now_ns()
-        if sample is None or not self._arm.max_age_ns or now_ns - sample.source_time_ns <= self._arm.max_age_ns:
-            return self._status.account
-        silent_ms = (now_ns - sample.source_time_ns) * 1e-6
-        waiting = self._status.account or "one is waiting for an answer"
-        return f"no bus cycle has brought angles for {silent_ms:.0f} ms; {waiting}"
-
     def diagnostics(self) -> dict[str, str]:
         """Return what the arm reports of itself; empty while it is not open."""
         found: dict[str, str] = {} if self._host is None else self._request("diagnostics")
         return found
 
     @property
-    def rate_Hz(self) -> float:
-        """Rate of its cycles."""
-        return CONTROL_RATE_HZ / self._arm.divider
+    def rate_Hz(self) -> float | None:
+        """Rate of its cycles; None for a third-party arm, whose rate is not known."""
+        return None if self._arm.answers else CONTROL_RATE_HZ / self._arm.divider
+
+    @property
+    def listens_unpowered(self) -> bool:
+        """Whether it gives angles without power."""
+        return self._arm.listens_unpowered
 
     @override
     def send(self, command: JointCommand) -> AppliedCommand:
@@ -279,7 +275,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         elif silent_ns > self._silence_ns and self._life is Life.ACTIVE:
             self._bury(host, f"has not run for {silent_ns * 1e-6:.0f} ms, stopped or hanging in its driver")
 
-    def _bury(self, host: ArmHost, cause: str = "") -> None:
+    def _bury(self, host: ArmProcess, cause: str = "") -> None:
         """Have nothing to do with it any more: one that would go on later must not move the arm again."""
         if self._host is host:
             self._host = None
@@ -288,35 +284,24 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
             self._latch(self._last_words)
 
 
-def arm_in_thread(arm: ServedArm, clock: Clock, timeout_ns: int) -> ArmClient:
-    """The arm's ports, over a thread of this process."""
-    return ArmClient(arm, lambda: ArmThread(arm, clock, timeout_ns), clock, timeout_ns)
-
-
-def arm_in_process(
-    adapter: str,
-    settings: Mapping[str, Any],
-    context: RigContext,
-    clock: MonotonicClock,
-    *,
-    real_time: RealTimeConfig,
-    timeout_ns: int,
-) -> ArmClient:
-    """The arm of that name in a process of its own, which begins with ``configure``.
+def arm_in_process(entry: DeviceEntry, context: RigContext, real_time: RealTimeConfig, timeout_ns: int) -> ArmClient:
+    """Return the arm of a rig file in a process of its own, which begins with ``configure``.
 
     Args:
-        clock: The same clock as the context's.
         real_time: What the run asks of the system; the process asks for the same, with a priority above the loop's.
         timeout_ns: Time without a set-point after which the process brings the arm to rest.
 
     Raises:
         ConfigurationError: There is no such adapter, or it refuses its settings.
     """
+    clock = context.clock
+    if not isinstance(clock, MonotonicClock):
+        raise TypeError("another process needs real time")
     # Made here as well, which opens nothing: so a wrong rig file is refused before anything starts.
-    arm = served(arm_maker(adapter)(settings, context), context)
+    arm = served(arm_maker(entry.adapter)(entry.settings, context), context)
     assignment = Assignment(
-        adapter,
-        dict(settings),
+        entry.adapter,
+        dict(entry.settings),
         clock.origin_ns,
         context.arm,
         (context.lower_rad, context.upper_rad, context.velocity_limit_rad_s),

@@ -29,14 +29,12 @@ class ArmStatus(NamedTuple):
     Attributes:
         applied: What became of the newest set-point that was taken.
         taken: Number of that one.
-        account: What the arm's wire gave of late besides good samples.
     """
 
     fault: str | None = None
     joints: JointSample | None = None
     applied: AppliedCommand | None = None
     taken: int = 0
-    account: str = ""
 
 
 class Board(Generic[NoteT]):

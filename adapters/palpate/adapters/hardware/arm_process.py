@@ -58,9 +58,9 @@ class ArmLoop:
         self._timeout_ns, self._is_orphan = timeout_ns, is_orphan
         self._requests: Mapping[str, Callable[[], object]] = {
             "configure": arm.open,
-            "diagnostics": arm.diagnostics,
+            "diagnostics": lambda: dict(arm.diagnostics()),
             "activate": self._activate,
-            "listen": self._listen,
+            "listen": self._only_listen,
             "deactivate": self._deactivate,
             "acknowledge_fault": self._acknowledge,
             "close": self._close,
@@ -153,8 +153,7 @@ class ArmLoop:
         self._publish()
 
     def _publish(self) -> None:
-        status = ArmStatus(self._fault, self._sample, self._applied, self._taken, self._arm.account()[:_LONGEST])
-        self._memory.status.write(status)
+        self._memory.status.write(ArmStatus(self._fault, self._sample, self._applied, self._taken))
         self._memory.beat_ns = self._clock.now_ns()
 
     def _stop(self) -> None:
@@ -191,10 +190,14 @@ class ArmLoop:
                 self._latch(self._cause(error))
             raise
         self._is_enabled, self._stopped = True, False
-        self._listen()
+        self._begin()
 
-    def _listen(self) -> None:
-        """Cycle the arm, and wait for a first sample. Without power nothing else comes of it."""
+    def _only_listen(self) -> None:
+        self._is_enabled = self._arm.listen()
+        self._begin()
+
+    def _begin(self) -> None:
+        """Cycle the arm, and wait for a first sample."""
         self._sample = None
         self._start_ns, self._slot, self._cycles = self._clock.now_ns(), 0, True
         while self._cycles and self._sample is None and self._clock.now_ns() < self._start_ns + _FIRST_NS:

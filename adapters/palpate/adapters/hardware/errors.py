@@ -22,14 +22,14 @@ def told(error: DriverError, device: str = "") -> str:
 
 
 def told_of(device: object) -> str:
-    """A device's name, and what it says of its wire."""
+    """Return a device's name, and what its wire gave of late besides good samples."""
     name, account = str(getattr(device, "name", "")), getattr(device, "account", str)()
     return f"{name}: {account}" if account else name
 
 
 def lately(oddities: str) -> str:
-    """What a driver counted besides good samples, as a message has it; empty for nothing."""
-    return f"in the last second: {oddities}" if oddities else ""
+    """Return what a driver counted besides good samples, as a message ends with it; empty for nothing."""
+    return f"; in the last second: {oddities}" if oddities else ""
 
 
 def translated(error: DriverError, device: str) -> PalpateError:

@@ -87,9 +87,9 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
             return ""
         odd, latest = device.oddities(now_ns), device.latest
         if latest is not None and now_ns - latest.receive_time_ns <= 2 * self.period_ns + _LINE_NS:
-            return lately(odd)
+            return odd
         silence = told(device.silence(now_ns), self.name)
-        return f"{silence}; {lately(odd)}" if odd and odd not in silence else silence
+        return silence if odd in silence else silence + lately(odd)
 
     def diagnostics(self) -> dict[str, str]:
         """Return what the driver reports of itself; empty before ``configure``."""

@@ -15,7 +15,7 @@ from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.errors import told_of
 from palpate.adapters.hardware.fault_file import FaultFile
 from palpate.adapters.hardware.operator_stop import GuardedArm, OperatorStop
-from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, arm_maker, force_sensor_maker
+from palpate.adapters.hardware.plugins import RigContext, force_sensor_maker
 from palpate.adapters.hardware.real_time import RealTime, join_loop
 from palpate.adapters.hardware.sensor_facts import gathered, reported_by
 from palpate.core.errors import DeviceError, LifecycleError
@@ -26,7 +26,6 @@ from palpate.core.ports import (
     FaultLatch,
     ForceSensor,
     JointCommand,
-    JointEncoder,
     Life,
     ManagedDevice,
     Ports,
@@ -62,12 +61,13 @@ class DeviceRig(Rig):
     """Devices of which nothing is known but what rig file and wires say.
 
     Args:
-        devices: Force sensor, encoders, arm.
+        arm: Encoders and servos.
     """
 
-    def __init__(self, file: RigFile, *devices: Any) -> None:
-        self._file, self._devices = file, devices
-
+    def __init__(self, file: RigFile, sensor: ForceSensor, arm: ArmClient) -> None:
+        turn_deg = file.calibration.mounting_deg
+        self._file, self._sensor, self._arm = file, sensor, arm
+        self._turned = TurnedForceSensor(sensor, turn_deg) if turn_deg else sensor
         self._facts: SensorFacts | None = None
 
     @property
@@ -82,18 +82,17 @@ class DeviceRig(Rig):
         return self._facts
 
     def _open(self, opened: ExitStack) -> None:
-        devices = {id(device): device for device in self._devices}
-        for device in devices.values():
+        for device in (self._sensor, self._arm):
             opened.callback(device.close)
             device.configure()
         # Before anything gets power.
-        self._facts = gathered(self._file.facts, reported_by(self._devices[0]))
-        for device in devices.values():
-            device.activate()
+        self._facts = gathered(self._file.facts, reported_by(self._sensor))
+        self._sensor.activate()
+        self._arm.activate()
 
     @override
     def device_behind(self, sample: str) -> str:
-        return told_of(self._devices[1 if sample == "joint" else 0])
+        return told_of(self._arm if sample == "joint" else self._sensor)
 
     def world(self) -> World:
         """What a log records: there is no way to set this world up again, only the name of the rig."""
@@ -132,10 +131,10 @@ class HardwareRig(DeviceRig):
         own = RigContext.of(config.arm, clock)
         context = replace(own, hurry=lambda: join_loop(real_time), tool=config.tool, accept_kinematics=accepted)
         sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
-        arm = _arm(file, context, clock, real_time)
+        arm = arm_in_process(file.arm, context, real_time, file.watchdog.timeout_ns)
         self.operator = OperatorStop(arm, keys=file.operator.keys, tell=_tell)
-        self.ports = Ports(clock, _mounted(file, sensor), arm, GuardedArm(arm, self.operator))
-        super().__init__(file, sensor, arm, arm)
+        super().__init__(file, sensor, arm)
+        self.ports = Ports(clock, self._turned, arm, GuardedArm(arm, self.operator))
         self._approach, self._limit_N, self._supervision = approach, config.task.max_force_N, config.supervision
         self._at_ready = False
         self.latch: FaultFile = FaultFile(None) if latch is None else latch
@@ -176,8 +175,8 @@ class HardwareRig(DeviceRig):
 
     def _reported(self) -> str:
         """The fault that a device reports; empty for none."""
-        found = ((getattr(device, "name", "device"), device.fault) for device in self._devices)
-        return next((f"{name}: {fault}" for name, fault in found if fault), "")
+        devices = (self._sensor, self._arm)
+        return next((f"{getattr(one, 'name', 'device')}: {one.fault}" for one in devices if one.fault), "")
 
     def _free(self) -> None:
         arm = self.ports.arm
@@ -230,15 +229,11 @@ class DryRig(DeviceRig):
         clock = MonotonicClock()
         context = replace(RigContext.of(config.arm, clock), tool=config.tool, accept_kinematics=True)
         sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
-        made = arm_maker(file.arm.adapter)(file.arm.settings, context)
-        self.is_on = isinstance(made, ArmAdapter) and id(made.arm) == id(made.encoder)
-        encoder: JointEncoder = (
-            made.encoder if isinstance(made, ArmAdapter) else _arm(file, context, clock, config.real_time)
-        )
-        if isinstance(encoder, ArmClient):
-            encoder.listens = True
+        encoder = arm_in_process(file.arm, context, config.real_time, file.watchdog.timeout_ns)
+        encoder.listens = True
+        self.is_on = not encoder.listens_unpowered
         super().__init__(file, sensor, encoder)
-        self.ports = Ports(clock, _mounted(file, sensor), encoder, NoArm("no arm"))
+        self.ports = Ports(clock, self._turned, encoder, NoArm("no arm"))
         self.latch = FaultLatch()
 
     def prepare(self, trial: int) -> None:
@@ -253,25 +248,6 @@ class DryRig(DeviceRig):
 
     def __exit__(self, *_: object) -> None:
         self._opened.close()
-
-
-def _mounted(file: RigFile, sensor: ForceSensor) -> ForceSensor:
-    """The force sensor in the frame of the tool."""
-    turn_deg = file.calibration.mounting_deg
-    return TurnedForceSensor(sensor, turn_deg) if turn_deg else sensor
-
-
-def _arm(file: RigFile, context: RigContext, clock: MonotonicClock, real_time: RealTimeConfig) -> ArmClient:
-    """The arm in a process of its own."""
-    timeout_ns = round(file.watchdog.setpoint_timeout_ms * 1e6)
-    return arm_in_process(
-        file.arm.adapter,
-        file.arm.settings,
-        context,
-        clock,
-        real_time=real_time,
-        timeout_ns=timeout_ns,
-    )
 
 
 def _tell(trip: str) -> None:

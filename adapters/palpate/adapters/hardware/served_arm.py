@@ -1,7 +1,7 @@
 """An arm as its process opens, cycles and stops it: one of our drivers, or a third-party adapter."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from typing_extensions import override
@@ -33,6 +33,7 @@ class ServedArm(ABC):
         divider: Control ticks per cycle.
         max_age_ns: Age above which a sample of the joints is stale; 0 where the arm says so itself.
         answers: Whether what a cycle makes of a set-point is known at once, and only there.
+        listens_unpowered: Whether it gives angles without power.
     """
 
     name: str
@@ -40,6 +41,7 @@ class ServedArm(ABC):
     divider: int = 1
     max_age_ns: int = 0
     answers: bool = False
+    listens_unpowered: bool = True
 
     @property
     @abstractmethod
@@ -74,12 +76,12 @@ class ServedArm(ABC):
     def close(self) -> None:
         """Stop it and release its wire."""
 
-    def account(self) -> str:
-        """What its wire gave of late besides good samples; empty for nothing."""
-        return ""
+    def listen(self) -> bool:
+        """Begin to read angles, without power where that can be; True if ``disable`` has to end it."""
+        return False
 
-    def diagnostics(self) -> dict[str, str]:
-        """What the arm reports of itself; empty while it is not open."""
+    def diagnostics(self) -> Mapping[str, str]:
+        """Return what the arm reports of itself; empty while it is not open."""
         return {}
 
 
@@ -152,8 +154,8 @@ class DriverArm(ServedArm):
         try:
             found = driver.cycle(setpoint_rad)
         except DriverError as error:
-            odd = lately(driver.oddities(self._clock.now_ns()))
-            raise DeviceError(self.name, "; ".join(filter(None, (told(error, self.name), odd)))) from error
+            odd = driver.oddities(self._clock.now_ns())
+            raise DeviceError(self.name, told(error, self.name) + lately(odd)) from error
         sample = self._sample
         if sample is None or found.time_ns > sample.source_time_ns:
             # What was measured before is no news; it grows old.
@@ -184,10 +186,6 @@ class DriverArm(ServedArm):
         if opened is not None:
             opened.driver.close()
             opened.close()
-
-    @override
-    def account(self) -> str:
-        return lately(self.driver.oddities(self._clock.now_ns())) if self._opened is not None else ""
 
     @override
     def diagnostics(self) -> dict[str, str]:

@@ -13,8 +13,7 @@ import pytest
 
 from palpate.adapters.contracts import TICK_NS
 from palpate.adapters.hardware.adapter_arm import AdapterArm
-from palpate.adapters.hardware.arm_client import ArmClient, arm_in_thread
-from palpate.adapters.hardware.arm_host import ArmThread
+from palpate.adapters.hardware.arm_client import ArmClient
 from palpate.adapters.hardware.arm_memory import _SLOT_BYTES, _WORDS_BYTES, ArmMemory, Setpoint
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
@@ -25,6 +24,7 @@ from palpate.drivers.device import Applied, ArmDriver, Measured
 from palpate.drivers.errors import SilentError
 from tests.contracts import test_cia402, test_jr3, test_ur, test_zebra
 from tests.fake_devices import FakeArm, FakeJointEncoder
+from tests.support.arm_thread import ArmThread, arm_in_thread
 from tests.virtual_time import VirtualTime
 
 MS = 1_000_000

@@ -1,101 +1,69 @@
-"""A dry run's rig: sensors and encoders are read, and no arm is ever told anything."""
+"""A dry run's rig: sensors and encoders are read, and no arm is ever commanded."""
 
 from typing import Any
 
-import numpy as np
 import pytest
-from typing_extensions import override
 
 from palpate.adapters.config import DeviceEntry, RigFile, RunConfig, SensorFactsTable
 from palpate.adapters.hardware import ArmAdapter, DryRig, RigContext
-from palpate.adapters.hardware.arm_client import arm_in_thread
+from palpate.adapters.hardware import rig as hardware_rig
+from palpate.adapters.hardware.adapter_arm import AdapterArm
 from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
-from palpate.core.ports import CommandReason, JointCommand, Life, WrenchSample
+from palpate.core.ports import CommandReason, JointCommand, JointSample, Life
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
+from tests.support.arm_thread import arm_in_thread
 from tests.unit.adapters.hardware.test_arm_process import SlowDriver
 from tests.virtual_time import VirtualTime
 
 HOME = (0.1,) * 6
-MADE: list[Any] = []
+TIMEOUT_NS = 10**9
 
 
-class Quiet(FakeForceSensor):
-    """Adds noise, as every sensor does."""
+class NeverTold(FakeArm):
+    """Fails the test if it is commanded."""
 
-    @override
-    def read(self) -> WrenchSample:
-        fx, fy, fz, *torque = np.random.default_rng(self.clock.now_ns()).normal(0.0, 0.01, 6)
-        self.load_N, self.load_Nm = (fx, fy, fz), tuple(torque)  # type: ignore[assignment]
-        return super().read()
+    activations = 0
 
+    def _on_activate(self) -> None:
+        self.activations += 1
 
-class NeverTold:
-    """An arm that fails the test by whatever is done to it."""
-
-    def __getattribute__(self, name: str) -> object:
-        if name.startswith("__"):
-            return object.__getattribute__(self, name)
-        pytest.fail(f"the arm's {name} was touched")
-
-
-class Combined(FakeArm):
-    """Encoders and servos in one object, which must be active to be read."""
-
-    def read(self) -> Any:
-        self._require_active("read()")
-        return FakeJointEncoder.read(self._encoder)
-
-    @override
     def send(self, command: JointCommand) -> Any:
         pytest.fail("was commanded")
 
-
-def make_sensor(settings: Any, context: RigContext) -> Any:
-    MADE.append(Quiet(context.clock))
-    return MADE[-1]
-
-
-def make_arm(settings: Any, context: RigContext) -> ArmAdapter:
-    encoder = FakeJointEncoder(context.clock, lambda: HOME)
-    MADE.append(encoder)
-    return ArmAdapter(encoder, NeverTold())  # type: ignore[arg-type]
+    def read(self) -> JointSample:
+        """Encoders and servos in one object, which must be active to be read."""
+        self._require_active("read()")
+        return JointSample(HOME, self.clock.now_ns(), self.clock.now_ns(), self.clock.now_ns())
 
 
-def make_combined(settings: Any, context: RigContext) -> ArmAdapter:
-    arm: Any = Combined(context.clock, HOME, lower_rad=(-3.0,) * 6, upper_rad=(3.0,) * 6, max_step_rad=0.1)
-    arm._encoder = FakeJointEncoder(context.clock, lambda: HOME)
-    arm._encoder.configure()
-    arm._encoder.activate()
-    MADE.append(arm)
-    return ArmAdapter(arm, arm)
+@pytest.mark.parametrize("is_one", [False, True])
+def test_arm_gets_no_command_and_power_only_where_it_gives_no_angles_without(
+    monkeypatch: pytest.MonkeyPatch, is_one: bool
+) -> None:
+    made: list[Any] = []
 
+    def arm(_: object, context: RigContext, *_more: object) -> Any:
+        clock = context.clock
+        servos = NeverTold(clock, HOME, lower_rad=(-3.0,) * 6, upper_rad=(3.0,) * 6, max_step_rad=0.1)
+        encoder: Any = servos if is_one else FakeJointEncoder(clock, lambda: HOME)
+        made.extend((servos, encoder))
+        return arm_in_thread(AdapterArm(ArmAdapter(encoder, servos), context), clock, TIMEOUT_NS)
 
-def rig(arm: str) -> DryRig:
-    MADE.clear()
+    monkeypatch.setattr(hardware_rig, "arm_in_process", arm)
+    monkeypatch.setattr(hardware_rig, "force_sensor_maker", lambda _: lambda _, context: FakeForceSensor(context.clock))
     facts = SensorFactsTable(0.01, 0.01, (100.0,) * 3, (10.0,) * 3, 140.0)
-    entries = [DeviceEntry(f"{__name__}:{name}", {}) for name in (arm, "make_sensor")]
-    return DryRig(RigFile("bench", *entries, facts=facts), RunConfig())
+    entry = DeviceEntry("fake", {})
+    with DryRig(RigFile("bench", entry, entry, facts=facts), RunConfig()) as rig:
+        assert rig.ports.arm.send(JointCommand((0.5,) * 6)).reason is CommandReason.AS_ASKED
+        rig.ports.arm.stop()
+        assert rig.ports.joint_encoder.read().position_rad == HOME
+        assert rig.sensor_facts.noise_N == 0.01
+        assert rig.is_on is is_one
+    assert made[0].activations == is_one
+    assert {device.life for device in made} == {Life.CLOSED}
 
 
-def test_an_arm_beside_its_encoders_is_not_touched_and_commands_end_here() -> None:
-    with rig("make_arm") as made:
-        assert made.ports.arm.send(JointCommand((0.5,) * 6)).reason is CommandReason.AS_ASKED
-        made.ports.arm.stop()
-        assert made.ports.joint_encoder.read().position_rad == HOME
-        assert made.sensor_facts.noise_N == 0.01
-        assert not made.is_on
-    assert [device.life for device in MADE] == [Life.CLOSED, Life.CLOSED]
-
-
-def test_one_object_for_encoders_and_servos_is_activated_but_not_commanded() -> None:
-    with rig("make_combined") as made:
-        made.ports.arm.send(JointCommand((0.5,) * 6))
-        assert made.ports.joint_encoder.read().position_rad == HOME
-        assert made.is_on
-    assert {device.life for device in MADE} == {Life.CLOSED}
-
-
-def test_an_arm_on_a_bus_that_listens_gets_no_power_and_no_set_point() -> None:
+def test_arm_on_a_bus_that_listens_gets_no_power_and_no_set_point() -> None:
     class Mute(SlowDriver):
         def enable(self) -> None:
             pytest.fail("got power")

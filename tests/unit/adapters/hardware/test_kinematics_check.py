@@ -141,7 +141,7 @@ def test_a_nominal_model_is_accepted_by_the_option_or_on_an_emulated_rig(
         made.append(context)
         raise ConfigurationError("arm", "", "no more")
 
-    monkeypatch.setattr(hardware_rig, "_arm", arm)
+    monkeypatch.setattr(hardware_rig, "arm_in_process", arm)
     monkeypatch.setattr(hardware_rig, "force_sensor_maker", lambda _: lambda *_: None)
     text = (
         f"[rig]\nemulated = {str(emulated).lower()}\n[arm]\nadapter = 'ur-rtde'\n[force_sensor]\nadapter = 'jr3-can'\n"

@@ -5,84 +5,91 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.config.rig import DeviceEntry, RigFile
+from palpate.adapters.config import DeviceEntry, RigFile
 from palpate.adapters.contracts import FakeClock
+from palpate.adapters.hardware.adapter_arm import AdapterArm
 from palpate.adapters.hardware.doctor import DeviceReport, Examination, ExaminationSettings, Level, examination
+from palpate.adapters.hardware.doctor.move import report_moves
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
-from palpate.core.errors import ConfigurationError
-from palpate.core.motion.arm import arm_named
-from palpate.core.ports.lifecycle import Life
+from palpate.core.errors import ConfigurationError, DeviceError
+from palpate.core.motion import arm_named
+from palpate.core.ports import CommandReason, JointCommand, JointVector, Life
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
+from tests.support.arm_thread import arm_in_thread
+from tests.virtual_time import VirtualTime
 
-LIMIT = (1.0, 1.0)
+HOME, LIMIT = (0.1, 0.2), (1.0, 1.0)
+
+
+def fake_arm(clock: Any, home: JointVector = HOME) -> FakeArm:
+    return FakeArm(clock, home, lower_rad=(-1.0, -1.0), upper_rad=LIMIT, max_step_rad=0.1)
 
 
 class Bench:
-    """A rig of strangers' adapters."""
+    """A rig of third-party adapters, the arm's process a thread."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, *, move: bool = False) -> None:
-        self.clock = FakeClock()
-        self.arm = FakeArm(self.clock, (0.1, 0.2), lower_rad=(-1.0, -1.0), upper_rad=LIMIT, max_step_rad=0.1)
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.clock = VirtualTime()
+        self.arm, self.sensor = fake_arm(self.clock), FakeForceSensor(self.clock)
         self.encoder = FakeJointEncoder(self.clock, self.arm.position_rad)
-        self.sensor = FakeForceSensor(self.clock)
-        self.context = RigContext(self.clock, arm_named("ur5"), (-1.0, -1.0), LIMIT, LIMIT)
-        self.move = move
-        self.make_arm: Callable[[], Any] = lambda: ArmAdapter(self.encoder, self.arm)
-        self.lives: list[Life] = []
-        monkeypatch.setattr(examination, "arm_maker", lambda name: lambda settings, context: self.make_arm())
-        monkeypatch.setattr(examination, "force_sensor_maker", lambda name: lambda settings, context: self.sensor)
+        self.adapter = ArmAdapter(self.encoder, self.arm)
+        self.lower_rad = (-1.0, -1.0)
+        self.activated: list[str] = []
+        monkeypatch.setattr(self.arm, "_on_activate", lambda: self.activated.append("arm"))
+        monkeypatch.setattr(examination, "arm_in_process", lambda *given: self.hosted(*given))
+        monkeypatch.setattr(examination, "force_sensor_maker", lambda _: lambda settings, context: self.sensor)
 
-    def reports(self) -> list[DeviceReport]:
+    def hosted(self, _: object, context: RigContext, *_more: object) -> Any:
+        return arm_in_thread(AdapterArm(self.adapter, context), self.clock, 10**10)
+
+    def reports(self, *, move: bool = False) -> list[DeviceReport]:
         file = RigFile("bench", DeviceEntry("mine", {}), DeviceEntry("yours", {}))
-        settings = ExaminationSettings(0.2, move=self.move)
-        return list(Examination(file, self.context, settings).reports())
+        context = RigContext(self.clock, arm_named("ur5"), self.lower_rad, LIMIT, LIMIT)
+        return list(Examination(file, context, ExaminationSettings(0.2, move=move)).reports())
 
     def is_closed(self) -> bool:
         return all(device.life is Life.CLOSED for device in (self.arm, self.encoder, self.sensor))
+
+
+@pytest.fixture
+def bench(monkeypatch: pytest.MonkeyPatch) -> Bench:
+    return Bench(monkeypatch)
 
 
 def wrongs(report: DeviceReport) -> str:
     return " ".join(f.text for f in report.findings if f.level is Level.WRONG)
 
 
-def test_everything_is_examined_and_closed(monkeypatch: pytest.MonkeyPatch) -> None:
-    bench = Bench(monkeypatch)
-    activated: list[str] = []
-    monkeypatch.setattr(bench.arm, "_on_activate", lambda: activated.append("arm"))
+def test_everything_is_examined_and_closed_without_power(bench: Bench) -> None:
     rig, arm, sensor = bench.reports()
     assert [report.title for report in (rig, arm, sensor)] == ["rig: bench", "arm: mine", "force sensor: yours"]
     assert arm.count(Level.WRONG) == 0
     assert bench.is_closed()
-    assert not activated
+    assert not bench.activated
 
 
-def test_the_arm_moves_only_when_that_is_wished(monkeypatch: pytest.MonkeyPatch) -> None:
-    bench = Bench(monkeypatch, move=True)
-    _, arm, _ = bench.reports()
+def test_arm_moves_only_on_request(bench: Bench) -> None:
+    _, arm, _ = bench.reports(move=True)
     assert [finding.topic.value for finding in arm.findings].count("move") == 2
+    assert bench.activated
     assert bench.is_closed()
 
 
-def test_nothing_moves_where_something_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
-    bench = Bench(monkeypatch, move=True)
-    bench.context = RigContext(bench.clock, arm_named("ur5"), (0.15, -1.0), LIMIT, LIMIT)
-    sent: list[object] = []
-    monkeypatch.setattr(bench.arm, "send", sent.append)
-    _, arm, _ = bench.reports()
+def test_nothing_moves_where_something_is_wrong(bench: Bench) -> None:
+    bench.lower_rad = (0.15, -1.0)
+    _, arm, _ = bench.reports(move=True)
     assert "limits of the model: 1" in wrongs(arm)
-    assert not sent
+    assert not bench.activated
 
 
-def test_an_arm_that_is_its_own_encoder_is_not_activated(monkeypatch: pytest.MonkeyPatch) -> None:
-    bench = Bench(monkeypatch)
-    bench.make_arm = lambda: ArmAdapter(bench.arm, bench.arm)  # type: ignore[arg-type]
+def test_arm_that_is_its_own_encoder_gets_no_power(bench: Bench) -> None:
+    bench.adapter = ArmAdapter(bench.arm, bench.arm)  # type: ignore[arg-type]
     _, arm, _ = bench.reports()
     assert any("--move" in finding.text for finding in arm.findings if finding.level is Level.NOTE)
-    assert bench.arm.life is Life.CLOSED
+    assert (bench.arm.life, bench.activated) == (Life.CLOSED, [])
 
 
-def test_a_device_that_fails_does_not_hide_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    bench = Bench(monkeypatch)
+def test_device_that_fails_does_not_hide_the_other(bench: Bench) -> None:
     bench.encoder.disconnected = True
     _, arm, sensor = bench.reports()
     assert "does not answer" in wrongs(arm)
@@ -90,34 +97,82 @@ def test_a_device_that_fails_does_not_hide_the_other(monkeypatch: pytest.MonkeyP
     assert bench.is_closed()
 
 
-def test_a_maker_that_fails_does_not_hide_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    bench = Bench(monkeypatch)
-    bench.make_arm = lambda: {}["port"]
-    _, arm, sensor = bench.reports()
-    assert "KeyError: 'port'" in wrongs(arm)
-    assert "age" in sensor.facts
-
-
-def test_settings_that_no_adapter_knows_are_refused_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    bench = Bench(monkeypatch)
-
-    def refuse() -> ArmAdapter:
+def test_unknown_setting_is_refused_before_anything_opens(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
         raise ConfigurationError("arm.prot", "/dev/ttyUSB0", "no such field")
 
-    bench.make_arm = refuse
+    monkeypatch.setattr(bench, "hosted", refuse)
     with pytest.raises(ConfigurationError, match=r"arm\.prot"):
         bench.reports()
     assert bench.sensor.life is Life.CONSTRUCTED
 
 
-def test_an_interrupt_closes_what_is_open(monkeypatch: pytest.MonkeyPatch) -> None:
-    bench = Bench(monkeypatch)
-
+def test_interrupt_closes_what_is_open(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(bench.encoder, "read", interrupted)
+    monkeypatch.setattr(bench.sensor, "read", interrupted)
     with pytest.raises(KeyboardInterrupt):
         bench.reports()
-    assert bench.encoder.life is Life.CLOSED
-    assert bench.arm.life is Life.CLOSED
+    assert bench.is_closed()
+
+
+class Moves:
+    """An arm whose encoders show what a fault makes of its angles."""
+
+    def __init__(self, shown: Callable[[JointVector], JointVector] = lambda q: q, home: JointVector = HOME) -> None:
+        self.clock, self.report = FakeClock(), DeviceReport("arm")
+        self.arm = fake_arm(self.clock, home)
+        self.encoder = FakeJointEncoder(self.clock, lambda: shown(self.arm.position_rad()))
+        for device in (self.arm, self.encoder):
+            device.configure()
+            device.activate()
+
+    def texts(self) -> list[str]:
+        report_moves(self.arm, self.encoder, self.clock, LIMIT, self.report)
+        assert self.is_stopped()
+        return [f"{finding.level.value} {finding.text}" for finding in self.report.findings]
+
+    def is_stopped(self) -> bool:
+        return self.arm.send(JointCommand(HOME)).reason is CommandReason.STOPPED
+
+
+def test_arm_that_follows_is_moved_joint_by_joint_and_back() -> None:
+    moves = Moves()
+    second, first = moves.texts()
+    assert second.startswith("ok joint 2 made +1.000 of +1 mrad")
+    assert first.startswith("ok joint 1 made +1.000 of +1 mrad")
+    assert moves.arm.position_rad() == pytest.approx(HOME)
+
+
+def test_step_goes_away_from_a_limit() -> None:
+    assert [text.split(" of ")[1].split()[0] for text in Moves(home=(0.0, 1.0)).texts()] == ["-1", "+1"]
+
+
+@pytest.mark.parametrize(
+    ("shown", "words"),
+    [
+        (lambda q: HOME, "check gains, brake"),
+        (lambda q: (q[0], 2 * HOME[1] - q[1]), "correct the sign of its counts"),
+        (lambda q: (2 * HOME[0] - q[0], q[1]), "wrong joint 1 made -1.000 of +1 mrad"),
+        (lambda q: (q[0], HOME[1] + 2.0 * (q[1] - HOME[1])), "correct its counts per radian, by the factor 2.00"),
+        (lambda q: (q[0] + q[1] - HOME[1], q[1]), "another joint 1.000 mrad: correct transmission"),
+    ],
+)
+def test_joint_that_does_not_follow_is_named_with_its_remedy(
+    shown: Callable[[JointVector], JointVector], words: str
+) -> None:
+    assert words in Moves(shown).texts()[-1]
+
+
+def test_arm_that_is_held_back_or_lost_is_stopped() -> None:
+    moves = Moves()
+    moves.arm.stop()
+    with pytest.raises(DeviceError, match="held back"):
+        moves.texts()
+    moves = Moves()
+    moves.encoder.read()
+    moves.encoder.silent = True
+    with pytest.raises(DeviceError, match="stale"):
+        moves.texts()
+    assert moves.is_stopped()

@@ -1,19 +1,58 @@
-"""Rates, marks and noise of devices of which only the ports are known."""
+"""Rates, marks, noise and facts of devices of which only the ports are known, and how findings are printed."""
+
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import pytest
 
+from palpate.adapters.config import SensorFactsTable
 from palpate.adapters.contracts import FakeClock
-from palpate.adapters.hardware.doctor.findings import DeviceReport, Level
-from palpate.adapters.hardware.doctor.measure import listen, report_clock, report_pace, report_wrench
+from palpate.adapters.hardware.doctor import DeviceReport, Level, summary_text
+from palpate.adapters.hardware.doctor.findings import Topic
+from palpate.adapters.hardware.doctor.measure import (
+    MeasuredNoise,
+    listen,
+    report_clock,
+    report_facts,
+    report_pace,
+    report_wrench,
+)
 from palpate.adapters.hardware.doctor.move import report_pose
+from palpate.adapters.hardware.errors import translated
 from palpate.core.ports import Validity, WrenchSample
-from tests.fake_devices import FakeForceSensor
+from palpate.drivers.errors import SilentError
 
 MS = 1_000_000
+PAGE = Path(__file__).parents[5] / "docs" / "how-to" / "doctor-findings.md"
 
 
 def levels(report: DeviceReport) -> dict[str, Level]:
     return {finding.topic.value: finding.level for finding in report.findings}
+
+
+def test_finding_is_one_line_with_level_code_and_remedy() -> None:
+    report = DeviceReport("arm: some")
+    report.include({"rate": "70 Hz", "a longer name": "word", "fault": "motor 3: overcurrent"})
+    report.add(Level.WRONG, Topic.OPEN, "no such port", "find another")
+    report.error(translated(SilentError("drive 3", "is silent", "plug it in"), "arm"))
+    report.error(KeyError("port"))
+    assert report.text().splitlines() == [
+        "arm: some",
+        "  rate           70 Hz",
+        "  a longer name  word",
+        "  wrong  fault    motor 3: overcurrent: remove its cause, then examine the rig again",
+        "  wrong  open     no such port: find another",
+        "  wrong  open     arm: drive 3: is silent; plug it in (the device's fault)",
+        "  wrong  open     KeyError: 'port': see the adapter's own documentation",
+        "",
+    ]
+    assert summary_text([report]) == "4 wrong, 0 to note\n"
+
+
+def test_every_code_is_on_the_page() -> None:
+    assert [topic.value for topic in Topic if f"| `{topic.value}` |" not in PAGE.read_text()] == []
 
 
 class LateClock(FakeClock):
@@ -28,34 +67,31 @@ class LateClock(FakeClock):
 
 
 @pytest.mark.parametrize(("late_ns", "level"), [(0, Level.OK), (5 * MS, Level.NOTE), (-MS, Level.WRONG)])
-def test_the_clock(late_ns: int, level: Level) -> None:
+def test_computer_that_wakes_late_is_noted_and_one_that_wakes_early_is_wrong(late_ns: int, level: Level) -> None:
     report = DeviceReport("rig")
     report_clock(LateClock(late_ns), report)
     assert levels(report) == {"clock": level}
 
 
-class Sensor:
-    """Gives a sample every few milliseconds."""
-
-    def __init__(self, clock: FakeClock, period_ns: int, values: tuple[float, ...], mark: Validity = Validity.VALID):
-        self.clock, self.period_ns, self.values, self.mark = clock, period_ns, values, mark
-
-    def read(self) -> WrenchSample:
-        number = self.clock.now_ns() // self.period_ns
-        time_ns = number * self.period_ns
-        force = (0.0, 0.0, self.values[number % len(self.values)])
-        return WrenchSample(force, (0.0, 0.0, force[2] * 0.1), time_ns, time_ns, number, self.mark)
-
-
-def examined(values: tuple[float, ...], period_ns: int = 5 * MS, mark: Validity = Validity.VALID) -> DeviceReport:
+def examined(
+    values: tuple[float, ...], period_ns: int = 5 * MS, mark: Validity = Validity.VALID, rate_Hz: float | None = 200.0
+) -> DeviceReport:
+    """Return what is found about a sensor that gives a sample every few milliseconds."""
     clock, report = FakeClock(), DeviceReport("force sensor")
-    series = listen(Sensor(clock, period_ns, values, mark).read, clock, 0.5)
-    report_pace(series, 200.0, report)
+
+    def read() -> WrenchSample:
+        number = clock.now_ns() // period_ns
+        force_N = values[number % len(values)]
+        time_ns = number * period_ns
+        return WrenchSample((0.0, 0.0, force_N), (0.0, 0.0, 0.1 * force_N), time_ns, time_ns, number, mark)
+
+    series = listen(read, clock, 0.5)
+    report_pace(series, rate_Hz, report)
     report_wrench(series, report)
     return report
 
 
-def test_a_good_sensor() -> None:
+def test_good_sensor_has_only_good_findings() -> None:
     report = examined((1.0, 1.2))
     assert set(levels(report).values()) == {Level.OK}
     assert report.findings[0].text == "200.0 new samples a second, the device is set to 200.0 Hz"
@@ -63,36 +99,62 @@ def test_a_good_sensor() -> None:
 
 
 @pytest.mark.parametrize(
-    ("report", "topic", "level"),
+    ("values", "more", "topic", "level"),
     [
-        (examined((1.0,)), "noise", Level.WRONG),
-        (examined((0.0, 9.0)), "noise", Level.NOTE),
-        (examined((1.0, 1.2), mark=Validity.SATURATED), "range", Level.WRONG),
-        (examined((1.0, 1.2), mark=Validity.STALE), "samples", Level.WRONG),
-        (examined((1.0, 1.2), mark=Validity.INVALID), "noise", Level.WRONG),
-        (examined((1.0, 1.2), period_ns=10 * MS), "rate", Level.WRONG),
+        ((1.1,), {}, "noise", Level.WRONG),
+        ((0.0, 9.0), {}, "noise", Level.NOTE),
+        ((1.0, 1.2), {"mark": Validity.SATURATED}, "range", Level.WRONG),
+        ((1.0, 1.2), {"mark": Validity.STALE}, "samples", Level.WRONG),
+        ((1.0, 1.2), {"mark": Validity.INVALID}, "noise", Level.WRONG),
+        ((1.0, 1.2), {"period_ns": 10 * MS}, "rate", Level.WRONG),
+        ((1.0, 1.2), {"period_ns": 20 * MS, "rate_Hz": None}, "rate", Level.NOTE),
+        ((1.0, 1.2), {"rate_Hz": None}, "rate", Level.OK),
     ],
 )
-def test_what_is_wrong_with_samples(report: DeviceReport, topic: str, level: Level) -> None:
-    assert levels(report)[topic] is level
-
-
-def test_a_sensor_of_unknown_rate() -> None:
-    clock, report = FakeClock(), DeviceReport("force sensor")
-    sensor = FakeForceSensor(clock)
-    sensor.configure()
-    sensor.activate()
-    report_pace(listen(sensor.read, clock, 0.2), None, report)
-    assert levels(report) == {"rate": Level.OK, "samples": Level.OK}
+def test_sample_fault_has_its_code(values: tuple[float, ...], more: dict[str, Any], topic: str, level: Level) -> None:
+    assert levels(examined(values, **more))[topic] is level
 
 
 @pytest.mark.parametrize(
     ("pose", "joints", "wrong"),
     [((0.0, 0.5), 2, ""), ((0.0, 5.0), 2, "limits of the model: 2"), ((0.0, 0.5), 3, "the model of the arm has 3")],
 )
-def test_a_pose(pose: tuple[float, ...], joints: int, wrong: str) -> None:
+def test_pose_outside_the_model_is_wrong(pose: tuple[float, ...], joints: int, wrong: str) -> None:
     report = DeviceReport("arm")
     report_pose(pose, (-1.0,) * joints, (1.0,) * joints, report)
     text = " ".join(finding.text for finding in report.findings if finding.level is Level.WRONG)
     assert wrong in text
     assert bool(wrong) == bool(text)
+
+
+REPORTED = SensorFactsTable(range_N=(115.0, 111.0, 185.0), range_Nm=(5.6, 5.2, 6.1), rate_Hz=200.0, frame="sensor")
+
+
+def judged(stated: SensorFactsTable, reported: SensorFactsTable = REPORTED) -> Iterator[tuple[Level, str]]:
+    report = DeviceReport("force sensor")
+    report_facts(stated, reported, MeasuredNoise(0.0789, 0.00321, 199.7), report)
+    return ((finding.level, finding.text) for finding in report.findings)
+
+
+def test_missing_facts_come_with_the_line_to_write() -> None:
+    ((level, text),) = judged(SensorFactsTable())
+    assert level is Level.WRONG
+    assert "noise_N, noise_Nm, without which no run begins" in text
+    facts = SensorFactsTable(**tomllib.loads(text.partition("below [force_sensor] write ")[2])["facts"])
+    assert (facts.noise_N, facts.noise_Nm) == (0.0789, 0.00321)
+    assert {level for level, _ in judged(facts)} == {Level.OK}
+    ((_, text),) = judged(SensorFactsTable(), SensorFactsTable())
+    assert "range_N = [x, y, z], range_Nm = [x, y, z], rate_Hz = 200 } (x, y, z: from the data sheet)" in text
+
+
+@pytest.mark.parametrize(("noise_N", "is_well"), [(0.05, True), (0.15, True), (0.03, False), (0.2, False)])
+def test_stated_noise_may_differ_from_the_measured_by_a_factor_of_two(noise_N: float, is_well: bool) -> None:
+    force, torque = judged(SensorFactsTable(noise_N=noise_N, noise_Nm=0.003))
+    assert (force[0] is Level.OK, torque[0]) == (is_well, Level.OK)
+    assert is_well or "facts = { noise_N = 0.0789, noise_Nm = 0.00321 }" in force[1]
+
+
+def test_facts_that_contradict_the_sensor_are_wrong() -> None:
+    ((level, text),) = judged(SensorFactsTable(noise_N=0.08, noise_Nm=0.003, rate_Hz=140.0))
+    assert level is Level.WRONG
+    assert "force_sensor.facts.rate_Hz = 140.0" in text
