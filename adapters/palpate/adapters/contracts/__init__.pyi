@@ -9,6 +9,11 @@ from .clock import ClockContract as ClockContract
 from .clock import ClockRig as ClockRig
 from .clock import FakeClock as FakeClock
 from .device import DeviceContract as DeviceContract
+from .learners import CONTEXT as CONTEXT
+from .learners import LearnerContract as LearnerContract
+from .learners import PolicyContract as PolicyContract
+from .learners import Practice as Practice
+from .learners import third_party as third_party
 from .motion import NO_MOTION as NO_MOTION
 from .motion import MotionLimits as MotionLimits
 from .running import Clause as Clause

@@ -180,12 +180,7 @@ class LearnerEntry(Settings):
         learner = new_learner(self.parameters, states, actions, reach, frozen=frozen)
         begun = learner.get_state()
         require_keys("learner.state", self.state, [key for key in begun if key in _LEARNED])
-        try:
-            learner.set_state(begun | dict(self.state))
-        except (KeyError, TypeError, IndexError) as error:
-            raise ConfigurationError(
-                "learner.state", "of another form", f"what {self.kind} learns ({error})"
-            ) from error
+        learner.set_state(begun | dict(self.state))
         return learner
 
     @classmethod

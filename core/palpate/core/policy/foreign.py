@@ -164,8 +164,9 @@ class ForeignPolicy(Learner):
     @override
     def set_state(self, state: Mapping[str, Any]) -> None:
         with self._named("set_state"):
+            trials = int(state["trials_learned"])
             self._policy.set_state(copy.deepcopy(dict(state["state"])))
-        self._trials = int(state["trials_learned"])
+        self._trials = trials
 
     def _has(self, name: str) -> bool:
         return callable(getattr(self._policy, name, None))

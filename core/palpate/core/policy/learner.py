@@ -3,12 +3,13 @@
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final, Generic, Protocol, TypeVar
+from typing import Annotated, Any, Final, Generic, Protocol, TypeVar
 
 import numpy as np
 from typing_extensions import override
 
 from palpate.core.policy.base import Policy, Transition
+from palpate.core.ports import Range, fitted, require_keys
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +106,18 @@ class ModelLearner(Learner, Generic[T]):
     def get_state(self) -> dict[str, Any]:
         """The trials that are remembered, as plain JSON values; what was fitted follows from them."""
         return {"trials": [trial.to_dict() for trial in self._trials], "trials_learned": self._trials_learned}
+
+    @override
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        require_keys("learner", state, ("trials", "trials_learned"))
+        given: tuple[Any, ...] = fitted("learner.trials", state["trials"], tuple[Any, ...])
+        count = fitted("learner.trials_learned", state["trials_learned"], Annotated[int, Range(0)])
+        trials = [self._trial_from(f"learner.trials[{k}]", data) for k, data in enumerate(given)]
+        self._trials, self._trials_learned = trials, count
+
+    @abstractmethod
+    def _trial_from(self, where: str, data: object) -> T:
+        """Read a trial from plain JSON values."""
 
     def _remember(self, trial: T) -> None:
         """Learn from one more trial."""

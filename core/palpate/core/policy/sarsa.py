@@ -12,7 +12,7 @@ import numpy as np
 
 from palpate.core.policy.base import Action, Decision, Observation, Transition
 from palpate.core.policy.tabular import QParameters, TabularLearner
-from palpate.core.ports import Range
+from palpate.core.ports import Range, fitted, require_keys
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,6 +112,9 @@ class Sarsa(TabularLearner):
         Raises:
             ConfigurationError: It is the state of a learner of another size; nothing is changed then.
         """
+        require_keys("learner", state, tuple(self.get_state()))
+        traces = fitted("learner.traces", state["traces"], tuple[tuple[int, int, float], ...])
+        drawn = fitted("learner.next", state["next"], tuple[int, int] | None)
         super().set_state(state)
-        self._traces = {int(i): (int(action), float(trace)) for i, action, trace in state["traces"]}
-        self._next = None if state["next"] is None else (int(state["next"][0]), int(state["next"][1]))
+        self._traces = {i: (action, trace) for i, action, trace in traces}
+        self._next = drawn

@@ -156,10 +156,12 @@ class TabularLearner(Learner):
     @override
     def set_state(self, state: Mapping[str, Any]) -> None:
         q, visits = self._rows(state, "q", float), self._rows(state, "visits", Annotated[int, Range(0)])
-        self._q, self._visits = q, visits
-        self._trials_learned = int(state["trials_learned"])
-        self._trial_counted = bool(state["trial_counted"])
-        self._temperature = float(state["temperature"])
+        trials = fitted("learner.trials_learned", state.get("trials_learned"), Annotated[int, Range(0)])
+        counted = fitted("learner.trial_counted", state.get("trial_counted"), bool)
+        temperature = fitted("learner.temperature", state.get("temperature"), float)
+        # Nothing is changed before all is known to be right.
+        self._q, self._visits, self._temperature = q, visits, temperature
+        self._trials_learned, self._trial_counted = trials, counted
 
     def _rows(self, state: Mapping[str, Any], key: str, kind: Any) -> list[list[Any]]:
         """The rows of that state, one for each of the learner's, with one number an action."""

@@ -1,4 +1,4 @@
-"""What tests with policies share: two action sets, observations of a state, and a corridor to learn in."""
+"""Action sets, observations of a state, policies that note or count, and a corridor to learn in."""
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
@@ -17,6 +17,7 @@ RIGHT, LEFT = (action.name for action in TWO)
 EIGHT = compass_actions(0.001)
 GREEDY = TemperatureSchedule(0.0, 1.0, 0.0)
 CELLS = tuple(f"cell {n}" for n in range(5))
+OWN = Action("own", (1e-3, 0.0))
 
 
 def observation(state: int) -> Observation:
@@ -48,7 +49,7 @@ def refuse(field: str, make: Callable[..., object], *args: Any, **settings: Any)
 
 @dataclass
 class Diary(Policy):
-    """Keeps everything that it is given, in order; takes given actions again and again, None a step of no set.
+    """Notes everything that it is given, in order; takes given actions in turn, None a step of no set.
 
     Attributes:
         served: The states that it serves; None for all.
@@ -77,3 +78,45 @@ class Diary(Policy):
     @property
     def learned(self) -> list[Transition]:
         return [entry for entry in self.entries if isinstance(entry, Transition)]
+
+
+class Deciding:
+    """A third-party policy that derives from nothing: gives one decision, or what a function returns."""
+
+    temperature: Any = None
+
+    def __init__(self, gives: Any = None) -> None:
+        self.gives = Decision(OWN, None, "strange") if gives is None else gives
+
+    def serves(self, state: int) -> bool:
+        return True
+
+    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+        self.rng = rng
+
+    def choose(self, observation: Observation) -> Any:
+        return self.gives() if callable(self.gives) else self.gives
+
+    def learn(self, transition: Transition) -> None:
+        pass
+
+
+class Counting(Deciding):
+    """A third-party learner: counts what it learned from, and takes the compass step of that number."""
+
+    def __init__(self) -> None:
+        super().__init__(self._next)
+        self.learned = 0
+
+    def _next(self) -> Decision:
+        index = (self.learned + int(self.rng.integers(2))) % 8
+        return Decision(compass_actions(0.7e-3)[index], index, "counting")
+
+    def learn(self, transition: Transition) -> None:
+        self.learned += 1
+
+    def get_state(self) -> Any:
+        return {"learned": self.learned}
+
+    def set_state(self, state: Any) -> None:
+        self.learned = int(state["learned"])

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Final
+from typing import Annotated, ClassVar, Final
 
 import numpy as np
 from typing_extensions import override
@@ -219,16 +218,8 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         del self._trials[: -self.parameters.memory_trials]
 
     @override
-    def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go back to what :meth:`get_state` gave.
-
-        Raises:
-            ConfigurationError: It is something else; nothing is changed then.
-        """
-        if set(state) != {"trials", "trials_learned"}:
-            raise ConfigurationError("learner", sorted(state), "trials and trials_learned")
-        trials = [TouchedTrial.from_dict(f"learner.trials[{k}]", data) for k, data in enumerate(state["trials"])]
-        self._trials, self._trials_learned = trials, int(state["trials_learned"])
+    def _trial_from(self, where: str, data: object) -> TouchedTrial:
+        return TouchedTrial.from_dict(where, data)
 
 
 def _name(dx_m: float, dy_m: float) -> str:

@@ -23,7 +23,7 @@ from palpate.core.policy.hmm.finite_pomdp import require_room
 from palpate.core.policy.hmm.point_based import PointBasedPlan
 from palpate.core.policy.hmm.recorded import RecordedTrial
 from palpate.core.policy.learner import ModelLearner
-from palpate.core.ports import Range, Settings, require_keys
+from palpate.core.ports import Range, Settings
 
 REFITS: Final = (30, 60, 100, 150, 220, 300, 400, 500)
 """Numbers of trials after which the model is fitted; then after every half more. Until the first of them actions are
@@ -193,12 +193,12 @@ class HmmLearner(ModelLearner[RecordedTrial]):
 
     @override
     def set_state(self, state: Mapping[str, Any]) -> None:
-        require_keys("learner", state, ("trials", "trials_learned"))
-        sizes = len(self.states), len(self.actions)
-        trials = [
-            RecordedTrial.from_dict(f"learner.trials[{k}]", data, *sizes) for k, data in enumerate(state["trials"])
-        ]
-        kept = fitted_after(len(trials)) == self._fitted
-        if not kept or trials[: self._fitted] != self._trials[: self._fitted]:
+        before = self._trials[: self._fitted]
+        super().set_state(state)
+        if fitted_after(len(self._trials)) != self._fitted or self._trials[: self._fitted] != before:
             self._fitted, self.model, self._plan = 0, None, None
-        self._trials, self._trials_learned, self._fitted_to = trials, int(state["trials_learned"]), None
+        self._fitted_to = None
+
+    @override
+    def _trial_from(self, where: str, data: object) -> RecordedTrial:
+        return RecordedTrial.from_dict(where, data, len(self.states), len(self.actions))

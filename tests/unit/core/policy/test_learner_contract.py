@@ -1,0 +1,149 @@
+"""The contract of learners, over all of them; each clause finds the learner that breaks it."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from palpate.adapters.contracts import CONTEXT, ContractViolation, LearnerContract, Practice, third_party
+from palpate.core.policy import (
+    Decision,
+    HmmParameters,
+    Learner,
+    MixedPolicy,
+    Observation,
+    PolicyDocument,
+    ProgrammedPolicy,
+    QLearning,
+    QParameters,
+    SarsaParameters,
+    SkillParameters,
+    TemperatureSchedule,
+    Transition,
+    document_of,
+    learner_of,
+    new_learner,
+    policy_from,
+)
+from palpate.core.policy.belief import BeliefParameters
+from tests.unit.core.policy.bench import Counting
+
+COOLING = TemperatureSchedule(5.0, 0.9, 0.5)
+Q = QParameters(alpha=0.3, gamma=1.0, temperature=COOLING, alpha_visits=15.0, alpha_floor=0.05, initial_value=-0.0)
+PARAMETERS: dict[str, Any] = {
+    "q-learning": Q,
+    "sarsa": SarsaParameters(alpha=0.2, gamma=1.0, temperature=COOLING, trace_decay=0.7),
+    "skills": SkillParameters(alpha=0.2, gamma=0.9, temperature=COOLING),
+    "belief": BeliefParameters(patience=7),
+    "hmm": HmmParameters(reach=2, lattice=1),
+}
+NAMES = CONTEXT.states, CONTEXT.actions
+
+
+class TestOwnLearners(LearnerContract):
+    @pytest.fixture(params=PARAMETERS, autouse=True)
+    def _of_kind(self, request: pytest.FixtureRequest) -> None:
+        self.parameters = PARAMETERS[request.param]
+
+    def make(self, *, frozen: bool = False) -> Learner:
+        return new_learner(self.parameters, *NAMES, CONTEXT.reach, frozen=frozen)
+
+    def test_policy_file_resumes_learning_with_what_is_programmed(self) -> None:
+        learner = self.make()
+        policy = MixedPolicy(CONTEXT.states, [ProgrammedPolicy(*NAMES, {"b": "-x"}), learner])
+        self.practised(policy)
+        written = document_of(policy, created_with={"palpate": "0"}, perception={})
+        read = PolicyDocument.from_json_text(written.to_json_text())
+        assert read == written
+        resumed = policy_from(read, *NAMES, CONTEXT.reach, frozen=False)
+        twin = learner_of(resumed)
+        assert isinstance(twin, type(learner))
+        assert twin.parameters == learner.parameters  # type: ignore[attr-defined]
+        later, practice = range(4, 8), Practice(CONTEXT, seed=1)
+        assert practice.trials(resumed, later) == practice.trials(policy, later)
+        assert twin.get_state() == learner.get_state()
+        unlearned = read.unlearned()
+        assert unlearned.learner is not None
+        assert unlearned.learner.trials_learned == 0
+        fresh = MixedPolicy(CONTEXT.states, [ProgrammedPolicy(*NAMES, {"b": "-x"}), self.make()])
+        assert unlearned == document_of(fresh, created_with={"palpate": "0"}, perception={})
+
+
+class TestThirdPartyLearner(LearnerContract):
+    def make(self, *, frozen: bool = False) -> Learner:
+        return third_party(Counting(), frozen=frozen)
+
+
+class Reseeded(QLearning):
+    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+        super().begin_trial(trial, np.random.default_rng())
+
+
+class Misplaced(QLearning):
+    def choose(self, observation: Observation) -> Decision:
+        return replace(super().choose(observation), index=0)
+
+
+class Announced(QLearning):
+    def foresee(self, place_m: tuple[float, float]) -> None:
+        if self._rng is not None:
+            self._rng.random()
+
+
+class Uncounted(QLearning):
+    trials_learned = 0  # type: ignore[assignment]
+
+
+class Unequal(QLearning):
+    made: ClassVar[list[int]] = []
+
+    def get_state(self) -> dict[str, Any]:
+        self.made.append(0)
+        return super().get_state() | {"number": len(self.made)}
+
+
+class Thawed(QLearning):
+    def learn(self, transition: Transition) -> None:
+        self.frozen = False
+        super().learn(transition)
+
+
+class Forgetful(QLearning):
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        super().set_state({**state, "q": [[0.0] * 8] * 4})
+
+
+class Shared(QLearning):
+    def get_state(self) -> dict[str, Any]:
+        return super().get_state() | {"q": self._q}
+
+
+class Careless(QLearning):
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        self._q = [list(row) for row in state.get("q") or [[]]]
+        super().set_state(state)
+
+
+BROKEN = {
+    Reseeded: "equal_seeds_give_equal_decisions",
+    Misplaced: "decision_is_one_of_action_set_or_has_no_index",
+    Announced: "announced_choice_is_same_choice",
+    Uncounted: "trials_that_end_in_hole_are_counted",
+    Unequal: "equal_trials_give_equal_state",
+    Thawed: "frozen_learner_learns_nothing",
+    Forgetful: "learner_resumes_from_its_state",
+    Shared: "state_is_copy",
+    Careless: "bad_state_is_refused_and_changes_nothing",
+}
+
+
+@pytest.mark.parametrize(("kind", "clause"), BROKEN.items())
+def test_each_clause_finds_learner_that_breaks_it(kind: type[QLearning], clause: str) -> None:
+    class Suite(LearnerContract):
+        def make(self, *, frozen: bool = False) -> Learner:
+            return kind(*NAMES, Q, frozen=frozen)
+
+    with pytest.raises(ContractViolation):
+        getattr(Suite(), f"test_{clause}")()
