@@ -1,0 +1,208 @@
+"""The arm: joint angles in, commands out, held where it is on every way out.
+
+A forward_command_controller keeps its last command for ever. So each position is at most one period ahead of the arm,
+and each stop sends that position once more, or velocities of zero.
+"""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from math import inf, isfinite
+from typing import Final
+
+from typing_extensions import override
+
+from palpate.drivers.device import Applied, AppliedReason, ArmState, LatchingArm, Measured, clamped, held_back
+from palpate.drivers.errors import DriverError, LateError, RefusedError, SettingError, SilentError, StateError
+from palpate.drivers.ros2.judgement import (
+    StampClock,
+    await_publisher,
+    joint_angles,
+    require_one_publisher,
+    require_subscriber,
+)
+from palpate.drivers.ros2.link import Ros2Link
+from palpate.drivers.ros2.settings import NAME, Ros2ArmSettings
+
+_LOOK_S: Final = 0.002
+_GAIN_PER_S: Final = 10.0
+"""Velocity that is added per radian that the arm is behind."""
+_CHECK: Final = "check the robot's driver and the network"
+
+
+class Ros2Arm(LatchingArm):
+    """The arm."""
+
+    def __init__(
+        self, link: Ros2Link, settings: Ros2ArmSettings, *, now_ns: Callable[[], int], sleep: Callable[[float], None]
+    ) -> None:
+        super().__init__()
+        self.settings = settings
+        self._link, self._now_ns, self._sleep = link, now_ns, sleep
+        self._stamps = StampClock(link.reads)
+        self._seen_rad: tuple[float, ...] = ()
+        self._reference_rad: tuple[float, ...] = ()
+        self._heard_ns = self._time_ns = self._cycled_ns = 0
+
+    def open(self) -> None:
+        """Find the robot; nothing is sent."""
+        self._require("open()", ArmState.NEW)
+        self._link.open()
+        await_publisher(self._link, self.settings.start_s, self._sleep)
+        self._await_news()
+        self._state = ArmState.CONFIGURED
+
+    def enable(self) -> None:
+        """Take over the controller; the arm holds still."""
+        self._require("enable()", ArmState.CONFIGURED)
+        require_one_publisher(self._link)
+        self._await_news()
+        settings = self.settings
+        limits = zip(settings.joints, self._seen_rad, settings.lower_rad, settings.upper_rad, strict=True)
+        for joint, angle, low, high in limits:
+            if not low <= angle <= high:
+                problem = f"{joint} stands at {angle:.4f} rad, outside {low:.4f} to {high:.4f}"
+                raise SettingError(NAME, problem, "move it back by the robot's own means")
+        require_subscriber(self._link)
+        self._reference_rad, self._cycled_ns = self._seen_rad, self._now_ns()
+        self._state = ArmState.ENABLED
+
+    def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
+        """What a cycle would make of a set-point now: at most one period ahead of where the arm is."""
+        self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
+        settings, asked = self.settings, tuple(map(float, setpoint_rad))
+        if len(asked) != len(settings.joints) or not all(map(isfinite, asked)):
+            accepted = f"give {len(settings.joints)} finite angles"
+            raise RefusedError("arm", f"{asked} are no joint angles", accepted)
+        if self._state is ArmState.STOPPED:
+            return Applied(self._seen_rad, AppliedReason.STOPPED)
+        within = clamped(asked, settings.lower_rad, settings.upper_rad)
+        steps = zip(within, self._seen_rad, settings.velocity_rad_s, strict=True)
+        share = min((most * settings.period_s / abs(a - b) if a != b else inf) for a, b, most in steps)
+        return held_back(asked, within, self._seen_rad, share)
+
+    def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
+        """Take the newest angles and send a command; None holds."""
+        self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
+        before_ns, away_s = self._time_ns, (self._now_ns() - self._cycled_ns) * 1e-9
+        enabled, self._cycled_ns = self._state is ArmState.ENABLED, self._now_ns()
+        with self._latching():
+            self._take()
+            require_one_publisher(self._link)
+            if enabled:
+                require_subscriber(self._link)
+            if self._state is not ArmState.STOPPED:
+                self._require_heard(away_s if enabled else 0.0)
+        applied = None if setpoint_rad is None else self.preview(setpoint_rad)
+        with self._latching():
+            if enabled:
+                self._command(self._reference_rad if applied is None else applied.position_rad)
+            elif self._state is ArmState.STOPPED:
+                self._hold()
+        is_fresh = (self._time_ns > before_ns,) * len(self._seen_rad)
+        return Measured(position_rad=self._seen_rad, is_fresh=is_fresh, applied=applied, time_ns=self._time_ns)
+
+    @override
+    def oddities(self, now_ns: int) -> str:
+        silent_ms = (now_ns - self._heard_ns) * 1e-6
+        return f"no message of {self._link.reads} for {silent_ms:.0f} ms" if silent_ms > 20.0 else ""
+
+    @override
+    def diagnostics(self, now_ns: int) -> dict[str, str]:
+        return super().diagnostics(now_ns) | link_diagnostics(self._link, self._stamps)
+
+    def stop(self) -> None:
+        """Hold the arm, or send velocities of zero; at any time, twice too, never raising."""
+        if self._state is ArmState.ENABLED:
+            self._state = ArmState.STOPPED
+        elif self._state not in (ArmState.STOPPED, ArmState.FAULTED):
+            return
+        with suppress(DriverError):
+            self._hold()
+
+    def disable(self) -> None:
+        """Stop; the controller keeps the arm where it is."""
+        self._require("disable()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
+        self.stop()
+        self._state = ArmState.CONFIGURED
+
+    def acknowledge(self) -> None:
+        """Clear a fault; a person's decision.
+
+        Raises:
+            StateError: There is no fault.
+            DriverError: It does not go away; it stays.
+        """
+        if self._state is not ArmState.FAULTED:
+            raise StateError("arm", f"there is no fault to acknowledge while it is {self._state.value}", "go on")
+        # A robot that was started again has another clock.
+        self._stamps = StampClock(self._link.reads)
+        require_one_publisher(self._link)
+        self._await_news()
+        self._state, self.fault = ArmState.CONFIGURED, None
+
+    def close(self) -> None:
+        """Stop, and leave the domain; never raises."""
+        self.stop()
+        self._link.close()
+        self._state = ArmState.CLOSED
+
+    def _take(self) -> None:
+        messages, now_ns = self._link.take(), self._now_ns()
+        if not messages:
+            return
+        times_ns = self._stamps.times_ns(messages, now_ns)
+        # Each is judged, the newest counts.
+        angles = [joint_angles(message, self.settings.joints, self._link.reads) for message in messages]
+        self._seen_rad, self._time_ns, self._heard_ns = angles[-1], times_ns[-1], now_ns
+
+    def _await_news(self) -> None:
+        """Wait for a message that comes from now on: those that have come may be old, or those of a fault."""
+        self._link.take()
+        begin_ns, before_ns = self._now_ns(), self._time_ns
+        while self._time_ns == before_ns:
+            if (self._now_ns() - begin_ns) * 1e-9 > self.settings.start_s:
+                raise SilentError(NAME, f"no new message of {self._link.reads} has come", _CHECK)
+            self._sleep(_LOOK_S)
+            self._take()
+
+    def _require_heard(self, away_s: float) -> None:
+        silent_s = (self._now_ns() - self._heard_ns) * 1e-9
+        if silent_s <= self.settings.silence_s:
+            return
+        problem = f"no message of {self._link.reads} for {silent_s * 1e3:.0f} ms"
+        if away_s > self.settings.silence_s:
+            problem = f"this computer was away for {away_s * 1e3:.0f} ms; after that {problem}"
+            raise LateError(NAME, problem, "end other programs, or set a larger [arm] patience")
+        raise SilentError(NAME, problem, _CHECK)
+
+    def _command(self, goal_rad: tuple[float, ...]) -> None:
+        settings, before = self.settings, self._reference_rad
+        self._reference_rad = goal_rad
+        if not settings.velocities:
+            self._link.write(goal_rad)
+            return
+        joints = zip(goal_rad, before, self._seen_rad, settings.velocity_rad_s, strict=True)
+        wanted = [((a - b) / settings.period_s + _GAIN_PER_S * (a - q), most) for a, b, q, most in joints]
+        self._link.write([min(max(speed, -most), most) for speed, most in wanted])
+
+    def _hold(self) -> None:
+        if self._reference_rad:
+            self._link.write(held(self._reference_rad, self.settings.velocities))
+
+
+def held(position_rad: Sequence[float], velocities: bool) -> tuple[float, ...]:
+    """The command that holds an arm there."""
+    return (0.0,) * len(position_rad) if velocities else tuple(position_rad)
+
+
+def link_diagnostics(link: Ros2Link, stamps: StampClock) -> dict[str, str]:
+    """Return who publishes and who subscribes, with quality of service, and how the publisher's clock stands."""
+    sends = "; ".join(", ".join(each) for each in link.offered()) or "nobody"
+    found = {f"publishers of {link.reads}": f"{sends} (requested: best effort, volatile)"}
+    if link.writes:
+        takes = "; ".join(", ".join(each) for each in link.requested()) or "nobody"
+        found[f"subscribers of {link.writes}"] = f"{takes} (offered: reliable, volatile, keep last 1)"
+    if stamps.stamp_ns:
+        behind_ms = (link.wall_ns() - stamps.stamp_ns) * 1e-6
+        found["stamps"] = f"the newest is {behind_ms:.1f} ms behind this computer's time of day"
+    return found

@@ -1,0 +1,201 @@
+"""The way into a ROS 2 domain: one topic is read, commands are written to another. Nothing here waits."""
+
+import time
+from collections.abc import Sequence
+from importlib.util import find_spec
+from typing import Any, Final
+from xml.sax.saxutils import quoteattr
+
+from palpate.drivers.errors import GarbledError, SettingError, SilentError
+from palpate.drivers.ros2.settings import COMMANDS, NAME, Ros2Network
+
+EXTRA: Final = "pip install 'palpate[ros2]'"
+_MOST: Final = 64
+"""Messages that wait to be taken; where more come, the newest stay."""
+_ENDPOINTS: Final = 500
+_ALIVE: Final = 16
+_EXISTS: Final = -4
+_domains: Final = dict[int, tuple[str, Any]]()
+"""A process opens a domain once, and keeps it with its configuration for all that come after."""
+
+
+class Ros2Link:
+    """A participant of a domain.
+
+    Args:
+        reads: Name and type of the topic that is read.
+        writes: Name of the topic of commands; empty writes none.
+    """
+
+    def __init__(self, network: Ros2Network, reads: tuple[str, str], writes: str = "") -> None:
+        self.network, (self.reads, self.kind), self.writes = network, reads, writes
+        self._participant: Any = None
+        self._reader: Any = None
+        self._writer: Any = None
+
+    def open(self) -> None:
+        """Join the domain; others are found from now on.
+
+        Raises:
+            SettingError: The library is missing, or this computer cannot join.
+        """
+        if find_spec("cyclonedds") is None:
+            raise SettingError(NAME, "the package cyclonedds is not installed", EXTRA)
+        from cyclonedds.core import DDSException
+
+        try:
+            _open_domain(self.network)
+            self._join()
+        except DDSException as error:
+            self.close()
+            problem = f"this computer cannot join domain {self.network.domain}: {_words(error)}"
+            raise SettingError(NAME, problem, "check domain, address and peers in the rig file") from error
+
+    def _join(self) -> None:
+        from cyclonedds.core import Policy, Qos
+        from cyclonedds.domain import DomainParticipant
+        from cyclonedds.pub import DataWriter
+        from cyclonedds.sub import DataReader
+        from cyclonedds.topic import Topic
+
+        from palpate.drivers.ros2.idl import TYPES, user_data
+
+        def topic(name: str, kind: str) -> Any:
+            return Topic(self._participant, f"rt/{name.removeprefix('/')}", TYPES[kind])
+
+        def qos(reliability: Any, depth: int, kind: str) -> Qos:
+            said = Policy.Userdata(user_data(kind))
+            return Qos(reliability, Policy.Durability.Volatile, Policy.History.KeepLast(depth), said)
+
+        self._participant = DomainParticipant(self.network.domain)
+        wanted = qos(Policy.Reliability.BestEffort, _MOST, self.kind)
+        self._reader = DataReader(self._participant, topic(self.reads, self.kind), wanted)
+        if self.writes:
+            # A newer command replaces one that has not got through: writing never waits.
+            offered = qos(Policy.Reliability.Reliable(0), 1, COMMANDS)
+            self._writer = DataWriter(self._participant, topic(self.writes, COMMANDS), offered)
+
+    def take(self) -> list[Any]:
+        """Return the messages that have come since the last call, oldest first.
+
+        Raises:
+            DriverError: One cannot be read, or the link is closed.
+        """
+        reader = self._opened(self._reader)
+        try:
+            taken = reader.take(_MOST)
+        except Exception as error:
+            # Bytes that are no such message fail in many ways.
+            raise GarbledError(NAME, f"a message of {self.reads} is no {self.kind}", "see who sends it") from error
+        # A publisher that leaves sends a sample without fields.
+        return [each for each in taken if each.sample_info.valid_data]
+
+    def write(self, values: Sequence[float]) -> None:
+        """Publish a command.
+
+        Raises:
+            SilentError: It cannot be sent, or the link is closed.
+        """
+        writer = self._opened(self._writer)
+        from palpate.drivers.ros2.idl import command
+
+        try:
+            writer.write(command(list(values)))
+        except Exception as error:
+            raise SilentError(NAME, f"a command cannot be sent: {_words(error)}", "check the network") from error
+
+    def publishers(self) -> int:
+        """Return how many publishers of the read topic fit."""
+        return len(self._opened(self._reader).get_matched_publications())
+
+    def subscribers(self) -> int:
+        """Return how many subscribers of the commands fit."""
+        return len(self._opened(self._writer).get_matched_subscriptions())
+
+    def offered(self) -> list[tuple[str, str]]:
+        """Return type and quality of service of each publisher of the read topic, also of those that do not fit."""
+        from cyclonedds.builtin import BuiltinTopicDcpsPublication
+
+        return self._endpoints(BuiltinTopicDcpsPublication, self.reads)
+
+    def requested(self) -> list[tuple[str, str]]:
+        """Return the same of each subscriber of the commands."""
+        from cyclonedds.builtin import BuiltinTopicDcpsSubscription
+
+        return self._endpoints(BuiltinTopicDcpsSubscription, self.writes)
+
+    def wall_ns(self) -> int:
+        """Return the time of day, which stamps of ROS 2 carry."""
+        return time.time_ns()
+
+    def close(self) -> None:
+        """Leave the domain; never raises."""
+        self._reader = self._writer = self._participant = None
+
+    def _opened(self, entity: Any) -> Any:
+        if entity is None:
+            raise SilentError(NAME, "the link is closed", "open it again")
+        return entity
+
+    def _endpoints(self, builtin: Any, name: str) -> list[tuple[str, str]]:
+        from cyclonedds.builtin import BuiltinDataReader
+
+        found = BuiltinDataReader(self._opened(self._participant), builtin).read(_ENDPOINTS)
+        wire = f"rt/{name.removeprefix('/')}"
+        alive = [each for each in found if each.sample_info.instance_state == _ALIVE and each.topic_name == wire]
+        return [(_ros_name(each.type_name), _qos_text(each.qos)) for each in alive]
+
+
+def _open_domain(network: Ros2Network) -> None:
+    """Open the domain in this process, if it is not open.
+
+    Raises:
+        SettingError: It is open, with another address or other peers.
+    """
+    from cyclonedds.core import DDSException
+    from cyclonedds.domain import Domain
+
+    configuration = _configuration(network)
+    if network.domain not in _domains:
+        try:
+            _domains[network.domain] = configuration, Domain(network.domain, configuration)
+        except DDSException as error:
+            # Another user of the library in this process has opened it.
+            if error.code != _EXISTS:
+                raise
+    elif _domains[network.domain][0] != configuration:
+        problem = f"domain {network.domain} is open in this process with another address or other peers"
+        raise SettingError(NAME, problem, "give arm and force sensor the same address and peers")
+
+
+def _configuration(network: Ros2Network) -> str:
+    """Return the library's settings.
+
+    Fast DDS describes types with sequences in a way that Cyclone holds invalid (rmw_cyclonedds #535): what eProsima
+    (vendor 1.15) says of types is ignored, and their names count.
+    """
+    general = discovery = ""
+    if network.address:
+        general = f"<Interfaces><NetworkInterface address={quoteattr(network.address)}/></Interfaces>"
+    if network.peers:
+        general += "<AllowMulticast>false</AllowMulticast>"
+        peers = "".join(f"<Peer address={quoteattr(peer)}/>" for peer in network.peers)
+        discovery = f"<ParticipantIndex>auto</ParticipantIndex><Peers>{peers}</Peers>"
+    types = "<IgnoreTypeInformation>1.15</IgnoreTypeInformation>"
+    parts = (("General", general), ("Discovery", discovery), ("Compatibility", types))
+    domain = "".join(f"<{name}>{content}</{name}>" for name, content in parts)
+    return f"<CycloneDDS><Domain>{domain}</Domain></CycloneDDS>"
+
+
+def _ros_name(wire: str) -> str:
+    return wire.replace("::dds_::", "::").replace("::", "/").removesuffix("_")
+
+
+def _qos_text(qos: Any) -> str:
+    """Return reliability and durability; discovery says no more of it that keeps two from fitting."""
+    names = [str(policy).partition("(")[0].split(".") for policy in qos]
+    return ", ".join(name[2] for name in names if name[1] in ("Reliability", "Durability"))
+
+
+def _words(error: Exception) -> str:
+    return " ".join(str(error).split())

@@ -1,0 +1,95 @@
+"""A force sensor behind ROS 2, advanced by polling."""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from math import isfinite
+from typing import Any, Final
+
+from typing_extensions import override
+
+from palpate.drivers.device import ForceSample, PolledSensor
+from palpate.drivers.errors import DriverError, GarbledError, SilentError, WiringError
+from palpate.drivers.ros2.arm import link_diagnostics
+from palpate.drivers.ros2.judgement import StampClock, await_publisher, require_one_publisher
+from palpate.drivers.ros2.link import Ros2Link
+
+_STALL_NS: Final = 100_000_000
+_NAME: Final = "ROS 2 wrench"
+
+
+class Ros2Wrench(PolledSensor):
+    """The sensor. Times of its samples are those of their stamps.
+
+    Args:
+        frame: ``frame_id`` that its messages must have.
+        sign: 1 where they give what the world exerts on the tool, -1 where they give the opposite.
+    """
+
+    def __init__(self, link: Ros2Link, frame: str, sign: int = 1) -> None:
+        super().__init__()
+        self._link, self._frame, self._sign = link, frame, sign
+        self._stamps = StampClock(link.reads)
+        self._count = self._polled_ns = 0
+
+    def open(self, timeout_s: float, sleep: Callable[[float], None]) -> None:
+        """Find the publisher.
+
+        Raises:
+            DriverError: There is none, or more than one.
+        """
+        self._link.open()
+        await_publisher(self._link, timeout_s, sleep)
+
+    def check(self) -> None:
+        """Raise what is wrong now."""
+        if self.failure is not None:
+            raise self.failure
+        if self.latest is not None and self._polled_ns - self.latest.receive_time_ns > _STALL_NS:
+            raise self.silence(self._polled_ns)
+
+    @override
+    def silence(self, now_ns: int) -> SilentError:
+        since = "yet" if self.latest is None else f"for {(now_ns - self.latest.receive_time_ns) * 1e-6:.0f} ms"
+        problem = f"no message of {self._link.reads} has come {since}"
+        return SilentError(_NAME, problem, "check the robot's driver and the network")
+
+    @override
+    def poll(self, now_ns: int) -> list[ForceSample]:
+        self._polled_ns = now_ns
+        try:
+            require_one_publisher(self._link)
+            messages = self._link.take()
+            samples = self._samples(messages, now_ns) if messages else []
+        except DriverError as error:
+            self.failure = self.failure or error
+            return []
+        self.latest = samples[-1] if samples else self.latest
+        return samples
+
+    def _samples(self, messages: Sequence[Any], now_ns: int) -> list[ForceSample]:
+        samples = []
+        times_ns = self._stamps.times_ns(messages, now_ns)
+        for message, time_ns in zip(messages, times_ns, strict=True):
+            if (frame := message.header.frame_id) != self._frame:
+                problem = f"{self._link.reads} is in frame {frame!r}, the rig file says {self._frame!r}"
+                raise WiringError(_NAME, problem, "set [force_sensor] frame if sign, axes and point are right")
+            force, torque = message.wrench.force, message.wrench.torque
+            parts = tuple(self._sign * part for part in (force.x, force.y, force.z, torque.x, torque.y, torque.z))
+            if not all(map(isfinite, parts)):
+                problem = f"a wrench of {self._link.reads} is no number: {parts}"
+                raise GarbledError(_NAME, problem, "see whether the robot's driver has its sensor")
+            self._count += 1
+            samples.append(ForceSample(parts[:3], parts[3:], self._count, time_ns))
+        return samples
+
+    @override
+    def diagnostics(self, now_ns: int) -> dict[str, str]:
+        return super().diagnostics(now_ns) | link_diagnostics(self._link, self._stamps)
+
+    @override
+    def acknowledge(self) -> None:
+        super().acknowledge()
+        with suppress(DriverError):
+            # What has come by now may be what is acknowledged.
+            self._link.take()
+        self._stamps = StampClock(self._link.reads)

@@ -1,0 +1,5 @@
+"""A robot behind ROS 2 as ros2_control shows it: joint angles, wrenches, and a forward_command_controller."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
