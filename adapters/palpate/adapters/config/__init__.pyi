@@ -15,6 +15,7 @@ from .described import Described as Described
 from .described import described as described
 from .described import field_kind as field_kind
 from .described import texts_of as texts_of
+from .emulation import ROS2 as ROS2
 from .emulation import UR as UR
 from .emulation import ZEBRA as ZEBRA
 from .emulation import EmulationConfig as EmulationConfig

@@ -10,6 +10,7 @@ from palpate.core.ports import OneOf, Range, Settings
 ZEBRA: Final = "zebra-nmc"
 CIA402: Final = "cia402"
 UR: Final = "ur-rtde"
+ROS2: Final = "ros2"
 JR3, ATI = "jr3-can", "ati-netft"
 _OF_UR: Final = ("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e", "ur16e", "ur20")
 
@@ -18,12 +19,13 @@ _OF_UR: Final = ("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e", "ur16e", "ur20")
 class EmulationConfig(Settings):
     """Which devices an emulated rig has, and what a rig file does not say of them."""
 
-    wires: Annotated[str, OneOf("", ZEBRA, CIA402, UR)] = ""
-    """Wires of the arm: zebra-nmc (the Zebra Zero's own serial bus), cia402 (CAN drives) or ur-rtde (a controller of
-    Universal Robots, at the first free address from 127.0.0.1 on). If not given: those of the arm, or cia402."""
-    force: Annotated[str, OneOf("", JR3, ATI, UR)] = ""
-    """Force sensor: jr3-can, ati-netft, or ur-rtde, the one in the flange behind wires ur-rtde. If not given: ati-netft
-    with wires ur-rtde, otherwise jr3-can."""
+    wires: Annotated[str, OneOf("", ZEBRA, CIA402, UR, ROS2)] = ""
+    """Wires of the arm: zebra-nmc (the Zebra Zero's own serial bus), cia402 (CAN drives), ur-rtde (a controller of
+    Universal Robots, at the first free address from 127.0.0.1 on) or ros2 (in a free domain on the loopback). If not
+    given: those of the arm, or cia402."""
+    force: Annotated[str, OneOf("", JR3, ATI, UR, ROS2)] = ""
+    """Force sensor: jr3-can, ati-netft, ur-rtde, the one in the flange behind wires ur-rtde, or ros2 behind wires ros2.
+    If not given: ati-netft with wires ur-rtde, ros2 with wires ros2, otherwise jr3-can."""
     baud: int = 230_400
     """Line rate of the arm's serial bus."""
     divider: Annotated[int, Range(1, 14)] = 2
@@ -51,4 +53,5 @@ class EmulationConfig(Settings):
         self.require("wrist_backlash_deg", wires == ZEBRA or not self.wrist_backlash_deg, "0, except for zebra-nmc")
         in_flange = "jr3-can or ati-netft: the sensor is in the flange of a UR"
         self.require("force", self.force != UR or wires == UR, in_flange)
-        return replace(self, wires=wires, force=self.force or (ATI if wires == UR else JR3))
+        self.require("force", self.force != ROS2 or wires == ROS2, "another sensor, or wires ros2 too")
+        return replace(self, wires=wires, force=self.force or {UR: ATI, ROS2: ROS2}.get(wires, JR3))

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, Final
 
 from typing_extensions import override
@@ -13,7 +14,7 @@ from palpate.adapters.hardware.arm_memory import ArmStatus, Setpoint
 from palpate.adapters.hardware.arm_process import PACE_NS, Assignment
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.plugins import RigContext, arm_maker
-from palpate.adapters.hardware.served_arm import ServedArm
+from palpate.adapters.hardware.served_arm import ServedArm, StandBy
 from palpate.core.errors import CommandError, DeviceError
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
@@ -68,6 +69,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         limits = arm.limits
         self._limiter = CommandLimiter(limits.lower_rad, limits.upper_rad, limits.velocity_rad_s, CONTROL_RATE_HZ)
         self._host: ArmProcess | None = None
+        self._stand_by: StandBy | None = None
         self._status = ArmStatus()
         self._sent = self._requests = 0
         self._stopped = False
@@ -195,6 +197,8 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         try:
             for line in self._request("configure"):
                 self._tell(line)
+            self._stand_down()
+            self._stand_by = self._arm.stand_by()
         except BaseException:
             self._host = None
             host.end()
@@ -220,6 +224,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
 
     @override
     def _on_close(self) -> None:
+        self._stand_down()
         host = self._host
         if host is None:
             return
@@ -280,8 +285,16 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         if self._host is host:
             self._host = None
             end = host.kill()
+            if self._stand_by is not None and self._life is Life.ACTIVE and not self.listens:
+                with suppress(DeviceError):
+                    self._stand_by.hold(self._where())
             self._last_words = f"the arm's process {cause or end}; {_LEFT}"
             self._latch(self._last_words)
+
+    def _stand_down(self) -> None:
+        stand_by, self._stand_by = self._stand_by, None
+        if stand_by is not None:
+            stand_by.close()
 
 
 def arm_in_process(entry: DeviceEntry, context: RigContext, real_time: RealTimeConfig, timeout_ns: int) -> ArmClient:

@@ -11,7 +11,7 @@ from typing import Any, Final, Protocol, Self
 import numpy as np
 import pinocchio as pin
 
-from palpate.adapters.config import RIG_FORMAT, UR, ZEBRA, EmulationConfig, RunConfig, literal, to_toml
+from palpate.adapters.config import RIG_FORMAT, ROS2, UR, ZEBRA, EmulationConfig, RunConfig, literal, to_toml
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.emulated_events import PlannedEvent
 from palpate.core.job import Job
@@ -24,6 +24,7 @@ from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
 from palpate.simulation.emulators.lines import EmulatedCanBus, LineSpeed, PtyServer, SlcanServer
 from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors, JointPlant
 from palpate.simulation.emulators.nmc import NmcChain
+from palpate.simulation.emulators.ros2 import WRENCH, Ros2Robot, Ros2Server
 from palpate.simulation.emulators.ur import PRECISION, ControllerConfig, ToolForce, UrController, UrServer
 from palpate.simulation.work_cell import HiddenValues, WorkCell
 
@@ -241,6 +242,9 @@ class EmulatedCell:
         if emulation.wires == UR:
             self._prepare_ur(start)
             return
+        if emulation.wires == ROS2:
+            self._prepare_ros2(start)
+            return
         scale = (_COUNTS_PER_RAD,) * len(start)
         motors = DirectMotors(scale, start)
         self._motors = motors
@@ -275,6 +279,26 @@ class EmulatedCell:
                 nullcontext(), "force_sensor", lambda: {"adapter": "ur-rtde", "host": server.host, "facts": facts}
             )
 
+    def _prepare_ros2(self, start: JointVector) -> None:
+        names = Kinematics(arm_named(self.config.arm), self.config.tool.geometry).model.names
+        robot = Ros2Robot(tuple(names)[1 : len(start) + 1], start)
+        server = self.ros2 = Ros2Server(robot, self._wrench_source)
+        self._motors, self._hold = robot, server.exclusive
+        self._faults["cable-pulled"] = lambda: setattr(server, "is_unplugged", True)
+
+        def network() -> dict[str, Any]:
+            return {"adapter": "ros2", "domain": server.domain, "address": server.address, "peers": [server.address]}
+
+        self._serve(server, "arm", lambda: {
+            **network(), "name": self._arm_name, "commands": f"/{server.commands}", "patience": 5.0,
+        })  # fmt: skip
+        if self.emulation.force == ROS2:
+            # The robot states no range: that of a common sensor.
+            facts: dict[str, Any] = {**self._facts(1.0), "range_N": [300.0] * 3, "range_Nm": [20.0] * 3}
+            self._serve(nullcontext(), "force_sensor", lambda: {
+                **network(), "topic": f"/{WRENCH}", "rate_Hz": server.rate_Hz, "facts": facts,
+            })  # fmt: skip
+
     def _entered(self) -> dict[str, Any]:
         """What is entered at the emulated pendant: the tool of the job, in the axes of the flange."""
         tool, frames = self.config.tool, Kinematics(arm_named(self.config.arm), self.config.tool.geometry)
@@ -288,7 +312,7 @@ class EmulatedCell:
         return {"payload_kg": tool.mass_kg, "payload_cog_m": rounded[0], "tcp_offset": rounded[1]}
 
     def _prepare_sensor(self) -> None:
-        if self.emulation.force == UR:
+        if self.emulation.force in (UR, ROS2):
             return
         if self.emulation.force == "ati-netft":
             device = EmulatedBox(self._wrench_source)

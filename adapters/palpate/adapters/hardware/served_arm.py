@@ -26,6 +26,19 @@ class JointLimits:
     velocity_rad_s: JointVector
 
 
+@dataclass(frozen=True, slots=True)
+class StandBy:
+    """What the loop's process has of an arm whose controller goes on without commands.
+
+    Attributes:
+        hold: Holds the arm, given where it was seen last, (n,) rad; called when the process that owns it is gone.
+        close: Releases what this needs.
+    """
+
+    hold: Callable[[JointVector], object]
+    close: Callable[[], object]
+
+
 class ServedArm(ABC):
     """One thread uses it, one call at a time. Making it opens nothing.
 
@@ -79,6 +92,10 @@ class ServedArm(ABC):
     def listen(self) -> bool:
         """Begin to read angles, without power where that can be; True if ``disable`` has to end it."""
         return False
+
+    def stand_by(self) -> StandBy | None:
+        """Prepare, in the loop's process, to hold the arm when the other one is gone; None where nothing need."""
+        return None
 
     def diagnostics(self) -> Mapping[str, str]:
         """Return what the arm reports of itself; empty while it is not open."""

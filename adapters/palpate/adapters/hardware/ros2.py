@@ -1,0 +1,185 @@
+"""An arm and a force sensor behind ROS 2 as adapters: wiring and marks, nothing else."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Final
+
+from typing_extensions import override
+
+from palpate.adapters.config import SensorFactsTable
+from palpate.adapters.hardware.clock import sleeping
+from palpate.adapters.hardware.errors import translating
+from palpate.adapters.hardware.plugins import RigContext
+from palpate.adapters.hardware.polled_sensor import PolledForceSensor
+from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm, StandBy
+from palpate.core.errors import ConfigurationError
+from palpate.core.motion import Kinematics, ToolGeometry
+from palpate.core.ports import CONTROL_RATE_HZ, Clock, JointVector, OneOf, Range, Settings
+from palpate.drivers.ros2 import (
+    JOINT_STATE,
+    WRENCH,
+    Ros2Arm,
+    Ros2ArmSettings,
+    Ros2Link,
+    Ros2Network,
+    Ros2Wrench,
+    held,
+)
+
+_POSITIONS, _VELOCITIES = "positions", "velocities"
+_NAME: Final = "ROS 2 arm"
+
+
+@dataclass(frozen=True)
+class Ros2Table(Settings):
+    """What arm and force sensor have in common: the network."""
+
+    domain: Annotated[int, Range(0, 232)] = 0
+    """ROS_DOMAIN_ID of the robot."""
+    address: str = ""
+    """This computer's address on the robot's network. If not given: the system chooses."""
+    peers: tuple[str, ...] = ()
+    """Addresses of the computers that run ROS. If not given: multicast finds them."""
+    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
+    """Age above which a sample is marked as stale."""
+    start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 5.0
+    """Longest wait for the publisher and its first message."""
+
+    def network(self) -> Ros2Network:
+        """Return where the robot is."""
+        return Ros2Network(self.domain, self.address, self.peers)
+
+
+@dataclass(frozen=True)
+class Ros2ArmTable(Ros2Table):
+    """The table ``[arm]`` of a rig file."""
+
+    TABLE: ClassVar[str] = "arm"
+
+    joint_states: str = "/joint_states"
+    """Topic of the joint angles, sensor_msgs/msg/JointState."""
+    commands: str = "/forward_position_controller/commands"
+    """Topic of the commands, std_msgs/msg/Float64MultiArray, of a forward_command_controller. Its joints have the order
+    of the model, base first."""
+    joints: tuple[str, ...] = ()
+    """Names of the joints in the messages, base first. If not given: those of the model."""
+    mode: Annotated[str, OneOf(_POSITIONS, _VELOCITIES)] = _POSITIONS
+    """What is commanded."""
+    stops_without_commands: bool = False
+    """The robot's driver stops the arm by itself when commands end. Velocities need it."""
+    divider: Annotated[int, Range(1, 14)] = 1
+    """Control ticks per command."""
+    patience: Annotated[float, Range(0.1, 100.0)] = 1.0
+    """Factor on the time without joint angles that is a fault, 0.1 s: 3 for a machine that cannot keep time."""
+
+
+@dataclass(frozen=True)
+class Ros2WrenchTable(Ros2Table):
+    """The table ``[force_sensor]`` of a rig file."""
+
+    TABLE: ClassVar[str] = "force_sensor"
+
+    topic: str = "/force_torque_sensor_broadcaster/wrench"
+    """Topic of the wrenches, geometry_msgs/msg/WrenchStamped."""
+    frame: str = "tool0"
+    """frame_id of the messages. Another one ends the run."""
+    sign: Annotated[int, OneOf(1, -1)] = 1
+    """-1 where the messages give what the tool exerts on the world."""
+    rate_Hz: Annotated[float, Range(1.0, 10_000.0)] = 500.0
+    """Rate of the messages."""
+
+
+class Ros2DriverArm(DriverArm):
+    """The arm, which its controller does not stop: each of two processes has a way to it.
+
+    Args:
+        link: Makes such a way.
+    """
+
+    def __init__(
+        self, table: Ros2ArmTable, settings: Ros2ArmSettings, link: Callable[[], Ros2Link], clock: Clock
+    ) -> None:
+        def open_bus() -> OpenArm:
+            way = link()
+            return OpenArm(Ros2Arm(way, settings, now_ns=clock.now_ns, sleep=sleeping(clock)), way.close)
+
+        limits = JointLimits(settings.lower_rad, settings.upper_rad, settings.velocity_rad_s)
+        super().__init__(
+            _NAME, open_bus, clock, limits, divider=table.divider, max_age_ns=round(table.max_age_ms * 1e6)
+        )
+        self._link, self._velocities = link, settings.velocities
+
+    @override
+    def stand_by(self) -> StandBy:
+        way = self._link()
+        with translating(self.name):
+            way.open()
+
+        def hold(position_rad: JointVector) -> None:
+            with translating(self.name):
+                way.write(held(position_rad, self._velocities))
+
+        return StandBy(hold, way.close)
+
+
+def make_ros2_arm(table: Ros2ArmTable, context: RigContext) -> DriverArm:
+    """An arm behind a forward_command_controller of ROS 2."""
+    return ros2_arm(
+        table, context, lambda: Ros2Link(table.network(), (table.joint_states, JOINT_STATE), table.commands)
+    )
+
+
+def ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], Ros2Link]) -> DriverArm:
+    """The same over a link of the caller's."""
+    joints = table.joints or tuple(Kinematics(context.arm, ToolGeometry()).model.names)[1:]
+    if len(set(joints)) != len(context.lower_rad):
+        accepted = f"{len(context.lower_rad)} names, one a joint of {context.arm.name}"
+        raise ConfigurationError("arm.joints", joints, accepted)
+    velocities = table.mode == _VELOCITIES
+    if velocities and not table.stops_without_commands:
+        accepted = (
+            "positions; velocities only with stops_without_commands = true, for the controller keeps the last one"
+        )
+        raise ConfigurationError("arm.mode", table.mode, accepted)
+    settings = Ros2ArmSettings(
+        joints=joints, lower_rad=context.lower_rad, upper_rad=context.upper_rad,
+        velocity_rad_s=context.velocity_limit_rad_s, period_s=table.divider / CONTROL_RATE_HZ, velocities=velocities,
+        start_s=table.start_timeout_s, silence_s=0.1 * table.patience,
+    )  # fmt: skip
+    return Ros2DriverArm(table, settings, link, context.clock)
+
+
+class Ros2ForceSensor(PolledForceSensor[Ros2Wrench]):
+    """A force sensor, or an estimate, that ROS 2 publishes."""
+
+    REMEDY = "see that the robot's driver publishes, and that its clock and this computer's are synchronised"
+
+    def __init__(self, link: Callable[[], Ros2Link], clock: Clock, table: Ros2WrenchTable) -> None:
+        super().__init__("ROS 2 wrench", clock, table)
+        self._link, self._table = link, table
+
+    @property
+    @override
+    def period_ns(self) -> int:
+        return round(1e9 / self._table.rate_Hz)
+
+    def reported_facts(self) -> SensorFactsTable:
+        """The rate that is stated; messages say nothing of range and noise."""
+        return SensorFactsTable(rate_Hz=self._table.rate_Hz, frame="sensor")
+
+    @override
+    def _connect(self) -> None:
+        way = self._link()
+        self._close_wire = way.close
+        device = Ros2Wrench(way, self._table.frame, self._table.sign)
+        device.open(self._start_timeout_s, sleeping(self._clock))
+        self.device = device
+
+    @override
+    def _leave(self, device: Ros2Wrench) -> None:
+        """Nothing of the robot's was changed."""
+
+
+def make_ros2_wrench(table: Ros2WrenchTable, context: RigContext) -> Ros2ForceSensor:
+    """The wrenches of a topic."""
+    return Ros2ForceSensor(lambda: Ros2Link(table.network(), (table.topic, WRENCH)), context.clock, table)

@@ -1,0 +1,131 @@
+"""The adapters behind ROS 2 keep the contracts of their ports, against an emulated robot in virtual time."""
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from palpate.adapters.contracts import (
+    ArmCommandContract,
+    ArmCommandRig,
+    ForceSensorContract,
+    ForceSensorRig,
+    JointEncoderContract,
+    JointEncoderRig,
+)
+from palpate.adapters.hardware.arm_client import ArmClient
+from palpate.adapters.hardware.plugins import RigContext
+from palpate.adapters.hardware.ros2 import Ros2ArmTable, Ros2ForceSensor, Ros2WrenchTable, ros2_arm
+from palpate.core.errors import ConfigurationError, DeviceError
+from palpate.drivers.ros2 import WRENCH
+from tests.contracts.bus_bench import LONG_NS
+from tests.support.arm_thread import arm_in_thread
+from tests.virtual_ros2 import HOME, NAMES, VirtualDomain
+
+LOWER, UPPER = tuple(q - 0.3 for q in HOME), tuple(q + 0.05 for q in HOME)
+MAX_AGE_NS = 50_000_000
+TABLE = Ros2ArmTable(joints=NAMES, start_timeout_s=0.5)
+VELOCITIES = replace(TABLE, mode="velocities", stops_without_commands=True)
+
+
+class Bench(VirtualDomain):
+    """An adapter, and the robot that it talks to."""
+
+    reader: Ros2ForceSensor | None = None
+
+    def arm(self, table: Ros2ArmTable = TABLE) -> ArmClient:
+        context = replace(RigContext.of("ur5", self.clock), lower_rad=LOWER, upper_rad=UPPER,
+                          velocity_limit_rad_s=(1.0,) * 6)  # fmt: skip
+        return arm_in_thread(ros2_arm(table, context, self.link), self.clock, LONG_NS)
+
+    def sensor(self, **settings: Any) -> Ros2ForceSensor:
+        table = Ros2WrenchTable(**{"start_timeout_s": 0.5} | settings)
+        self.reader = Ros2ForceSensor(lambda: self.link(table.topic, WRENCH, ""), self.clock, table)
+        return self.reader
+
+    def fail(self) -> None:
+        self.publishers = 2
+        self.ticks(3)
+        if self.reader is not None:
+            with pytest.raises(DeviceError, match="2 publishers"):
+                self.reader.read()
+        self.publishers = 1
+
+    def fall_silent(self) -> None:
+        self.network = lambda message: None
+
+    def knobs(self) -> dict[str, Any]:
+        # A cut cable cannot be told from silence, so there is no knob for it.
+        return {
+            "clock": self.clock, "advance": self.ticks, "provoke_fault": self.fail, "runs_by_itself": True,
+            "is_open": lambda: self.is_open,
+        }  # fmt: skip
+
+
+class TestRos2Encoder(JointEncoderContract):
+    def make(self) -> JointEncoderRig:
+        bench = Bench()
+        arm = bench.arm()
+        return JointEncoderRig(
+            device=arm, max_age_ns=MAX_AGE_NS + 20_000_000, joints=6, expected_rad=HOME, tolerance_rad=1e-9, arm=arm,
+            go_silent=bench.fall_silent, **bench.knobs(),
+        )  # fmt: skip
+
+
+class TestRos2Arm(ArmCommandContract):
+    table = TABLE
+    tolerance_rad = 1e-9
+
+    def make(self) -> ArmCommandRig:
+        bench = Bench(velocities=self.table.mode == "velocities")
+        return ArmCommandRig(
+            device=bench.arm(self.table), home_rad=HOME, lower_rad=LOWER, upper_rad=UPPER, step_rad=4e-3,
+            fast_step_rad=0.03, position_rad=bench.robot.targets_rad, tolerance_rad=self.tolerance_rad,
+            settle_ticks=60, limit_ticks=100, **bench.knobs(),
+        )  # fmt: skip
+
+
+class TestRos2VelocityArm(TestRos2Arm):
+    table = VELOCITIES
+    tolerance_rad = 5e-4
+
+
+class TestRos2Wrench(ForceSensorContract):
+    def make(self) -> ForceSensorRig:
+        bench = Bench()
+
+        def push(x: float, y: float, z: float) -> None:
+            bench.load[:3] = (x, y, z)
+
+        def twist(x: float, y: float, z: float) -> None:
+            bench.load[3:] = (x, y, z)
+
+        return ForceSensorRig(
+            device=bench.sensor(), max_age_ns=MAX_AGE_NS + 10_000_000, push_N=push, twist_Nm=twist,
+            go_silent=bench.fall_silent, **bench.knobs(),
+        )  # fmt: skip
+
+
+def test_sign_turns_a_wrench_that_the_tool_exerts() -> None:
+    bench = Bench()
+    with bench.sensor(sign=-1) as sensor:
+        assert sensor.read().force_N == (0.0, 0.0, 5.0)
+
+
+@pytest.mark.parametrize(
+    ("table", "problem"),
+    [
+        (replace(VELOCITIES, stops_without_commands=False), "velocities only with stops_without_commands = true"),
+        (replace(TABLE, joints=NAMES[:5]), "6 names, one a joint of ur5"),
+        (replace(TABLE, joints=(*NAMES[:5], NAMES[0])), "6 names, one a joint of ur5"),
+    ],
+)
+def test_table_that_cannot_work_is_refused_before_anything_opens(table: Ros2ArmTable, problem: str) -> None:
+    with pytest.raises(ConfigurationError, match=problem):
+        Bench().arm(table)
+
+
+def test_joints_without_names_have_those_of_the_model() -> None:
+    bench = Bench()
+    with pytest.raises(DeviceError, match="has no joint shoulder_pan_joint, shoulder_lift_joint"):
+        bench.arm(replace(TABLE, joints=())).configure()
