@@ -11,66 +11,26 @@ from palpate.adapters.hardware import FaultFile
 from tests.command_line import JOB, CommandLine
 from tests.support.rig_files import zebra_rig
 
-FACTS = "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'jr3-can'\nfacts = {}\n"
-
 STRANGE = "[arm]\nname = 'zebra-zero'\nadapter = '{}'\n[force_sensor]\nadapter = 'jr3-can'\n"
-UR = '[arm]\nname = "zebra-zero"\nadapter = "ur-rtde"\nhost = "{}"\n[force_sensor]\nadapter = "jr3-can"\n'
+NODES = "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'jr3-can'\n{}\n"
 
 
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        ("", "arm = None"),
-        ("[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\n", "force_sensor = None"),
+        (NODES.format("node = 3\ncanopen_nodes = [3]"), "a node whose identifiers no drive on the bus has; 0x"),
+        (STRANGE.format("cia402"), "arm.counts_per_rad"),
         (
-            "[arm]\nname = 'zebra-zero'\nadapter = 'irb'\n[force_sensor]\nadapter = 'jr3-can'\n",
-            "one of cia402, ur-rtde, zebra-nmc",
-        ),
-        (
-            "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'ati'\n",
-            "one of ati-netft, jr3-can, ur-rtde",
-        ),
-        (
-            "[arm]\nname = 'zebra-zero'\nadapter = 'nowhere:make'\n[force_sensor]\nadapter = 'jr3-can'\n",
-            "a module that can be imported",
-        ),
-        (
-            "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\nbaudrate = 3\n[force_sensor]\nadapter = 'jr3-can'\n",
-            "did you mean arm.baud",
-        ),
-        (
-            "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\ndivider = 1\n[force_sensor]\nadapter = 'jr3-can'\n",
-            "46.67, 35, 28",
-        ),
-        ("[arm]\nname = 'zebra-zero'\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "arm.counts_per_rad"),
-        (
-            "[arm]\nadapter = 'ur-rtde'\n[force_sensor]\nadapter = 'jr3-can'\n",
+            STRANGE.format("ur-rtde").replace("name = 'zebra-zero'", ""),
             'in the rig file [arm] name = "ur5e" or another, or urdf, flange and posture_rad; or --arm NAME',
         ),
-        (
-            "[arm]\nname = 'ur6'\nadapter = 'ur-rtde'\n[force_sensor]\nadapter = 'jr3-can'\n",
-            "one of zebra-zero, ur3, ur5",
-        ),
-        (
-            "[rig]\nspeed = 3\n[arm]\nname = 'zebra-zero'\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n",
-            "rig.speed",
-        ),
-        (FACTS.format("{ noise_N = 0 }"), "force_sensor.facts.noise_N = 0.0 is refused: a number above 0"),
-        (FACTS.format("3"), "a table [force_sensor.facts]"),
-        (FACTS.format("{}\nnode = 3\ncanopen_nodes = [3]"), "a node whose identifiers no drive on the bus has; 0x"),
-        (
-            "[watchdog]\nloop = 1\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n",
-            "watchdog.loop",
-        ),
-        ("[arm\n", "a TOML file"),
+        (STRANGE.format("nowhere:make"), "a module that can be imported"),
         (STRANGE.format("os:getcwd"), "'os:getcwd' is refused: a function that makes an adapter; it raised TypeError("),
         (STRANGE.format("os:name"), "function that makes an adapter; it raised TypeError(\"'str' object is not"),
         (STRANGE.format("operator:is_"), "function that makes an adapter: ArmAdapter, not False"),
-        (UR.format(""), "arm.host = '' is refused: an address"),
-        (UR.format("a\\u0000b"), "arm.host = 'a\\x00b' is refused: an address"),
     ],
 )
-def test_rig_files_that_cannot_work_are_refused_in_one_line(palpate: CommandLine, content: str, reason: str) -> None:
+def test_rig_file_that_cannot_work_is_refused_in_one_line(palpate: CommandLine, content: str, reason: str) -> None:
     Path("rig.toml").write_text(content)
     assert reason in palpate.refusal("run", "--rig", "rig.toml", *JOB, "--policy", "torque", "--out", "run")
 

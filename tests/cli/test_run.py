@@ -159,16 +159,6 @@ def test_ctrl_c_keeps_the_finished_trials_and_the_last_one_replays(
     assert "1 of 1 equal" in printed
 
 
-def test_a_file_that_is_no_policy_is_refused(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
-    text = (trained / "policy.json").read_text()
-    for content, reason in (
-        (text.replace("palpate.policy/3", "palpate.policy/2"), "'palpate.policy/2' is refused: 'palpate.policy/3'"),
-        (text[: len(text) // 2], "JSON"),
-    ):
-        (tmp_path / "policy.json").write_text(content)
-        assert reason in palpate.refusal("run", *QUICK, "--policy", "policy.json", "--trials", 1)
-
-
 @pytest.mark.parametrize("words", ["train", "run --policy torque", "compare"])
 @pytest.mark.usefixtures("run")
 def test_results_are_never_written_over(palpate: CommandLine, words: str) -> None:

@@ -11,6 +11,7 @@ import os
 import re
 import sys
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Final, TypeVar, cast, get_args, get_origin
 
@@ -65,15 +66,16 @@ def parse(kind: type[T], command: str, words: Sequence[str]) -> T:
     facts = run_facts(table, file)
     if facts.get("command") == command:
         # A run.toml also holds how many trials the same command ran, and with which policy.
-        known = {name: facts[name] for name in ("trials", "policy") if name in facts}
-        own, _ = _own(kind, command, words, kind(**{name: _frozen(value) for name, value in known.items()}))
+        given_flags = {word.partition("=")[0] for word in words}
+        known = {name: _frozen(facts[name]) for name in ("trials", "policy") if name in facts}
+        own = replace(own, **{name: value for name, value in known.items() if f"--{name}" not in given_flags})
     if command == "run" and (ignored := sorted({*given.get("learning", {})} - {*_EARNED})):
         told = f"--learning.{ignored[0].replace('_', '-')} changes nothing: palpate run does not learn"
         raise UsageError(f"{told}; palpate train --policy FILE does")
     return cast("T", own.with_run(_composed(own, table, bool(facts), file, given)))
 
 
-def _own(kind: type[T], command: str, words: Sequence[str], default: T | None = None) -> tuple[Any, list[str]]:
+def _own(kind: type[T], command: str, words: Sequence[str]) -> tuple[Any, list[str]]:
     """Return the command's own options, and the words that are none."""
     output = io.StringIO()
     try:
@@ -82,7 +84,6 @@ def _own(kind: type[T], command: str, words: Sequence[str], default: T | None = 
                 kind,
                 prog=f"palpate {command}",
                 args=list(words),
-                default=default,
                 return_unknown_args=True,
                 # Help texts are docstrings; looking for them in comments would take longer than all the rest.
                 config=(tyro.conf.HelptextFromCommentsOff,),

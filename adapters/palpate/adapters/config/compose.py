@@ -92,7 +92,7 @@ def compose(
     base = RunConfig() if job is None else RunConfig(place=PlaceConfig())
     known = overlay(base, {key: stated[key] for key in JOB_TABLES if key in stated})
     if sensor is None:
-        noise = overlay(base.cell.sensor, _table(_table(stated, "cell"), "sensor"))
+        noise = overlay(base.cell.sensor, _table(_table(stated, "cell"), "cell.sensor"))
         sensor = simulated_noise(replace(base, cell=replace(base.cell, sensor=noise)))
     derived = derived_settings(job_of(known), sensor, task)
     return overlay(base, merged(derived, stated))
@@ -136,6 +136,8 @@ def configured(
     stated = read_job(job) if job else None
     name = scenario or table.get("scenario", "paper" if stated is None else JOB)
     named = _table(merged(table, flags or {}), "task").get("name", "")
+    if not isinstance(named, str):
+        raise ConfigurationError("task.name", named, "the name of a task")
     if task and named not in ("", task):
         raise ConfigurationError("task.name", named, f"{task}, which was chosen")
     learner = learner or table.get("learner", "") or learner_in(policy) or "q-learning"
@@ -230,7 +232,7 @@ def without_world(config: RunConfig) -> RunConfig:
 
 
 def _table(tables: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    value = tables.get(name, {})
+    value = tables.get(name.rpartition(".")[2], {})
     if not isinstance(value, Mapping):
         raise ConfigurationError(name, value, "a table")
     return value

@@ -10,7 +10,7 @@ from palpate.adapters.config import RunConfig, entries, task_kind
 from palpate.adapters.experiments.build import SKILLS, task_actions, task_reach
 from palpate.adapters.experiments.comparators import Omniscient, OmniscientPose, Spiral, TorqueFollowing
 from palpate.adapters.experiments.foreign import GROUP, foreign_entry, foreign_policy
-from palpate.adapters.experiments.tool import require_same_tool, tool_of
+from palpate.adapters.experiments.tool import require_same_tool, signal_in, tool_of
 from palpate.adapters.files import load_examples
 from palpate.adapters.log import made_with
 from palpate.core.errors import ConfigurationError
@@ -247,8 +247,8 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
     # Stages that had to be fitted are the file's; what the configuration fixes must be the same in both.
     mine, theirs = dict(document.perception), perception_settings(config, own if configured is None else configured)
     # Another tool has a remedy of its own.
-    for each in (mine, theirs):
-        each["signal"] = {name: value for name, value in dict(each.get("signal", {})).items() if name != "tool"}
+    for each, signal in ((mine, signal_in(document)), (theirs, theirs["signal"])):
+        each["signal"] = {name: value for name, value in signal.items() if name != "tool"}
     if mine != theirs:
         where, mine, wanted = first_difference(mine, theirs)
         other = config.learner if document.learner is None else document.learner.kind

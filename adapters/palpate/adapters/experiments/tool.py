@@ -1,10 +1,12 @@
 """Which peg a touch model is of: another one's torques mean something else."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from palpate.adapters.config import RunConfig
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import PolicyDocument
+from palpate.core.ports import fitted
 
 
 def tool_of(config: RunConfig) -> dict[str, Any]:
@@ -20,8 +22,18 @@ def tool_of(config: RunConfig) -> dict[str, Any]:
 
 def tool_in(document: PolicyDocument) -> dict[str, Any] | None:
     """The tool of a policy file's touch model; None where it has no such model, and in the policy of a log."""
-    tool = dict(document.perception.get("signal", {})).get("tool")
-    return None if tool is None or document.learner is None or document.learner.kind != "belief" else dict(tool)
+    tool = signal_in(document).get("tool")
+    if tool is None or document.learner is None or document.learner.kind != "belief":
+        return None
+    return dict(fitted("policy.perception.signal.tool", tool, Mapping[str, Any]))
+
+
+def signal_in(document: PolicyDocument) -> Mapping[str, Any]:
+    """How a policy file's signal is made, and with which tool."""
+    found: Mapping[str, Any] = fitted(
+        "policy.perception.signal", document.perception.get("signal", {}), Mapping[str, Any]
+    )
+    return found
 
 
 def require_same_tool(document: PolicyDocument, config: RunConfig) -> None:
