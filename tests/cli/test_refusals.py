@@ -1,6 +1,6 @@
 """What commands refuse: exit code 2, and one line that names the setting or file and says what is accepted.
 
-Ranges and types of all settings are tried in ``tests/unit/adapters/config/test_toml_declared.py``.
+Ranges and types of all settings are tried in ``tests/unit/adapters/config/test_declared.py``.
 """
 
 import os

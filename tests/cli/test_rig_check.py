@@ -115,13 +115,3 @@ def test_a_clause_that_blocks_is_given_up() -> None:
     results = run_clauses(suite, partial(run_within, 0.3))
     failures = [result for result in results if result.outcome is ClauseOutcome.FAILED]
     assert ["blocks" in result.message for result in failures] == [True]
-
-
-def test_without_hypothesis_what_to_install_is_said_in_one_line(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for name in [name for name in sys.modules if name.startswith("palpate.adapters.contracts")]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.delitem(sys.modules, "palpate.adapters.cli.rig_check")
-    monkeypatch.setitem(sys.modules, "hypothesis", None)
-    assert "pip install 'palpate[check]'" in palpate.refusal("rig", "check", "tests.fake_devices:FakeArm")

@@ -1,8 +1,7 @@
 """The fakes keep the contracts of the four ports."""
 
+from dataclasses import replace
 from typing import Any, ClassVar, Self
-
-import pytest
 
 from palpate.adapters.contracts import (
     ArmCommandContract,
@@ -15,8 +14,7 @@ from palpate.adapters.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
-from palpate.core.errors import DeviceError
-from palpate.core.ports.values import Validity
+from palpate.adapters.hardware.operator_stop import GuardedArm, OperatorStop
 from tests.fake_devices import MAX_AGE_NS, FakeArm, FakeForceSensor, FakeJointEncoder
 
 HOME_RAD = (0.1, -0.2, 0.3)
@@ -109,20 +107,9 @@ class TestFakeArm(OfKind, ArmCommandContract):
         return ArmCommandRig(device=arm, clock=clock, advance=clock.advance, **limits, **(knobs | self.knobs))
 
 
-def test_saturation_is_marked() -> None:
-    clock = FakeClock()
-    with FakeForceSensor(clock) as sensor:
-        sensor.saturated = True
-        assert sensor.read().validity is Validity.SATURATED
-        sensor.silent = True
-        clock.advance(100)
-        assert sensor.read().validity is Validity.STALE
+class TestGuardedArm(ArmCommandContract):
+    """Under the operator's stop an arm keeps the contract as it does without."""
 
-
-@pytest.mark.parametrize("port", ["sensor", "encoder"])
-def test_silence_from_the_start_is_an_error(port: str) -> None:
-    clock = FakeClock()
-    fake = FakeForceSensor(clock) if port == "sensor" else FakeJointEncoder(clock, lambda: HOME_RAD)
-    fake.silent = True
-    with fake, pytest.raises(DeviceError, match="has not delivered"):
-        fake.read()
+    def make(self) -> ArmCommandRig:
+        rig = TestFakeArm().make()
+        return replace(rig, device=GuardedArm(rig.device, OperatorStop(rig.device)))

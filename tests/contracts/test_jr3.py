@@ -1,5 +1,7 @@
 """The JR3 adapter keeps the contract of a force sensor, over CAN, against a board in virtual time."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -94,63 +96,64 @@ def test_after_a_long_pause_a_living_sensor_gives_what_it_feels_now() -> None:
 
 
 @pytest.mark.parametrize(
-    ("maker", "settings"),
-    [
-        (force_sensor_maker("jr3-can"), {"interface": "slcan", "channel": "/dev/no-such-port"}),
-        (force_sensor_maker("jr3-can"), {"interface": "no such interface"}),
-    ],
+    "settings", [{"interface": "slcan", "channel": "/dev/no-such-port"}, {"interface": "no such interface"}]
 )
-def test_a_port_that_is_not_there_is_the_operator_s_to_mend(maker: Any, settings: dict[str, Any]) -> None:
-    sensor = maker(settings, context(VirtualTime()))
-    with pytest.raises(DeviceError, match=r"cannot be opened.*the operator's fault"):
+def test_port_that_is_not_there_is_an_error_of_configure(settings: dict[str, Any]) -> None:
+    sensor = force_sensor_maker("jr3-can")(settings, context(VirtualTime()))
+    with pytest.raises(DeviceError, match="cannot be opened"):
         sensor.configure()
     assert sensor.life is Life.CONSTRUCTED
     sensor.close()
 
 
-def test_a_board_that_restarts_in_mid_run_latches_a_fault() -> None:
+@pytest.fixture
+def desk() -> Iterator[VirtualDesk]:
     with VirtualDesk() as desk:
-        node = Jr3CanNode(1, Load(), replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
-        desk.can("can0", node)
-        with force_sensor_maker("jr3-can")({"interface": "virtual", "channel": "can0"}, context(desk.clock)) as sensor:
-            assert sensor.read().validity is Validity.VALID
-            node.reboot(desk.clock.now_ns())
-            desk.clock.sleep(0.04)
-            with pytest.raises(DeviceError, match="restarted in mid-run"):
-                sensor.read()
-            assert sensor.life is Life.FAULTED
-            sensor.acknowledge_fault()
-            sensor.activate()
-            desk.clock.sleep(0.1)
-            assert sensor.read().validity is Validity.VALID
+        yield desk
 
 
-def test_a_zero_that_somebody_else_sets_in_mid_run_latches_a_fault() -> None:
+@contextmanager
+def reading(desk: VirtualDesk, load: Load) -> Iterator[tuple[Any, Jr3CanNode, Any]]:
+    """An active sensor, its board, and the bus between them."""
+    node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
+    bus = desk.can("can0", node)
+    with force_sensor_maker("jr3-can")({"interface": "virtual", "channel": "can0"}, context(desk.clock)) as sensor:
+        desk.clock.sleep(0.04)
+        assert sensor.read().validity is Validity.VALID
+        yield sensor, node, bus
+
+
+def test_board_that_restarts_in_mid_run_latches_a_fault(desk: VirtualDesk) -> None:
+    with reading(desk, Load()) as (sensor, node, _):
+        node.reboot(desk.clock.now_ns())
+        desk.clock.sleep(0.04)
+        with pytest.raises(DeviceError, match="restarted in mid-run"):
+            sensor.read()
+        assert sensor.life is Life.FAULTED
+        sensor.acknowledge_fault()
+        sensor.activate()
+        desk.clock.sleep(0.1)
+        assert sensor.read().validity is Validity.VALID
+
+
+def test_zero_that_another_client_sets_in_mid_run_latches_a_fault(desk: VirtualDesk) -> None:
     load = Load()
     load.push_N(1.0, -2.0, 9.0)
-    with VirtualDesk() as desk:
-        node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
-        bus = desk.can("can0", node)
-        with force_sensor_maker("jr3-can")({"interface": "virtual", "channel": "can0"}, context(desk.clock)) as sensor:
-            desk.clock.sleep(0.04)
-            assert sensor.read().validity is Validity.VALID
-            bus.send(0x301, b"")
-            desk.clock.sleep(0.04)
-            with pytest.raises(DeviceError, match=r"went to 0 at once .*: another client has set its zero"):
-                sensor.read()
-            assert sensor.life is Life.FAULTED
+    with reading(desk, load) as (sensor, _, bus):
+        bus.send(0x301, b"")
+        desk.clock.sleep(0.04)
+        with pytest.raises(DeviceError, match=r"went to 0 at once .*: another client has set its zero"):
+            sensor.read()
+        assert sensor.life is Life.FAULTED
 
 
-def test_a_board_that_was_silent_activates_as_soon_as_its_fault_is_acknowledged() -> None:
-    with VirtualDesk() as desk:
-        node = Jr3CanNode(1, Load(), replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
-        desk.can("can0", node)
-        with force_sensor_maker("jr3-can")({"interface": "virtual", "channel": "can0"}, context(desk.clock)) as sensor:
-            node.firmware.silent = True
-            desk.clock.sleep(1.4)
-            with pytest.raises(DeviceError, match="fallen silent"):
-                sensor.read()
-            node.firmware.silent = False
-            sensor.acknowledge_fault()
-            sensor.activate()
-            assert sensor.read().validity is Validity.VALID
+def test_board_that_was_silent_activates_as_soon_as_its_fault_is_acknowledged(desk: VirtualDesk) -> None:
+    with reading(desk, Load()) as (sensor, node, _):
+        node.firmware.silent = True
+        desk.clock.sleep(1.4)
+        with pytest.raises(DeviceError, match="fallen silent"):
+            sensor.read()
+        node.firmware.silent = False
+        sensor.acknowledge_fault()
+        sensor.activate()
+        assert sensor.read().validity is Validity.VALID

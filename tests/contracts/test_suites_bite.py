@@ -1,6 +1,5 @@
 """The contract suites can fail: each unsafe adapter breaks a clause, and that clause says so."""
 
-import unittest
 from typing import Any
 
 import pytest
@@ -9,12 +8,10 @@ from palpate.adapters.contracts import (
     TICK_NS,
     ClauseNotApplicable,
     ClauseOutcome,
-    ClockContract,
     ContractViolation,
     clauses,
     run_clauses,
 )
-from palpate.core.errors import ConfigurationError
 from tests.contracts.unsafe import ARM, CLOCK, ENCODER, FORCE, UNSAFE, Mirrors
 from tests.fake_devices import FakeForceSensor
 
@@ -50,7 +47,6 @@ def test_a_violation_says_what_was_seen_and_what_is_wanted() -> None:
     assert str(caught.value) == (
         "load: observed a change of (-10.0, 0.0, 0.0); the contract wants (10.0, 0.0, 0.0) within 1e-06"
     )
-    assert isinstance(caught.value, AssertionError)
 
 
 def test_a_life_that_fails_is_shortened_and_told_step_by_step() -> None:
@@ -70,16 +66,6 @@ def test_a_missing_knob_is_not_a_pass() -> None:
     assert silence.message == "this rig has no go_silent"
     assert sum(r.outcome is ClauseOutcome.NOT_APPLICABLE for r in outcomes.values()) == 6
     assert all(r.outcome is not ClauseOutcome.FAILED for r in outcomes.values())
-    assert issubclass(ClauseNotApplicable, unittest.SkipTest)  # which pytest shows as skipped
-
-
-def test_a_world_that_runs_by_itself_may_have_news_at_any_time() -> None:
-    def a_moment(self: Any) -> Any:
-        self.clock.sleep_until(self.clock.now_ns() + 1)
-        return FakeForceSensor.read(self)
-
-    suite = FORCE.trying(type("Lively", (FakeForceSensor,), {"read": a_moment}), runs_by_itself=True)
-    assert failed(suite) == {}
 
 
 def test_a_sensor_slower_than_the_loop_keeps_the_contract() -> None:
@@ -102,8 +88,3 @@ def test_every_clause_states_itself_in_one_sentence() -> None:
         for clause in clauses(suite):
             assert clause.statement.endswith("."), clause
             assert "\n" not in clause.statement, clause
-
-
-def test_a_class_in_place_of_a_suite_is_refused() -> None:
-    with pytest.raises(ConfigurationError, match="an instance of a contract suite"):
-        run_clauses(ClockContract)

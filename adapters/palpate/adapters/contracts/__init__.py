@@ -1,8 +1,7 @@
 """The contracts of the four ports, of policies and of learners, as test suites that ship with the package.
 
 What types cannot express about a port is checked here, clause by clause, on every adapter: ours, a simulator and a
-third-party driver. The suites need Hypothesis (``pip install 'palpate[check]'``). A suite needs a *rig*: the adapter
-plus the knobs by which a test acts on the world behind it::
+third-party driver. A suite needs a *rig*: the adapter plus the knobs by which a test acts on the world behind it::
 
     class TestMySensor(ForceSensorContract):
         def make(self) -> ForceSensorRig:

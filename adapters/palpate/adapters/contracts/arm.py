@@ -77,6 +77,8 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
     def work(self, rig: ArmCommandRig) -> None:
         """A small move leads where it says; a stopped arm does not move and says so."""
         asked_rad = self._next_pose(rig)
+        if asked_rad == self._rest_rad:
+            asked_rad = self._next_pose(rig)
         if self._stopped:
             _require_stopped(self._send(rig, asked_rad), asked_rad)
         else:

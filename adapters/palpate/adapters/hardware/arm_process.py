@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from multiprocessing.connection import Connection
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
-from palpate.adapters.config import RealTimeConfig
+from palpate.adapters.config import DeviceEntry, RealTimeConfig
 from palpate.adapters.hardware.adapter_arm import served
 from palpate.adapters.hardware.arm_memory import ArmMemory, ArmStatus, Setpoint
 from palpate.adapters.hardware.clock import MonotonicClock
@@ -18,9 +18,7 @@ from palpate.adapters.hardware.real_time import RealTime, take_real_time
 from palpate.adapters.hardware.served_arm import ServedArm
 from palpate.adapters.signals import ignore_ending_signals
 from palpate.core.errors import DeviceError, PalpateError
-from palpate.core.job import ToolConfig
-from palpate.core.motion import ArmDescription
-from palpate.core.ports import CONTROL_RATE_HZ, AppliedCommand, Clock, JointSample, JointVector
+from palpate.core.ports import CONTROL_RATE_HZ, AppliedCommand, Clock, JointSample
 
 PACE_NS: Final = 1_000_000
 """How often to look for a stop, a set-point and whether the loop still lives."""
@@ -250,19 +248,19 @@ class ArmLoop:
 
 
 class Assignment(NamedTuple):
-    """All that the process has to be told; the first message on its line."""
+    """All that the process has to know; the first message on its line.
 
-    adapter: str
-    settings: dict[str, Any]
+    Attributes:
+        context: Without a clock.
+        path: Where the loop's process finds modules, an adapter's among them.
+    """
+
+    entry: DeviceEntry
+    context: RigContext
     origin_ns: int
-    arm: ArmDescription
-    limits: tuple[JointVector, JointVector, JointVector]
-    tool: ToolConfig | None
-    accept_kinematics: bool
     real_time: RealTimeConfig
     timeout_ns: int
     path: tuple[str, ...]
-    """Where the loop's process finds modules, an adapter's among them."""
 
 
 def _hurrying(real_time: RealTimeConfig) -> Callable[[], object]:
@@ -294,17 +292,17 @@ def main() -> None:
     os._exit(0)
 
 
-def _serve(told: Assignment, line: Connection, memory: ArmMemory, is_orphan: Callable[[], bool]) -> bool:
-    sys.path[:] = told.path
-    clock = MonotonicClock(told.origin_ns)
-    hurry = _hurrying(told.real_time)
+def _serve(given: Assignment, line: Connection, memory: ArmMemory, is_orphan: Callable[[], bool]) -> bool:
+    sys.path[:] = given.path
+    clock = MonotonicClock(given.origin_ns)
+    hurry = _hurrying(given.real_time)
     hurry()
     # Between the bus's receiver and this thread.
     sys.setswitchinterval(_SWITCH_S)
-    context = RigContext(clock, told.arm, *told.limits, hurry, told.tool, told.accept_kinematics)
-    arm = served(arm_maker(told.adapter)(told.settings, context), context)
-    with RealTime(replace(told.real_time, scheduling=False, cpu=-1)):
-        return ArmLoop(arm, line, memory, clock, told.timeout_ns, is_orphan).serve()
+    context = replace(given.context, clock=clock, hurry=hurry)
+    arm = served(arm_maker(given.entry.adapter)(given.entry.settings, context), context)
+    with RealTime(replace(given.real_time, scheduling=False, cpu=-1)):
+        return ArmLoop(arm, line, memory, clock, given.timeout_ns, is_orphan).serve()
 
 
 if __name__ == "__main__":

@@ -41,8 +41,8 @@ class Fault(Settings):
 
 @dataclass(frozen=True)
 class _Document(Settings):
-    format: int
-    faults: tuple[Fault, ...]
+    format: int = FORMAT
+    faults: tuple[Fault, ...] = ()
 
 
 class FaultFile(FaultLatch):
@@ -89,7 +89,7 @@ class FaultFile(FaultLatch):
         Raises:
             FaultLatchedError: A fault is open, perhaps since another program ran.
             DeviceError: A device still reports a fault.
-            OutputError: The file cannot be read or written: a fault would be lost.
+            OutputError, OSError: The file cannot be read or written: a fault would be lost, and so nothing moves.
         """
         self._load()
         if self._given is not None:
@@ -97,7 +97,7 @@ class FaultFile(FaultLatch):
             self.acknowledge(given.by, given.reason)
             sys.stderr.write(f"palpate: fault {self.number} is acknowledged by {given.by}: {given.reason}\n")
         self.require_free()
-        self._require_written()
+        self._write()
 
     @override
     def set(self, cause: str) -> None:
@@ -105,7 +105,7 @@ class FaultFile(FaultLatch):
             return
         super().set(one_line(cause))
         self._faults = (*self._faults, Fault(self.number + 1, self.cause, _now()))
-        self._writer = threading.Thread(target=self._write, name="fault file")
+        self._writer = threading.Thread(target=self._write_if_possible, name="fault file")
         self._writer.start()
 
     @override
@@ -117,8 +117,8 @@ class FaultFile(FaultLatch):
         super().acknowledge(by, reason)
         self._faults = (*before[:-1], replace(before[-1], by=by, reason=reason, acknowledged=_now()))
         try:
-            self._require_written()
-        except OutputError:
+            self._write()
+        except OSError:
             # What is not on the disk has not happened.
             self.acknowledgements.pop()
             self._faults, self.cause = before, cause
@@ -128,7 +128,7 @@ class FaultFile(FaultLatch):
         """Wait until a new fault is on the disk, and print how to acknowledge it."""
         self._wait()
         if self.cause and self._path is not None:
-            problem = self._write()
+            problem = self._write_if_possible()
             told = f"not kept: {problem}" if problem else f"kept in {self._path}"
             with suppress(OSError):
                 sys.stderr.write(f"palpate: fault {self.number}: {self.cause}; {told}; {self.remedy}\n")
@@ -149,30 +149,27 @@ class FaultFile(FaultLatch):
         if self._path is None:
             return
         try:
-            found = _Document.read(json_of_file(self._path), "fault file")
+            found = _Document.read(json_of_file(self._path), "fault file") if self._path.exists() else _Document()
             if found.format != FORMAT:
                 raise ValueError(f"format {found.format}, not {FORMAT}")
-            self._faults = found.faults
-        except FileNotFoundError:
-            self._faults = ()
         except (OSError, ValueError) as error:
             remedy = "repair it; without its faults the rig does not move"
             raise OutputError(str(self._path), f"cannot be read ({error})", remedy) from error
+        self._faults = found.faults
         self.cause = self._faults[-1].cause if self._faults and not self._faults[-1].by else ""
 
-    def _write(self) -> str:
-        """Return why the faults cannot be written; empty where they are."""
-        content = {"format": FORMAT, "faults": [asdict(fault) for fault in self._faults]}
-        try:
-            if self._path is not None:
-                write_whole(self._path, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
-        except OSError as error:
-            return f"cannot be written ({error.strerror})"
-        return ""
+    def _write(self) -> None:
+        if self._path is not None:
+            content = _Document(FORMAT, self._faults)
+            write_whole(self._path, json.dumps(asdict(content), indent=1, ensure_ascii=False) + "\n")
 
-    def _require_written(self) -> None:
-        if problem := self._write():
-            raise OutputError(str(self._path), problem, "a rig whose faults cannot be kept does not move")
+    def _write_if_possible(self) -> str:
+        """Return why the faults cannot be written; empty where they are."""
+        try:
+            self._write()
+        except OSError as error:
+            return str(error.strerror)
+        return ""
 
     def _wait(self) -> None:
         if self._writer.ident is not None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, Final, TypeAlias, TypeVar, get_type_hints
 
 from palpate.adapters.config import entries, from_here, imported, overlay
@@ -66,6 +66,11 @@ class RigContext:
             for limit in (kinematics.lower_rad, kinematics.upper_rad, kinematics.velocity_limit_rad_s)
         )
         return cls(clock, description, lower, upper, velocity)
+
+    def portable(self) -> RigContext:
+        """Return what of it another process can have."""
+        none: Any = None
+        return replace(self, clock=none, hurry=_as_it_is, tell=_to_stderr)
 
 
 @dataclass(frozen=True)

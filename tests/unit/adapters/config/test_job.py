@@ -79,12 +79,11 @@ def refusal(name: str, path: Path_, value: Any) -> str:
     return ""
 
 
-ALL = [(name, path) for name in JOBS for path, _ in walk(whole(name))]
+WALKED = [(name, path) for name in ("paper-peg", "square-20") for path, _ in walk(whole(name))]
+"""One job of each task."""
 
 
-@pytest.mark.parametrize(
-    ("name", "path"), ALL, ids=lambda one: one if isinstance(one, str) else ".".join(map(str, one))
-)
+@pytest.mark.parametrize(("name", "path"), WALKED, ids=lambda one: one if isinstance(one, str) else str(one))
 def test_every_value_of_a_job_is_checked(name: str, path: Path_) -> None:
     value = dict(walk(whole(name)))[path]
     if isinstance(path[-1], str):
@@ -123,13 +122,11 @@ def test_the_example_jobs_can_be_used_as_they_are_and_state_the_simulator_s_fric
         ("part", {"depth_mm": 0.7}, "part.depth_mm = 0.7 is refused: more than 0.7 = place.height_uncertainty_mm"),
         ("part", {"chamfer_mm": 7.5}, "part.chamfer_mm = 7.5 is refused: below 7.25"),
         ("tool", {"tip_mm": [0.0, 0.0, -140.0]}, "the tip is beyond the sensor"),
-        ("tool", {"tip_mm": [0.0, 0.0, 0.14]}, "the numbers are millimetres"),
         ("tool", {"tip_rpy_deg": [180.0, 0.0, 0.0]}, "a peg that points away from the sensor"),
         ("tool", {"rigid_mass_kg": 0.35}, "at least 0.01 below tool.mass_kg = 0.35"),
         ("tool", {"centre_of_mass_mm": [0.0, 0.0, 150.0]}, "a place on the tool"),
         ("place", {"x_mm": 1900.0}, "place = '(1900, 0, 23) mm' is refused: a place that zebra-zero reaches"),
         ("place", {"position_uncertainty_mm": 0.003}, "0, or a number from 0.02 to 20"),
-        ("place", {"tilt_uncertainty_mrad": 0.004}, "0, or a number from 0.05 to 100"),
         ("place", {"tilt_uncertainty_mrad": 4000.0}, "0, or a number from 0.05 to 100"),
         ("limits", {"force_N": 1.5}, "at least 1.86 with a force sensor of 0.1 N noise"),
         ("cell", {"hole_uncertainty": 1.0}, "did you mean cell.hole_uncertainty_mm?"),

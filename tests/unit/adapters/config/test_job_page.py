@@ -1,30 +1,17 @@
 """The fields on the page about job files are those that are declared: ``PALPATE_SNAPSHOT=write`` writes them again."""
 
-import ast
-import inspect
 import os
 import runpy
 from pathlib import Path
 
 import pytest
 
+from palpate.adapters.config import texts_of
 from palpate.core.job import JOB_TABLES, STATED, Job
-from palpate.core.ports import Settings, kinds_of
-from palpate.core.ports.settings import accepted_by
+from palpate.core.ports import accepted_by, kinds_of
 
 PAGE = Path(__file__).parents[4] / "docs" / "job-file.md"
 BEGIN, END = "<!-- fields -->\n", "<!-- end of fields -->\n"
-
-
-def texts(table: type[Settings]) -> dict[str, str]:
-    """The docstring below each field."""
-    (node,) = ast.parse(inspect.getsource(table)).body
-    assert isinstance(node, ast.ClassDef)
-    found = {}
-    for field, below in zip(node.body, node.body[1:], strict=False):
-        if isinstance(field, ast.AnnAssign) and isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant):
-            found[ast.unparse(field.target)] = " ".join(str(below.value.value).split())
-    return found
 
 
 def fields() -> str:
@@ -38,7 +25,7 @@ def fields() -> str:
             shown = "" if stated else f"`{list(value) if isinstance(value, tuple) else value}`"
             accepted = accepted_by(kind).removeprefix("a number ")
             key = f"**`{field}`**" if stated else f"`{field}`"
-            lines.append(f"| {key} | {accepted} | {shown} | {texts(type(table))[field]} |")
+            lines.append(f"| {key} | {accepted} | {shown} | {texts_of(type(table))[field]} |")
         lines.append("")
     return "\n".join(lines[:-1]) + "\n"
 
