@@ -11,12 +11,15 @@ TORCH_CPU ?= https://download.pytorch.org/whl/cpu
 TORCH := $(shell grep '^torch==' constraints.txt)
 QUIET := --quiet --disable-pip-version-check
 
-.PHONY: help setup train test suite lint style types docs docs-setup golden bench bench-full count clean
+.PHONY: help setup train test test-fast suite nightly coverage lint style types docs docs-setup golden bench bench-full count clean
 
 help:
 	@echo "make setup   create .venv and install pinned dependencies (does nothing when nothing changed)"
 	@echo "make train   learn the paper's insertion, 350 trials, or go on with it; the result is left in $(RUN)"
 	@echo "make test    style, types, layering and all tests"
+	@echo "make test-fast  tests of the packages alone, under a minute"
+	@echo "make nightly what takes longer: learning curves, random parts, mutants, fuzzing, other versions; under an hour, resumable"
+	@echo "make coverage   lines and branches that the tests run, by package"
 	@echo "make lint    style, types and layering only"
 	@echo "make docs    the documentation site in runs/site/html, strictly: a lost link or any other warning is an error"
 	@echo "make bench   costs of the framework next to their floors, under three minutes; figures also in $(BENCH)"
@@ -67,6 +70,18 @@ test: style
 
 suite: setup
 	$(BIN)/pytest -n 2 --dist loadgroup --ignore tests/wall_clock --ignore tests/documents
+
+# Without whole commands, devices' processes and pictures.
+test-fast: setup
+	$(BIN)/pytest -q -n 2 tests/unit/core tests/unit/drivers tests/unit/simulation tests/golden
+
+# On the day's seed; what passed is not run again for the same commit.
+nightly: setup
+	$(BIN)/python -m benchmarks.nightly
+
+coverage: setup
+	$(BIN)/pytest -q -n 2 --dist loadgroup --ignore tests/wall_clock --ignore tests/documents --cov=palpate --cov-branch --cov-report=json:runs/coverage.json
+	$(BIN)/python -m benchmarks.covered runs/coverage.json --least 90
 
 # Under a minute; its builder is an extra of its own, which neither training nor tests need.
 docs-setup: setup

@@ -1,0 +1,203 @@
+"""What takes too long for ``make test``: each part with its time, and a table at the end.
+
+    python -m benchmarks.nightly --jobs 2                  (make nightly)
+    python -m benchmarks.nightly --only learning gate
+
+What passed is kept in ``--out`` and not run again for the same commit and seed; the seed is the day's unless given, so
+that each night tries other parts, mutants and inputs. Other versions of Python are those that are installed; the others
+are skipped with a line. The exit code is 1 when a part failed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from datetime import date
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from benchmarks.common import table
+
+CHECKOUT: Final = Path(__file__).parents[1]
+VERSIONS: Final = ("3.12", "3.13")
+"""Beside the one that runs this, and that with the lowest versions of dependencies."""
+EXTRAS: Final = ("dev", "gymnasium,cluster,video,rerun,check")
+"""What is tested with; the second where a package of the first has no wheel for a version of Python."""
+TOOLS: Final = ("pytest>=9", "pytest-xdist>=3.6", "pytest-timeout>=2.3", "pydot>=4.0", "aalpy>=2.0", "netft>=2.0.1")
+ROOM: Final = 1.15
+"""A ratio to its floor may be this much above the committed one."""
+_FUZZ_S: Final = 60
+
+
+class Settings(NamedTuple):
+    """What all parts are given."""
+
+    seed: int
+    jobs: int
+    out: Path
+
+    def bench(self, name: str, *arguments: object) -> list[str]:
+        return [sys.executable, "-m", f"benchmarks.{name}", *map(str, arguments)]
+
+
+class Result(NamedTuple):
+    """What came of a part: passed, failed or skipped, and its figure in a line."""
+
+    verdict: str
+    line: str
+
+
+def run(command: Sequence[object], log: Path) -> tuple[int, str]:
+    """Exit code and output of a command; the output is kept in a file too."""
+    done = subprocess.run(
+        [*map(str, command)], cwd=CHECKOUT, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    )
+    log.write_text(done.stdout, encoding="utf-8")
+    return done.returncode, done.stdout
+
+
+def of_command(make: Callable[[Settings], Sequence[object]]) -> Callable[[Settings, Path], Result]:
+    """A part that passes when its command does; its line is the last of the output."""
+
+    def part(settings: Settings, log: Path) -> Result:
+        code, output = run(make(settings), log)
+        lines = output.strip().splitlines() or [""]
+        return Result("passed" if code == 0 else "failed", lines[-1].strip("= "))
+
+    return part
+
+
+def suite_with(version: str, resolution: str = "highest") -> Callable[[Settings, Path], Result]:
+    """The tests with another version of Python, or with the lowest versions of what the project names."""
+
+    def part(settings: Settings, log: Path) -> Result:
+        uv, interpreter = Path(sys.executable).with_name("uv"), installed(version)
+        if interpreter is None:
+            return Result("skipped", f"Python {version} is not installed")
+        home = settings.out / f"python-{version}-{resolution}"
+        python = home / "bin" / "python"
+        pins = ["--resolution", resolution] if resolution != "highest" else ["-c", "constraints.txt"]
+        run([uv, "venv", "--quiet", "--clear", "--python", interpreter, home], log)
+        said = ""
+        for extras in EXTRAS:
+            more = TOOLS if extras != "dev" else ()
+            code, text = run([uv, "pip", "install", "--python", python, *pins, "-e", f".[{extras}]", *more], log)
+            if code == 0:
+                break
+            said = "; without what has no wheel for it"
+        else:
+            return Result("failed", f"cannot be installed: {text.strip().splitlines()[-1]}")
+        code, output = run([python, "-m", "pytest", "-q", "-n", settings.jobs, "--ignore", "tests/wall_clock"], log)
+        shutil.rmtree(home)
+        return Result("passed" if code == 0 else "failed", output.strip().splitlines()[-1].strip("= ") + said)
+
+    return part
+
+
+def installed(version: str) -> Path | None:
+    """An interpreter of this version that runs: on the path, or among those of pyenv."""
+    found = [Path(path) for path in [shutil.which(f"python{version}")] if path]
+    for path in [*found, *sorted(Path.home().glob(f".pyenv/versions/{version}*/bin/python"))]:
+        said = subprocess.run([path, "--version"], text=True, capture_output=True)
+        if said.stdout.startswith(f"Python {version}."):
+            return path
+    return None
+
+
+def honest_trips(settings: Settings, log: Path) -> Result:
+    """One counted trial of each of 300 random jobs: no fault is there, so a trip is the supervisor's mistake."""
+    of = ["--parts", 300, "--trials", 2, "--seed", settings.seed, "--only", "best", "--jobs", settings.jobs]
+    return _parts(settings, log, of, most_trips=1)
+
+
+def parts(settings: Settings, log: Path) -> Result:
+    """Twenty random parts, nine trials each."""
+    of = ["--parts", 20, "--trials", 10, "--seed", settings.seed + 1, "--only", "best", "--jobs", settings.jobs]
+    return _parts(settings, log, of, most_trips=1)
+
+
+def _parts(settings: Settings, log: Path, arguments: Sequence[object], most_trips: int) -> Result:
+    out = log.with_suffix(".jsonl")
+    code, _ = run(settings.bench("parts", *arguments, "--out", out), log)
+    if code:
+        return Result("failed", f"see {log}")
+    cells = [json.loads(line) for line in out.read_text(encoding="utf-8").splitlines()]
+    rows = [row for cell in cells for row in cell["found"]["trials"]]
+    trips = sum(bool(row["trip"]) for row in rows)
+    false = sum(row["false"] for row in rows)
+    line = f"{sum(row['in'] for row in rows)} of {len(rows)} inserted, {trips} trips, {false} false"
+    return Result("passed" if trips <= most_trips and not false else "failed", line)
+
+
+def bench(settings: Settings, log: Path) -> Result:
+    """Ratios of ``make bench`` against those in ``benchmarks/ratios.json``."""
+    out = log.with_suffix(".json")
+    code, _ = run(settings.bench("suite", "--quick", "--json", out), log)
+    if code:
+        return Result("failed", f"see {log}")
+    found, kept = ratios(json.loads(out.read_text())), json.loads((CHECKOUT / "benchmarks/ratios.json").read_text())
+    worse = [f"{name} {found[name]:.2f}, was {was:.2f}" for name, was in kept.items() if found[name] > ROOM * was]
+    return Result("failed" if worse else "passed", "; ".join(worse) or f"{len(kept)} ratios within 15 %")
+
+
+def ratios(figures: dict[str, list[dict[str, object]]]) -> dict[str, float]:
+    """The ratio of each figure that has a floor, by the names of its group and itself."""
+    rows = [(group["title"], row) for group in figures["groups"] for row in group["rows"]]  # type: ignore[attr-defined]
+    return {f"{title.split(',')[0]}: {row['name']}": row["ratio"] for title, row in rows if row["ratio"] is not None}
+
+
+PARTS: Final[dict[str, Callable[[Settings, Path], Result]]] = {
+    "learning": of_command(lambda s: [sys.executable, "-m", "pytest", "-q", "-n", s.jobs, "-m", "nightly"]),
+    "honest trips": honest_trips,
+    "parts": parts,
+    "gate": of_command(lambda s: s.bench("gate", "--seeds", s.seed, "--jobs", s.jobs, "--out", s.out / "gate.jsonl")),
+    "fuzz rdt": of_command(lambda s: s.bench("fuzz_rdt", "--seconds", _FUZZ_S, "--first-seed", 1000 * s.seed)),
+    "fuzz rtde": of_command(lambda s: s.bench("fuzz_rtde", "--seconds", _FUZZ_S, "--first-seed", 1000 * s.seed)),
+    "bench": bench,
+    "wall clock": of_command(lambda s: [sys.executable, "-m", "pytest", "-q", "-n", s.jobs, "tests/wall_clock"]),
+    **{f"Python {version}": suite_with(version) for version in VERSIONS},
+    "lowest versions": suite_with("3.11", "lowest-direct"),
+}
+
+
+def commit() -> str:
+    """The commit in the checkout; changes that are not committed are told apart."""
+    said = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=CHECKOUT, text=True, capture_output=True)
+    return said.stdout.strip() or "unknown"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seed", type=int, default=date.today().toordinal(), help="the day's by default")
+    parser.add_argument("--jobs", type=int, default=2, help="processes")
+    parser.add_argument("--only", nargs="+", choices=tuple(PARTS), default=tuple(PARTS), metavar="PART")
+    parser.add_argument("--out", type=Path, default=CHECKOUT / "runs" / "nightly")
+    options = parser.parse_args()
+    out = options.out / f"{commit()}-{options.seed}"
+    out.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for name in options.only:
+        stem = re.sub(r"\W+", "-", name)
+        kept = out / f"{stem}.result.json"
+        if kept.exists():
+            row = json.loads(kept.read_text())
+        else:
+            print(f"{name} ...", flush=True)
+            began = time.monotonic()
+            result = PARTS[name](Settings(options.seed, options.jobs, out), out / f"{stem}.log")
+            row = [name, result.verdict, f"{time.monotonic() - began:.0f} s", result.line]
+            if result.verdict == "passed":
+                kept.write_text(json.dumps(row) + "\n", encoding="utf-8")
+        rows.append(row)
+    print(table(("part", "verdict", "time", "figure"), rows))
+    return int(any(row[1] == "failed" for row in rows))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
