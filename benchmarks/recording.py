@@ -8,31 +8,24 @@ shipped way runs in real time in a process that is killed, and its log is read.
 """
 
 import argparse
-import mmap
 import random
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mcap.writer import Writer
 
-from palpate.adapters.log import FileSink, RawMessage, message_record, read_log
-from palpate.adapters.log.file import LogFile
-from palpate.adapters.log.messages import encode_tick
+from palpate.adapters.log import TICK, FileSink, LogFile, RawMessage, TickRecord, encode, read_log
 from palpate.adapters.log.recorder import FlightRecorder
-from palpate.adapters.log.schema import TICK, descriptor_set
-from palpate.core.ports import CONTROL_RATE_HZ, JointCommand, Snapshot
+from palpate.core.ports import CONTROL_RATE_HZ, AppliedCommand, JointCommand, Snapshot
 from palpate.core.trial import TrialReport, TrialSetup
 
 _LOG = Path(__file__).parents[1] / "tests" / "golden" / "no-contact.mcap"
 _BATCH = 35
-_JOURNAL_BYTES = 1 << 22
 
 
 def recorded() -> list[tuple[Any, ...]]:
@@ -46,24 +39,21 @@ def recorded() -> list[tuple[Any, ...]]:
 
 
 class InTheLoop:
-    """The library's writer, a chunk every 35 ticks."""
+    """A chunk every 35 ticks, packed and written in the loop."""
 
     def __init__(self, path: Path) -> None:
-        self.file, self.count = path.open("wb"), 0
-        self.writer: Any = Writer(self.file)
-        self.writer.start()
-        schema = self.writer.register_schema("Tick", "protobuf", descriptor_set("Tick"))
-        self.channel = self.writer.register_channel("/tick", "protobuf", schema)
+        self.file, self.batch = path.open("wb"), list[RawMessage]()
+        self.log = LogFile(self.file, {})
 
     def tick(self, *parts: Any) -> None:
-        now = parts[1].time_ns
-        self.writer.add_message(self.channel, now, encode_tick(*parts), now, self.count)
-        self.count += 1
-        if self.count % _BATCH == 0:
-            self.writer.flush()
+        self.batch.append(_packed(*parts))
+        if len(self.batch) == _BATCH:
+            self.log.add(self.batch)
+            self.batch = []
 
     def end(self) -> None:
-        self.writer.finish()
+        self.log.add(self.batch)
+        self.log.finish()
         self.file.close()
 
 
@@ -80,73 +70,41 @@ class Kept:
         with self.path.open("wb") as file:
             log = LogFile(file, {})
             for first in range(0, len(self.kept), _BATCH):
-                log.add(_packed(self.kept[first : first + _BATCH]))
+                log.add(_packed(*parts) for parts in self.kept[first : first + _BATCH])
             log.finish()
-
-
-class Journal:
-    """Packed messages in a mapped file, which is drained after the trial."""
-
-    def __init__(self, path: Path) -> None:
-        self.path, self.at = path, 0
-        with path.with_suffix(".journal").open("wb+") as file:
-            file.truncate(_JOURNAL_BYTES)
-            self.map = mmap.mmap(file.fileno(), _JOURNAL_BYTES)
-        self.ends: list[int] = []
-
-    def tick(self, *parts: Any) -> None:
-        record = _record(*parts)
-        end = self.at + len(record)
-        self.map[self.at : end] = record
-        self.at = end
-        self.ends.append(end)
-
-    def end(self) -> None:
-        with self.path.open("wb") as file:
-            log, begin = LogFile(file, {}), 0
-            for end in [*self.ends[_BATCH - 1 :: _BATCH], self.at]:
-                if end > begin:
-                    log.add(self.map[begin:end])
-                begin = end
-            log.finish()
-        self.map.close()
 
 
 class InAThread:
-    """As shipped: tuples, 35 at a time, which a thread packs and writes."""
+    """As shipped: records, 35 at a time, which a thread packs and writes."""
 
     def __init__(self, path: Path) -> None:
-        self.sink, self.batch = FileSink(), list[tuple[Any, ...]]()
+        self.sink = FileSink()
         self.sink.open(path, {})
+        self.recorder = FlightRecorder(self.sink, lambda: read_log(_LOG).start)
+        self.recorder.begun(0, TrialReport(TrialSetup(0, 0, (0.0, 0.0))))
 
     def tick(self, *parts: Any) -> None:
-        self.batch.append(parts)
-        if len(self.batch) == _BATCH:
-            self.sink.put(partial(_packed, self.batch))
-            self.batch = []
+        self.recorder.sent(*parts[1:])
 
     def end(self) -> None:
-        self.sink.put(partial(_packed, self.batch))
+        self.recorder.end(None)
         self.sink.close()
         self.sink.shut()
 
 
 WAYS: dict[str, tuple[Callable[[Path], Any], str]] = {
-    "in the loop, by the library's writer": (InTheLoop, "0.25 s"),
-    "tuples, written after the trial": (Kept, "the trial"),
-    "journal in a mapped file, drained after the trial": (Journal, "nothing"),
-    "tuples, packed and written by a thread": (InAThread, "0.25 s"),
+    "in the loop": (InTheLoop, "0.25 s"),
+    "kept, written after the trial": (Kept, "the trial"),
+    "kept, packed and written by a thread": (InAThread, "0.25 s"),
 }
 """The ways, and what a kill -9 costs with each."""
 
 
-def _record(deadline_ns: int, snapshot: Snapshot, *rest: Any) -> bytes:
-    payload = encode_tick(deadline_ns, snapshot, *rest)
-    return message_record(RawMessage(TICK.id, snapshot.time_ns, payload, snapshot.tick))
-
-
-def _packed(ticks: list[tuple[Any, ...]]) -> bytes:
-    return b"".join(_record(*parts) for parts in ticks)
+def _packed(deadline_ns: int, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> RawMessage:
+    record = TickRecord(
+        snapshot.tick, snapshot.time_ns, deadline_ns, snapshot.wrench, snapshot.joints, command.position_rad, applied
+    )
+    return RawMessage(TICK.id, snapshot.time_ns, encode(record), snapshot.tick)
 
 
 def killed(path: Path, after_s: float) -> float:
@@ -163,9 +121,10 @@ def killed(path: Path, after_s: float) -> float:
 
 def record_until_killed(path: Path) -> None:
     """Record in real time, and print the number of each tick that was recorded."""
-    ticks, recorder = recorded(), FlightRecorder(FileSink())
+    ticks, sink = recorded(), FileSink()
     begin = read_log(_LOG).start
-    recorder.begin(path, {}, lambda: begin)
+    sink.open(path, {})
+    recorder = FlightRecorder(sink, lambda: begin)
     recorder.begun(0, TrialReport(TrialSetup(0, 0, (0.0, 0.0))))
     for number, (deadline_ns, snapshot, command, applied) in enumerate(ticks * 100):
         recorder.waited(number, deadline_ns)

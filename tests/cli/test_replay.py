@@ -131,7 +131,7 @@ def test_a_batch_goes_on_past_bad_logs_and_sums_up(
     for name, reason in {
         "truncated": "the recording was cut short",
         "folder": "is no file",
-        "headless": "the first 5 ticks are missing",
+        "headless": "ticks 0 to 4 are missing",
         "gap": "ticks 50 to 52 are missing",
     }.items():
         (line,) = [line for line in done.stdout.splitlines() if line.startswith(f"{tmp_path}/{name}.mcap: ")]
@@ -224,7 +224,7 @@ def test_the_simulator_does_not_go_on_from_what_it_did_not_record(
     def another_model(start: Any) -> None:
         start.world_json = json.dumps(json.loads(start.world_json) | {"model_sha256": "0"})
 
-    assert "only the simulator can go on" in told(changed(messages, 0, in_start(world="zebra zero on serial")))
+    assert "only the simulator can continue it" in told(changed(messages, 0, in_start(world="zebra zero on serial")))
     other = changed(messages, indices(messages, "/tick")[3], lambda made: made.wrench.force_N.__setitem__(0, 0.25))
     assert "tick 3: this simulator gives another wrench than was recorded" in told(other)
     assert "this simulator's model is not the one" in told(changed(messages, 0, another_model))

@@ -6,8 +6,7 @@ from math import inf, nextafter
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.log.container import RawMessage, message_record, read_messages
-from palpate.adapters.log.file import LogFile
+from palpate.adapters.log.container import LogFile, RawMessage, read_messages
 from palpate.adapters.log.schema import BY_ID, BY_TOPIC, message_class
 
 Change = Callable[[Any], None]
@@ -28,7 +27,7 @@ def write_log(path: Path, messages: Sequence[RawMessage]) -> Path:
         log = LogFile(file, {})
         for batch in range(0, len(messages), _BATCH):
             few = enumerate(messages[batch : batch + _BATCH], start=batch)
-            log.add(b"".join(message_record(message._replace(sequence=number)) for number, message in few))
+            log.add(message._replace(sequence=number) for number, message in few)
         log.finish()
     return path
 

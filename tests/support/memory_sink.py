@@ -1,35 +1,31 @@
 """A sink of logs for tests."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 
 from typing_extensions import override
 
-from palpate.adapters.log.file import LogFile
-from palpate.adapters.log.sink import Sink
+from palpate.adapters.log import LogFile, LogMessage, Sink, packed
 
 
 class MemorySink(Sink):
     """Keeps the logs in memory, one after the other."""
 
     def __init__(self) -> None:
+        self.troubles = []
         self.logs: list[bytes] = []
-        self._open: tuple[LogFile, BytesIO] | None = None
 
     @override
     def open(self, path: Path, metadata: dict[str, str]) -> None:
-        stream = BytesIO()
-        self._open = (LogFile(stream, metadata), stream)
+        self._stream = BytesIO()
+        self._log = LogFile(self._stream, metadata)
 
     @override
-    def put(self, pack: Callable[[], bytes]) -> None:
-        if self._open is not None:
-            self._open[0].add(pack())
+    def put(self, batch: Sequence[LogMessage]) -> None:
+        self._log.add(packed(batch, self.troubles))
 
     @override
     def close(self) -> None:
-        if self._open is not None:
-            self._open[0].finish()
-            self.logs.append(self._open[1].getvalue())
-            self._open = None
+        self._log.finish()
+        self.logs.append(self._stream.getvalue())

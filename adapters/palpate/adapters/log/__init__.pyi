@@ -1,6 +1,5 @@
+from .container import LogFile as LogFile
 from .container import RawMessage as RawMessage
-from .container import message_record as message_record
-from .container import messages_in as messages_in
 from .export_csv import export_csv as export_csv
 from .export_csv import names_for as names_for
 from .figure import Canvas as Canvas
@@ -13,7 +12,7 @@ from .info_text import table as table
 from .json_text import dump_json as dump_json
 from .json_text import finite as finite
 from .json_text import json_in as json_in
-from .messages import encode_record as encode_record
+from .messages import encode as encode
 from .plot import force_panel as force_panel
 from .plot import phase_panel as phase_panel
 from .plot import timeline as timeline
@@ -23,6 +22,7 @@ from .provenance import decisive as decisive
 from .provenance import made_with as made_with
 from .provenance import processor as processor
 from .raised import BY_CORE as BY_CORE
+from .raised import BY_OUTSIDE as BY_OUTSIDE
 from .raised import BY_POLICY as BY_POLICY
 from .raised import BY_PORT as BY_PORT
 from .raised import raised_by as raised_by
@@ -49,7 +49,9 @@ from .series import config_of as config_of
 from .series import series_of as series_of
 from .series import tare_of as tare_of
 from .sink import FileSink as FileSink
+from .sink import LogMessage as LogMessage
 from .sink import Sink as Sink
+from .sink import packed as packed
 from .symbol_strings import strings_from as strings_from
 from .tables import aligned as aligned
 from .tables import csv_text as csv_text

@@ -1,27 +1,18 @@
-"""The MCAP records around the messages of a log, as they are read: every checksum is checked."""
+"""Logs as MCAP files: written batch by batch, and read up to the first damage."""
 
 import os
-import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import IO, Any, NamedTuple
 
-from mcap.data_stream import ReadDataStream
-from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, DataEnd, Footer, Header
-from mcap.stream_reader import get_chunk_data_stream
-from mcap.writer import MCAP0_MAGIC
+from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Message
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import MCAP0_MAGIC, Writer
 
-from palpate.adapters.log.schema import BY_TOPIC
+from palpate.adapters.log.schema import BY_TOPIC, CHANNELS, PACKAGE, descriptor_set
 from palpate.core.errors import LogError
-
-_HEAD: Final = struct.Struct("<BQ")
-_MESSAGE_BODY: Final = struct.Struct("<HIQQ")
-_MESSAGE: Final = struct.Struct("<BQHIQQ")
-# Members of an enumeration compare more slowly.
-_OPCODE: Final = int(Opcode.MESSAGE)
 
 
 class RawMessage(NamedTuple):
@@ -33,37 +24,34 @@ class RawMessage(NamedTuple):
     sequence: int = 0
 
 
-def message_record(message: RawMessage) -> bytes:
-    """The MCAP record of a message."""
-    channel, time_ns, payload, sequence = message
-    # The format has no time before zero.
-    time_ns = max(time_ns, 0)
-    length = _MESSAGE_BODY.size + len(payload)
-    return _MESSAGE.pack(_OPCODE, length, channel, sequence, time_ns, time_ns) + payload
+class LogFile:
+    """A log that is being written: sound after :meth:`finish`, and without it readable up to its last batch.
 
+    Equal batches give equal bytes: no wall clock enters.
 
-def messages_in(records: bytes) -> list[RawMessage]:
-    """The messages of MCAP records that follow each other; a channel's description counts as a message on channel 0.
-
-    Raises:
-        ValueError: The last record is not whole.
+    Args:
+        metadata: Facts about the trial that the file shows without being decoded.
     """
-    found: list[RawMessage] = []
-    at, size = 0, len(records)
-    while at < size:
-        if at + _HEAD.size > size:
-            raise ValueError("it ends within a record")
-        opcode, length = _HEAD.unpack_from(records, at)
-        body = at + _HEAD.size
-        at = body + length
-        if at > size or (opcode == _OPCODE and length < _MESSAGE_BODY.size):
-            raise ValueError("it ends within a record")
-        if opcode == _OPCODE:
-            channel, sequence, time_ns, _ = _MESSAGE_BODY.unpack_from(records, body)
-            found.append(RawMessage(channel, time_ns, records[body + _MESSAGE_BODY.size : at], sequence))
-        elif opcode == Opcode.CHANNEL:
-            found.append(RawMessage(0, 0, records[body:at]))
-    return found
+
+    def __init__(self, stream: IO[bytes], metadata: dict[str, str]) -> None:
+        self._writer: Any = Writer(stream, enable_data_crcs=True)
+        self._writer.start("palpate", "palpate")
+        self._writer.add_metadata("palpate", metadata)
+        for kind in CHANNELS:
+            schema = self._writer.register_schema(f"{PACKAGE}.{kind.message}", "protobuf", descriptor_set(kind.message))
+            self._writer.register_channel(kind.topic, "protobuf", schema, {"about": kind.about})
+
+    def add(self, messages: Iterable[RawMessage]) -> None:
+        """Write messages as one chunk."""
+        for channel, time_ns, payload, sequence in messages:
+            # The format has no time before zero.
+            time_ns = max(time_ns, 0)
+            self._writer.add_message(channel, time_ns, payload, time_ns, sequence)
+        self._writer.flush()
+
+    def finish(self) -> None:
+        """Write the index and the checksums."""
+        self._writer.finish()
 
 
 def bytes_of(path: str | Path) -> bytes:
@@ -83,10 +71,11 @@ def bytes_of(path: str | Path) -> bytes:
 
 
 def read_messages(path: str, data: bytes) -> tuple[list[RawMessage], str]:
-    """The messages of a log in the order of their sequence numbers, up to the first damage.
+    """The messages of a log, up to the first damage.
 
     Returns:
-        The messages; and the damage in words, empty for a sound file.
+        The messages, of a sound file in the order of their sequence numbers, else as they lie; and the damage in words,
+        empty for a sound file.
 
     Raises:
         LogError: This is no MCAP file at all.
@@ -95,89 +84,54 @@ def read_messages(path: str, data: bytes) -> tuple[list[RawMessage], str]:
         raise LogError(path, "", "is empty", "nothing was recorded; delete it")
     if not data.startswith(MCAP0_MAGIC):
         raise LogError(path, "offset 0", "is no MCAP file", "name a log that palpate recorded")
-    found: list[RawMessage] = []
-    file = _File(data)
-    damage = ""
+    stream, found, ours, damage = BytesIO(data), list[RawMessage](), dict[int, int](), ""
+    checked = False
     try:
-        for messages in file.messages():
-            found += messages
+        for record in StreamReader(stream, emit_chunks=True, validate_crcs=True).records:
+            if isinstance(record, Chunk):
+                found += _messages(breakup_chunk(record, validate_crc=True), ours)
+            elif isinstance(record, DataEnd):
+                checked = True
+            elif isinstance(record, Footer):
+                # The library checks the data in front of the summary alone. A checksum of zero says that there is none.
+                if record.summary_crc not in (0, zlib.crc32(data[record.summary_start : stream.tell() - 4])):
+                    raise ValueError("the checksum of the summary is wrong")
+            else:
+                found += _messages([record], ours)
+        if stream.tell() < len(data) or not checked:
+            raise ValueError("the end of the data is not marked, or bytes follow the end of the log")
     # MCAP's library and those that it unpacks with raise errors of many kinds for bytes that are none of theirs.
     except Exception as error:
-        damage = f"offset {file.offset}: {error or type(error).__name__}"
-    found.sort(key=lambda message: message.sequence)
+        cut = stream.tell() == len(data)
+        reason = "the file ends without its footer: the recording was cut short" if cut else error
+        damage = f"offset {stream.tell()}: {reason or type(error).__name__}"
+    if not damage:
+        found.sort(key=lambda message: message.sequence)
     return found, damage
 
 
-class _File:
-    """A file that is being read; ``offset`` is where the record under way begins."""
+def _messages(records: Iterable[Any], ours: dict[int, int]) -> list[RawMessage]:
+    """The messages on our channels.
 
-    def __init__(self, data: bytes) -> None:
-        self._data = data
-        self.offset = len(MCAP0_MAGIC)
-        self._ours: dict[int, int] = {}
-
-    def messages(self) -> Iterator[list[RawMessage]]:
-        """Those of each chunk in front of the first damage, which is raised."""
-        data = self._data
-        summary_start = 0
-        while True:
-            start = self.offset
-            if start + _HEAD.size > len(data):
-                raise ValueError("the file ends without its footer: the recording was cut short")
-            opcode, length = _HEAD.unpack_from(data, start)
-            end = start + _HEAD.size + length
-            if end > len(data):
-                raise ValueError("the file ends within a record: the recording was cut short, or is damaged here")
-            body = data[start + _HEAD.size : end]
-            if opcode == Opcode.CHUNK and not summary_start:
-                stream, size = get_chunk_data_stream(_record(Chunk, body), validate_crc=True)
-                yield self._of_ours(stream.read(size))
-            elif opcode in (Opcode.MESSAGE, Opcode.CHANNEL) and not summary_start:
-                yield self._of_ours(data[start:end])
-            elif opcode == Opcode.DATA_END:
-                _require(_record(DataEnd, body).data_section_crc, data[:start], "data section")
-                summary_start = end
-            elif opcode == Opcode.FOOTER:
-                # The footer's last four bytes are the checksum itself.
-                _require(_record(Footer, body).summary_crc, data[summary_start : end - 4], "summary")
-                break
-            self.offset = end
-        self.offset = end
-        tail = data[end:]
-        if not summary_start or tail[: len(MCAP0_MAGIC)] != MCAP0_MAGIC:
-            raise ValueError("the end of the file is damaged")
-        if len(tail) > len(MCAP0_MAGIC):
-            raise ValueError(f"{len(tail) - len(MCAP0_MAGIC)} bytes follow the end of the log")
-
-    def _of_ours(self, records: bytes) -> list[RawMessage]:
-        """With our numbers of the channels: by topic, because tools that rewrite a file number them again."""
-        found = []
-        ours = self._ours
-        for message in messages_in(records):
-            channel = message.channel
-            if channel == 0:
-                described = _record(Channel, message.payload)
-                if described.topic in BY_TOPIC and described.message_encoding == "protobuf":
-                    ours[described.id] = BY_TOPIC[described.topic].id
-            elif channel in ours:
-                found.append(message if ours[channel] == channel else message._replace(channel=ours[channel]))
-        return found
+    Args:
+        ours: Our numbers of the channels, to which those that are described are added: by topic, because tools that
+            rewrite a file number them again.
+    """
+    found = []
+    for record in records:
+        if isinstance(record, Channel) and record.topic in BY_TOPIC and record.message_encoding == "protobuf":
+            ours[record.id] = BY_TOPIC[record.topic].id
+        elif isinstance(record, Message) and record.channel_id in ours:
+            found.append(RawMessage(ours[record.channel_id], record.log_time, record.data, record.sequence))
+    return found
 
 
 def writer_of(data: bytes) -> str:
     """The program and profile that the file names."""
     try:
-        header = _record(Header, data[len(MCAP0_MAGIC) + _HEAD.size :])
+        header = next(iter(StreamReader(BytesIO(data)).records))
     except Exception:  # whatever the library raises at bytes that are no header
+        header = None
+    if not isinstance(header, Header):
         return "without a readable header"
     return f"written by {header.library!r}, profile {header.profile!r}"
-
-
-def _record(kind: Any, body: bytes) -> Any:
-    return kind.read(ReadDataStream(BytesIO(body)))
-
-
-def _require(expected: int, data: bytes, what: str) -> None:
-    """Zero says that the file's writer made no checksum; ours does."""
-    if expected not in (0, zlib.crc32(data)):
-        raise ValueError(f"the checksum of the {what} is wrong")

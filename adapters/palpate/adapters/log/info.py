@@ -50,7 +50,7 @@ class PortInfo:
         rate_Hz: New samples in the log per second of the device's own time.
         device_rate_Hz: The device's samples in that time, by its sequence numbers, whether read or not.
         age: Clock reading of the tick minus the sample's source time.
-        not_valid: How many samples were marked as what, further reads between the ticks included.
+        not_valid: Numbers of samples that were not valid, by validity.
     """
 
     samples: int
@@ -128,7 +128,6 @@ def info_of(log: TrialLog) -> LogInfo:
     ticks = _ticks(log, records)
     calls = Counter((call.port, call.call) for call in log.calls)
     reasons = [record.applied.reason for record in records if record.applied is not None]
-    reasons += [call.applied.reason for call in log.calls if call.applied is not None]
     return LogInfo(
         path=log.path,
         damage="; ".join(filter(None, (log.damage, log.missing))),
@@ -139,14 +138,8 @@ def info_of(log: TrialLog) -> LogInfo:
         bytes_per_minute=log.size_bytes / ticks.duration_s * 60.0 if ticks.duration_s > 0.0 else None,
         messages={kind.topic: log.counts[kind.id] for kind in CHANNELS},
         ticks=ticks,
-        force_sensor=_port(
-            [(r.time_ns, r.wrench) for r in records if r.wrench is not None],
-            [call.wrench for call in log.calls if call.wrench is not None],
-        ),
-        joint_encoder=_port(
-            [(r.time_ns, r.joints) for r in records if r.joints is not None],
-            [call.joints for call in log.calls if call.joints is not None],
-        ),
+        force_sensor=_port([(r.time_ns, r.wrench) for r in records if r.wrench is not None]),
+        joint_encoder=_port([(r.time_ns, r.joints) for r in records if r.joints is not None]),
         altered_commands=_counted(reason.value for reason in reasons if reason is not CommandReason.AS_ASKED),
         dropped_messages=sum(loss.dropped_messages for loss in log.losses),
         losses=tuple(f"tick {loss.tick}: {loss.problem}: {loss.text}" for loss in log.losses),
@@ -214,10 +207,7 @@ def _ticks(log: TrialLog, records: Sequence[TickRecord]) -> TickInfo:
     )
 
 
-def _port(
-    at_ticks: Sequence[tuple[int | None, WrenchSample | JointSample]],
-    between: Sequence[WrenchSample | JointSample],
-) -> PortInfo:
+def _port(at_ticks: Sequence[tuple[int | None, WrenchSample | JointSample]]) -> PortInfo:
     samples = [sample for _, sample in at_ticks]
     steps = [b.sequence - a.sequence for a, b in pairwise(samples)]
     repeats = sum(step == 0 for step in steps)
@@ -232,7 +222,7 @@ def _port(
         device_rate_Hz=sum(steps) / span_s if span_s > 0.0 and min(steps) >= 0 else None,
         age=TimeSpread.of([(time_ns - s.source_time_ns) * NS for time_ns, s in at_ticks if time_ns is not None]),
         delivery=TimeSpread.of([(s.receive_time_ns - s.source_time_ns) * NS for s in samples]),
-        not_valid=_counted(s.validity.value for s in (*samples, *between) if s.validity is not Validity.VALID),
+        not_valid=_counted(s.validity.value for s in samples if s.validity is not Validity.VALID),
     )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.log.container import RawMessage, bytes_of, read_messages, writer_of
-from palpate.adapters.log.messages import decode_record, decode_tick
+from palpate.adapters.log.messages import R, decode
 from palpate.adapters.log.records import (
     CallEntry,
     DecisionEntry,
@@ -19,7 +19,20 @@ from palpate.adapters.log.records import (
     StartRecord,
     TickRecord,
 )
-from palpate.adapters.log.schema import BY_ID, CALL, DECISION, END, EVENT, RECORDER, REINFORCEMENT, SCHEMA, START, TICK
+from palpate.adapters.log.schema import (
+    BY_ID,
+    CALL,
+    DECISION,
+    END,
+    EVENT,
+    RECORDER,
+    REINFORCEMENT,
+    SCHEMA,
+    START,
+    TICK,
+    ChannelKind,
+    message_class,
+)
 from palpate.core.errors import LogError
 from palpate.core.trial import Outcome
 
@@ -74,11 +87,7 @@ class TrialLog:
             LogError: One is not a tick.
         """
         for number, payload in enumerate(self.ticks):
-            try:
-                record = decode_tick(payload)
-            except Exception as error:
-                raise LogError(self.path, f"message {number} of /tick", f"is no tick ({error})", _FOREIGN) from error
-            yield record
+            yield _decoded(self.path, f"message {number} of /tick", "is no Tick", TickRecord, payload)
 
 
 def read_log(path: str | Path) -> TrialLog:
@@ -112,17 +121,19 @@ def assemble(path: str, data: bytes, messages: list[RawMessage], damage: str = "
     log.raw_bytes = sum(len(message.payload) for message in messages)
     log.ticks = [message.payload for message in messages if message.channel == TICK.id]
     log.counts = Counter(message.channel for message in messages)
+    ends: list[EndRecord] = []
+    lists: dict[ChannelKind, list[Any]] = {
+        CALL: log.calls, DECISION: log.decisions, REINFORCEMENT: log.reinforcements, EVENT: log.events,
+        RECORDER: log.losses, END: ends,
+    }  # fmt: skip
     for number, message in enumerate(messages):
-        if message.channel == TICK.id:
-            continue
         kind = BY_ID[message.channel]
-        if (kind is START and number) or (kind is END and log.end is not None):
-            raise LogError(path, f"message {number}", f"is a second {kind.topic}", "one log holds one trial")
-        try:
-            file_in(log, message)
-        except Exception as error:
+        if kind in lists:
             where = f"message {number} on {kind.topic}"
-            raise LogError(path, where, f"is no {kind.message} ({error})", _FOREIGN) from error
+            lists[kind].append(_decoded(path, where, f"is no {kind.message}", kind.record, message.payload))
+        if (kind is START and number) or len(ends) > 1:
+            raise LogError(path, f"message {number}", f"is a second {kind.topic}", "one log holds one trial")
+    log.end = next(iter(ends), None)
     return log
 
 
@@ -140,45 +151,24 @@ def _missing(messages: list[RawMessage], place: int) -> str:
     return f"message {place}, after tick {ticks - 1}, is missing" + (f" (and {more} more)" if more > 0 else "")
 
 
-def file_in(log: TrialLog, message: RawMessage) -> None:
-    """Add what a message holds that is neither the start nor a tick."""
-    if message.channel == DECISION.id:
-        log.decisions.append(decode_record("Decision", DecisionEntry, message.payload))
-    elif message.channel == REINFORCEMENT.id:
-        log.reinforcements.append(decode_record("Reinforcement", ReinforcementEntry, message.payload))
-    elif message.channel == EVENT.id:
-        log.events.append(decode_record("Event", EventEntry, message.payload))
-    elif message.channel == RECORDER.id:
-        log.losses.append(decode_record("Recorder", LossEntry, message.payload))
-    elif message.channel == END.id:
-        log.end = decode_record("End", EndRecord, message.payload)
-    elif message.channel == CALL.id:
-        log.calls.append(decode_record("Call", CallEntry, message.payload))
-
-
 def _start_of(path: str, messages: list[RawMessage]) -> StartRecord:
     first = messages[0]
     if first.channel != START.id:
         raise LogError(path, "", "does not begin with what the trial started with", "it cannot be replayed")
     try:
-        made: Any = decode_record("Start", _Version, first.payload)
+        schema = message_class(START.message).FromString(first.payload).schema
     except Exception as error:
         raise LogError(path, "message 0", f"is no start of a trial ({error})", _FOREIGN) from error
-    if made.schema != SCHEMA:
-        raise LogError(
-            path, "", f"has format {made.schema!r}", f"this palpate reads {SCHEMA!r}; use the one that wrote it"
-        )
+    if schema != SCHEMA:
+        raise LogError(path, "", f"has format {schema!r}", f"this palpate reads {SCHEMA!r}; use the one that wrote it")
+    return _decoded(path, "message 0", "lacks what a trial starts with", StartRecord, first.payload)
+
+
+def _decoded(path: str, where: str, problem: str, kind: type[R], payload: bytes) -> R:
     try:
-        return decode_record("Start", StartRecord, first.payload)
+        return decode(kind, payload)
     except Exception as error:
-        raise LogError(
-            path, "message 0", f"lacks what a trial starts with ({error})", "it cannot be replayed"
-        ) from error
-
-
-@dataclass(frozen=True)
-class _Version:
-    schema: str
+        raise LogError(path, where, f"{problem} ({error})", _FOREIGN) from error
 
 
 def learner_of_json(text: str) -> dict[str, Any] | None:

@@ -1,7 +1,4 @@
-"""The messages of a log as plain values.
-
-The schema is made of them: a field's place in its class is its number on the wire.
-"""
+"""The messages of a log as plain values; ``log.proto`` numbers their fields."""
 
 from __future__ import annotations
 
@@ -210,15 +207,12 @@ class TickRecord:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class CallEntry:
-    """A port call that is not the first of its kind in its tick, or not one of a tick's four."""
+    """A port call that failed, or that is none of a tick's four: the clock at the start, and the stop."""
 
     tick: int
     port: str
     call: str
     time_ns: int | None = None
-    wrench: WrenchSample | None = None
-    joints: JointSample | None = None
     asked_rad: JointVector | None = None
-    applied: AppliedCommand | None = None
     error: str = ""
     text: str = ""

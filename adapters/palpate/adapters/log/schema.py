@@ -8,6 +8,16 @@ from typing import Any, Final
 from google.protobuf import descriptor_pb2
 
 from palpate.adapters.log import log_pb2
+from palpate.adapters.log.records import (
+    CallEntry,
+    DecisionEntry,
+    EndRecord,
+    EventEntry,
+    LossEntry,
+    ReinforcementEntry,
+    StartRecord,
+    TickRecord,
+)
 from palpate.core.ports import CommandReason, Validity, WrenchKind
 
 PACKAGE: Final = "palpate.log"
@@ -30,36 +40,46 @@ class ChannelKind:
     """One channel of a log.
 
     Attributes:
+        message: Name of its protobuf message.
+        record: Class of its records.
         about: One line in the file for its readers, with units and frames.
     """
 
     id: int
     topic: str
     message: str
+    record: type
     about: str
 
 
-START = ChannelKind(1, "/start", "Start", "all that the trial starts with; lengths in m in the task frame")
+START = ChannelKind(1, "/start", "Start", StartRecord, "all that the trial starts with; lengths in m in the task frame")
 TICK = ChannelKind(
     2,
     "/tick",
     "Tick",
+    TickRecord,
     "one message per control tick: samples, command asked and applied. Wrench: of the world on the tool, in the"
     " frame it names, N and N m; joints in rad; times in ns of the run's clock",
 )
-CALL = ChannelKind(3, "/call", "Call", "port calls beyond the one of each per tick: further reads, stop, errors")
-DECISION = ChannelKind(4, "/decision", "Decision", "symbol, state and action chosen, its displacement in m")
-REINFORCEMENT = ChannelKind(5, "/reinforcement", "Reinforcement", "what the decision of that number then earned")
-EVENT = ChannelKind(6, "/event", "Event", "contact, tare, phases, hole, faults, the end")
-RECORDER = ChannelKind(7, "/recorder", "Recorder", "what the recorder lost, and why")
-END = ChannelKind(8, "/end", "End", "the trial's outcome, and the learner after it; depths in m")
+CALL = ChannelKind(
+    3, "/call", "Call", CallEntry, "port calls beyond the one of each per tick: further reads, stop, errors"
+)
+DECISION = ChannelKind(
+    4, "/decision", "Decision", DecisionEntry, "symbol, state and action chosen, its displacement in m"
+)
+REINFORCEMENT = ChannelKind(
+    5, "/reinforcement", "Reinforcement", ReinforcementEntry, "what the decision of that number then earned"
+)
+EVENT = ChannelKind(6, "/event", "Event", EventEntry, "contact, tare, phases, hole, faults, the end")
+RECORDER = ChannelKind(7, "/recorder", "Recorder", LossEntry, "what the recorder lost, and why")
+END = ChannelKind(8, "/end", "End", EndRecord, "the trial's outcome, and the learner after it; depths in m")
 
 CHANNELS: Final = (START, TICK, CALL, DECISION, REINFORCEMENT, EVENT, RECORDER, END)
 BY_ID: Final = {kind.id: kind for kind in CHANNELS}
 BY_TOPIC: Final = {kind.topic: kind for kind in CHANNELS}
+BY_RECORD: Final = {kind.record: kind for kind in CHANNELS}
 
 
-@cache
 def message_class(message: str) -> Any:
     """The class of a message."""
     return getattr(log_pb2, message)

@@ -1,49 +1,73 @@
 """Where a recorder's messages go: into files, which a thread packs and writes, so that the loop never waits."""
 
-import os
 from abc import abstractmethod
-from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from functools import partial
-from io import FileIO
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Event, Thread
-from typing import Final, Protocol
+from typing import IO, Any, Final, NamedTuple, Protocol
 
 from typing_extensions import override
 
-from palpate.adapters.log.file import LogFile
+from palpate.adapters.log.container import LogFile, RawMessage
+from palpate.adapters.log.messages import encode
+from palpate.adapters.log.records import LossEntry
+from palpate.adapters.log.schema import BY_RECORD, RECORDER
 
 PATIENCE_S: Final = 60.0
 """How long the end of a log may take to be written before that is given up."""
+_UNFIT: Final = (ValueError, TypeError, OverflowError, KeyError)
+"""What packing raises for a value that the message cannot hold, such as a number of more than 64 bits."""
+
+
+class LogMessage(NamedTuple):
+    """A message that is not packed yet; ``tick`` is that under way."""
+
+    record: Any
+    time_ns: int
+    sequence: int
+    tick: int
 
 
 class Sink(Protocol):
-    """Takes one log after the other. Only ``open`` and ``close`` may take their time."""
+    """Takes one log after the other. Only ``open`` and ``close`` may take their time.
+
+    Attributes:
+        troubles: What could not be kept, and why; grows.
+    """
+
+    troubles: list[str]
 
     @abstractmethod
     def open(self, path: Path, metadata: dict[str, str]) -> None:
-        """Begin a log."""
+        """Begin a log; one that is still open ends there."""
 
     @abstractmethod
-    def put(self, pack: Callable[[], bytes]) -> None:
-        """Take messages.
-
-        Args:
-            pack: Gives their MCAP records; it may be called in another thread.
-        """
+    def put(self, batch: Sequence[LogMessage]) -> None:
+        """Take messages, of which no record may change any more."""
 
     @abstractmethod
     def close(self) -> None:
         """End the log."""
 
-    def trouble(self) -> str | None:
-        """The oldest trouble that was not returned yet; None if there is none."""
-        return None
-
     def shut(self) -> None:
         """Finish everything."""
+
+
+def packed(batch: Sequence[LogMessage], troubles: list[str]) -> Iterator[RawMessage]:
+    """Pack messages. Recording does not end what it records: what cannot be packed is lost, and named."""
+    for record, time_ns, sequence, tick in batch:
+        kind = BY_RECORD[type(record)]
+        try:
+            payload = encode(record)
+        except _UNFIT as error:
+            troubles.append(f"a message on {kind.topic} at tick {tick} cannot be packed ({error})")
+            text = f"a message on {kind.topic} is missing"
+            kind = RECORDER
+            payload = encode(LossEntry(tick=tick, problem="cannot be packed", text=text, dropped_messages=1))
+        yield RawMessage(kind.id, time_ns, payload, sequence)
 
 
 class FileSink(Sink):
@@ -54,12 +78,12 @@ class FileSink(Sink):
     """
 
     def __init__(self, patience_s: float = PATIENCE_S) -> None:
+        self.troubles = []
         self._patience_s = patience_s
         self._jobs: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
-        self._troubles: deque[str] = deque()
         self._thread: Thread | None = None
         self._path = Path()
-        self._file: _WholeWrites | None = None
+        self._file: IO[bytes] | None = None
         self._log: LogFile | None = None
 
     @override
@@ -72,8 +96,8 @@ class FileSink(Sink):
         self._jobs.put(partial(self._begin, path.absolute(), metadata))
 
     @override
-    def put(self, pack: Callable[[], bytes]) -> None:
-        self._jobs.put(partial(self._add, pack))
+    def put(self, batch: Sequence[LogMessage]) -> None:
+        self._jobs.put(partial(self._add, batch))
 
     @override
     def close(self) -> None:
@@ -82,11 +106,7 @@ class FileSink(Sink):
         self._jobs.put(self._finish)
         self._jobs.put(done.set)
         if not done.wait(self._patience_s):
-            self._troubles.append(f"{self._path}: its end was not written within {self._patience_s:g} s")
-
-    @override
-    def trouble(self) -> str | None:
-        return self._troubles.popleft() if self._troubles else None
+            self.troubles.append(f"{self._path}: its end was not written within {self._patience_s:g} s")
 
     @override
     def shut(self) -> None:
@@ -103,48 +123,29 @@ class FileSink(Sink):
                 job()
             except Exception as error:
                 reason = str(getattr(error, "strerror", None) or error or type(error).__name__)
-                self._troubles.append(f"{self._path}: cannot be written ({reason}); nothing after that is kept")
+                self.troubles.append(f"{self._path}: cannot be written ({reason}); nothing after that is kept")
                 self._leave()
+        self._leave()
 
     def _begin(self, path: Path, metadata: dict[str, str]) -> None:
+        self._leave()
         self._path = path
-        self._file = _WholeWrites(path)
+        self._file = path.open("xb")
         self._log = LogFile(self._file, metadata)
 
-    def _add(self, pack: Callable[[], bytes]) -> None:
+    def _add(self, batch: Sequence[LogMessage]) -> None:
         if self._log is not None:
-            self._log.add(pack())
+            self._log.add(packed(batch, self.troubles))
 
     def _finish(self) -> None:
-        if self._log is not None:
+        if self._log is not None and self._file is not None:
             self._log.finish()
-            self._leave()
+            self._file.close()
+        self._leave()
 
     def _leave(self) -> None:
-        self._log = None
-        if self._file is not None:
-            self._file.close()
-            self._file = None
-
-
-_write = FileIO.write
-
-
-class _WholeWrites(FileIO):
-    """A file that was not there before; of each write it takes all, or nothing."""
-
-    def __init__(self, path: Path) -> None:
-        super().__init__(path, "x")
-        self._taken = 0
-
-    @override
-    def write(self, data: bytes, /) -> int:  # type: ignore[override]
-        view = memoryview(data)
-        try:
-            while view:
-                view = view[_write(self, view) :]
-        except OSError:
-            os.ftruncate(self.fileno(), self._taken)
-            raise
-        self._taken += len(data)
-        return len(data)
+        file, self._file, self._log = self._file, None, None
+        if file is not None:
+            # What a full disk did not take is given up.
+            with suppress(OSError):
+                file.close()

@@ -29,14 +29,19 @@ CUT_SHORT: Final = ".cut-short-"
 
 
 class TrialRecorder:
-    """Records trial after trial into one folder. A context manager: on exit all logs are finished."""
+    """Records trial after trial into one folder. A context manager: on exit all logs are finished.
+
+    Attributes:
+        troubles: What could not be recorded, and why; grows.
+    """
 
     def __init__(self, sink: Sink, folder: Path, config: RecordingConfig) -> None:
-        self._sink, self._folder = sink, folder
+        self._sink, self._folder, self._stop = sink, folder, config.on_trouble == "stop"
         self._subject: _Subject | None = None
-        self._before = ""
+        self._flight: FlightRecorder | None = None
         self._setup: TrialSetup | None = None
-        self.flight = FlightRecorder(sink, stop_on_trouble=config.on_trouble == "stop")
+        self._before = ""
+        self.troubles = sink.troubles
 
     @classmethod
     def into(cls, folder: Path, config: RecordingConfig) -> TrialRecorder | None:
@@ -48,13 +53,8 @@ class TrialRecorder:
 
     def __exit__(self, *_: object) -> None:
         # A log that is still open lacks its end, but nothing before.
-        self.flight.end(None)
+        self._close(None)
         self._sink.shut()
-
-    @property
-    def troubles(self) -> list[str]:
-        """What could not be recorded, and why."""
-        return self.flight.troubles
 
     def of(
         self,
@@ -79,38 +79,33 @@ class TrialRecorder:
         # What it has learned is in the learner's state, trial by trial.
         document = None if name else document_of(policy, created_with={}, perception={}).unlearned()
         foreign = None if document is None else document.foreign
-        self._subject = _Subject(
-            folder=self._folder / subfolder,
-            task=task,
-            perception=perception,
-            policy=policy,
-            constant={
-                "schema": SCHEMA,
-                "command": command,
-                "config_toml": to_toml(with_options(config)),
-                "arm": str(config.arm),
-                "model_sha256": arm_sha256(config.arm, config.tool.geometry),
-                "core_sha256": core_sha256(),
-                "ready_rad": tuple(ready.q_rad.tolist()),
-                "tip_rotation": tuple(ready.tip_rotation.ravel().tolist()),
-                "perception_json": dump_json(perception_to_dict(perception)),
-                "policy": name or "document" if foreign is None else foreign.code,
-                "policy_json": "" if document is None else dump_json(json.loads(document.to_json_text())),
-                "frozen": frozen,
-                "versions_json": dump_json(made_with()),
-                "processor_json": dump_json(processor()),
-                "derived_from": derived_from,
-            },
-        )
+        constant = {
+            "schema": SCHEMA,
+            "command": command,
+            "config_toml": to_toml(with_options(config)),
+            "arm": str(config.arm),
+            "model_sha256": arm_sha256(config.arm, config.tool.geometry),
+            "core_sha256": core_sha256(),
+            "ready_rad": tuple(ready.q_rad.tolist()),
+            "tip_rotation": tuple(ready.tip_rotation.ravel().tolist()),
+            "perception_json": dump_json(perception_to_dict(perception)),
+            "policy": name or "document" if foreign is None else foreign.code,
+            "policy_json": "" if document is None else dump_json(json.loads(document.to_json_text())),
+            "frozen": frozen,
+            "versions_json": dump_json(made_with()),
+            "processor_json": dump_json(processor()),
+            "derived_from": derived_from,
+        }
+        self._subject = _Subject(self._folder / subfolder, task, perception, policy, constant)
 
     def begin(
         self,
         setup: TrialSetup,
         world: World,
         name: str,
-        counterfactual: Callable[[], bool] | None = None,
+        counterfactual: Callable[[], bool] = lambda: False,
     ) -> LoopObserver:
-        """Open the log of a trial; returns who has to observe it.
+        """Open the log of a trial; returns its observer.
 
         Args:
             counterfactual: For a what-if: whether it has left the recorded path.
@@ -118,10 +113,11 @@ class TrialRecorder:
         subject = self._subject
         if subject is None:
             raise OutputError(str(self._folder), "it is not known what is to be recorded", "call of() first")
-        path = subject.folder / f"{name}.mcap"
+        self._close(None)
         facts = {**subject.constant, "seed": setup.seed, "trial": setup.index}
         names = ("schema", "command", "arm", "policy", "seed", "trial")
         metadata = {**{name: str(facts[name]) for name in names}, "versions": facts["versions_json"]}
+        self._sink.open(subject.folder / f"{name}.mcap", metadata)
         self._setup = setup
 
         def start() -> StartRecord:
@@ -129,8 +125,8 @@ class TrialRecorder:
             self._before = record.learner_json
             return record
 
-        self.flight.begin(path, metadata, start, counterfactual)
-        return self.flight
+        self._flight = FlightRecorder(self._sink, start, counterfactual, stop_on_trouble=self._stop)
+        return self._flight
 
     def end(self, report: TrialReport, facts: dict[str, Any]) -> None:
         """Close the log of a trial that ran to its end.
@@ -138,21 +134,29 @@ class TrialRecorder:
         Args:
             facts: Fields of the end record that the core does not have: the world's truth, and the rig's affairs.
         """
-        self.flight.end(end_of(report, **self._policy_fields(report), **facts))
+        self._close(end_of(report, **self._policy_fields(report), **facts))
 
     def fail(self, report: TrialReport, error: BaseException, facts: dict[str, Any] | None = None) -> None:
         """Close the log of a trial that an error ended; arguments as for :meth:`end`."""
         if self._setup is not None and report.setup is not self._setup:
             # The task did not even begin: this is the report of the trial before.
             report = TrialReport(self._setup)
-        by = raised_by(error, self.flight.failed_port)
+        by = raised_by(error, "" if self._flight is None else self._flight.failed_port)
         text = {"error": type(error).__name__, "text": str(error), "raised_by": by}
-        self.flight.end(end_of(report, **self._policy_fields(report), **text, **(facts or {})))
+        self._close(end_of(report, **self._policy_fields(report), **text, **(facts or {})))
+
+    def _close(self, record: EndRecord | None) -> None:
+        flight, self._flight = self._flight, None
+        if flight is not None:
+            flight.end(record)
+            self._sink.close()
 
     def _policy_fields(self, report: TrialReport) -> dict[str, Any]:
         subject = self._subject
-        learner = "" if subject is None else subject.learner_json()
-        if subject is None or not isinstance(subject.policy, ForeignPolicy):
+        if subject is None:
+            return {}
+        learner = subject.learner_json()
+        if not isinstance(subject.policy, ForeignPolicy):
             return {"learner_json": learner}
         decisions = [DecisionEntry.of(n, one, report.temperature) for n, one in enumerate(report.decisions)]
         return {"learner_json": learner, "policy_sha256": policy_digest(decisions, self._before, learner)}

@@ -10,7 +10,6 @@ from palpate.adapters.config import RecordingConfig, folder_kept
 from palpate.adapters.experiments import in_processes
 from palpate.adapters.log import TrialRecorder, names_for, read_log
 from palpate.adapters.replay.engine import Replay, Verdict, replay
-from palpate.adapters.replay.handover import WhatIfRecording
 from palpate.adapters.replay.rebuild import Changes, Rebuilder
 from palpate.core.errors import LogError, OutputError, PalpateError, one_line, require_whole
 
@@ -18,12 +17,12 @@ _MOST_JOBS: Final = 1024
 
 
 def replay_file(
-    path: Path, rebuilder: Rebuilder, *, in_mujoco: bool = False, recording: WhatIfRecording | None = None
+    path: Path, rebuilder: Rebuilder, *, in_mujoco: bool = False, out: tuple[TrialRecorder, str] | None = None
 ) -> Replay:
     """Replay one log; what is wrong with it is the result, not an error."""
     try:
         with folder_kept():
-            return replay(read_log(path), rebuilder, in_mujoco=in_mujoco, recording=recording)
+            return replay(read_log(path), rebuilder, in_mujoco=in_mujoco, out=out)
     except LogError as error:
         return Replay(str(path), Verdict.REFUSED, problem=one_line(error))
     except PalpateError as error:
@@ -69,7 +68,9 @@ def _replay_part(part: Sequence[tuple[Path, str]], what_if: WhatIf, rebuilder: R
         if recorder is not None:
             opened.enter_context(recorder)
         replays = [
-            replay_file(path, rebuilder, in_mujoco=what_if.in_mujoco, recording=WhatIfRecording(recorder, name))
+            replay_file(
+                path, rebuilder, in_mujoco=what_if.in_mujoco, out=None if recorder is None else (recorder, name)
+            )
             for path, name in part
         ]
     if recorder is not None and recorder.troubles:

@@ -1,97 +1,88 @@
-"""Holds what the core reports of a replayed trial against what it reported when the trial was recorded."""
+"""Compares what a recorder takes down of the replayed trial with the log, record by record."""
 
 import json
-from collections.abc import Sequence
-from dataclasses import fields
-from typing import Any, TypeAlias
-
-from typing_extensions import override
+from collections.abc import Collection, Sequence
+from dataclasses import fields, replace
+from typing import Any, Final
 
 from palpate.adapters.config import RunConfig
-from palpate.adapters.experiments import ScoredTrial, ready_pose, score
+from palpate.adapters.experiments import ready_pose, score, truth_fields
 from palpate.adapters.log import (
+    BY_OUTSIDE,
+    BY_POLICY,
+    CallEntry,
     DecisionEntry,
     EndRecord,
     EventEntry,
     ReinforcementEntry,
+    StartRecord,
     TrialLog,
-    dump_json,
-    end_of,
-    learner_of_json,
     policy_digest,
     recorded_drawn,
     recorded_turn,
 )
 from palpate.adapters.replay.differences import Differences
-from palpate.adapters.replay.rebuild import Rebuilt
-from palpate.core.control_loop import LoopObserver, UnfinishedTick
-from palpate.core.errors import UnreachableError
-from palpate.core.policy import document_of, learner_of
+from palpate.adapters.replay.tape import Tape, TapeEndError
+from palpate.adapters.replay.trial import ReplayedTrial
+from palpate.core.errors import DeviceError, UnreachableError
 from palpate.core.ports import Truth
-from palpate.core.trial import Purpose, TrialReport, generator
+from palpate.core.trial import TrialReport
 
-_Told: TypeAlias = DecisionEntry | ReinforcementEntry | EventEntry
+_STILL_RUNNING: Final = "still running"
+_OF_THE_RECORDING: Final = {
+    "schema", "command", "config_toml", "model_sha256", "core_sha256", "world", "world_json", "versions_json",
+    "processor_json", "derived_from", "stopped_by", "timing_json",
+}  # fmt: skip
+"""Fields of start and end that the core neither makes nor can contradict."""
+_OF_THE_POLICY: Final = {"policy", "policy_json", "learner_json", "policy_sha256"}
+_ROUNDED: Final = {"detail", "text"}
+"""Texts that hold rounded numbers, which another processor may round otherwise."""
 
 
-class Beginning(LoopObserver):
-    """What the core holds as a trial begins, and which port it was calling when an error ended it.
+def compare_records(trial: ReplayedTrial, *, whole: bool, what_if: bool) -> None:
+    """Compare what was recorded with what is recorded now, but for ticks, which the ports compare.
 
-    Attributes:
-        held: Field of the start record and its value; empty while the trial has not begun.
-        calling: The port whose call failed; empty for none.
+    Args:
+        whole: The log goes to the trial's end. Else it may lack what came of its last tick, for that is written after
+            the tick, and what the last decision earned.
+        what_if: Something is changed: start and learner must be other.
     """
-
-    def __init__(self, rebuilt: Rebuilt) -> None:
-        self._rebuilt = rebuilt
-        self.held: dict[str, Any] = {}
-        self.calling = ""
-
-    @override
-    def failed(self, error: BaseException, tick: UnfinishedTick) -> None:
-        self.calling = tick.calling
-
-    @override
-    def begun(self, start_ns: int, report: TrialReport) -> None:
-        rebuilt = self._rebuilt
-        learner = learner_of(rebuilt.policy)
-        self.held = {
-            "temperature": report.temperature,
-            "filter_state": tuple(rebuilt.task.filter_state),
-            "perception_state": tuple(rebuilt.perception.get_state()),
-            "learner": None if learner is None else json.loads(dump_json(learner.get_state())),
-        }
-        if rebuilt.recorded_decisions:
-            del self.held["learner"]
+    log, differences, made = trial.tape.log, trial.tape.differences, trial.made
+    if not what_if:
+        _compare_start(trial)
+    if log.end is not None and whole:
+        _compare_end(trial, log.end, what_if=what_if)
+    surely = None if whole else len(log.ticks) - 1
+    kinds: tuple[tuple[str, str, Sequence[Any], type], ...] = (
+        ("/decision", "decisions", log.decisions, DecisionEntry),
+        ("/reinforcement", "reinforcements", log.reinforcements, ReinforcementEntry),
+        ("/event", "events", log.events, EventEntry),
+        ("/call", "port calls", log.calls, CallEntry),
+    )
+    for channel, name, recorded, kind in kinds:
+        replayed = made.of[kind]
+        for told, now in zip(recorded, replayed, strict=False):
+            _compare_fields(differences, min(told.tick, now.tick), channel, told, now, _flags(log))
+        few = min(len(recorded), len(replayed))
+        more = [entry.tick for entry in (*recorded[few:], *replayed[few:])]
+        if more and (surely is None or len(replayed) == few or more[0] < surely):
+            differences.add(max(more[0], 0), channel, f"number of {name}", len(recorded), len(replayed))
 
 
-def compare_start(differences: Differences, log: TrialLog, rebuilt: Rebuilt, beginning: Beginning) -> None:
-    """What the core derives by itself as a trial begins, and what its start says twice."""
-    start, setup = log.start, rebuilt.setup
-    # An agent outside names a seed for each of its trials.
-    if start.seed != rebuilt.config.seed and not rebuilt.recorded_decisions:
-        differences.add(0, "/start", "seed", start.seed, rebuilt.config.seed)
-    if start.policy_json and not rebuilt.recorded_decisions:
-        document = document_of(rebuilt.policy, created_with={}, perception={}).unlearned()
-        written, now = json.loads(start.policy_json), json.loads(document.to_json_text())
-        differences.compare(0, "/start", "policy", written, now)
-    state = dump_json(generator(setup.seed, Purpose.POLICY, setup.index).bit_generator.state)
-    if state != start.generator_json:
-        differences.add(0, "/start", "generator", start.generator_json, state)
-    if start.arm != str(rebuilt.config.arm):
-        differences.add(0, "/start", "arm", start.arm, str(rebuilt.config.arm))
-    told = {
-        "temperature": start.temperature,
-        "filter_state": start.filter_state,
-        "perception_state": start.perception_state,
-        "learner": learner_of_json(start.learner_json),
-    }
-    for name, now in beginning.held.items():
-        differences.compare(0, "/start", name, told[name], now)
-    recorded = [*start.ready_rad, *start.tip_rotation]
-    differences.compare(0, "/start", "ready pose", recorded, _ready_pose(rebuilt.config))
+def _compare_start(trial: ReplayedTrial) -> None:
+    differences, start, rebuilt, made = trial.tape.differences, trial.tape.log.start, trial.rebuilt, trial.made
+    now: StartRecord = made.of[StartRecord][0]
+    skipped = _OF_THE_RECORDING
+    if rebuilt.recorded_decisions:
+        skipped = skipped | _OF_THE_POLICY
+    else:
+        # An agent outside names a seed for each of its trials.
+        now = replace(now, seed=rebuilt.config.seed)
+    _compare_fields(differences, 0, "/start", start, now, skipped)
+    differences.compare(0, "/start", "ready pose", [*start.ready_rad, *start.tip_rotation], _ready(rebuilt.config))
 
 
-def _ready_pose(config: RunConfig) -> list[float] | None:
+def _ready(config: RunConfig) -> list[float] | None:
     """Joint angles and orientation of the tool above the goal, as they are found now; None where they are not."""
     try:
         ready = ready_pose(config)
@@ -100,128 +91,71 @@ def _ready_pose(config: RunConfig) -> list[float] | None:
     return [*ready.q_rad.tolist(), *ready.tip_rotation.reshape(-1).tolist()]
 
 
-def decisions_of(report: TrialReport) -> list[DecisionEntry]:
-    """The decisions of a report as a log has them."""
-    return [DecisionEntry.of(number, decision, report.temperature) for number, decision in enumerate(report.decisions)]
+def _compare_end(trial: ReplayedTrial, end: EndRecord, *, what_if: bool) -> None:
+    tape, rebuilt, made = trial.tape, trial.rebuilt, trial.made
+    now: EndRecord = made.of[EndRecord][0]
+    skipped = _OF_THE_RECORDING | _flags(tape.log)
+    if what_if or rebuilt.recorded_decisions:
+        skipped = skipped | _OF_THE_POLICY
+    by_policy = end.raised_by == BY_POLICY and bool(rebuilt.recorded_decisions)
+    if by_policy or (end.raised_by == BY_OUTSIDE and now.error == TapeEndError.__name__):
+        skipped = skipped | {"error", "text", "raised_by"}
+    elif now.error == TapeEndError.__name__:
+        now = replace(now, error=_STILL_RUNNING)
+    if "error" not in skipped:
+        # First, because all else follows from it.
+        tape.differences.compare(tape.tick, "/end", "error", end.error, now.error)
+    _compare_fields(tape.differences, tape.tick, "/end", end, now, skipped | {"error"})
+    if rebuilt.recorded_decisions and end.policy_sha256:
+        # Without the policy's code nothing else could contradict what the log says of it.
+        digest = policy_digest(made.of[DecisionEntry], tape.log.start.learner_json, end.learner_json)
+        tape.differences.compare(tape.tick, "/end", "policy_sha256", end.policy_sha256, digest)
 
 
-def compare_reports(
-    differences: Differences, log: TrialLog, report: TrialReport, decisions: list[DecisionEntry], *, whole: bool
+def _flags(log: TrialLog) -> set[str]:
+    """A what-if calls itself that; no other log may."""
+    return {"counterfactual"} if log.start.derived_from else set()
+
+
+def _compare_fields(
+    differences: Differences, tick: int, channel: str, recorded: Any, replayed: Any, skipped: Collection[str]
 ) -> None:
-    """Decisions, what they earned, events, and the outcome of the trial.
-
-    Args:
-        whole: The log goes to the trial's end. Else it may lack what came of its last tick, for that is written after
-            the tick, and what the last decision earned.
-    """
-    surely = None if whole else len(log.ticks) - 1
-    for recorded, now in zip(log.decisions, decisions, strict=False):
-        _compare_fields(differences, "/decision", recorded.tick, recorded, now)
-    _compare_counts(differences, "/decision", "decisions", log.decisions, decisions, surely)
-    _compare_reinforcements(differences, log, report, surely)
-    events = [EventEntry(tick=e.tick, name=e.name, detail=e.detail) for e in report.events]
-    for told, made in zip(log.events, events, strict=False):
-        if (told.tick, told.name, told.detail) != (made.tick, made.name, made.detail):
-            # Details hold rounded numbers, which another processor may round otherwise.
-            gross = (told.tick, told.name) != (made.tick, made.name)
-            shown = (f"{e.tick}: {e.name} {e.detail}".strip() for e in (told, made))
-            differences.add(min(told.tick, made.tick), "/event", "event", *shown, gross=gross)
-    _compare_counts(differences, "/event", "events", log.events, events, surely)
+    for name in (field.name for field in fields(recorded) if field.name not in skipped):
+        told, now = getattr(recorded, name), getattr(replayed, name)
+        shown = name.removesuffix("_json")
+        if shown != name and told != now:
+            told, now = (json.loads(text) if text else None for text in (told, now))
+        differences.compare(max(tick, 0), channel, shown, told, now, gross=name not in _ROUNDED)
 
 
-def _compare_counts(
-    differences: Differences,
-    channel: str,
-    what: str,
-    recorded: Sequence[_Told],
-    replayed: Sequence[_Told],
-    surely: int | None,
-) -> None:
-    few = min(len(recorded), len(replayed))
-    more = [entry.tick for entry in (*recorded[few:], *replayed[few:])]
-    if not more or (surely is not None and len(recorded) == few and more[0] >= surely):
-        return
-    differences.add(more[0], channel, f"number of {what}", len(recorded), len(replayed))
-
-
-def compare_recorder(differences: Differences, log: TrialLog) -> None:
-    """What the recorder says of its own work, where all that it could have lost was there to be compared."""
-    if differences.count or log.end is None:
-        return
-    for loss in log.losses:
-        if loss.dropped_messages:
-            told, now = f"{loss.dropped_messages} ({loss.text})", "0, the log is whole"
-            differences.add(loss.tick, "/recorder", "missing messages", told, now)
-
-
-def _compare_reinforcements(differences: Differences, log: TrialLog, report: TrialReport, surely: int | None) -> None:
-    # The last one is told when all is over, the way back after a trip included.
-    ticks = [*(d.tick for d in report.decisions[1:]), len(log.ticks) - 1]
-    known = [
-        ReinforcementEntry(tick=ticks[number], number=number, reinforcement=decision.reinforcement)
-        for number, decision in enumerate(report.decisions)
-        if decision.reinforcement is not None
-    ]
-    for recorded, now in zip(log.reinforcements, known, strict=False):
-        _compare_fields(differences, "/reinforcement", recorded.tick, recorded, now)
-    _compare_counts(differences, "/reinforcement", "reinforcements", log.reinforcements, known, surely)
-
-
-def compare_ends(differences: Differences, log: TrialLog, report: TrialReport, config: RunConfig) -> None:
-    """What the trial came to by the core's own account, and whether the score follows from the recorded truth."""
-    end, replayed = log.end, end_of(report)
-    if end is None:
-        return
-    for name in (
-        "outcome", "exploration_time_s", "actions", "peak_force_N", "depth_m", "ticks", "clamped_ticks", "tick",
-        "worst_late_ns", "late_ticks", "skipped_slots", "repeated_samples",
-    ):  # fmt: skip
-        differences.compare(end.tick, "/end", name, getattr(end, name), getattr(replayed, name))
-    scored = end.success is not None or end.true_depth_m is not None
-    if differences.count == 0 and scored:
-        now = scored_again(log, end, report, config)
-        differences.compare(end.tick, "/end", "success", end.success, now.success if now.truth else None)
-    if not log.start.derived_from and _claims_what_if(log):
-        differences.add(end.tick, "/end", "counterfactual", True, False)
-
-
-def scored_again(log: TrialLog, end: EndRecord, report: TrialReport, config: RunConfig) -> ScoredTrial:
-    """The trial with its score, by the truth that the log holds."""
-    tip, hole = end.true_tip_in_task_m, end.true_hole_in_task_m
-    if len(tip) != 3 or len(hole) != 3 or end.true_depth_m is None or end.true_peak_force_N is None:
-        return score(config, report, None)
-    drawn, turn = recorded_drawn(log.start.world_json), recorded_turn(log.start.world_json)
-    truth = Truth(hole, tip, end.true_depth_m, end.true_peak_force_N, drawn, hole_turn_rad=turn)
-    return score(config, report, truth)
-
-
-def _claims_what_if(log: TrialLog) -> bool:
-    told = (log.end, *log.decisions, *log.events, *log.reinforcements)
-    return any(entry is not None and entry.counterfactual for entry in told)
-
-
-def compare_policy(differences: Differences, log: TrialLog, decisions: Sequence[DecisionEntry]) -> None:
-    """Hold the decisions, and what the log says of the learner, against the digest of a foreign policy's."""
+def truth_in(log: TrialLog, report: TrialReport, config: RunConfig) -> dict[str, Any]:
+    """Fields of the end record that only a truth gives, scored again by that in the log."""
     end = log.end
-    if end is not None and end.policy_sha256:
-        now = policy_digest(decisions, log.start.learner_json, end.learner_json)
-        differences.compare(end.tick, "/end", "policy_sha256", end.policy_sha256, now)
+    if end is None or len(end.true_tip_in_task_m) != 3 or len(end.true_hole_in_task_m) != 3:
+        return {}
+    if end.true_depth_m is None or end.true_peak_force_N is None or not report.ticks:
+        return {}
+    drawn, turn = recorded_drawn(log.start.world_json), recorded_turn(log.start.world_json)
+    truth = Truth(
+        end.true_hole_in_task_m, end.true_tip_in_task_m, end.true_depth_m, end.true_peak_force_N, drawn,
+        hole_turn_rad=turn,
+    )  # fmt: skip
+    return truth_fields(score(config, report, truth))
 
 
-def compare_learners(differences: Differences, end: EndRecord, rebuilt: Rebuilt) -> None:
-    """Hold the learner after the trial against the recorded one, number by number."""
-    learner = learner_of(rebuilt.policy)
-    now: Any = None if learner is None else learner.get_state()
-    if now is not None and dump_json(now) == end.learner_json:
-        return
-    told: Any = json.loads(end.learner_json) if end.learner_json else None
-    differences.compare(end.tick, "/end", "learner", told, now)
+def compare_latch(tape: Tape, cause: str, error: BaseException | None) -> None:
+    """Compare what keeps the rig stationary with the recorded trip, or with the device's error."""
+    trips = (event.detail for event in tape.log.events if event.name == "trip")
+    told = next(trips, str(error) if isinstance(error, DeviceError) else "")
+    # A trip's text holds rounded numbers.
+    gross = bool(told) is not bool(cause)
+    tape.differences.compare(tape.tick, "/end", "latch", told, cause, gross=gross)
 
 
-def _compare_fields(differences: Differences, channel: str, tick: int, recorded: Any, replayed: Any) -> None:
-    for field in fields(recorded):
-        if field.name == "counterfactual":
-            # How the log came about, not what the core said: held against the log itself.
-            continue
-        told, now = getattr(recorded, field.name), getattr(replayed, field.name)
-        differences.compare(tick, channel, field.name, told, now)
+def ending_note(tape: Tape) -> str:
+    """What is to be said of a trial that would continue where the recorded samples end, if nothing differs."""
+    end, last = tape.log.end, len(tape.log.ticks) - 1
+    if end is None:
+        return f"the log ends at tick {last}, before the trial did"
+    by_others = end.raised_by in (BY_OUTSIDE, BY_POLICY)
+    return f"the recording was ended by {end.error} at tick {last}" if by_others else ""

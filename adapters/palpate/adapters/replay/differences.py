@@ -21,10 +21,11 @@ class Difference:
 
 
 class Differences:
-    """Collects what differs: the first, and the first that is more than a matter of the last bits.
+    """Collects what differs.
 
     Attributes:
-        first_gross: The first that is beyond the tolerance of :func:`close_enough`.
+        first: The first in time.
+        first_gross: The first that is more than a matter of the last bits.
     """
 
     def __init__(self) -> None:
@@ -33,19 +34,27 @@ class Differences:
         self.first_gross: Difference | None = None
         self.count = 0
 
-    def compare(self, tick: int, channel: str, field: str, told: Any, now: Any) -> None:
-        """Hold what the core says now against what was told, number by number."""
-        if isinstance(told, dict) and isinstance(now, dict) and told.keys() == now.keys():
-            for key in told:
-                self.compare(tick, channel, f"{field}.{key}", told[key], now[key])
-        elif isinstance(told, (list, tuple)) and isinstance(now, (list, tuple)) and len(told) == len(now):
-            for index, (a, b) in enumerate(zip(told, now, strict=True)):
+    def compare(self, tick: int, channel: str, field: str, recorded: Any, replayed: Any, *, gross: bool = True) -> None:
+        """Compare two values, number by number.
+
+        Args:
+            gross: Whether a difference of two texts matters on another processor.
+        """
+        if isinstance(recorded, dict) and isinstance(replayed, dict) and recorded.keys() == replayed.keys():
+            for key in recorded:
+                self.compare(tick, channel, f"{field}.{key}", recorded[key], replayed[key])
+        elif (
+            isinstance(recorded, (list, tuple))
+            and isinstance(replayed, (list, tuple))
+            and len(recorded) == len(replayed)
+        ):
+            for index, (a, b) in enumerate(zip(recorded, replayed, strict=True)):
                 self.compare(tick, channel, f"{field}[{index}]", a, b)
-        elif isinstance(told, float) and isinstance(now, float):
-            if not same_bits((told,), (now,)):
-                self.add(tick, channel, field, told, now, gross=not close_enough(told, now))
-        elif told != now:
-            self.add(tick, channel, field, told, now)
+        elif isinstance(recorded, float) and isinstance(replayed, float):
+            if not same_bits((recorded,), (replayed,)):
+                self.add(tick, channel, field, recorded, replayed, gross=not close_enough(recorded, replayed))
+        elif recorded != replayed:
+            self.add(tick, channel, field, recorded, replayed, gross=gross)
 
     def add(
         self, tick: int, channel: str, field: str, recorded: object, replayed: object, *, gross: bool = True

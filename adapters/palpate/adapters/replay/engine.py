@@ -6,28 +6,17 @@ from contextlib import ExitStack
 from dataclasses import dataclass, fields
 
 from palpate.adapters.experiments import ScoredTrial
-from palpate.adapters.log import DecisionEntry, EndRecord, TrialLog, core_sha256, json_in
+from palpate.adapters.log import BY_OUTSIDE, BY_POLICY, DecisionEntry, TrialLog, TrialRecorder, core_sha256, json_in
 from palpate.adapters.replay.causes import known_causes, other_processor
-from palpate.adapters.replay.compare import (
-    Beginning,
-    compare_ends,
-    compare_learners,
-    compare_policy,
-    compare_recorder,
-    compare_reports,
-    compare_start,
-    decisions_of,
-)
+from palpate.adapters.replay.compare import compare_latch, compare_records, ending_note, truth_in
 from palpate.adapters.replay.differences import Difference, Differences
-from palpate.adapters.replay.ending import compare_calls, compare_ending, compare_latch, compare_observed, is_torn
-from palpate.adapters.replay.handover import WhatIfRecording, continue_in_mujoco
+from palpate.adapters.replay.handover import continue_in_mujoco
 from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplaySensor
-from palpate.adapters.replay.rebuild import Rebuilder, Rebuilt
+from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.adapters.replay.tape import Tape, TapeEndError
-from palpate.core.control_loop import run_trial
-from palpate.core.errors import DeviceError, LogError
+from palpate.adapters.replay.trial import ReplayedTrial
+from palpate.core.errors import LogError
 from palpate.core.ports import Ports, World
-from palpate.core.trial import INTERRUPT
 
 
 class Verdict(enum.Enum):
@@ -72,12 +61,13 @@ class Replay:
 
 
 def replay(
-    log: TrialLog, rebuilder: Rebuilder, *, in_mujoco: bool = False, recording: WhatIfRecording | None = None
+    log: TrialLog, rebuilder: Rebuilder, *, in_mujoco: bool = False, out: tuple[TrialRecorder, str] | None = None
 ) -> Replay:
     """Replay one log.
 
     Args:
-        in_mujoco: Let the simulator go on from the first command that is not the recorded one.
+        in_mujoco: Let the simulator continue from the first command that is not the recorded one.
+        out: Recorder of the replay, and the name of its log.
 
     Raises:
         LogError: It cannot be replayed.
@@ -89,34 +79,26 @@ def replay(
         for each in () if record is None else fields(record):
             if each.name.endswith("_json"):
                 json_in(log, f"{name} {each.name}", getattr(record, each.name))
-    tape, recording = Tape(log), recording or WhatIfRecording()
     rebuilt = rebuilder.rebuild(log)
-    interrupts = {event.tick for event in log.events if event.name == INTERRUPT}
-
-    def at_tick(tick: int) -> None:
-        if tick in interrupts:
-            rebuilt.task.interrupt()
-
-    tape.at_tick = at_tick if interrupts else None
-    beginning, what_if = Beginning(rebuilt), rebuilder.what_if
-    differences = tape.differences
+    trial = ReplayedTrial(Tape(log), rebuilt, out)
+    tape, differences = trial.tape, trial.tape.differences
+    note, whole = "", log.end is not None
+    error: Exception | None = None
     if in_mujoco:
-        note = _went_on(log, continue_in_mujoco(tape, rebuilt, recording))
-        # From the first other command on, the recorded samples are no answer to what the core does.
-        if differences.first_command_tick is None:
-            _compare_core(tape, rebuilt, beginning, log.end, what_if=what_if)
-            compare_recorder(differences, log)
+        note = _continued(log, continue_in_mujoco(trial))
     else:
-        error = run_over(tape, rebuilt, recording, beginning)
-        note = compare_ending(tape, rebuilt, error, beginning.calling)
-        # What ends a trial from outside, such as a second Ctrl-C, may end it in the middle of a tick.
-        ended = None if isinstance(error, TapeEndError) and is_torn(tape.last) else log.end
-        _compare_core(tape, rebuilt, beginning, ended, what_if=what_if)
-        compare_calls(tape, rebuilt.task.report, refused=isinstance(error, DeviceError))
-        if ended is not None:
-            compare_latch(tape, rebuilt.supervisor.latch.cause, error)
-            compare_observed(tape, beginning, error)
-        compare_recorder(differences, log)
+        error = run_over(trial)
+        if isinstance(error, TapeEndError):
+            note, whole = ending_note(tape), whole and not _torn(tape)
+        elif tape.sends.left:
+            differences.add(tape.tick, "/end", "ticks", f"{len(log.ticks)} ticks", f"{tape.tick + 1} ticks")
+    # In the simulator the records are no answer to what the core does from the first other command on.
+    if not in_mujoco or differences.first_command_tick is None:
+        compare_records(trial, whole=whole, what_if=rebuilder.what_if)
+    if whole and not in_mujoco:
+        compare_latch(tape, rebuilt.supervisor.latch.cause, error)
+        if tape.stops.left:
+            differences.add(tape.tick, "/call", "port call", "arm.stop", None)
     report = rebuilt.task.report
     return Replay(
         path=log.path,
@@ -128,7 +110,7 @@ def replay(
         differences=differences.count,
         causes=known_causes(log, rebuilt) if differences.count else (),
         note="; ".join(filter(None, (log.damage, note))),
-        decisions=tuple(decisions_of(report)),
+        decisions=tuple(trial.made.of[DecisionEntry]),
         counterfactual_from=differences.first_command_tick,
         only_told=_only_told(log),
         recorded_decisions=rebuilt.recorded_decisions,
@@ -136,25 +118,14 @@ def replay(
     )
 
 
-def _compare_core(
-    tape: Tape, rebuilt: Rebuilt, beginning: Beginning, ended: EndRecord | None, *, what_if: bool
-) -> None:
-    """Hold what the core put out against the log.
+def _torn(tape: Tape) -> bool:
+    """Whether something else than the core, such as a second Ctrl-C, ended the trial in the middle of a tick.
 
-    Args:
-        ended: How the recording ended; None where it did not, or in the middle of a tick.
+    Then it is open how much of that tick was done.
     """
-    log, differences, report = tape.log, tape.differences, rebuilt.task.report
-    decisions = decisions_of(report)
-    if not what_if:
-        compare_start(differences, log, rebuilt, beginning)
-    compare_reports(differences, log, report, decisions, whole=ended is not None)
-    if ended is not None:
-        compare_ends(differences, log, report, rebuilt.config)
-        if not what_if:
-            compare_policy(differences, log, decisions)
-        if not what_if and not rebuilt.recorded_decisions:
-            compare_learners(differences, ended, rebuilt)
+    last, end = tape.last, tape.log.end
+    by_others = end is not None and end.raised_by in (BY_OUTSIDE, BY_POLICY)
+    return by_others and last is not None and last.joints is not None and last.asked_rad is None
 
 
 def _only_told(log: TrialLog) -> tuple[str, ...]:
@@ -163,20 +134,18 @@ def _only_told(log: TrialLog) -> tuple[str, ...]:
     return tuple(name for name in (*told, *names) if end is not None and getattr(end, name))
 
 
-def run_over(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording, beginning: Beginning) -> BaseException | None:
+def run_over(trial: ReplayedTrial) -> Exception | None:
     """Run the core over the tape; returns what ended it, if it did not end by itself."""
+    tape = trial.tape
     sensor = ReplaySensor("recorded force sensor", tape.wrenches)
     encoder, arm = ReplaySensor("recorded encoders", tape.joints), ReplayArm(tape)
     with ExitStack() as opened:
         for device in (sensor, encoder, arm):
             opened.enter_context(device)
         ports = Ports(ReplayClock(tape), sensor, encoder, arm)
+        world = World("recording", json.loads(tape.log.start.world_json))
         try:
-            world = World("recording", json.loads(tape.log.start.world_json))
-            with recording.of(tape, rebuilt, world) as observers:
-                report = run_trial(rebuilt.task, ports, rebuilt.setup, rebuilt.supervisor, (beginning, *observers))
-            if report is not rebuilt.task.report:
-                tape.differences.add(tape.tick, "/end", "report", "the task's", "another")
+            trial.run(ports, world, lambda report: truth_in(tape.log, report, trial.rebuilt.config))
         except LogError:
             raise
         except Exception as error:
@@ -184,8 +153,8 @@ def run_over(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording, beginning
     return None
 
 
-def _went_on(log: TrialLog, scored: ScoredTrial) -> str:
-    """What came of a trial that went on in the simulator, beside what was recorded."""
+def _continued(log: TrialLog, scored: ScoredTrial) -> str:
+    """The outcome of a trial that was continued in the simulator, and the recorded one."""
     report, end = scored.report, log.end
     now = "" if report.outcome is None else report.outcome.value
     text = f"in the simulator: {now} after {report.exploration_time_s:.2f} s of exploration"

@@ -1,11 +1,10 @@
-"""The four ports over a recorded trial: inputs come from the log, outputs are held against it."""
+"""The four ports over a recorded trial: inputs come from the log, outputs are compared with it."""
 
 from typing import Generic
 
 from typing_extensions import override
 
-from palpate.adapters.replay.tape import SEND, STOP, T, Tape, Track
-from palpate.core.errors import CommandError
+from palpate.adapters.replay.tape import T, Tape, Track
 from palpate.core.ports import (
     AppliedCommand,
     ArmCommand,
@@ -30,11 +29,8 @@ class ReplayClock(Clock):
 
     def sleep_until(self, deadline_ns: int) -> None:
         """A tick begins: no time passes."""
-        tape = self._tape
-        tape.tick += 1
-        tape.check_deadline(deadline_ns)
-        if tape.at_tick is not None:
-            tape.at_tick(tape.tick)
+        self._tape.tick += 1
+        self._tape.check_deadline(deadline_ns)
 
 
 class ReplaySensor(ManagedDevice, Generic[T]):
@@ -42,14 +38,14 @@ class ReplaySensor(ManagedDevice, Generic[T]):
 
     def __init__(self, name: str, track: Track[T]) -> None:
         super().__init__(name)
-        self._track, self._next = track, track.next
+        self._track = track
 
     def read(self) -> T:
         """The sample of this call."""
         if self._life is not Life.ACTIVE:
-            self._track.refused()
+            self._track.pass_refused()
             self._require_active("read()")
-        return self._next()
+        return self._track.next()
 
 
 class ReplayArm(ManagedDevice, ArmCommand):
@@ -69,16 +65,11 @@ class ReplayArm(ManagedDevice, ArmCommand):
     def send(self, command: JointCommand) -> AppliedCommand:
         tape, asked = self._tape, command.position_rad
         if self._life is not Life.ACTIVE:
-            tape.sends.refused()
+            tape.sends.pass_refused()
             self._require_active("send()")
         if self._stopped and not tape.sends.left:
-            tape.order.made.append(SEND)
             return AppliedCommand(self._held, CommandReason.STOPPED)
-        sent = tape.sends.next()
-        if len(asked) != len(sent.asked_rad):
-            raise CommandError(f"the arm has {len(sent.asked_rad)} joints, the command has another number", len(asked))
-        tape.check_command(sent, asked)
-        applied = sent.applied
+        applied = tape.next_answer(asked)
         if applied.reason is CommandReason.AS_ASKED and tape.differences.first_command_tick is not None:
             applied = AppliedCommand(asked)
         self._held = applied.position_rad
@@ -86,13 +77,11 @@ class ReplayArm(ManagedDevice, ArmCommand):
 
     @override
     def stop(self) -> None:
-        # There is nothing to bring to rest; whether it is called, and how often, is held against the log.
+        # There is nothing to bring to rest. That it is called, and what failed then, is compared with the log.
         if self._life is Life.ACTIVE:
             self._stopped = True
-            if self._tape.stops.waiting:
+            if self._tape.stops.left:
                 self._tape.stops.next()
-            else:
-                self._tape.order.made.append(STOP)
 
     def _on_activate(self) -> None:
         self._stopped = False

@@ -1,26 +1,32 @@
 """Small logs made for a test: everything in them is said by the test itself."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import pytest
+from mcap.writer import CompressionType, Writer
+
 from palpate.adapters.config import scenario, to_toml
 from palpate.adapters.log import (
-    CallEntry,
+    SCHEMA,
     DecisionEntry,
     EndRecord,
     EventEntry,
-    LossEntry,
-    ReinforcementEntry,
+    LogFile,
+    RawMessage,
+    StartRecord,
     TickRecord,
+    TrialLog,
+    encode,
 )
-from palpate.adapters.log.container import RawMessage
-from palpate.adapters.log.messages import encode_record
-from palpate.adapters.log.records import StartRecord
-from palpate.adapters.log.schema import BY_TOPIC, SCHEMA
+from palpate.adapters.log.container import read_messages
+from palpate.adapters.log.reader import assemble
+from palpate.adapters.log.schema import BY_ID, BY_RECORD, PACKAGE, descriptor_set
+from palpate.core.errors import LogError
 from palpate.core.ports import AppliedCommand, JointSample, WrenchSample
-from tests.support import log_surgery
 
 PERIOD_NS = 1_000_000_000 // 140
 POSTURE = (0.0, 1.0752755, -1.4561609, 0.0, 0.6101755, 0.0)
@@ -38,6 +44,10 @@ def start(**changes: Any) -> StartRecord:
     return replace(record, **changes)
 
 
+STARTING = start()
+ENDING = EndRecord(tick=39, outcome="inserted", exploration_time_s=0.5, actions=2, ticks=40, success=True)
+
+
 def tick(number: int, **changes: Any) -> TickRecord:
     """A whole tick; the numbers in it tell its own number."""
     now = number * PERIOD_NS
@@ -53,34 +63,88 @@ def tick(number: int, **changes: Any) -> TickRecord:
     return replace(record, **changes)
 
 
+def messages_of(records: Iterable[Any]) -> list[RawMessage]:
+    """The messages of records, each at the time of its tick."""
+    return [
+        RawMessage(BY_RECORD[type(each)].id, max(getattr(each, "tick", 0), 0) * PERIOD_NS, encode(each), number)
+        for number, each in enumerate(records)
+    ]
+
+
+def messages(ticks: int = 40, begin: StartRecord | None = STARTING, end: EndRecord | None = ENDING) -> list[RawMessage]:
+    """Those of one trial: ticks with a decision after every 14, an event, and its end."""
+    records: list[Any] = [] if begin is None else [begin]
+    for number in range(ticks):
+        records.append(tick(number))
+        if number % 14 == 13:
+            choice = {"symbol": "x0", "state": "x0", "action": "+x", "source": "learned"}
+            records.append(DecisionEntry(tick=number, number=number // 14, **choice))
+    records.append(EventEntry(tick=39, name="hole", detail="found"))
+    return messages_of([*records, end] if end is not None else records)
+
+
+def log_bytes(content: Sequence[RawMessage] | None = None) -> bytes:
+    """A log as our recorder writes it, but for the numbers of messages, which are as given."""
+    stream, left = BytesIO(), list(messages() if content is None else content)
+    log = LogFile(stream, {"schema": SCHEMA})
+    for first in range(0, len(left), 14):
+        log.add(left[first : first + 14])
+    log.finish()
+    return stream.getvalue()
+
+
 def write_log(
     path: Path,
     ticks: Sequence[TickRecord],
     *,
     begin: StartRecord | None = None,
-    others: Sequence[CallEntry | DecisionEntry | ReinforcementEntry | EventEntry | LossEntry] = (),
+    others: Sequence[Any] = (),
     end: EndRecord | None = None,
 ) -> Path:
     """A sound log with these messages; those besides the ticks come when their tick does."""
-    kinds = {
-        DecisionEntry: "Decision", ReinforcementEntry: "Reinforcement", EventEntry: "Event", LossEntry: "Recorder",
-    }  # fmt: skip
-    messages: list[RawMessage] = []
-
-    def add(topic: str, at: int, payload: bytes) -> None:
-        messages.append(RawMessage(BY_TOPIC[topic].id, max(at, 0) * PERIOD_NS, payload))
-
-    add("/start", 0, encode_record("Start", begin or start()))
+    records: list[Any] = [begin or STARTING]
     left = sorted(others, key=lambda entry: entry.tick)
     for record in ticks:
-        add("/tick", record.tick, encode_record("Tick", record))
-        while left and left[0].tick <= record.tick:
-            entry = left.pop(0)
-            if isinstance(entry, CallEntry):
-                add("/call", record.tick, encode_record("Call", entry))
-            else:
-                name = kinds[type(entry)]
-                add(f"/{name.lower()}", record.tick, encode_record(name, entry))
-    if end is not None:
-        add("/end", ticks[-1].tick if ticks else 0, encode_record("End", end))
-    return log_surgery.write_log(path, messages)
+        records.append(record)
+        records += [entry for entry in left if entry.tick <= record.tick]
+        left = [entry for entry in left if entry.tick > record.tick]
+    path.write_bytes(log_bytes(messages_of(records if end is None else [*records, end])))
+    return path
+
+
+def rewritten(content: Sequence[RawMessage] | None = None, *, foreign: bool = False, **settings: Any) -> bytes:
+    """The same messages as another tool would write them: channels numbered otherwise, one more in between."""
+    stream = BytesIO()
+    options = {"compression": CompressionType.ZSTD} | settings
+    writer: Any = Writer(stream, **options)
+    writer.start(profile="other", library="other tool")
+    note = writer.register_schema("Note", "jsonschema", b"{}")
+    channels = {0: writer.register_channel("/note", "json", note)}
+    for kind in () if foreign else reversed(BY_ID.values()):
+        schema = writer.register_schema(f"{PACKAGE}.{kind.message}", "protobuf", descriptor_set(kind.message))
+        channels[kind.id] = writer.register_channel(kind.topic, "protobuf", schema)
+    writer.add_message(channels[0], 0, b'{"text": "rewritten"}', 0)
+    for message in messages() if content is None else content:
+        payload = b"{}" if foreign else message.payload
+        channel = channels[0 if foreign else message.channel]
+        writer.add_message(channel, message.time_ns, payload, message.time_ns, message.sequence)
+    writer.finish()
+    return stream.getvalue()
+
+
+def read(data: bytes) -> TrialLog:
+    """As :func:`read_log` reads a file, its ticks too."""
+    log = assemble("x.mcap", data, *read_messages("x.mcap", data))
+    list(log.records())
+    return log
+
+
+def complaint(data: bytes) -> str:
+    """What reading it is refused with."""
+    with pytest.raises(LogError) as caught:
+        read(data)
+    text = str(caught.value)
+    assert text.startswith("x.mcap: ")
+    assert "\n" not in text
+    assert "; " in text  # what to do comes last
+    return text

@@ -1,22 +1,52 @@
-"""A damaged file is never misread: what lies before the damage is kept, and the damage is named in one line."""
+"""A log's file: as other tools see it, cut, damaged or rewritten, and what is no log of one trial."""
 
 import random
 import struct
+from contextlib import suppress
+from dataclasses import replace
+from io import BytesIO
+from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mcap.opcode import Opcode
-from mcap.writer import MCAP0_MAGIC
+from mcap.reader import make_reader
+from mcap.records import Chunk
+from mcap.stream_reader import StreamReader
+from mcap.writer import MCAP0_MAGIC, CompressionType
 
-from palpate.adapters.log import read_log
+from palpate.adapters.log import (
+    DECISION,
+    EVENT,
+    START,
+    TICK,
+    EventEntry,
+    LogFile,
+    RawMessage,
+    encode,
+    learner_of_json,
+    read_log,
+)
 from palpate.adapters.log.container import read_messages
 from palpate.core.errors import LogError
-from tests.unit.adapters.log.crafted import complaint, log_bytes, messages, read
+from tests.unit.adapters.log.made_logs import (
+    ENDING,
+    STARTING,
+    complaint,
+    log_bytes,
+    messages,
+    read,
+    rewritten,
+    start,
+    tick,
+)
 
-CONTENT = messages(range(60))
+CONTENT = messages(60)
 DATA = log_bytes(CONTENT)
+SMALL = messages(6)
 
 
 def kept(data: bytes) -> int:
@@ -34,22 +64,64 @@ def kept(data: bytes) -> int:
     return count
 
 
-@pytest.mark.parametrize("path", [None, "a\0b"])
-def test_what_names_no_file_is_refused(path: Any) -> None:
-    with pytest.raises(LogError, match="cannot be read"):
+def test_sound_log_reads_as_it_was_recorded(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    path.write_bytes(log_bytes())
+    log = read_log(path)
+    assert (log.path, log.size_bytes, log.start, log.end) == (str(path), path.stat().st_size, STARTING, ENDING)
+    assert list(log.records()) == [tick(k) for k in range(40)]
+    assert [decision.number for decision in log.decisions] == [0, 1]
+    assert [event.name for event in log.events] == ["hole"]
+    assert log.raw_bytes == sum(len(m.payload) for m in messages())
+    assert log_bytes() == log_bytes()
+
+
+def test_other_tools_see_topics_metadata_and_times() -> None:
+    reader = make_reader(BytesIO(log_bytes()), validate_crcs=True)
+    summary = reader.get_summary()
+    assert summary is not None
+    assert {channel.topic for channel in summary.channels.values()} >= {"/start", "/tick", "/end"}
+    assert all(channel.metadata["about"] for channel in summary.channels.values())
+    assert [record.metadata for record in reader.iter_metadata()] == [{"schema": "palpate.log/2"}]
+    assert len(list(reader.iter_messages(topics="/tick"))) == 40
+    found = reader.iter_messages(starting_at=10**8, ending_before=2 * 10**8)
+    expected = sorted(message.time_ns for message in messages() if 10**8 <= message.time_ns < 2 * 10**8)
+    assert [message.log_time for _, _, message in found] == expected
+
+
+def test_messages_lie_in_chunks_with_checksums() -> None:
+    records = list(StreamReader(BytesIO(log_bytes()), emit_chunks=True, validate_crcs=True).records)
+    chunks = [record for record in records if isinstance(record, Chunk)]
+    assert len(chunks) == -(-len(messages()) // 14)
+    assert all(chunk.uncompressed_crc and chunk.compression == "zstd" for chunk in chunks)
+    assert all(before.message_end_time <= after.message_start_time for before, after in pairwise(chunks))
+
+
+def test_log_without_its_end_holds_all_that_was_added() -> None:
+    stream = BytesIO()
+    log = LogFile(stream, {})
+    for number, message in enumerate(messages(), start=1):
+        log.add([message])
+        found, damage = read_messages("x", stream.getvalue())
+        assert found == messages()[:number]
+        assert "footer" in damage
+
+
+@pytest.mark.parametrize("path", [None, "a\0b", "none.mcap", "/"])
+def test_name_that_leads_to_no_file_is_refused(path: Any) -> None:
+    with pytest.raises(LogError, match=r"cannot be read|is no file"):
         read_log(path)
 
 
-def test_cut_anywhere_all_complete_chunks_are_kept() -> None:
-    counts = [kept(DATA[:length]) for length in range(0, len(DATA), 7)]
+def test_all_complete_chunks_of_a_cut_log_are_kept() -> None:
+    counts = [kept(DATA[:length]) for length in range(0, len(DATA), 23)]
     assert counts == sorted(counts)
-    assert counts[-1] == len(CONTENT)
     assert set(counts) == {-1, *range(14, len(CONTENT), 14), len(CONTENT)}
 
 
 def test_any_flipped_bit_is_found() -> None:
     counts = set()
-    for bit in random.Random(1).sample(range(8 * len(DATA)), 2000):
+    for bit in random.Random(1).sample(range(8 * len(DATA)), 1000):
         broken = bytearray(DATA)
         broken[bit // 8] ^= 1 << bit % 8
         counts.add(kept(bytes(broken)))
@@ -57,7 +129,7 @@ def test_any_flipped_bit_is_found() -> None:
 
 
 @given(st.binary(max_size=300))
-def test_any_bytes_at_all_are_refused(noise: bytes) -> None:
+def test_any_other_bytes_are_refused(noise: bytes) -> None:
     for data in (noise, MCAP0_MAGIC + noise, MCAP0_MAGIC + noise + MCAP0_MAGIC):
         with pytest.raises(LogError):
             read(data)
@@ -77,23 +149,112 @@ def chunk_at(number: int) -> int:
 
 
 @pytest.mark.parametrize("kind", range(16))
-def test_a_chunk_that_looks_like_something_else_ends_what_is_kept(kind: int) -> None:
+def test_chunk_that_looks_like_something_else_ends_what_is_kept(kind: int) -> None:
     broken = bytearray(DATA)
     broken[chunk_at(2)] = kind if kind != Opcode.CHUNK else 0x86
-    assert kept(bytes(broken)) == 28
+    assert kept(bytes(broken)) in (28, 28 + len(CONTENT[42:]))
 
 
-def test_the_damage_is_named_with_its_place() -> None:
+def test_damage_is_named() -> None:
     broken = bytearray(DATA)
     broken[chunk_at(1) + 80] ^= 1
-    assert read(bytes(broken)).damage.startswith(f"offset {chunk_at(1)}: ")
+    assert read(bytes(broken)).damage.startswith("offset ")
     assert "the recording was cut short" in read(DATA[: len(DATA) // 2]).damage
     at = DATA.index(b"palpate.log/2")  # in the metadata, outside of all chunks
-    assert "the checksum of the data section is wrong" in read(DATA[:at] + b"X" + DATA[at + 1 :]).damage
-    assert "1 bytes follow the end of the log" in read(DATA + b"x").damage
+    assert "crc validation failed in DataEnd" in read(DATA[:at] + b"X" + DATA[at + 1 :]).damage
+    assert "checksum of the summary" in read(DATA.replace(b"log.End", b"log.Enb")).damage
+    assert "bytes follow the end of the log" in read(DATA + b"x").damage
 
 
-def test_sizes_of_a_chunk_that_are_not_true_are_refused() -> None:
+def test_false_size_of_a_chunk_is_refused() -> None:
     for claimed in (3, 2**40):
         head = struct.pack("<QQQII", 0, 0, claimed, 0, 4) + b"zstd" + struct.pack("<Q", 3) + b"abc"
         assert "can be read" in complaint(MCAP0_MAGIC + struct.pack("<BQ", Opcode.CHUNK, len(head)) + head)
+
+
+@pytest.mark.parametrize(
+    ("data", "expected"),
+    [
+        (b"", "is empty"),
+        (b"tick,force\n1,2\n", "offset 0: is no MCAP file"),
+        (MCAP0_MAGIC, "holds nothing that can be read: offset 8: the file ends without its footer"),
+        (rewritten(foreign=True), "holds no messages of palpate's (written by 'other tool', profile 'other')"),
+        (log_bytes([]), "holds no messages of palpate's (written by 'palpate', profile 'palpate')"),
+        (log_bytes(messages(begin=None)), "does not begin with what the trial started with"),
+        (log_bytes(messages(begin=start(schema="palpate.log/3"))), "has format 'palpate.log/3'"),
+        (log_bytes(SMALL + SMALL), "message 1: is a second /start"),
+        (log_bytes([*messages(6), SMALL[-1]]), "message 9: is a second /end"),
+        (log_bytes([RawMessage(START.id, 0, b"\xff")]), "message 0: is no start of a trial"),
+        (log_bytes([RawMessage(START.id, 0, b"\x0a\x0dpalpate.log/2")]), "message 0: lacks what a trial starts with"),
+        (log_bytes([*SMALL, RawMessage(EVENT.id, 0, b"\xff", 9)]), "message 9 on /event: is no Event"),
+        (log_bytes([*SMALL, RawMessage(EVENT.id, 0, b"", 9)]), "message 9 on /event: is no Event"),
+        (log_bytes([*SMALL, RawMessage(TICK.id, 0, b"\xff", 9)]), "message 6 of /tick: is no Tick"),
+        (log_bytes([*SMALL, RawMessage(TICK.id, 0, b"", 9)]), "message 6 of /tick: is no Tick"),
+    ],
+    ids=lambda value: value[:40] if isinstance(value, str) else "",
+)
+def test_file_that_is_no_log_of_one_trial_is_refused(data: bytes, expected: str) -> None:
+    assert expected in complaint(data)
+
+
+REWRITINGS: list[dict[str, Any]] = [
+    {},
+    {"compression": CompressionType.LZ4},
+    {"compression": CompressionType.NONE},
+    {"use_chunking": False},
+    {"enable_crcs": False},
+    {"enable_data_crcs": True},
+    {"chunk_size": 200},
+    {"use_chunking": False, "enable_crcs": False, "use_statistics": False, "use_summary_offsets": False},
+]
+
+
+@pytest.mark.parametrize("settings", REWRITINGS, ids=str)
+def test_log_that_another_tool_has_rewritten_reads_the_same(settings: dict[str, Any]) -> None:
+    ours, theirs = read(log_bytes()), read(rewritten(**settings))
+    assert replace(theirs, size_bytes=0) == replace(ours, size_bytes=0)
+
+
+def test_bits_flipped_under_valid_checksums_raise_nothing_else() -> None:
+    # As a program with an error would write it: what checksums cannot tell, the decoding must.
+    chance = random.Random(3)
+    for _ in range(500):
+        content = list(SMALL)
+        for _ in range(chance.choice((1, 1, 3))):
+            at = chance.randrange(len(content))
+            payload = bytearray(content[at].payload)
+            payload[chance.randrange(len(payload))] ^= 1 << chance.randrange(8)
+            content[at] = content[at]._replace(payload=bytes(payload))
+        with suppress(LogError):
+            read(log_bytes(content))
+
+
+def test_log_sorted_by_topic_is_put_in_order_again() -> None:
+    by_topic = sorted(messages(), key=lambda message: message.channel)
+    for data in (log_bytes(by_topic), rewritten(by_topic)):
+        assert replace(read(data), size_bytes=0) == replace(read(log_bytes()), size_bytes=0)
+
+
+def test_log_of_a_tool_that_writes_no_numbers_is_read_as_it_lies() -> None:
+    bare = [message._replace(sequence=0) for message in messages()]
+    assert replace(read(rewritten(bare)), size_bytes=0) == replace(read(log_bytes()), size_bytes=0)
+
+
+def test_missing_message_is_named_with_its_tick() -> None:
+    content = messages()
+    gone = [place for place, message in enumerate(content) if message.channel == DECISION.id]
+    log = read(log_bytes(content[: gone[0]] + content[gone[0] + 1 :]))
+    assert log.missing == f"message {gone[0]}, after tick 13, is missing"
+    log = read(log_bytes([message for message in content if message.channel != DECISION.id]))
+    assert log.missing == f"message {gone[0]}, after tick 13, is missing (and 1 more)"
+    assert len(log.ticks) == 40
+
+
+def test_messages_of_other_tools_in_between_are_passed_over() -> None:
+    content = [*SMALL[:3], RawMessage(EVENT.id, 0, encode(EventEntry(tick=2, name="note"))), *SMALL[3:]]
+    assert read(rewritten(content)).events[0].name == "note"
+
+
+def test_learner_is_empty_where_nothing_learns() -> None:
+    assert learner_of_json("") is None
+    assert learner_of_json('{"a": 1}') == {"a": 1}

@@ -89,20 +89,18 @@ def test_samples_that_are_not_to_be_trusted(tmp_path: Path) -> None:
         return replace(tick(k).wrench, validity=validity)  # type: ignore[type-var]
 
     nan = JointSample((math.nan,) * 6, 0, 0, 9, Validity.INVALID)
-    again = CallEntry(tick=2, port="force_sensor", call="read", wrench=marked(2, Validity.STALE))
     ticks = [tick(0), tick(1, wrench=marked(1, Validity.SATURATED)), tick(2, wrench=marked(2, Validity.STALE))]
-    found = info(tmp_path, [*ticks, tick(3, joints=nan)], others=[again])
-    assert found.force_sensor.not_valid == {"saturated": 1, "stale": 2}
+    found = info(tmp_path, [*ticks, tick(3, joints=nan)])
+    assert found.force_sensor.not_valid == {"saturated": 1, "stale": 1}
     assert found.joint_encoder.not_valid == {"invalid": 1}
-    assert "force sensor: 1 saturated, 2 stale; encoders: 1 invalid" in describe(found)
+    assert "force sensor: 1 saturated, 1 stale; encoders: 1 invalid" in describe(found)
 
 
 def test_commands_that_were_altered(tmp_path: Path) -> None:
     limited = AppliedCommand(POSTURE, CommandReason.VELOCITY_LIMIT)
-    stopped = CallEntry(
-        tick=2, port="arm", call="send", asked_rad=POSTURE, applied=AppliedCommand(POSTURE, CommandReason.STOPPED)
-    )
-    found = info(tmp_path, [tick(0), tick(1, applied=limited), tick(2, applied=limited)], others=[stopped])
+    stopped = AppliedCommand(POSTURE, CommandReason.STOPPED)
+    ticks = [tick(0), tick(1, applied=limited), tick(2, applied=limited), tick(3, applied=stopped)]
+    found = info(tmp_path, ticks)
     assert found.altered_commands == {"arm is stopped": 1, "joint velocity limit": 2}
     assert "2 joint velocity limit" in describe(found)
 

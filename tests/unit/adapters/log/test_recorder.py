@@ -1,44 +1,111 @@
-"""What a log holds, in which order, and what it says of what it does not hold."""
+"""What a log holds of a trial, in which order, and what it says of what it does not hold."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import pytest
 
-from palpate.adapters.log import CallEntry, TickRecord, messages_in
-from palpate.core.control_loop import UnfinishedTick
-from palpate.core.errors import DeviceError, LogError
-from palpate.core.ports.values import AppliedCommand, JointCommand, WrenchSample
+from palpate.adapters.contracts import FakeClock
+from palpate.adapters.log import CallEntry, EndRecord, LogMessage, StartRecord, TickRecord, TrialLog
+from palpate.adapters.log.container import read_messages
+from palpate.adapters.log.reader import assemble
+from palpate.adapters.log.recorder import FlightRecorder
+from palpate.core.control_loop import UnfinishedTick, tick_time_ns
+from palpate.core.errors import DeviceError
+from palpate.core.ports import AppliedCommand, JointCommand, Snapshot, WrenchSample
+from palpate.core.trial import TrialReport, TrialSetup
+from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
+from tests.golden.fault_scenario import recorded
+from tests.golden.scenarios import SCENARIOS
 from tests.support.memory_sink import MemorySink
-from tests.unit.adapters.log.crafted import start_with
-from tests.unit.adapters.log.recording_bench import Bench, TroubledSink, log_of, ticks_of
+from tests.unit.adapters.log.made_logs import STARTING, start
+
+HOME_RAD = (0.1, -0.2, 0.3)
 
 
-def test_a_tick_holds_what_passed_the_ports() -> None:
+class Bench:
+    """Fake ports, active, and the events of a loop over them."""
+
+    def __init__(self, begin: Callable[[], StartRecord] = lambda: STARTING, **more: Any) -> None:
+        self.sink = MemorySink()
+        self.sink.open(Path(), {})
+        self.recorder = FlightRecorder(self.sink, begin, **more)
+        self.report = TrialReport(TrialSetup(0, 0, (0.0, 0.0)))
+        self.clock = FakeClock(0)
+        self.arm = FakeArm(self.clock, HOME_RAD, lower_rad=(-1.0,) * 3, upper_rad=(1.0,) * 3, max_step_rad=0.02)
+        self.sensor = FakeForceSensor(self.clock)
+        self.encoder = FakeJointEncoder(self.clock, self.arm.position_rad)
+        for device in (self.sensor, self.encoder, self.arm):
+            device.configure()
+            device.activate()
+        self.tick = 0
+
+    @classmethod
+    def running(cls, ticks: int, **more: Any) -> Self:
+        """In the middle of a trial."""
+        bench = cls(**more)
+        bench.recorder.begun(0, bench.report)
+        bench.run(ticks)
+        return bench
+
+    def run(self, ticks: int) -> None:
+        """As the core's loop does."""
+        for _ in range(ticks):
+            self.clock.sleep_until(self.wait())
+            self.sensor.load_N = (0.0, 0.0, -float(self.tick))
+            snapshot = Snapshot(self.tick, self.clock.now_ns(), self.sensor.read(), self.encoder.read())
+            command = JointCommand(self.command(self.tick))
+            self.recorder.sent(snapshot, command, self.arm.send(command))
+            self.tick += 1
+
+    def wait(self) -> int:
+        """The next tick comes; its deadline."""
+        deadline_ns = tick_time_ns(0, self.tick)
+        self.recorder.waited(self.tick, deadline_ns)
+        return deadline_ns
+
+    @staticmethod
+    def command(tick: int) -> tuple[float, ...]:
+        return (0.1 + 1e-5 * tick, -0.2, 0.3)
+
+    def log(self, **facts: Any) -> TrialLog:
+        """The log of the trial, which ends."""
+        self.recorder.end(EndRecord(tick=self.tick - 1, **facts))
+        self.sink.close()
+        return log_of(self.sink.logs[-1])
+
+
+def log_of(data: bytes) -> TrialLog:
+    return assemble("x.mcap", data, *read_messages("x.mcap", data))
+
+
+def ticks_of(log: TrialLog) -> list[int]:
+    return [record.tick for record in log.records()]
+
+
+def test_tick_holds_what_passed_the_ports() -> None:
     bench = Bench.running(3)
-    bench.end()
     record = list(bench.log().records())[2]
-    now = bench.clock.now_ns()
-    wrench, joints = bench.sensor.read(), bench.encoder.read()
-    command = bench.command(2)
-    assert record == TickRecord(2, now, now, wrench, joints, command, AppliedCommand(command))
+    now, command = bench.clock.now_ns(), bench.command(2)
+    assert record == TickRecord(
+        2, now, now, bench.sensor.read(), bench.encoder.read(), command, AppliedCommand(command)
+    )
 
 
-def test_what_the_trial_starts_with_is_asked_when_the_task_has_begun() -> None:
-    bench, asked = Bench(), []
+def test_start_is_asked_for_when_the_task_has_begun() -> None:
+    asked = []
 
-    def start() -> Any:
+    def begin() -> StartRecord:
         asked.append(8)
-        return start_with(trial=8)
+        return start(trial=8)
 
-    bench.recorder.begin(Path("x"), {}, start)
+    bench = Bench(begin)
     assert asked == []
     bench.recorder.begun(0, bench.report)
-    bench.end()
-    assert asked == [8]
     assert bench.log().start.trial == 8
+    assert asked == [8]
 
 
 @pytest.mark.parametrize(
@@ -52,9 +119,7 @@ def test_what_the_trial_starts_with_is_asked_when_the_task_has_begun() -> None:
     ],
 )
 @pytest.mark.parametrize("error", [DeviceError("cable", "cut"), ZeroDivisionError("oops")])
-def test_a_tick_that_fails_is_kept_as_far_as_it_came(
-    calling: str, held: int, call: str | None, error: Exception
-) -> None:
+def test_tick_that_fails_is_kept_as_far_as_it_came(calling: str, held: int, call: str | None, error: Exception) -> None:
     bench = Bench.running(20)
     deadline_ns = bench.wait()
     command = JointCommand((0.1, -0.2, 0.3))
@@ -62,7 +127,7 @@ def test_a_tick_that_fails_is_kept_as_far_as_it_came(
     parts[held:] = [None] * (4 - held)
     bench.recorder.failed(error, UnfinishedTick(calling, *parts))
     bench.recorder.stopped(None)
-    bench.end()
+    assert bench.recorder.failed_port == calling
     log = bench.log()
     assert list(log.records())[-1] == TickRecord(20, parts[0], deadline_ns, parts[1], parts[2])
     failed = CallEntry(tick=20, port=calling, call=call or "", error="DeviceError", text="cable: cut")
@@ -72,86 +137,54 @@ def test_a_tick_that_fails_is_kept_as_far_as_it_came(
     assert log.calls[1:] == ([failed, stop] if call and isinstance(error, DeviceError) else [stop])
 
 
-def test_an_arm_that_cannot_be_stopped_is_recorded() -> None:
-    bench = Bench()
-    bench.recorder.stopped(None)  # no log is open
-    bench.begin()
+def test_arm_that_cannot_be_stopped_is_recorded() -> None:
+    bench = Bench.running(0)
     bench.recorder.stopped(ZeroDivisionError("nothing is known of the arm then"))
     bench.recorder.stopped(DeviceError("arm", "cable cut"))
-    bench.end()
-    assert bench.log().calls[1:] == [
-        CallEntry(tick=-1, port="arm", call="stop", error="DeviceError", text="arm: cable cut")
-    ]
+    failed = CallEntry(tick=-1, port="arm", call="stop", error="DeviceError", text="arm: cable cut")
+    assert bench.log().calls[1:] == [failed]
 
 
-def test_one_log_at_a_time() -> None:
-    bench = Bench()
-    bench.begin()
-    with pytest.raises(LogError, match="still open"):
-        bench.begin()
-    bench.end()
-    bench.end()
-    bench.begin()
-    bench.run(3)
-    bench.end()
-    assert len(bench.sink.logs) == 2  # type: ignore[attr-defined]
-    assert ticks_of(bench.log()) == [0, 1, 2]
-
-
-@pytest.mark.parametrize("resting", [False, True])
-def test_the_outcome_is_the_last_message(resting: bool) -> None:
+@pytest.mark.parametrize("unfinished", [False, True])
+def test_outcome_is_the_last_message(unfinished: bool) -> None:
     bench = Bench.running(40)
-    if resting:
+    if unfinished:
         bench.wait()
-    bench.end(outcome="inserted")
-    log = bench.log()
+    log = bench.log(outcome="inserted")
     assert log.end is not None
     assert log.end.outcome == "inserted"
-    assert ticks_of(log) == list(range(40 + resting))
+    assert ticks_of(log) == list(range(40 + unfinished))
 
 
-def test_trouble_ends_the_trial_where_that_is_wanted() -> None:
-    sink = TroubledSink()
-    bench = Bench.running(20, sink, stop_on_trouble=True)
-    sink.tells.append("x.mcap: cannot be written (No space left on device)")
-    with pytest.raises(DeviceError, match=r"flight recorder: x\.mcap: cannot be written"):
-        bench.run(100)
-    assert bench.tick < 40
-    bench.recorder.stopped(None)
-    bench.end(error="DeviceError")
-    log = log_of(sink.logs[0])
-    assert ticks_of(log) == list(range(bench.tick + 1))
-    assert log.end is not None
-    assert log.end.error == "DeviceError"
+def test_trouble_ends_the_trial_only_where_that_is_configured() -> None:
+    trouble = "x.mcap: cannot be written (No space left on device)"
+    for stop in (True, False):
+        bench = Bench.running(20, stop_on_trouble=stop)
+        bench.sink.troubles.append(trouble)
+        if stop:
+            with pytest.raises(DeviceError, match=r"flight recorder: x\.mcap: cannot be written"):
+                bench.run(1)
+            bench.recorder.stopped(None)
+        else:
+            bench.run(1)
+        assert ticks_of(bench.log()) == list(range(21))
 
 
-def test_trouble_is_only_reported_where_that_is_wanted() -> None:
-    sink = TroubledSink()
-    bench = Bench(sink)
-    bench.begin()
-    sink.tells += ["one", "two"]
-    bench.run(40)
-    bench.end()
-    assert bench.recorder.troubles == ["one", "two"]
-    assert ticks_of(bench.log()) == list(range(40))
-
-
-def test_a_value_that_no_log_can_hold_is_lost_and_the_trial_goes_on() -> None:
+def test_value_that_no_log_can_hold_is_lost_and_the_trial_goes_on() -> None:
     bench = Bench.running(5)
-    good, bench.sensor.read = bench.sensor.read, lambda: _with_sequence(bench, 2**64)  # type: ignore[method-assign]
+    good = bench.sensor.read
+    bench.sensor.read = lambda: _with_sequence(bench, 2**64)  # type: ignore[method-assign]
     bench.run(3)
     bench.sensor.read = good  # type: ignore[method-assign]
     bench.run(20)
-    bench.end(text="\udcff")
-    log = bench.log()
+    log = bench.log(text="\udcff")
     assert ticks_of(log) == [*range(5), *range(8, 28)]
     assert [(loss.tick, loss.problem, loss.dropped_messages) for loss in log.losses] == [
         (tick, "cannot be packed", 1) for tick in (5, 6, 7, 27)
     ]
-    assert log.missing == ""
-    assert log.end is None
-    assert "a message on /tick at tick 5 cannot be packed" in bench.recorder.troubles[0]
-    assert "a message on /end at tick 27 cannot be packed" in bench.recorder.troubles[3]
+    assert (log.missing, log.end) == ("", None)
+    assert "a message on /tick at tick 5 cannot be packed" in bench.sink.troubles[0]
+    assert "a message on /end at tick 27 cannot be packed" in bench.sink.troubles[3]
 
 
 def _with_sequence(bench: Bench, sequence: int) -> WrenchSample:
@@ -160,24 +193,31 @@ def _with_sequence(bench: Bench, sequence: int) -> WrenchSample:
 
 
 @pytest.mark.parametrize("call", ["ticks", "calls"])
-def test_messages_are_handed_over_within_a_quarter_of_a_second(call: str) -> None:
-    sink = CountingSink()
-    bench = Bench(sink)
-    bench.begin()
+def test_messages_are_handed_over_within_a_quarter_of_a_second(call: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    batches: list[int] = []
+
+    def put(sink: MemorySink, batch: Sequence[LogMessage]) -> None:
+        batches.append(len(batch))
+
+    monkeypatch.setattr(MemorySink, "put", put)
+    bench = Bench.running(0)
     for _ in range(120):
         bench.run(1) if call == "ticks" else bench.recorder.stopped(None)
-    assert len(sink.batches) >= 120 // 35
-    assert sink.batches[0] == 1  # what the trial starts with is on its way before anything can happen
-    assert max(sink.batches) <= 35
+    assert batches == [1, 35, 35, 35]  # what the trial starts with is on its way before anything can happen
 
 
-class CountingSink(MemorySink):
-    """Counts the messages of each batch."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.batches: list[int] = []
-
-    def put(self, pack: Callable[[], bytes]) -> None:
-        self.batches.append(len(messages_in(pack())))
-        super().put(pack)
+@pytest.mark.parametrize(
+    ("name", "by"),
+    [
+        ("first-joints-invalid", "core"),
+        ("first-kind", "core"),
+        ("force-sensor-gone", "port"),
+        ("encoders-gone", "port"),
+        ("aborted", "outside"),
+        ("trip-invalid", ""),
+    ],
+)
+def test_end_says_who_raised_the_error(name: str, by: str) -> None:
+    end = log_of(recorded(SCENARIOS[name])).end
+    assert end is not None
+    assert end.raised_by == by

@@ -1,10 +1,11 @@
-"""Recording the trials of a run: it changes nothing, equal runs give equal logs, and nothing is overwritten."""
+"""Recording the trials of a run: it changes nothing, equal runs give equal logs, and logs hold the rig's facts."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +18,24 @@ from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import run_scored_trial, trial_setup
 from palpate.adapters.experiments.trials import Recording
-from palpate.adapters.log import Sink, TrialLog, TrialRecorder, read_log, set_aside
+from palpate.adapters.log import (
+    Sink,
+    TrialLog,
+    TrialRecorder,
+    dump_json,
+    read_log,
+    recorded_sensor,
+    set_aside,
+    world_of,
+)
 from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.core.errors import DeviceError, OutputError
+from palpate.core.errors import ConfigurationError, DeviceError, OutputError
 from palpate.core.policy import Policy
-from palpate.core.ports import World, WrenchSample
+from palpate.core.ports import SensorFacts, World, WrenchSample
 from palpate.core.tasks.insertion import InsertionTask
 from palpate.core.trial import Outcome, TrialReport, TrialSetup
 from tests.support.memory_sink import MemorySink
-from tests.unit.adapters.log.recording_bench import log_of
+from tests.unit.adapters.log.test_recorder import log_of
 from tests.unit.adapters.samples import QUICK, ready_pose
 
 FILES = ("trials.csv", "decisions.csv", "checkpoint.json", "policy.json")
@@ -64,7 +74,7 @@ def test_equal_runs_give_equal_logs(runs: list[dict[str, bytes]]) -> None:
     assert sorted(set(runs[0]) - set(FILES)) == ["trial-00000.mcap", "trial-00001.mcap"]
 
 
-def test_a_log_agrees_with_the_results(runs: list[dict[str, bytes]]) -> None:
+def test_log_agrees_with_the_results(runs: list[dict[str, bytes]]) -> None:
     rows = runs[0]["trials.csv"].decode().splitlines()
     for number in (0, 1):
         log = log_of(runs[0][f"trial-{number:05d}.mcap"])
@@ -132,7 +142,7 @@ def spoil(setting: Setting, at_read: int, error: Exception) -> None:
 
 
 @pytest.mark.parametrize("error", [DeviceError("sensor", "gone"), ZeroDivisionError("oops")])
-def test_a_trial_that_an_error_ends_has_an_end_that_says_so(setting: Setting, error: Exception) -> None:
+def test_end_of_a_trial_that_an_error_ends_says_so(setting: Setting, error: Exception) -> None:
     spoil(setting, 25, error)
     with pytest.raises(type(error)):
         setting.run()
@@ -143,7 +153,7 @@ def test_a_trial_that_an_error_ends_has_an_end_that_says_so(setting: Setting, er
     assert (log.end.error, log.end.outcome, log.end.ticks) == (type(error).__name__, "", 25)
 
 
-def test_a_trial_that_did_not_begin_is_not_told_with_the_one_before(
+def test_trial_that_did_not_begin_is_not_taken_for_the_one_before(
     setting: Setting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     setting.run()
@@ -163,7 +173,7 @@ def test_a_trial_that_did_not_begin_is_not_told_with_the_one_before(
     assert (log.end.outcome, log.end.ticks, log.end.error) == ("", 0, "ValueError")
 
 
-def test_a_log_that_nobody_ended_keeps_what_it_has(setting: Setting, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_log_without_its_end_keeps_what_it_has(setting: Setting, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("palpate.adapters.experiments.trial.score", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         setting.run()
@@ -173,14 +183,14 @@ def test_a_log_that_nobody_ended_keeps_what_it_has(setting: Setting, monkeypatch
     assert len(log.ticks) == setting.task.report.ticks > 100
 
 
-def test_it_must_be_known_what_is_recorded(tmp_path: Path) -> None:
+def test_recorder_refuses_to_begin_before_of(tmp_path: Path) -> None:
     with TrialRecorder(MemorySink(), tmp_path / "logs", RecordingConfig()) as recorder:
         with pytest.raises(OutputError, match="of"):
             recorder.begin(trial_setup(QUICK, 0), World("simulator", {}), "trial-00000")
         recorder.fail(TrialReport(TrialSetup(0, 0, (0.0, 0.0))), ValueError())
 
 
-def test_an_existing_log_stays_and_the_trial_runs(tmp_path: Path) -> None:
+def test_existing_log_stays_and_the_trial_runs(tmp_path: Path) -> None:
     (tmp_path / "logs").mkdir()
     path = tmp_path / "logs" / "trial-00000.mcap"
     path.write_bytes(b"precious")
@@ -210,3 +220,30 @@ def test_logs_of_trials_that_run_again_are_set_aside(tmp_path: Path) -> None:
     assert (tmp_path / "trial-00001.mcap.cut-short-1").read_text() == "trial-00001.mcap"
     assert (tmp_path / "trial-00000.mcap").exists()
     assert len(os.listdir(tmp_path)) == 6
+
+
+class OtherSensor(SimulatedRig):
+    """A cell whose sensor is said to be another."""
+
+    facts = SensorFacts(0.05, 0.002, (100.0, 100.0, inf), (5.5, 5.5, 6.0), 200.0)
+
+    @property
+    def sensor_facts(self) -> SensorFacts:
+        return self.facts
+
+
+def test_facts_of_the_force_sensor_come_back() -> None:
+    with OtherSensor(QUICK, ready_pose()) as rig:
+        rig.prepare(0)
+        world = world_of(rig)
+    assert recorded_sensor(dump_json(world.facts)) == OtherSensor.facts
+    assert world.facts["ticks"] == 0
+    assert "acknowledged" not in world.facts
+
+
+@pytest.mark.parametrize(
+    "facts", ["null", "3", "{}", '{"noise_N": -1, "noise_Nm": 0, "range_N": [1], "range_Nm": [1]}']
+)
+def test_altered_facts_of_the_force_sensor_are_refused(facts: str) -> None:
+    with pytest.raises(ConfigurationError):
+        recorded_sensor(f'{{"force_sensor_facts": {facts}}}')

@@ -1,0 +1,106 @@
+"""Runs the core's part of a recorded trial, over any ports, and has it recorded again."""
+
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from typing_extensions import override
+
+from palpate.adapters.config import RecordingConfig
+from palpate.adapters.log import LogMessage, Sink, TrialRecorder
+from palpate.adapters.replay.rebuild import Rebuilt
+from palpate.adapters.replay.tape import Tape
+from palpate.core.control_loop import LoopObserver, run_trial
+from palpate.core.ports import Ports, World
+from palpate.core.trial import INTERRUPT, Task, TrialReport
+
+
+class ReplayedRecords(Sink):
+    """Keeps the records of one trial, by their kind."""
+
+    def __init__(self) -> None:
+        self.troubles = []
+        self.of: dict[type, list[Any]] = defaultdict(list)
+
+    @override
+    def open(self, path: Path, metadata: dict[str, str]) -> None:
+        self.of.clear()
+
+    @override
+    def put(self, batch: Sequence[LogMessage]) -> None:
+        for message in batch:
+            self.of[type(message.record)].append(message.record)
+
+    @override
+    def close(self) -> None: ...
+
+
+@dataclass(frozen=True)
+class ReplayedTrial:
+    """A trial that is run again.
+
+    Attributes:
+        made: What a recorder takes down of it.
+        out: Another recorder, and the name of its log, which says from where on it is counterfactual; None for none.
+    """
+
+    tape: Tape
+    rebuilt: Rebuilt
+    out: tuple[TrialRecorder, str] | None = None
+    made: ReplayedRecords = field(default_factory=ReplayedRecords)
+
+    def run(
+        self,
+        ports: Ports,
+        world: World,
+        facts: Callable[[TrialReport], dict[str, Any]],
+        observers: Sequence[LoopObserver] = (),
+    ) -> TrialReport:
+        """Run it.
+
+        Args:
+            facts: Gives the fields of the end record that the core does not have.
+        """
+        rebuilt = self.rebuilt
+        recorders = [TrialRecorder(self.made, Path(), RecordingConfig())]
+        observers = [*observers, _Interrupts(self.tape, rebuilt.task), self._begin(recorders[0], world, "")]
+        if self.out is not None:
+            recorder, name = self.out
+            recorders.append(recorder)
+            differences = self.tape.differences
+            observers.append(self._begin(recorder, world, name, lambda: differences.first_command_tick is not None))
+        try:
+            report = run_trial(rebuilt.task, ports, rebuilt.setup, rebuilt.supervisor, observers)
+        except BaseException as error:
+            for recorder in recorders:
+                recorder.fail(rebuilt.task.report, error)
+            raise
+        for recorder in recorders:
+            recorder.end(report, facts(report))
+        return report
+
+    def _begin(
+        self, recorder: TrialRecorder, world: World, name: str, off_path: Callable[[], bool] = lambda: False
+    ) -> LoopObserver:
+        rebuilt = self.rebuilt
+        baseline = rebuilt.comparator or ("recorded decisions" if rebuilt.recorded_decisions else "")
+        recorder.of(
+            "what-if", rebuilt.config, rebuilt.ready, rebuilt.task, rebuilt.perception, rebuilt.policy,
+            name=baseline, frozen=rebuilt.frozen, derived_from=self.tape.log.path,
+        )  # fmt: skip
+        return recorder.begin(rebuilt.setup, world, name, off_path)
+
+
+class _Interrupts(LoopObserver):
+    """Interrupts the task in the ticks in which it was interrupted."""
+
+    def __init__(self, tape: Tape, task: Task) -> None:
+        self._task = task
+        self._at = {event.tick for event in tape.log.events if event.name == INTERRUPT}
+
+    @override
+    def waited(self, tick: int, deadline_ns: int) -> None:
+        if tick in self._at:
+            self._task.interrupt()
