@@ -6,17 +6,8 @@ from collections.abc import Iterator
 import pytest
 
 from palpate.adapters.hardware.real_time import take_real_time
-from tests.wall_clock.host import PRIORITY, Host
 
-
-@pytest.fixture(scope="session")
-def host() -> Iterator[Host]:
-    """What the host gives while these tests run."""
-    watched = Host()
-    try:
-        yield watched
-    finally:
-        watched.close()
+PRIORITY = 20
 
 
 @pytest.fixture

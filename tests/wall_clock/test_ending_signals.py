@@ -15,8 +15,7 @@ from palpate.adapters.hardware import EmulatedCell
 from palpate.adapters.log import read_log
 from palpate.simulation.emulators.nmc.servo import PicServo
 from tests.command_line import JOB, PATIENCE_S, CommandLine, command, wait_until
-from tests.wall_clock.host import Host
-from tests.wall_clock.test_rigs import ALLOWED_S, PATIENT, logs, relax, require_in_time
+from tests.wall_clock.test_rigs import PATIENT, logs, relax, require_in_time
 
 
 @pytest.fixture
@@ -48,33 +47,30 @@ def rig(tmp_path: Path, stops: list[int]) -> Iterator[Path]:
         life.join()
 
 
-def test_a_closed_terminal_stops_the_arm_and_leaves_a_whole_log(
-    tmp_path: Path, rig: Path, stops: list[int], host: Host
-) -> None:
+def test_a_closed_terminal_stops_the_arm_and_leaves_a_whole_log(tmp_path: Path, rig: Path, stops: list[int]) -> None:
     out = tmp_path / "out"
     words = ("run", "--rig", rig, "--policy", "random", "--trials", 9, "--out", out, *PATIENT)
     master, slave = os.openpty()
-    with host.judged(ALLOWED_S):
-        process = subprocess.Popen(
-            command(*words), stdin=slave, stdout=slave, stderr=slave, text=True, preexec_fn=lambda: os.login_tty(slave)
-        )
-        os.close(slave)
+    process = subprocess.Popen(
+        command(*words), stdin=slave, stdout=slave, stderr=slave, text=True, preexec_fn=lambda: os.login_tty(slave)
+    )
+    os.close(slave)
+    try:
         try:
-            try:
-                wait_until(lambda: bool(logs(out)) and logs(out)[-1].stat().st_size > 30_000, process)
-            except AssertionError:
-                require_in_time(_printed(master))
-                raise
-            before = len(stops)
-            os.close(master)
-            code = process.wait(PATIENCE_S)
-        finally:
-            process.kill()
-            process.wait()
-        end = read_log(logs(out)[-1]).end
-        assert end is not None, f"the log has no end; exit code {code}"
-        if end.outcome not in ("interrupted", "stopped from outside"):
-            require_in_time(f"{end.outcome} {end.error} {end.stopped_by}")
+            wait_until(lambda: bool(logs(out)) and logs(out)[-1].stat().st_size > 30_000, process)
+        except AssertionError:
+            require_in_time(_printed(master))
+            raise
+        before = len(stops)
+        os.close(master)
+        code = process.wait(PATIENCE_S)
+    finally:
+        process.kill()
+        process.wait()
+    end = read_log(logs(out)[-1]).end
+    assert end is not None, f"the log has no end; exit code {code}"
+    if end.outcome not in ("interrupted", "stopped from outside"):
+        require_in_time(f"{end.outcome} {end.error} {end.stopped_by}")
     assert code in (1, 130)
     assert len(stops) > before
     assert "equal in every bit" in CommandLine().succeed("replay", *logs(out), "--jobs", 1)

@@ -17,7 +17,7 @@ from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
 from palpate.core.errors import DeviceError, FaultLatchedError
 from palpate.core.ports import Life
 from tests.command_line import CommandLine, wait_until
-from tests.wall_clock.host import Host, LateError
+from tests.wall_clock.late import TooLateError, late_if
 from tests.wall_clock.test_rigs import PATIENT
 
 LATE = "stale|silent|no command for|age|gap|late|changed at"
@@ -55,10 +55,8 @@ def rig(tmp_path: Path, installed: Path) -> Iterator[Path]:
         process.communicate()
 
 
-def test_doctor_a_trial_and_an_agent_that_finds_it_latched_when_it_hangs(
-    palpate: CommandLine, rig: Path, host: Host
-) -> None:
-    with host.judged(0.02, DeviceError, LATE):
+def test_doctor_a_trial_and_an_agent_that_finds_it_latched_when_it_hangs(palpate: CommandLine, rig: Path) -> None:
+    with late_if(LATE, DeviceError):
         done = palpate("rig", "doctor", "--rig", rig, "--seconds", "0.3")
         assert "which gives angles only when it is switched on: add --move" in done.stdout
         assert "samples are saturated" in done.stdout
@@ -77,7 +75,7 @@ def test_doctor_a_trial_and_an_agent_that_finds_it_latched_when_it_hangs(
             *PATIENT[:-1],
         )
         if done.code and re.search(LATE, done.stderr.splitlines()[-1]):
-            raise LateError(done.stderr)
+            raise TooLateError(done.stderr)
         assert done.code == 0, done.stderr
         assert "'inserted': 1" in done.stdout
         env = PegInsertionEnv(rig=str(rig), out="agent", config="run/run.toml")

@@ -12,7 +12,7 @@ import pytest
 from palpate.adapters.hardware import MonotonicClock, RigContext
 from palpate.adapters.hardware.plugins import force_sensor_maker
 from palpate.adapters.hardware.served_arm import DriverArm
-from palpate.core.errors import DeviceError, FaultLatchedError
+from palpate.core.errors import DeviceError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports import Clock, CommandReason, ForceSensor, JointCommand, Life, Validity
 from palpate.simulation.emulators.cia402.node import CanopenDrive
@@ -24,7 +24,7 @@ from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.support.arm_thread import arm_in_thread
 from tests.support.arms import driver_arm
 from tests.support.ideal_motors import IdealPlant
-from tests.wall_clock.host import Host
+from tests.wall_clock.late import late_if, wait_for
 
 pytestmark = pytest.mark.usefixtures("real_time")
 LOWER = (-3.14, -1.07, -1.70, -3.14, -3.14, -3.14)
@@ -67,7 +67,7 @@ def slcan(served: ExitStack, *nodes: Any) -> SlcanServer:
     return served.enter_context(SlcanServer(EmulatedCanBus(nodes)))
 
 
-def move_and_stop(made: DriverArm, clock: Clock, host: Host) -> None:
+def move_and_stop(made: DriverArm, clock: Clock) -> None:
     """A small move, a stop in its middle of life, and the angles in between."""
     with arm_in_thread(made, clock, LONG_NS) as arm:
         start = arm.read()
@@ -76,14 +76,14 @@ def move_and_stop(made: DriverArm, clock: Clock, host: Host) -> None:
         goal = tuple(q + 0.002 for q in HOME_RAD)
         applied = arm.send(JointCommand(goal))
         assert (applied.reason, applied.position_rad) == (CommandReason.AS_ASKED, goal)
-        host.wait_for(lambda: arm.read().position_rad == pytest.approx(goal, abs=2e-4), 2.0)
+        wait_for(lambda: arm.read().position_rad == pytest.approx(goal, abs=2e-4), 2.0)
         arm.stop()
         assert arm.send(JointCommand(HOME_RAD)).reason is CommandReason.STOPPED
-        host.wait_for(lambda: arm.read().sequence > start.sequence + 20, 2.0)
+        wait_for(lambda: arm.read().sequence > start.sequence + 20, 2.0)
         assert arm.read().position_rad == pytest.approx(goal, abs=2e-4)
 
 
-def test_nmc_on_a_terminal(context: RigContext, served: ExitStack, host: Host) -> None:
+def test_nmc_on_a_terminal(context: RigContext, served: ExitStack) -> None:
     plant = IdealPlant()
     server = served.enter_context(PtyServer(NmcChain(plant)))
     table = {
@@ -94,8 +94,8 @@ def test_nmc_on_a_terminal(context: RigContext, served: ExitStack, host: Host) -
         "at_home": True,
         "patience": 2.0,
     }
-    with host.judged(0.01, (DeviceError, FaultLatchedError), LATE):
-        move_and_stop(driver_arm("zebra-nmc", table, context), context.clock, host)
+    with late_if(LATE, DeviceError):
+        move_and_stop(driver_arm("zebra-nmc", table, context), context.clock)
     assert plant.joints_rad() == pytest.approx([q + 0.002 for q in HOME_RAD], abs=2e-4)
 
 
@@ -108,24 +108,22 @@ def drives() -> list[CanopenDrive]:
 CIA402 = {"interface": "slcan", "counts_per_rad": [30_000.0] * 6, "divider": 2, "patience": 5.0}
 
 
-def test_cia402_on_a_serial_adapter(
-    context: RigContext, served: ExitStack, host: Host, drives: list[CanopenDrive]
-) -> None:
+def test_cia402_on_a_serial_adapter(context: RigContext, served: ExitStack, drives: list[CanopenDrive]) -> None:
     server = slcan(served, *drives)
-    with host.judged(0.005, (DeviceError, FaultLatchedError), LATE):
-        move_and_stop(driver_arm("cia402", {**CIA402, "channel": server.channel}, context), context.clock, host)
+    with late_if(LATE, DeviceError):
+        move_and_stop(driver_arm("cia402", {**CIA402, "channel": server.channel}, context), context.clock)
     assert {drive.machine.state for drive in drives} == {PowerState.SWITCH_ON_DISABLED}
 
 
 @pytest.mark.parametrize("line", [b"t181501234567zz\r", None], ids=repr)
 def test_an_adapter_that_ends_receiving_or_is_unplugged_is_noticed(
-    context: RigContext, served: ExitStack, host: Host, drives: list[CanopenDrive], line: bytes | None
+    context: RigContext, served: ExitStack, drives: list[CanopenDrive], line: bytes | None
 ) -> None:
     server = slcan(served, *drives)
     arm = arm_in_thread(
         driver_arm("cia402", {**CIA402, "channel": server.channel, "divider": 4}, context), context.clock, LONG_NS
     )
-    with host.judged(0.005, (DeviceError, FaultLatchedError), LATE):
+    with late_if(LATE, DeviceError):
         arm.configure()
         arm.activate()
         time.sleep(0.1)
@@ -133,28 +131,26 @@ def test_an_adapter_that_ends_receiving_or_is_unplugged_is_noticed(
         server.unplug()
     else:
         server.inject(line)
-    host.wait_for(lambda: arm.life is Life.FAULTED)
+    wait_for(lambda: arm.life is Life.FAULTED)
     arm.stop()
     arm.close()
 
 
-def read_and_press(sensor: ForceSensor, load: Load, host: Host) -> None:
+def read_and_press(sensor: ForceSensor, load: Load) -> None:
     with sensor:
         before = sensor.read()
         assert before.validity is Validity.VALID
         load.fz_N = 20.0
-        host.wait_for(lambda: abs(sensor.read().force_N[2] - before.force_N[2]) > 19.9, 2.0)
+        wait_for(lambda: abs(sensor.read().force_N[2] - before.force_N[2]) > 19.9, 2.0)
         after = sensor.read()
         assert after.validity is Validity.VALID
         assert after.sequence > before.sequence
         assert abs(after.force_N[2] - before.force_N[2]) == pytest.approx(20.0, abs=0.1)
 
 
-def test_jr3_on_a_serial_can_adapter(context: RigContext, served: ExitStack, host: Host) -> None:
+def test_jr3_on_a_serial_can_adapter(context: RigContext, served: ExitStack) -> None:
     load = Load()
     node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=1_000_000), generator=np.random.default_rng(0))
     server = slcan(served, node)
-    with host.judged(0.02, (DeviceError, FaultLatchedError), LATE):
-        read_and_press(
-            force_sensor_maker("jr3-can")({"interface": "slcan", "channel": server.channel}, context), load, host
-        )
+    with late_if(LATE, DeviceError):
+        read_and_press(force_sensor_maker("jr3-can")({"interface": "slcan", "channel": server.channel}, context), load)

@@ -1,0 +1,34 @@
+"""Lateness, which may be the host's: a test that ends by it is tried again, see ``tests/conftest.py``."""
+
+import re
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+
+class TooLateError(AssertionError):
+    """Something did not come about in time."""
+
+
+def wait_for(condition: Callable[[], object], within_s: float = 10.0) -> None:
+    """Wait until something has come about.
+
+    Raises:
+        TooLateError: It has not, in time.
+    """
+    deadline_s = time.monotonic() + within_s
+    while not condition():
+        if time.monotonic() > deadline_s:
+            raise TooLateError(f"it did not come about within {within_s} s")
+        time.sleep(0.002)
+
+
+@contextmanager
+def late_if(match: str, *kinds: type[Exception]) -> Iterator[None]:
+    """An error in here of one of these kinds, and that says so, comes of lateness. A wrong value never is of them."""
+    try:
+        yield
+    except kinds as error:
+        if re.search(match, str(error)):
+            raise TooLateError(str(error)) from error
+        raise
