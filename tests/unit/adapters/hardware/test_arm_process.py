@@ -22,7 +22,7 @@ from palpate.core.motion import arm_named
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Life
 from palpate.drivers.device import Applied, ArmDriver, Measured
 from palpate.drivers.errors import SilentError
-from tests.contracts import test_cia402, test_jr3, test_ur, test_zebra
+from tests.contracts import test_cia402, test_ur, test_zebra
 from tests.fake_devices import FakeArm, FakeJointEncoder
 from tests.support.arm_thread import ArmThread, arm_in_thread
 from tests.virtual_time import VirtualTime
@@ -309,15 +309,6 @@ def test_a_driver_that_hangs_keeps_nobody_waiting(desk: Desk) -> None:
     assert desk.driver.stops == 0
 
 
-def test_after_a_stop_the_arm_can_be_activated_and_stopped_again(desk: Desk) -> None:
-    for _ in range(2):
-        desk.arm.stop()
-        desk.arm.deactivate()
-        desk.arm.activate()
-        desk.arm.send(JointCommand((0.1,)))
-    assert desk.driver.stops == 2
-
-
 def test_a_stop_does_not_wait_for_the_next_cycle() -> None:
     desk = Desk(divider=14)
     desk.clock.sleep(0.01)
@@ -370,21 +361,6 @@ def test_a_line_that_goes_dead_under_a_moving_arm_is_over_in_time(arm: str) -> N
         assert seconds_since(clock, begin_ns) < END_S
     finally:
         bench.desk.close()
-
-
-def test_a_force_sensor_that_went_silent_is_closed_in_time() -> None:
-    rig = test_jr3.can_rig()
-    sensor, clock = rig.device, rig.clock
-    try:
-        sensor.configure()
-        sensor.activate()
-        rig.go_silent()
-        rig.advance(140)
-        begin_ns = clock.now_ns()
-        sensor.close()
-        assert seconds_since(clock, begin_ns) < 0.5
-    finally:
-        rig.dispose()
 
 
 def test_the_newest_whole_note_counts() -> None:

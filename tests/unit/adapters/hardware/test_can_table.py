@@ -29,11 +29,6 @@ def test_the_table_can_goes_to_python_can_as_it_is(monkeypatch: pytest.MonkeyPat
     assert table.bus == {"interface": "socketcan", "channel": "can1", "bitrate": 500_000}
 
 
-def test_a_node_that_no_frame_can_name_is_refused() -> None:
-    with pytest.raises(ConfigurationError, match="node = 300 is refused: a whole number from 1 to 127"):
-        overlay(Jr3CanTable(), {"node": 300})
-
-
 @pytest.mark.parametrize("rate", ["fast", 0, -500_000])
 def test_a_bit_rate_must_be_one(rate: object) -> None:
     for given in ({"bitrate": rate}, {"can": {"bitrate": rate}}):

@@ -1,21 +1,30 @@
+"""The emulated rig: its rig file, what its sensor feels, and faults at set times."""
+
 import tomllib
 
 import numpy as np
 import pytest
 
 from palpate.adapters.config import EmulationConfig, RunConfig
-from palpate.adapters.hardware import EmulatedCell, RigContext, emulated_cell
+from palpate.adapters.hardware import EVENTS, EmulatedCell, PlannedEvent, RigContext, emulated_cell
 from palpate.adapters.hardware.plugins import arm_maker
+from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.core.trial import find_ready_pose
 from tests.virtual_time import VirtualTime
 
+_S = 10**9
+_TICK_NS = _S // CONTROL_RATE_HZ
+
+
+def emulated(arm: str, *events: str, **devices: str) -> EmulatedCell:
+    config = RunConfig(arm=arm)
+    ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
+    return EmulatedCell(config, ready, EmulationConfig(**devices), events=events)  # type: ignore[arg-type]
+
 
 def test_emulated_drives_are_waited_for_longer_than_real_ones() -> None:
-    config = RunConfig()
-    with EmulatedCell(
-        config, find_ready_pose(config.arm, config.tool.geometry, config.task), EmulationConfig(wires="cia402")
-    ) as cell:
+    with emulated("zebra-zero", wires="cia402") as cell:
         written = cell.rig_toml()
         assert written.startswith("format = 1\n")
     table = tomllib.loads(written)["arm"]
@@ -23,35 +32,61 @@ def test_emulated_drives_are_waited_for_longer_than_real_ones() -> None:
     # With 3 missed SYNCs, as of real drives, a calibration on a busy computer ended again and again.
     assert table["patience"] > 5.0
     assert "leave this out for real ones" in next(line for line in written.splitlines() if "patience" in line)
-    arm_maker("cia402")(table, RigContext.of(config.arm, VirtualTime()))
+    arm_maker("cia402")(table, RigContext.of("zebra-zero", VirtualTime()))
 
 
 def test_a_wrench_is_as_old_at_any_moment_between_two_ticks_of_the_cell(monkeypatch: pytest.MonkeyPatch) -> None:
     """Held until the next it was up to one older, by chance: a latency of 20 ms was one of 22.5 between two sets."""
     monkeypatch.setattr(emulated_cell, "_HUM", (0.0,) * 6)
-    config = RunConfig()
-    cell = EmulatedCell(
-        config, find_ready_pose(config.arm, config.tool.geometry, config.task), EmulationConfig(wires="cia402")
-    )
-    tick_ns = 10**9 // CONTROL_RATE_HZ
-    cell.tick(tick_ns)
+    cell = emulated("zebra-zero", wires="cia402")
+    cell.tick(_TICK_NS)
     before = np.array(cell.cell.before_errors)
-    cell.tick(2 * tick_ns)
+    cell.tick(2 * _TICK_NS)
     now = np.array(cell.cell.before_errors)
     assert np.abs(now - before).max() > 0.0
     error = np.array(cell._felt[1]) + now
     for share in (0.0, 0.25, 1.0, 3.0):
         line = before + (0.5 + min(share, 1.0)) * (now - before)
-        assert cell._wrench_source(round((2.0 + share) * tick_ns)) == pytest.approx(error - line, abs=1e-6)
+        assert cell._wrench_source(round((2.0 + share) * _TICK_NS)) == pytest.approx(error - line, abs=1e-6)
 
 
 def test_a_sensor_s_noise_goes_on_where_the_cell_is_held_up() -> None:
     """Readings that are equal in each digit are those of a sensor that is stuck, and end a run."""
-    config = RunConfig()
-    cell = EmulatedCell(
-        config, find_ready_pose(config.arm, config.tool.geometry, config.task), EmulationConfig(wires="cia402")
-    )
-    cell.tick(10**9 // CONTROL_RATE_HZ)
+    cell = emulated("zebra-zero", wires="cia402")
+    cell.tick(_TICK_NS)
     felt = np.array([cell._wrench_source(time_ns) for time_ns in range(10**8, 2 * 10**8, 10**6)])
     assert np.all(np.std(felt[:, :3], axis=0) < 0.02)
     assert len(np.unique(felt[:, 2])) == len(felt)
+
+
+def test_an_event_counts_from_the_start_or_from_the_first_motion() -> None:
+    names = ("program-end", "cable-pulled")
+    from_motion, from_start = (PlannedEvent.of(text, names) for text in ("2s:program-end", "start+3.5s:cable-pulled"))
+    assert [from_start.due(5 * _S + late, 5 * _S, 0) for late in (0, 34 * _S // 10, 35 * _S // 10)] == [0, 0, 1]
+    assert [from_motion.due(now_s * _S, 5 * _S, moved) for now_s, moved in ((9, 0), (10, 9 * _S), (11, 9 * _S))] == [
+        False, False, True,
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", ["12:program-end", "s:program-end", "12s:fire", "-1s:program-end", "12s"])
+def test_what_is_no_event_is_refused(text: str) -> None:
+    with pytest.raises(ConfigurationError, match="as in 12s:program-end or start\\+12s:program-end, with one of"):
+        PlannedEvent.of(text, ("program-end",))
+
+
+def test_a_rig_has_the_events_that_its_devices_can_show() -> None:
+    every = {name: emulated("ur5", f"1s:{name}") for name in EVENTS}
+    assert list(every) == list(EVENTS)
+    with pytest.raises(ConfigurationError, match="one of emergency-stop, cable-pulled, sensor-silent, sensor-cable,"):
+        emulated("zebra-zero", "1s:program-end")
+    with pytest.raises(ConfigurationError, match="which these devices can show"):
+        emulated("ur5", "1s:sensor-silent", force="ur-rtde")
+
+
+def test_events_happen_while_the_cell_lives() -> None:
+    happened: list[str] = []
+    made = emulated("ur5", "start+0.05s:protective-stop")
+    with made:
+        made.run(lambda: bool(happened), lambda truth: None, lambda event: happened.append(event.name))
+        with made.ur.exclusive() as controller:
+            assert controller.safety_mode.name == "PROTECTIVE_STOP"

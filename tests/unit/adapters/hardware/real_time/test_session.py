@@ -61,10 +61,7 @@ def test_lateness_is_reported_to_a_tenth_of_itself() -> None:
     ("timing", "why"),
     [
         (TrialTiming(), ""),
-        (TrialTiming(worst_late_ns=19_000_000), ""),
         (TrialTiming(worst_late_ns=21_000_000), "a tick too late (21.0 ms)"),
-        (TrialTiming(late_ticks=60), "too many late ticks (6%)"),
-        (TrialTiming(skipped_slots=30), "slots skipped (30)"),
         (TrialTiming(repeated_samples=950), "too few new samples (95% of the ticks had none)"),
         (TrialTiming(late_ticks=60, skipped_slots=30), "too many late ticks (6%); slots skipped (30)"),
     ],
