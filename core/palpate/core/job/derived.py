@@ -35,7 +35,8 @@ _NOISES_UNEXPECTED: Final = 9.3
 NOISES_FORCE: Final = 2.0 * _NOISES_UNEXPECTED
 """Standard deviations of the force in the highest force: below it a limit and an unexpected contact are the same."""
 _LETS_GO: Final = 4.0
-"""Force over press that lets go within a sample where a peg slips off an edge; 2.6 were measured."""
+"""Change of force over press within a sample where a peg slips off an edge: a search bends the gripper by twice its
+press, sqrt(1.3^2 + 1.5^2) of dither and edge, and a rebound without damping doubles it; 2.6 were measured."""
 JAMS_FROM: Final = 0.8
 """Jam number from which the pressing force of the insertion grows."""
 _OVER_JAM: Final = 1.3

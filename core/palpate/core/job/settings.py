@@ -7,11 +7,15 @@ from typing import Any, Final
 
 from palpate.core.job.derived import N_PER_KGF, NOISES_FORCE, Derived, Quantities, derive
 from palpate.core.job.tables import KEYED, ROUND, ROUNDED, SIDES, Job, PartConfig
+from palpate.core.job.verification import DITHER_SHARE
 from palpate.core.ports import CONTROL_RATE_HZ, SensorFacts
 
 _INSERTION_6DOF: Final = "insertion-6dof"
-_HEIGHT_MM: Final = 1.8
-"""Height of a leaning corner below its neighbours or the tip: 12 times what its depth is known to within a dither."""
+_KNOWN_MM: Final = 0.15
+"""To which a depth is known on a surface that was touched, or to half the dither of a soft gripper."""
+_CAUGHT_HIGHER: Final = 0.9 * (1.0 - 0.91)
+"""How much higher a corner is that is caught than one in its place, over the height of a leaning corner below its
+neighbours or the tip: by shares of the depth to which it is let down, which is 0.9 of that height."""
 _USUAL_LEAN_DEG: Final = 8.0
 _MOST_LEAN_DEG: Final = 12.0
 """Tilt that the known arms reach on all sides; small pegs need it."""
@@ -26,6 +30,9 @@ _DRIVEN_PUSH_N: Final = 1.0
 _PHASE: Final = 0.6521
 """Phase of the gripper's fastest spring in a step of the simulated cell, rad: that of the paper's cell. With twice as
 much a light peg in a stiff gripper chatters in a tight hole."""
+_SLIP: Final = 5.0
+"""Way that a peg slips in such a step, over its radial clearance: with 7 and 12 it was driven into both walls at once,
+and chattered."""
 _LEAST_LEVER_MM: Final = 60.0
 """Lever of the inertia of a tool on a small peg: its centre of mass is about as far above the tip."""
 _LEAST_SPEED_MM_S: Final = 1.0
@@ -99,7 +106,7 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
             "belief": {"capture_mm": _shown(found.capture_m * 1e3), "pitch_mm": 2.0 * _shown(found.pitch_m * 5e2)},
         },
         "supervision": _supervision(found, limits.force_N, min(sensor.range_Nm)),
-        "cell": _cell(job),
+        "cell": _cell(job, found),
     }
     if task == _INSERTION_6DOF:
         tables["task"] |= _spatial(job, found)
@@ -118,11 +125,22 @@ def _supervision(found: Derived, force_N: float, range_Nm: float) -> dict[str, A
     return {name: value for name, (value, _) in limits.items()} | {"weakened": weakened}
 
 
-def _cell(job: Job) -> dict[str, Any]:
+def _substeps(job: Job, found: Derived) -> int:
+    """Return the steps of the simulated cell in a control period."""
+    part, tool = job.part, job.tool
+    stiffness_N_per_m, mass_kg = tool.lateral_N_per_mm * 1e3, tool.moving_mass_kg
+    phase = sqrt(stiffness_N_per_m / mass_kg) / CONTROL_RATE_HZ
+    # What friction has bent the gripper by is let go with the speed F / sqrt(k m).
+    slip_m_s = part.friction_max * found.press_N / sqrt(stiffness_N_per_m * mass_kg)
+    slips = slip_m_s / CONTROL_RATE_HZ / (part.clearance_mm * 1e-3)
+    return max(4, ceil(max(phase / _PHASE, slips / _SLIP) - 1e-6))
+
+
+def _cell(job: Job, found: Derived) -> dict[str, Any]:
     """The simulated cell that a job describes, its uncertainties at their largest."""
     part, tool, place = job.part, job.tool, job.place
     drawn = {"tilt_heading": "drawn", "grip_trials": 1} if place.tilt_uncertainty_mrad else {}
-    substeps = max(4, ceil(sqrt(tool.lateral_N_per_mm * 1e3 / tool.moving_mass_kg) / (_PHASE * CONTROL_RATE_HZ) - 1e-6))
+    substeps = _substeps(job, found)
     return {
         "peg": {
             "cross_section": part.shape,
@@ -161,7 +179,9 @@ def _spatial(job: Job, found: Derived) -> dict[str, Any]:
     beside = min(1.0 - cos(2.0 * pi / sides), 1.0) if sides else 1.0
     least_deg = degrees(place.tilt_uncertainty_mrad * 1e-3) + _OVER_TILT_DEG
     most_deg = _USUAL_LEAN_DEG if part.shape == ROUND else _MOST_LEAN_DEG
-    lean_deg = min(max(degrees(asin(min(_HEIGHT_MM / beside / corner_mm, 1.0))), least_deg), most_deg)
+    dither_mm = DITHER_SHARE * found.press_N / tool.axial_N_per_mm
+    height_mm = max(_KNOWN_MM, 0.5 * dither_mm) / _CAUGHT_HIGHER
+    lean_deg = min(max(degrees(asin(min(height_mm / beside / corner_mm, 1.0))), least_deg), most_deg)
     wall_Nm_per_rad = _TWO_WALLS * tool.lateral_N_per_mm * corner_mm * corner_mm * 1e-3
     yaw_rad_per_Nm = 1.0 / tool.torsion_Nm_per_rad + 1.0 / wall_Nm_per_rad
     held_N = part.friction_max * (found.press_N + 2.0 * _DRIVEN_PUSH_N)

@@ -18,7 +18,7 @@ PEAK: Final = 1.5
 """Peak over mean velocity of a half-period, s * s * (3 - 2 * s)."""
 _FARTHEST: Final = 0.75
 """Amplitude over the stroke of a mean half-period, where the speed limits it: random half-periods add up."""
-_DITHER_SHARE: Final = 0.3
+DITHER_SHARE: Final = 0.3
 """Amplitude of the dither's force over the press: contact is kept, and sliding friction's roughness, about a tenth of
 the press, does not hide the response."""
 _MOST_DITHER_SHARE: Final = 0.5
@@ -75,7 +75,7 @@ class Spring:
     def dither_N(self, press_N: float, noise_N: float, step_m: float) -> float:
         """Return the amplitude of the dither of a tool that presses."""
         least_N = self.least_dither_N(noise_N, step_m)
-        return min(max(_DITHER_SHARE * press_N, least_N), _MOST_DITHER_SHARE * press_N)
+        return min(max(DITHER_SHARE * press_N, least_N), _MOST_DITHER_SHARE * press_N)
 
     def samples(self, noise_N: float, dither_N: float, half_width: float = NARROW) -> int:
         """Return the samples of a window.

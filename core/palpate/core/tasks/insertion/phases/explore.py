@@ -23,7 +23,7 @@ _FRICTION_PEAK: Final = 1.3
 _NOISE_SHARE: Final = 0.15
 """Four standard deviations of the force over the press of a sensor as noisy as the press allows."""
 _LAG_S: Final = 3.0 * PERIOD_S
-"""The arm stops later by the ticks that supervision lets it lag."""
+"""The arm stops later by the lag that the supervisor allows, supervision.tracking_lag_ticks."""
 _SURFACE_M: Final = 1e-4
 """A height that differs by more than this from the surface's is not the surface's."""
 
