@@ -33,7 +33,8 @@ _PUSH_N: Final = 3.0
 _GROWTH: Final = 1.02
 """Of the push in each tick in which a wall is felt and the response is unknown: doubled in a quarter of a second."""
 _PUSH_SHARE: Final = 0.25
-"""Largest bend of the gripper by a push, over the budget."""
+"""Bend of the gripper by a push, over the budget, from which it grows no more: with as much again, and what grows until
+that is seen, it stays below the budget."""
 _AIMED: Final = 0.85
 """Cosine of the widest angle between a push and a wall's force: 0.7 of the wall's stiffness responds."""
 _SIMILAR: Final = 0.5
@@ -265,16 +266,18 @@ class Monitor:
 
     @property
     def push_N(self) -> float:
-        """Force of a push, twice the amplitude of its dither."""
-        return 2.0 * self._push_dither.amplitude_m * self._lateral_N_per_m
+        """Force of a push, twice that of its dither."""
+        dither_N = self._push_dither.amplitude_m * self._lateral_N_per_m
+        return 2.0 * min(dither_N, _PUSH_SHARE * self.budget_N)
 
     def push_dither_m_s(self, *, met: bool = False) -> float:
         """Return the dither's velocity along a push.
 
         Args:
-            met: A wall is felt: the push grows until it responds.
+            met: A wall is felt: the push grows until it responds, by what the flange moves: the arm's own servos give
+                way to a stiff gripper.
         """
-        if met and self.push_N < 2.0 * _PUSH_SHARE * self.budget_N:
+        if met and self.across.swing_m * self._lateral_N_per_m < _PUSH_SHARE * self.budget_N:
             self._push_dither.amplitude_m *= _GROWTH
         return self._push_dither.velocity_m_s()
 

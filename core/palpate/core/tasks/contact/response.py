@@ -104,6 +104,12 @@ class Response:
             self._fit_last(self.window)
         self.widen(self.stationary_ticks)
 
+    @property
+    def swing_m(self) -> float:
+        """Amplitude of the newest places: half their range in three half-periods of the dither."""
+        places_m = [place_m for _, place_m in self._places]
+        return 0.5 * (max(places_m) - min(places_m)) if places_m else 0.0
+
     def widen(self, samples: int) -> None:
         """Fit the newest n samples, if that is more than a window; the tool has to be stationary."""
         samples = min(samples, self._end - self._first, MOST_SAMPLES)

@@ -145,6 +145,23 @@ def test_a_wall_verifies_a_live_sensor_only(share: float) -> None:
     assert bench.monitor.verified is (share == 1.0)
 
 
+@pytest.mark.parametrize("followed", [1.0, 0.3])
+def test_a_push_grows_by_what_the_flange_moves(followed: float) -> None:
+    """The servos of an arm give way to a stiff gripper: the flange then follows a dither by less."""
+    bench, places_m = Bench(), list[float]()
+    bench.see((0.0, 0.0, 0.0))
+    bench.monitor.push((1.0, 0.0))
+    for _ in range(280):
+        bench.x_m += followed * bench.monitor.push_dither_m_s(met=True) * PERIOD_S
+        places_m.append(bench.x_m)
+        bench.see((0.0, 0.0, 0.0))
+    swing_N = 0.5 * (max(places_m[-28:]) - min(places_m[-28:])) * 4e4
+    most_N = 0.25 * bench.monitor.budget_N
+    # It is seen three half-periods late, and grows by half in that time.
+    assert 0.65 * most_N < swing_N < 1.6 * most_N
+    assert bench.monitor.push_N <= 2.0 * most_N
+
+
 def test_a_push_is_aimed_at_a_wall_beside_it_and_then_has_its_window() -> None:
     bench = Bench()
     bench.see((0.0, 0.0, 0.0))
