@@ -33,6 +33,8 @@ _WALL_N: Final = 1.0
 """A wall is felt."""
 _RAISED_M: Final = 4e-4
 """Height by which a waiting tool is raised to be free: more than the dither, 2 N of the gripper where it is held."""
+_RAISED_AFTER: Final = 0.25
+"""Share of the patience after which it is."""
 _ALONG_TICKS: Final = 4
 _STEP: Final = Spatial()
 _HOLD: Final = Spatial(Law.LIFT)
@@ -41,8 +43,8 @@ _SUNK_SHARE: Final = 0.62
 _DEEPEST_SHARE: Final = 0.93
 """A tool that pushes sinks no deeper; the rest of the way is the insertion's, with its proofs."""
 _HEIGHT_GAIN_PER_S: Final = 5.0
-_SWIFT_S: Final = 12e-3
-"""Ways of giving way are set for an arm that lags by less; with a slower one they would swing against a wall."""
+_SWIFT: Final = 1.0
+"""Gain of giving way times the arm's lag: above it the tool would swing against a wall, and from pi / 2 on for ever."""
 _UPRIGHT_RAD: Final = radians(1.0)
 """A tool that leans by more is on an edge or a corner: loss of contact there is no hole."""
 
@@ -62,6 +64,7 @@ class SpatialExplore(Explore):
         self._sunk_m = _SUNK_SHARE * options.down_m
         self._deepest_m = min(_DEEPEST_SHARE * options.down_m, 0.4 * equipment.task.insertion_depth_mm * 1e-3)
         self._push_m_per_N_s = options.push_m_per_N_s
+        self._swift_s = _SWIFT / (monitor.lateral_N_per_m * options.push_m_per_N_s)
         self._yawing = GivingWay(0.0, options.give_yaw_rad_per_Nms, _FASTEST_YAW_RAD_S)
         self._yaw_rad_per_Nms = max(options.give_yaw_rad_per_Nms, 1e-3)
         self._freeing = GivingWay(options.insert_tilt_rad_per_Nms, options.give_yaw_rad_per_Nms, _FASTEST_YAW_RAD_S)
@@ -74,7 +77,7 @@ class SpatialExplore(Explore):
     @override
     def begin(self, start_m: tuple[float, float]) -> None:
         super().begin(start_m)
-        self._along_ticks, self._met_behind, self._aside = 0, False, False
+        self._along_ticks, self._met_behind = 0, False
         self._led_m_s: Vector3 | None = None
         self._behind_m2_s, self._led_m2_s2, self._give = 0.0, 0.0, 1.0
 
@@ -110,7 +113,7 @@ class SpatialExplore(Explore):
         (x, y, z), (at_x, at_y, at_z), (vx, vy, vz) = self._motion.reference_m, self._measurement.position_m, led_m_s
         self._behind_m2_s += (x - at_x) * vx + (y - at_y) * vy + (z - at_z) * vz
         self._led_m2_s2 += vx * vx + vy * vy + vz * vz
-        self._give = min(_SWIFT_S * self._led_m2_s2 / max(self._behind_m2_s, 1e-12), 1.0)
+        self._give = min(self._swift_s * self._led_m2_s2 / max(self._behind_m2_s, 1e-12), 1.0)
 
     @property
     def _waits(self) -> bool:
@@ -225,27 +228,24 @@ class SpatialExplore(Explore):
         return self._dithering(velocity)
 
     def _dithering(self, velocity_m_s: Vector3) -> Vector3:
-        """The velocity with the dither; on the spot where the budget is spent."""
-        monitor, (vx, vy, vz), (fx, fy, fz) = self._monitor, velocity_m_s, self._measurement.force_N
+        """The velocity with the dither, across as well where a wall is felt; on the spot where the budget is spent."""
+        monitor, (vx, vy, vz), (fx, fy, _) = self._monitor, velocity_m_s, self._measurement.force_N
         waits = monitor.spent
-        if not waits:
-            monitor.moves_on()
         if hypot(fx, fy) > _WALL_N:
             monitor.aim((fx, fy))
-        ux, uy = monitor.direction or (0.0, 0.0)
-        # Against a wall alone the force across responds; a tool that waits stays with it.
-        felt = -(fx * ux + fy * uy) > _WALL_N and fz > -self._contact_N
-        self._aside = aside = felt or (waits and monitor.waited_share > 0.0 and self._aside)
         if waits:
             monitor.wait("while the tool pushes")
-            vx, vy, vz, share = 0.0, 0.0, min(vz, 0.0), monitor.waited_share
-            # Where it is not clear what the tool touches, it tries the other one, and then a little higher.
-            aside = aside is not (share > 1.0 / 3.0) and share < 2.0 / 3.0 and monitor.direction is not None
-            if 0.0 < share - 2.0 / 3.0 < _RAISED_M / (_WITHDRAW_M_S * PERIOD_S * monitor.patience_ticks):
+            vx, vy, vz = 0.0, 0.0, min(vz, 0.0)
+            # What the tool only touches at times responds to neither dither: a little higher it is free.
+            late = monitor.waited_share - _RAISED_AFTER
+            if 0.0 < late < _RAISED_M / (_WITHDRAW_M_S * PERIOD_S * monitor.patience_ticks):
                 vz = -_WITHDRAW_M_S
-        if aside:
+        else:
+            monitor.moves_on()
+        ux, uy = monitor.direction or (0.0, 0.0)
+        if monitor.direction is not None and (waits or -(fx * ux + fy * uy) > _WALL_N):
             along = monitor.push_dither_m_s(met=waits)
-            return vx + along * ux, vy + along * uy, vz
+            vx, vy = vx + along * ux, vy + along * uy
         return vx, vy, vz + monitor.dither_m_s()
 
     def _freed(self, lift_m_s: float) -> Vector3:
