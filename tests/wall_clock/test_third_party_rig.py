@@ -20,7 +20,7 @@ from tests.command_line import CommandLine, wait_until
 from tests.wall_clock.late import TooLateError, late_if
 from tests.wall_clock.test_rigs import PATIENT
 
-LATE = "stale|silent|no command for|age|gap|late|changed at"
+LATE = "stale|silent|no set-point for|age|gap|late|changed at"
 """What an error says that came about because something came late."""
 PACKAGE = Path(__file__).parents[2] / "examples" / "third_party_rig"
 

@@ -18,7 +18,7 @@ from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedErr
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Life, WrenchSample
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 from tests.support.arm_thread import arm_in_thread
-from tests.support.stopped_arm import nothing_left_behind
+from tests.support.stopped_arm import nothing_left_behind, wait_for
 from tests.unit.adapters.samples import ready_pose
 
 CONFIG = RunConfig()
@@ -104,7 +104,7 @@ def test_the_arm_walks_to_the_ready_pose_once_and_again_on_request(rig_of: Make)
             before = devices.arm.sent
             rig.prepare(trial)
             assert (devices.arm.sent > before) is walks
-            assert rig.ports.arm.send(HERE).reason is CommandReason.AS_ASKED
+            wait_for(lambda: rig.ports.arm.send(HERE).reason is CommandReason.AS_ASKED)
         rig.return_to_ready()
         before = devices.arm.sent
         rig.prepare(2)
