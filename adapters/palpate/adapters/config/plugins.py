@@ -57,10 +57,8 @@ def imported(field: str, place: str, accepted: str) -> Any:
         module = importlib.import_module(module_name)
     except ImportError as error:
         raise ConfigurationError(field, place, f"a module that can be imported ({error})") from error
-    except KeyboardInterrupt:
-        raise
-    except BaseException as error:
-        # Whatever a stranger's module does as it is imported.
+    except (Exception, SystemExit) as error:
+        # Whatever a third-party module does as it is imported.
         raise ConfigurationError(field, place, f"a module that imports without failing ({told(error)})") from error
     if not hasattr(module, attribute):
         raise ConfigurationError(field, place, f"a name in {module_name}; it has no {attribute}")

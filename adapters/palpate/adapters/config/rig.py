@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
@@ -12,7 +12,7 @@ from palpate.adapters.config.toml import merged, overlay, read_toml
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.job import ToolConfig
 from palpate.core.motion import ArmDescription, arm_of_table
-from palpate.core.ports import Holds, Range, SensorFacts, Settings, Vector3, fitted, kinds_of
+from palpate.core.ports import Holds, Range, SensorFacts, Settings, Vector3, fitted, kinds_of, require_keys
 
 
 @dataclass(frozen=True)
@@ -125,31 +125,30 @@ class RigFile(Settings):
         table = read_toml(path, "rig")
         if (found := table.pop("format", RIG_FORMAT)) != RIG_FORMAT:
             raise ConfigurationError("format", found, f"{RIG_FORMAT}, which this palpate reads, in {path}")
-        unknown = sorted(set(table) - {"rig", "arm", "force_sensor", "operator", "watchdog", "calibration"})
-        if unknown:
-            accepted = f"the tables rig, arm, force_sensor, operator, watchdog and calibration in {path}"
-            raise ConfigurationError(unknown[0], table[unknown[0]], accepted)
-        rig = _optional(path, table, "rig")
-        strange = sorted(set(rig) - {"name", "approach_rad_s", "emulated", "job"})
-        if strange:
-            raise ConfigurationError(f"rig.{strange[0]}", rig[strange[0]], "name, approach_rad_s, job or emulated")
+        require_keys("rig file", table, ["arm", "force_sensor"], ["rig", "operator", "watchdog", "calibration"])
+        for name, value in table.items():
+            if not isinstance(value, Mapping):
+                raise ConfigurationError(name, value, f"a table [{name}] in {path}")
+        rig = {"name": path.stem, **table.get("rig", {})}
+        require_keys("rig", rig, ["name"], ["approach_rad_s", "emulated", "job"])
         if isinstance(job := rig.get("job"), str) and job:
-            rig = {**rig, "job": str(path.resolve().parent / job)}
-        device, sensor = _device(path, table, "arm"), dict(_table(path, table, "force_sensor"))
-        facts = _table(path, {"force_sensor.facts": sensor.pop("facts", {})}, "force_sensor.facts")
-        told: Mapping[str, Any] = {}
-        if "urdf" in device.settings or "name" in device.settings:
-            told = {key: value for key, value in device.settings.items() if key in kinds_of(ArmDescription)}
-            device = replace(device, settings={k: v for k, v in device.settings.items() if k not in told})
+            rig["job"] = str(path.resolve().parent / job)
+        sensor = dict(table["force_sensor"])
+        facts = sensor.pop("facts", {})
+        if not isinstance(facts, Mapping):
+            raise ConfigurationError("force_sensor.facts", facts, f"a table [force_sensor.facts] in {path}")
+        arm = dict(table["arm"])
+        named = kinds_of(ArmDescription) if "urdf" in arm or "name" in arm else {}
+        stated = {key: arm.pop(key) for key in list(arm) if key in named}
         return cls(
-            arm=device,
-            model=fitted("arm", arm_of_table(told), str | ArmDescription) if told else "",
-            force_sensor=_device(path, {"force_sensor": sensor}, "force_sensor"),
+            arm=_device(path, arm, "arm"),
+            model=fitted("arm", arm_of_table(stated), str | ArmDescription) if stated else "",
+            force_sensor=_device(path, sensor, "force_sensor"),
             facts=overlay(SensorFactsTable(), facts),
-            operator=overlay(OperatorTable(), _optional(path, table, "operator")),
-            watchdog=overlay(WatchdogTable(), _optional(path, table, "watchdog")),
-            calibration=overlay(CalibrationTable(), _optional(path, table, "calibration")),
-            **{"name": path.stem, **rig},
+            operator=overlay(OperatorTable(), table.get("operator", {})),
+            watchdog=overlay(WatchdogTable(), table.get("watchdog", {})),
+            calibration=overlay(CalibrationTable(), table.get("calibration", {})),
+            **rig,
         )
 
     def laid_over(
@@ -194,20 +193,8 @@ class RigFile(Settings):
         return self.model or given
 
 
-def _device(path: Path, table: Mapping[str, Any], name: str) -> DeviceEntry:
-    entry = dict(_table(path, table, name))
-    adapter = entry.pop("adapter", None)
+def _device(path: Path, settings: dict[str, Any], name: str) -> DeviceEntry:
+    adapter = settings.pop("adapter", None)
     if not isinstance(adapter, str) or not adapter:
         raise ConfigurationError(f"{name}.adapter", adapter, f"the name of an adapter, in {path}")
-    return DeviceEntry(adapter, entry)
-
-
-def _optional(path: Path, table: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    return _table(path, table, name) if name in table else {}
-
-
-def _table(path: Path, table: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    value = table.get(name)
-    if not isinstance(value, Mapping):
-        raise ConfigurationError(name, value, f"a table [{name}] in {path}")
-    return value
+    return DeviceEntry(adapter, settings)

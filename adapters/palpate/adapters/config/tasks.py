@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
@@ -10,7 +9,7 @@ from math import hypot
 from typing import TYPE_CHECKING, Final
 
 from palpate.adapters.config.plugins import entries, from_here, imported
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, did_you_mean
 from palpate.core.job import KEYED, SIDES
 
 if TYPE_CHECKING:
@@ -43,9 +42,8 @@ def task_kind(name: str) -> TaskKind:
         others = entries(GROUP)
         if name not in others and ":" not in name:
             known = sorted({*_OWN, *others})
-            near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-            hint = f"; did you mean {near[0]}?" if near else ""
-            raise ConfigurationError(_FIELD, name, f"one of {', '.join(known)}, or package.module:Name{hint}")
+            accepted = f"one of {', '.join(known)}, or package.module:Name{did_you_mean(name, known)}"
+            raise ConfigurationError(_FIELD, name, accepted)
         place = others[name].value if name in others else name
     with from_here():
         made = imported(_FIELD, place, "package.module:Name")

@@ -14,6 +14,7 @@ from palpate.core.motion import ArmDescription, InverseKinematics, Kinematics, T
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
     PERIOD_S,
+    ArmCommand,
     CommandReason,
     JointCommand,
     JointVector,
@@ -147,57 +148,46 @@ def _force_N(ports: Ports) -> Vector3:
     raise DeviceError("rig", f"force sample {sample.validity.value} before the way to the ready pose")
 
 
-class _Standing:
-    """Whether an arm stands where it was led, and does not pass by."""
-
-    def __init__(self) -> None:
-        self._near, self._sequence = 0, -1
-
-    def seen(self, sequence: int, away_rad: float) -> bool:
-        """With this sample, which counts once."""
-        if sequence != self._sequence:
-            self._sequence, self._near = sequence, self._near + 1 if away_rad <= _THERE_RAD else 0
-        return self._near >= _STAYS_SAMPLES
-
-
 def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: float, watch: SampleWatch) -> None:
-    """Command one pose a tick and wait until the arm has arrived at the last."""
+    """Command one pose a tick and wait until the arm stands at the last, and does not pass by."""
     clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
     start_ns, slot, tick, blind = clock.now_ns(), 0, 0, 0
-    standing = _Standing()
+    near, sequence = 0, -1
     watch.begin()
     try:
-        while True:
+        while near < _STAYS_SAMPLES:
             clock.sleep_until(tick_time_ns(start_ns, slot))
             now_ns = clock.now_ns()
             joints, wrench = encoder.read(), sensor.read()
             trip = watch.trip(Snapshot(slot, now_ns, wrench, joints, None))
-            seeing = trip is None
-            blind = 0 if seeing else blind + 1
-            if blind > _BLIND_TICKS:
+            if trip is None:
+                tick, blind = tick + 1, 0
+                if dist(wrench.force_N, first_N) > limit_N:
+                    raise DeviceError("rig", f"a force of more than {limit_N:g} N on the way to the ready pose")
+            elif (blind := blind + 1) > _BLIND_TICKS:
                 raise DeviceError("rig", f"{trip} on the way to the ready pose")
-            if seeing and dist(wrench.force_N, first_N) > limit_N:
-                raise DeviceError("rig", f"a force of more than {limit_N:g} N on the way to the ready pose")
-            tick += seeing
             if tick:
                 # A blind arm is told again to stay where it is.
-                asked = path[min(tick, len(path)) - 1]
-                reason = arm.send(JointCommand(asked)).reason
-                if reason in (CommandReason.STOPPED, CommandReason.POSITION_LIMIT):
-                    # By then a fault that stopped it has a name.
-                    arm.stop()
-                    why = f"{reason.value}{f', {arm.fault}' if arm.fault else ''}"
-                    raise DeviceError("rig", f"the arm was held back on the way to the ready pose: {why}")
-            if tick >= len(path) and seeing:
-                away = max(abs(t - q) for t, q in zip(asked, joints.position_rad, strict=True))
-                if standing.seen(joints.sequence, away):
-                    return
+                target = path[min(tick, len(path)) - 1]
+                _require_free(arm, arm.send(JointCommand(target)).reason)
+            if tick >= len(path) and trip is None:
+                away = max(abs(t - q) for t, q in zip(target, joints.position_rad, strict=True))
+                if joints.sequence != sequence:
+                    sequence, near = joints.sequence, near + 1 if away <= _THERE_RAD else 0
                 if tick > len(path) + _PATIENCE_TICKS:
                     raise DeviceError("rig", f"the arm does not arrive at the ready pose: {away:.4f} rad away")
             slot = next_slot(start_ns, slot, now_ns)
     except BaseException:
         arm.stop()
         raise
+
+
+def _require_free(arm: ArmCommand, reason: CommandReason) -> None:
+    if reason in (CommandReason.STOPPED, CommandReason.POSITION_LIMIT):
+        # By then a fault that stopped it has a name.
+        arm.stop()
+        why = f"{reason.value}{f', {arm.fault}' if arm.fault else ''}"
+        raise DeviceError("rig", f"the arm was held back on the way to the ready pose: {why}")
 
 
 APPROACH_HEIGHT_M: Final = 0.1
