@@ -19,7 +19,7 @@ from math import isfinite
 
 from benchmarks.fuzzing import drawn
 from palpate.drivers.ati import NetFt, NetFtBox, parse_box
-from palpate.drivers.ati.stream import faults_in
+from palpate.drivers.ati.device import faults_in
 from palpate.drivers.errors import DriverError
 from palpate.simulation.emulators.ati import EmulatedBox
 from tests.support.fuzzing import require
@@ -90,10 +90,10 @@ def stream(draw: random.Random) -> None:
         except DriverError:
             if draw.random() < 0.5:
                 device.acknowledge()
-    found = device.records
-    require(found["new"] == len(taken), "samples are counted")
+    found = device.errors
+    require(device.received == len(taken), "samples are counted")
     require(found["malformed"] == malformed, "malformed datagrams are counted")
-    accounted = found["new"] + found["old"]
+    accounted = device.received + found["old"]
     require(accounted == records, f"every record is accounted for: {accounted} of {records}")
     require(all(a.sequence < b.sequence for a, b in pairwise(taken)), "numbered upwards")
     require(all(map(isfinite, (x for s in taken for x in (*s.force_N, *s.torque_Nm)))), "finite")

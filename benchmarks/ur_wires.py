@@ -32,21 +32,28 @@ Strike = Callable[[UrServer, UrController], object]
 SHORT_S = 0.03
 
 
-def net(**settings: object) -> Strike:
-    def strike(server: UrServer, controller: UrController) -> None:
-        for name, value in settings.items():
-            setattr(server.network, name, value)
-
-    return strike
+def net(network: Callable[[bytes], bytes]) -> Strike:
+    """From now on this becomes of each data package."""
+    return lambda server, controller: setattr(server, "network", network)
 
 
-def for_a_moment(**settings: object) -> Strike:
-    def strike(server: UrServer, controller: UrController) -> None:
-        before = {name: getattr(server.network, name) for name in settings}
-        net(**settings)(server, controller)
-        threading.Timer(SHORT_S, lambda: net(**before)(server, controller)).start()
+def silence(data: bytes) -> bytes:
+    return b""
 
-    return strike
+
+def for_a_moment(server: UrServer, controller: UrController) -> None:
+    before, server.network = server.network, silence
+    threading.Timer(SHORT_S, lambda: setattr(server, "network", before)).start()
+
+
+def once(garbage: bytes) -> Strike:
+    """Comes instead of the next data package."""
+    waiting = [garbage]
+    return net(lambda data: waiting.pop() if waiting else data)
+
+
+def unplug(server: UrServer, controller: UrController) -> None:
+    server.is_unplugged = True
 
 
 def local(server: UrServer, controller: UrController) -> None:
@@ -57,26 +64,24 @@ def local(server: UrServer, controller: UrController) -> None:
 
 def reboot(server: UrServer, controller: UrController) -> None:
     controller.reboot()
-    net(is_unplugged=True)(server, controller)
+    server.is_unplugged = True
 
 
 def replug(server: UrServer, controller: UrController) -> None:
-    net(is_unplugged=True)(server, controller)
-    threading.Timer(0.5, lambda: net(is_unplugged=False)(server, controller)).start()
+    server.is_unplugged = True
+    threading.Timer(0.5, lambda: setattr(server, "is_unplugged", False)).start()
 
 
 TROUBLES: dict[str, Strike] = {
-    "silence": net(is_silent=True),
-    "silence of 30 ms": for_a_moment(is_silent=True),
-    "stall": net(is_stalled=True),
-    "stall of 30 ms": for_a_moment(is_stalled=True),
-    "half frames": net(half=7),
-    "a header alone": net(half=3),
-    "a package shorter than its header": net(garbage=b"\x00\x01U"),
-    "a package longer than the stream": net(garbage=b"\xff\xffU" + bytes(40)),
-    "a text message": net(garbage=b"\x00\x09M\x02hi\x01x\x01"),
-    "duplicates": net(repeats=1),
-    "unplugged": net(is_unplugged=True),
+    "silence": net(silence),
+    "silence of 30 ms": for_a_moment,
+    "half frames": net(lambda data: data[:7]),
+    "a header alone": net(lambda data: data[:3]),
+    "a package shorter than its header": once(b"\x00\x01U"),
+    "a package longer than the stream": once(b"\xff\xffU" + bytes(40)),
+    "a text message": once(b"\x00\x09M\x02hi\x01x\x01"),
+    "duplicates": net(lambda data: 2 * data),
+    "unplugged": unplug,
     "unplugged and plugged again": replug,
     "connections cut": lambda server, controller: server._cut(),  # noqa: SLF001
     "reboot": reboot,

@@ -107,14 +107,12 @@ class VirtualCan:
         for frame in self.wire.advance(now_ns):
             for host in self.hosts if self.is_whole else ():
                 host(frame)
-        waiting_ns = [queue[0][0] for queue in self.wire._ready if queue]
-        soon_ns = self.wire._free_ns if self.wire._on_wire is not None else min(waiting_ns, default=now_ns + _GRAIN_NS)
-        self._next_ns = max(now_ns + 1, min(soon_ns, now_ns + _GRAIN_NS))
+        self._next_ns = now_ns + _GRAIN_NS
 
     def send(self, identifier: int, data: bytes) -> None:
         now_ns = self._clock.now_ns()
         if self.is_whole:
-            self.wire.send(BusFrame(identifier, data), now_ns)
+            self.wire.send(BusFrame(identifier, data))
         self._next_ns = min(self._next_ns, now_ns + 1)
 
 

@@ -18,7 +18,7 @@ NODES = "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\n[force_sensor]\nadap
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        (NODES.format("node = 3\ncanopen_nodes = [3]"), "a node whose identifiers no drive on the bus has; 0x"),
+        (NODES.format("node = 3\ncanopen_nodes = [3]"), "a node that no drive on the bus has"),
         (STRANGE.format("cia402"), "arm.counts_per_rad"),
         (
             STRANGE.format("ur-rtde").replace("name = 'zebra-zero'", ""),
@@ -67,7 +67,6 @@ def test_devices_that_are_not_there_are_the_operator_s_to_mend(palpate: CommandL
     assert done.code == 1
     assert "the arm of 'rig' will move: from where it is to 100 mm above (400, 0, 20) mm" in done.stderr
     assert "/dev/ttyNONE: cannot be opened" in done.stderr
-    assert "the operator's fault" in done.stderr
     # The same call is to go through once the devices are plugged in.
     assert not (tmp_path / "run").exists()
 

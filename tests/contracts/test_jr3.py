@@ -5,7 +5,6 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from palpate.adapters.contracts import ForceSensorContract, ForceSensorRig
@@ -68,7 +67,7 @@ def rig(desk: VirtualDesk, wire: Any, sensor: Jr3ForceSensor, load: Load, firmwa
 
 def can_rig() -> ForceSensorRig:
     load, desk = Load(), VirtualDesk()
-    node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
+    node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS))
     bus = desk.can("can0", node)
     settings = {"interface": "virtual", "channel": "can0", "max_age_ms": MAX_AGE_MS, "period_us": 2000}
     return rig(desk, bus, force_sensor_maker("jr3-can")(settings, context(desk.clock)), load, node.firmware)
@@ -115,7 +114,7 @@ def desk() -> Iterator[VirtualDesk]:
 @contextmanager
 def reading(desk: VirtualDesk, load: Load) -> Iterator[tuple[Any, Jr3CanNode, Any]]:
     """An active sensor, its board, and the bus between them."""
-    node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
+    node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS))
     bus = desk.can("can0", node)
     with force_sensor_maker("jr3-can")({"interface": "virtual", "channel": "can0"}, context(desk.clock)) as sensor:
         desk.clock.sleep(0.04)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from palpate.core.motion import Kinematics, arm_named
-from palpate.drivers.zebra_zero.counts import Transmission
+from palpate.drivers.zebra_zero.codec import Transmission
 from tests.support.tool import TOOL
 
 POSES = 2000

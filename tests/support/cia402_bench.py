@@ -67,6 +67,66 @@ class FakeNetwork:
         self.notifier.stopped = True
 
 
+def mute(drive: CanopenDrive) -> None:
+    """It hears and obeys, and is heard no more."""
+    drive.outgoing = lambda frames: []
+
+
+def on_answers(drive: CanopenDrive, change: Callable[[BusFrame], list[BusFrame]], times: int = 1 << 30) -> None:
+    """Have the next so many of its process data changed."""
+    left = [times]
+
+    def outgoing(frames: list[BusFrame]) -> list[BusFrame]:
+        out: list[BusFrame] = []
+        for frame in frames:
+            is_answer = frame.arbitration_id == 0x180 + drive.node and left[0] > 0
+            left[0] -= is_answer
+            out += change(frame) if is_answer else [frame]
+        return out
+
+    drive.outgoing = outgoing
+
+
+def lost(frame: BusFrame) -> list[BusFrame]:
+    return []
+
+
+def twice(frame: BusFrame) -> list[BusFrame]:
+    return [frame, frame]
+
+
+def short(frame: BusFrame) -> list[BusFrame]:
+    return [BusFrame(frame.arbitration_id, frame.data[:-1])]
+
+
+def flipped(bit: int) -> Callable[[BusFrame], list[BusFrame]]:
+    """A bit of the statusword the other way round."""
+
+    def change(frame: BusFrame) -> list[BusFrame]:
+        word = int.from_bytes(frame.data[:2], "little") ^ 1 << bit
+        return [BusFrame(frame.arbitration_id, word.to_bytes(2, "little") + frame.data[2:])]
+
+    return change
+
+
+class Delay:
+    """Lets a drive's process data leave later."""
+
+    def __init__(self, network: FakeNetwork, drive: CanopenDrive, by_ns: int = 0) -> None:
+        self.by_ns = by_ns
+        self._network, self._identifier = network, 0x180 + drive.node
+        self._waiting: list[tuple[int, BusFrame]] = []
+        drive.outgoing = self._outgoing
+
+    def _outgoing(self, frames: list[BusFrame]) -> list[BusFrame]:
+        now_ns = self._network.now_ns
+        at_once = [frame for frame in frames if frame.arbitration_id != self._identifier]
+        self._waiting += [(now_ns + self.by_ns, frame) for frame in frames if frame.arbitration_id == self._identifier]
+        due = [frame for time_ns, frame in self._waiting if time_ns <= now_ns]
+        self._waiting = [item for item in self._waiting if item[0] > now_ns]
+        return at_once + due
+
+
 class Bench:
     """Six emulated drives and the arm that drives them."""
 

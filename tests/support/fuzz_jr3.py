@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from palpate.drivers.can import CanFrame, FrameKind
-from palpate.drivers.jr3.codec_can import CanDecoder, Reassembly
+from palpate.drivers.jr3.codec import CanDecoder, Reassembly
 from palpate.drivers.jr3.messages import Ack, Forces, FullScales, Message, Moments, Reading, Scaling
 from palpate.drivers.jr3.sampling import FrameCounter
 from tests.support.fuzzing import require

@@ -6,7 +6,6 @@ from contextlib import ExitStack
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from palpate.adapters.hardware import MonotonicClock, RigContext
@@ -150,7 +149,7 @@ def read_and_press(sensor: ForceSensor, load: Load) -> None:
 
 def test_jr3_on_a_serial_can_adapter(context: RigContext, served: ExitStack) -> None:
     load = Load()
-    node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=1_000_000), generator=np.random.default_rng(0))
+    node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=1_000_000))
     server = slcan(served, node)
     with late_if(LATE, DeviceError):
         read_and_press(force_sensor_maker("jr3-can")({"interface": "slcan", "channel": server.channel}, context), load)

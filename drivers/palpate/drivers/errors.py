@@ -2,35 +2,24 @@
 
 ::
 
-    DriverError                     says the device, what happened, what to do, and whose fault it is
-    ├── SettingError                a setting that cannot work: the operator's to mend
-    ├── WiringError                 no device, the wrong one, wrong baud rate, no permission: the operator's
-    ├── RefusedError                a command that no device may get (NaN, beyond limits): the caller's
-    ├── StateError                  asked for something out of order: the caller's
-    ├── SilentError                 the device does not answer, or no longer: the device's, or its cable's
-    │   └── LateError               it did, after its time was up: this computer's, or its adapter's
-    ├── GarbledError                what it says makes no sense for too long: the line's
+    DriverError                     says the device, what happened, and what to do
+    ├── SettingError                a setting that cannot work
+    ├── WiringError                 no device, the wrong one, wrong baud rate, no permission
+    ├── RefusedError                a command that no device may get (NaN, beyond limits)
+    ├── StateError                  a request out of order
+    ├── SilentError                 the device does not answer, or no longer, or its cable is cut
+    │   └── LateError               it answers too late, or this computer was away
+    ├── GarbledError                what it sends makes no sense for too long
     └── DeviceFaultError            the device reports a fault of its own; it waits for a person
 
-Malformed bytes on the wire are none of these: a codec counts them and goes on.
+Malformed bytes on the wire are none of these: a codec counts them and continues.
 """
 
-import enum
-
-
-class Blame(enum.Enum):
-    """Whose fault an error is, and so who can mend it."""
-
-    OPERATOR = "operator"
-    CALLER = "our software"
-    DEVICE = "device"
-    HOST = "host"
+from collections.abc import Iterable
 
 
 class DriverError(Exception):
     """Root of the tree."""
-
-    blame = Blame.DEVICE
 
     def __init__(self, device: str, problem: str, remedy: str) -> None:
         self.device, self.problem, self.remedy = device, problem, remedy
@@ -40,25 +29,17 @@ class DriverError(Exception):
 class SettingError(DriverError, ValueError):
     """A setting that cannot work."""
 
-    blame = Blame.OPERATOR
-
 
 class WiringError(DriverError):
     """There is no such device, or another one, or no way to it."""
-
-    blame = Blame.OPERATOR
 
 
 class RefusedError(DriverError, ValueError):
     """A command that may not be sent to any device."""
 
-    blame = Blame.CALLER
-
 
 class StateError(DriverError):
     """Something was asked for out of order."""
-
-    blame = Blame.CALLER
 
 
 class SilentError(DriverError):
@@ -68,8 +49,6 @@ class SilentError(DriverError):
 class LateError(SilentError):
     """The device may well be in order: its answer was there when nobody waited any more, or nobody could listen."""
 
-    blame = Blame.HOST
-
 
 class GarbledError(DriverError):
     """What arrives has made no sense for too long."""
@@ -77,3 +56,17 @@ class GarbledError(DriverError):
 
 class DeviceFaultError(DriverError):
     """The device reports a fault of its own."""
+
+
+def require_all(device: str, checks: Iterable[tuple[bool, str, str]]) -> None:
+    """Refuse the first setting that cannot work.
+
+    Args:
+        checks: Whether it can, the setting with its value, and what it must be.
+
+    Raises:
+        SettingError: One cannot.
+    """
+    for good, found, wanted in checks:
+        if not good:
+            raise SettingError(device, found, f"must be {wanted}")

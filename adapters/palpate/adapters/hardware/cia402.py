@@ -12,8 +12,8 @@ from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range
-from palpate.drivers.cia402 import ArmSettings, CanopenLink, Cia402Arm, JointDrive, OperationMode
+from palpate.core.ports import CONTROL_RATE_HZ, Range
+from palpate.drivers.cia402 import ArmSettings, CanopenLink, Cia402Arm, JointDrive
 
 _NAME: Final = "CiA 402 arm"
 
@@ -32,8 +32,6 @@ class Cia402Table(CanBusTable):
     """Encoder counts at each joint's zero; none are zeros."""
     host_node: Annotated[int, Range(1, 127)] = 126
     """CANopen node of this computer, whose heartbeat the drives watch."""
-    mode: Annotated[str, OneOf("position", "velocity")] = "position"
-    """What setpoints are sent."""
     divider: Annotated[int, Range(1, 14)] = 1
     """Control ticks per bus cycle."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
@@ -62,7 +60,6 @@ def make_cia402(table: Cia402Table, context: RigContext) -> DriverArm:
         )  # fmt: skip
         arm_settings = ArmSettings(
             joints=drives,
-            mode=OperationMode.CSP if table.mode == "position" else OperationMode.CSV,
             bitrate=table.bus["bitrate"],
             control_rate_Hz=CONTROL_RATE_HZ,
             divider=table.divider,

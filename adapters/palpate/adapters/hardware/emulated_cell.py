@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext
-from dataclasses import replace
 from functools import partial
 from math import radians
 from operator import sub
@@ -267,7 +266,7 @@ class EmulatedCell:
             "protective-stop": self._held(controller.protective_stop),
             "emergency-stop": self._held(controller.emergency_stop),
             "program-end": self._held(controller.end_program),
-            "cable-pulled": lambda: setattr(server.network, "is_unplugged", True),
+            "cable-pulled": lambda: setattr(server, "is_unplugged", True),
         }
         self._serve(server, "arm", lambda: {
             "adapter": "ur-rtde", "name": self._arm_name, "host": server.host, "guard_N": 45.0, "patience": 5.0,
@@ -325,9 +324,8 @@ class EmulatedCell:
                 "facts": self._facts(1.0),
             })  # fmt: skip
             return
-        generator = np.random.default_rng(3)
         # The board was switched on long before anyone connects.
-        node = Jr3CanNode(_JR3_NODE, self._wrench_source, replace(Jr3Config(), boot_ns=0), generator=generator)
+        node = Jr3CanNode(_JR3_NODE, self._wrench_source, Jr3Config(boot_ns=0))
         self._faults["sensor-silent"] = lambda: setattr(node.firmware, "silent", True)
         self._faults["sensor-cable"] = lambda: setattr(node.firmware, "connected", False)
         bus = SlcanServer(EmulatedCanBus([node]))

@@ -1,35 +1,22 @@
-"""From a driver's errors to the core's: what happened stays, and whose fault it is."""
+"""From a driver's errors to the core's: what happened stays."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Final
 
 from palpate.core.errors import CommandError, ConfigurationError, DeviceError, LifecycleError, PalpateError
-from palpate.drivers.errors import Blame, DriverError, RefusedError, SettingError, StateError
-
-_WHOSE: Final = {
-    Blame.OPERATOR: "the operator's fault",
-    Blame.CALLER: "our software's fault",
-    Blame.DEVICE: "the device's fault",
-    Blame.HOST: "this computer's fault, or its adapter's",
-}
+from palpate.drivers.errors import DriverError, RefusedError, SettingError, StateError
 
 
 def told(error: DriverError, device: str = "") -> str:
-    """What happened, to which part of the device, what to do, and whose fault it is; without the device's own name."""
+    """What happened, to which part of the device, and what to do; without the device's own name."""
     part = "" if error.device == "arm" or (device and error.device.startswith(device)) else f"{error.device}: "
-    return f"{part}{error.problem}; {error.remedy} ({_WHOSE[error.blame]})"
+    return f"{part}{error.problem}; {error.remedy}"
 
 
 def told_of(device: object) -> str:
-    """Return a device's name, and what its wire gave of late besides good samples."""
+    """Return a device's name, and what came instead of its samples."""
     name, account = str(getattr(device, "name", "")), getattr(device, "account", str)()
     return f"{name}: {account}" if account else name
-
-
-def lately(oddities: str) -> str:
-    """Return what a driver counted besides good samples, as a message ends with it; empty for nothing."""
-    return f"; in the last second: {oddities}" if oddities else ""
 
 
 def translated(error: DriverError, device: str) -> PalpateError:

@@ -12,7 +12,7 @@ from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.ports import Clock, OneOf, Range
-from palpate.drivers.can import CanLink, collisions, open_bus
+from palpate.drivers.can import CanLink, open_bus
 from palpate.drivers.jr3 import (
     LEFT_HANDED,
     RIGHT_HANDED,
@@ -54,9 +54,7 @@ class Jr3CanTable(CanBusTable):
     @override
     def check(self) -> None:
         super().check()
-        taken = collisions(self.canopen_nodes, self.node)
-        why = f"0x{taken[0].identifier:03X} is {taken[0].canopen}" if taken else ""
-        self.require("node", not taken, f"a node whose identifiers no drive on the bus has; {why}")
+        self.require("node", self.node not in self.canopen_nodes, "a node that no drive on the bus has")
 
 
 class Jr3ForceSensor(PolledForceSensor[Jr3]):
@@ -78,13 +76,13 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
 
     def reported_facts(self) -> SensorFactsTable:
         """Full scales and rate, as the board reports them. It does not report its noise."""
-        identity = self.opened().identity
-        x, y, z = identity.full_scales.force_N
-        tx, ty, tz = identity.full_scales.moment_dNm
+        scales = self.opened().full_scales
+        x, y, z = scales.force_N
+        tx, ty, tz = scales.moment_dNm
         return SensorFactsTable(
             range_N=(float(x), float(y), float(z)),
             range_Nm=(tx / 10, ty / 10, tz / 10),
-            rate_Hz=1e6 / identity.period_us,
+            rate_Hz=1e6 / self.settings.period_us,
             frame="sensor",
         )
 

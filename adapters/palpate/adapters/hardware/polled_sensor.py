@@ -5,7 +5,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import ClassVar, Final, Generic, Protocol, TypeVar
 
-from palpate.adapters.hardware.errors import lately, told, translated, translating
+from palpate.adapters.hardware.errors import told, translated, translating
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, Validity, WrenchSample
 from palpate.drivers.device import ForceSample, PolledSensor
@@ -81,19 +81,18 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         return self._made(sample)
 
     def account(self) -> str:
-        """What came of late besides good samples, or instead of them; empty where nothing was wrong."""
+        """Return what came instead of news; empty where its newest reading is on time."""
         device, now_ns = self.device, self._clock.now_ns()
         if device is None:
             return ""
-        odd, latest = device.oddities(now_ns), device.latest
+        latest = device.latest
         if latest is not None and now_ns - latest.receive_time_ns <= 2 * self.period_ns + _LINE_NS:
-            return odd
-        silence = told(device.silence(now_ns), self.name)
-        return silence if odd in silence else silence + lately(odd)
+            return ""
+        return told(device.silence(now_ns), self.name)
 
     def diagnostics(self) -> dict[str, str]:
         """Return what the driver reports of itself; empty before ``configure``."""
-        return {} if self.device is None else self.device.diagnostics(self._clock.now_ns())
+        return {} if self.device is None else self.device.diagnostics()
 
     def opened(self) -> DriverT:
         """The driver; DeviceError before ``configure``."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from typing_extensions import override
 
-from palpate.adapters.hardware.errors import lately, told, translating
+from palpate.adapters.hardware.errors import told, translating
 from palpate.core.errors import DeviceError
 from palpate.core.ports import AppliedCommand, Clock, CommandReason, JointSample, JointVector
 from palpate.drivers.device import ArmDriver
@@ -171,8 +171,7 @@ class DriverArm(ServedArm):
         try:
             found = driver.cycle(setpoint_rad)
         except DriverError as error:
-            odd = driver.oddities(self._clock.now_ns())
-            raise DeviceError(self.name, told(error, self.name) + lately(odd)) from error
+            raise DeviceError(self.name, told(error, self.name)) from error
         sample = self._sample
         if sample is None or found.time_ns > sample.source_time_ns:
             # What was measured before is no news; it grows old.
@@ -206,4 +205,4 @@ class DriverArm(ServedArm):
 
     @override
     def diagnostics(self) -> dict[str, str]:
-        return {} if self._opened is None else self._opened.driver.diagnostics(self._clock.now_ns())
+        return {} if self._opened is None else self._opened.driver.diagnostics()

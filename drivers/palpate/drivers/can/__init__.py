@@ -1,4 +1,4 @@
-"""CAN buses: opening one, frames on it, and the one table of whose identifiers are whose."""
+"""CAN buses: opening one, and frames on it."""
 
 import lazy_loader
 

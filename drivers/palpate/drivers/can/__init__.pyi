@@ -1,14 +1,3 @@
-from .identifiers import EMCY as EMCY
-from .identifiers import HEARTBEAT as HEARTBEAT
-from .identifiers import HIGHEST_NODE as HIGHEST_NODE
-from .identifiers import NMT as NMT
-from .identifiers import RPDO1 as RPDO1
-from .identifiers import SDO_ANSWER as SDO_ANSWER
-from .identifiers import SDO_REQUEST as SDO_REQUEST
-from .identifiers import SYNC as SYNC
-from .identifiers import TPDO1 as TPDO1
-from .identifiers import Jr3Code as Jr3Code
-from .identifiers import collisions as collisions
 from .link import CanFrame as CanFrame
 from .link import CanLink as CanLink
 from .link import FrameKind as FrameKind

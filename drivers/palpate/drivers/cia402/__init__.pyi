@@ -1,12 +1,6 @@
-from .arm import Cia402Arm as Cia402Arm
-from .arm import DrivesMeasured as DrivesMeasured
+from .codec import DriveState as DriveState
+from .device import Cia402Arm as Cia402Arm
+from .device import DrivesMeasured as DrivesMeasured
 from .link import CanopenLink as CanopenLink
-from .mailbox import ArmStatistics as ArmStatistics
-from .object_dictionary import DriveState as DriveState
-from .object_dictionary import OperationMode as OperationMode
-from .settings import HIGHEST_LOAD as HIGHEST_LOAD
 from .settings import ArmSettings as ArmSettings
 from .settings import JointDrive as JointDrive
-from .settings import bits_per_cycle as bits_per_cycle
-from .settings import frame_bits as frame_bits
-from .watch import outside as outside

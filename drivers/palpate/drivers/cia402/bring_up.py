@@ -3,22 +3,23 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from palpate.drivers.can import SDO_ANSWER
-from palpate.drivers.cia402.drive import DriveIdentity, Targets, arm_watchdog, identify, set_up
-from palpate.drivers.cia402.exchange import NMT_PRE_OPERATIONAL, NMT_START, CyclicExchange
+from palpate.drivers.cia402.codec import (
+    FAULTS,
+    NMT_PRE_OPERATIONAL,
+    NMT_START,
+    SDO_ANSWER,
+    Controlword,
+    DriveState,
+    Status,
+    command_towards,
+)
+from palpate.drivers.cia402.drive import DriveIdentity, arm_watchdog, identify, set_up
+from palpate.drivers.cia402.exchange import CyclicExchange
 from palpate.drivers.cia402.link import CanopenLink
-from palpate.drivers.cia402.object_dictionary import Controlword, DriveState, OperationMode, Status, command_towards
 from palpate.drivers.cia402.settings import ArmSettings
 from palpate.drivers.cia402.watch import AxisView, trouble
 from palpate.drivers.errors import DeviceFaultError, SilentError
 
-_KEEP: Final = {
-    DriveState.ENABLED: Controlword.ENABLE_OPERATION,
-    DriveState.SWITCH_ON_DISABLED: Controlword.DISABLE_VOLTAGE,
-}
-"""What keeps a drive in the state that it has reached."""
-
-_FAULTS: Final = (DriveState.FAULT, DriveState.FAULT_REACTION)
 _STILL_CYCLES: Final = 3
 _NS: Final = 1e-9
 
@@ -31,11 +32,10 @@ class BringUp:
         link: CanopenLink,
         settings: ArmSettings,
         exchange: CyclicExchange,
-        targets: Targets,
         now_ns: Callable[[], int],
         sleep: Callable[[float], None],
     ) -> None:
-        self._settings, self._exchange, self._targets = settings, exchange, targets
+        self._settings, self._exchange = settings, exchange
         self._now_ns, self._sleep = now_ns, sleep
         self._link = link
         self._objects = [link.objects(joint.node, settings.sdo_timeout_s) for joint in settings.joints]
@@ -45,11 +45,8 @@ class BringUp:
     @property
     def held_rad(self) -> tuple[float, ...]:
         """Where the drives were last told to stay."""
-        if self._settings.mode is OperationMode.CSP:
-            counts = self._targets.newest
-        else:
-            counts = tuple(view.counts or 0 for view in self._exchange.views)
-        return tuple(joint.angle_rad(c) for joint, c in zip(self._settings.joints, counts, strict=True))
+        targets = zip(self._settings.joints, self._exchange.targets, strict=True)
+        return tuple(joint.angle_rad(counts) for joint, counts in targets)
 
     def identify(self) -> None:
         """Ask every drive who it is."""
@@ -90,7 +87,7 @@ class BringUp:
     def walk(self, goal: DriveState, *, by_operator: bool = False) -> None:
         """Lead all drives to a state, without moving them."""
         deadline_ns = self._deadline_ns()
-        allowed = [state for state in DriveState if by_operator or state not in _FAULTS]
+        allowed = [state for state in DriveState if by_operator or state not in FAULTS]
         last: Sequence[Controlword] = [Controlword.DISABLE_VOLTAGE] * len(self._objects)
         while True:
             begin_ns = self._now_ns()
@@ -145,12 +142,12 @@ class BringUp:
 
     def hang_up(self) -> None:
         """Hear the nodes no more."""
-        self._exchange.hush()
+        self._exchange.unsubscribe()
         for objects in self._objects:
             self._link.unsubscribe(SDO_ANSWER + objects.node)
 
     def _run(self, words: Sequence[Controlword]) -> tuple[AxisView, ...]:
-        return self._exchange.run(words, self._targets.hold(self._exchange.views))
+        return self._exchange.run(words, self._exchange.hold())
 
     def _is_still(self, axis: int, view: AxisView) -> bool:
         joint = self._settings.joints[axis]
@@ -165,10 +162,7 @@ class BringUp:
 
     @staticmethod
     def _word(view: AxisView, goal: DriveState, last: Controlword, by_operator: bool) -> Controlword:
-        if view.state is None or view.state is goal:
-            return _KEEP[goal] if view.state is goal else Controlword.DISABLE_VOLTAGE
         word = command_towards(view.state, goal, by_operator=by_operator)
-        if word is None or (word is Controlword.FAULT_RESET and last is Controlword.FAULT_RESET):
-            # Fault-reset acts on a rising edge, so it has to be taken back before it can be tried again.
-            return Controlword.DISABLE_VOLTAGE
-        return word
+        # Fault-reset acts on a rising edge, so it has to be taken back before it can be tried again.
+        is_again = word is last is Controlword.FAULT_RESET
+        return Controlword.DISABLE_VOLTAGE if is_again else word

@@ -4,22 +4,13 @@ FACT (``canopen`` 2.4.1): a PDO is set up while its identifier is marked invalid
 and CiA 402-2: the objects below, their sizes and the option codes. Nothing is left to the default mapping of a maker.
 """
 
-import struct
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.drivers.can import RPDO1, TPDO1
-from palpate.drivers.cia402.object_dictionary import Objects, OperationMode
+from palpate.drivers.cia402.codec import CSP, RPDO1, TPDO1
+from palpate.drivers.cia402.objects import Objects
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive
-from palpate.drivers.cia402.watch import AxisView
 from palpate.drivers.errors import DeviceFaultError, SilentError, WiringError
-
-RPDO: Final = struct.Struct("<Hi")
-"""Controlword and target: 6040 and 607A, or 60FF."""
-
-TPDO: Final = struct.Struct("<Hib")
-"""Statusword, position and the mode that the drive is in: 6041, 6064 and 6061. Who takes its mode stops it silently."""
 
 _RPDO1_SETTINGS: Final = 0x1400
 _RPDO1_MAPPING: Final = 0x1600
@@ -33,7 +24,7 @@ _CONTROLWORD: Final = 0x6040_00_10
 _STATUSWORD: Final = 0x6041_00_10
 _POSITION: Final = 0x6064_00_20
 _MODE: Final = 0x6061_00_08
-_TARGET: Final = {OperationMode.CSP: 0x607A_00_20, OperationMode.CSV: 0x60FF_00_20}
+_TARGET: Final = 0x607A_00_20
 
 _DRIVE_PROFILE: Final = 402
 _STAY_IN_QUICK_STOP: Final = 6
@@ -86,7 +77,7 @@ def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> tuple[
         for base, first in ((_RPDO1_SETTINGS, RPDO1), (_TPDO1_SETTINGS, TPDO1)):
             # Whatever the maker has switched on would take time on the bus that nobody has counted.
             objects.write_if_known(base + number, 1, _INVALID | (first + 0x100 * number + joint.node), 4)
-    _map(objects, _RPDO1_SETTINGS, _RPDO1_MAPPING, RPDO1 + joint.node, (_CONTROLWORD, _TARGET[settings.mode]))
+    _map(objects, _RPDO1_SETTINGS, _RPDO1_MAPPING, RPDO1 + joint.node, (_CONTROLWORD, _TARGET))
     _map(objects, _TPDO1_SETTINGS, _TPDO1_MAPPING, TPDO1 + joint.node, (_STATUSWORD, _POSITION, _MODE))
     objects.write(0x1017, 0, settings.heartbeat_ms, 2)
     # The drive spreads a step of its target over this time; a byte holds 140 Hz as 7.1 ms.
@@ -99,28 +90,27 @@ def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> tuple[
     deceleration = round(settings.quick_stop_rad_per_s2 * abs(joint.counts_per_rad))
     if not objects.write_if_known(0x6085, 0, deceleration, 4):
         notes.append(f"{objects.name} has no object 0x6085: it stops as fast as its maker chose")
-    objects.write(0x6060, 0, settings.mode, 1)
+    objects.write(0x6060, 0, CSP, 1)
     shown = objects.read(0x6061)
-    if shown is None or int.from_bytes(shown, "little", signed=True) != settings.mode:
-        problem = f"does not take mode {settings.mode.name} ({settings.mode.value}); it shows {shown!r}"
-        raise DeviceFaultError(objects.name, problem, "choose a mode that object 0x6502 of the drive offers")
+    if shown is None or int.from_bytes(shown, "little", signed=True) != CSP:
+        problem = f"does not take mode CSP ({CSP}); it shows {shown!r}"
+        raise DeviceFaultError(objects.name, problem, "use a drive whose object 0x6502 offers it")
     return tuple(notes)
 
 
 def arm_watchdog(objects: Objects, settings: ArmSettings, *, on: bool) -> tuple[str, ...]:
     """Make a drive stop by itself when the host's heartbeat ends, or end that; gives what it lacks.
 
-    Monitoring begins with the first heartbeat received (standard knowledge, CiA 301). A drive in CSP that
-    cannot do it holds its last target when the host is lost; one in CSV would go on, and is refused.
+    Monitoring begins with the first heartbeat received (standard knowledge, CiA 301). A drive that cannot do it holds
+    its last target when the host is lost.
     """
     if settings.host_watchdog_ms == 0:
         return ()
-    write = objects.write_if_known if settings.mode is OperationMode.CSP else objects.write
-    stops = write(0x6007, 0, _QUICK_STOP_WHEN_HOST_IS_LOST if on else 0, 2)
-    watches = write(0x1016, 1, settings.host_node << 16 | settings.host_watchdog_ms if on else 0, 4)
-    if watches is False:
+    stops = objects.write_if_known(0x6007, 0, _QUICK_STOP_WHEN_HOST_IS_LOST if on else 0, 2)
+    host = settings.host_node << 16 | settings.host_watchdog_ms
+    if not objects.write_if_known(0x1016, 1, host if on else 0, 4):
         return (f"{objects.name} has no object 0x1016: when this program dies, it holds its last set-point",)
-    if stops is False:
+    if not stops:
         return (f"{objects.name} has no object 0x6007: when this program dies, it does what its maker chose",)
     return ()
 
@@ -133,42 +123,3 @@ def _map(objects: Objects, settings_index: int, mapping_index: int, identifier: 
     objects.write(mapping_index, 0, len(entries), 1)
     objects.write(settings_index, 2, _EVERY_SYNC, 1)
     objects.write(settings_index, 1, identifier, 4)
-
-
-class Targets:
-    """Targets for the next SYNC.
-
-    In CSV the position loop is here: the velocity removes a share of the error that will be left when it takes
-    effect, one period after the newest measurement. A joint that did not answer gets velocity 0, since nobody
-    knows where it is going.
-    """
-
-    def __init__(self, settings: ArmSettings) -> None:
-        self._settings = settings
-        self.newest: tuple[int, ...] = (0,) * len(settings.joints)
-
-    def hold(self, views: Sequence[AxisView]) -> tuple[int, ...]:
-        """Targets that move nothing: where each joint is, or velocity 0."""
-        if self._settings.mode is OperationMode.CSP and views:
-            self.newest = tuple(view.counts or 0 for view in views)
-        else:
-            self.newest = (0,) * len(self._settings.joints)
-        return self.newest
-
-    def follow(self, reference_rad: Sequence[float], views: Sequence[AxisView]) -> tuple[int, ...]:
-        """Targets that lead each joint to its reference."""
-        joints = self._settings.joints
-        if self._settings.mode is OperationMode.CSP:
-            self.newest = tuple(joint.counts(angle) for joint, angle in zip(joints, reference_rad, strict=True))
-        else:
-            axes = zip(joints, reference_rad, views, self.newest, strict=True)
-            self.newest = tuple(self._velocity(*axis) for axis in axes)
-        return self.newest
-
-    def _velocity(self, joint: JointDrive, reference_rad: float, view: AxisView, present: int) -> int:
-        if view.counts is None or view.missed_in_a_row > 0:
-            return 0
-        period_s = self._settings.period_s
-        error_counts = joint.counts(reference_rad) - view.counts - present * period_s
-        most = abs(joint.velocity_rad_per_s * joint.counts_per_rad)
-        return round(min(max(self._settings.csv_gain * error_counts / period_s, -most), most))

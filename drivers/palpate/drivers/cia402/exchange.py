@@ -1,27 +1,34 @@
 """One cycle on the wire: set-points out, SYNC, answers in; and what the answers mean for each joint."""
 
 import contextlib
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final
 
-from palpate.drivers.can import EMCY, HEARTBEAT, NMT, RPDO1, SYNC, TPDO1
-from palpate.drivers.cia402.drive import RPDO, TPDO
+from palpate.drivers.cia402.codec import (
+    EMCY,
+    HEARTBEAT,
+    NMT,
+    NMT_OPERATIONAL,
+    RPDO,
+    RPDO1,
+    SYNC,
+    TPDO,
+    TPDO1,
+    DriveState,
+    Status,
+    state_of,
+)
 from palpate.drivers.cia402.link import CanopenLink
-from palpate.drivers.cia402.mailbox import ArmStatistics, Mailbox, NodeBox
-from palpate.drivers.cia402.object_dictionary import DriveState, Status, state_of
+from palpate.drivers.cia402.mailbox import Mailbox, NodeBox
 from palpate.drivers.cia402.settings import ArmSettings
 from palpate.drivers.cia402.watch import AxisView
 from palpate.drivers.errors import SilentError
 
-NMT_START: Final = 0x01
-NMT_PRE_OPERATIONAL: Final = 0x80
-
-_NMT_OPERATIONAL: Final = b"\x05"
 _HEARTBEATS_PER_WATCHDOG: Final = 3
 _NS: Final = 1e-9
 _SPEED_INTERVALS: Final = 3
-_ODD: Final = ("SYNCs left unanswered", "answers too late", "answers twice", "frames of another length")
 _POWERED: Final = (DriveState.ENABLED, DriveState.QUICK_STOP)
 
 
@@ -34,6 +41,7 @@ class CyclicExchange:
 
     Attributes:
         views: The joints as the last SYNC showed them; empty before the first.
+        targets: Position targets as sent last, in counts.
     """
 
     def __init__(self, link: CanopenLink, settings: ArmSettings, now_ns: Callable[[], int]) -> None:
@@ -44,7 +52,10 @@ class CyclicExchange:
         self._last_heartbeat_ns = 0
         self._unheard_until_ns: int | None = None
         self._samples: list[tuple[tuple[int, float], ...]] = [()] * len(self._nodes)
+        self._cycles = 0
+        self._missed: Counter[int] = Counter()
         self.views: tuple[AxisView, ...] = ()
+        self.targets: tuple[int, ...] = (0,) * len(self._nodes)
         self.sync_ns = 0
         self.heartbeat_on = False
 
@@ -55,7 +66,7 @@ class CyclicExchange:
             self._link.subscribe(HEARTBEAT + node, self._mailbox.on_heartbeat)
             self._link.subscribe(EMCY + node, self._mailbox.on_emcy)
 
-    def hush(self) -> None:
+    def unsubscribe(self) -> None:
         """End what :meth:`listen` began."""
         for node in self._nodes:
             for service in (TPDO1, HEARTBEAT, EMCY):
@@ -63,7 +74,7 @@ class CyclicExchange:
 
     def all_operational(self) -> bool:
         """Whether each node's newest heartbeat says so."""
-        return all(box.nmt_state == _NMT_OPERATIONAL[0] for box in self._mailbox.look())
+        return all(box.nmt_state == NMT_OPERATIONAL for box in self._mailbox.look())
 
     def start_over(self) -> None:
         """Forget what was known of the drives before they were set up."""
@@ -75,8 +86,12 @@ class CyclicExchange:
         for node in self._nodes:
             self._link.send(NMT, bytes((command, node)))
 
+    def hold(self) -> tuple[int, ...]:
+        """Targets that move nothing: where each joint is."""
+        return tuple(view.counts or 0 for view in self.views) or (0,) * len(self._nodes)
+
     def run(self, controlwords: Sequence[int], targets: Sequence[int]) -> tuple[AxisView, ...]:
-        """One cycle: write set-points (counts or counts/s), SYNC, wait for all answers until the deadline."""
+        """One cycle: write set-points in counts, SYNC, wait for all answers until the deadline."""
         self._link.require_alive()
         if self._unheard_until_ns is not None:
             # Answers to a SYNC that nobody waited for would be taken for answers to the next.
@@ -85,22 +100,24 @@ class CyclicExchange:
         begin_ns = self._now_ns()
         if self.heartbeat_on:
             self._keep_alive(begin_ns)
+        self.targets = tuple(targets)
         for node, controlword, target in zip(self._nodes, controlwords, targets, strict=True):
             self._link.send(RPDO1 + node, RPDO.pack(controlword, target))
         self._mailbox.begin()
         sync_ns = self._now_ns()
         self._link.send(SYNC, b"")
         boxes = self._mailbox.wait(sync_ns + self._deadline_ns)
-        self._mailbox.count(boxes)
+        self._cycles += 1
+        self._missed.update(box.node for box in boxes if box.answers == 0)
         self._read(boxes, sync_ns)
         return self.views
 
-    def shout(self, controlword: int, targets: Sequence[int]) -> None:
-        """The same to all drives without waiting, and whatever happens: for stopping.
+    def broadcast(self, controlword: int) -> None:
+        """Send it to all drives, to stay where they are, without waiting and whatever happens: for stopping.
 
         RPDOs are applied at the next SYNC, so one follows.
         """
-        for node, target in zip(self._nodes, targets, strict=True):
+        for node, target in zip(self._nodes, self.hold(), strict=True):
             # The next drive may well hear what this one does not.
             with contextlib.suppress(SilentError):
                 self._link.send(RPDO1 + node, RPDO.pack(controlword, target))
@@ -109,23 +126,22 @@ class CyclicExchange:
         with contextlib.suppress(SilentError):
             self._link.send(SYNC, b"")
 
-    def statistics(self) -> ArmStatistics:
-        """Figures so far."""
-        return self._mailbox.statistics()
-
-    def counted(self) -> dict[str, int]:
-        """What came of the drives besides answers in time, by what it is."""
-        found: dict[str, int] = {}
-        for view in self.views:
-            box = view.box
-            counts = (box.missed, box.late, box.duplicates, box.malformed)
-            found |= {f"drive {box.node}: {what}": count for what, count in zip(_ODD, counts, strict=True) if count}
-        return found
+    def counters(self) -> str:
+        """Cycles, and what came besides answers in time."""
+        text = f"{self._cycles} cycles"
+        for box in self._mailbox.look():
+            counts = {
+                "answers missing": self._missed[box.node], "too late": box.late, "twice": box.duplicates,
+                "frames of another length": box.malformed,
+            }  # fmt: skip
+            if any(counts.values()):
+                text += f"; drive {box.node}: " + ", ".join(f"{n} {what}" for what, n in counts.items() if n)
+        return text
 
     def _keep_alive(self, now_ns: int) -> None:
         every_ns = self._settings.host_watchdog_ms * 1_000_000 // _HEARTBEATS_PER_WATCHDOG
         if self._settings.host_watchdog_ms > 0 and now_ns - self._last_heartbeat_ns >= every_ns:
-            self._link.send(HEARTBEAT + self._settings.host_node, _NMT_OPERATIONAL)
+            self._link.send(HEARTBEAT + self._settings.host_node, bytes((NMT_OPERATIONAL,)))
             self._last_heartbeat_ns = now_ns
 
     def _read(self, boxes: tuple[NodeBox, ...], sync_ns: int) -> None:

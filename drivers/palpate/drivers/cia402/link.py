@@ -18,8 +18,9 @@ from canopen.objectdictionary import ObjectDictionary
 from canopen.sdo import SdoClient
 from typing_extensions import override
 
-from palpate.drivers.can import SDO_ANSWER, SDO_REQUEST, open_bus
-from palpate.drivers.cia402.object_dictionary import Objects
+from palpate.drivers.can import open_bus
+from palpate.drivers.cia402.codec import SDO_ANSWER, SDO_REQUEST
+from palpate.drivers.cia402.objects import Objects
 from palpate.drivers.errors import LateError, SilentError
 
 Subscriber: TypeAlias = Callable[[int, bytearray, float], None]

@@ -5,36 +5,21 @@ The subscribers copy and count; they decide nothing and cannot fail, because ``c
 
 import struct
 import threading
-from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, NamedTuple
 
 _EMCY: Final = struct.Struct("<HB5s")
 _EMCY_KEPT: Final = 64
 _NS: Final = 1e-9
 
 
-@dataclass(frozen=True, slots=True)
-class Emergency:
-    """One EMCY message.
+class Emergency(NamedTuple):
+    """One EMCY message: its code (0x00xx clears), the error register (object 0x1001), five bytes of the maker's own."""
 
-    Attributes:
-        code: Error code; 0x00xx says that there is no error any more.
-        register: The error register, object 0x1001.
-        vendor: Five bytes of the maker's own.
-    """
-
-    node: int
     code: int
     register: int
     vendor: bytes
-    time_ns: int
-
-    @property
-    def clears(self) -> bool:
-        """Whether it says that the errors are gone."""
-        return self.code & 0xFF00 == 0
 
 
 @dataclass(slots=True)
@@ -43,39 +28,23 @@ class NodeBox:
 
     Attributes:
         answers: To the newest SYNC.
-        missed: SYNCs that were not answered in time.
         late: Answers that came after their deadline and before the next SYNC. Later ones cannot be told from answers
             to the next SYNC, because process data carry no number.
-        nmt_state: What it said; None before the first one.
-        emergencies: EMCY messages that tell of an error.
+        nmt_state: As its newest heartbeat has it; None before the first one.
+        active: EMCY messages of errors that were not cleared.
     """
 
     node: int
     tpdo: bytes | None = None
     tpdo_ns: int = 0
     answers: int = 0
-    missed: int = 0
     late: int = 0
     duplicates: int = 0
     malformed: int = 0
     heartbeat_ns: int = 0
     nmt_state: int | None = None
     boots: int = 0
-    emergencies: int = 0
     active: tuple[Emergency, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class ArmStatistics:
-    """Figures of the arm.
-
-    Attributes:
-        emergencies: The newest EMCY messages, oldest first.
-    """
-
-    cycles: int
-    nodes: tuple[NodeBox, ...]
-    emergencies: tuple[Emergency, ...]
 
 
 class Mailbox:
@@ -88,8 +57,6 @@ class Mailbox:
         self._waiting = False
         self._missing = 0
         self._all_here = threading.Condition()
-        self._emergencies: deque[Emergency] = deque(maxlen=_EMCY_KEPT)
-        self._cycles = 0
 
     def on_tpdo(self, identifier: int, data: bytearray, _timestamp: float) -> None:
         """Subscriber of process data."""
@@ -123,20 +90,14 @@ class Mailbox:
 
     def on_emcy(self, identifier: int, data: bytearray, _timestamp: float) -> None:
         """Subscriber of EMCY messages."""
-        time_ns = self._now_ns()
         with self._all_here:
             box = self._boxes[identifier & 0x7F]
             if len(data) != _EMCY.size:
                 box.malformed += 1
                 return
-            code, register, vendor = _EMCY.unpack(data)
-            emergency = Emergency(box.node, code, register, vendor, time_ns)
-            self._emergencies.append(emergency)
-            if emergency.clears:
-                box.active = ()
-            else:
-                box.emergencies += 1
-                box.active = (*box.active[-_EMCY_KEPT:], emergency)
+            emergency = Emergency(*_EMCY.unpack(data))
+            clears = emergency.code & 0xFF00 == 0
+            box.active = () if clears else (*box.active[-_EMCY_KEPT:], emergency)
 
     def begin(self) -> None:
         """Right before a SYNC: from now on process data answer it."""
@@ -161,18 +122,6 @@ class Mailbox:
         """Copies of all boxes as they are."""
         with self._all_here:
             return self._copies()
-
-    def count(self, boxes: Sequence[NodeBox]) -> None:
-        """Take down the result of a cycle: the boxes that :meth:`wait` gave."""
-        with self._all_here:
-            self._cycles += 1
-            for box in boxes:
-                self._boxes[box.node].missed += box.answers == 0
-
-    def statistics(self) -> ArmStatistics:
-        """All figures so far."""
-        with self._all_here:
-            return ArmStatistics(self._cycles, self._copies(), tuple(self._emergencies))
 
     def start_over(self) -> None:
         """Forget what was said before the nodes were set up: boots, errors, NMT states; heartbeats count from now."""

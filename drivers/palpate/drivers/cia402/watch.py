@@ -4,13 +4,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from palpate.drivers.cia402.codec import CSP, FAULTS, NMT_OPERATIONAL, DriveState, Status
 from palpate.drivers.cia402.mailbox import NodeBox
-from palpate.drivers.cia402.object_dictionary import DriveState, Status
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive
 from palpate.drivers.errors import DeviceFaultError, DriverError, LateError, SilentError
 
-_OPERATIONAL: Final = 0x05
-_FAULTS: Final = (DriveState.FAULT, DriveState.FAULT_REACTION)
 _MS: Final = 1_000_000
 _REMEDY: Final = "find out why, then acknowledge"
 _LIMITED_S: Final = 0.2
@@ -80,7 +78,7 @@ def outside(position_rad: float, joint: JointDrive, margin_rad: float) -> bool:
 def _restarted(view: AxisView, joint: JointDrive, _settings: ArmSettings, _now_ns: int) -> Iterator[DriverError]:
     if view.box.boots > 0:
         yield DeviceFaultError(f"drive {joint.node}", "has restarted by itself and forgot its set-up", _REMEDY)
-    elif view.box.nmt_state not in (None, _OPERATIONAL):
+    elif view.box.nmt_state not in (None, NMT_OPERATIONAL):
         problem = f"is no longer operational (NMT state 0x{view.box.nmt_state:02X})"
         yield DeviceFaultError(f"drive {joint.node}", problem, _REMEDY)
 
@@ -118,7 +116,7 @@ def _left(view: AxisView, joint: JointDrive, allowed: Sequence[DriveState]) -> I
     if view.statusword is None or view.state in allowed:
         return
     told = f"statusword 0x{view.statusword:04X}"
-    if view.state in _FAULTS:
+    if view.state in FAULTS:
         why = ", following error" if view.statusword & Status.FOLLOWING_ERROR else ""
         yield DeviceFaultError(f"drive {joint.node}", f"is in fault ({told}{why})", _REMEDY)
     else:
@@ -131,7 +129,7 @@ def _disobeys(view: AxisView, joint: JointDrive, settings: ArmSettings) -> Itera
         return
     word, limited_s = view.statusword, view.limited_in_a_row * settings.period_s
     problems = (
-        (view.mode != settings.mode, f"is in mode {view.mode}, not in {settings.mode.name} (another master",
+        (view.mode != CSP, f"is in mode {view.mode}, not in CSP (another master",
          "see what else is on the bus"),
         (bool(word & Status.FOLLOWING_ERROR), "has fallen behind its set-points (following error",
          "see whether the joint is blocked"),

@@ -1,4 +1,4 @@
-"""What drivers have in common: arms, force sensors, and what a wire gave besides good samples."""
+"""What drivers have in common: arms, force sensors, and the budget of a bus."""
 
 import lazy_loader
 

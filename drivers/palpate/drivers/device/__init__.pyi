@@ -1,5 +1,3 @@
-from .account import Account as Account
-from .account import listed as listed
 from .arm import Applied as Applied
 from .arm import AppliedReason as AppliedReason
 from .arm import ArmDriver as ArmDriver
@@ -8,7 +6,9 @@ from .arm import LatchingArm as LatchingArm
 from .arm import Measured as Measured
 from .arm import clamped as clamped
 from .arm import held_back as held_back
+from .arm import require_angles as require_angles
 from .budget import BusBudget as BusBudget
 from .sensor import ForceSample as ForceSample
 from .sensor import PolledSensor as PolledSensor
 from .sensor import Vector3 as Vector3
+from .sensor import listed as listed

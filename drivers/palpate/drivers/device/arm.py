@@ -5,12 +5,15 @@ import enum
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from math import isfinite
+from typing import Final, Protocol
 
 from typing_extensions import override
 
-from palpate.drivers.device.account import Account, listed
-from palpate.drivers.errors import Blame, DeviceFaultError, DriverError, StateError
+from palpate.drivers.errors import DeviceFaultError, DriverError, RefusedError, StateError
+
+_SLACK: Final = 1e-11
+"""A step of exactly the greatest length must not be called too long for its rounding error."""
 
 
 class AppliedReason(enum.Enum):
@@ -35,6 +38,18 @@ class Applied:
     reason: AppliedReason = AppliedReason.AS_ASKED
 
 
+def require_angles(asked_rad: Sequence[float], joints: int) -> tuple[float, ...]:
+    """The set-point as floats.
+
+    Raises:
+        RefusedError: A wrong number of angles, or one is not finite.
+    """
+    asked = tuple(map(float, asked_rad))
+    if len(asked) != joints or not all(map(isfinite, asked)):
+        raise RefusedError("arm", f"{asked} are not {joints} finite angles", "correct the caller; nothing was sent")
+    return asked
+
+
 def clamped(asked_rad: Sequence[float], lower_rad: Sequence[float], upper_rad: Sequence[float]) -> tuple[float, ...]:
     """Joint angles within the position limits, (n,)."""
     limits = zip(asked_rad, lower_rad, upper_rad, strict=True)
@@ -42,9 +57,9 @@ def clamped(asked_rad: Sequence[float], lower_rad: Sequence[float], upper_rad: S
 
 
 def held_back(
-    asked_rad: Sequence[float], within_rad: Sequence[float], previous_rad: Sequence[float], share: float
+    asked_rad: Sequence[float], within_rad: Sequence[float], previous_rad: Sequence[float], most_rad: Sequence[float]
 ) -> Applied:
-    """What is applied of a set-point when only a share of the step to it may be made.
+    """What is applied of a set-point when no joint may go further than so much.
 
     All joints are held back by the same share, so the arm keeps its direction in joint space.
 
@@ -52,8 +67,13 @@ def held_back(
         asked_rad: What is wanted, (n,).
         within_rad: The same within the position limits, (n,).
         previous_rad: Set-point before, (n,).
-        share: Share of the step that the slowest joint can make in time; 1 or more is all of it.
+        most_rad: How far each joint can go in time, (n,).
     """
+    share = 1.0
+    for target, start, most in zip(within_rad, previous_rad, most_rad, strict=True):
+        step = abs(target - start)
+        if step > most * (1.0 + _SLACK):
+            share = min(share, most / step)
     if share < 1.0:
         steps = zip(previous_rad, within_rad, strict=True)
         shortened = tuple(start + share * (target - start) for start, target in steps)
@@ -91,7 +111,7 @@ class ArmState(enum.Enum):
 
 
 class ArmDriver(Protocol):
-    """A driver of an arm. Only ``preview`` and ``oddities`` may be called from another thread.
+    """A driver of an arm, for one thread.
 
     What fails while it is enabled stops the arm and is latched: each cycle raises it again until it is acknowledged.
 
@@ -129,11 +149,7 @@ class ArmDriver(Protocol):
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
         """One cycle of the bus; None holds."""
 
-    def oddities(self, now_ns: int) -> str:
-        """What its bus gave in the last second besides good answers; empty for nothing. Any thread may ask."""
-        return ""
-
-    def diagnostics(self, now_ns: int) -> dict[str, str]:
+    def diagnostics(self) -> dict[str, str]:
         """Return identity, state and error counters by name; ``fault`` is what is wrong at present."""
         return {}
 
@@ -163,18 +179,11 @@ class LatchingArm(ArmDriver):
 
     def __init__(self) -> None:
         self.fault: str | None = None
-        self._account = Account()
-        self._blame = Blame.DEVICE
         self._state = ArmState.NEW
 
     @override
-    def oddities(self, now_ns: int) -> str:
-        return listed(self._account.lately(now_ns))
-
-    @override
-    def diagnostics(self, now_ns: int) -> dict[str, str]:
-        odd = self.oddities(now_ns) or "none"
-        return {"state": self._state.value, "fault": self.fault or "", "errors in the last second": odd}
+    def diagnostics(self) -> dict[str, str]:
+        return {"state": self._state.value, "fault": self.fault or ""}
 
     @property
     def state(self) -> ArmState:
@@ -190,11 +199,13 @@ class LatchingArm(ArmDriver):
         if self._state in states:
             return
         if self._state is ArmState.FAULTED:
-            refused = DeviceFaultError("arm", f"{request} refused, a fault is latched: {self.fault}", "acknowledge it")
-            refused.blame = self._blame
-            raise refused
+            raise DeviceFaultError("arm", f"{request} refused, a fault is latched: {self.fault}", "acknowledge it")
         wanted = " or ".join(state.value for state in states)
         raise StateError("arm", f"{request} while it is {self._state.value}", f"it has to be {wanted}")
+
+    def _require_fault(self) -> None:
+        if self._state is not ArmState.FAULTED:
+            raise StateError("arm", f"there is no fault to acknowledge while it is {self._state.value}", "go on")
 
     @contextlib.contextmanager
     def _latching(self) -> Iterator[None]:
@@ -210,4 +221,4 @@ class LatchingArm(ArmDriver):
             raise
 
     def _fail(self, error: DriverError) -> None:
-        self._state, self.fault, self._blame = ArmState.FAULTED, str(error), error.blame
+        self._state, self.fault = ArmState.FAULTED, str(error)

@@ -1,11 +1,11 @@
 """What every driver of a force sensor offers: samples, and what came instead of them."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from palpate.drivers.device.account import Account, listed
 from palpate.drivers.errors import DriverError, SilentError
 
 Vector3: TypeAlias = tuple[float, float, float]
@@ -37,31 +37,41 @@ class ForceSample:
     settling: bool = False
 
 
+def listed(counts: Mapping[str, int]) -> str:
+    """Counters for a message; empty for none."""
+    return ", ".join(f"{name} ({count})" for name, count in counts.items() if count)
+
+
 class PolledSensor(ABC):
     """A driver of a force sensor.
 
     Attributes:
         latest: Newest sample; None before the first one.
         failure: Why nothing is taken any more; None otherwise.
+        errors: What came besides good samples, counted by what it was.
     """
 
     def __init__(self) -> None:
         self.latest: ForceSample | None = None
         self.failure: DriverError | None = None
-        self._account = Account()
+        self.errors: Counter[str] = Counter()
+        self._errors_before: Counter[str] = Counter()
+
+    def _is_news(self) -> None:
+        """Say that a new sample has come: what is counted after it came instead of the next."""
+        self._errors_before = self.errors.copy()
+
+    def _came(self) -> Counter[str]:
+        """What has come since the newest sample."""
+        return self.errors - self._errors_before
 
     @abstractmethod
     def silence(self, now_ns: int) -> SilentError:
         """What came instead of news since the newest sample."""
 
-    def oddities(self, now_ns: int) -> str:
-        """What came in the last second besides good samples; empty for nothing."""
-        return listed(self._account.lately(now_ns))
-
-    def diagnostics(self, now_ns: int) -> dict[str, str]:
+    def diagnostics(self) -> dict[str, str]:
         """Return identity, settings and error counters by name; ``fault`` is what is wrong at present."""
-        fault = "" if self.failure is None else str(self.failure)
-        return {"fault": fault, "errors in the last second": self.oddities(now_ns) or "none"}
+        return {"fault": "" if self.failure is None else str(self.failure), "errors": listed(self.errors) or "none"}
 
     @abstractmethod
     def poll(self, now_ns: int) -> Sequence[ForceSample]:

@@ -1,10 +1,8 @@
-from .blocking import shut_down as shut_down
-from .blocking import start_up as start_up
 from .device import Jr3 as Jr3
-from .health import Jr3Statistics as Jr3Statistics
+from .device import shut_down as shut_down
+from .device import start_up as start_up
 from .messages import LEFT_HANDED as LEFT_HANDED
 from .messages import RIGHT_HANDED as RIGHT_HANDED
 from .messages import Jr3Sample as Jr3Sample
 from .settings import Jr3Settings as Jr3Settings
-from .transport import CAN_TIMING as CAN_TIMING
 from .transport import CanTransport as CanTransport

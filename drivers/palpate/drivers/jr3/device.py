@@ -1,16 +1,19 @@
 """The conversation with the board, advanced by polling: no thread, no clock, no waiting."""
 
+from collections import Counter
+from collections.abc import Callable, Collection
+from typing import Final
+
 from typing_extensions import override
 
-from palpate.drivers.device import PolledSensor, listed
+from palpate.drivers.device import PolledSensor
 from palpate.drivers.errors import DriverError, SettingError, SilentError, StateError
 from palpate.drivers.jr3 import health
-from palpate.drivers.jr3.health import BoardIdentity, Jr3Statistics
 from palpate.drivers.jr3.messages import Ack, FullScales, Jr3Sample, Op, Reading, Request
 from palpate.drivers.jr3.phases import FLOWING, READABLE, REQUESTS, TRANSITIONS, Jr3Event, Jr3Phase, RequestInFlight
 from palpate.drivers.jr3.sampling import Sampler
 from palpate.drivers.jr3.settings import Jr3Settings, settling_ns
-from palpate.drivers.jr3.transport import CanTransport
+from palpate.drivers.jr3.transport import ACK_TIMEOUT_NS, ATTEMPTS, MIN_PERIOD_US, PING_ATTEMPTS, CanTransport
 
 FIRST_READING_NS = 500_000_000
 """Longest wait for the first reading after START, in ns. Assumed."""
@@ -32,9 +35,9 @@ class Jr3(PolledSensor):
 
     def __init__(self, wire: CanTransport, settings: Jr3Settings | None = None) -> None:
         self._settings = settings = Jr3Settings() if settings is None else settings
-        if settings.period_us < wire.timing.min_period_us:
+        if settings.period_us < MIN_PERIOD_US:
             problem = f"{settings.period_us} us between readings is too short"
-            raise SettingError(wire.name, problem, f"choose {wire.timing.min_period_us} us or more on this wire")
+            raise SettingError(wire.name, problem, f"choose {MIN_PERIOD_US} us or more on this wire")
         super().__init__()
         self.phase = Jr3Phase.CLOSED
         self._wire, self._exchange = wire, RequestInFlight()
@@ -56,12 +59,15 @@ class Jr3(PolledSensor):
         return self._sampler.was_zeroed
 
     @property
-    def identity(self) -> BoardIdentity:
-        """All by which the board can be told from another; StateError before the full scales have been read."""
-        full_scales = self._sampler.full_scales
-        if full_scales is None:
+    def full_scales(self) -> FullScales:
+        """All by which a board can be told from another. FACT: the protocol has neither serial number nor version.
+
+        Raises:
+            StateError: They have not been read yet.
+        """
+        if self._sampler.full_scales is None:
             raise StateError(self._wire.name, "has not been asked yet", "open it and poll first")
-        return BoardIdentity(self._wire.name, full_scales, self._cutoff_cHz * 0.01, self._period_us)
+        return self._sampler.full_scales
 
     def open(self) -> None:
         """Begin to talk; :meth:`poll` does the rest. Also the way out of FAULTED and SILENT.
@@ -71,7 +77,7 @@ class Jr3(PolledSensor):
         """
         self._wish(Jr3Event.ASKED_TO_OPEN)
         self.failure, self._heard, self._started = None, False, False
-        self._fences, self._boots_in_row = self._wire.timing.attempts, 0
+        self._fences, self._boots_in_row = ATTEMPTS, 0
         self._wire.forget()
 
     def stop(self) -> None:
@@ -92,19 +98,7 @@ class Jr3(PolledSensor):
 
     @override
     def silence(self, now_ns: int) -> SilentError:
-        then_ns = self._sampler.last_new_ns
-        return health.no_reading(self._wire.name, now_ns - then_ns, self._account.since(then_ns), self._last())
-
-    @override
-    def oddities(self, now_ns: int) -> str:
-        return listed(self._account.lately(now_ns), self._last())
-
-    def _last(self) -> dict[str, str]:
-        sampler = self._sampler
-        return {
-            health.JUMPED: f"by {sampler.counter.jump:+d}",
-            health.FULL: sampler.fullest,
-        }
+        return health.no_reading(self._wire.name, now_ns - self._sampler.last_new_ns, self._came())
 
     @override
     def poll(self, now_ns: int) -> list[Jr3Sample]:
@@ -126,43 +120,27 @@ class Jr3(PolledSensor):
             self._do_due(now_ns)
         except DriverError as error:
             self._fail(error, Jr3Event.LINK_LOST)
-        self._count(now_ns)
+        self._count()
+        if samples:
+            self._is_news()
         return samples
 
-    def _count(self, now_ns: int) -> None:
+    def _count(self) -> None:
         wire, sampler, counter = self._wire.counts(), self._sampler, self._sampler.counter
         counts = (
             counter.duplicates + wire.duplicates, wire.garbage, wire.orphans, counter.doubted, counter.restarts,
             sampler.full, self._exchange.strays,
         )  # fmt: skip
-        self._account.note(now_ns, dict(zip(health.REMEDIES, counts, strict=True)))
+        self.errors = Counter(dict(zip(health.REMEDIES, counts, strict=True)))
 
     @override
-    def diagnostics(self, now_ns: int) -> dict[str, str]:
-        found, seen = super().diagnostics(now_ns), self.statistics()
-        if self._sampler.full_scales is not None:
-            board = self.identity
-            found["board"] = f"{board.name}, filter {board.cutoff_Hz:g} Hz, a reading every {board.period_us} us"
-        found["readings"] = f"{seen.samples}, {seen.missed} missed in {seen.gaps} gaps, {seen.duplicates} duplicates"
-        found["wire"] = f"{seen.wire.good} frames, {seen.wire.garbage} without sense, {seen.wire.bus_offs} bus-offs"
-        found["restarts"] = f"{seen.boots + seen.restarts}"
+    def diagnostics(self) -> dict[str, str]:
+        found, wire, counter = super().diagnostics(), self._wire.counts(), self._sampler.counter
+        found["board"] = f"{self._wire.name}, filter {self._cutoff_cHz / 100:g} Hz, every {self._period_us} us"
+        found["readings"] = f"{self._sampler.samples}, {counter.missed} missed in {counter.gaps} gaps"
+        found["wire"] = f"{wire.good} frames, {wire.bus_offs} bus-offs, {self._exchange.timeouts} time-outs"
+        found["restarts"] = f"{self._boots + counter.restarts}"
         return found
-
-    def statistics(self) -> Jr3Statistics:
-        """Counters since the driver was made."""
-        sampler, counter = self._sampler, self._sampler.counter
-        return Jr3Statistics(
-            wire=self._wire.counts(),
-            samples=sampler.samples,
-            duplicates=counter.duplicates,
-            doubted=counter.doubted,
-            gaps=counter.gaps,
-            missed=counter.missed,
-            restarts=counter.restarts,
-            boots=self._boots,
-            timeouts=self._exchange.timeouts,
-            strays=self._exchange.strays,
-        )
 
     def _wish(self, cue: Jr3Event) -> None:
         if not self._advance(cue):
@@ -183,13 +161,12 @@ class Jr3(PolledSensor):
         return True
 
     def _ask(self, op: Op) -> None:
-        timing = self._wire.timing
-        attempts = timing.ping_attempts if self.phase is Jr3Phase.PINGING else timing.attempts
+        attempts = PING_ATTEMPTS if self.phase is Jr3Phase.PINGING else ATTEMPTS
         if self.phase is Jr3Phase.READING_SCALES:
             # Not repeated as it is: the answers for forces and moments look alike, so that a late one could be taken
             # for the other. The state is asked first again; its short answer cannot overtake a late long one.
             attempts = 1
-        self._exchange.begin(Request(op, self._cutoff_cHz, self._period_us), attempts, timing.ack_timeout_ns)
+        self._exchange.begin(Request(op, self._cutoff_cHz, self._period_us), attempts, ACK_TIMEOUT_NS)
 
     def _answered(self, ack: Ack, now_ns: int) -> None:
         self._heard = True
@@ -223,7 +200,7 @@ class Jr3(PolledSensor):
         if self._boots_in_row > MAX_BOOTS:
             self._fail(health.too_many_boots(self._wire.name, self._boots_in_row))
         elif self._advance(Jr3Event.BOOTED):
-            self._fences = self._wire.timing.attempts
+            self._fences = ATTEMPTS
 
     def _read(self, reading: Reading, now_ns: int) -> Jr3Sample | None:
         if self.phase not in READABLE:
@@ -263,3 +240,49 @@ class Jr3(PolledSensor):
     def _fail(self, error: DriverError, cue: Jr3Event = Jr3Event.GAVE_UP) -> None:
         if self._advance(cue):
             self.failure = error
+
+
+_INTERVAL_S: Final = 0.002
+
+
+def start_up(device: Jr3, clock_ns: Callable[[], int], sleep: Callable[[float], None], timeout_s: float = 30.0) -> None:
+    """Open a sensor and wait until it streams.
+
+    Args:
+        device: Closed, silent or faulted.
+        timeout_s: Longest wait, in s.
+
+    Raises:
+        DriverError: It does not stream; which one says why.
+    """
+    device.open()
+    _wait(device, clock_ns, sleep, {Jr3Phase.STREAMING}, timeout_s)
+
+
+def shut_down(
+    device: Jr3, clock_ns: Callable[[], int], sleep: Callable[[float], None], timeout_s: float = 10.0
+) -> None:
+    """Stop the stream and wait until the board has taken that, or has not answered; does nothing when closed."""
+    if device.phase is not Jr3Phase.CLOSED:
+        device.stop()
+        _wait(device, clock_ns, sleep, {Jr3Phase.CLOSED, Jr3Phase.FAULTED}, timeout_s)
+
+
+def _wait(
+    device: Jr3,
+    clock_ns: Callable[[], int],
+    sleep: Callable[[float], None],
+    goals: Collection[Jr3Phase],
+    timeout_s: float,
+) -> None:
+    deadline_ns = clock_ns() + round(timeout_s * 1e9)
+    while True:
+        now_ns = clock_ns()
+        device.poll(now_ns)
+        if device.phase in goals:
+            return
+        device.check()
+        if now_ns >= deadline_ns:
+            problem = f"still {device.phase.value} after {timeout_s:g} s"
+            raise SilentError("JR3", problem, "check cable and power, or wait longer")
+        sleep(_INTERVAL_S)

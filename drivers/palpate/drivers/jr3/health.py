@@ -1,49 +1,11 @@
-"""What a health check reads, and which error it is when the board does not do as asked."""
+"""Which error it is when the board does not do as asked, and what to do about it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Final
 
 from palpate.drivers.device import listed
 from palpate.drivers.errors import DeviceFaultError, DriverError, GarbledError, SilentError, WiringError
-from palpate.drivers.jr3.messages import FullScales, TransportCounts
-
-
-@dataclass(frozen=True, slots=True)
-class BoardIdentity:
-    """All by which a board can be told from another. FACT: the protocol has neither serial number nor version.
-
-    Attributes:
-        cutoff_Hz: Cut-off of the filter as the board is told, 0 = unfiltered.
-    """
-
-    name: str
-    full_scales: FullScales
-    cutoff_Hz: float
-    period_us: int
-
-
-@dataclass(frozen=True, slots=True)
-class Jr3Statistics:
-    """Counters since the driver was made.
-
-    Attributes:
-        duplicates: Readings with the counter of the one before.
-        doubted: Readings dropped because their counter fitted nothing before.
-        restarts: How often the frame counter went back without our asking.
-        strays: Acknowledgements that answered nothing.
-    """
-
-    wire: TransportCounts
-    samples: int
-    duplicates: int
-    doubted: int
-    gaps: int
-    missed: int
-    restarts: int
-    boots: int
-    timeouts: int
-    strays: int
+from palpate.drivers.jr3.messages import TransportCounts
 
 
 def no_answer(name: str, doing: str, counts: TransportCounts, *, refused: bool, heard: bool) -> DriverError:
@@ -60,28 +22,23 @@ def no_answer(name: str, doing: str, counts: TransportCounts, *, refused: bool, 
     return WiringError(name, f"nobody answers ({_garbage(counts)})", remedy)
 
 
-SENSELESS, HALVES, AGAIN, JUMPED, BACK, FULL, STRAYS = (
-    "frames without sense or cut short", "halves of readings without the other half",
-    "readings again that were there already", "readings whose counter jumped", "counters that began anew",
-    "readings at or near the end of the scale", "answers that nobody asked for",
-)  # fmt: skip
 _SHIELD: Final = "check shield, ground and bit rate; then open it again"
 _OTHERS: Final = "see what else talks to the board, and whether the line loses frames; then open it again"
 REMEDIES: Final = {
-    AGAIN: "see that the sensor is plugged into its board, then power the board again; its sampling has stopped",
-    SENSELESS: _SHIELD,
-    HALVES: _SHIELD,
-    JUMPED: _OTHERS,
-    BACK: _OTHERS,
-    FULL: "see what presses on the tool, then the cable between sensor and board",
-    STRAYS: _OTHERS,
+    "repeated readings": "see that the sensor is plugged into its board, then power the board again",
+    "frames without sense or cut short": _SHIELD,
+    "halves of readings without the other half": _SHIELD,
+    "readings whose counter jumped": _OTHERS,
+    "counters that began again": _OTHERS,
+    "readings at or near the end of the scale": "see what presses on the tool, then the cable between sensor and board",
+    "answers without a request": _OTHERS,
 }
 """What is counted besides good readings, the most telling first, and what to do about it."""
 
 
-def no_reading(name: str, silent_ns: int, came: Mapping[str, int], last: Mapping[str, str]) -> SilentError:
+def no_reading(name: str, silent_ns: int, came: Mapping[str, int]) -> SilentError:
     """The stream has stopped, or what comes is no news."""
-    what = f"{listed(came, last)} came instead" if came else "nothing comes"
+    what = f"{listed(came)} came instead" if came else "nothing comes"
     remedy = next((REMEDIES[count] for count in REMEDIES if count in came), "check cable and power; then open it again")
     return SilentError(name, f"no new reading for {silent_ns * 1e-6:.0f} ms: {what}", remedy)
 

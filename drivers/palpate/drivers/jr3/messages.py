@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from palpate.drivers.device import ForceSample, Vector3
-from palpate.drivers.errors import DeviceFaultError, SettingError
+from palpate.drivers.errors import DeviceFaultError
 
 Counts3: TypeAlias = tuple[int, int, int]
 
@@ -164,25 +164,11 @@ class FullScales:
             problem = f"reports full scales of {self.force_N} N and {self.moment_dNm} x 0.1 N m"
             raise DeviceFaultError("JR3", problem, "check the sensor's cable and power the board again")
 
-    @property
-    def lsb_N(self) -> Vector3:
-        """Force of one count on each axis, in N (CALC)."""
-        x, y, z = self.force_N
-        return (x / FULL_SCALE_COUNTS, y / FULL_SCALE_COUNTS, z / FULL_SCALE_COUNTS)
-
-    @property
-    def lsb_Nm(self) -> Vector3:
-        """Moment of one count on each axis, in N m (CALC)."""
-        x, y, z = self.moment_dNm
-        counts = 10 * FULL_SCALE_COUNTS
-        return (x / counts, y / counts, z / counts)
-
 
 class Scaling:
     """Turns readings into physical values."""
 
     def __init__(self, full_scales: FullScales, signs: Signs = LEFT_HANDED) -> None:
-        check_signs(signs)
         scales = (*full_scales.force_N, *full_scales.moment_dNm)
         self._signed = tuple(sign * scale for sign, scale in zip(signs, scales, strict=True))
 
@@ -198,12 +184,6 @@ class Scaling:
             (fx * a / force, fy * b / force, fz * c / force),
             (mx * d / moment, my * e / moment, mz * f / moment),
         )
-
-
-def check_signs(signs: Signs) -> None:
-    """Refuse signs that are not six of +1 and -1."""
-    if len(signs) != 6 or any(sign not in (-1, 1) for sign in signs):
-        raise SettingError("JR3", f"signs {signs} are wrong", "give +1 or -1 for Fx, Fy, Fz, Mx, My, Mz")
 
 
 def peak_counts(reading: Reading) -> int:

@@ -18,7 +18,6 @@ ACQUISITION_S = 128.5e-6
 _WRAP, _HALF = 0x10000, 0x8000
 _PLAUSIBLE_STEPS = 8.0
 _MISSED_STEPS = 1.5
-_AXES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 _BORNE_COUNTS, _ZERO_COUNTS = 128, 48
 """What shows on some channel of a sensor that bears a tool, and what noise may show of one just zeroed. Assumed; CALC,
 with the scales of a wrist sensor: 0.9 to 1.4 N and 0.3 to 0.5 N."""
@@ -31,11 +30,10 @@ class FrameCounter:
     Attributes:
         missed: How many (CALC from the counter and the period).
         restarts: How often the counter went back without our asking. The zero is gone then too.
-        jump: By how much the last one differed that fitted nothing before.
     """
 
     def __init__(self, period_us: int) -> None:
-        self.duplicates = self.doubted = self.gaps = self.missed = self.restarts = self.jump = 0
+        self.duplicates = self.doubted = self.gaps = self.missed = self.restarts = 0
         self._step = max(1.0, period_us * 1e-6 / ACQUISITION_S)
         self._window = int(_PLAUSIBLE_STEPS * self._step) + 1
         self._sequence = 0
@@ -73,7 +71,6 @@ class FrameCounter:
         if self._doubtful is None or not 0 < (counter - self._doubtful) % _WRAP <= self._window:
             self._doubtful = counter
             self.doubted += 1
-            self.jump = ahead if ahead < _HALF else ahead - _WRAP
             return None
         if ahead < _HALF:
             self._note_gap(ahead)
@@ -101,7 +98,6 @@ class Sampler:
         full: Readings near the end of the scale.
         unasked_ns: When the board last answered what nobody here had asked.
         was_zeroed: Right after such an answer all channels went to 0 at once: somebody else has set the zero.
-        fullest: The last of these, for a message.
     """
 
     def __init__(self, period_us: int, settling_ns: int, signs: Signs) -> None:
@@ -110,7 +106,6 @@ class Sampler:
         self.after_boot = self.was_zeroed = False
         self._peak, self.unasked_ns = 0, -_SOON_NS
         self.samples = self.last_new_ns = self.full = 0
-        self.fullest = ""
         self._signs, self._settling_ns = signs, settling_ns
         self._scaling: Scaling | None = None
         self._settled_at_ns = 0
@@ -135,11 +130,8 @@ class Sampler:
         if self.counter.restarts > restarts:
             self._settled_at_ns = now_ns + self._settling_ns
         self.last_new_ns = now_ns
-        values = (*reading.forces, *reading.moments)
         peak = peak_counts(reading)
-        if peak > NEAR_SATURATION_COUNTS:
-            axis = next(name for name, value in zip(_AXES, values, strict=True) if abs(value) == peak)
-            self.full, self.fullest = self.full + 1, f"{axis} at {peak} counts"
+        self.full += peak > NEAR_SATURATION_COUNTS
         was, self._peak = self._peak, peak
         is_soon = now_ns - self.unasked_ns < _SOON_NS
         self.was_zeroed |= was >= _BORNE_COUNTS and peak < _ZERO_COUNTS and is_soon

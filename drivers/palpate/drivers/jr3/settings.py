@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from math import isfinite, pi
+from math import pi
 
-from palpate.drivers.errors import SettingError
-from palpate.drivers.jr3.messages import LEFT_HANDED, Signs, check_signs
+from palpate.drivers.errors import require_all
+from palpate.drivers.jr3.messages import LEFT_HANDED, Signs
 
 MAX_CUTOFF_HZ = 655.35
 """Hz: 16 bits of 0.01 Hz (FACT, README of jr3-mbed-firmware-can)."""
@@ -37,15 +37,20 @@ class Jr3Settings:
     stall_periods: int = 20
 
     def __post_init__(self) -> None:
-        if not isfinite(self.cutoff_Hz) or not (self.cutoff_Hz == 0.0 or 0.01 <= self.cutoff_Hz <= MAX_CUTOFF_HZ):
-            remedy = f"choose 0 for unfiltered, or 0.01 to {MAX_CUTOFF_HZ} Hz"
-            raise SettingError("JR3", f"a cut-off of {self.cutoff_Hz} Hz does not exist", remedy)
-        if not 0 < self.period_us <= MAX_PERIOD_US:
-            raise SettingError("JR3", f"a period of {self.period_us} us is no use", f"choose 1 to {MAX_PERIOD_US} us")
-        if self.stall_periods < 2:
-            problem = f"{self.stall_periods} periods of silence happen all the time"
-            raise SettingError("JR3", problem, "choose stall_periods of 2 or more; 20 is usual")
-        check_signs(self.signs)
+        cutoff = self.cutoff_Hz
+        require_all(
+            "JR3",
+            (
+                (cutoff == 0.0 or 0.01 <= cutoff <= MAX_CUTOFF_HZ, f"cutoff_Hz = {cutoff}", "0, or 0.01 to 655.35"),
+                (0 < self.period_us <= MAX_PERIOD_US, f"period_us = {self.period_us}", f"1 to {MAX_PERIOD_US}"),
+                (self.stall_periods >= 2, f"stall_periods = {self.stall_periods}", "2 at least"),
+                (
+                    len(self.signs) == 6 and all(sign in (-1, 1) for sign in self.signs),
+                    f"signs = {self.signs}",
+                    "+1 or -1 for Fx, Fy, Fz, Mx, My, Mz",
+                ),
+            ),
+        )
 
     @property
     def cutoff_cHz(self) -> int:
@@ -75,10 +80,12 @@ def check_node(node: int, canopen_nodes: Iterable[int] = ()) -> None:
         (0x700+n) are taken for commands or readings: a TPDO2 (0x280+n) would stop the sensor and an RPDO2 (0x300+n)
         zero it.
     """
-    if not 1 <= node <= 127:
-        raise SettingError("JR3 on CAN", f"node {node} does not exist", "choose 1 to 127, as compiled into the board")
     taken = set(canopen_nodes)
-    if node in taken:
-        free = next((n for n in range(127, 0, -1) if n not in taken), None)
-        problem = f"node {node} is also a CANopen device, and their identifiers are the same"
-        raise SettingError("JR3 on CAN", problem, f"compile another node number into the board, for example {free}")
+    free = next((n for n in range(127, 0, -1) if n not in taken), None)
+    require_all(
+        "JR3 on CAN",
+        (
+            (1 <= node <= 127, f"node = {node}", "1 to 127, as compiled into the board"),
+            (node not in taken, f"node = {node}", f"no CANopen device's on this bus, for example {free}"),
+        ),
+    )

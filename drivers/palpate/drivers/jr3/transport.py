@@ -1,31 +1,20 @@
 """The way to the board: a CAN bus with its codec. It starts no thread."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 from palpate.drivers.can import CanLink
-from palpate.drivers.jr3.codec_can import CanDecoder, Reassembly, encode_can
+from palpate.drivers.jr3.codec import CanDecoder, Reassembly, encode_can
 from palpate.drivers.jr3.messages import Forces, Message, Moments, Request, TransportCounts
 from palpate.drivers.jr3.settings import check_node
 
-
-@dataclass(frozen=True, slots=True)
-class TransportTiming:
-    """How long to wait on a wire.
-
-    Attributes:
-        ping_attempts: The same for the first one, in which the board may still be booting.
-    """
-
-    ack_timeout_ns: int
-    attempts: int
-    ping_attempts: int
-    min_period_us: int
-
-
-CAN_TIMING: Final = TransportTiming(ack_timeout_ns=250_000_000, attempts=3, ping_attempts=16, min_period_us=540)
-"""FACT: yarp-devices waits 0.25 s; the board boots in 2 s. CALC: two frames last 0.27 ms; half the bus is left free."""
+ACK_TIMEOUT_NS: Final = 250_000_000
+ATTEMPTS: Final = 3
+PING_ATTEMPTS: Final = 16
+"""FACT: yarp-devices waits 0.25 s for an answer; the board boots in 2 s, so the first request is made more often."""
+MIN_PERIOD_US: Final = 540
+"""CALC: two frames last 0.27 ms; half the bus is left free."""
 
 
 class CanTransport:
@@ -38,7 +27,6 @@ class CanTransport:
     def __init__(self, link: CanLink, node: int = 1, canopen_nodes: Iterable[int] = ()) -> None:
         check_node(node, canopen_nodes)
         self.name = f"JR3 on CAN, node {node}"
-        self.timing = CAN_TIMING
         self._link, self._node = link, node
         self._decoder, self._joiner = CanDecoder(node), Reassembly()
 

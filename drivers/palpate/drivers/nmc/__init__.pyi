@@ -1,4 +1,3 @@
-from .bus import NmcBus as NmcBus
 from .commands import NOP as NOP
 from .commands import RESET_POS as RESET_POS
 from .commands import acceleration_word as acceleration_word
@@ -8,6 +7,7 @@ from .commands import read_stat as read_stat
 from .commands import set_gain as set_gain
 from .commands import stop_motor as stop_motor
 from .commands import velocity_word as velocity_word
+from .device import NmcBus as NmcBus
 from .frames import STICKY_STATUS as STICKY_STATUS
 from .frames import Aux as Aux
 from .frames import ModuleType as ModuleType
@@ -25,4 +25,3 @@ from .settings import same_for_all as same_for_all
 from .startup import Module as Module
 from .startup import attach as attach
 from .startup import start as start
-from .statistics import BusStatistics as BusStatistics

@@ -161,18 +161,3 @@ class NmcCommand:
             raise refused(f"address {address} is not one byte")
         body = bytes((address, len(self.data) << 4 | self.code)) + self.data
         return bytes((HEADER,)) + body + bytes((checksum(body),))
-
-
-def find_frame(data: bytes) -> tuple[int, NmcCommand] | None:
-    """The first whole command frame in the bytes, as (address, command), or None.
-
-    A host that receives command frames has another master on its line, or its own echo.
-    """
-    for start, byte in enumerate(data):
-        if byte != HEADER or len(data) < start + FRAME_OVERHEAD_BYTES:
-            continue
-        end = start + FRAME_OVERHEAD_BYTES + (data[start + 2] >> 4)
-        body = data[start + 1 : end - 1]
-        if end <= len(data) and checksum(body) == data[end - 1]:
-            return body[0], NmcCommand(Code(body[1] & 0x0F), bytes(body[2:]))
-    return None

@@ -6,7 +6,7 @@ from math import isfinite
 from typing import Final
 
 from palpate.drivers.device import BusBudget
-from palpate.drivers.errors import SettingError
+from palpate.drivers.errors import require_all
 from palpate.drivers.nmc.frames import GROUP_BIT, NmcCommand, StatusItem
 from palpate.drivers.nmc.replies import reply_size_bytes
 
@@ -50,15 +50,15 @@ class BusSettings:
 
     def __post_init__(self) -> None:
         times = (self.adapter_latency_s, self.turnaround_s, self.slack_s, self.reset_wait_s)
-        checks = (
-            (self.baud in BAUD_DIVISORS, f"baud = {self.baud}", f"one of {', '.join(map(str, BAUD_DIVISORS))}"),
-            (all(isfinite(t) and t >= 0.0 for t in times), f"times of {times} s", "finite and not negative"),
-            (self.errors_in_a_row >= 1, f"errors_in_a_row = {self.errors_in_a_row}", "1 at least"),
-            (1 <= self.max_modules < GROUP_BIT, f"max_modules = {self.max_modules}", "1 to 127"),
+        require_all(
+            "NMC bus",
+            (
+                (self.baud in BAUD_DIVISORS, f"baud = {self.baud}", f"one of {', '.join(map(str, BAUD_DIVISORS))}"),
+                (all(isfinite(t) and t >= 0.0 for t in times), f"times of {times} s", "finite and not negative"),
+                (self.errors_in_a_row >= 1, f"errors_in_a_row = {self.errors_in_a_row}", "1 at least"),
+                (1 <= self.max_modules < GROUP_BIT, f"max_modules = {self.max_modules}", "1 to 127"),
+            ),
         )
-        for good, found, wanted in checks:
-            if not good:
-                raise SettingError("NMC bus", found, f"must be {wanted}")
 
 
 BITS_PER_BYTE: Final = 10

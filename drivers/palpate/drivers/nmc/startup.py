@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from palpate.drivers.errors import SilentError, WiringError
-from palpate.drivers.nmc.bus import DEVICE, NmcBus
 from palpate.drivers.nmc.commands import HARD_RESET, read_stat, set_addr, set_baud
+from palpate.drivers.nmc.device import DEVICE, NmcBus
 from palpate.drivers.nmc.frames import EVERYBODY, StatusItem
 from palpate.drivers.nmc.replies import Discarded, ModuleIdentity, Reply
 from palpate.drivers.nmc.settings import BAUD_DIVISORS, POWER_UP_BAUD

@@ -6,13 +6,21 @@ and each stop sends that position once more, or velocities of zero.
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from math import inf, isfinite
 from typing import Final
 
 from typing_extensions import override
 
-from palpate.drivers.device import Applied, AppliedReason, ArmState, LatchingArm, Measured, clamped, held_back
-from palpate.drivers.errors import DriverError, LateError, RefusedError, SettingError, SilentError, StateError
+from palpate.drivers.device import (
+    Applied,
+    AppliedReason,
+    ArmState,
+    LatchingArm,
+    Measured,
+    clamped,
+    held_back,
+    require_angles,
+)
+from palpate.drivers.errors import DriverError, LateError, SettingError, SilentError
 from palpate.drivers.ros2.judgement import (
     StampClock,
     await_publisher,
@@ -69,16 +77,13 @@ class Ros2Arm(LatchingArm):
     def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
         """What a cycle would make of a set-point now: at most one period ahead of where the arm is."""
         self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
-        settings, asked = self.settings, tuple(map(float, setpoint_rad))
-        if len(asked) != len(settings.joints) or not all(map(isfinite, asked)):
-            accepted = f"give {len(settings.joints)} finite angles"
-            raise RefusedError("arm", f"{asked} are no joint angles", accepted)
+        settings = self.settings
+        asked = require_angles(setpoint_rad, len(settings.joints))
         if self._state is ArmState.STOPPED:
             return Applied(self._seen_rad, AppliedReason.STOPPED)
         within = clamped(asked, settings.lower_rad, settings.upper_rad)
-        steps = zip(within, self._seen_rad, settings.velocity_rad_s, strict=True)
-        share = min((most * settings.period_s / abs(a - b) if a != b else inf) for a, b, most in steps)
-        return held_back(asked, within, self._seen_rad, share)
+        most_rad = [speed * settings.period_s for speed in settings.velocity_rad_s]
+        return held_back(asked, within, self._seen_rad, most_rad)
 
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
         """Take the newest angles and send a command; None holds."""
@@ -102,13 +107,8 @@ class Ros2Arm(LatchingArm):
         return Measured(position_rad=self._seen_rad, is_fresh=is_fresh, applied=applied, time_ns=self._time_ns)
 
     @override
-    def oddities(self, now_ns: int) -> str:
-        silent_ms = (now_ns - self._heard_ns) * 1e-6
-        return f"no message of {self._link.reads} for {silent_ms:.0f} ms" if silent_ms > 20.0 else ""
-
-    @override
-    def diagnostics(self, now_ns: int) -> dict[str, str]:
-        return super().diagnostics(now_ns) | link_diagnostics(self._link, self._stamps)
+    def diagnostics(self) -> dict[str, str]:
+        return super().diagnostics() | link_diagnostics(self._link, self._stamps)
 
     def stop(self) -> None:
         """Hold the arm, or send velocities of zero; at any time, twice too, never raising."""
@@ -132,8 +132,7 @@ class Ros2Arm(LatchingArm):
             StateError: There is no fault.
             DriverError: It does not go away; it stays.
         """
-        if self._state is not ArmState.FAULTED:
-            raise StateError("arm", f"there is no fault to acknowledge while it is {self._state.value}", "go on")
+        self._require_fault()
         # A robot that was started again has another clock.
         self._stamps = StampClock(self._link.reads)
         require_one_publisher(self._link)

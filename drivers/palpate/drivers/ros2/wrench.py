@@ -83,8 +83,8 @@ class Ros2Wrench(PolledSensor):
         return samples
 
     @override
-    def diagnostics(self, now_ns: int) -> dict[str, str]:
-        return super().diagnostics(now_ns) | link_diagnostics(self._link, self._stamps)
+    def diagnostics(self) -> dict[str, str]:
+        return super().diagnostics() | link_diagnostics(self._link, self._stamps)
 
     @override
     def acknowledge(self) -> None:

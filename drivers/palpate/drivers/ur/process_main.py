@@ -43,7 +43,9 @@ class Served:
     def serve(self) -> None:
         """Until the other side hangs up, or the controller does."""
         while True:
-            if select.select([self._line], [], [], _LOOK_S)[0] and not self._hear():
+            # The client does not say when data have come; before there are any, requests alone are waited for.
+            look_s = None if self._receive is None else _LOOK_S
+            if select.select([self._line], [], [], look_s)[0] and not self._hear():
                 return
             if self._receive is not None:
                 self._tell_state()

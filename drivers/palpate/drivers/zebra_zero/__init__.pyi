@@ -1,7 +1,7 @@
-from .arm import CountsStore as CountsStore
-from .arm import ZebraZero as ZebraZero
-from .counts import SixCounts as SixCounts
-from .counts import Transmission as Transmission
+from .codec import SixCounts as SixCounts
+from .codec import Transmission as Transmission
+from .device import CountsStore as CountsStore
+from .device import ZebraZero as ZebraZero
 from .settings import JointLimits as JointLimits
 from .settings import Streaming as Streaming
 from .settings import ZebraZeroSettings as ZebraZeroSettings

@@ -27,7 +27,7 @@ from palpate.drivers.nmc import (
     stop_motor,
     velocity_word,
 )
-from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, SixCounts
+from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, SixCounts
 from palpate.drivers.zebra_zero.settings import FIRMWARE_WITH_MOVING_TARGETS, Streaming, ZebraZeroSettings
 from palpate.drivers.zebra_zero.states import Fault, FaultKind, fault_in
 
@@ -81,12 +81,12 @@ def bring_to_rest(
             for address in sorted(moving):
                 replies, tries = replies + _poll(bus, address, told, moving), tries + 1
                 if not replies and tries >= _DEAD_TRIES and clock_ns() >= dead_ns:
-                    bus.shout(addresses, ABRUPT)
+                    bus.broadcast(addresses, ABRUPT)
                     return StopOutcome.LINE_DEAD
             bus.wait_s(_POLL_S)
         if moving:
             # Twice each, because the first may be what the line damages; nobody waits for their replies any more.
-            bus.shout(sorted(moving), ABRUPT)
+            bus.broadcast(sorted(moving), ABRUPT)
     except DriverError:
         return StopOutcome.LINE_DEAD
     if not moving:

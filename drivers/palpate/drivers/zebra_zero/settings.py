@@ -3,11 +3,11 @@
 import enum
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
-from math import copysign, inf, isfinite
+from math import copysign, isfinite
 from typing import Final
 
 from palpate.drivers.device import Applied, BusBudget, clamped, held_back
-from palpate.drivers.errors import SettingError
+from palpate.drivers.errors import require_all
 from palpate.drivers.nmc import (
     BusSettings,
     NmcCommand,
@@ -19,7 +19,7 @@ from palpate.drivers.nmc import (
     set_gain,
     stop_motor,
 )
-from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, Six, Transmission, six
+from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, Six, Transmission, six
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,12 +45,20 @@ class JointLimits:
 
     def __post_init__(self) -> None:
         numbers = (*self.lower_rad, *self.upper_rad, self.velocity_rad_per_s, self.acceleration_rad_per_s2)
-        if len(self.lower_rad) != JOINTS or len(self.upper_rad) != JOINTS or not all(isfinite(x) for x in numbers):
-            raise SettingError(DEVICE, f"joint limits {self}", f"must be finite, for {JOINTS} joints")
-        if any(lower >= upper for lower, upper in zip(self.lower_rad, self.upper_rad, strict=True)):
-            raise SettingError(DEVICE, f"joint limits {self}", "each lower one must be below the upper one")
-        if min(self.velocity_rad_per_s, self.acceleration_rad_per_s2) <= 0.0:
-            raise SettingError(DEVICE, f"joint limits {self}", "velocity and acceleration must be positive")
+        right = len(self.lower_rad) == len(self.upper_rad) == JOINTS and all(map(isfinite, numbers))
+        ordered = all(lower < upper for lower, upper in zip(self.lower_rad, self.upper_rad, strict=right))
+        require_all(
+            DEVICE,
+            (
+                (right, f"joint limits {self}", f"finite, for {JOINTS} joints"),
+                (ordered, f"joint limits {self}", "in order, each lower one below the upper one"),
+                (
+                    min(self.velocity_rad_per_s, self.acceleration_rad_per_s2) > 0.0,
+                    f"joint limits {self}",
+                    "positive in velocity and acceleration",
+                ),
+            ),
+        )
 
     def outside(self, position_rad: Sequence[float], tolerance_rad: float = 0.0) -> int | None:
         """The first joint, counted from 0, that is beyond a limit by more than the tolerance; None when none is."""
@@ -84,15 +92,11 @@ class JointLimits:
         asked = six(asked_rad)
         within = clamped(asked, self.lower_rad, self.upper_rad)
         moves = zip(within, previous_rad, velocity_rad_per_s, strict=True)
-        share = min(self._share(q - p, velocity, step_s) for q, p, velocity in moves)
-        return held_back(asked, within, previous_rad, share)
+        return held_back(asked, within, previous_rad, [self._most_rad(q - p, speed, step_s) for q, p, speed in moves])
 
-    def _share(self, step_rad: float, velocity_rad_per_s: float, step_s: float) -> float:
-        if step_rad == 0.0:
-            return inf
+    def _most_rad(self, step_rad: float, velocity_rad_per_s: float, step_s: float) -> float:
         already = max(0.0, copysign(1.0, step_rad) * velocity_rad_per_s)
-        speed = min(self.velocity_rad_per_s, already + self.acceleration_rad_per_s2 * step_s)
-        return speed * step_s / abs(step_rad)
+        return min(self.velocity_rad_per_s, already + self.acceleration_rad_per_s2 * step_s) * step_s
 
 
 FIRMWARE_WITH_MOVING_TARGETS: Final = 10
@@ -186,9 +190,7 @@ class ZebraZeroSettings:
             (0.0 < self.stop_timeout_s <= 60.0, f"stop_timeout_s = {self.stop_timeout_s}", "up to 60"),
             (self.bus.max_modules >= JOINTS, f"max_modules = {self.bus.max_modules}", f"{JOINTS} at least"),
         )
-        for good, found, wanted in checks:
-            if not good:
-                raise SettingError(DEVICE, found, f"must be {wanted}")
+        require_all(DEVICE, checks)
         self.budget().require(self.control_rate_Hz, self.divider)
 
     @property

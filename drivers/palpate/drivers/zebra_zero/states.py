@@ -7,7 +7,7 @@ from typing import Final
 from palpate.drivers.device import Measured
 from palpate.drivers.errors import DeviceFaultError, StateError
 from palpate.drivers.nmc import Aux, NmcStatus, Reply
-from palpate.drivers.zebra_zero.counts import DEVICE, SixCounts
+from palpate.drivers.zebra_zero.codec import DEVICE, SixCounts
 from palpate.drivers.zebra_zero.settings import ZebraZeroSettings
 
 

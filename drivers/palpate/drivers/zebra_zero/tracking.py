@@ -8,7 +8,7 @@ from typing import Final
 from palpate.drivers.device import Applied
 from palpate.drivers.errors import DriverError, GarbledError
 from palpate.drivers.nmc import NOP, Aux, NmcBus, NmcCommand, NmcStatus, Reply
-from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, Six, SixCounts, six
+from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, Six, SixCounts, six
 from palpate.drivers.zebra_zero.servos import AXES, Servos
 from palpate.drivers.zebra_zero.settings import ZebraZeroSettings
 from palpate.drivers.zebra_zero.states import Fault, FaultKind, ZebraMeasured, fault_in

@@ -8,13 +8,13 @@ only: RPDOs act at the next SYNC (types 0 to 240) or at once (254, 255), TPDOs a
 
 import enum
 import struct
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from typing import Final
 
+from canopen.sdo import SdoServer
 from typing_extensions import override
 
 from palpate.simulation.emulators.cia402 import objects as od
-from palpate.simulation.emulators.cia402.objects import reply_to
 from palpate.simulation.emulators.cia402.servo import POWERED, DrivenMotors, DriveServo, PowerMachine, PowerState
 from palpate.simulation.emulators.lines import BusFrame, CanNode
 
@@ -23,6 +23,7 @@ EMCY_HEARTBEAT_LOST: Final = 0x8130
 
 _SYNC: Final = 0x080
 _EMCY: Final = struct.Struct("<HB5s")
+_SDO_BYTES: Final = 8
 _MS: Final = 1_000_000
 _BOOT_NS: Final = 10 * _MS
 _PDOS: Final = 4
@@ -44,50 +45,23 @@ _NMT: Final = {0x01: NmtState.OPERATIONAL, 0x02: NmtState.STOPPED, 0x80: NmtStat
 _NMT_RESETS: Final = (0x81, 0x82)
 
 
-@dataclass(slots=True)
-class CanopenFaults:
-    """What goes wrong; set any of it while the node runs.
-
-    Attributes:
-        drop_tpdos: So many of the next process data are lost.
-        delay_tpdos_ns: Process data leave so much later.
-        duplicate_tpdos: So many of the next process data are sent twice.
-        malformed_tpdos: So many of the next process data are one byte short.
-        silent: Nothing is sent at all, though everything is received and carried out.
-        fault_persists: A fault-reset does nothing.
-        flipped_status: Bits of the statusword that are told the other way round.
-    """
-
-    drop_tpdos: int = 0
-    delay_tpdos_ns: int = 0
-    duplicate_tpdos: int = 0
-    malformed_tpdos: int = 0
-    silent: bool = False
-    heartbeat_stopped: bool = False
-    fault_persists: bool = False
-    flipped_status: int = 0
-
-
-@dataclass(slots=True)
-class _Outbox:
-    now: list[BusFrame] = field(default_factory=list)
-    later: list[tuple[int, BusFrame]] = field(default_factory=list)
-
-
 class CanopenDrive(CanNode):
     """One drive; a ``CanNode``.
 
     Args:
         node: Node number, 1 to 127.
         axis: Which of the motors is this drive's.
+
+    Attributes:
+        outgoing: The frames that leave the drive; set it to lose, keep, change or repeat some.
     """
 
     def __init__(self, node: int, motors: DrivenMotors, axis: int) -> None:
         self.node = node
-        self.faults = CanopenFaults()
+        self.outgoing: Callable[[list[BusFrame]], list[BusFrame]] = lambda frames: frames
         self._motors, self._axis = motors, axis
         self._now_ns: int | None = None
-        self._out = _Outbox()
+        self._out: list[BusFrame] = []
         self._power_up(0)
 
     @override
@@ -98,12 +72,12 @@ class CanopenDrive(CanNode):
         if self.nmt is not NmtState.INITIALISING:
             self._show()
             self._hear(arbitration_id, data, now_ns)
-        return self._flush(now_ns)
+        return self._flush()
 
     @override
     def advance(self, now_ns: int) -> list[BusFrame]:
         self._pass_time(now_ns)
-        return self._flush(now_ns)
+        return self._flush()
 
     def reset(self) -> None:
         """Lose the supply for a moment: everything is forgotten, a boot-up message follows."""
@@ -112,16 +86,19 @@ class CanopenDrive(CanNode):
     def fail(self, code: int, vendor: bytes = b"") -> None:
         """Report an error and enter the fault state."""
         self._fault()
-        self._emergency(code, vendor)
+        self.emergency(code, vendor)
 
     def emergency(self, code: int, vendor: bytes = b"") -> None:
         """Send an EMCY message only; code 0 is for no fault any more."""
-        self._emergency(code, vendor)
+        self.objects[0x1001] = int(code & 0xFF00 != 0)
+        self._send(0x080 + self.node, _EMCY.pack(code, self.objects[0x1001], vendor))
 
     def _power_up(self, now_ns: int) -> None:
         self.nmt = NmtState.INITIALISING
         self.machine = PowerMachine()
-        self.objects = od.ObjectDictionary(self.node, serial=0x1000 + self.node)
+        self.objects = od.ObjectDictionary(self.node, serial=0x1000 + self.node, written=self._written)
+        self._sdo = SdoServer(0x600 + self.node, 0x580 + self.node, self.objects)
+        self._sdo.network = self
         self._servo = DriveServo(self._motors, self._axis, self.objects)
         self._ready_ns = now_ns + _BOOT_NS
         self._next_heartbeat_ns = 0
@@ -161,7 +138,7 @@ class CanopenDrive(CanNode):
 
     def _show(self) -> None:
         """Bring up to date what is read only where a frame comes in: status and position."""
-        self.objects[od.STATUSWORD] = self.machine.statusword ^ self.faults.flipped_status
+        self.objects[od.STATUSWORD] = self.machine.statusword
         self.objects[od.POSITION] = self._servo.measured
 
     def _fault(self) -> None:
@@ -176,7 +153,7 @@ class CanopenDrive(CanNode):
         patience_ns = (self.objects.sub(od.CONSUMER_HEARTBEAT, 1) & 0xFFFF) * _MS
         if patience_ns and now_ns - self._host_heard_ns > patience_ns:
             self._host_heard_ns = None
-            self._emergency(EMCY_HEARTBEAT_LOST, b"")
+            self.emergency(EMCY_HEARTBEAT_LOST)
             option = self.objects[od.HOST_LOST_OPTION]
             if option == 1:
                 self._fault()
@@ -187,8 +164,7 @@ class CanopenDrive(CanNode):
         period_ns = self.objects[od.PRODUCER_HEARTBEAT] * _MS
         if period_ns and now_ns >= self._next_heartbeat_ns:
             self._next_heartbeat_ns = now_ns + period_ns
-            if not self.faults.heartbeat_stopped:
-                self._send(0x700 + self.node, bytes((self.nmt,)))
+            self._send(0x700 + self.node, bytes((self.nmt,)))
 
     def _hear(self, identifier: int, data: bytes, now_ns: int) -> None:
         watched = self.objects.sub(od.CONSUMER_HEARTBEAT, 1) >> 16 & 0x7F
@@ -197,12 +173,11 @@ class CanopenDrive(CanNode):
         elif identifier == 0x700 + watched and watched:
             self._host_heard_ns = now_ns
         elif identifier == 0x600 + self.node and self.nmt is not NmtState.STOPPED:
-            reply = reply_to(data, self.objects, self._written)
-            if reply is not None:
-                self._send(0x580 + self.node, reply)
+            if len(data) == _SDO_BYTES:
+                self._sdo.on_request(identifier, data, 0.0)
         elif self.nmt is NmtState.OPERATIONAL:
             if identifier == _SYNC:
-                self._sync(now_ns)
+                self._sync()
             else:
                 self._take_rpdo(identifier, data)
 
@@ -240,51 +215,33 @@ class CanopenDrive(CanNode):
 
     def _execute(self, controlword: int) -> None:
         before = self.machine.state
-        self.machine.apply(controlword, fault_persists=self.faults.fault_persists)
+        self.machine.apply(controlword)
         if self.machine.state is PowerState.ENABLED and before is not PowerState.ENABLED:
             self._servo.engage()
         if before is PowerState.FAULT and self.machine.state is not PowerState.FAULT:
-            self._emergency(0, b"")
-        self.objects[od.STATUSWORD] = self.machine.statusword ^ self.faults.flipped_status
+            self.emergency(0)
+        self.objects[od.STATUSWORD] = self.machine.statusword
 
-    def _sync(self, now_ns: int) -> None:
+    def _sync(self) -> None:
         self._syncs += 1
         for pdo in range(_PDOS):
             identifier, kind = (self.objects.sub(od.TPDO_SETTINGS + pdo, sub) for sub in (1, 2))
             if not identifier & od.PDO_INVALID and 1 <= kind <= _SLOWEST_SYNC_TYPE and self._syncs % kind == 0:
                 data = b"".join(entry.encode() for entry in self.objects.mapped(od.TPDO_MAPPING + pdo))
-                self._send_tpdo(identifier, data, now_ns)
+                self._send(identifier, data)
         pending, self._pending = self._pending, {}
         for pdo, data in pending.items():
             self._apply(pdo, data)
         if self.machine.state is PowerState.ENABLED:
             self._servo.retarget()
 
-    def _send_tpdo(self, identifier: int, data: bytes, now_ns: int) -> None:
-        faults = self.faults
-        if faults.drop_tpdos > 0:
-            faults.drop_tpdos -= 1
-            return
-        if faults.malformed_tpdos > 0:
-            faults.malformed_tpdos -= 1
-            data = data[:-1]
-        copies = 1
-        if faults.duplicate_tpdos > 0:
-            faults.duplicate_tpdos -= 1
-            copies = 2
-        self._out.later += [(now_ns + faults.delay_tpdos_ns, BusFrame(identifier, data))] * copies
-
-    def _emergency(self, code: int, vendor: bytes) -> None:
-        self.objects[0x1001] = int(code & 0xFF00 != 0)
-        self._send(0x080 + self.node, _EMCY.pack(code, self.objects[0x1001], vendor))
+    def send_message(self, can_id: int, data: bytes) -> None:
+        """Take what the SDO server answers; the name is canopen's."""
+        self._send(can_id, bytes(data))
 
     def _send(self, identifier: int, data: bytes) -> None:
-        self._out.now.append(BusFrame(identifier, data))
+        self._out.append(BusFrame(identifier, data))
 
-    def _flush(self, now_ns: int) -> list[BusFrame]:
-        if not (self._out.now or self._out.later):
-            return []
-        due = [frame for time_ns, frame in self._out.later if time_ns <= now_ns]
-        self._out.later = [item for item in self._out.later if item[0] > now_ns]
-        frames, self._out.now = self._out.now + due, []
-        return [] if self.faults.silent else frames
+    def _flush(self) -> list[BusFrame]:
+        frames, self._out = self._out, []
+        return self.outgoing(frames)

@@ -1,14 +1,15 @@
 """The object dictionary of an emulated drive: sizes, access, defaults, and the abort codes for what it refuses.
 
-Standard knowledge: CiA 301 (communication objects, abort codes) and CiA 402-2 (0x6000 and above).
+Standard knowledge: CiA 301 (communication objects, abort codes) and CiA 402-2 (0x6000 and above). Transfers are those
+of ``canopen.sdo.SdoServer``, to which the dictionary is a node.
 """
 
-import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-ABORT_COMMAND: Final = 0x0504_0001
+from canopen.sdo import SdoAbortedError
+
 ABORT_READ_ONLY: Final = 0x0601_0002
 ABORT_NO_OBJECT: Final = 0x0602_0000
 ABORT_NOT_MAPPABLE: Final = 0x0604_0041
@@ -34,27 +35,14 @@ FOLLOWING_ERROR_WINDOW: Final = 0x6065
 TARGET_POSITION: Final = 0x607A
 QUICK_STOP_DECELERATION: Final = 0x6085
 INTERPOLATION: Final = 0x60C2
-TARGET_VELOCITY: Final = 0x60FF
 HOST_LOST_OPTION: Final = 0x6007
 CONSUMER_HEARTBEAT: Final = 0x1016
 PRODUCER_HEARTBEAT: Final = 0x1017
 
 _PDOS: Final = 4
 _MAPPED: Final = 4
-_MODES: Final = (0, 8, 9)
-_CSP_AND_CSV: Final = 1 << 7 | 1 << 8
-
-
-class SdoAbortError(Exception):
-    """A transfer that the drive refuses.
-
-    Attributes:
-        code: What goes into the abort frame.
-    """
-
-    def __init__(self, code: int) -> None:
-        super().__init__(f"0x{code:08X}")
-        self.code = code
+_NO_MODE, CSP = 0, 8
+_OFFERS_CSP: Final = 1 << 7
 
 
 @dataclass(slots=True)
@@ -81,9 +69,15 @@ class Entry:
 
 
 class ObjectDictionary:
-    """All objects of one drive, at their values after power-up."""
+    """All objects of one drive, at their values after power-up.
 
-    def __init__(self, node: int, *, serial: int) -> None:
+    Args:
+        written: Called with the index of an object that an SDO has written.
+    """
+
+    def __init__(self, node: int, *, serial: int, written: Callable[[int], object]) -> None:
+        self.object_dictionary: dict[int, object] = {}
+        self._written = written
         self._entries: dict[tuple[int, int], Entry] = {
             (0x1000, 0): Entry(0x0002_0192, 4),
             (0x1001, 0): Entry(0, 1),
@@ -109,8 +103,7 @@ class ObjectDictionary:
             (INTERPOLATION, 0): Entry(2, 1),
             (INTERPOLATION, 1): Entry(1, 1, writable=True),
             (INTERPOLATION, 2): Entry(-3, 1, signed=True, writable=True),
-            (TARGET_VELOCITY, 0): Entry(0, 4, signed=True, writable=True, mappable=True),
-            (0x6502, 0): Entry(_CSP_AND_CSV, 4),
+            (0x6502, 0): Entry(_OFFERS_CSP, 4),
         }
         for pdo in range(_PDOS):
             # Switched on after power-up, as many makers do, with a mapping that no arm uses.
@@ -132,25 +125,29 @@ class ObjectDictionary:
         found = self._entries.get((index, subindex))
         if found is None:
             known = any(i == index for i, _ in self._entries)
-            raise SdoAbortError(ABORT_NO_SUBINDEX if known else ABORT_NO_OBJECT)
+            raise SdoAbortedError(ABORT_NO_SUBINDEX if known else ABORT_NO_OBJECT)
         return found
 
-    def write(self, index: int, subindex: int, data: bytes) -> None:
-        """Write by SDO."""
+    def get_data(self, index: int, subindex: int, *, check_readable: bool = False) -> bytes:
+        """Read by SDO; the name is canopen's."""
+        return self.entry(index, subindex).encode()
+
+    def set_data(self, index: int, subindex: int, data: bytes, *, check_writable: bool = False) -> None:
+        """Write by SDO; the name is canopen's."""
         entry = self.entry(index, subindex)
         if not entry.writable:
-            raise SdoAbortError(ABORT_READ_ONLY)
+            raise SdoAbortedError(ABORT_READ_ONLY)
         if len(data) != entry.size:
-            raise SdoAbortError(ABORT_LENGTH)
+            raise SdoAbortedError(ABORT_LENGTH)
         value = int.from_bytes(data, "little", signed=entry.signed)
-        mapping = RPDO_MAPPING <= index < RPDO_MAPPING + _PDOS or TPDO_MAPPING <= index < TPDO_MAPPING + _PDOS
-        if mapping:
+        if RPDO_MAPPING <= index < RPDO_MAPPING + _PDOS or TPDO_MAPPING <= index < TPDO_MAPPING + _PDOS:
             self._check_mapping(index, subindex, value)
-        if index == MODE and value not in _MODES:
-            raise SdoAbortError(ABORT_VALUE)
+        if index == MODE and value not in (_NO_MODE, CSP):
+            raise SdoAbortedError(ABORT_VALUE)
         entry.decode(data)
         if index == MODE:
             self[MODE_SHOWN] = value
+        self._written(index)
 
     def mapped(self, mapping_index: int) -> list[Entry]:
         """The objects that a PDO holds, in order."""
@@ -160,18 +157,18 @@ class ObjectDictionary:
     def _check_mapping(self, index: int, subindex: int, value: int) -> None:
         settings = index - (RPDO_MAPPING - RPDO_SETTINGS)
         if not self.sub(settings, 1) & PDO_INVALID:
-            raise SdoAbortError(ABORT_STATE)
+            raise SdoAbortedError(ABORT_STATE)
         if subindex == 0:
             if value > _MAPPED:
-                raise SdoAbortError(ABORT_VALUE)
+                raise SdoAbortedError(ABORT_VALUE)
             if sum(self.sub(index, sub) & 0xFF for sub in range(1, value + 1)) > 64:
-                raise SdoAbortError(ABORT_PDO_LENGTH)
+                raise SdoAbortedError(ABORT_PDO_LENGTH)
             return
         if self.sub(index, 0) != 0:
-            raise SdoAbortError(ABORT_STATE)
+            raise SdoAbortedError(ABORT_STATE)
         target = self._entries.get((value >> 16, value >> 8 & 0xFF))
         if target is None or not target.mappable or target.size * 8 != value & 0xFF:
-            raise SdoAbortError(ABORT_NOT_MAPPABLE)
+            raise SdoAbortedError(ABORT_NOT_MAPPABLE)
 
     def _add_pdo(self, settings: int, mapping: int, identifier: int, mapped: int) -> None:
         self._entries |= {
@@ -182,38 +179,3 @@ class ObjectDictionary:
         }
         for sub in range(1, _MAPPED + 1):
             self._entries[mapping, sub] = Entry(mapped << 16 | 0x10 if sub == 1 else 0, 4, writable=True)
-
-
-_FRAME: Final = struct.Struct("<BHB4s")
-_ABORT: Final = struct.Struct("<BHBI")
-
-_KIND: Final = 0b1110_0000
-_DOWNLOAD: Final = 0b0010_0000
-_UPLOAD: Final = 0b0100_0000
-_ABORTED: Final = 0b1000_0000
-_DOWNLOADED: Final = 0b0110_0000
-_EXPEDITED_WITH_SIZE: Final = 0b0000_0011
-_EXPEDITED: Final = 0b0000_0010
-
-
-def reply_to(request: bytes, objects: ObjectDictionary, written: Callable[[int], None]) -> bytes | None:
-    """The reply of the server to a request; None where there is none."""
-    if len(request) != _FRAME.size:
-        return None
-    command, index, subindex, data = _FRAME.unpack(request)
-    try:
-        if command & _KIND == _UPLOAD:
-            found = objects.entry(index, subindex).encode()
-            size_bits = (4 - len(found)) << 2 | _EXPEDITED_WITH_SIZE
-            return _FRAME.pack(_UPLOAD | size_bits, index, subindex, found)
-        if command & _KIND == _DOWNLOAD and command & _EXPEDITED:
-            # Without the size bit all four bytes count.
-            unused = command >> 2 & 0b11 if command & 0b1 else 0
-            objects.write(index, subindex, data[: 4 - unused])
-            written(index)
-            return _FRAME.pack(_DOWNLOADED, index, subindex, b"")
-        if command & _KIND == _ABORTED:
-            return None
-        raise SdoAbortError(ABORT_COMMAND)
-    except SdoAbortError as abort:
-        return _ABORT.pack(_ABORTED, index, subindex, abort.code)

@@ -5,12 +5,12 @@ from math import copysign
 from typing import Final, Protocol
 
 from palpate.simulation.emulators.cia402.objects import (
+    CSP,
     FOLLOWING_ERROR_WINDOW,
     INTERPOLATION,
     MODE,
     QUICK_STOP_DECELERATION,
     TARGET_POSITION,
-    TARGET_VELOCITY,
     ObjectDictionary,
 )
 
@@ -64,12 +64,12 @@ class PowerMachine:
         if self.state is PowerState.NOT_READY:
             self.state = PowerState.SWITCH_ON_DISABLED
 
-    def apply(self, controlword: int, *, fault_persists: bool) -> None:
+    def apply(self, controlword: int) -> None:
         """Act on a controlword (object 0x6040)."""
         rising = controlword & ~self._previous
         self._previous = controlword
         if self.state is PowerState.FAULT:
-            if rising & _FAULT_RESET and not fault_persists:
+            if rising & _FAULT_RESET:
                 self.state = PowerState.SWITCH_ON_DISABLED
         elif self.state not in (PowerState.NOT_READY, PowerState.FAULT_REACTION):
             self._power(controlword)
@@ -111,8 +111,6 @@ class PowerMachine:
             self.state = PowerState.SWITCHED_ON
 
 
-CSP: Final = 8
-CSV: Final = 9
 _NS: Final = 1e-9
 _NO_WINDOW: Final = 0xFFFF_FFFF
 
@@ -130,8 +128,8 @@ class DrivenMotors(Protocol):
 class DriveServo:
     """Position demand of one axis over time.
 
-    In CSP a new target is approached in a straight line over the interpolation period (object 0x60C2), as drives do;
-    in CSV the demand runs at the target velocity. A quick stop decelerates from the speed of that moment.
+    A new target is approached in a straight line over the interpolation period (object 0x60C2), as drives do. A quick
+    stop decelerates from the speed of that moment. In no mode at all the demand stays.
     """
 
     def __init__(self, motors: DrivenMotors, axis: int, objects: ObjectDictionary) -> None:
@@ -152,7 +150,7 @@ class DriveServo:
 
     @property
     def following_error(self) -> bool:
-        """Whether the motor has fallen too far behind, in CSP."""
+        """Whether the motor has fallen too far behind."""
         window = self._objects[FOLLOWING_ERROR_WINDOW]
         watched = self._objects[MODE] == CSP and window != _NO_WINDOW
         return watched and abs(self._demand - self.measured) > window
@@ -164,14 +162,14 @@ class DriveServo:
 
     def retarget(self) -> None:
         """A SYNC: take the newest target over."""
-        if self._objects[MODE] == CSP:
-            self._goal = float(self._objects[TARGET_POSITION])
-            period_s = self._objects.sub(INTERPOLATION, 1) * 10.0 ** self._objects.sub(INTERPOLATION, 2)
-            self._speed = (self._goal - self._demand) / period_s if period_s > 0.0 else 0.0
-            if period_s <= 0.0:
-                self._demand = self._goal
-        else:
-            self._speed = float(self._objects[TARGET_VELOCITY])
+        if self._objects[MODE] != CSP:
+            self._goal, self._speed = self._demand, 0.0
+            return
+        self._goal = float(self._objects[TARGET_POSITION])
+        period_s = self._objects.sub(INTERPOLATION, 1) * 10.0 ** self._objects.sub(INTERPOLATION, 2)
+        self._speed = (self._goal - self._demand) / period_s if period_s > 0.0 else 0.0
+        if period_s <= 0.0:
+            self._demand = self._goal
 
     def advance(self, elapsed_ns: int, *, stopping: bool) -> None:
         """Let the demand go on, and pass it to the motor."""
@@ -180,7 +178,7 @@ class DriveServo:
             self._slow_down(elapsed_s)
         else:
             step = self._speed * elapsed_s
-            if self._objects[MODE] == CSP and abs(step) >= abs(self._goal - self._demand):
+            if abs(step) >= abs(self._goal - self._demand):
                 self._demand, self._speed = self._goal, 0.0
             else:
                 self._demand += step

@@ -4,14 +4,12 @@ import struct
 from collections import deque
 from enum import IntEnum
 
-import numpy as np
-
 from palpate.simulation.emulators.jr3.node import Jr3Node, Notice, Sample, WrenchSource, unsigned
 from palpate.simulation.emulators.jr3.sensor import Jr3Config
 from palpate.simulation.emulators.lines import BusFrame
 
 POLL_ns = 1_000_000
-"""Pause of the main loop, which looks for SYNC and commands in between. FACT: jr3-mbed-firmware-can main.cpp."""
+"""Pause of the main loop, which looks for commands in between. FACT: jr3-mbed-firmware-can main.cpp."""
 
 _QUEUE_FRAMES = 32
 _NODE_BITS = 0x7F
@@ -20,24 +18,20 @@ _NODE_BITS = 0x7F
 class CanOperation(IntEnum):
     """Base identifiers, to which the node number is added. FACT: jr3-mbed-firmware-can main.cpp."""
 
-    SYNC = 0x080
     ACK = 0x100
-    START_SYNC = 0x180
     START_ASYNC = 0x200
     STOP = 0x280
     ZERO_OFFSETS = 0x300
-    SET_FILTER = 0x380
     GET_STATE = 0x400
     GET_FULL_SCALE_FORCES = 0x480
     GET_FULL_SCALE_MOMENTS = 0x500
-    RESET = 0x580
     FORCES = 0x600
     MOMENTS = 0x680
     BOOTUP = 0x700
 
 
 class Jr3CanNode:
-    """A `CanNode` that behaves like the CAN firmware.
+    """A `CanNode` that behaves like the CAN firmware, as far as a host that streams needs it: no SYNC, no RESET.
 
     Commands wait in a queue of 32 for the main loop, which looks every millisecond, so an acknowledgement never comes
     out of `feed` for its own command but up to a millisecond later. More than 32 waiting push out the oldest
@@ -47,25 +41,19 @@ class Jr3CanNode:
         ValueError: The node number is not from 1 to 127.
     """
 
-    def __init__(
-        self, node_id: int, wrench: WrenchSource, config: Jr3Config | None = None, *, generator: np.random.Generator
-    ) -> None:
+    def __init__(self, node_id: int, wrench: WrenchSource, config: Jr3Config | None = None) -> None:
         if not 1 <= node_id <= _NODE_BITS:
             raise ValueError(f"node_id: 1 to 127 expected, got {node_id}")
         self.node_id = node_id
-        self.firmware = Jr3Node(config or Jr3Config(), wrench, generator=generator)
+        self.firmware = Jr3Node(config or Jr3Config(), wrench)
         self._commands: deque[tuple[int, bytes]] = deque(maxlen=_QUEUE_FRAMES)
-        self._sync = False
         self._next_poll_ns: int | None = None
 
     def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[BusFrame]:
-        """Hear a frame of the bus; SYNC sets a flag, a frame with this node's number is queued."""
+        """Hear a frame of the bus; one with this node's number is queued."""
         frames = self.advance(now_ns)
-        if self.firmware.listening:
-            if arbitration_id == CanOperation.SYNC:
-                self._sync = True
-            elif arbitration_id & _NODE_BITS == self.node_id:
-                self._commands.append((arbitration_id & ~_NODE_BITS, data))
+        if self.firmware.listening and arbitration_id & _NODE_BITS == self.node_id:
+            self._commands.append((arbitration_id & ~_NODE_BITS, data))
         return frames
 
     def advance(self, now_ns: int) -> list[BusFrame]:
@@ -74,7 +62,7 @@ class Jr3CanNode:
             self._next_poll_ns = now_ns + POLL_ns
         frames: list[BusFrame] = []
         while self._next_poll_ns <= now_ns:
-            if not (self._sync or self._commands):
+            if not self._commands:
                 # Passes of the loop that find nothing to do leave no trace.
                 self._next_poll_ns += ((now_ns - self._next_poll_ns) // POLL_ns + 1) * POLL_ns
                 break
@@ -87,7 +75,6 @@ class Jr3CanNode:
     def reboot(self, now_ns: int) -> None:
         """Cut the power for a moment; BOOTUP follows after the boot time."""
         self._commands.clear()
-        self._sync = False
         self.firmware.reboot(now_ns)
 
     def _run_until(self, now_ns: int) -> list[BusFrame]:
@@ -95,45 +82,30 @@ class Jr3CanNode:
         for event in self.firmware.advance(now_ns):
             if event is Notice.BOOTED:
                 frames.append(self._frame(CanOperation.BOOTUP))
-            elif event is Notice.RESET_DONE:
-                frames.append(self._acknowledgement())
             elif isinstance(event, Sample):
                 frames += self._pair(event)
         return frames
 
     def _serve(self, now_ns: int) -> list[BusFrame]:
         frames: list[BusFrame] = []
-        if self.firmware.serving and self._sync:
-            sample = self.firmware.acquire()
-            if sample is not None:
-                self.firmware.leave_words(tuple(count & 0xFFFF for count in sample.counts))
-                frames += self._pair(sample)
-            self._sync = False
         while self.firmware.serving and self._commands:
             frames += self._execute(*self._commands.popleft(), now_ns)
         return frames
 
     def _execute(self, operation: int, data: bytes, now_ns: int) -> list[BusFrame]:
         match operation:
-            case CanOperation.START_SYNC:
-                self.firmware.start(unsigned(data, 0, 2), now_ns)
             case CanOperation.START_ASYNC:
                 self.firmware.start(unsigned(data, 0, 2), now_ns, period_us=unsigned(data, 2, 4))
             case CanOperation.STOP:
                 self.firmware.stop()
             case CanOperation.ZERO_OFFSETS:
                 self.firmware.zero()
-            case CanOperation.SET_FILTER:
-                self.firmware.set_filter(unsigned(data, 0, 2))
             case CanOperation.GET_STATE:
                 pass
             case CanOperation.GET_FULL_SCALE_FORCES:
                 return [self._acknowledgement(*self.firmware.full_scale_words()[:3])]
             case CanOperation.GET_FULL_SCALE_MOMENTS:
                 return [self._acknowledgement(*self.firmware.full_scale_words()[3:])]
-            case CanOperation.RESET:
-                self.firmware.reset(now_ns)
-                return []
             case _:
                 return []
         return [self._acknowledgement()]

@@ -4,14 +4,15 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum, IntEnum, auto
 
-import numpy as np
-
 from palpate.simulation.emulators.jr3.sensor import (
-    FULL_SCALE_COUNTS,
     LARGEST_COUNTS,
+    WRIST_FULL_SCALES,
     ACQUISITION_PERIOD_ns,
     Jr3Config,
-    MovingAverage,
+    SHORTEST_PERIOD_ns,
+    counts_of,
+    smoothed,
+    smoothing_factor,
 )
 
 WrenchSource = Callable[[int], Iterable[float]]
@@ -37,7 +38,6 @@ class Notice(Enum):
     """What the firmware reports besides samples."""
 
     BOOTED = auto()
-    RESET_DONE = auto()
 
 
 class _Phase(Enum):
@@ -64,12 +64,9 @@ class Jr3Node:
 
     The first time it is given is the time of power-up. The input is taken once a step and held for all acquisitions
     since the step before, so a load that changes quickly needs short steps.
-
-    Args:
-        generator: Source of noise; untouched while there is none.
     """
 
-    def __init__(self, config: Jr3Config, wrench: WrenchSource, *, generator: np.random.Generator) -> None:
+    def __init__(self, config: Jr3Config, wrench: WrenchSource) -> None:
         self.config = config
         self.silent = False
         """Whether nothing that the node sends reaches the wire."""
@@ -77,16 +74,14 @@ class Jr3Node:
         """Whether the sensor is plugged into the board. Without it acquisitions stop and streams repeat themselves
         (INFERENCE from the threads of jr3-mbed-firmware Jr3Controller.cpp)."""
         self._wrench = wrench
-        self._filter = MovingAverage(generator)
+        self._alpha = 1.0
         self._power_ns: int | None = None
         self._power_down()
 
     def _power_down(self) -> None:
         self._phase = _Phase.BOOTING
-        self._booted = False
         self._phase_ends_ns = 0
         self.state = BoardState.NOT_INITIALISED
-        self._words: tuple[int, ...] = _FRESH_WORDS
         self._stop_sampling()
 
     def _stop_sampling(self) -> None:
@@ -94,7 +89,7 @@ class Jr3Node:
         self._next_acquisition_ns = 0
         self._counter = 0
         self._offset = [0.0] * 6
-        self._filter.restart()
+        self._filtered = [0.0] * 6
         self._zero_sample_due = False
         self._next_sample_ns: int | None = None
         self._period_ns = 0
@@ -141,18 +136,14 @@ class Jr3Node:
         if waits_for_sensor or self._phase_ends_ns > now_ns:
             return False
         if self._phase is _Phase.BOOTING and self.connected:
-            self._read_eeprom(self._phase_ends_ns)
+            self._phase = _Phase.READING_EEPROM
+            self._phase_ends_ns += self.config.eeprom_ns
             return True
         if self._phase is _Phase.READING_EEPROM:
             self.state = BoardState.READY
-            happened.append(Notice.RESET_DONE if self._booted else Notice.BOOTED)
-        self._booted = True
+            happened.append(Notice.BOOTED)
         self._phase = _Phase.SERVING
         return True
-
-    def _read_eeprom(self, now_ns: int) -> None:
-        self._phase = _Phase.READING_EEPROM
-        self._phase_ends_ns = now_ns + self.config.eeprom_ns
 
     def _acquire_until(self, now_ns: int) -> None:
         if not self._sampling or now_ns < self._next_acquisition_ns:
@@ -160,44 +151,36 @@ class Jr3Node:
         acquisitions = (now_ns - self._next_acquisition_ns) // ACQUISITION_PERIOD_ns + 1
         self._next_acquisition_ns += acquisitions * ACQUISITION_PERIOD_ns
         if self.connected:
-            noise_counts = self.config.noise_share * FULL_SCALE_COUNTS
-            self._filter.hold(self._input(now_ns), acquisitions, noise_counts)
+            self._filtered = smoothed(self._filtered, counts_of(self._wrench(now_ns)), self._alpha, acquisitions)
             self._counter = (self._counter + acquisitions) % _COUNTER_MODULUS
-
-    def _input(self, now_ns: int) -> list[float]:
-        counts = self.config.counts(self._wrench(now_ns))
-        return [min(max(count, -LARGEST_COUNTS), LARGEST_COUNTS) for count in counts]
 
     def _sample(self) -> Sample:
         if self._zero_sample_due:
             self._zero_sample_due = False
             return Sample((0,) * 6, self._counter)
-        counts = [round(value - zero) for value, zero in zip(self._filter.value, self._offset, strict=True)]
+        counts = [round(value - zero) for value, zero in zip(self._filtered, self._offset, strict=True)]
         return Sample(tuple(min(max(count, -LARGEST_COUNTS), LARGEST_COUNTS) for count in counts), self._counter)
 
-    def start(self, cut_off_cHz: int, now_ns: int, period_us: int | None = None) -> None:
+    def start(self, cut_off_cHz: int, now_ns: int, period_us: int) -> None:
         """Start sampling, or retune it if it runs; nothing happens unless the node is ready.
 
         A start after a stop has no offsets and a filter at zero (FACT: they are local to the sampling thread,
-        jr3-mbed-firmware Jr3Controller.cpp). While sampling, only cut-off and mode change (INFERENCE, same source).
+        jr3-mbed-firmware Jr3Controller.cpp). While sampling, only cut-off and period change (INFERENCE, same source).
         The first sample of a stream comes one acquisition after the start (assumed).
 
         Args:
             cut_off_cHz: Cut-off of the filter in hundredths of a hertz; 0 for none.
             now_ns: Time, ns.
-            period_us: Period of the asynchronous stream, us; None to send on SYNC only.
+            period_us: Period of the stream, us. The mode that sends on SYNC is not emulated.
         """
         if self.state is not BoardState.READY:
             return
-        self._filter.tune(cut_off_cHz)
+        self._alpha = smoothing_factor(cut_off_cHz)
         if not self._sampling:
             self._sampling = True
             self._next_acquisition_ns = now_ns + ACQUISITION_PERIOD_ns
-        if period_us is None:
-            self._next_sample_ns = None
-        else:
-            self._period_ns = max(period_us * 1000, self.config.shortest_period_ns)
-            self._next_sample_ns = now_ns + ACQUISITION_PERIOD_ns
+        self._period_ns = max(period_us * 1000, SHORTEST_PERIOD_ns)
+        self._next_sample_ns = now_ns + ACQUISITION_PERIOD_ns
 
     def stop(self) -> None:
         """Stop sampling: zero, filter and frame counter are lost. FACT: jr3-mbed-firmware Jr3Controller.cpp."""
@@ -211,21 +194,8 @@ class Jr3Node:
         INFERENCE: that it is the next one sent. Without sampling there is nothing to zero (assumed).
         """
         if self._sampling:
-            self._offset = self._filter.value
+            self._offset = self._filtered
             self._zero_sample_due = True
-
-    def set_filter(self, cut_off_cHz: int) -> None:
-        """Change the cut-off (hundredths of a hertz) and go on from the present value."""
-        if self.state is BoardState.READY:
-            self._filter.tune(cut_off_cHz)
-
-    def acquire(self) -> Sample | None:
-        """Take the present sample for a SYNC, or nothing if the node does not sample."""
-        return self._sample() if self._sampling else None
-
-    def leave_words(self, words: tuple[int, ...]) -> None:
-        """Overwrite the six unsigned words that an unready node would send for its full scales."""
-        self._words = words
 
     def full_scale_words(self) -> tuple[int, ...]:
         """Six unsigned 16-bit words of a full-scale answer.
@@ -233,15 +203,4 @@ class Jr3Node:
         FACT (jr3-mbed-firmware-can main.cpp): a node that is not ready leaves the buffer as it was, so the words are
         whatever was in it before; what a fresh buffer holds is assumed.
         """
-        if self.state is BoardState.READY:
-            self._words = self.config.full_scales
-        return self._words
-
-    def reset(self, now_ns: int) -> None:
-        """Read the calibration again; `Notice.RESET_DONE` follows, but never without a sensor.
-
-        That sampling ends by it is assumed.
-        """
-        self._stop_sampling()
-        self.state = BoardState.NOT_INITIALISED
-        self._read_eeprom(now_ns)
+        return WRIST_FULL_SCALES if self.state is BoardState.READY else _FRESH_WORDS

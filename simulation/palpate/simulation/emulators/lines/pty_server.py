@@ -66,19 +66,16 @@ _WAKES_LATE_NS: Final = 60_000  # an ordinary kernel ends a sleep about that muc
 
 
 class PtyServer(Generic[Emulator]):
-    """A thread that connects an emulator to a pseudo-terminal.
+    """A thread that connects an emulator to a pseudo-terminal. A context manager: inside, it is plugged in.
 
-    Tests reach the device while it runs through `exclusive()`, and the line through `unplug()` and `replug()`.
-    Unplugging is like pulling the adapter: the host gets a hang-up, the device keeps its power. The path of the
-    terminal changes whenever it is plugged in again.
+    Whoever wants to act on the device meanwhile does so within `exclusive()`.
     """
 
     def __init__(self, emulator: Emulator, timing: LineSpeed | None = None) -> None:
         self._serial = SerialLine(emulator, timing)
         self._lock = threading.Lock()
         self._line: PtyLine | None = None
-        self._thread: threading.Thread | None = None
-        self._wake_read = self._wake_write = -1
+        self._thread = threading.Thread(target=self._serve, name="serial-emulator", daemon=True)
         self._stopping = False
 
     @property
@@ -88,37 +85,16 @@ class PtyServer(Generic[Emulator]):
             raise OSError("the emulated port is not plugged in")
         return self._line.path
 
-    def start(self) -> str:
-        """Plug in and serve; returns `path`."""
-        if self._thread is not None:
-            raise RuntimeError("the server is running")
-        self._wake_read, self._wake_write = os.pipe()
-        self._stopping = False
-        try:
-            path = self.replug()
-        except OSError:
-            self._close()
-            raise
-        self._thread = threading.Thread(target=self._serve, name="serial-emulator", daemon=True)
-        self._thread.start()
-        return path
-
-    def stop(self) -> None:
-        """Unplug, end the thread and close everything; harmless if it is not running."""
-        if self._thread is None:
-            return
-        self._stopping = True
-        self._wake()
-        self._thread.join()
-        self._thread = None
-        self._close()
-
     def __enter__(self) -> PtyServer[Emulator]:
-        self.start()
+        self._line = PtyLine(self._serial.emulator.baud)
+        self._serial.connect(self._line.host_baud, time.monotonic_ns())
+        self._thread.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.stop()
+        self._stopping = True
+        self._thread.join()
+        self.unplug()
 
     @contextmanager
     def exclusive(self) -> Iterator[Emulator]:
@@ -127,33 +103,12 @@ class PtyServer(Generic[Emulator]):
             yield self._serial.emulator
 
     def unplug(self) -> None:
-        """Hang up; bytes under way are lost. Harmless if unplugged."""
+        """Pull the adapter: the host gets a hang-up, the device keeps its power. Harmless if unplugged."""
         with self._lock:
             line, self._line = self._line, None
             self._serial.disconnect()
             if line is not None:
                 line.close()
-                self._wake()  # a select in progress keeps the terminal alive
-
-    def replug(self) -> str:
-        """Plug in, at a new terminal; returns `path`. The server must be running."""
-        if self._wake_write < 0:
-            raise RuntimeError("the server is not running")
-        with self._lock:
-            if self._line is None:
-                self._line = PtyLine(self._serial.emulator.baud)
-                self._serial.connect(self._line.host_baud, time.monotonic_ns())
-        self._wake()
-        return self.path
-
-    def _close(self) -> None:
-        self.unplug()
-        os.close(self._wake_read)
-        os.close(self._wake_write)
-        self._wake_read = self._wake_write = -1
-
-    def _wake(self) -> None:
-        os.write(self._wake_write, b"\0")
 
     def _serve(self) -> None:
         while not self._stopping:
@@ -161,14 +116,13 @@ class PtyServer(Generic[Emulator]):
                 for data in self._serial.step(time.monotonic_ns()):
                     if self._line is not None:
                         self._line.write(data)
-                fds = [self._wake_read] if self._line is None else [self._wake_read, self._line.master]
+                fds = [] if self._line is None else [self._line.master]
                 timeout_s = max(0, self._serial.next_event_ns() - time.monotonic_ns() - _WAKES_LATE_NS) / _NS
             try:
+                # The next event is a millisecond away at most: a terminal that is closed meanwhile lives no longer.
                 ready, _, _ = select.select(fds, [], [], timeout_s)
             except OSError:
                 continue  # the terminal was closed between the lock and the call
-            if self._wake_read in ready:
-                os.read(self._wake_read, _READ_SIZE)
             with self._lock:
                 if self._line is not None and self._line.master in ready:
                     self._serial.receive(self._line.read(_READ_SIZE), time.monotonic_ns())

@@ -2,45 +2,31 @@
 
 import contextlib
 import os
+import re
 import select
 import time
+from collections import deque
 from collections.abc import Callable
-from enum import Enum, auto
+from threading import Event, Thread
+from typing import Final, Self
 
 from palpate.simulation.emulators.lines.can_bus import BusFrame, EmulatedCanBus
-from palpate.simulation.emulators.lines.can_bus_server import CanBusServer, DEFAULT_TICK_s
 from palpate.simulation.emulators.lines.pty_server import PtyLine
 
 DONE, ERROR = b"\r", b"\a"
-
-BIT_RATES_Hz = {
-    b"0": 10_000,
-    b"1": 20_000,
-    b"2": 50_000,
-    b"3": 100_000,
-    b"4": 125_000,
-    b"5": 250_000,
-    b"6": 500_000,
-    b"7": 800_000,
-    b"8": 1_000_000,
-}
+BIT_RATES_Hz: Final = dict(
+    zip(b"012345678", (10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000), strict=True)
+)
 """Bit rates of the S command. FACT: LAWICEL CANUSB manual; python-can's slcan takes 7 for 750 kbit/s."""
-
-VERSION = b"V1013"
-SERIAL_NUMBER = b"NPALP"
-LONGEST_LINE_BYTES = 31
+LONGEST_LINE_BYTES: Final = 31
 """Longest classic frame: T, 8 digits, length, 16 digits, and some room for a time stamp. CALC."""
+BACKLOG_BYTES: Final = 16_384
+"""What the adapter keeps for a host that does not read, bytes; later frames are lost. assumed."""
+_FRAME: Final = re.compile(rb"t([0-7][0-9a-fA-F]{2})([0-8])((?:[0-9a-fA-F]{2})*)")
+_READ_BYTES: Final = 4096
 
-_IDENTIFIER_DIGITS = {b"t": 3, b"r": 3, b"T": 8, b"R": 8}
-_LARGEST_IDENTIFIER = {3: 0x7FF, 8: 0x1FFFFFFF}
-
-
-class ChannelMode(Enum):
-    """State of the adapter's channel."""
-
-    CLOSED = auto()
-    OPEN = auto()
-    LISTEN_ONLY = auto()
+Action = Callable[[int], None]
+"""Something to do in the server's thread at a time in ns, such as to reboot a node."""
 
 
 def frame_line(frame: BusFrame) -> bytes:
@@ -48,137 +34,117 @@ def frame_line(frame: BusFrame) -> bytes:
     return b"t%03X%d" % (frame.arbitration_id, len(frame.data)) + frame.data.hex().upper().encode() + DONE
 
 
-def _hexadecimal(digits: bytes, count: int) -> int | None:
-    if len(digits) != count or not all(digit in b"0123456789abcdefABCDEF" for digit in digits):
-        return None
-    return int(digits, 16)
-
-
-def _payload(line: bytes, remote: bool) -> bytes | None:
-    """Payload of what follows the identifier: one digit of length and the bytes, or None for a bad line."""
-    length = _hexadecimal(line[:1], 1)
-    if length is None or length > 8:
-        return None
-    digits = b"" if remote else line[1:]
-    if remote and len(line) > 1:
-        return None
-    if not remote and (len(digits) != 2 * length or (digits and _hexadecimal(digits, 2 * length) is None)):
-        return None
-    return bytes.fromhex(digits.decode("ascii"))
-
-
 class Adapter:
     """Takes the host's bytes, answers them, and gives the frames that go on the bus.
 
-    Extended and remote frames are accepted and go nowhere: no emulated node reacts to one. An empty line is passed
-    over in silence (assumed; python-can sends one while it sets the bit rate).
+    It knows what hosts need: S sets the bit rate, O opens, C closes, t sends a frame. Extended and remote frames are
+    refused: no emulated node reacts to one. An empty line is passed over in silence (assumed; python-can sends one
+    while it sets the bit rate).
+
+    Attributes:
+        is_open: Whether the channel is.
+        bit_rate_Hz: What the host has set; None before.
     """
 
     def __init__(self) -> None:
-        self.mode = ChannelMode.CLOSED
+        self.is_open = False
         self.bit_rate_Hz: int | None = None
-        """Bit rate the host has set, bit/s; None before, or after a setting of the registers."""
-        self.overrun = False
-        """Whether frames were lost because the host did not read; reported and cleared by the F command."""
-        self._line = bytearray()
+        self._line = b""
 
     def take(self, data: bytes) -> tuple[bytes, list[BusFrame]]:
         """Take bytes from the host; gives the answer for it, and frames to send."""
-        answer = b""
+        *lines, rest = (self._line + data).split(DONE)
+        self._line = rest[: LONGEST_LINE_BYTES + 1]
         frames: list[BusFrame] = []
-        for byte in data:
-            if byte != DONE[0]:
-                self._line.append(byte)
-                continue
-            line = bytes(self._line)
-            self._line.clear()
-            if len(line) > LONGEST_LINE_BYTES:
-                answer += ERROR
-            elif line:
-                answer += self._execute(line[:1], line[1:], frames)
-        del self._line[LONGEST_LINE_BYTES + 1 :]
-        return answer, frames
+        answers = [self._execute(line, frames) for line in lines if line]
+        return b"".join(answers), frames
 
-    def _execute(self, command: bytes, rest: bytes, frames: list[BusFrame]) -> bytes:
-        if command in _IDENTIFIER_DIGITS:
-            return self._send(command, rest, frames)
-        closed = self.mode is ChannelMode.CLOSED
-        match command:
-            case b"S" if closed and rest in BIT_RATES_Hz:
-                self.bit_rate_Hz = BIT_RATES_Hz[rest]
-            case b"s" if closed and _hexadecimal(rest, 4) is not None:
-                self.bit_rate_Hz = None
-            case b"O" if closed and not rest:
-                self.mode = ChannelMode.OPEN
-            case b"L" if closed and not rest:
-                self.mode = ChannelMode.LISTEN_ONLY
-            case b"C" if not closed and not rest:
-                self.mode = ChannelMode.CLOSED
-            case b"V" if not rest:
-                return VERSION + DONE
-            case b"N" if not rest:
-                return SERIAL_NUMBER + DONE
-            case b"F" if not closed and not rest:
-                flags, self.overrun = int(self.overrun), False
-                return b"F%02X" % flags + DONE
-            case _:
-                return ERROR
+    def _execute(self, line: bytes, frames: list[BusFrame]) -> bytes:
+        if self.is_open and (found := _FRAME.fullmatch(line)) and len(found[3]) == 2 * int(found[2]):
+            frames.append(BusFrame(int(found[1], 16), bytes.fromhex(found[3].decode())))
+            return b"z" + DONE
+        if line[:1] == b"S" and len(line) == 2 and not self.is_open and line[1] in BIT_RATES_Hz:
+            self.bit_rate_Hz = BIT_RATES_Hz[line[1]]
+        elif line == (b"C" if self.is_open else b"O"):
+            self.is_open = not self.is_open
+        else:
+            return ERROR
         return DONE
 
-    def _send(self, command: bytes, rest: bytes, frames: list[BusFrame]) -> bytes:
-        digits = _IDENTIFIER_DIGITS[command]
-        identifier = _hexadecimal(rest[:digits], digits)
-        remote = command in b"rR"
-        data = _payload(rest[digits:], remote)
-        if (
-            self.mode is not ChannelMode.OPEN
-            or identifier is None
-            or identifier > _LARGEST_IDENTIFIER[digits]
-            or data is None
-        ):
-            return ERROR
-        if command == b"t":
-            frames.append(BusFrame(identifier, data))
-        return (b"z" if digits == 3 else b"Z") + DONE
 
+class SlcanServer:
+    """Serves the adapter at the path `channel`, for drivers in this or another process, in a thread of its own.
 
-BACKLOG_BYTES = 16_384
-"""What the adapter keeps for a host that does not read, bytes; later frames are lost. assumed."""
+    Only that thread touches bus and nodes; whoever wants to act on them meanwhile hands in an `Action`. An adapter that
+    is set to another bit rate than the bus exchanges nothing with it.
 
-_READ_BYTES = 4096
-
-
-class SlcanServer(CanBusServer):
-    """Serves an slcan adapter at the path `channel`, for drivers in this or another process.
-
-    An adapter that is set to another bit rate than the bus exchanges nothing with it.
+    Attributes:
+        channel: Path of the terminal to give to python-can.
+        frames_lost: Frames that the host has missed because it did not read.
     """
 
     def __init__(
-        self,
-        wire: EmulatedCanBus,
-        *,
-        tick_s: float = DEFAULT_TICK_s,
-        clock_ns: Callable[[], int] = time.monotonic_ns,
+        self, wire: EmulatedCanBus, *, tick_s: float = 0.0005, clock_ns: Callable[[], int] = time.monotonic_ns
     ) -> None:
-        super().__init__(wire, tick_s=tick_s, clock_ns=clock_ns)
-        self.adapter = Adapter()
-        self.frames_lost = 0
-        """Frames the host has missed because it did not read."""
+        self.wire, self.adapter, self.frames_lost = wire, Adapter(), 0
+        self._tick_s, self._clock_ns = tick_s, clock_ns
+        self._actions: deque[Action] = deque()
+        self._closing = Event()
+        self._thread = Thread(target=self._run, name=type(self).__name__, daemon=True)
         self._backlog = bytearray()
         self._line = PtyLine()
         self._master = self._line.master
         self.channel = self._line.path
-        """Path of the terminal to give to python-can."""
         self._plugged = True
 
+    def __enter__(self) -> Self:
+        """Begin to serve; power comes up on all nodes now."""
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the thread and give everything back; may be called twice."""
+        self._closing.set()
+        if self._thread.is_alive():
+            self._thread.join()
+        self._pull()
+
+    def do(self, action: Action, timeout_s: float = 5.0) -> None:
+        """Have something done in the server's thread before its next look at the nodes, and wait for it."""
+        done = Event()
+
+        def act(now_ns: int) -> None:
+            action(now_ns)
+            done.set()
+
+        self._actions.append(act)
+        if not done.wait(timeout_s):
+            raise TimeoutError("the bus server did not respond")
+
     def unplug(self) -> None:
-        """Pull the cable: the host's terminal hangs up. The server ends and cannot be plugged in again."""
+        """Pull the cable: the host's terminal hangs up. The server cannot be plugged in again."""
         self.do(lambda _: self._pull())
 
     def inject(self, line: bytes) -> None:
         """Have any bytes sent to the host as they are."""
         self.do(lambda _: self._backlog.extend(line))
+
+    def turn(self, timeout_s: float = 0.0) -> None:
+        """One look at host and nodes, in whose thread this is called; a server that was started does it by itself."""
+        received = self._receive(timeout_s)
+        now_ns = self._clock_ns()
+        while self._actions:
+            self._actions.popleft()(now_ns)
+        for frame in received:
+            self.wire.send(frame)
+        self._transmit(self.wire.advance(now_ns))
+
+    def _run(self) -> None:
+        while not self._closing.is_set():
+            self.turn(self._tick_s)
 
     def _pull(self) -> None:
         if self._plugged:
@@ -186,9 +152,10 @@ class SlcanServer(CanBusServer):
             self._line.close()
 
     def _on_bus(self) -> bool:
-        return self.adapter.mode is not ChannelMode.CLOSED and self.adapter.bit_rate_Hz == self.wire.bit_rate_Hz
+        return self.adapter.is_open and self.adapter.bit_rate_Hz == self.wire.bit_rate_Hz
 
     def _receive(self, timeout_s: float) -> list[BusFrame]:
+        """Wait until the host sends something, at most for a while, and return its frames."""
         if not self._plugged:
             self._closing.wait(timeout_s)
             return []
@@ -207,7 +174,6 @@ class SlcanServer(CanBusServer):
             return
         for frame in frames if self._on_bus() else []:
             if len(self._backlog) > BACKLOG_BYTES:
-                self.adapter.overrun = True
                 self.frames_lost += 1
             else:
                 self._backlog += frame_line(frame)
@@ -218,6 +184,3 @@ class SlcanServer(CanBusServer):
         with contextlib.suppress(BlockingIOError):
             while self._backlog:
                 del self._backlog[: os.write(self._master, self._backlog)]
-
-    def _release(self) -> None:
-        self._pull()

@@ -144,10 +144,6 @@ class FrameParser:
         pending.clear()
         return frame
 
-    def reset(self) -> None:
-        """Forget a partial frame."""
-        self._pending.clear()
-
 
 def sealed(body: bytes) -> bytes:
     """A reply: its bytes and their sum modulo 256 (FACT, libnmc)."""

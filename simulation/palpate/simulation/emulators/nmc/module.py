@@ -28,10 +28,8 @@ _TRAJECTORY_FIELDS: Final = (
     (Load.POSITION, "i", "position_counts"),
     (Load.VELOCITY, "I", "velocity"),
     (Load.ACCELERATION, "I", "acceleration"),
-    (Load.PWM, "B", "pwm"),
 )
-_REL_HOME: Final = 0x01
-_SET_POSITION: Final = 0x02
+_POSITION_FIELDS: Final = Load.POSITION | Load.VELOCITY | Load.ACCELERATION
 
 
 class NmcModule:
@@ -41,12 +39,13 @@ class NmcModule:
         address: Own address, 0 until SET_ADDR.
         group: Group address, 0x80 to 0xFF.
         rejected: Commands since construction whose length or kind did not fit; they change nothing (assumed: the
-            firmware would take whatever its buffer holds). Path mode, homing and outputs are not emulated.
+            firmware would take whatever its buffer holds). Of trajectories only trapezoids are emulated that begin at
+            once; neither homing nor outputs are.
     """
 
     def __init__(self, axis: int, plant: Plant, settings: ModuleSettings | None = None) -> None:
         self._axis, self._plant, self._settings = axis, plant, settings or ModuleSettings()
-        self.servo = PicServo(axis, plant, self._settings)
+        self.servo = PicServo(axis, plant)
         self.rejected = 0
         self._ticks = 0
         self._power_up()
@@ -54,7 +53,7 @@ class NmcModule:
     def power_up(self) -> None:
         """Return to the state after power-up, as HARD_RESET does; motor supply and switches stay as they are."""
         previous = self.servo
-        self.servo = PicServo(self._axis, self._plant, self._settings, powered=previous.powered)
+        self.servo = PicServo(self._axis, self._plant, powered=previous.powered)
         self.set_limits(*previous.limits)
         self._power_up()
 
@@ -94,8 +93,8 @@ class NmcModule:
         match frame.command, len(data):
             case CommandCode.NOP, 0:
                 pass
-            case CommandCode.RESET_POS, _:
-                return self._reset_position(data)
+            case CommandCode.RESET_POS, 0:
+                servo.set_position(0)
             case CommandCode.SET_ADDR, 2:
                 self.address, self.group = data[0], data[1] | _GROUP_BIT
                 self.leader = not data[1] & _GROUP_BIT
@@ -103,8 +102,6 @@ class NmcModule:
                 self.mask = ItemBits(data[0])
             case CommandCode.LOAD_TRAJ, n if n:
                 return self._load(data)
-            case CommandCode.START_MOVE, 0:
-                servo.start()
             case CommandCode.SET_GAIN, 14 | 15:
                 servo.gains = GainParameters.decoded(data)
             case CommandCode.STOP_MOTOR, 1 | 5:
@@ -116,36 +113,21 @@ class NmcModule:
                 self.baud = baud_of_divisor(data[0])
             case CommandCode.CLEAR_BITS, 0:
                 servo.clear_bits()
-            case CommandCode.SAVE_AS_HOME, 0:
-                servo.home_counts = servo.measured_counts
             case _:
                 return False
         return True
 
-    def _reset_position(self, data: bytes) -> bool:
-        servo = self.servo
-        if not data:
-            servo.set_position(0)
-        elif data == bytes([_REL_HOME]):
-            # Home keeps its place on the motor, so its register becomes zero (assumed).
-            servo.set_position(servo.measured_counts - servo.home_counts)
-            servo.home_counts = 0
-        elif len(data) == 5 and data[0] == _SET_POSITION:
-            servo.set_position(struct.unpack("<i", data[1:])[0])  # version 10 and later (FACT, public host code)
-        else:
-            return False
-        return True
-
     def _load(self, data: bytes) -> bool:
         control = Load(data[0])
+        if control & ~_POSITION_FIELDS != Load.SERVO | Load.NOW:
+            return False
         names = [name for field, _, name in _TRAJECTORY_FIELDS if control & field]
         layout = "<" + "".join(code for field, code, _ in _TRAJECTORY_FIELDS if control & field)
         if len(data) != 1 + struct.calcsize(layout):
             return False
         values = struct.unpack(layout, data[1:])
         self.servo.buffer = replace(self.servo.buffer, control=control, **dict(zip(names, values, strict=True)))
-        if control & Load.NOW:
-            self.servo.start()
+        self.servo.start()
         return True
 
     def _reply(self, mask: ItemBits, *, intact: bool) -> bytes:
@@ -180,8 +162,7 @@ class NmcModule:
     def _auxiliary(self) -> int:
         servo = self.servo
         return (
-            Auxiliary.INDEX * servo.index
-            | Auxiliary.POSITION_WRAP * servo.wrapped
+            Auxiliary.POSITION_WRAP * servo.wrapped
             | Auxiliary.SERVO_ON * servo.on
             | Auxiliary.ACCELERATED * servo.profile.accelerated
             | Auxiliary.SLEWED * servo.profile.slewed

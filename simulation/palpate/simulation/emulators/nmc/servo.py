@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from palpate.simulation.emulators.motors import Plant
-from palpate.simulation.emulators.nmc.frames import Load, StopMotorBits
+from palpate.simulation.emulators.nmc.frames import StopMotorBits
 from palpate.simulation.emulators.nmc.motion import Profile
-from palpate.simulation.emulators.nmc.settings import GainParameters, ModuleSettings
+from palpate.simulation.emulators.nmc.settings import GainParameters
 
 _HALF: Final = 1 << 31
 _TURN: Final = 1 << 32
@@ -19,14 +19,12 @@ class Trajectory:
     Attributes:
         velocity: Velocity word, 1/65536 counts a tick.
         acceleration: Acceleration word, 1/65536 counts a tick squared.
-        pwm: Duty, 0 to 255; taken in, but no motor is driven by it.
     """
 
     control: int = 0
     position_counts: int = 0
     velocity: int = 0
     acceleration: int = 0
-    pwm: int = 0
 
 
 class PicServo:
@@ -36,18 +34,16 @@ class PicServo:
     incremental).
     """
 
-    def __init__(self, axis: int, plant: Plant, settings: ModuleSettings, *, powered: bool = True) -> None:
+    def __init__(self, axis: int, plant: Plant, *, powered: bool = True) -> None:
         self.profile = Profile()
         self.gains, self.buffer = GainParameters(), Trajectory()
         self.amplifier = self.on = False
         self.powered = powered
         self.limits = (False, False)
-        self.home_counts = 0
         self.position_error = True  # the bit is set while the servo is off
         self.overcurrent = self.wrapped = self.overrun = False
-        self.velocity_counts = 0
-        self.measured_counts = 0
-        self._axis, self._plant, self._index_counts = axis, plant, settings.index_counts
+        self.velocity_counts = self.measured_counts = self.home_counts = 0
+        self._axis, self._plant = axis, plant
         self._origin = plant.motor_counts(axis)
         plant.release(axis)
 
@@ -56,26 +52,12 @@ class PicServo:
         """Commanded minus measured position, 0 while the servo is off."""
         return self.profile.counts - self.measured_counts if self.on else 0
 
-    @property
-    def index(self) -> bool:
-        """Whether the encoder is at an index pulse."""
-        return self.measured_counts % self._index_counts == 0
-
     def start(self) -> None:
         """Let what LOAD_TRAJ buffered take effect."""
         load = self.buffer
-        backwards = -1 if load.control & Load.REVERSE else 1
-        if not load.control & Load.SERVO:
-            self.switch_off()
-            return
         self._switch_on()
-        if not self.on:
-            return
-        if load.control & Load.VELOCITY_PROFILE:
-            self.profile.start_velocity(backwards * load.velocity, load.acceleration)
-        else:
-            base = self.profile.counts if load.control & Load.REVERSE else 0
-            self.profile.start_trapezoid(base + load.position_counts, load.velocity, load.acceleration)
+        if self.on:
+            self.profile.start_trapezoid(load.position_counts, load.velocity, load.acceleration)
 
     def stop(self, how: StopMotorBits, here_counts: int) -> None:
         """STOP_MOTOR. Of several ways to stop the first in this order counts: off, abrupt, smooth, here (assumed)."""
@@ -86,14 +68,10 @@ class PicServo:
             self._switch_on()
             self.profile.hold(self.measured_counts)
         elif how & StopMotorBits.SMOOTH:
-            self.stop_smoothly()
+            self.profile.stop_smoothly()
         elif how & StopMotorBits.HERE:
             self._switch_on()
             self.profile.hold(here_counts)
-
-    def stop_smoothly(self) -> None:
-        """Ramp down; a servo that is off stays off (assumed)."""
-        self.profile.stop_smoothly()
 
     def switch_off(self) -> None:
         """Leave the motor without torque."""

@@ -12,12 +12,10 @@ class ModuleSettings:
 
     Attributes:
         analog: The A/D item, 0 to 255 (assumed constant).
-        index_counts: Encoder counts between index pulses (INFERENCE: 500 lines, quadrature).
     """
 
     version: int = 10
     analog: int = 0
-    index_counts: int = 2000
 
 
 @dataclass(frozen=True, slots=True)

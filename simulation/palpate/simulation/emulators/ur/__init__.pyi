@@ -3,7 +3,6 @@ from .controller import RobotMode as RobotMode
 from .controller import RuntimeState as RuntimeState
 from .controller import SafetyMode as SafetyMode
 from .controller import UrController as UrController
-from .server import UrNetwork as UrNetwork
 from .server import UrServer as UrServer
 from .session import RtdeSession as RtdeSession
 from .tool_force import PRECISION as PRECISION

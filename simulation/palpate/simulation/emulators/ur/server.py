@@ -4,9 +4,8 @@ import select
 import socket
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from typing import Final, Self
 
 from palpate.simulation.emulators.ur.controller import CYCLE_NS, UrController
@@ -19,26 +18,6 @@ _QUIET_NS: Final = 20_000_000
 """A script has come to its end when so long nothing more of it arrives."""
 _HOPELESS: Final = 1 << 20
 """A client that leaves so many bytes unread is given up, as the controller does."""
-
-
-@dataclass
-class UrNetwork:
-    """What becomes of bytes on their way to clients; set it to have troubles.
-
-    Attributes:
-        is_silent: No data packages are sent.
-        half: Of each package only so many bytes are sent; 0 sends all.
-        repeats: So many times more is each data package sent.
-        garbage: Is sent instead of the next data package.
-        is_unplugged: Nobody is there: connections break, new ones are refused.
-    """
-
-    is_silent: bool = False
-    half: int = 0
-    repeats: int = 0
-    garbage: bytes = b""
-    is_stalled: bool = False
-    is_unplugged: bool = False
 
 
 class _Connection:
@@ -80,11 +59,13 @@ class UrServer:
 
     Attributes:
         host: Address: the first of 127.0.0.1 to 127.0.0.60 whose ports are free.
-        network: What becomes of bytes on their way.
+        network: What becomes of each data package on its way; set it to lose, cut or repeat some.
+        is_unplugged: Nobody is there: connections break, new ones are refused.
     """
 
     def __init__(self, controller: UrController) -> None:
-        self.host, self.network = "", UrNetwork()
+        self.host, self.is_unplugged = "", False
+        self.network: Callable[[bytes], bytes] = lambda data: data
         self._controller, self._lock, self._end = controller, threading.Lock(), False
         self._listeners: dict[int, socket.socket] = {}
         self._lines: dict[int, list[_Connection]] = {}
@@ -147,23 +128,18 @@ class UrServer:
     def _serve(self) -> None:
         due_ns = time.monotonic_ns()
         while not self._end:
-            left_s = max(0.0, (due_ns - time.monotonic_ns()) * 1e-9)
-            if self.network.is_stalled:
-                time.sleep(left_s or CYCLE_NS * 1e-9)
-            else:
-                self._talk(left_s)
+            self._talk(max(0.0, (due_ns - time.monotonic_ns()) * 1e-9))
             now_ns = time.monotonic_ns()
             if now_ns >= due_ns:
                 # Cycles that are made up for have their own times, or the joints would seem to jump.
                 cycle_ns, due_ns = due_ns, max(due_ns + CYCLE_NS, now_ns - 10 * CYCLE_NS)
                 with self._lock:
                     self._controller.step(cycle_ns)
-                    if not self.network.is_stalled:
-                        self._tell(cycle_ns)
+                    self._tell(cycle_ns)
 
     def _talk(self, wait_s: float) -> None:
         with self._lock:
-            if self.network.is_unplugged:
+            if self.is_unplugged:
                 self._hang_up()
             elif not self._listeners:
                 with suppress(OSError):
@@ -207,16 +183,13 @@ class UrServer:
 
     def _tell(self, now_ns: int) -> None:
         """Scripts that are complete run, data packages go out, connections that have ended are forgotten."""
-        network = self.network
         for line in self._lines.get(SCRIPT_PORT, ()):
             if line.arrived and now_ns - line.heard_ns > _QUIET_NS:
                 self._controller.run_script(line.arrived)
                 line.arrived = b""
         for line in self._lines.get(RTDE_PORT, ()):
-            data = line.session.due(now_ns) if line.session is not None and not network.is_silent else b""
-            if data and network.garbage:
-                data, network.garbage = network.garbage, b""
-            line.send((data[: network.half] if network.half else data) * (1 + network.repeats))
+            data = b"" if line.session is None else line.session.due(now_ns)
+            line.send(self.network(data) if data else b"")
         for lines in self._lines.values():
             for line in [line for line in lines if line.is_over]:
                 line.close()

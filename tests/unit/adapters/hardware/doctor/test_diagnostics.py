@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from palpate.adapters.hardware.plugins import RigContext, force_sensor_maker
@@ -99,16 +98,16 @@ def test_cia402_reports_drives_and_a_lost_one(desk: VirtualDesk) -> None:
     found = arm.diagnostics()
     assert (found["fault"], found["state"]) == ("", "configured")
     assert found["drives"].startswith("1 EMU1")
-    assert found["answers"].endswith(" cycles, 0 answers missing")
+    assert found["answers"].endswith(" cycles")
     for node in nodes:
-        node.faults.silent = True
+        node.outgoing = lambda frames: []
     with pytest.raises(DriverError):
         list(iter(arm.driver.cycle, None))
     assert "unanswered" in arm.diagnostics()["fault"]
 
 
 def test_jr3_reports_its_board(desk: VirtualDesk) -> None:
-    desk.can("can0", Jr3CanNode(1, lambda now_ns: (0.0,) * 6, CONFIG, generator=np.random.default_rng(0)))
+    desk.can("can0", Jr3CanNode(1, lambda now_ns: (0.0,) * 6, CONFIG))
     sensor = force_sensor_maker("jr3-can")({"interface": "virtual", "channel": "can0"}, context(desk))
     assert sensor.diagnostics() == {}
     sensor.configure()

@@ -44,7 +44,7 @@ def test_finding_is_one_line_with_level_code_and_remedy() -> None:
         "  a longer name  word",
         "  wrong  fault    motor 3: overcurrent: remove its cause, then examine the rig again",
         "  wrong  open     no such port: find another",
-        "  wrong  open     arm: drive 3: is silent; plug it in (the device's fault)",
+        "  wrong  open     arm: drive 3: is silent; plug it in",
         "  wrong  open     KeyError: 'port': see the adapter's own documentation",
         "",
     ]

@@ -1,0 +1,196 @@
+"""RDT, ATI's stream of force/torque records over UDP, advanced by polling."""
+
+import socket
+import struct
+from contextlib import suppress
+from typing import Final
+
+from typing_extensions import override
+
+from palpate.drivers.ati.settings import CHECK, NAME, NetFtBox
+from palpate.drivers.device import ForceSample, PolledSensor, listed
+from palpate.drivers.errors import DeviceFaultError, SilentError, WiringError
+
+RDT_PORT: Final = 49152
+START, STOP = (struct.pack(">HHI", 0x1234, command, 0) for command in (2, 0))
+"""Requests for a stream without end, and for its end."""
+_RECORD: Final = struct.Struct(">3I6i")
+_ASK_AGAIN_NS: Final = 100_000_000
+"""A datagram may be lost: a stream that does not begin is requested again."""
+_STALL_NS: Final = 100_000_000
+_WRAP: Final = 1 << 32
+_MAX_DATAGRAMS: Final = 4096
+"""Taken per call: more than a socket's buffer holds, so that a stream of any rate ends."""
+
+SATURATED: Final = 1 << 17
+_SUMMARY: Final = 1 << 31
+_NO_FAULT: Final = SATURATED | 1 << 16
+"""Saturation marks samples; bit 16 is a threshold of the box's own monitor."""
+_FAULTS: Final = {
+    30: "CPU or RAM error", 29: "digital board error", 28: "analog board error",
+    27: "serial link to the analog board failed", 26: "program memory does not verify",
+    25: "halted by a configuration error", 24: "settings do not validate",
+    23: "configuration does not fit the calibration", 22: "network communication failure",
+    21: "CAN communication error", 20: "RDT communication error", 19: "EtherNet/IP failure", 18: "DeviceNet failure",
+    14: "watchdog time-out", 13: "stack check error", 12: "EEPROM (I2C) failure", 11: "flash (SPI) failure",
+    10: "analog board watchdog time-out", 9: "strain gauge excitation current too high",
+    8: "strain gauge excitation current too low", 7: "analog ground out of range",
+    6: "analog supply voltage too high", 5: "analog supply voltage too low",
+    4: "no data from the serial link: transducer unplugged", 3: "reference voltage or power monitor error",
+    2: "temperature error", 1: "HTTP failure",
+}  # fmt: skip
+
+
+def faults_in(status: int) -> tuple[str, ...]:
+    """Names of the faults in a status word, the most serious first."""
+    bits = [bit for bit in range(30, -1, -1) if status & ~_NO_FAULT & 1 << bit]
+    if not bits and status & _SUMMARY and not status & _NO_FAULT:
+        bits = [31]
+    return tuple(f"{_FAULTS.get(bit, 'unknown fault')} (bit {bit})" for bit in bits)
+
+
+class UdpWire:
+    """Datagrams from and to one box; what the system refuses is an OSError.
+
+    Raises:
+        WiringError: The box has no address.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        try:
+            self._socket.connect((host, port))
+        except OSError as error:
+            self.close()
+            raise WiringError(NAME, f"{host}, UDP port {port} cannot be reached ({error})", CHECK) from error
+
+    def send(self, datagram: bytes) -> None:
+        """Send a request."""
+        self._socket.send(datagram)
+
+    def receive(self) -> list[bytes]:
+        """Return the datagrams that have arrived."""
+        datagrams: list[bytes] = []
+        with suppress(BlockingIOError):
+            while len(datagrams) < _MAX_DATAGRAMS:
+                datagrams.append(self._socket.recv(2048))
+        return datagrams
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+
+class NetFt(PolledSensor):
+    """A box that streams.
+
+    Attributes:
+        received: Records that were news.
+        errors: Records by what they were otherwise: ``lost``, ``old`` (no newer than one before) and ``malformed``
+            (datagrams that are no records).
+    """
+
+    def __init__(self, wire: UdpWire, box: NetFtBox) -> None:
+        super().__init__()
+        self.box = box
+        self.received = 0
+        self._wire = wire
+        self._number: int | None = None
+        self._count: int | None = None
+        self._asked_ns: int | None = None
+        self._sequence = self._polled_ns = self._heard_ns = 0
+
+    def start(self, now_ns: int) -> None:
+        """Request the stream, and drop what still waits of an earlier one."""
+        self._number = self._count = None
+        self._asked_ns = now_ns
+        self._receive()
+        self._send(START)
+
+    def stop(self) -> None:
+        """Request the end of the stream; the box does not confirm it."""
+        self._asked_ns = None
+        self._send(STOP)
+
+    def check(self) -> None:
+        """Raise what is wrong now."""
+        if self.failure is not None:
+            raise self.failure
+        if self._number is not None and self._polled_ns - self._heard_ns > _STALL_NS:
+            raise self.silence(self._polled_ns)
+
+    @override
+    def silence(self, now_ns: int) -> SilentError:
+        came, ms = listed(self._came()), (now_ns - self._heard_ns) * 1e-6
+        text = f"nothing new for {ms:.0f} ms, but records: {came}" if came else f"nothing for {ms:.0f} ms"
+        remedy = "check its power, cable and network, and that no other program has its stream"
+        return SilentError(NAME, f"has sent {text}", remedy)
+
+    @override
+    def diagnostics(self) -> dict[str, str]:
+        box = self.box
+        found = {"calibration": str(box.calibration), "range": f"{box.range_N} N, {box.range_Nm} N m"}
+        return {**found, "records": str(self.received), **super().diagnostics()}
+
+    @override
+    def poll(self, now_ns: int) -> list[ForceSample]:
+        if self._asked_ns is not None and self._number is None and now_ns - self._asked_ns >= _ASK_AGAIN_NS:
+            self._asked_ns = now_ns
+            self._send(START)
+        samples: list[ForceSample] = []
+        self._polled_ns = now_ns
+        for datagram in self._receive():
+            if not datagram or len(datagram) % _RECORD.size:
+                self.errors["malformed"] += 1
+                continue
+            for number, count, status, *counts in _RECORD.iter_unpack(datagram):
+                if self._is_new(number, count):
+                    samples.append(self._sample(status, counts, now_ns))
+        if samples:
+            self.latest, self._heard_ns = samples[-1], now_ns
+            self._is_news()
+        return samples
+
+    def _receive(self) -> list[bytes]:
+        try:
+            return self._wire.receive()
+        except OSError as error:
+            self._lose(error)
+            return []
+
+    def _send(self, request: bytes) -> None:
+        try:
+            self._wire.send(request)
+        except OSError as error:
+            self._lose(error)
+
+    def _lose(self, error: OSError) -> None:
+        self.failure = self.failure or WiringError(NAME, f"the box cannot be reached ({error})", CHECK)
+
+    def _is_new(self, number: int, count: int) -> bool:
+        """Whether the sample of a record is newer than all before. A new stream numbers its records from 1."""
+        if self._count is not None and not 0 < (count - self._count) % _WRAP < _WRAP // 2:
+            self.errors["old"] += 1
+            return False
+        ahead = 1 if self._number is None else (number - self._number) % _WRAP
+        ahead = ahead if 0 < ahead < _WRAP // 2 else 1
+        self.received += 1
+        self.errors["lost"] += ahead - 1
+        self._sequence += ahead
+        self._number, self._count = number, count
+        return True
+
+    def _sample(self, status: int, counts: list[int], now_ns: int) -> ForceSample:
+        faults = faults_in(status)
+        if faults and self.failure is None:
+            remedy = "look at the box's page System Information, then acknowledge"
+            self.failure = DeviceFaultError(NAME, f"it reports {'; '.join(faults)}", remedy)
+        x, y, z, tx, ty, tz = counts
+        box = self.box
+        force = x / box.counts_per_N, y / box.counts_per_N, z / box.counts_per_N
+        torque = tx / box.counts_per_Nm, ty / box.counts_per_Nm, tz / box.counts_per_Nm
+        rated = zip((*force, *torque), (*box.range_N, *box.range_Nm), strict=True)
+        beyond = any(abs(value) > most for value, most in rated)
+        saturated = bool(status & SATURATED)
+        return ForceSample(force, torque, self._sequence, now_ns, over_range=beyond, saturated=saturated)

@@ -1,0 +1,269 @@
+"""An arm of CiA 402 drives: set up, enabled, moved cycle by cycle, stopped on every way out.
+
+One thread uses an arm. What the drives say comes in through the receive thread of the bus and is copied there
+(:mod:`palpate.drivers.cia402.mailbox`); everything else happens in the caller's own thread, in :meth:`Cia402Arm.cycle`.
+"""
+
+import contextlib
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from typing_extensions import override
+
+from palpate.drivers.cia402.bring_up import BringUp
+from palpate.drivers.cia402.codec import FAULTS, Controlword, DriveState
+from palpate.drivers.cia402.drive import DriveIdentity
+from palpate.drivers.cia402.exchange import CyclicExchange
+from palpate.drivers.cia402.link import CanopenLink
+from palpate.drivers.cia402.settings import ArmSettings
+from palpate.drivers.cia402.watch import KEEP_TIME, outside, trouble
+from palpate.drivers.device import (
+    Applied,
+    AppliedReason,
+    ArmState,
+    LatchingArm,
+    Measured,
+    clamped,
+    held_back,
+    require_angles,
+)
+from palpate.drivers.errors import DriverError, LateError, SilentError, StateError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DrivesMeasured(Measured):
+    """What one cycle found; ``time_ns`` is when the SYNC went out and the drives sampled.
+
+    Attributes:
+        states: The state that each drive reports; None where its statusword fits no pattern.
+    """
+
+    states: tuple[DriveState | None, ...]
+
+
+_CONTROLWORD: Final = {
+    ArmState.CONFIGURED: Controlword.DISABLE_VOLTAGE,
+    ArmState.ENABLED: Controlword.ENABLE_OPERATION,
+    ArmState.STOPPED: Controlword.QUICK_STOP,
+}
+_AWAY_PERIODS: Final = 4
+"""A cycle that comes so many periods after the last one is this computer's doing."""
+_BLAMED_NS: Final = 500_000_000
+"""So long after it, what the drives complain of is taken for a consequence. Assumed: their watchdogs are quicker."""
+_AT_REST: Final = (DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
+
+
+class Cia402Arm(LatchingArm):
+    """The arm. It neither opens nor closes its bus: other devices may use that too.
+
+    Args:
+        sleep: Waits that many seconds; used outside the cycle only.
+    """
+
+    def __init__(
+        self,
+        link: CanopenLink,
+        settings: ArmSettings,
+        *,
+        now_ns: Callable[[], int] = time.monotonic_ns,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        super().__init__()
+        self.settings = settings
+        self._link = link
+        self._now_ns = now_ns
+        self._exchange = CyclicExchange(link, settings, now_ns)
+        self._bring_up = BringUp(link, settings, self._exchange, now_ns, sleep)
+        self._reference_rad: tuple[float, ...] = ()
+        self._cycles_since_stop = 0
+        self._stepped_ns = 0
+        self._away_ns = self._back_ns = 0
+
+    @property
+    def identities(self) -> tuple[DriveIdentity, ...]:
+        """Who the drives are; empty before :meth:`open`."""
+        return self._bring_up.identities
+
+    @property
+    @override
+    def notes(self) -> tuple[str, ...]:
+        return self._bring_up.notes
+
+    @override
+    def diagnostics(self) -> dict[str, str]:
+        found, settings = super().diagnostics(), self.settings
+        known = zip(settings.joints, self.identities, strict=False)
+        found["drives"] = ", ".join(f"{joint.node} {who.name or '?'} ({who.serial})" for joint, who in known)
+        found["bus"] = f"{settings.bitrate} bit/s, at most {settings.budget.max_rate_Hz:.0f} Hz, computed"
+        found["answers"] = self._exchange.counters()
+        found["fault"] = found["fault"] or self._shown()
+        return found
+
+    def _shown(self) -> str:
+        """What is wrong with the drives, whether or not they have power; empty for nothing."""
+        for view, joint in zip(self._exchange.views, self.settings.joints, strict=False):
+            if view.state in FAULTS:
+                return f"drive {joint.node} is in fault; look its code up in the drive's manual (object 0x603F)"
+            if view.position_rad is not None and outside(view.position_rad, joint, self.settings.pose_margin_rad):
+                return f"drive {joint.node} is at {view.position_rad:.4f} rad, beyond the joint's limits"
+        return ""
+
+    def open(self) -> None:
+        """Find the drives, set them up and hear each of them once. Nothing gets power."""
+        self._require("open()", ArmState.NEW)
+        self._link.require_alive()
+        self._exchange.listen()
+        self._bring_up.identify()
+        self._bring_up.prepare()
+        self._state = ArmState.CONFIGURED
+
+    def enable(self) -> None:
+        """Put the drives under power where they are; nothing moves.
+
+        Afterwards :meth:`cycle` has to be called without long pauses: it is what keeps the drives' watchdog calm.
+        """
+        self._require("enable()", ArmState.CONFIGURED)
+        with self._latching():
+            views = self._bring_up.look()
+            self._judge(None)
+        for view, joint in zip(views, self.settings.joints, strict=True):
+            if view.position_rad is None or outside(view.position_rad, joint, self.settings.pose_margin_rad):
+                problem = f"stands at {view.position_rad} rad, outside {joint.lower_rad} to {joint.upper_rad}"
+                raise StateError(f"drive {joint.node}", problem, "move the joint back by hand, or mend zero_counts")
+        with self._latching():
+            self._bring_up.watchdogs(on=True)
+            self._bring_up.walk(DriveState.ENABLED)
+        # The very place that the drives have as their target, not a newer measurement: no count of difference.
+        self._reference_rad = self._bring_up.held_rad
+        self._stepped_ns = self._now_ns() - self.settings.period_ns
+        self._state = ArmState.ENABLED
+
+    def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
+        """What a :meth:`cycle` that is on time would make of a set-point now; nothing is sent."""
+        return self._limited(setpoint_rad, self.settings.period_s)
+
+    def _limited(self, setpoint_rad: Sequence[float], step_s: float) -> Applied:
+        self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
+        joints = self.settings.joints
+        asked_rad = require_angles(setpoint_rad, len(joints))
+        if self._state is ArmState.STOPPED:
+            return Applied(self._positions_rad(), AppliedReason.STOPPED)
+        within_rad = clamped(asked_rad, [joint.lower_rad for joint in joints], [joint.upper_rad for joint in joints])
+        most_rad = [joint.velocity_rad_per_s * step_s for joint in joints]
+        return held_back(asked_rad, within_rad, self._reference_rad, most_rad)
+
+    def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> DrivesMeasured:
+        """One cycle: write set-points, send SYNC, wait for the drives' answers.
+
+        The set-point takes effect at this SYNC, and the angles are those of the same moment, so they do not depend
+        on it. Without a set-point an enabled arm keeps its last one. Called sooner than a period after the last, it
+        shortens the step in proportion.
+        """
+        self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
+        now_ns = self._now_ns()
+        away_ns = now_ns - self._stepped_ns
+        if away_ns > _AWAY_PERIODS * self.settings.period_ns and self._state is not ArmState.CONFIGURED:
+            self._away_ns, self._back_ns = away_ns, now_ns
+        step_s = min(away_ns * 1e-9, self.settings.period_s)
+        applied = None if setpoint_rad is None else self._limited(setpoint_rad, step_s)
+        self._stepped_ns = now_ns
+        targets = self._exchange.hold()
+        if self._state is ArmState.ENABLED:
+            self._reference_rad = self._reference_rad if applied is None else applied.position_rad
+            aimed = zip(self.settings.joints, self._reference_rad, strict=True)
+            targets = tuple(joint.counts(angle) for joint, angle in aimed)
+        with self._latching():
+            self._exchange.run([_CONTROLWORD[self._state]] * len(targets), targets)
+            self._judge(self._allowed())
+        return self._measured(applied)
+
+    def stop(self) -> None:
+        """Quick-stop every drive. Never raises; works in every state, twice too, and when the bus is gone.
+
+        An enabled arm is *stopped* afterwards: it stays under power and holds still, and no set-point is applied
+        until :meth:`disable` and :meth:`enable`.
+        """
+        if self._state in (ArmState.NEW, ArmState.CLOSED):
+            return
+        if self._state is ArmState.ENABLED:
+            self._state, self._cycles_since_stop = ArmState.STOPPED, 0
+        self._exchange.broadcast(Controlword.QUICK_STOP)
+
+    def disable(self) -> None:
+        """Stop, wait for standstill, take the power away. Holding the joints is then the brakes' business."""
+        self._require("disable()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
+        if self._state is ArmState.CONFIGURED:
+            return
+        self.stop()
+        with self._latching():
+            self._bring_up.come_to_rest()
+            self._bring_up.walk(DriveState.SWITCH_ON_DISABLED)
+            self._bring_up.watchdogs(on=False)
+        self._state = ArmState.CONFIGURED
+
+    def acknowledge(self) -> None:
+        """Clear a latched fault; a person's decision, never a program's.
+
+        The drives are set up anew, since one may have restarted, and get a fault-reset. They end without power.
+
+        Raises:
+            StateError: There is no fault.
+            SilentError: A drive, or the bus, is still silent; the fault stays.
+            DeviceFaultError: A drive's fault does not go away; it stays.
+        """
+        self._require_fault()
+        self._link.require_alive()
+        self._bring_up.prepare()
+        self._bring_up.walk(DriveState.SWITCH_ON_DISABLED, by_operator=True)
+        self._state, self.fault = ArmState.CONFIGURED, None
+
+    def close(self) -> None:
+        """Stop, take the power away as far as the bus still allows, and end all traffic; twice too. Never raises."""
+        if self._state in (ArmState.NEW, ArmState.CLOSED):
+            self._state = ArmState.CLOSED
+            return
+        self.stop()
+        if self._state is not ArmState.CONFIGURED:
+            with contextlib.suppress(DriverError):
+                self._bring_up.come_to_rest()
+        # One dead drive must not keep the others under power.
+        with contextlib.suppress(DriverError):
+            self._bring_up.shut_down()
+        self._bring_up.hang_up()
+        self._state = ArmState.CLOSED
+
+    def _allowed(self) -> tuple[DriveState, ...] | None:
+        if self._state is ArmState.ENABLED:
+            return (DriveState.ENABLED,)
+        if self._state is ArmState.STOPPED:
+            self._cycles_since_stop += 1
+            # One lost frame may keep the order from a drive for a moment, not for long.
+            heard = self._cycles_since_stop > self.settings.missed_cycles
+            return _AT_REST if heard else (*_AT_REST, DriveState.ENABLED)
+        return None
+
+    def _judge(self, allowed: tuple[DriveState, ...] | None) -> None:
+        error = trouble(self._exchange.views, self.settings, self._now_ns(), allowed)
+        if error is not None:
+            if allowed is not None and self._back_ns and self._now_ns() - self._back_ns < _BLAMED_NS:
+                waited = f"this computer kept the drives waiting for {self._away_ns * 1e-6:.0f} ms"
+                raise LateError("arm", f"{waited}; after that {error.device}: {error.problem}", KEEP_TIME) from error
+            raise error
+
+    def _positions_rad(self) -> tuple[float, ...]:
+        known = [view.position_rad for view in self._exchange.views if view.position_rad is not None]
+        if len(known) != len(self.settings.joints):
+            raise SilentError("arm", "not every drive has told its position", "check the bus")
+        return tuple(known)
+
+    def _measured(self, applied: Applied | None) -> DrivesMeasured:
+        views = self._exchange.views
+        return DrivesMeasured(
+            position_rad=self._positions_rad(),
+            states=tuple(view.state for view in views),
+            is_fresh=tuple(view.missed_in_a_row == 0 for view in views),
+            time_ns=self._exchange.sync_ns,
+            applied=applied,
+        )

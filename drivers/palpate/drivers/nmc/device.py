@@ -1,0 +1,316 @@
+"""The conversation with the modules: one request at a time, each with its time-out, on a line kept in step.
+
+A reply carries no address, so a late one must never be taken for the answer to the next request: after every failure
+the line is flushed, and zeros complete whatever frame a module may still be waiting for, before anything else is sent.
+A busy computer hands over what is later still. So the first reply after that is believed once the module has answered
+another question in a length of its own: on a line everything comes in its order, so nothing older is on its way then.
+"""
+
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable
+from typing import Final
+
+from palpate.drivers.errors import DriverError, GarbledError, LateError, SilentError, StateError, WiringError
+from palpate.drivers.nmc.commands import CLEAR_BITS, NOP, read_stat
+from palpate.drivers.nmc.frames import (
+    EVERYBODY,
+    FRAME_OVERHEAD_BYTES,
+    MAX_DATA_BYTES,
+    Code,
+    NmcCommand,
+    StatusItem,
+)
+from palpate.drivers.nmc.replies import Discarded, Reply, decode_reply, reply_size_bytes
+from palpate.drivers.nmc.settings import POWER_UP_BAUD, BusSettings, SerialTiming
+from palpate.drivers.serial_port import ByteStream, write_unless_stuck
+
+DEVICE: Final = "NMC bus"
+_RESYNC: Final = bytes(30)
+_LONGEST_BYTES: Final = FRAME_OVERHEAD_BYTES + MAX_DATA_BYTES + reply_size_bytes(StatusItem(0xFF))
+_POLL_S: Final = 0.0002
+_OTHERS: Final = "see whether a second program or controller talks on this bus, or raise [arm] patience"
+_LATELY_NS: Final = 500_000_000
+"""So long after a reply that was not its module's what fails is laid to whoever sent it."""
+_ALL_ITEMS: Final = StatusItem(0xFF)
+_QUESTIONS: Final = (
+    StatusItem.AUX,
+    StatusItem.VELOCITY,
+    StatusItem.VELOCITY | StatusItem.AUX,
+    StatusItem.HOME,
+    StatusItem.HOME | StatusItem.AUX,
+    StatusItem.HOME | StatusItem.VELOCITY,
+)
+"""Replies of three to eight bytes, each of another length."""
+
+
+class NmcBus:
+    """The bus; :mod:`palpate.drivers.nmc.startup` brings it up.
+
+    Not thread-safe: one thread talks. Whatever exception a port raises means that it is gone: besides ``OSError``,
+    pyserial lets ``termios.error`` and ``TypeError`` through when an adapter is unplugged.
+
+    Attributes:
+        exchanges: How many there were.
+        errors: What came besides good replies, by what it was and of which module.
+
+    Raises:
+        SilentError: By whatever talks: the port is gone.
+    """
+
+    def __init__(
+        self,
+        stream: ByteStream,
+        clock_ns: Callable[[], int],
+        sleep_s: Callable[[float], None],
+        settings: BusSettings,
+    ) -> None:
+        self.settings = settings
+        self._stream, self._clock_ns, self._sleep_s = stream, clock_ns, sleep_s
+        self.exchanges = 0
+        self.errors: Counter[str] = Counter()
+        self._masks: dict[int, StatusItem] = {}
+        self._failures: defaultdict[int, int] = defaultdict(int)
+        self._run = self._stray_run = 0
+        self._late: defaultdict[int, int] = defaultdict(int)
+        self._awaited: int | None = None
+        self._demand: str | None = None
+        self._is_dirty = True
+        self._asked, self._disowned_ns = 0, -_LATELY_NS
+        self.line = SerialTiming(POWER_UP_BAUD, settings.adapter_latency_s, settings.turnaround_s)
+
+    def timeout_s(self, size_bytes: int) -> float:
+        """How long an exchange of so many bytes, both ways together, may take."""
+        return self.line.exchange_s(size_bytes) + self.settings.slack_s
+
+    def wait_s(self, duration_s: float) -> None:
+        """Sleeps on the injected clock."""
+        self._sleep_s(duration_s)
+
+    def set_line(self, baud: int) -> None:
+        """Changes the rate of our own end."""
+        self.line = SerialTiming(baud, self.settings.adapter_latency_s, self.settings.turnaround_s)
+        try:
+            self._stream.baudrate = baud
+            self._stream.timeout = self.timeout_s(_LONGEST_BYTES)
+        except Exception as error:
+            raise self._gone(error) from error
+        self._is_dirty = True
+
+    def forget(self) -> None:
+        """Clears masks and failures: the modules have been reset, or are met for the first time."""
+        self._masks.clear()
+        self.forgive()
+
+    def forgive(self) -> None:
+        """Withdraws the demand for a new start; for whoever has just made one."""
+        self._failures.clear()
+        self._late.clear()
+        self._run = self._stray_run = 0
+        self._demand = None
+
+    def resync(self) -> None:
+        """Flushes the line and completes any frame that a module may still be waiting for."""
+        try:
+            came = self._stream.in_waiting
+            self._stream.reset_input_buffer()
+            write_unless_stuck(self._stream, _RESYNC)
+            # A module may answer the frame that the zeros completed: wait that out, then flush it.
+            self._sleep_s(self.timeout_s(len(_RESYNC) + reply_size_bytes(_ALL_ITEMS)))
+            # What comes after its time was up is a reply that nobody waited for any more.
+            if self._awaited is not None and (came or self._stream.in_waiting):
+                self._late[self._awaited] += 1
+            self._awaited = None
+            self._stream.reset_input_buffer()
+        except Exception as error:
+            raise self._gone(error) from error
+        self._is_dirty = False
+
+    def send_raw(self, data: bytes) -> None:
+        """Sends bytes to which nobody is to answer, and waits until they are out."""
+        try:
+            write_unless_stuck(self._stream, data)
+        except Exception as error:
+            raise self._gone(error) from error
+        self._sleep_s(self.line.wire_s(len(data)))
+
+    def broadcast(self, addresses: Iterable[int], command: NmcCommand) -> None:
+        """Sends a command twice to each of these modules, waiting for no reply: for a line that carries but one way."""
+        if self._is_dirty:
+            self.resync()
+        # What they answer belongs to no request.
+        self._is_dirty = True
+        self.send_raw(b"".join(command.frame(address) for address in addresses) * 2)
+
+    def attempt(self, address: int, command: NmcCommand) -> Reply | Discarded:
+        """One try, allowed even while a new start is demanded; failures are counted but raise nothing."""
+        was_dirty = self._is_dirty
+        if was_dirty:
+            self.resync()
+        # Stays set if anything, Ctrl-C included, ends this exchange half way.
+        self._is_dirty = True
+        result = self._converse(address, command)
+        # Before its items were set nothing is known of the module's replies, and start-up looks for itself.
+        if was_dirty and isinstance(result, Reply) and address in self._masks:
+            if self._waiting_bytes():
+                result = Discarded.TOGETHER
+            elif not self._is_in_step(address):
+                result = Discarded.LATE
+        self._note(address, command, result)
+        return result
+
+    def _converse(self, address: int, command: NmcCommand) -> Reply | Discarded:
+        mask = self._expected(address, command)
+        frame, size = command.frame(address), reply_size_bytes(mask)
+        sent_ns = self._clock_ns()
+        try:
+            self._take_stray()
+            write_unless_stuck(self._stream, frame)
+            raw = self._read(size, sent_ns + round(self.timeout_s(len(frame) + size) * 1e9))
+        except Exception as error:
+            raise self._gone(error) from error
+        result = decode_reply(raw, mask)
+        if result in (Discarded.SHORT, Discarded.CHECKSUM) and frame.startswith(raw):
+            result = Discarded.ECHO
+        return result
+
+    def _is_in_step(self, address: int) -> bool:
+        """Whether the module answers a question whose answer is like no reply that may still be on its way."""
+        usual = reply_size_bytes(self._masks[address])
+        questions = [items for items in _QUESTIONS if reply_size_bytes(items) != usual]
+        self._asked += 1
+        reply = self._converse(address, read_stat(questions[self._asked % len(questions)]))
+        return isinstance(reply, Reply) and not self._waiting_bytes()
+
+    def exchange(self, address: int, command: NmcCommand) -> Reply | None:
+        """One try of many, as in a control cycle; None when the reply was lost or thrown away.
+
+        Raises:
+            StateError: The bus demands a new start.
+            SilentError: No reply as often in a row as the settings allow, or the port is gone.
+            GarbledError: As often a reply without sense, or bytes that nobody asked for.
+            WiringError: What is sent comes back.
+        """
+        if self._demand is not None:
+            raise StateError(DEVICE, f"stopped after errors ({self._demand})", "start or attach to the bus again")
+        result = self.attempt(address, command)
+        allowed = self.settings.errors_in_a_row
+        if self._stray_run >= allowed:
+            raise self._stop(self._stray_error())
+        if isinstance(result, Reply):
+            return result
+        if max(self._failures[address], self._run) >= allowed:
+            if self._clock_ns() - self._disowned_ns < _LATELY_NS:
+                problem = (
+                    f"{allowed} failures in a row, the last: {result.value}; before that {Discarded.ANOTHER.value}"
+                )
+                raise self._stop(GarbledError(f"NMC module {address}", problem, _OTHERS))
+            raise self._stop(_error(address, result, allowed, sum(self._late.values())))
+        return None
+
+    def disown(self, address: int) -> None:
+        """Say that the reply just accepted cannot be this module's: the line is out of step, and is brought back."""
+        self._is_dirty, self._disowned_ns = True, self._clock_ns()
+        self._note(address, NOP, Discarded.ANOTHER)
+
+    def require(self, address: int, command: NmcCommand) -> Reply:
+        """An exchange that must succeed; it is repeated as often as the settings allow errors.
+
+        Only for commands that do no harm when they arrive twice.
+
+        Raises:
+            StateError, SilentError, GarbledError, WiringError: As :meth:`exchange`.
+        """
+        while (reply := self.exchange(address, command)) is None:
+            continue
+        return reply
+
+    def group(self, command: NmcCommand) -> None:
+        """A command to all modules at once; none of them answers."""
+        if self._is_dirty:
+            self.resync()
+        self.send_raw(command.frame(EVERYBODY))
+
+    def clear_bits(self, address: int) -> Reply:
+        """Clears the sticky fault bits of a module; the bus never does so by itself.
+
+        Raises:
+            StateError, SilentError, GarbledError, WiringError: As :meth:`exchange`.
+        """
+        return self.require(address, CLEAR_BITS)
+
+    def _expected(self, address: int, command: NmcCommand) -> StatusItem:
+        if command.code in (Code.DEF_STAT, Code.READ_STAT):
+            return StatusItem(command.data[0])
+        return self._masks.get(address, StatusItem(0))
+
+    def _waiting_bytes(self) -> int:
+        try:
+            return self._stream.in_waiting
+        except Exception as error:
+            raise self._gone(error) from error
+
+    def _take_stray(self) -> None:
+        waiting = self._stream.in_waiting
+        if not waiting:
+            self._stray_run = 0
+            return
+        stray = self._stream.read(waiting)
+        self._stream.reset_input_buffer()
+        self.errors["bytes without a request"] += len(stray)
+        self._stray_run += 1
+
+    def _read(self, size: int, deadline_ns: int) -> bytes:
+        raw = b""
+        while len(raw) < size:
+            chunk = self._stream.read(size - len(raw))
+            raw += chunk
+            if len(raw) < size and self._clock_ns() >= deadline_ns:
+                break
+            if not chunk:
+                # Some streams, sockets among them, do not block for as long as they were told.
+                self._sleep_s(_POLL_S)
+        return raw
+
+    def _note(self, address: int, command: NmcCommand, result: Reply | Discarded) -> None:
+        self.exchanges += 1
+        if isinstance(result, Reply):
+            self._is_dirty = False
+            self._failures[address] = self._late[address] = self._run = 0
+            if command.code is Code.DEF_STAT:
+                self._masks[address] = StatusItem(command.data[0])
+            return
+        self.errors[f"module {address}: {result.value}"] += 1
+        self._failures[address] += 1
+        self._run += 1
+        if result in (Discarded.LATE, Discarded.TOGETHER):
+            self._late[address] += 1
+        else:
+            self._awaited = address
+
+    def _stop(self, error: DriverError) -> DriverError:
+        self._demand = error.problem
+        return error
+
+    def _stray_error(self) -> GarbledError:
+        problem = f"heard bytes without a request before {self._stray_run} requests in a row"
+        return GarbledError(DEVICE, problem, _OTHERS)
+
+    def _gone(self, error: Exception) -> SilentError:
+        self._is_dirty = True
+        self._demand = f"the port is gone ({error})"
+        return SilentError(DEVICE, self._demand, "plug the serial adapter in and open the port again")
+
+
+def _error(address: int, reason: Discarded, times: int, late: int) -> DriverError:
+    device, problem = f"NMC module {address}", f"{times} failures in a row, the last: {reason.value}"
+    if reason is Discarded.ECHO:
+        return WiringError(device, problem, "connect both pairs of the full-duplex bus, without loop or local echo")
+    if reason is Discarded.TOGETHER:
+        remedy = "see what keeps replies back: the USB adapter and its latency timer, or other work on this computer"
+        return LateError(device, problem, remedy)
+    if late and reason in (Discarded.MISSING, Discarded.SHORT, Discarded.LATE):
+        remedy = "end other work on this computer, lower the USB adapter's latency timer, or raise [arm] patience"
+        return LateError(device, f"{problem}; {late} of them were answered too late", remedy)
+    if reason is Discarded.MISSING:
+        return SilentError(device, problem, "check its supply and cable; a module that was reset needs a new start")
+    return GarbledError(device, problem, "check cable, termination and grounding, or choose a lower baud rate")

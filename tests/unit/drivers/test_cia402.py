@@ -1,0 +1,419 @@
+"""The CiA 402 arm on its bus: golden frames, statuswords, what the receive thread leaves, speeds, settings."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from math import nan
+from typing import Any
+
+import can
+import pytest
+
+from palpate.core.ports.values import CommandReason
+from palpate.drivers.cia402 import ArmSettings, CanopenLink, DriveState, JointDrive
+from palpate.drivers.cia402.codec import PATTERNS, state_of
+from palpate.drivers.cia402.mailbox import Mailbox
+from palpate.drivers.cia402.settings import bits_per_cycle, bus_budget
+from palpate.drivers.device import AppliedReason
+from palpate.drivers.errors import DeviceFaultError, SettingError, SilentError, WiringError
+from palpate.simulation.emulators.motors import DirectMotors
+from tests.support import cia402_vectors as golden
+from tests.support.cia402_bench import PERIOD_NS, SCALE, Bench, Delay, joints
+
+BUS = {"interface": "virtual", "bitrate": 1_000_000}
+SYNC = 0x080
+LIMIT_RAD_S = 1.0
+# Statuswords as drives send them: state bits with voltage, remote, target and warning bits set or not.
+WORDS = {
+    DriveState.NOT_READY: (0x0000, 0x0200, 0x0090, 0x0020),
+    DriveState.SWITCH_ON_DISABLED: (0x0040, 0x0250, 0x0660, 0x02F0),
+    DriveState.READY: (0x0021, 0x0231, 0x16B1),
+    DriveState.SWITCHED_ON: (0x0023, 0x0233, 0x16B3),
+    DriveState.ENABLED: (0x0027, 0x0237, 0x1637, 0x12B7),
+    DriveState.QUICK_STOP: (0x0007, 0x0217, 0x1617),
+    DriveState.FAULT_REACTION: (0x000F, 0x021F, 0x022F),
+    DriveState.FAULT: (0x0008, 0x0208, 0x0238),
+    None: (0x0001, 0x0025, 0x0002, 0x004F),
+}
+
+
+def sdo_of(bench: Bench) -> list[str]:
+    return [data.hex().upper() for can_id, data in bench.network.sent if can_id == 0x601]
+
+
+def test_set_up_is_the_golden_one() -> None:
+    bench = Bench()
+    bench.arm.open()
+    assert sdo_of(bench) == [*golden.IDENTIFY, *golden.SET_UP]
+    nmt = [data.hex() for can_id, data in bench.network.sent if can_id == 0]
+    assert nmt == [f"80{node:02x}" for node in range(1, 7)] + [f"01{node:02x}" for node in range(1, 7)]
+
+
+def test_watchdog_is_armed_before_power_and_fed_by_the_cycle() -> None:
+    bench = Bench()
+    bench.arm.open()
+    bench.network.sent.clear()
+    bench.arm.enable()
+    assert sdo_of(bench) == list(golden.WATCHDOG_ON)
+    bench.network.sent.clear()
+    bench.cycle(times=140)
+    beats = [data for can_id, data in bench.network.sent if can_id == 0x77E]
+    assert set(beats) == {b"\x05"}
+    assert 25 <= len(beats) <= 32
+    bench.network.sent.clear()
+    bench.arm.disable()
+    assert sdo_of(bench) == list(golden.WATCHDOG_OFF)
+
+
+def test_cycle_sends_targets_and_then_sync() -> None:
+    bench = Bench(host_watchdog_ms=0).enabled()
+    bench.cycle()
+    bench.network.sent.clear()
+    bench.cycle((0.005, -0.005, 0.0, 0.0, 0.0, 0.001))
+    # Controlword 000F and the target in counts, little-endian, in the order of the joints.
+    targets = ("32000000", "ceffffff", "00000000", "00000000", "00000000", "0a000000")
+    expected = [(0x201 + i, "0f00" + counts) for i, counts in enumerate(targets)]
+    assert [(can_id, data.hex()) for can_id, data in bench.network.sent] == [*expected, (SYNC, "")]
+
+
+@pytest.mark.parametrize("state", WORDS)
+def test_statusword_is_read_by_mask(state: DriveState | None) -> None:
+    assert {state_of(word) for word in WORDS[state]} == {state}
+    assert all(sum(word & mask == value for _, mask, value in PATTERNS) <= 1 for word in range(0x80))
+
+
+class Clock:
+    now_ns = 0
+
+    def __call__(self) -> int:
+        return self.now_ns
+
+
+def test_mailbox_counts_malformed_frames_which_change_nothing() -> None:
+    mailbox = Mailbox((1, 2), 6, Clock())
+    mailbox.begin()
+    mailbox.on_tpdo(0x181, bytearray(5), 0.0)
+    mailbox.on_heartbeat(0x701, bytearray(b"\x05\x05"), 0.0)
+    mailbox.on_emcy(0x081, bytearray(b"\x00\x10\x01"), 0.0)
+    first = mailbox.wait(0)[0]
+    assert (first.malformed, first.answers, first.tpdo, first.nmt_state, first.active) == (3, 0, None, None, ())
+
+
+def test_mailbox_keeps_the_newest_heartbeat_and_counts_boots() -> None:
+    clock = Clock()
+    mailbox = Mailbox((1, 2), 6, clock)
+    for time_ns, state in ((100, 0x7F), (250, 0x05), (300, 0x85), (301, 0x00)):
+        clock.now_ns = time_ns
+        mailbox.on_heartbeat(0x702, bytearray([state]), 0.0)
+        seen = mailbox.look()[1]
+        assert (seen.nmt_state, seen.heartbeat_ns) == (state & 0x7F, time_ns)
+    assert seen.boots == 1
+    mailbox.start_over()
+    assert (mailbox.look()[1].boots, mailbox.look()[1].nmt_state) == (0, None)
+
+
+def test_emergency_stays_until_the_node_takes_it_back_and_a_flood_is_bounded() -> None:
+    mailbox = Mailbox((1, 2), 6, Clock())
+    for _ in range(1000):
+        mailbox.on_emcy(0x081, bytearray(b"\x11\x86\x21\x01\x02\x03\x04\x05"), 0.0)
+    active = mailbox.look()[0].active
+    assert active[0] == (0x8611, 0x21, b"\x01\x02\x03\x04\x05")
+    assert len(active) <= 65
+    mailbox.on_emcy(0x081, bytearray(b"\x07\x00\x00\x00\x00\x00\x00\x00"), 0.0)
+    assert mailbox.look()[0].active == ()
+
+
+def hold_up_syncs(bench: Bench, share_of_cycle: Callable[[int], float]) -> None:
+    """Let some SYNCs reach the bus late, as after a host that lost its processor, or an adapter that was busy."""
+    send, sent = bench.network.send_message, 0
+
+    def late(identifier: int, data: bytes, remote: bool = False) -> None:
+        nonlocal sent
+        if identifier == SYNC:
+            sent += 1
+            bench.network.wait_until(bench.network.now_ns + round(share_of_cycle(sent) * PERIOD_NS))
+        send(identifier, data, remote)
+
+    bench.network.send_message = late  # type: ignore[method-assign]
+
+
+def put_cell_before(bench: Bench, phase: float) -> None:
+    """Motors that go on in steps of a control tick, as those of the emulated cell do."""
+    motors, wait_until = DirectMotors((SCALE,) * 6, (0.0,) * 6), bench.network.wait_until
+    for drive in bench.drives:
+        drive._motors = drive._servo._motors = motors
+    step_ns = round(phase * PERIOD_NS)
+
+    def wait(end_ns: int) -> None:
+        nonlocal step_ns
+        while step_ns <= end_ns:
+            wait_until(step_ns)
+            motors.measured_rad(motors.targets_rad())
+            step_ns += PERIOD_NS
+        wait_until(end_ns)
+
+    bench.network.wait_until = wait  # type: ignore[method-assign]
+
+
+def fastest_rad_s(bench: Bench, cycles: int = 200) -> float:
+    """Move at the limit, back and forth, and return the greatest speed that was seen."""
+    fastest, goal_rad = 0.0, 0.9
+    for _ in range(cycles):
+        measured = bench.cycle(goal_rad)
+        goal_rad = 0.9 if measured.position_rad[0] < -0.8 else -0.9 if measured.position_rad[0] > 0.8 else goal_rad
+        fastest = max(fastest, *(view.speed_rad_per_s for view in bench.arm._exchange.views))
+    return fastest
+
+
+@pytest.mark.parametrize(
+    "late",
+    [
+        lambda n: 0.45 * (n % 2),
+        lambda n: 0.9 * (n % 7 == 0),
+        lambda n: 0.9 * (n * 13 % 17) / 17,
+        lambda n: 1.5 * (n % 7 == 0),
+    ],
+    ids=["every second", "hardly in time", "irregular", "longer than a cycle"],
+)
+def test_syncs_that_are_held_up_make_no_drive_too_fast(late: Callable[[int], float]) -> None:
+    bench = Bench().enabled()
+    hold_up_syncs(bench, late)
+    assert fastest_rad_s(bench) < 1.4 * LIMIT_RAD_S
+
+
+def test_answers_that_come_after_the_next_sync_make_no_drive_too_fast() -> None:
+    bench = Bench().enabled()
+    second, third = Delay(bench.network, bench.drives[1]), Delay(bench.network, bench.drives[2])
+    for _ in range(10):
+        fastest_rad_s(bench, 10)
+        second.by_ns = PERIOD_NS * 12 // 10
+        fastest_rad_s(bench, 1)
+        # While the host waits for another drive, what comes from this one is taken for its answer to this SYNC.
+        second.by_ns, third.by_ns = 0, PERIOD_NS * 6 // 10
+        fastest_rad_s(bench, 1)
+        third.by_ns = 0
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.1, 0.2, 0.3])
+def test_motors_that_move_in_steps_are_not_too_fast_where_two_fall_between_two_syncs(phase: float) -> None:
+    bench = Bench()
+    put_cell_before(bench, phase)
+    bench.enabled()
+    hold_up_syncs(bench, lambda n: 0.3 * (n * 7 % 11) / 11)
+    assert fastest_rad_s(bench) < 1.4 * LIMIT_RAD_S
+
+
+@pytest.mark.parametrize("late", [0.0, 0.45], ids=["in time", "held up"])
+def test_drive_that_is_twice_too_fast_stops_the_arm_within_four_cycles(late: float) -> None:
+    bench = Bench().enabled()
+    bench.cycle(0.0, times=10)
+    hold_up_syncs(bench, lambda n: late * (n % 2))
+
+    def run_on(elapsed_ns: int, *, stopping: bool) -> None:
+        bench.plant.push(1, 2.0 * LIMIT_RAD_S * SCALE * elapsed_ns * 1e-9)
+
+    bench.drives[1]._servo.advance = run_on  # type: ignore[method-assign]
+    with pytest.raises(DeviceFaultError, match="drive 2: moves at"):
+        bench.cycle(times=4)
+
+
+def test_drive_that_jumps_stops_the_arm_at_once() -> None:
+    bench = Bench().enabled()
+    bench.cycle(0.0, times=10)
+    bench.plant.push(1, 0.04 * SCALE)
+    bench.drives[1]._servo.engage()
+    with pytest.raises(DeviceFaultError, match="drive 2: moves at"):
+        bench.cycle()
+
+
+def wait_for(condition: object) -> None:
+    end = time.monotonic() + 5.0
+    while not condition():  # type: ignore[operator]
+        assert time.monotonic() < end
+        time.sleep(0.001)
+
+
+def test_link_sends_frames_and_hears_them() -> None:
+    heard: list[tuple[int, bytes]] = []
+    receivers: list[str] = []
+
+    def told() -> None:
+        receivers.append(threading.current_thread().name)
+
+    with (
+        CanopenLink.open(channel="link-frames", in_receiver=told, **BUS) as link,  # type: ignore[arg-type]
+        can.Bus(interface="virtual", channel="link-frames") as peer,
+    ):
+        link.subscribe(0x181, lambda can_id, data, _: heard.append((can_id, bytes(data))))
+        link.send(0x201, b"\x0f\x00")
+        message = peer.recv(1.0)
+        assert message is not None
+        assert (message.arbitration_id, bytes(message.data), message.is_extended_id) == (0x201, b"\x0f\x00", False)
+        for number in (1, 2):
+            peer.send(can.Message(arbitration_id=0x181, data=b"\x01", is_extended_id=False))
+            wait_for(lambda number=number: len(heard) == number)
+        link.unsubscribe(0x181)
+        link.unsubscribe(0x181)
+        link.require_alive()
+    assert heard == [(0x181, b"\x01")] * 2
+    # The receive thread is told once that it is one.
+    assert len(receivers) == 1
+    assert receivers[0] != threading.main_thread().name
+
+
+def test_bus_that_does_not_exist_is_a_wiring_error() -> None:
+    with pytest.raises(WiringError, match="slcan /dev/no-such-adapter"):
+        CanopenLink.open(interface="slcan", channel="/dev/no-such-adapter", bitrate=1_000_000)
+    with pytest.raises(WiringError, match="no-such-interface"):
+        CanopenLink.open(interface="no-such-interface", channel="can0", bitrate=1_000_000)
+
+
+def test_closed_bus_is_not_alive_and_takes_nothing() -> None:
+    link = CanopenLink.open(channel="link-closed", **BUS)  # type: ignore[arg-type]
+    link.close()
+    link.close()
+    with pytest.raises(SilentError):
+        link.require_alive()
+    with pytest.raises(SilentError):
+        link.send(0x80, b"")
+
+
+def test_death_of_the_receive_thread_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    with CanopenLink.open(channel="link-death", **BUS) as link:  # type: ignore[arg-type]
+
+        def fail(_timeout: float) -> None:
+            raise ValueError("malformed line")
+
+        monkeypatch.setattr(link.network.bus, "recv", fail)
+        wait_for(lambda: link.network.notifier.exception is not None)
+        with pytest.raises(SilentError, match="ValueError: malformed line"):
+            link.require_alive()
+        with pytest.raises(SilentError, match="malformed line"):
+            link.send(0x80, b"")
+
+
+def test_failing_subscriber_does_not_end_receiving() -> None:
+    heard: list[int] = []
+
+    def fail(_can_id: int, _data: bytearray, _time: float) -> None:
+        heard.append(1)
+        raise ValueError("bug")
+
+    with (
+        CanopenLink.open(channel="link-subscriber", **BUS) as link,  # type: ignore[arg-type]
+        can.Bus(interface="virtual", channel="link-subscriber") as peer,
+    ):
+        link.subscribe(0x181, fail)
+        for _ in range(2):
+            peer.send(can.Message(arbitration_id=0x181, is_extended_id=False))
+        wait_for(lambda: len(heard) == 2)
+        link.require_alive()
+
+
+def test_sdo_errors_become_driver_errors() -> None:
+    with (
+        CanopenLink.open(channel="link-sdo", **BUS) as link,  # type: ignore[arg-type]
+        can.Bus(interface="virtual", channel="link-sdo") as peer,
+    ):
+        objects = link.objects(5, 0.02)
+        with pytest.raises(SilentError, match="drive 5: does not answer about object 0x1018:01"):
+            objects.read(0x1018, 1)
+        patient = link.objects(6, 2.0)
+
+        def answer_with(code: int) -> None:
+            data = b"\x80\x18\x10\x01" + code.to_bytes(4, "little")
+            peer.send(can.Message(arbitration_id=0x586, data=data, is_extended_id=False))
+
+        with can.Notifier(peer, [_OnRequest(0x606, answer_with, [0x06020000, 0x08000022, 0x06090011])]):
+            assert patient.read(0x1018, 1) is None
+            with pytest.raises(DeviceFaultError, match=r"refuses object 0x1018:01.*0x08000022"):
+                patient.write(0x1018, 1, 0, 4)
+            with pytest.raises(DeviceFaultError, match="has no object 0x1018:01"):
+                patient.write(0x1018, 1, 0, 4)
+
+
+class _OnRequest(can.Listener):
+    def __init__(self, identifier: int, answer: object, codes: list[int]) -> None:
+        self._identifier, self._answer, self._codes = identifier, answer, codes
+
+    def on_message_received(self, msg: can.Message) -> None:
+        if msg.arbitration_id == self._identifier:
+            self._answer(self._codes.pop(0))  # type: ignore[operator]
+
+    def stop(self) -> None: ...
+
+
+def test_budget_of_six_drives() -> None:
+    assert bits_per_cycle(6) == 6 * (115 + 125) + 55
+    assert bits_per_cycle(6, stuffed=False) == 6 * (95 + 103) + 47
+    budget = bus_budget(6, 1_000_000, 0.05)
+    # 80 % of the bus, less seven heartbeats of 65 bits twenty times a second.
+    assert budget.max_rate_Hz == pytest.approx((800_000 - 7 * 65 * 20) / 1495)
+    budget.require(140, 1)
+
+
+def test_rate_that_does_not_fit_is_refused_with_the_numbers() -> None:
+    with pytest.raises(SettingError, match=r"1495 bits.*125000 bit/s, so 60\.8 Hz at most.*140 Hz: 46\.67, 35"):
+        bus_budget(6, 125_000, 0.05).require(140, 1)
+    bus_budget(6, 125_000, 0.05).require(140, 3)
+    with pytest.raises(SettingError, match="none"):
+        bus_budget(6, 10_000, 0.05).require(140, 14)
+
+
+def test_counts_become_angles_and_back() -> None:
+    joint = JointDrive(
+        node=1, counts_per_rad=-1000.0, lower_rad=-1.0, upper_rad=2.0, velocity_rad_per_s=1.0, zero_counts=50
+    )
+    assert joint.counts(0.1) == -50
+    assert joint.angle_rad(-50) == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"node": 0},
+        {"node": 128},
+        {"counts_per_rad": 0.0},
+        {"counts_per_rad": nan},
+        {"lower_rad": 2.0},
+        {"lower_rad": nan},
+        {"velocity_rad_per_s": 0.0},
+        {"zero_counts": 2**31},
+        {"counts_per_rad": 1e10},
+    ],
+)
+def test_joint_that_cannot_work_is_refused(wrong: dict[str, Any]) -> None:
+    with pytest.raises(SettingError):
+        replace(joints()[0], **wrong)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"joints": ()},
+        {"joints": joints() + joints()},
+        {"host_node": 3},
+        {"host_node": 200},
+        {"bitrate": 0},
+        {"bitrate": 125_000},
+        {"answer_share": 0.0},
+        {"velocity_margin": 0.5},
+        {"pose_margin_rad": nan},
+        {"heartbeat_timeout_ms": 40},
+        {"heartbeat_ms": 0},
+        {"missed_cycles": 0},
+        {"host_watchdog_ms": 10},
+        {"host_watchdog_ms": -1},
+        {"quick_stop_rad_per_s2": nan},
+    ],
+)
+def test_arm_that_cannot_work_is_refused(wrong: dict[str, Any]) -> None:
+    with pytest.raises(SettingError):
+        ArmSettings(**({"joints": joints(), "control_rate_Hz": 140} | wrong))
+
+
+def test_reasons_are_those_of_the_core() -> None:
+    assert [r.name for r in AppliedReason] == [r.name for r in CommandReason]

@@ -1,0 +1,470 @@
+"""The arm of CiA 402 drives: life, cycles, stops; every fault stops it and stays until a person acknowledges it."""
+
+import itertools
+from collections.abc import Callable
+from functools import partial
+from math import nan
+
+import pytest
+from canopen.sdo import SdoAbortedError
+
+from palpate.drivers.device import AppliedReason, ArmState
+from palpate.drivers.errors import (
+    DeviceFaultError,
+    DriverError,
+    LateError,
+    RefusedError,
+    SilentError,
+    StateError,
+    WiringError,
+)
+from palpate.simulation.emulators.cia402.node import NmtState
+from palpate.simulation.emulators.cia402.objects import ABORT_NO_OBJECT
+from palpate.simulation.emulators.cia402.servo import PowerState
+from tests.support.cia402_bench import SCALE, Bench, Delay, flipped, lost, mute, on_answers, short, twice
+
+AT_REST = {PowerState.QUICK_STOP, PowerState.SWITCH_ON_DISABLED, PowerState.FAULT, PowerState.FAULT_REACTION}
+
+
+def test_drives_say_who_they_are() -> None:
+    bench = Bench()
+    assert bench.arm.identities == ()
+    bench.arm.open()
+    assert [i.node for i in bench.arm.identities] == [1, 2, 3, 4, 5, 6]
+    second = bench.arm.identities[1]
+    assert (second.vendor, second.product, second.serial, second.name) == (0x3E7, 0x402, 0x1002, "EMU1")
+
+
+def test_drive_left_under_power_by_a_dead_program_is_stopped_first() -> None:
+    bench = Bench(host_watchdog_ms=0).enabled()
+    again = Bench()
+    again.drives = again.network.nodes = bench.drives
+    again.network.now_ns = bench.network.now_ns
+    assert bench.drives[0].machine.state is PowerState.ENABLED
+    again.arm.open()
+    assert {drive.machine.state for drive in bench.drives} == {PowerState.SWITCH_ON_DISABLED}
+
+
+def test_enabling_goes_step_by_step_and_moves_nothing() -> None:
+    bench = Bench()
+    for axis in range(6):
+        bench.plant.set_motor_counts(axis, 1000.0 * axis - 2000.0)
+    start = [bench.plant.motor_counts(axis) for axis in range(6)]
+    bench.arm.open()
+    bench.network.sent.clear()
+    bench.arm.enable()
+    assert bench.words() == [0x00, 0x06, 0x07, 0x0F]
+    assert bench.arm.state is ArmState.ENABLED
+    bench.cycle(times=50)
+    assert [bench.plant.motor_counts(axis) for axis in range(6)] == start
+
+
+def test_joint_outside_its_limits_is_not_enabled() -> None:
+    bench = Bench()
+    bench.plant.set_motor_counts(2, 1.1 * SCALE)
+    bench.arm.open()
+    with pytest.raises(StateError, match="drive 3"):
+        bench.arm.enable()
+    assert bench.arm.state is ArmState.CONFIGURED
+    bench.plant.set_motor_counts(2, 0.0)
+    bench.arm.enable()
+
+
+def test_ramp_is_followed() -> None:
+    bench = Bench().enabled()
+    for tick in range(140):
+        measured = bench.cycle(0.5 * tick / 140)
+    measured = bench.cycle(0.5, times=3)
+    assert measured.position_rad[0] == pytest.approx(0.5, abs=2 / SCALE)
+
+
+def test_cycles_that_come_sooner_than_a_period_make_shorter_steps() -> None:
+    bench = Bench().enabled()
+    begin_ns = bench.network.now_ns
+    for _ in range(50):
+        applied = bench.arm.cycle((0.5,) * 6).applied
+    took_s = (bench.network.now_ns - begin_ns) * 1e-9
+    assert applied is not None
+    assert max(applied.position_rad) <= took_s + 1 / 140
+
+
+def test_preview_sends_nothing() -> None:
+    bench = Bench().enabled()
+    sent = len(bench.network.sent)
+    assert bench.arm.preview((0.005,) * 6).reason is AppliedReason.AS_ASKED
+    assert bench.arm.preview((0.5,) * 6).reason is AppliedReason.VELOCITY_LIMIT
+    assert len(bench.network.sent) == sent
+
+
+@pytest.mark.parametrize("bad", [(nan,) * 6, (0.0,) * 5, (0.0,) * 7])
+def test_setpoint_that_no_drive_may_get_is_refused_and_nothing_is_sent(bad: tuple[float, ...]) -> None:
+    bench = Bench().enabled()
+    sent = len(bench.network.sent)
+    with pytest.raises(RefusedError):
+        bench.arm.cycle(bad)
+    assert len(bench.network.sent) == sent
+    assert bench.arm.state is ArmState.ENABLED
+
+
+def test_stop_slows_down_smoothly_and_holds() -> None:
+    bench = Bench(quick_stop_rad_per_s2=5.0).enabled()
+    for tick in range(1, 71):
+        bench.cycle(0.5 * tick / 70)
+    bench.arm.stop()
+    assert bench.arm.state is ArmState.STOPPED
+    path = [bench.cycle(0.5).position_rad[0] for _ in range(60)]
+    steps = [b - a for a, b in itertools.pairwise(path)]
+    assert all(0.0 <= step <= 1.05 / 140 for step in steps)
+    assert all(after <= before + 2 / SCALE for before, after in itertools.pairwise(steps))
+    # From 1 rad/s at 5 rad/s2: 0.1 rad further, after 0.2 s.
+    assert path[-1] - path[0] == pytest.approx(0.1, abs=0.012)
+    assert path[30:] == [path[-1]] * 30
+
+
+def test_stop_works_when_the_bus_is_gone() -> None:
+    bench = Bench().enabled()
+    bench.network.broken = OSError("no such device")
+    bench.arm.stop()
+    bench.arm.stop()
+    with pytest.raises(SilentError, match="no such device"):
+        bench.cycle()
+    bench.arm.stop()
+    bench.arm.close()
+    assert bench.arm.state is ArmState.CLOSED
+
+
+def test_interruption_stops_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench().enabled()
+    send = bench.network.send_message
+
+    def interrupted(can_id: int, data: bytes, remote: bool = False) -> None:
+        monkeypatch.undo()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(bench.network, "send_message", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        bench.cycle(0.005)
+    assert bench.network.send_message == send
+    assert bench.arm.state is ArmState.STOPPED
+    assert {drive.machine.state for drive in bench.drives} == {PowerState.QUICK_STOP}
+
+
+def test_closing_takes_the_power_away_without_alarm() -> None:
+    bench = Bench().enabled()
+    bench.cycle(0.005, times=5)
+    bench.arm.close()
+    bench.arm.close()
+    bench.network.sleep(1.0)
+    assert {drive.machine.state for drive in bench.drives} == {PowerState.SWITCH_ON_DISABLED}
+    assert [drive.objects[0x1001] for drive in bench.drives] == [0] * 6
+    assert 0x181 not in bench.network.subscribers
+
+
+def test_dead_drive_does_not_keep_the_others_under_power() -> None:
+    bench = Bench().enabled()
+    mute(bench.drives[2])
+    bench.arm.close()
+    alive = {drive.machine.state for drive in bench.drives if drive is not bench.drives[2]}
+    assert alive == {PowerState.SWITCH_ON_DISABLED}
+
+
+def test_host_that_dies_leaves_an_arm_at_rest() -> None:
+    bench = Bench().enabled()
+    for tick in range(1, 30):
+        bench.cycle(0.5 * tick / 140)
+    bench.network.sleep(1.0)
+    assert {drive.machine.state for drive in bench.drives} == {PowerState.QUICK_STOP}
+    before = bench.plant.motor_counts(0)
+    bench.network.sleep(1.0)
+    assert bench.plant.motor_counts(0) == before
+
+
+def test_drive_that_is_not_there_is_named() -> None:
+    bench = Bench()
+    mute(bench.drives[3])
+    with pytest.raises(WiringError, match="drive 4"):
+        bench.arm.open()
+    bench.drives[3].outgoing = list
+    bench.arm.open()
+
+
+def test_device_of_another_profile_is_refused() -> None:
+    bench = Bench()
+    bench.drives[1].objects[0x1000] = 0x0001_0191
+    with pytest.raises(WiringError, match="drive 2: is a device of profile 401"):
+        bench.arm.open()
+
+
+@pytest.mark.parametrize("index", [0x605A, 0x6085, 0x6007, 0x1016])
+def test_object_that_a_drive_may_lack_is_done_without_and_noted(index: int) -> None:
+    def without(bench: Bench) -> Bench:
+        objects = bench.drives[1].objects
+        objects.set_data = partial(_write_without, objects.set_data, index)  # type: ignore[method-assign]
+        return bench
+
+    bench = without(Bench()).enabled()
+    (note,) = bench.arm.notes
+    assert note.startswith(f"drive 2 has no object 0x{index:04X}: ")
+    bench.cycle(0.001, times=5)
+    bench.arm.disable()
+
+
+def _write_without(
+    write: Callable[..., None], missing: int, index: int, sub: int, data: bytes, *, check_writable: bool
+) -> None:
+    if index == missing:
+        raise SdoAbortedError(ABORT_NO_OBJECT)
+    write(index, sub, data)
+
+
+def test_answers_that_are_missing_twice_or_cut_short_are_counted() -> None:
+    bench = Bench().enabled()
+    on_answers(bench.drives[2], lost, 1)
+    measured = bench.cycle()
+    assert measured.is_fresh == (True, True, False, True, True, True)
+    on_answers(bench.drives[4], twice, 1)
+    on_answers(bench.drives[5], short, 1)
+    bench.cycle(times=20)
+    told = bench.arm.diagnostics()["answers"].split("; ")
+    assert told[1:] == [
+        "drive 3: 1 answers missing",
+        "drive 5: 1 twice",
+        "drive 6: 1 answers missing, 1 frames of another length",
+    ]
+
+
+def drive_fault(bench: Bench) -> None:
+    bench.drives[1]._fault()
+
+
+def emergency(bench: Bench) -> None:
+    bench.drives[1].emergency(0x4210, b"\x01\x02")
+
+
+def host_unheard(bench: Bench) -> None:
+    bench.drives[1].emergency(0x8130)
+
+
+def following_error(bench: Bench) -> None:
+    bench.plant.jam(1)
+    bench.drives[1].objects[0x6065] = 10
+
+
+def heartbeat_lost(bench: Bench) -> None:
+    bench.drives[1].outgoing = lambda frames: [frame for frame in frames if frame.arbitration_id != 0x702]
+
+
+def no_answers(bench: Bench) -> None:
+    on_answers(bench.drives[1], lost, 3)
+
+
+def cut_short(bench: Bench) -> None:
+    on_answers(bench.drives[1], short, 3)
+
+
+def silence(bench: Bench) -> None:
+    mute(bench.drives[1])
+
+
+def restart(bench: Bench) -> None:
+    bench.drives[1].reset()
+
+
+def nmt_stopped(bench: Bench) -> None:
+    bench.drives[1].nmt = NmtState.STOPPED
+
+
+def power_lost(bench: Bench) -> None:
+    bench.drives[1].machine.state = PowerState.NOT_READY
+
+
+def strange_state(bench: Bench) -> None:
+    bench.drives[1].machine.state = PowerState.SWITCHED_ON
+    bench.drives[1].machine.apply = lambda *_, **__: None  # type: ignore[method-assign]
+
+
+def astray(bench: Bench) -> None:
+    bench.drives[1].objects[0x6060] = 0
+    bench.plant.set_motor_counts(1, 1.1 * SCALE)
+    bench.drives[1]._servo.engage()
+
+
+def runaway(bench: Bench) -> None:
+    bench.plant.set_motor_counts(1, 0.2 * SCALE)
+    bench.drives[1]._servo.engage()
+
+
+def bus_error(bench: Bench) -> None:
+    bench.network.notifier.exception = ValueError("non-hexadecimal number found")
+
+
+def bus_closed(bench: Bench) -> None:
+    bench.network.disconnect()
+
+
+def bus_full(bench: Bench) -> None:
+    bench.network.broken = OSError(105, "No buffer space available")
+
+
+def status(bit: int) -> Callable[[Bench], None]:
+    def told(bench: Bench) -> None:
+        bench.cycle(times=3)
+        on_answers(bench.drives[1], flipped(bit))
+
+    told.__name__ = f"statusword bit {bit}"
+    return told
+
+
+def mode_taken(bench: Bench) -> None:
+    bench.drives[1].objects.set_data(0x6060, 0, b"\0")
+
+
+def late_answers(bench: Bench) -> None:
+    Delay(bench.network, bench.drives[1], 5_000_000)
+
+
+def host_away(bench: Bench) -> None:
+    bench.network.sleep(0.15)
+
+
+CASES: list[tuple[Callable[[Bench], None], type[DriverError], str]] = [
+    (drive_fault, DeviceFaultError, "drive 2: is in fault"),
+    (emergency, DeviceFaultError, "drive 2: reports EMCY 0x4210 .*0102000000"),
+    (following_error, DeviceFaultError, "drive 2: reports EMCY 0x8611"),
+    (
+        host_unheard,
+        LateError,
+        r"drive 2: has not heard this computer for \d+ ms \(EMCY 0x8130\); check the bus cable, or end",
+    ),
+    (heartbeat_lost, SilentError, "drive 2: no heartbeat"),
+    (no_answers, SilentError, "drive 2: left 3 SYNCs in a row"),
+    (cut_short, SilentError, "drive 2: left 3 SYNCs in a row unanswered, and 3 of its frames had another length"),
+    (silence, SilentError, "drive 2: left 3 SYNCs in a row"),
+    (restart, DeviceFaultError, "drive 2: has restarted"),
+    (nmt_stopped, DeviceFaultError, "drive 2: is no longer operational"),
+    (power_lost, DeviceFaultError, "drive 2: went to 'not ready to switch on' by itself"),
+    (strange_state, DeviceFaultError, "drive 2: went to 'switched on' by itself"),
+    (astray, DeviceFaultError, "drive 2: stands at 1.1000 rad"),
+    (runaway, DeviceFaultError, "drive 2: moves at"),
+    (status(9), DeviceFaultError, r"drive 2: does not obey this bus \(remote, .*from local to remote control"),
+    (status(11), DeviceFaultError, r"drive 2: has held back for 0.2 s by a limit of its own \(internal limit"),
+    (status(12), DeviceFaultError, r"drive 2: ignores its set-points \(target ignored"),
+    (status(13), DeviceFaultError, r"drive 2: has fallen behind its set-points \(following error"),
+    (mode_taken, DeviceFaultError, r"drive 2: is in mode 0, not in CSP \(another master"),
+    (late_answers, LateError, "drive 2: answered 3 SYNCs in a row too late; end other work here"),
+    (host_away, LateError, "this computer kept the drives waiting for 1[56][0-9] ms; after that drive 1: "),
+    (bus_error, SilentError, "receiving has ended .*non-hexadecimal"),
+    (bus_closed, SilentError, "receiving has ended"),
+    (bus_full, SilentError, "does not take frames.*No buffer space"),
+]
+cases = pytest.mark.parametrize(("provoke", "kind", "told"), CASES, ids=[provoke.__name__ for provoke, _, _ in CASES])
+
+
+@cases
+def test_fault_stops_the_arm_and_stays(provoke: Callable[[Bench], None], kind: type[DriverError], told: str) -> None:
+    bench = Bench().enabled()
+    bench.cycle(0.001)
+    provoke(bench)
+    with pytest.raises(kind, match=told):
+        bench.cycle(0.003, times=40)
+    assert bench.arm.state is ArmState.FAULTED
+    assert bench.arm.fault is not None
+    if bench.network.broken is None:
+        assert {d.machine.state for d in bench.drives if d is not bench.drives[1]} <= AT_REST
+    sent = len(bench.network.sent)
+    for refused in (bench.arm.cycle, bench.arm.enable, bench.arm.disable, lambda: bench.arm.preview((0.0,) * 6)):
+        with pytest.raises(DeviceFaultError, match="latched"):
+            refused()
+    assert len(bench.network.sent) == sent
+    bench.arm.close()
+
+
+@pytest.mark.parametrize("provoke", [drive_fault, emergency, restart, no_answers])
+def test_fault_that_a_person_clears_leaves_the_arm_without_power(provoke: Callable[[Bench], None]) -> None:
+    bench = Bench().enabled()
+    provoke(bench)
+    with pytest.raises(DriverError):
+        bench.cycle(times=40)
+    bench.arm.acknowledge()
+    assert (bench.arm.state, bench.arm.fault) == (ArmState.CONFIGURED, None)
+    assert {drive.machine.state for drive in bench.drives} == {PowerState.SWITCH_ON_DISABLED}
+    bench.cycle(times=10)
+    assert {drive.machine.state for drive in bench.drives} == {PowerState.SWITCH_ON_DISABLED}
+    bench.arm.enable()
+    assert bench.cycle(0.001).applied is not None
+
+
+def test_fault_that_does_not_go_away_stays_latched() -> None:
+    bench = Bench().enabled()
+    bench.drives[0].fail(0x3210)
+    machine = bench.drives[0].machine
+    machine.apply = lambda word: None  # type: ignore[method-assign]
+    with pytest.raises(DeviceFaultError):
+        bench.cycle(times=3)
+    with pytest.raises(DeviceFaultError, match="not every drive reached"):
+        bench.arm.acknowledge()
+    assert bench.arm.state is ArmState.FAULTED
+    del machine.apply
+    bench.arm.acknowledge()
+
+
+def test_dead_drive_cannot_be_acknowledged() -> None:
+    bench = Bench().enabled()
+    mute(bench.drives[0])
+    with pytest.raises(SilentError):
+        bench.cycle(times=10)
+    with pytest.raises(SilentError):
+        bench.arm.acknowledge()
+    assert bench.arm.state is ArmState.FAULTED
+
+
+def test_drive_in_fault_is_not_enabled() -> None:
+    bench = Bench()
+    bench.arm.open()
+    bench.drives[5]._fault()
+    with pytest.raises(DeviceFaultError, match="drive 6: is in fault"):
+        bench.arm.enable()
+    assert bench.arm.state is ArmState.FAULTED
+    assert all(drive.machine.state in AT_REST for drive in bench.drives)
+    bench.arm.acknowledge()
+    bench.arm.enable()
+
+
+def test_single_lost_answer_is_no_fault() -> None:
+    bench = Bench().enabled()
+    for _ in range(5):
+        on_answers(bench.drives[3], lost, 2)
+        bench.cycle(0.001, times=3)
+    assert bench.arm.state is ArmState.ENABLED
+
+
+def test_drive_that_never_says_that_it_follows_is_believed() -> None:
+    bench = Bench()
+    on_answers(bench.drives[1], flipped(12))
+    bench.enabled().cycle(0.001, times=10)
+    assert bench.arm.state is ArmState.ENABLED
+
+
+def test_drive_under_local_control_is_named_when_it_does_not_get_ready() -> None:
+    bench = Bench()
+    bench.arm.open()
+    on_answers(bench.drives[1], flipped(9))
+    bench.drives[1].machine.apply = lambda *_, **__: None  # type: ignore[method-assign]
+    with pytest.raises(DeviceFaultError, match=r"not under remote control: \[2\]"):
+        bench.arm.enable()
+
+
+def test_drive_that_does_not_obey_a_stop_is_a_fault() -> None:
+    bench = Bench().enabled()
+    bench.drives[1].machine.apply = lambda *_, **__: None  # type: ignore[method-assign]
+    bench.arm.stop()
+    with pytest.raises(DeviceFaultError, match="drive 2: went to 'operation enabled' by itself"):
+        bench.cycle(times=10)
+
+
+def test_lost_answer_while_stopping_is_no_fault() -> None:
+    bench = Bench().enabled()
+    on_answers(bench.drives[1], lost, 1)
+    bench.arm.stop()
+    bench.cycle(times=10)
+    assert bench.arm.state is ArmState.STOPPED

@@ -1,0 +1,348 @@
+"""The conversation with a JR3 board: from the first ping to the first reading, restarts, silence, and its end."""
+
+import re
+from typing import Any
+
+import pytest
+
+from palpate.drivers.can import CanFrame
+from palpate.drivers.errors import (
+    DeviceFaultError,
+    DriverError,
+    GarbledError,
+    SettingError,
+    SilentError,
+    StateError,
+    WiringError,
+)
+from palpate.drivers.jr3 import CanTransport, Jr3, Jr3Settings, shut_down, start_up
+from palpate.drivers.jr3.device import MAX_BOOTS
+from palpate.drivers.jr3.messages import FullScales
+from palpate.drivers.jr3.phases import Jr3Phase
+from tests.unit.drivers.jr3_board import FORCES_N, MOMENTS_DNM, Bench, FakeCanLink, forces, moments
+
+BOOTUP = CanFrame(0x701)
+
+
+def test_requests_come_in_their_order() -> None:
+    bench = Bench().streaming()
+    assert bench.link.asked == ["state", "force scales", "moment scales", "stop", "start"]
+    assert bench.device.full_scales == FullScales(FORCES_N, MOMENTS_DNM)
+
+
+def test_request_in_flight_is_the_only_one() -> None:
+    bench = Bench()
+    bench.link.mute = {"force scales"}
+    bench.device.open()
+    bench.polls(100)
+    assert bench.link.asked == ["state", "force scales"]
+
+
+def test_late_acknowledgement_counts_once() -> None:
+    bench = Bench()
+    bench.link.mute = {"state"}
+    bench.device.open()
+    bench.polls(260)
+    assert bench.link.asked == ["state", "state"]
+    bench.link.inbox += bench.link.ack("state") * 2
+    bench.link.mute = set()
+    bench.polls(9)
+    assert bench.link.asked == ["state", "state", "force scales", "moment scales", "stop", "start"]
+    assert bench.device.errors["answers without a request"] == 1
+
+
+def test_late_answer_for_forces_is_not_taken_for_moments() -> None:
+    bench = Bench()
+    bench.link.mute = {"force scales"}
+    bench.device.open()
+    while len(bench.link.asked) < 3:
+        bench.poll()
+    assert bench.link.asked == ["state", "force scales", "state"]
+    # Both answers come at once: the late long one and the short one that was asked for.
+    bench.link.inbox = bench.link.ack("force scales") + bench.link.ack("state")
+    bench.link.mute = set()
+    bench.polls(9)
+    assert bench.device.full_scales == FullScales(FORCES_N, MOMENTS_DNM)
+
+
+def test_missing_board_is_a_wiring_error() -> None:
+    bench = Bench()
+    bench.link.mute = {"state"}
+    with pytest.raises(WiringError, match="nobody answers"):
+        start_up(bench.device, bench.clock_ns, bench.sleep)
+    assert bench.link.asked == ["state"] * 16
+    assert bench.device.phase is Jr3Phase.FAULTED
+
+
+@pytest.mark.parametrize(
+    ("board", "error", "told"),
+    [
+        (
+            {"answer": lambda _: [CanFrame(0x101, b"\x07")]},
+            GarbledError,
+            "nothing but 16 frames without sense",
+        ),
+        ({"state": 1}, DeviceFaultError, "not initialised"),
+        (
+            {"answer": lambda name: [CanFrame(0x101, bytes(7))] if name == "force scales" else None},
+            DeviceFaultError,
+            "full scales",
+        ),
+        ({}, SilentError, "no new reading"),
+    ],
+    ids=["garbage", "no sensor", "full scales of zero", "no stream"],
+)
+def test_board_with_which_nothing_can_begin_is_named(
+    board: dict[str, Any], error: type[DriverError], told: str
+) -> None:
+    bench = Bench()
+    vars(bench.link).update(board)
+    with pytest.raises(error, match=told):
+        start_up(bench.device, bench.clock_ns, bench.sleep)
+
+
+@pytest.mark.parametrize("request_name", ["stop", "start", "moment scales"])
+def test_board_that_falls_silent_while_it_is_set_up_is_asked_again(request_name: str) -> None:
+    bench = Bench()
+    bench.link.mute = {request_name}
+    with pytest.raises(SilentError, match="no answer"):
+        start_up(bench.device, bench.clock_ns, bench.sleep)
+    assert bench.link.asked.count(request_name) in (3, 4)
+
+
+def test_full_scales_of_a_sensor_that_is_not_initialised_are_ignored() -> None:
+    bench = Bench()
+    stale = CanFrame(0x101, b"\x01" + b"\xff" * 6)
+    answers = {"force scales": [stale]}
+    bench.link.answer = lambda name: answers.pop(name, None)
+    bench.device.open()
+    bench.polls(280)
+    assert bench.device.full_scales == FullScales(FORCES_N, MOMENTS_DNM)
+
+
+def test_board_that_boots_meanwhile_is_waited_for() -> None:
+    bench = Bench()
+    bench.link.state = 1
+    bench.device.open()
+    bench.polls(1000)
+    assert bench.device.phase is Jr3Phase.PINGING
+    bench.link.state = 0
+    bench.polls(260)
+    assert bench.device.phase is Jr3Phase.AWAITING
+    assert "0 time-outs" in bench.device.diagnostics()["wire"]
+
+
+def test_helpers_wait_for_the_stream_and_for_its_end() -> None:
+    bench = Bench()
+    sleep = bench.sleep
+
+    def sleep_and_stream(seconds: float) -> None:
+        sleep(seconds)
+        if "start" in bench.link.asked:
+            bench.counter += 16
+            bench.link.inbox += [forces(bench.counter), moments(bench.counter)]
+
+    start_up(bench.device, bench.clock_ns, sleep_and_stream)
+    for _ in range(50):
+        sleep_and_stream(0.002)
+        bench.device.poll(bench.now_ns)
+    shut_down(bench.device, bench.clock_ns, sleep_and_stream)
+    shut_down(bench.device, bench.clock_ns, sleep_and_stream)
+    assert bench.device.phase is Jr3Phase.CLOSED
+
+
+def test_wait_has_an_end() -> None:
+    bench = Bench()
+    bench.link.mute = {"state"}
+    with pytest.raises(SilentError, match="still asking for the state"):
+        start_up(bench.device, bench.clock_ns, bench.sleep, timeout_s=1.0)
+
+
+def test_board_that_does_not_answer_can_be_left() -> None:
+    bench = Bench().streaming()
+    bench.link.mute = {"stop"}
+    shut_down(bench.device, bench.clock_ns, bench.sleep)
+    assert bench.device.phase is Jr3Phase.CLOSED
+
+
+def test_requests_out_of_order_are_refused() -> None:
+    bench = Bench()
+    for wish in (bench.device.stop, lambda: bench.device.full_scales):
+        with pytest.raises(StateError):
+            wish()
+    bench.streaming()
+    with pytest.raises(StateError):
+        bench.device.open()
+
+
+def test_period_that_the_wire_does_not_carry_is_refused() -> None:
+    with pytest.raises(SettingError, match="or more on this wire"):
+        Jr3(CanTransport(FakeCanLink()), Jr3Settings(period_us=500))
+
+
+def test_sample_has_values_counter_and_time() -> None:
+    bench = Bench().streaming()
+    bench.polls(4, 5.0)
+    (sample,) = bench.read(z=-16384, step=78 * 3)
+    assert sample.force_N == (0.0, 0.0, -185.0)
+    assert sample.torque_Nm == (0.0, 0.0, 0.0)
+    assert (sample.counter, sample.receive_time_ns) == (78 * 4, bench.now_ns)
+    assert sample == bench.device.latest
+    assert not any((sample.over_range, sample.near_saturated, sample.saturated, sample.after_boot))
+
+
+def test_bootup_in_mid_run_starts_again_and_marks_samples() -> None:
+    bench = Bench().streaming()
+    last = bench.device.latest
+    bench.link.asked.clear()
+    bench.link.inbox.append(BOOTUP)
+    bench.poll()
+    assert bench.device.phase is Jr3Phase.PINGING
+    bench.polls(8)
+    bench.counter = 0
+    (sample,) = bench.read()
+    assert bench.link.asked == ["state", "force scales", "moment scales", "stop", "start"]
+    assert sample.after_boot
+    assert sample.settling
+    assert last is not None
+    assert sample.sequence == last.sequence + 1
+    bench.device.acknowledge()
+    (sample,) = bench.read()
+    assert not sample.after_boot
+    assert bench.device.diagnostics()["restarts"] == "1"
+
+
+def test_bootup_before_the_first_start_is_no_event() -> None:
+    bench = Bench()
+    bench.link.mute = {"state"}
+    bench.device.open()
+    bench.polls(100)
+    bench.link.inbox.append(BOOTUP)
+    bench.link.mute = set()
+    bench.polls(9)
+    (sample,) = bench.read()
+    assert not sample.after_boot
+
+
+def test_board_that_keeps_restarting_is_a_fault() -> None:
+    bench = Bench().streaming()
+    for _ in range(MAX_BOOTS + 1):
+        bench.link.inbox.append(BOOTUP)
+        bench.polls(2)
+    with pytest.raises(DeviceFaultError, match="restarted"):
+        bench.device.check()
+
+
+def test_restarts_with_readings_between_are_no_fault() -> None:
+    bench = Bench().streaming()
+    for _ in range(MAX_BOOTS + 1):
+        bench.link.inbox.append(BOOTUP)
+        bench.polls(8)
+        assert len(bench.read()) == 1
+    bench.device.check()
+
+
+def test_half_of_a_reading_does_not_survive_a_restart() -> None:
+    bench = Bench().streaming()
+    bench.link.inbox += [forces(156), BOOTUP]
+    bench.polls(8)
+    bench.link.inbox += [moments(156)]
+    assert bench.poll() == []
+
+
+def test_counter_that_goes_back_is_a_restart() -> None:
+    bench = Bench().streaming()
+    bench.counter = 20_000
+    bench.read()
+    bench.read()
+    bench.counter = 0
+    assert bench.read() == []
+    (sample,) = bench.read()
+    assert sample.settling
+    assert bench.device.errors["counters that began again"] == 1
+
+
+def test_samples_are_settling_after_a_start() -> None:
+    bench = Bench(Jr3Settings(cutoff_Hz=2.0, period_us=10_000)).streaming()
+    flags = [bench.read()[0].settling for _ in range(60)]
+    assert flags[0]
+    assert not flags[-1]
+    assert flags == sorted(flags, reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("counts", "flags"),
+    [(16384, "000"), (16385, "100"), (-16385, "100"), (26215, "110"), (-32752, "111"), (32767, "111")],
+)
+def test_saturation(counts: int, flags: str) -> None:
+    (sample,) = Bench().streaming().read(z=counts)
+    assert f"{sample.over_range:d}{sample.near_saturated:d}{sample.saturated:d}" == flags
+
+
+def test_silence_ends_with_a_reading() -> None:
+    bench = Bench().streaming()
+    bench.polls(200)
+    bench.device.check()
+    bench.polls(2)
+    assert bench.device.phase is Jr3Phase.SILENT
+    with pytest.raises(SilentError, match="no new reading for 202 ms"):
+        bench.device.check()
+    assert len(bench.read()) == 1
+    bench.device.check()
+    assert bench.device.phase is Jr3Phase.STREAMING
+
+
+@pytest.mark.parametrize(("counts", "answers", "zeroed"), [(5, 1, True), (5, 0, False), (100, 1, False)])
+def test_zero_of_another_client_is_noticed_by_the_board_s_answer(counts: int, answers: int, zeroed: bool) -> None:
+    bench = Bench().streaming()
+    bench.link.inbox += [CanFrame(0x101, b"\x00")] * answers
+    bench.read(z=counts)
+    assert bench.device.was_zeroed is zeroed
+    bench.device.acknowledge()
+    bench.read(z=counts)
+    assert not bench.device.was_zeroed
+
+
+@pytest.mark.parametrize(
+    ("what", "told"),
+    [
+        ("silence", "nothing comes; check cable and power"),
+        (
+            "the same again",
+            r"repeated readings \(\d+\) came instead; see that the sensor is plugged in",
+        ),
+        ("halves", r"halves of readings without the other half \(\d+\) came instead; check shield"),
+        ("other lengths", r"frames without sense or cut short \(\d+\) came instead; check shield"),
+        ("jumps", r"readings whose counter jumped \(\d+\) came instead; see what else talks"),
+    ],
+)
+def test_silence_tells_from_the_first_moment_what_came_instead(what: str, told: str) -> None:
+    bench = Bench().streaming()
+    halves = {
+        "silence": lambda n: [],
+        "the same again": lambda n: [forces(bench.counter), moments(bench.counter)],
+        "halves": lambda n: [forces(bench.counter + n)],
+        "other lengths": lambda n: [CanFrame(0x601, bytes(5))],
+        "jumps": lambda n: [forces(9000 * (n % 5 + 1)), moments(9000 * (n % 5 + 1))],
+    }[what]
+    for n in range(1, 22):
+        bench.link.inbox += halves(n)
+        bench.poll(10.0)
+        if n == 6:
+            assert re.search(f"no new reading for 60 ms: {told}", str(bench.device.silence(bench.now_ns)))
+    with pytest.raises(SilentError, match=f"no new reading for 210 ms: {told}"):
+        bench.device.check()
+
+
+def test_cable_that_is_plugged_in_again_needs_an_open() -> None:
+    bench = Bench().streaming()
+    bench.link.broken = True
+    assert bench.poll() == []
+    assert bench.device.phase is Jr3Phase.FAULTED
+    with pytest.raises(SilentError, match="cable pulled"):
+        bench.device.check()
+    bench.link.broken = False
+    bench.device.open()
+    bench.polls(8)
+    bench.read()
+    bench.device.check()

@@ -1,0 +1,175 @@
+"""The arm behind its link, in virtual time: refusals, faults by name, a connection that breaks and is made again."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from palpate.core.ports import CONTROL_RATE_HZ
+from palpate.drivers.device import AppliedReason, ArmState
+from palpate.drivers.errors import DriverError, RefusedError, SettingError, SilentError, WiringError
+from palpate.drivers.ur import UrArm, UrSettings
+from palpate.simulation.emulators.ur.controller import RobotMode, SafetyMode
+from tests.virtual_ur import HOME, VirtualUr
+
+SETTINGS = UrSettings(
+    lower_rad=(-3.0,) * 6, upper_rad=(3.0,) * 6, velocity_rad_s=(1.0,) * 6, period_s=1.0 / CONTROL_RATE_HZ,
+    guard_N=20.0,
+)  # fmt: skip
+
+
+def made(ur: VirtualUr, **settings: Any) -> UrArm:
+    return UrArm(ur, replace(SETTINGS, **settings), now_ns=ur.clock.now_ns, sleep=ur.clock.sleep)
+
+
+def enabled(ur: VirtualUr) -> UrArm:
+    arm = made(ur)
+    arm.open()
+    arm.enable()
+    return arm
+
+
+def lead(arm: UrArm, ur: VirtualUr, ticks: int, to: tuple[float, ...] | None = None) -> None:
+    for _ in range(ticks):
+        arm.cycle(to)
+        ur.ticks(1)
+
+
+def test_arm_goes_where_it_is_led_no_faster_than_allowed_and_stops() -> None:
+    ur = VirtualUr()
+    arm, there = enabled(ur), (*HOME[:5], HOME[5] + 0.1)
+    assert arm.preview(there).reason is AppliedReason.VELOCITY_LIMIT
+    lead(arm, ur, 60, there)
+    assert ur.controller.targets_rad() == pytest.approx(there, abs=1e-4)
+    arm.stop()
+    assert ur.controller.at_rest
+    assert arm.preview(there).reason is AppliedReason.STOPPED
+    with pytest.raises(RefusedError):
+        arm.cycle((float("nan"),) * 6)
+
+
+TROUBLES: list[tuple[Callable[[VirtualUr], object], str]] = [
+    (
+        lambda ur: ur.controller.protective_stop(),
+        "protective stop; clear what the arm has met, and unlock it on the pendant",
+    ),
+    (
+        lambda ur: ur.controller.emergency_stop(),
+        "emergency stop of the robot; release the button, power on and release the brakes",
+    ),
+    (
+        lambda ur: setattr(ur.controller, "safety_mode", SafetyMode.SAFEGUARD_STOP),
+        "safeguard stop; close the safeguard",
+    ),
+    (lambda ur: setattr(ur.controller, "safety_mode", SafetyMode.FAULT), "safety fault; read the controller's log"),
+    (lambda ur: ur.controller.reboot(), "power off; power on and release the brakes"),
+    (lambda ur: ur.controller.end_program(), "at the pendant, or by a switch to local control; switch back to remote"),
+    (lambda ur: setattr(ur, "is_silent", True), "no data for"),
+    (lambda ur: setattr(ur, "is_plugged", False), "unplugged"),
+    (lambda ur: ur.load.__setitem__(2, -40.0), "changed by 35.0 N, beyond [arm] guard_N = 20"),
+]
+
+
+def test_trouble_of_a_stopped_arm_is_latched_too() -> None:
+    ur = VirtualUr()
+    arm = enabled(ur)
+    lead(arm, ur, 5)
+    arm.stop()
+    lead(arm, ur, 30)  # the program's end, by the stop itself, is none
+    ur.controller.emergency_stop()
+    with pytest.raises(DriverError, match="emergency stop of the robot"):
+        lead(arm, ur, 5)
+    assert arm.state is ArmState.FAULTED
+
+
+@pytest.mark.parametrize(("strike", "told"), TROUBLES, ids=[told for _, told in TROUBLES])
+def test_trouble_stops_the_arm_within_a_second_is_latched_and_named(
+    strike: Callable[[VirtualUr], object], told: str
+) -> None:
+    ur = VirtualUr()
+    arm = enabled(ur)
+    lead(arm, ur, 5, (*HOME[:5], 2.0))
+    strike(ur)
+    since_ns = ur.clock.now_ns()
+    with pytest.raises(DriverError) as raised:
+        lead(arm, ur, 200, (*HOME[:5], 2.0))
+    ur.clock.sleep(0.4)
+    assert told in str(raised.value)
+    assert arm.state is ArmState.FAULTED
+    assert told in (arm.fault or "")
+    assert ur.controller.at_rest
+    assert ur.clock.now_ns() - since_ns < 1_200_000_000
+    with pytest.raises(DriverError, match="a fault is latched"):
+        arm.cycle()
+
+
+def test_protective_stop_is_unlocked_by_a_person_when_the_controller_allows_it() -> None:
+    ur = VirtualUr()
+    arm = enabled(ur)
+    ur.controller.protective_stop()
+    with pytest.raises(DriverError):
+        lead(arm, ur, 5)
+    with pytest.raises(WiringError, match="until 5s after"):
+        arm.acknowledge()
+    assert arm.state is ArmState.FAULTED
+    ur.clock.sleep(5.0)
+    arm.acknowledge()
+    arm.enable()
+    lead(arm, ur, 5)
+
+
+def test_connection_that_breaks_at_rest_is_made_again_and_one_in_motion_waits_for_a_person() -> None:
+    ur = VirtualUr()
+    arm = enabled(ur)
+    arm.stop()
+    ur.is_plugged = False
+    lead(arm, ur, 30)
+    arm.disable()
+    ur.is_plugged, ur.is_open = True, False
+    arm.enable()
+    assert ur.opened == 2
+    ur.is_open = False
+    with pytest.raises(SilentError):
+        lead(arm, ur, 1)
+    with pytest.raises(DriverError, match="latched"):
+        arm.enable()
+    arm.acknowledge()
+    arm.enable()
+    lead(arm, ur, 5)
+
+
+@pytest.mark.parametrize(
+    ("controller", "told"),
+    [
+        ({"version": (5, 8, 0, 1)}, "5.8.0.1.*untried"),
+        ({"version": (10, 7, 0, 1)}, "10.7.0.1.*untried"),
+    ],
+)
+def test_controller_that_is_set_up_otherwise_is_refused(controller: dict[str, Any], told: str) -> None:
+    with pytest.raises(SettingError, match=told):
+        made(VirtualUr(**controller)).open()
+
+
+def test_controller_in_local_control_without_power_or_beyond_its_limits_is_refused() -> None:
+    ur = VirtualUr()
+    ur.controller.remote = False
+    with pytest.raises(SettingError, match="local control; switch the pendant"):
+        made(ur).open()
+    ur.controller.remote, ur.controller.robot_mode = True, RobotMode.IDLE
+    with pytest.raises(SettingError, match="brakes on"):
+        made(ur).open()
+    ur.controller.robot_mode = RobotMode.RUNNING
+    arm = made(ur, upper_rad=(0.0,) * 6)
+    arm.open()
+    with pytest.raises(SettingError, match=r"joint 1 stands at 0\.1000 rad"):
+        arm.enable()
+
+
+def test_controller_ends_the_program_of_a_host_that_is_gone() -> None:
+    ur = VirtualUr()
+    arm = enabled(ur)
+    lead(arm, ur, 20, (*HOME[:5], 2.0))
+    assert not ur.controller.at_rest
+    ur.clock.sleep(0.4)
+    assert ur.controller.at_rest

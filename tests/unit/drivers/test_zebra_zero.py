@@ -1,0 +1,140 @@
+"""The Zebra's transmission against its equations and its own inverse; limits of a set-point; settings."""
+
+from math import inf, nan, pi
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.drivers.device import AppliedReason
+from palpate.drivers.errors import RefusedError, SettingError
+from palpate.drivers.nmc import BusSettings
+from palpate.drivers.zebra_zero import JointLimits, Transmission, ZebraZeroSettings
+from palpate.drivers.zebra_zero.codec import ALTERNATIVE_WRIST_FACTOR, HOME_RAD
+from tests.unit.drivers.test_zebra_zero_device import moved
+
+C, W = 30557.75, 11034.53
+PLAIN = Transmission()
+VARIANTS = [PLAIN, Transmission(joint_1_sign=-1), Transmission(wrist_factor=ALTERNATIVE_WRIST_FACTOR)]
+LIMITS = JointLimits()
+PERIOD_S = 1 / 46.0
+STILL = (0.0,) * 6
+INSIDE = st.tuples(*(st.floats(lo, hi) for lo, hi in zip(LIMITS.lower_rad, LIMITS.upper_rad, strict=True)))
+SPEEDS = st.tuples(*[st.floats(-1.0, 1.0)] * 6)
+
+
+def test_home_is_zero_counts_and_a_turn_has_as_many_as_published():
+    assert PLAIN.to_counts(HOME_RAD) == (0,) * 6
+    assert PLAIN.to_rad((0,) * 6) == HOME_RAD
+    assert 2 * pi * C == pytest.approx(192_000, abs=0.1)
+    assert 2 * pi * W == pytest.approx(69_332, abs=0.1)
+    assert PLAIN.to_counts((1.0, *HOME_RAD[1:])) == (30558, 0, 0, 0, 0, 0)
+    assert VARIANTS[1].to_counts((1.0, *HOME_RAD[1:])) == (-30558, 0, 0, 0, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("joint", "coefficients"),
+    [
+        (2, (0, 0, C, 1.5 * W, -1.5 * W, -1.5 * W)),
+        (3, (0, 0, 0, W, W, -W / 2)),
+        (4, (0, 0, 0, 0, 2 * W, W)),
+        (5, (0, 0, 0, 0, -W, W / 2)),
+    ],
+)
+def test_wrist_is_coupled(joint, coefficients):
+    pose = [q + (j == joint) for j, q in enumerate(HOME_RAD)]
+    assert PLAIN.to_counts(pose) == tuple(round(c) for c in coefficients)
+    factors = (1, 1, 1, *[24.0 / 17.33] * 3)
+    expected = tuple(round(c * k) for c, k in zip(coefficients, factors, strict=True))
+    assert VARIANTS[2].to_counts(pose) == expected
+
+
+def test_inverse_agrees_with_the_published_rounded_constants():
+    e = (1000, -2000, 30_000, 4000, -5000, 6000)
+    published = (
+        e[3] / W - e[2] / 20371.83,
+        e[5] / (2 * W) + e[4] / (4 * W) + e[2] / 27162.44,
+        e[5] / W - e[4] / (2 * W) + e[3] / W - e[2] / 40743.68,
+    )
+    found = [q - home for q, home in zip(PLAIN.to_rad(e), HOME_RAD, strict=True)]
+    assert found[2] == pytest.approx(e[2] / C)
+    assert found[3:] == pytest.approx(published, abs=1e-6)
+
+
+@given(st.tuples(*[st.integers(-200_000, 200_000)] * 6), st.sampled_from(VARIANTS))
+def test_counts_come_back_exactly(counts, transmission):
+    assert transmission.to_counts(transmission.to_rad(counts)) == counts
+
+
+def test_motor_rates_are_never_exceeded():
+    rates = PLAIN.motor_rates((1.0,) * 6)
+    assert rates[:4] == pytest.approx((C, C, C, 2.5 * W))
+    assert rates[4:] == pytest.approx((5.5 * W, 3.5 * W))
+
+
+@pytest.mark.parametrize("bad", [(0.0,) * 5, (0.0,) * 7, (nan, *[0.0] * 5), (*[0.0] * 5, inf)])
+def test_pose_of_other_than_six_finite_angles_is_refused(bad):
+    with pytest.raises(RefusedError):
+        PLAIN.to_counts(bad)
+    with pytest.raises(RefusedError):
+        LIMITS.applied(bad, HOME_RAD, STILL, PERIOD_S)
+
+
+def test_setpoint_is_held_at_the_position_limit():
+    near = moved(0.125, joint=1)
+    applied = LIMITS.applied(moved(0.2, joint=1), near, STILL, PERIOD_S)
+    assert applied.position_rad[1] == 1.70
+    assert applied.reason is AppliedReason.POSITION_LIMIT
+    at_limit = applied.position_rad
+    assert LIMITS.applied(moved(9.0, joint=1), at_limit, STILL, PERIOD_S).reason is AppliedReason.POSITION_LIMIT
+    assert LIMITS.outside(moved(nan)) == 0
+
+
+def test_setpoint_is_held_to_acceleration_and_then_velocity():
+    pose, velocity, steps = HOME_RAD, STILL, []
+    for _ in range(5):
+        applied = LIMITS.applied(moved(1.0), pose, velocity, PERIOD_S)
+        assert applied.reason is AppliedReason.VELOCITY_LIMIT
+        steps.append((applied.position_rad[0] - pose[0]) / PERIOD_S)
+        velocity = tuple((q - p) / PERIOD_S for q, p in zip(applied.position_rad, pose, strict=True))
+        pose = applied.position_rad
+    assert steps == pytest.approx([19 * PERIOD_S, 38 * PERIOD_S, 1.0, 1.0, 1.0])
+
+
+@given(INSIDE, INSIDE, SPEEDS, st.floats(0.0, PERIOD_S))
+def test_applied_lies_on_the_way_to_what_is_asked_and_keeps_all_limits(asked, previous, velocity, step_s):
+    applied = LIMITS.applied(asked, previous, velocity, step_s)
+    shares = []
+    for q, p, a, v in zip(applied.position_rad, previous, asked, velocity, strict=True):
+        assert min(p, a) - 1e-12 <= q <= max(p, a) + 1e-12
+        assert abs(q - p) <= 1.0 * step_s + 1e-12
+        assert abs(q - p) <= (abs(v) + 19.0 * step_s) * step_s + 1e-12
+        shares += [(q - p) / (a - p)] if abs(a - p) > 1e-3 else []
+    assert shares == pytest.approx(shares[:1] * len(shares), abs=1e-9)
+    assert LIMITS.outside(applied.position_rad, 1e-12) is None
+    assert (applied.reason is AppliedReason.AS_ASKED) == (applied.position_rad == asked)
+
+
+@pytest.mark.parametrize(
+    ("kind", "wrong"),
+    [
+        (Transmission, {"joint_1_sign": 0}), (Transmission, {"wrist_factor": 0.0}),
+        (Transmission, {"wrist_factor": nan}), (JointLimits, {"lower_rad": (0.0,) * 5}),
+        (JointLimits, {"lower_rad": (4.0,) * 6}), (JointLimits, {"upper_rad": (nan,) * 6}),
+        (JointLimits, {"velocity_rad_per_s": 0.0}), (JointLimits, {"acceleration_rad_per_s2": inf}),
+        (ZebraZeroSettings, {"divider": 0}), (ZebraZeroSettings, {"reserve": 1.0}),
+        (ZebraZeroSettings, {"reply_items": 8}), (ZebraZeroSettings, {"limit_tolerance_rad": -1.0}),
+        (ZebraZeroSettings, {"stored_tolerance_counts": -1}), (ZebraZeroSettings, {"profile_margin": 0.5}),
+        (ZebraZeroSettings, {"stop_timeout_s": 0.0}), (ZebraZeroSettings, {"bus": BusSettings(max_modules=5)}),
+    ],
+)  # fmt: skip
+def test_setting_that_cannot_work_is_refused(kind, wrong):
+    rate = {"control_rate_Hz": 140} if kind is ZebraZeroSettings else {}
+    with pytest.raises(SettingError):
+        kind(**rate, **wrong)
+
+
+def test_rate_that_the_bus_cannot_carry_is_refused():
+    with pytest.raises(SettingError, match=r"62\.79 Hz at most with 10% in reserve; choose a fitting"):
+        ZebraZeroSettings(control_rate_Hz=140, divider=1)
+    ZebraZeroSettings(control_rate_Hz=140, divider=1, bus=BusSettings(baud=230_400, adapter_latency_s=0.0))

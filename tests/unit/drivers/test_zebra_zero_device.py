@@ -1,0 +1,465 @@
+"""The Zebra on six scripted modules: life, cycles, faults, stops."""
+
+import pytest
+
+from palpate.drivers.device import AppliedReason
+from palpate.drivers.errors import DeviceFaultError, GarbledError, SilentError, StateError, WiringError
+from palpate.drivers.nmc import StopControl
+from palpate.drivers.zebra_zero import FaultKind, JointLimits, Streaming, Transmission, ZebraZero, ZebraZeroSettings
+from palpate.drivers.zebra_zero.codec import HOME_RAD
+from palpate.drivers.zebra_zero.servos import StopOutcome
+from palpate.drivers.zebra_zero.states import ZebraState
+from tests.unit.drivers.nmc_line import Line, Module
+
+PERIOD_S = 3 / 140
+COUNTS = Transmission()
+
+
+def arm_on(line, **settings):
+    return ZebraZero(line, line.clock, line.clock.sleep, ZebraZeroSettings(control_rate_Hz=140, **settings))
+
+
+def ready(line, **settings):
+    arm = arm_on(line, **settings)
+    arm.connect()
+    arm.confirm_home(at_home=True)
+    return arm
+
+
+def running(line, **settings):
+    arm = ready(line, **settings)
+    arm.enable()
+    return arm
+
+
+def tick(arm, line, setpoint=None, times=1):
+    for _ in range(times):
+        line.clock.sleep(PERIOD_S)
+        measured = arm.cycle(setpoint)
+    return measured
+
+
+def moved(step_rad, joint=0):
+    return tuple(q + step_rad * (j == joint) for j, q in enumerate(HOME_RAD))
+
+
+def place(line, pose):
+    for module, counts in zip(line.modules, COUNTS.to_counts(pose), strict=True):
+        module.counts = module.target = counts
+
+
+@pytest.fixture
+def line():
+    return Line()
+
+
+def test_steps_have_their_order(line):
+    arm = arm_on(line)
+    for action in (
+        lambda: arm.confirm_home(at_home=True),
+        lambda: arm.resume((0,) * 6),
+        arm.enable,
+        arm.cycle,
+        arm.release,
+        arm.acknowledge,
+    ):
+        with pytest.raises(StateError):
+            action()
+    arm.connect()
+    with pytest.raises(StateError):
+        arm.connect()
+    with pytest.raises(StateError):
+        arm.cycle()
+    with pytest.raises(StateError, match="at_home=True"):
+        arm.confirm_home(at_home=False)
+    assert (arm.state, arm.stored_counts) == (ZebraState.CONNECTED, None)
+    arm.confirm_home(at_home=True)
+    with pytest.raises(StateError):
+        arm.cycle(HOME_RAD)
+    assert arm.cycle().position_rad == HOME_RAD
+    arm.enable()
+    assert arm.state is ZebraState.SERVO_ON
+    assert arm.smooth_stop() is StopOutcome.AT_REST
+    assert arm.state is ZebraState.STOPPED
+    arm.release()
+    assert arm.state is ZebraState.HOMED
+    assert not any(module.is_on for module in line.modules)
+
+
+def test_axis_is_switched_on_in_the_documented_order(line):
+    """Motor off is 0x02; then hold here with the amplifier on; bits are cleared; a profile to the same place."""
+    arm = ready(line)
+    line.modules[0].seen.clear()
+    arm.enable()
+    seen = [(code, data.hex()) for code, data in line.modules[0].seen if code != 3]
+    assert seen[:5] == [(2, "09"), (6, "6400e80300000000ff00a00f0100"), (7, "02"), (7, "05"), (0xB, "")]
+    code, data = seen[5]
+    assert (code, data[:10]) == (4, "9700000000")
+    assert int.from_bytes(bytes.fromhex(data[10:18]), "little") == round(1.25 * 1_025_348.2)
+
+
+def test_streaming_follows_the_documented_firmware(line):
+    assert running(line).streaming is Streaming.TRAPEZOID
+    other = Line([Module(version=10 if number else 5) for number in range(6)])
+    assert running(other).streaming is Streaming.STOP_HERE
+
+
+def test_cycle_that_comes_too_soon_takes_a_shorter_step(line):
+    arm = running(line)
+    tick(arm, line, moved(0.5), times=10)
+    first = tick(arm, line, moved(0.5)).applied.position_rad[0]
+    second = arm.cycle(moved(0.5)).applied.position_rad[0]
+    assert 0.0 <= second - first < 0.006
+
+
+def test_preview_is_what_a_punctual_cycle_applies(line):
+    arm = running(line)
+    for asked in (moved(0.001), moved(0.5), moved(9.0, joint=1)):
+        line.clock.sleep(PERIOD_S)
+        foreseen = arm.preview(asked)
+        assert arm.cycle(asked).applied == foreseen
+    arm.smooth_stop()
+    assert arm.preview(moved(0.1)).reason is AppliedReason.STOPPED
+
+
+def test_resume_from_stored_counts(line):
+    with running(line) as arm:
+        tick(arm, line, moved(0.2), times=30)
+    stored = arm.stored_counts
+    assert all(module.is_on for module in line.modules)
+    again = arm_on(line)
+    again.connect()
+    resets = line.modules[0].resets
+    with pytest.raises(WiringError, match="stored were"):
+        again.resume((5000, *stored[1:]))
+    with pytest.raises(WiringError):
+        again.resume(stored[:5])
+    again.resume(stored)
+    assert again.cycle().position_rad == pytest.approx(moved(0.2), abs=1e-4)
+    again.enable()
+    assert line.modules[0].resets == resets
+    assert all(module.is_on for module in line.modules)
+
+
+def test_stored_counts_mean_nothing_after_a_reset(line):
+    arm = arm_on(line)
+    arm.connect()
+    with pytest.raises(WiringError, match="reset"):
+        arm.resume((0,) * 6)
+
+
+def test_connect_with_reset_switches_off_what_was_left_on(line):
+    with running(line):
+        pass
+    arm = arm_on(line)
+    arm.connect(reset=True)
+    assert not any(module.is_on for module in line.modules)
+
+
+@pytest.mark.parametrize(
+    "modules",
+    [
+        [Module() for _ in range(5)],
+        [Module() for _ in range(7)],
+        [Module(kind=2 if number == 3 else 0) for number in range(6)],
+    ],
+)
+def test_modules_of_another_number_or_kind_are_refused(modules):
+    with pytest.raises(WiringError, match="found"):
+        arm_on(Line(modules)).connect()
+
+
+def test_motor_supply_that_is_off_keeps_the_servos_off(line):
+    arm = ready(line)
+    line.modules[2].power = False
+    with pytest.raises(DeviceFaultError, match="motor 3: motor supply is off"):
+        arm.enable()
+    assert not any(module.is_on for module in line.modules)
+    line.modules[2].power = True
+    arm.acknowledge()
+    arm.enable()
+    assert arm.state is ZebraState.SERVO_ON
+
+
+def test_pose_beyond_a_limit_is_not_switched_on(line):
+    arm = ready(line, limits=JointLimits(upper_rad=(3.14, 1.5, 1.07, 3.14, 3.14, 3.14)))
+    with pytest.raises(DeviceFaultError, match=r"joint 2 at 1\.5708 rad"):
+        arm.enable()
+    assert arm.fault.kind is FaultKind.OUT_OF_LIMITS
+
+
+def test_counter_that_does_not_take_the_zero_is_a_wiring_error(line):
+    arm = arm_on(line)
+    arm.connect()
+    module = line.modules[4]
+    ordinary = module.obey
+    module.obey = lambda code, data: (ordinary(code, data), setattr(module, "counts", 9999))[0]
+    with pytest.raises(WiringError, match="motor 5 counts 9999"):
+        arm.confirm_home(at_home=True)
+
+
+def test_bus_that_fails_while_switching_on_is_a_fault(line):
+    arm = ready(line)
+    line.modules[3].reset()
+    with pytest.raises(SilentError, match="module 4"):
+        arm.enable()
+    assert arm.fault.kind is FaultKind.COMMUNICATION
+    with pytest.raises(DeviceFaultError):
+        arm.cycle()
+
+
+def test_impossible_jump_is_not_believed_once_and_a_fault_twice(line):
+    arm = running(line)
+    tick(arm, line, times=3)
+    place(line, moved(1.0))
+    measured = tick(arm, line)
+    assert measured.is_fresh == (False, True, True, True, True, True)
+    assert measured.position_rad == HOME_RAD
+    with pytest.raises(GarbledError, match="cannot have reached"):
+        tick(arm, line)
+    assert arm.state is ZebraState.FAULTED
+
+
+FAULTS = {
+    "overcurrent": ("overcurrent", FaultKind.OVERCURRENT),
+    "pos_error": ("pos_error", FaultKind.POSITION_ERROR),
+    "limit": ("limit", FaultKind.LIMIT_INPUT),
+    "overrun": ("overrun", FaultKind.SERVO_OVERRUN),
+}
+
+
+@pytest.mark.parametrize(("flag", "kind"), FAULTS.values(), ids=FAULTS)
+def test_fault_latches_stops_and_waits_for_a_person(line, flag, kind):
+    arm = running(line)
+    setattr(line.modules[3], flag, True)
+    if flag == "pos_error":
+        line.modules[3].is_on = False
+    with pytest.raises(DeviceFaultError, match="motor 4"):
+        tick(arm, line, moved(0.01))
+    assert (arm.state, arm.fault.kind, arm.fault.axis) == (ZebraState.FAULTED, kind, 4)
+    sent = len(line.sent)
+    for action in (arm.cycle, arm.enable):
+        with pytest.raises((DeviceFaultError, StateError)):
+            action()
+    assert len(line.sent) == sent
+    if flag == "limit":
+        with pytest.raises(DeviceFaultError):
+            arm.acknowledge()
+        assert arm.state is ZebraState.FAULTED
+        arm.release()
+        line.modules[3].limit = False
+    arm.acknowledge()
+    assert (arm.state, arm.fault) == (ZebraState.STOPPED, None)
+    arm.enable()
+    tick(arm, line, moved(0.005))
+
+
+def test_stop_does_not_switch_a_tripped_motor_on_again(line):
+    arm = running(line)
+    for number in (1, 4):
+        line.modules[number].is_on, line.modules[number].pos_error = False, True
+    with pytest.raises(DeviceFaultError, match="motor 2"):
+        tick(arm, line)
+    arm.smooth_stop()
+    assert [module.is_on for module in line.modules] == [True, False, True, True, False, True]
+
+
+def test_servo_that_went_off_without_an_error_is_a_fault(line):
+    arm = running(line)
+    ordinary = type(line.modules[0]).status.fget
+
+    class Quiet(type(line.modules[0])):
+        @property
+        def status(self):
+            return ordinary(self) & ~0x10
+
+    line.modules[0].__class__ = Quiet
+    line.modules[0].is_on = False
+    with pytest.raises(DeviceFaultError, match="the servo is off"):
+        tick(arm, line)
+
+
+def test_power_lost_leaves_the_motors_off(line):
+    arm = running(line)
+    for module in line.modules:
+        module.power = False
+    with pytest.raises(DeviceFaultError, match="supply"):
+        tick(arm, line)
+    assert not any(module.is_on for module in line.modules)
+    assert arm.fault.kind is FaultKind.POWER_LOST
+
+
+def test_power_and_limit_bits_can_be_told_not_to_count(line):
+    arm = running(line, require_power=False, use_limit_inputs=False)
+    for module in line.modules:
+        module.power, module.limit = False, True
+    tick(arm, line)
+
+
+def test_measured_pose_beyond_a_limit_is_a_fault(line):
+    arm = running(line)
+    place(line, moved(0.125, joint=1))
+    tick(arm, line, times=3)
+    place(line, moved(0.16, joint=1))
+    with pytest.raises(DeviceFaultError, match=r"joint 2 at 1\.73"):
+        tick(arm, line)
+    assert arm.fault.kind is FaultKind.OUT_OF_LIMITS
+    arm.release()
+    place(line, moved(0.0))
+    arm.acknowledge()
+    arm.enable()
+
+
+def test_one_lost_reply_is_no_fault_and_two_are(line):
+    arm = running(line)
+    line.modules[2].address = 0x70
+    assert tick(arm, line).is_fresh == (True, True, False, True, True, True)
+    with pytest.raises(SilentError, match="module 3"):
+        tick(arm, line)
+    assert arm.fault.kind is FaultKind.COMMUNICATION
+    line.modules[2].address = 3
+    arm.acknowledge()
+    assert arm.state is ZebraState.STOPPED
+    arm.enable()
+
+
+def test_module_reset_in_mid_run_loses_the_position(line):
+    arm = running(line)
+    line.modules[2].reset()
+    with pytest.raises(SilentError):
+        tick(arm, line, times=2)
+    with pytest.raises(SilentError, match="home pose"):
+        arm.acknowledge()
+    assert arm.state is ZebraState.FAULTED
+    arm.close()
+    arm.connect(reset=True)
+    arm.confirm_home(at_home=True)
+
+
+def test_reset_of_all_modules_in_mid_run_loses_the_position(line):
+    arm = running(line)
+    for module in line.modules:
+        module.reset()
+    with pytest.raises(SilentError):
+        tick(arm, line, times=2)
+    with pytest.raises(WiringError, match="not known any more"):
+        arm.acknowledge()
+    assert arm.state is ZebraState.FAULTED
+
+
+def test_acknowledgement_while_no_module_answers_may_be_repeated(line):
+    arm = running(line)
+    for module in line.modules:
+        module.address += 0x40
+    with pytest.raises(SilentError):
+        tick(arm, line, times=2)
+    for _ in range(2):
+        with pytest.raises(WiringError, match="mend cable or supply and acknowledge again"):
+            arm.acknowledge()
+    for module in line.modules:
+        module.address -= 0x40
+    arm.acknowledge()
+    arm.enable()
+    tick(arm, line)
+
+
+@pytest.mark.parametrize(
+    ("mangle", "error"),
+    [
+        (lambda reply: [], SilentError),
+        (lambda reply: [(0.0, reply[:-1])], GarbledError),
+    ],
+)
+def test_line_without_good_replies_stops_the_arm(line, mangle, error):
+    arm = running(line)
+    line.mangle = mangle
+    with pytest.raises(error):
+        tick(arm, line)
+    assert arm.state is ZebraState.FAULTED
+    assert arm.smooth_stop() is StopOutcome.LINE_DEAD
+
+
+def test_stop_is_smooth_to_all_at_once_and_then_checked(line):
+    arm = running(line)
+    sent = len(line.sent)
+    arm.smooth_stop()
+    frames = [frame.hex() for frame in line.sent[sent:]]
+    stop = bytes((StopControl.AMP_ENABLE | StopControl.SMOOTH,)).hex()
+    assert frames[0] == f"aaff17{stop}1f"
+    assert sum(frame.startswith("aa") and frame[4:8] == f"17{stop}" for frame in frames) == 7
+
+
+def test_group_stop_that_is_lost_is_made_up_for(line):
+    arm = running(line)
+    for module in line.modules:
+        module.speed_counts = 50
+    tick(arm, line, moved(0.4), times=5)
+    for module in line.modules:
+        module.group = 0x80
+    assert arm.smooth_stop() is StopOutcome.AT_REST
+    assert all(module.counts == module.target for module in line.modules)
+
+
+def test_arm_that_is_not_seen_at_rest_is_stopped_abruptly_and_a_fault(line):
+    arm = running(line)
+
+    class Restless(type(line.modules[0])):
+        @property
+        def status(self):
+            return 0x08
+
+    line.modules[5].__class__ = Restless
+    assert arm.smooth_stop() is StopOutcome.NOT_SEEN
+    assert (7, b"\x05") in line.modules[5].seen[-3:]
+    assert (arm.state, arm.fault.kind) == (ZebraState.FAULTED, FaultKind.STOP_NOT_SEEN)
+
+
+def test_dead_line_holds_a_stop_up_only_for_so_long(line):
+    arm = running(line)
+    line.mangle = lambda reply: []
+    begin = line.clock.ns
+    assert arm.smooth_stop() is StopOutcome.LINE_DEAD
+    assert (line.clock.ns - begin) * 1e-9 < 0.5
+    assert arm.state is ZebraState.FAULTED
+    # A line that carries but one way still does its work.
+    assert all(module.seen[-2:] == [(7, b"\x05")] * 2 for module in line.modules)
+    sent, begin = len(line.sent), line.clock.ns
+    assert arm.smooth_stop() is StopOutcome.LINE_DEAD
+    arm.close()
+    assert (len(line.sent), line.clock.ns) == (sent, begin)
+
+
+def test_interrupt_anywhere_in_a_cycle_ends_in_a_stop():
+    """Ctrl-C at each read of a cycle in turn: leaving the context always stops the arm."""
+    for where in range(6):
+        line = Line()
+        left = [where]
+
+        def read(size=1, line=line, left=left):
+            left[0] -= 1
+            if left[0] < 0:
+                line.read = lambda size=1: Line.read(line, size)
+                raise KeyboardInterrupt
+            return Line.read(line, size)
+
+        arms = []
+
+        def work(line=line, read=read, arms=arms):
+            with running(line) as arm:
+                line.read = read
+                arms.append(arm)
+                tick(arm, line, moved(0.3))
+
+        with pytest.raises(KeyboardInterrupt):
+            work()
+        (arm,) = arms
+        assert arm.state is ZebraState.CLOSED
+        assert all(module.counts == module.target and module.is_on for module in line.modules)
+        assert all(any(seen == (7, b"\x09") for seen in module.seen) for module in line.modules)
+
+
+def test_release_that_is_not_confirmed_is_an_error(line):
+    arm = ready(line)
+    line.modules[1].address = 0x70
+    with pytest.raises(SilentError, match=r"motors \[2\]"):
+        arm.release()

@@ -1,0 +1,99 @@
+"""The CiA 402 drive: its state machine, and what it answers, byte for byte."""
+
+import pytest
+
+from palpate.simulation.emulators.cia402 import CanopenDrive
+from palpate.simulation.emulators.cia402.servo import PowerMachine, PowerState
+from palpate.simulation.emulators.motors import DirectMotors
+from tests.support import cia402_vectors as golden
+
+S = PowerState
+# Controlword by state, after the state diagram of CiA 402-2: what each command leads to; absent means no change.
+TABLE = {
+    S.NOT_READY: {},
+    S.SWITCH_ON_DISABLED: {0x06: S.READY},
+    S.READY: {0x00: S.SWITCH_ON_DISABLED, 0x02: S.SWITCH_ON_DISABLED, 0x07: S.SWITCHED_ON, 0x0F: S.ENABLED},
+    S.SWITCHED_ON: {0x00: S.SWITCH_ON_DISABLED, 0x02: S.SWITCH_ON_DISABLED, 0x06: S.READY, 0x0F: S.ENABLED},
+    S.ENABLED: {0x00: S.SWITCH_ON_DISABLED, 0x02: S.QUICK_STOP, 0x06: S.READY, 0x07: S.SWITCHED_ON},
+    S.QUICK_STOP: {0x00: S.SWITCH_ON_DISABLED, 0x0F: S.ENABLED},
+    S.FAULT_REACTION: {},
+    S.FAULT: {0x80: S.SWITCH_ON_DISABLED},
+}
+STATUSWORDS = {
+    S.NOT_READY: 0x0200,
+    S.SWITCH_ON_DISABLED: 0x0240,
+    S.READY: 0x0231,
+    S.SWITCHED_ON: 0x0233,
+    S.ENABLED: 0x1237,
+    S.QUICK_STOP: 0x0217,
+    S.FAULT_REACTION: 0x021F,
+    S.FAULT: 0x0208,
+}
+
+
+@pytest.mark.parametrize("state", TABLE)
+def test_controlword_leads_where_the_standard_says(state: PowerState) -> None:
+    for word in (0x00, 0x02, 0x06, 0x07, 0x0F, 0x80):
+        machine = PowerMachine()
+        machine.state = state
+        machine.apply(word)
+        # Bit 7 means nothing but in a fault: 0x80 is then "disable voltage".
+        expected = TABLE[state].get(word & 0x7F if state is not S.FAULT else word, state)
+        assert machine.state is expected, hex(word)
+
+
+@pytest.mark.parametrize("state", STATUSWORDS)
+def test_statusword_shows_the_state(state: PowerState) -> None:
+    machine = PowerMachine()
+    machine.state = state
+    assert machine.statusword == STATUSWORDS[state]
+
+
+def test_fault_reset_acts_on_the_rising_edge_only() -> None:
+    machine = PowerMachine()
+    machine.apply(0x80)
+    machine.state = S.FAULT
+    for word, state in ((0x80, S.FAULT), (0x00, S.FAULT), (0x80, S.SWITCH_ON_DISABLED)):
+        machine.apply(word)
+        assert machine.state is state
+
+
+@pytest.fixture
+def drive() -> CanopenDrive:
+    drive = CanopenDrive(1, DirectMotors((1000.0,), (0.0,)), 0)
+    drive.advance(0)
+    (boot,) = drive.advance(10_000_000)
+    assert (boot.arbitration_id, boot.data) == (0x701, b"\x00")
+    return drive
+
+
+def answer(drive: CanopenDrive, request: str) -> str:
+    frames = drive.feed(0x601, bytes.fromhex(request), 10_000_000)
+    (data,) = [frame.data for frame in frames if frame.arbitration_id == 0x581]
+    return data.hex().upper()
+
+
+def test_drive_answers_the_golden_requests_of_a_set_up(drive: CanopenDrive) -> None:
+    for request, expected in golden.IDENTIFY.items():
+        assert answer(drive, request) == (expected or answer(drive, request))
+    *downloads, upload = golden.SET_UP
+    for request in (*downloads, *golden.WATCHDOG_ON, *golden.WATCHDOG_OFF):
+        assert answer(drive, request) == "60" + request[2:8] + "00000000"
+    assert answer(drive, upload) == "4F61600008000000"
+
+
+@pytest.mark.parametrize(("request_", "code"), golden.REFUSED.items())
+def test_drive_refuses_with_the_abort_code_of_the_standard(drive: CanopenDrive, request_: str, code: int) -> None:
+    expected = bytes.fromhex("80" + request_[2:8]) + code.to_bytes(4, "little")
+    assert answer(drive, request_) == expected.hex().upper()
+
+
+def test_heartbeat_nmt_and_the_loss_of_the_host(drive: CanopenDrive) -> None:
+    for request in (*golden.SET_UP, *golden.WATCHDOG_ON):
+        answer(drive, request)
+    drive.feed(0x000, b"\x01\x01", 10_000_000)
+    beats = [frame for ms in range(11, 120) for frame in drive.advance(ms * 1_000_000)]
+    assert [(frame.arbitration_id, frame.data) for frame in beats] == [(0x701, b"\x05")] * 2
+    drive.feed(0x77E, b"\x05", 120_000_000)
+    (lost,) = [frame for ms in range(121, 230) for frame in drive.advance(ms * 1_000_000) if frame.data != b"\x05"]
+    assert (lost.arbitration_id, lost.data[:2]) == (0x081, b"\x30\x81")

@@ -1,0 +1,215 @@
+"""The JR3 board: filter, counter, zero and states, in the frames of its CAN firmware."""
+
+import itertools
+import math
+import struct
+from typing import Any
+
+import numpy as np
+import pytest
+
+from palpate.simulation.emulators.jr3.can import Jr3CanNode
+from palpate.simulation.emulators.jr3.node import Jr3Node, Notice, Sample
+from palpate.simulation.emulators.jr3.sensor import ACQUISITION_PERIOD_ns, Jr3Config, smoothed, smoothing_factor
+from palpate.simulation.emulators.lines.can_bus import BusFrame
+from tests.support import jr3_vectors as golden
+
+MS = 1_000_000
+S = 1_000_000_000
+FULL = (115.0, 111.0, 185.0, 5.6, 5.2, 6.1)
+
+
+def frame(vector: tuple[int, str]) -> BusFrame:
+    return BusFrame(vector[0], bytes.fromhex(vector[1]))
+
+
+READY, NOT_INITIALISED, BOOTUP = map(frame, (golden.READY, golden.NOT_INITIALISED, golden.BOOTUP))
+
+
+class Host:
+    """Talks to a node and keeps the time."""
+
+    def __init__(self, node_id: int = 1, booted: bool = True, **config: Any) -> None:
+        quick = {"boot_ns": 0, "eeprom_ns": 0} if booted else {}
+        self.node = Jr3CanNode(node_id, lambda _: FULL, Jr3Config(**(quick | config)))
+        self.now_ns = 0
+        self.boot_frames = self.node.advance(0)
+
+    def wait(self, ns: int) -> list[BusFrame]:
+        self.now_ns += ns
+        return self.node.advance(self.now_ns)
+
+    def send(self, arbitration_id: int, data: bytes = b"", wait_ns: int = MS) -> list[BusFrame]:
+        return self.node.feed(arbitration_id, data, self.now_ns) + self.wait(wait_ns)
+
+
+@pytest.mark.parametrize("node_id", [0, 128])
+def test_node_number_has_limits(node_id: int) -> None:
+    with pytest.raises(ValueError, match="node_id"):
+        Host(node_id)
+
+
+def test_bootup_comes_after_two_seconds_and_before_answers_to_what_was_heard_meanwhile() -> None:
+    host = Host(booted=False)
+    assert host.boot_frames == []
+    assert host.send(0x401, wait_ns=2 * S) == []  # lost: nobody listens yet
+    assert host.send(0x401, wait_ns=40 * MS) == [BOOTUP, READY]
+    host.node.reboot(host.now_ns)
+    assert host.wait(3 * S) == [BOOTUP]
+
+
+def test_golden_requests_have_golden_answers() -> None:
+    host = Host()
+    for request, answer in (
+        (golden.GET_STATE, golden.READY),
+        (golden.GET_FORCE_SCALES, golden.FORCE_SCALES),
+        (golden.GET_MOMENT_SCALES, golden.MOMENT_SCALES),
+        (golden.STOP, golden.READY),
+    ):
+        asked = frame(request)
+        assert host.send(asked.arbitration_id, asked.data) == [frame(answer)]
+
+
+def test_golden_start_gives_a_pair_every_ten_milliseconds() -> None:
+    host = Host()
+    start = frame(golden.START)
+    frames = host.send(start.arbitration_id, start.data, wait_ns=101 * MS)
+    assert frames[0] == READY
+    assert [each.arbitration_id for each in frames[1:]] == [golden.FORCES[0], golden.MOMENTS[0]] * 10
+    for forces, moments in zip(frames[1::2], frames[2::2], strict=True):
+        assert len(forces.data) == len(moments.data) == 8
+        assert forces.data[6:] == moments.data[6:]
+    x, y, z, counter = struct.unpack("<3hH", frames[-2].data)
+    assert (x, y, z) == (-y, z, y)
+    assert counter == 1 + 90_000_000 // 128_500
+
+
+def test_board_without_a_sensor_acknowledges_with_one_and_has_no_full_scales() -> None:
+    host = Host(connected=False)
+    assert host.boot_frames == []
+    for operation in (0x200, 0x280, 0x300, 0x400):
+        assert host.send(operation + 1, b"\x00" * 6) == [NOT_INITIALISED]
+    (answer,) = host.send(0x481)
+    assert len(answer.data) == 7
+    assert answer.data[0] == 1
+    assert answer.data[1:] != struct.pack("<3H", 115, 111, 185)
+    assert host.wait(S) == []
+
+
+def test_zero_gives_one_zero_pair() -> None:
+    host = Host()
+    host.send(0x201, struct.pack("<HI", 1000, 10_000), wait_ns=20 * MS)
+    frames = host.send(0x301, wait_ns=100 * MS)
+    assert frames[0] == READY
+    zeros = [each.data[:6] == bytes(6) for each in frames[1:]]
+    assert zeros == [True, True] + [False] * (len(zeros) - 2)
+
+
+def test_short_payload_counts_as_zero_and_the_wire_limits_the_rate() -> None:
+    frames = Host().send(0x201, b"\x01", wait_ns=11 * MS)
+    assert len(frames) == 1 + 2 * (1 + (10 * MS - 128_500) // 222_000)
+    assert struct.unpack("<3hH", frames[1].data)[2] == 16384  # unfiltered
+
+
+def test_frames_do_not_depend_on_how_often_the_node_is_advanced() -> None:
+    def run(step_ns: int) -> list[BusFrame]:
+        host = Host()
+        frames = host.send(0x201, struct.pack("<HI", 1000, 7_000), wait_ns=0)
+        for _ in range(S // step_ns):
+            frames += host.wait(step_ns)
+        return frames
+
+    assert run(S) == run(MS // 2)
+
+
+def ready(wrench: Any = FULL) -> Jr3Node:
+    node = Jr3Node(Jr3Config(boot_ns=0, eeprom_ns=0), lambda _: wrench)
+    assert node.advance(0) == [Notice.BOOTED]
+    return node
+
+
+def samples(node: Jr3Node, until_ns: int) -> list[Sample]:
+    return [event for event in node.advance(until_ns) if isinstance(event, Sample)]
+
+
+@pytest.mark.parametrize(("cut_off_cHz", "alpha"), [(200, 0.001612), (1000, 0.008009), (5000, 0.03880), (0, 1.0)])
+def test_smoothing_factors_are_those_of_the_firmware(cut_off_cHz: int, alpha: float) -> None:
+    assert smoothing_factor(cut_off_cHz) == pytest.approx(alpha, rel=5e-4)
+
+
+def test_many_acquisitions_at_once_equal_one_by_one() -> None:
+    counts = [100.0, -5.0, 3e4, 0.0, 7.0, -2e4]
+    singly = [0.0] * 6
+    for _ in range(77):
+        singly = smoothed(singly, counts, 0.008, 1)
+    np.testing.assert_allclose(smoothed([0.0] * 6, counts, 0.008, 77), singly, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("wrench", "counts"),
+    [
+        (FULL, (-16384, 16384, 16384, -16384, 16384, 16384)),  # the axes are left-handed
+        ((-1000.0, -1000.0, 0.0, 0.0, 0.0, 100.0), (32767, -32767, 0, 0, 0, 32767)),
+    ],
+    ids=["full scale", "saturated"],
+)
+def test_load_becomes_counts(wrench: tuple[float, ...], counts: tuple[int, ...]) -> None:
+    node = ready(wrench)
+    node.start(0, 0, period_us=1000)
+    assert samples(node, MS)[-1].counts == counts
+
+
+def test_filter_starts_from_zero_and_settles() -> None:
+    node = ready()
+    node.start(1000, 0, period_us=10_000)
+    stream = [sample.counts[2] for sample in samples(node, 200 * MS)]
+    assert stream[0] == round(16384 * smoothing_factor(1000))
+    assert stream == sorted(stream)
+    assert stream[2] == pytest.approx(16384 * (1 - math.exp(-2 * math.pi * 10 * 20e-3)), rel=0.01)
+    assert stream[-1] == 16384
+
+
+def test_counter_counts_acquisitions_and_wraps() -> None:
+    node = ready()
+    node.start(200, 0, period_us=10_000)
+    stream = samples(node, 9 * S)
+    steps = {(b.counter - a.counter) & 0xFFFF for a, b in itertools.pairwise(stream)}
+    assert steps == {77, 78}
+    wrap = next(i for i, (a, b) in enumerate(itertools.pairwise(stream)) if b.counter < a.counter)
+    assert wrap * 0.01 == pytest.approx(65536 * ACQUISITION_PERIOD_ns * 1e-9, abs=0.02)
+
+
+def test_stop_resets_the_counter_and_loses_the_zero_and_another_start_does_not() -> None:
+    node = ready()
+    node.start(0, 0, period_us=1000)
+    samples(node, 10 * MS)
+    node.zero()
+    node.start(0, 10 * MS, period_us=2000)
+    later = samples(node, 20 * MS)[-1]
+    assert later.counts == (0,) * 6
+    assert later.counter > 100
+    node.stop()
+    assert samples(node, 30 * MS) == []
+    node.zero()  # without sampling there is nothing to zero
+    node.start(0, 30 * MS, period_us=1000)
+    first = samples(node, 31 * MS)[0]
+    assert (first.counter, first.counts[2]) == (1, 16384)
+
+
+def test_zero_of_an_unsettled_filter_leaves_a_rest() -> None:
+    node = ready()
+    node.start(200, 0, period_us=10_000)
+    samples(node, 80 * MS)  # one time constant
+    node.zero()
+    rest = samples(node, 2 * S)[-1].counts[2]
+    assert rest == pytest.approx(16384 * math.exp(-1), rel=0.02)
+
+
+def test_stream_without_the_sensor_repeats_itself() -> None:
+    node = ready()
+    node.start(0, 0, period_us=1000)
+    samples(node, 10 * MS)
+    node.connected = False
+    assert len(set(samples(node, 20 * MS)[1:])) == 1
+    node.connected = True
+    assert len(set(samples(node, 30 * MS))) == 10

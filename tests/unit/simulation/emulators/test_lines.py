@@ -1,0 +1,357 @@
+"""Serial lines in virtual time and on pseudo-terminals; a CAN bus behind a serial adapter."""
+
+from __future__ import annotations
+
+import os
+import select
+import struct
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import can
+import numpy as np
+import pytest
+import serial
+
+from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
+from palpate.simulation.emulators.lines import BusFrame, EmulatedCanBus, LineSpeed, PtyServer, SlcanServer
+from palpate.simulation.emulators.lines.serial_line import SerialEmulator
+from palpate.simulation.emulators.lines.slcan import BACKLOG_BYTES, Adapter, frame_line
+from palpate.simulation.emulators.nmc.bus import NmcChain
+from tests.support.ideal_motors import IdealPlant
+from tests.unit.simulation.emulators.nmc_host import ALL, address_all, command
+from tests.virtual_lines import VirtualPort
+from tests.virtual_time import VirtualTime
+
+MS = 1_000_000
+NOP = command(1, 0xE)
+AT_ONCE = LineSpeed(paced=False)
+
+
+class Echo:
+    """Answers every line, and says something by itself when asked to."""
+
+    def __init__(self, baud: int = 115_200) -> None:
+        self.baud = baud
+        self.spontaneous = b""
+        self._line = b""
+
+    def feed(self, data: bytes, now_ns: int) -> bytes:
+        self._line += data
+        if not self._line.endswith(b"\n"):
+            return b""
+        line, self._line = self._line, b""
+        return line
+
+    def advance(self, now_ns: int) -> bytes:
+        said, self.spontaneous = self.spontaneous, b""
+        return said
+
+
+class Host:
+    """A host on a serial line in virtual time."""
+
+    def __init__(self, emulator: SerialEmulator, timing: LineSpeed = AT_ONCE, baud: int | None = None) -> None:
+        self.clock = VirtualTime()
+        self.port = VirtualPort(self.clock, emulator, timing)
+        self.port.baudrate = baud or emulator.baud
+        self.port.timeout = 0.1
+        self.clock.devices.append(self.port)
+
+    def exchange(self, data: bytes, size: int = 2) -> bytes:
+        self.port.write(data)
+        return self.port.read(size)
+
+    def takes_s(self, data: bytes, size: int) -> float:
+        start_ns = self.clock.now_ns()
+        assert len(self.exchange(data, size)) == size
+        return (self.clock.now_ns() - start_ns) * 1e-9
+
+    def follow(self, baud: int) -> None:
+        """Go to another rate and complete whatever frame the modules made of what they heard before."""
+        self.port.baudrate = baud
+        self.port.reset_input_buffer()
+        self.port.write(bytes(30))
+        self.port.read(100)
+
+
+def test_host_understands_modules_at_their_rate_only() -> None:
+    host = Host(NmcChain(IdealPlant()))
+    address_all(host.exchange)
+    assert host.exchange(command(ALL, 0xA, bytes([10]))) == b""
+    assert host.port.line.emulator.baud == 115_200
+    # 57600 is not close enough to 115200 either.
+    for wrong in (19_200, 57_600, 100_000):
+        host.port.baudrate = wrong
+        assert host.exchange(NOP) != b"\x19\x19"
+    host.follow(115_200)
+    assert host.exchange(NOP) == b"\x19\x19"
+
+
+def test_spontaneous_message_at_the_wrong_rate_is_garbage() -> None:
+    host = Host(Echo(), baud=19_200)
+    host.port.line.emulator.spontaneous = bytes(60)
+    received = host.port.read(60)
+    assert len(received) == 10
+    assert received != bytes(10)
+
+
+@pytest.mark.parametrize("baud", [9_600, 115_200])
+def test_bytes_take_their_time(baud: int) -> None:
+    host = Host(Echo(baud), LineSpeed())
+    taken = [host.takes_s(bytes(39) + b"\n", 40) for _ in range(5)]
+    # There and back; received bytes are taken in grains of half a millisecond.
+    least_s = 2 * 40 * 10 / baud
+    assert min(taken) >= least_s - 1e-6
+    assert max(taken) <= least_s + 0.0005
+
+
+def test_usb_adapter_delivers_when_its_timer_ends_or_a_packet_is_full() -> None:
+    host = Host(Echo(), LineSpeed(paced=False, usb_latency_s=0.016))
+    host.exchange(b"\n", 1)
+    for _ in range(10):
+        host.clock.sleep(0.004)
+        assert host.takes_s(b"\n", 1) == pytest.approx(0.012)
+    assert max(host.takes_s(bytes(69) + b"\n", 70) for _ in range(10)) <= 0.001
+
+
+@pytest.fixture
+def nothing_leaks() -> Iterator[None]:
+    files, threads = len(os.listdir("/proc/self/fd")), threading.active_count()
+    yield
+    assert (len(os.listdir("/proc/self/fd")), threading.active_count()) == (files, threads)
+
+
+def connect(path: str, baud: int = 115_200) -> serial.Serial:
+    return serial.Serial(path, baudrate=baud, timeout=10.0)
+
+
+@pytest.mark.usefixtures("nothing_leaks")
+@pytest.mark.parametrize("baud", [115_200, 250_000])  # the second has no name in termios
+def test_every_byte_value_passes_a_terminal(baud: int) -> None:
+    everything = bytes(value for value in range(256) if value != 10) + b"\n"
+    with PtyServer(Echo(baud), AT_ONCE) as server, connect(server.path, baud) as port:
+        port.write(everything)
+        assert port.read(256) == everything
+
+
+@pytest.mark.usefixtures("nothing_leaks")
+def test_unplugging_a_terminal_is_a_hang_up_while_the_device_keeps_its_state() -> None:
+    chain = NmcChain(IdealPlant())
+    with PtyServer(chain, AT_ONCE) as server:
+        with connect(server.path, 19_200) as port:
+            port.write(command(0, 0x1, bytes([1, ALL])))
+            assert port.read(2) == b"\x19\x19"
+            hand = threading.Timer(0.1, server.unplug)
+            hand.start()
+            with pytest.raises((serial.SerialException, OSError)):
+                port.read(1)
+            hand.join()
+        with pytest.raises(OSError, match="not plugged in"):
+            _ = server.path
+        server.unplug()
+    assert chain.modules[0].address == 1
+
+
+@pytest.mark.usefixtures("nothing_leaks")
+def test_host_that_never_reads_blocks_nobody() -> None:
+    with PtyServer(Echo(), AT_ONCE) as server, connect(server.path) as port:
+        for _ in range(40):
+            with server.exclusive() as emulator:
+                emulator.spontaneous = bytes(1_000)
+            time.sleep(0.002)
+        port.reset_input_buffer()
+        port.write(b"y\n")
+        assert port.read_until(b"y\n").endswith(b"y\n")
+
+
+class Talker:
+    """A node that sends what it is told to, and answers 0x10."""
+
+    def __init__(self) -> None:
+        self.outbox: list[BusFrame] = []
+        self.heard: list[int] = []
+
+    def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[BusFrame]:
+        self.heard.append(arbitration_id)
+        return [BusFrame(arbitration_id + 1, data)] if arbitration_id == 0x10 else []
+
+    def advance(self, now_ns: int) -> list[BusFrame]:
+        out, self.outbox = self.outbox, []
+        return out
+
+
+def test_frame_reaches_all_but_its_sender_in_the_order_sent() -> None:
+    one, two = Talker(), Talker()
+    bus = EmulatedCanBus((one, two))
+    one.outbox = [BusFrame(0x601, b"1"), BusFrame(0x090, b"2")]
+    bus.send(BusFrame(0x10, b"3"))
+    assert [frame.arbitration_id for frame in bus.advance(0)] == [0x601, 0x090, 0x11, 0x11]
+    assert one.heard == [0x10, 0x11]
+    assert two.heard == [0x10, 0x601, 0x090, 0x11]
+
+
+def opened() -> Adapter:
+    adapter = Adapter()
+    assert adapter.take(b"S8\rO\r") == (b"\r\r", [])
+    return adapter
+
+
+def test_adapter_takes_the_greeting_of_python_can() -> None:
+    adapter = Adapter()
+    # Close, set, an empty line, and open twice.
+    assert adapter.take(b"C\rS8\r\rO\rO\r") == (b"\a\r\r\a", [])
+    assert (adapter.is_open, adapter.bit_rate_Hz) == (True, 1_000_000)
+    assert adapter.take(b"C\rt0800\r") == (b"\r\a", [])
+
+
+def test_adapter_takes_frames_whole_or_in_pieces() -> None:
+    adapter = opened()
+    assert adapter.take(b"t2016C80010270000\r") == (b"z\r", [BusFrame(0x201, bytes.fromhex("C80010270000"))])
+    assert adapter.take(b"t08") == (b"", [])
+    assert adapter.take(b"00\rt0") == (b"z\r", [BusFrame(0x080, b"")])
+    assert frame_line(BusFrame(0x601, bytes.fromhex("01AB"))) == b"t601201AB\r"
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"t", b"t080", b"t0809", b"t08G0", b"t0801", b"t0801A", b"t08011G", b"t0801112", b"t8000", b"T0000020101",
+        b"r2010", b"S8", b"S9", b"O", b"X", b"\xff\xfe", b"t" * 40,
+    ],
+)  # fmt: skip
+def test_bad_line_rings_the_bell(line: bytes) -> None:
+    adapter = opened()
+    assert adapter.take(line + b"\r") == (b"\a", [])
+    assert adapter.take(b"t0800\r") == (b"z\r", [BusFrame(0x080, b"")])
+
+
+class TurnedSlcan(SlcanServer):
+    """Turned by hand: what is written has come to the other end before time goes on."""
+
+    now_ns = MS
+
+    def __init__(self, *nodes: Jr3CanNode) -> None:
+        super().__init__(EmulatedCanBus(nodes), clock_ns=lambda: self.now_ns)
+
+    def await_host(self) -> None:
+        assert select.select([self._master], [], [], 30.0)[0]
+
+    def turns(self, milliseconds: int = 1) -> None:
+        for _ in range(2 * milliseconds):
+            self.now_ns += MS // 2
+            self.turn()
+
+    def _write(self) -> None:
+        wrote = bool(self._backlog)
+        super()._write()
+        if wrote:
+            assert select.select([self._line._slave], [], [], 30.0)[0]
+
+
+def jr3(node_id: int = 1) -> Jr3CanNode:
+    full = (115.0, 111.0, 185.0, 5.6, 5.2, 6.1)
+    return Jr3CanNode(node_id, lambda _: full, Jr3Config(boot_ns=50 * MS, eeprom_ns=0))
+
+
+class CanHost:
+    """A host's view of the bus."""
+
+    def __init__(self, server: TurnedSlcan, bitrate: int = 1_000_000) -> None:
+        self.server = server
+        self.bus = can.Bus(
+            interface="slcan", channel=server.channel, bitrate=bitrate, sleep_after_open=0.0, timeout=0.0
+        )
+        while not server.adapter.is_open:
+            server.await_host()
+            server.turns()
+
+    def send(self, arbitration_id: int, data: bytes = b"", **kind: bool) -> None:
+        self.bus.send(can.Message(arbitration_id=arbitration_id, data=data, **({"is_extended_id": False} | kind)))
+        self.server.await_host()
+
+    def receive(self) -> can.Message | None:
+        """The next frame within 100 ms."""
+        for _ in range(100):
+            message = self.bus.recv(0.0)
+            if message is not None:
+                return message
+            self.server.turns()
+        return None
+
+    def expect(self, arbitration_id: int) -> bytes:
+        while (message := self.receive()) is not None:
+            if message.arbitration_id == arbitration_id:
+                return bytes(message.data)
+        raise AssertionError(f"0x{arbitration_id:03X} did not come")
+
+
+@contextmanager
+def on_adapter(*nodes: Jr3CanNode, bitrate: int = 1_000_000) -> Iterator[CanHost]:
+    server = TurnedSlcan(*nodes)
+    host = CanHost(server, bitrate)
+    yield host
+    host.bus.shutdown()
+    server.close()
+
+
+def test_nodes_boot_answer_and_stream_to_python_can() -> None:
+    with on_adapter(jr3(1), jr3(2)) as host:
+        host.expect(0x701)
+        host.expect(0x702)
+        host.send(0x482)
+        assert host.expect(0x102) == b"\x00" + struct.pack("<3H", 115, 111, 185)
+        host.send(0x201, struct.pack("<HI", 0, 1_000))
+        assert host.expect(0x101) == b"\x00"
+        counters = [struct.unpack("<H", host.expect(0x601)[6:])[0] for _ in range(200)]
+        assert set((np.diff(counters) & 0xFFFF).tolist()) <= {7, 8}
+        assert host.server.frames_lost == 0
+
+
+def test_second_host_may_come_after_the_first() -> None:
+    with on_adapter(jr3()) as host:
+        host.expect(0x701)
+        host.bus.shutdown()
+        host.server.await_host()
+        host.server.turns()
+        host.bus = CanHost(host.server).bus
+        host.send(0x401)
+        assert host.expect(0x101) == b"\x00"
+
+
+@pytest.mark.parametrize(("bitrate", "kind"), [(500_000, {}), (1_000_000, {"is_extended_id": True})])
+def test_no_node_hears_another_rate_or_kind_of_frame(bitrate: int, kind: dict[str, bool]) -> None:
+    with on_adapter(jr3(), bitrate=bitrate) as host:
+        host.server.turns(100)
+        while host.receive() is not None:
+            pass
+        host.send(0x401, **kind)
+        assert host.receive() is None
+
+
+def test_host_that_does_not_read_loses_frames() -> None:
+    server = TurnedSlcan(jr3())
+    server._write = lambda: SlcanServer._write(server)  # type: ignore[method-assign]
+    with serial.Serial(server.channel, timeout=0.5) as port:
+        for words in (b"S8\rO\r", b"t2016" + struct.pack("<HI", 0, 222).hex().encode() + b"\r", b""):
+            port.write(words)
+            if words:
+                server.await_host()
+            server.turns(500)
+        assert server.frames_lost > 0
+        assert len(server._backlog) <= BACKLOG_BYTES + 64
+    server.close()
+
+
+@pytest.mark.usefixtures("nothing_leaks")
+def test_thread_of_the_adapter_serves_until_it_is_closed() -> None:
+    with SlcanServer(EmulatedCanBus([jr3()])) as server:
+        can.Bus(interface="slcan", channel=server.channel, bitrate=1_000_000, sleep_after_open=0.0).shutdown()
+        done: list[int] = []
+        server.do(done.append)
+        assert len(done) == 1
+    server.close()
+    with pytest.raises(TimeoutError, match="did not respond"):
+        server.do(lambda _: None, timeout_s=0.01)

@@ -1,0 +1,81 @@
+"""The gears against the published relations, and the motors' backlash."""
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from palpate.simulation.emulators.motors.plant import HOME_RAD, ArmGears, JointPlant
+from tests.unit.simulation.emulators.nmc_host import Bench, trajectory
+
+W = 11_034.53
+GAP_RAD = 0.002
+
+
+def test_counts_come_back_within_one() -> None:
+    gears = ArmGears()
+    for pose in np.random.default_rng(1).uniform(-3.2, 3.2, (2_000, 6)).tolist():
+        counts = gears.counts(tuple(pose))
+        again = gears.counts(gears.joints_rad(tuple(float(round(value)) for value in counts)))
+        assert max(abs(a - b) for a, b in zip(again, counts, strict=True)) <= 0.5 + 1e-6
+
+
+def test_gears_agree_with_the_published_inverse_and_its_rounded_constants() -> None:
+    gears = ArmGears()
+    for pose in np.random.default_rng(2).uniform(-pi, pi, (2_000, 6)).tolist():
+        _, _, e3, e4, e5, e6 = gears.counts(tuple(pose))
+        joint4 = e4 / W - e3 / 20_371.83
+        joint5 = e6 / (2 * W) + e5 / (4 * W) + e3 / 27_162.44
+        joint6 = e6 / W - e5 / (2 * W) + e4 / W - e3 / 40_743.68
+        offsets = [angle - home for angle, home in zip(pose, HOME_RAD, strict=True)]
+        assert [joint4, joint5, joint6] == pytest.approx(offsets[3:], abs=5e-6)
+    assert gears.counts(HOME_RAD) == (0.0,) * 6
+    assert gears.counts((HOME_RAD[0] + 2 * pi, *HOME_RAD[1:]))[0] == pytest.approx(192_000, abs=0.5)
+
+
+def test_plant_gives_targets_and_takes_measurements() -> None:
+    plant = JointPlant()
+    gears = ArmGears()
+    assert plant.targets_rad() == pytest.approx(HOME_RAD)
+    goal = (0.3, 1.0, -1.2, 0.4, -1.0, 0.7)
+    for axis, counts in enumerate(gears.counts(goal)):
+        plant.set_motor_counts(axis, counts)
+    assert plant.targets_rad() == pytest.approx(goal)
+    assert plant.motor_counts(0) == 0  # nothing was measured yet
+    plant.measured_rad(goal)
+    assert [plant.motor_counts(axis) for axis in range(6)] == [round(value) for value in gears.counts(goal)]
+    plant.measured_rad((0.5, *goal[1:]))
+    plant.release(0)
+    assert plant.targets_rad()[0] == pytest.approx(0.5)  # a free motor holds where it was let go
+
+
+def test_backlash_lies_between_motor_and_joint_and_hides_from_the_encoders() -> None:
+    plant = JointPlant(wrist_backlash_rad=GAP_RAD)
+
+    def move(joint4_rad: float) -> float:
+        goal = (*HOME_RAD[:3], joint4_rad, *HOME_RAD[4:])
+        for axis, counts in enumerate(ArmGears().counts(goal)):
+            plant.set_motor_counts(axis, counts)
+        joints = plant.targets_rad()
+        plant.measured_rad(joints)
+        assert plant.motor_counts(3) == round(ArmGears().counts(goal)[3])
+        return joints[3]
+
+    assert move(0.1) == pytest.approx(0.1 - GAP_RAD / 2)
+    assert move(0.1 - GAP_RAD / 2) == pytest.approx(0.1 - GAP_RAD / 2)  # within the gap
+    assert move(0.05) == pytest.approx(0.05 + GAP_RAD / 2)
+
+
+def test_servos_follow_an_arm_that_is_measured_at_140_hertz() -> None:
+    plant = JointPlant()
+    bench = Bench(plant=plant).running()
+    for address in range(1, 7):
+        bench.ask(address, 0x4, trajectory(0x97, 30_558, 1_025_348, 5_250))
+    worst = 0
+    for _ in range(200):
+        plant.measured_rad(plant.targets_rad())
+        bench.wait(14)  # 7.2 ms
+        worst = max(worst, *(abs(module.servo.error_counts) for module in bench.bus.modules))
+    assert [bench.position(address) for address in range(1, 7)] == [30_558] * 6
+    # The encoders stand still for 14 ticks at 15.6 counts: well below the limit of 4000.
+    assert 200 < worst < 240

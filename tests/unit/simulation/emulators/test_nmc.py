@@ -1,0 +1,298 @@
+"""The NMC chain: golden bytes, addresses, groups and rates; the servo of a module; its motion profile."""
+
+import struct
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.simulation.emulators.nmc.bus import NmcChain
+from palpate.simulation.emulators.nmc.motion import ONE_COUNT, Profile
+from palpate.simulation.emulators.nmc.settings import ModuleSettings
+from tests.support import nmc_vectors as golden
+from tests.support.ideal_motors import IdealPlant
+from tests.unit.simulation.emulators.nmc_host import ALL, GAINS, TICK_NS, Bench, command, trajectory
+
+MOVE_DONE, OVERCURRENT, POWER, POSITION_ERROR, LIMIT1 = 0x01, 0x04, 0x08, 0x10, 0x20
+WRAP, SERVO_ON, ACCELERATED, SLEWED, OVERRUN = 0x02, 0x04, 0x08, 0x10, 0x20
+VELOCITY, ACCELERATION = 1_025_348, 5_250  # 1 rad/s and 10 rad/s^2 on joint 1
+VELOCITY_WORD_PER_COUNT_PER_s = 33.554432
+ACCELERATION_WORD_PER_COUNT_PER_s2 = 0.017179869
+
+
+def test_golden_commands_have_golden_replies() -> None:
+    bench = Bench(modules=1)
+    for name, reply in golden.CONVERSATION:
+        assert bench.raw(bytes.fromhex(golden.COMMANDS[name])).hex() == reply, name
+        module = bench.bus.modules[0]
+        if name == "gains":
+            gains = module.servo.gains
+            assert (gains.kp, gains.kd, gains.ki, gains.integration_limit) == (200, 1200, 150, 15)
+            assert (gains.output_limit, gains.current_limit, gains.error_limit, gains.rate_divisor) == (75, 0, 4000, 5)
+        if name == "one radian":
+            buffer = module.servo.buffer
+            assert (buffer.control, buffer.position_counts) == (0x97, 30_558)
+            assert (buffer.velocity, buffer.acceleration) == (100_000, 10_000)
+    assert (module.rejected, module.address, bench.bus.baud) == (0, 0, 19_200)
+
+
+def test_golden_reply_of_mask_1f() -> None:
+    bench = Bench(ModuleSettings(analog=0x4F), modules=1).addressed()
+    bench.bus.set_power(powered=False)
+    bench.bus.modules[0].servo.home_counts = 0x5E0
+    bench.plant.push(0, 0x2522)
+    bench.wait(2)
+    for _ in range(2):
+        assert bench.raw(bytes.fromhex(golden.COMMANDS["define status"])).hex() == golden.REPLY_OF_MASK_1F
+
+
+def test_wrong_checksum_is_reported_and_the_command_ignored() -> None:
+    bench = Bench(modules=1).addressed()
+    for code, data in ((0x2, b"\x01"), (0xF, b"")):
+        wrong = bytearray(command(1, code, data))
+        wrong[-1] ^= 0x40
+        assert bench.raw(bytes(wrong)) == b"\x1b\x1b"
+        assert (bench.bus.modules[0].mask, bench.bus.modules[0].address) == (0, 1)
+        assert bench.status(1) == 0x19  # about the last command only
+
+
+def test_module_that_was_reset_is_silent_at_the_higher_rate() -> None:
+    bench = Bench().addressed()
+    bench.ask(1, 0xA, bytes([10]))  # the rate changes for groups only
+    assert (bench.bus.baud, bench.bus.modules[0].rejected) == (19_200, 1)
+    bench.tell(ALL, 0xA, bytes([10]))
+    assert bench.bus.baud == 115_200
+    bench.bus.modules[2].power_up()
+    assert bench.raw(command(3, 0xE)) == b""
+    assert bench.raw(command(0, 0xE)) == b""  # it listens at 19200
+    assert len(bench.raw(command(4, 0xE))) == 2
+    bench.tell(ALL, 0xF)
+    assert bench.bus.baud == 19_200
+    bench.addressed()
+
+
+@pytest.mark.parametrize("cut", range(1, 17))
+def test_zeros_end_a_partial_frame(cut: int) -> None:
+    bench = Bench(modules=1).addressed()
+    bench.raw(command(1, 0x4, bytes(range(1, 14)))[:cut])
+    bench.raw(bytes(30))
+    assert bench.raw(b"\x00\x55\x01\xff" + command(1, 0xE)) == b"\x19\x19"  # noise between frames is skipped
+
+
+def test_time_is_relative_and_never_goes_back() -> None:
+    bus = NmcChain(IdealPlant())
+    start = 10**18
+    assert bus.advance(start) == b""
+    assert bus.feed(command(0, 0x1, bytes([1, ALL])), start + TICK_NS) == b"\x19\x19"
+    assert bus.feed(command(1, 0xE), start) == b"\x19\x19"
+
+
+@pytest.mark.parametrize(
+    ("code", "data"),
+    [
+        (0x0, b"\x07"), (0x1, b"\x01"), (0x2, b""), (0x3, b""), (0x4, b""), (0x4, b"\x91\x00"),
+        (0x4, b"\x11" + bytes(4)), (0x4, b"\xb6" + bytes(8)), (0x4, b"\xd1" + bytes(4)), (0x4, b"\x88\xff"),
+        (0x5, b""), (0x6, b"\x00"), (0x7, b"\x10"), (0x7, b"\x01" + bytes(4)), (0xC, b""), (0xD, bytes(3)),
+        (0xE, b"\x00"),
+    ],
+)  # fmt: skip
+def test_command_of_another_shape_or_kind_changes_nothing(code: int, data: bytes) -> None:
+    bench = Bench(modules=1).addressed()
+    assert bench.ask(1, code, data).status == 0x19
+    assert bench.bus.modules[0].rejected == 1
+
+
+def bench_of_one() -> Bench:
+    return Bench(modules=1).running()
+
+
+def moving(bench: Bench, target: int = 30_558) -> Bench:
+    bench.ask(1, 0x4, trajectory(0x97, target, VELOCITY, ACCELERATION))
+    bench.wait(200)
+    return bench
+
+
+def test_trapezoid_tells_its_phases() -> None:
+    bench = bench_of_one()
+    assert bench.status(1) == MOVE_DONE | POWER
+    bench.ask(1, 0x4, trajectory(0x97, 30_558, VELOCITY, ACCELERATION))
+    assert bench.status(1) == POWER
+    bench.wait(100)
+    assert bench.auxiliary(1) & (SERVO_ON | ACCELERATED | SLEWED) == SERVO_ON
+    bench.wait(300)
+    assert bench.auxiliary(1) & (ACCELERATED | SLEWED) == ACCELERATED
+    assert struct.unpack("<h", bench.read(1, 0x04))[0] in (15, 16)
+    assert bench.read(1, 0x40) == b"\x00\x00"
+    ticks = 400 + bench.ticks_until(lambda: bool(bench.status(1) & MOVE_DONE))
+    # 1 rad at 1 rad/s with ramps of 0.1 s
+    assert ticks * TICK_NS * 1e-9 == pytest.approx(1.1, abs=0.005)
+    assert bench.position(1) == bench.plant.motor_counts(0) == 30_558
+    assert bench.auxiliary(1) & (ACCELERATED | SLEWED) == ACCELERATED | SLEWED
+    bench.ask(1, 0x4, trajectory(0x91, -250))  # fields that are not sent keep their values
+    bench.wait(3_000)
+    assert bench.position(1) == -250
+    bench.ask(1, 0x0)
+    assert (bench.position(1), bench.plant.motor_counts(0)) == (0, -250)
+
+
+@pytest.mark.parametrize(("way", "farther"), [(b"\x05", False), (b"\x09", True)], ids=["abrupt", "smooth"])
+def test_stop_holds_at_once_or_after_a_ramp(way: bytes, farther: bool) -> None:
+    bench = moving(bench_of_one())
+    here = bench.position(1)
+    done = bench.ask(1, 0x7, way).status & MOVE_DONE
+    assert bool(done) is not farther
+    bench.ticks_until(lambda: bool(bench.status(1) & MOVE_DONE), 201)
+    assert (bench.position(1) > here > 0) is farther
+    assert bench.auxiliary(1) & SERVO_ON
+
+
+def test_motor_off_releases_and_tells() -> None:
+    bench = moving(bench_of_one())
+    here = bench.position(1)
+    assert bench.ask(1, 0x7, b"\x02").status == MOVE_DONE | POWER | POSITION_ERROR
+    assert bench.auxiliary(1) & SERVO_ON == 0
+    bench.plant.push(0, 50.0)
+    bench.wait(10)
+    assert bench.position(1) == here + 50
+
+
+@pytest.mark.parametrize("preparation", [[(0x6, GAINS), (0x7, b"\x04")], [(0x7, b"\x05")]], ids=["amplifier", "gains"])
+def test_motor_without_amplifier_or_gains_stays_and_trips(preparation: list[tuple[int, bytes]]) -> None:
+    bench = Bench(modules=1).addressed()
+    for code, data in preparation:
+        bench.ask(1, code, data)
+    moving(bench)
+    bench.wait(1_000)
+    assert bench.position(1) == 0
+    assert bench.status(1) & POSITION_ERROR
+    assert bench.auxiliary(1) & SERVO_ON == 0
+
+
+def test_position_error_trips_at_the_limit_and_stays_until_cleared() -> None:
+    bench = bench_of_one()
+    bench.plant.jam(0)
+    bench.ask(1, 0x7, b"\x11" + struct.pack("<i", 4_000))
+    bench.wait(1)
+    assert bench.auxiliary(1) & SERVO_ON
+    assert struct.unpack("<h", bench.read(1, 0x40)) == (4_000,)
+    assert bench.status(1) & POSITION_ERROR == 0
+    bench.ask(1, 0x7, b"\x11" + struct.pack("<i", 4_001))
+    bench.wait(1)
+    assert bench.auxiliary(1) & SERVO_ON == 0
+    bench.ask(1, 0xB)
+    assert bench.status(1) & POSITION_ERROR
+    bench.ask(1, 0x7, b"\x05")
+    assert bench.status(1) & POSITION_ERROR  # sticky
+    assert bench.ask(1, 0xB).status == MOVE_DONE | POWER
+
+
+def test_sticky_bits_stay_until_cleared() -> None:
+    bench = bench_of_one()
+    servo = bench.bus.modules[0].servo
+    servo.overcurrent = servo.overrun = True
+    servo.set_position((1 << 31) - 2)
+    bench.ask(1, 0x7, b"\x11" + struct.pack("<i", (1 << 31) - 1))
+    bench.plant.push(0, 8.0)
+    bench.ask(1, 0x7, b"\x02")
+    bench.plant.push(0, 8.0)
+    bench.wait(5)
+    assert bench.position(1) < 0
+    assert bench.status(1) & OVERCURRENT
+    assert bench.auxiliary(1) & (OVERRUN | WRAP) == OVERRUN | WRAP
+    bench.ask(1, 0xB)
+    assert bench.status(1) & OVERCURRENT == 0
+    assert bench.auxiliary(1) & (OVERRUN | WRAP) == 0
+
+
+def test_power_loss_switches_the_servo_off_for_good() -> None:
+    bench = moving(bench_of_one())
+    bench.bus.set_power(powered=False)
+    assert bench.status(1) == MOVE_DONE | POSITION_ERROR
+    bench.ask(1, 0x7, b"\x05")
+    bench.ask(1, 0x4, trajectory(0x97, 10, VELOCITY, ACCELERATION))
+    assert bench.auxiliary(1) & SERVO_ON == 0
+    bench.bus.set_power(powered=True)
+    assert bench.status(1) == MOVE_DONE | POSITION_ERROR | POWER
+    bench.ask(1, 0x7, b"\x05")
+    assert bench.auxiliary(1) & SERVO_ON
+
+
+def test_rate_divisor_slows_the_servo() -> None:
+    bench = bench_of_one()
+    bench.ask(1, 0x6, GAINS[:-2] + b"\x04\x00")
+    bench.ask(1, 0x4, trajectory(0x97, 10_000, 1 << 16, 1 << 16))
+    bench.wait(400)
+    assert bench.position(1) == 100
+
+
+def test_hard_reset_of_a_moving_module() -> None:
+    bench = moving(Bench(modules=2).running())
+    here = bench.plant.motor_counts(0)
+    module = bench.bus.modules[0]
+    module.set_limits(True, False)
+    bench.wait(1)
+    assert bench.status(1) & LIMIT1
+    here = bench.plant.motor_counts(0)
+    bench.tell(1, 0xF)
+    assert (module.address, module.servo.on, module.servo.measured_counts) == (0, False, 0)
+    bench.wait(100)
+    assert bench.plant.motor_counts(0) == here
+    assert bench.raw(command(2, 0xE)) != b""
+    assert len(bench.raw(command(0, 0x1, bytes([1, ALL])))) == 2
+    assert bench.status(1) & LIMIT1  # the switch is still pressed
+
+
+def run(profile: Profile) -> int:
+    ticks = 0
+    while not profile.done and ticks < 1_000_000:
+        profile.tick()
+        ticks += 1
+    return ticks
+
+
+@pytest.mark.parametrize("counts", [30_558, -192_000, 5_000])
+@pytest.mark.parametrize(("velocity", "acceleration"), [(30_557.75, 100_000.0), (8_000.0, 40_000.0)])
+def test_trapezoid_takes_the_time_of_its_closed_form(counts: int, velocity: float, acceleration: float) -> None:
+    profile = Profile()
+    profile.start_trapezoid(
+        counts,
+        round(velocity * VELOCITY_WORD_PER_COUNT_PER_s),
+        round(acceleration * ACCELERATION_WORD_PER_COUNT_PER_s2),
+    )
+    took_s = run(profile) * TICK_NS * 1e-9
+    distance = abs(counts)
+    expected_s = (
+        distance / velocity + velocity / acceleration
+        if distance > velocity**2 / acceleration
+        else 2 * (distance / acceleration) ** 0.5
+    )
+    assert took_s == pytest.approx(expected_s, rel=2e-3, abs=4 * TICK_NS * 1e-9)
+    assert profile.position == counts * ONE_COUNT
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    target=st.integers(-3_000, 3_000),
+    velocity=st.integers(1 << 14, 1 << 21),
+    acceleration=st.integers(100, 1 << 18),
+    change=st.integers(0, 400),
+    second=st.integers(-3_000, 3_000),
+)
+def test_trapezoid_ends_on_its_target_within_its_limits(
+    target: int, velocity: int, acceleration: int, change: int, second: int
+) -> None:
+    profile = Profile()
+    profile.start_trapezoid(target, velocity, acceleration)
+    before = 0
+    for tick in range(200_000):
+        if tick == change:
+            profile.start_trapezoid(second, velocity, acceleration)
+        profile.tick()
+        assert abs(profile.velocity) <= velocity
+        assert abs(profile.velocity - before) <= acceleration
+        before = profile.velocity
+        if profile.done and tick > change:
+            break
+    assert profile.position == second * ONE_COUNT
+    profile.tick()
+    assert profile.position == second * ONE_COUNT
