@@ -17,13 +17,8 @@ class Dither:
     def __init__(self, amplitude_m: float, speed_m_s: float) -> None:
         self.amplitude_m, self._speed_m_s = amplitude_m, speed_m_s
 
-    @property
-    def usual_m(self) -> float:
-        """Amplitude that a half-period of mean length reaches at this speed."""
-        return self.usual_with(self.amplitude_m)
-
-    def usual_with(self, amplitude_m: float) -> float:
-        """Return the same for another amplitude."""
+    def usual_m(self, amplitude_m: float) -> float:
+        """Return what a half-period of mean length reaches of this amplitude at this speed."""
         return min(amplitude_m, 0.5 * self._speed_m_s * HALF_PERIOD * PERIOD_S / PEAK)
 
     def begin(self, rng: np.random.Generator) -> None:

@@ -76,6 +76,7 @@ class Monitor:
         play_m: Way across that bends nothing.
         patience_ticks: On the spot, before a mismatch is reported.
         pull_N: By which the tool itself pulls.
+        axial_N_per_m, lateral_N_per_m: Stiffness of the gripper along the tool axis and across it.
     """
 
     def __init__(
@@ -83,7 +84,7 @@ class Monitor:
     ) -> None:
         self._state, self._step_m = state, step_m
         self.axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
-        self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
+        self.lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
         self.press_N, self.contact_N = task.press_kgf * N_PER_KGF, task.contact_kgf * N_PER_KGF
         self._slack_m, self._friction = task.surface_uncertainty_mm * 1e-3, task.friction
         self.deepest_plate_m = self._slack_m + PAST_PLATE_M
@@ -95,7 +96,7 @@ class Monitor:
         self.presses(task.press_kgf * N_PER_KGF)
         self.axial, self.across = (
             Response(Spring(stiffness, control.damping_s(stiffness), control.rigid_mass_kg, *accepted))
-            for stiffness, accepted in ((self.axial_N_per_m, AXIAL), (self._lateral_N_per_m, _ACROSS))
+            for stiffness, accepted in ((self.axial_N_per_m, AXIAL), (self.lateral_N_per_m, _ACROSS))
         )
         self.patience_ticks = _PATIENCE_TICKS
         mass_kg = control.moving_mass_kg + control.rigid_mass_kg
@@ -103,8 +104,7 @@ class Monitor:
         # A wider choice of responses asks for narrower ones.
         self._fair = NARROW if in_air else FAIR
         self.loose = Response(replace(self.axial.spring, lowest=_ACROSS[0])) if in_air else None
-        free = (response for response in (self.air, self.loose) if response is not None)
-        self._responses = self.axial, self.across, *free
+        self._unloaded = tuple(response for response in (self.air, self.loose) if response is not None)
         speed_m_s = task.travel_speed_mm_s * 1e-3
         self._dither, self._push_dither = Dither(0.0, speed_m_s), Dither(0.0, speed_m_s)
 
@@ -126,22 +126,22 @@ class Monitor:
 
     def _adapt(self, tip_lever_m: float) -> None:
         """Choose amplitudes by the noise while the sensor was tared, at this distance from the tip."""
-        noise_N, press_N = self._state.noise[2], self.press_N
+        noise_N, dither = self._state.noise[2], self._dither
         noise_Nm = hypot(max(self._state.noise[3:5]), tip_lever_m * max(self._state.noise[:2]))
         self._torque_Nm = self._bent_Nm + _NOISES_TORQUE * noise_Nm
-        self._dither.amplitude_m = self.axial.spring.dither_N(press_N, noise_N, self._step_m) / self.axial_N_per_m
-        self.axial.begin(noise_N, self._step_m, self._dither.usual_m * self.axial_N_per_m)
-        self._contact_m = self._air_m = self._dither.amplitude_m
+        self._contact_m = self.axial.spring.dither_N(self.press_N, noise_N, self._step_m) / self.axial_N_per_m
+        dither.amplitude_m = self._air_m = self._contact_m
+        self.axial.begin(noise_N, self._step_m, dither.usual_m(self._contact_m) * self.axial_N_per_m)
         if self.air is not None and self.loose is not None:
             inertia_N_per_m = self.air.spring.rigid_kg * _ANGULAR_PER_S**2
             least_N = self.air.spring.least_dither_N(noise_N, self._step_m)
             self._air_m = max(self._contact_m, least_N / inertia_N_per_m)
-            self.air.begin(noise_N, self._step_m, self._dither.usual_with(self._air_m) * inertia_N_per_m)
-            self.loose.begin(noise_N, self._step_m, self._dither.usual_m * self.axial_N_per_m)
-            # A window for each of the three responses that are tried in turn, and a tenth of a second to begin it.
+            self.air.begin(noise_N, self._step_m, dither.usual_m(self._air_m) * inertia_N_per_m)
+            self.loose.begin(noise_N, self._step_m, dither.usual_m(self._contact_m) * self.axial_N_per_m)
+            # A window where it waits, one where it is raised, one more, and a tenth of a second to begin each.
             self.patience_ticks = max(_PATIENCE_TICKS, 3 * (self.air.window + CONTROL_RATE_HZ // 10))
         least_N = max(0.5 * _PUSH_N, self.across.spring.least_dither_N(max(self._state.noise[:2]), self._step_m))
-        self._least_push_m = min(least_N, _PUSH_SHARE * self.budget_N) / self._lateral_N_per_m
+        self._least_push_m = min(least_N, _PUSH_SHARE * self.budget_N) / self.lateral_N_per_m
         self._dithers_N = 2.0 * (self._air_m * self.axial_N_per_m + _PUSH_SHARE * self.budget_N)
 
     def presses(self, press_N: float, play_m: float = 0.0) -> None:
@@ -153,7 +153,7 @@ class Monitor:
         self._from_m: Vector3 | None = None
         self.spent_N, self.spent, self._waited_ticks, self._aimed = 0.0, False, 0, False
         self._spent_at_N = 0.0
-        for response in self._responses[2:]:
+        for response in self._unloaded:
             response.stationary_ticks = 0
 
     def _bend_N(self, reference_m: Vector3) -> float:
@@ -161,7 +161,7 @@ class Monitor:
         if self._from_m is None:
             self._from_m = reference_m
         x, y, z = map(sub, reference_m, self._from_m)
-        across_N = max(hypot(x, y) - self.play_m, 0.0) * self._lateral_N_per_m
+        across_N = max(hypot(x, y) - self.play_m, 0.0) * self.lateral_N_per_m
         return hypot(across_N, z * self.axial_N_per_m)
 
     def bounded(self, velocity_m_s: Vector3) -> Vector3:
@@ -223,13 +223,12 @@ class Monitor:
         if self.air is not None and not in_air:
             self.air.restart()
         self.axial.add_force(wrench.source_time_ns, fz)
-        for response in self._responses[2:]:
+        for response in self._unloaded:
             response.add_place(joints_ns, z)
             response.add_force(wrench.source_time_ns, fz)
+            response.lag = self.axial.lag if response.lag is None else response.lag
         if self.direction is not None:
             self.across.add_force(wrench.source_time_ns, fx * ux + fy * uy)
-        for response in self._responses[2:]:
-            response.lag = self.axial.lag if response.lag is None else response.lag
         if self.verified:
             self.free()
         return self._implausible(snapshot.tick, measured)
@@ -260,14 +259,9 @@ class Monitor:
         return self._dither.velocity_m_s()
 
     @property
-    def lateral_N_per_m(self) -> float:
-        """Stiffness of the gripper across the tool axis."""
-        return self._lateral_N_per_m
-
-    @property
     def push_N(self) -> float:
         """Force of a push, twice that of its dither."""
-        dither_N = self._push_dither.amplitude_m * self._lateral_N_per_m
+        dither_N = self._push_dither.amplitude_m * self.lateral_N_per_m
         return 2.0 * min(dither_N, _PUSH_SHARE * self.budget_N)
 
     def push_dither_m_s(self, *, met: bool = False) -> float:
@@ -277,7 +271,7 @@ class Monitor:
             met: A wall is felt: the push grows until it responds, by what the flange moves: the arm's own servos give
                 way to a stiff gripper.
         """
-        if met and self.across.swing_m * self._lateral_N_per_m < _PUSH_SHARE * self.budget_N:
+        if met and self.across.swing_m * self.lateral_N_per_m < _PUSH_SHARE * self.budget_N:
             self._push_dither.amplitude_m *= _GROWTH
         return self._push_dither.velocity_m_s()
 
@@ -288,8 +282,8 @@ class Monitor:
             return
         self.direction = direction
         self._push_dither.amplitude_m = self._least_push_m
-        dither_N, noise_N = self._push_dither.usual_m * self._lateral_N_per_m, max(self._state.noise[:2])
-        self.across.begin(noise_N, self._step_m, dither_N, self.axial.lag)
+        dither_N = self._push_dither.usual_m(self._least_push_m) * self.lateral_N_per_m
+        self.across.begin(max(self._state.noise[:2]), self._step_m, dither_N, self.axial.lag)
 
     def aim(self, force_N: tuple[float, float]) -> None:
         """Push against this force across of a tool that waits, unless a push is against it, or has not had its window.
@@ -348,7 +342,7 @@ class Monitor:
         still_ticks = min(self._waited_ticks, self._still_ticks)
         self.axial.widen(still_ticks)
         self.across.widen(still_ticks)
-        for response in self._responses[2:]:
+        for response in self._unloaded:
             response.stationary_ticks = still_ticks
         if self.verified:
             self.free()

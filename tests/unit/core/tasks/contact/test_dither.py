@@ -22,10 +22,10 @@ def test_it_stays_within_amplitude_and_speed(amplitude_m: float, speed_m_s: floa
 
 def test_a_slow_one_reaches_what_it_says() -> None:
     dither = Dither(3e-4, 0.005)
-    assert dither.usual_m < 1e-4
+    assert dither.usual_m(3e-4) < 1e-4
     swings = np.diff(places(3e-4, 0.005)[np.flatnonzero(np.diff(np.sign(np.diff(places(3e-4, 0.005))))) + 1])
-    assert np.abs(swings).mean() == pytest.approx(2.0 * dither.usual_m, rel=0.15)
-    assert Dither(3e-4, 0.1).usual_m == 3e-4
+    assert np.abs(swings).mean() == pytest.approx(2.0 * dither.usual_m(3e-4), rel=0.15)
+    assert Dither(3e-4, 0.1).usual_m(3e-4) == 3e-4
 
 
 def test_half_periods_are_drawn_for_each_trial() -> None:
