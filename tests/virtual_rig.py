@@ -13,17 +13,22 @@ from palpate.adapters.hardware.ati import NetFtForceSensor, NetFtTable
 from palpate.adapters.hardware.emulated_cell import EmulatedCell
 from palpate.adapters.hardware.errors import told_of
 from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
+from palpate.adapters.hardware.ros2 import Ros2ArmTable, Ros2ForceSensor, Ros2WrenchTable, ros2_arm
 from palpate.adapters.hardware.sensor_facts import gathered, reported_by
 from palpate.adapters.hardware.ur import UrTable, ur_arm
 from palpate.core.ports import CONTROL_RATE_HZ, FaultLatch, ForceSensor, Ports, Rig, SensorFacts, World
 from palpate.core.supervision import SampleWatch
 from palpate.core.trial import ReadyPose
+from palpate.drivers.ros2 import WRENCH
 from palpate.simulation.emulators.ati import NetFtServer
+from palpate.simulation.emulators.lines import SlcanServer
+from palpate.simulation.emulators.ros2 import Ros2Server
 from palpate.simulation.emulators.ur import UrServer
 from palpate.simulation.work_cell import HiddenValues
 from tests.support.arm_thread import arm_in_thread
 from tests.virtual_box import VirtualBox
 from tests.virtual_lines import VirtualDesk
+from tests.virtual_ros2 import VirtualDomain
 from tests.virtual_ur import VirtualUr
 
 _TICK_NS = 10**9 // CONTROL_RATE_HZ
@@ -50,7 +55,10 @@ class VirtualCell(EmulatedCell):
                 self.link = VirtualUr(desk.clock, server._controller)
             elif isinstance(server, NetFtServer):
                 self.box = VirtualBox(desk.clock, server._box)
-            else:
+            elif isinstance(server, Ros2Server):
+                self.domain = VirtualDomain(desk.clock, server._robot)
+                self.domain.wrench = server._wrench
+            elif isinstance(server, SlcanServer):
                 desk.can(table, *server.wire._nodes)  # type: ignore[attr-defined]
         self._begin_ns, self._late_ns, self._done = begin_ns, late_ns, 0
         desk.clock.devices.append(self)
@@ -98,19 +106,26 @@ class VirtualRig(Rig):
             stated = self.cell.entries("arm") | {"host": "virtual", "patience": 1.0}
             del stated["adapter"], stated["name"]
             made: Any = ur_arm(overlay(UrTable(), stated), context, lambda: self.cell.link)
+        elif arm == "ros2":
+            made = ros2_arm(Ros2ArmTable(), context, self.cell.domain.link)
         else:
             made = arm_maker(arm)(_arm_table(arm, self.cell), context)
         client = arm_in_thread(made, clock, _TIMEOUT_NS)
-        self.sensor: ForceSensor = (
-            NetFtForceSensor(NetFtTable(), clock, self.cell.box.open)
-            if force == "ati-netft"
-            else force_sensor_maker(force)(_sensor_table(), context)
-        )
+        self.sensor: ForceSensor
+        if force == "ati-netft":
+            self.sensor = NetFtForceSensor(NetFtTable(), clock, self.cell.box.open)
+        elif force == "ros2":
+            self.sensor = Ros2ForceSensor(
+                lambda: self.cell.domain.link("wrench", WRENCH, ""), clock, Ros2WrenchTable()
+            )  # fmt: skip
+        else:
+            self.sensor = force_sensor_maker(force)(_sensor_table(), context)
         self.ports = Ports(clock, self.sensor, client, client)
         self._at_ready = False
         # Records of a Net F/T are not filtered.
         facts = self.cell._facts(1.0) if force == "ati-netft" else self.cell._facts()
-        self._stated = replace(SensorFactsTable(), **facts)
+        facts = self.cell.entries("force_sensor")["facts"] if force == "ros2" else facts
+        self._stated = overlay(SensorFactsTable(), facts)
 
     @property
     def sensor_facts(self) -> SensorFacts:

@@ -28,6 +28,8 @@ LATE = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
         ("ur5", "ur-rtde", "ati-netft", (0.0, 1.0)),
         ("ur5e", "ur-rtde", "ati-netft", (0.0, 1.0)),
         ("ur10e", "ur-rtde", "ati-netft", (0.0, 1.0)),
+        ("ur5e", "ros2", "ros2", (0.0, 1.0)),
+        ("ur10e", "ros2", "ros2", (0.0, 1.0)),
     ],
 )
 def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are(
