@@ -11,7 +11,7 @@ TORCH_CPU ?= https://download.pytorch.org/whl/cpu
 TORCH := $(shell grep '^torch==' constraints.txt)
 QUIET := --quiet --disable-pip-version-check
 
-.PHONY: help setup train test test-fast suite nightly coverage lint style types docs docs-setup golden bench bench-full count clean
+.PHONY: help setup train test test-fast suite nightly coverage lint style types docs docs-setup golden bench bench-full ros2-check count clean
 
 help:
 	@echo "make setup   create .venv and install pinned dependencies (does nothing when nothing changed)"
@@ -24,6 +24,7 @@ help:
 	@echo "make docs    the documentation site in runs/site/html, strictly: a lost link or any other warning is an error"
 	@echo "make bench   costs of the framework next to their floors, under three minutes; figures also in $(BENCH)"
 	@echo "make bench-full  the same over 350 trials"
+	@echo "make ros2-check  the ROS 2 adapters against the real rclpy of Kilted and Jazzy, from PyPI"
 	@echo "make count   lines of source, tests and benchmarks, words of documents"
 	@echo "make golden  record the logs in tests/golden again, after a change that is meant to alter behaviour"
 
@@ -102,6 +103,19 @@ bench: setup
 
 bench-full: setup
 	$(BIN)/python -m benchmarks.suite --json $(BENCH)
+
+# Nothing of ROS need be installed: its client library comes as wheels, for Python 3.11.
+PEERS := runs/ros2-peers
+
+ros2-check: setup
+	@for peer in kilted:ros- jazzy:ros-jazzy-; do \
+		folder=$(PEERS)/$${peer%%:*}; name=$${peer##*:}; \
+		[ -e $$folder/installed ] || { $(PYTHON) -m venv $$folder && $$folder/bin/pip install $(QUIET) \
+			"$${name}rclpy[fastrtps]" $${name}rmw-fastrtps-cpp $${name}sensor-msgs $${name}geometry-msgs $${name}std-msgs \
+			2>/dev/null && touch $$folder/installed; } \
+		|| echo "ros2-check: the wheels of $${name}rclpy cannot be had; $${peer%%:*} is skipped"; \
+	done
+	$(BIN)/pytest -n 0 tests/peers
 
 # What a reader has to read: lines of Python by source root, words of documents, golden logs.
 count:

@@ -196,12 +196,13 @@ def held(position_rad: Sequence[float], velocities: bool) -> tuple[float, ...]:
 
 def link_diagnostics(link: Ros2Link, stamps: StampClock) -> dict[str, str]:
     """Return who publishes and who subscribes, with quality of service, and how the publisher's clock stands."""
-    sends = "; ".join(", ".join(each) for each in link.offered()) or "nobody"
-    found = {f"publishers of {link.reads}": f"{sends} (requested: best effort, volatile)"}
-    if link.writes:
-        takes = "; ".join(", ".join(each) for each in link.requested()) or "nobody"
-        found[f"subscribers of {link.writes}"] = f"{takes} (offered: reliable, volatile, keep last 1)"
+    found = {}
     if stamps.stamp_ns:
         behind_ms = (link.wall_ns() - stamps.stamp_ns) * 1e-6
         found["stamps"] = f"the newest is {behind_ms:.1f} ms behind this computer's time of day"
+    sends = "; ".join(", ".join(each) for each in link.offered()) or "nobody"
+    found[f"publishers of {link.reads}"] = f"{sends} (requested: best effort, volatile)"
+    if link.writes:
+        takes = "; ".join(", ".join(each) for each in link.requested()) or "nobody"
+        found[f"subscribers of {link.writes}"] = f"{takes} (offered: reliable, volatile)"
     return found
