@@ -9,8 +9,8 @@ from PIL import Image
 
 from palpate.adapters.mujoco import graphics
 from tests.command_line import CommandLine
+from tests.support.graphics import INSERTION, require_graphics
 from tests.unit.adapters.log.made_logs import start, tick, write_log
-from tests.unit.adapters.visualisation.film.trials import INSERTION, require_graphics
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ import pytest
 
 from tests.command_line import CommandLine
 from tests.integration.test_docs import PAGES, ROOT, commands_in
-from tests.unit.adapters.visualisation.film.trials import require_graphics
+from tests.support.graphics import require_graphics
 
 NEEDS = {
     r"palpate (train|run|rig doctor|rig calibrate) .*--rig": "a device, or an emulator beside it; tests/wall_clock",

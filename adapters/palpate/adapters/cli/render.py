@@ -20,7 +20,6 @@ _FILM_SIZE: Final = (640, 480)
 _MOST_PX: Final = 4096
 _GIF_MOST: Final = 2_000
 _MP4_MOST: Final = 20_000
-_SAMPLES: Final = 7
 _GIF_MOST_FPS: Final = 50.0
 
 
@@ -51,12 +50,11 @@ def render(options: RenderOptions) -> int:
     moments = course.film(*stretch, plan.fps, options.speed, _GIF_MOST if plan.ending == ".gif" else _MP4_MOST)
     with new_file(out, "--to") as passing, Painter(log, course, plan.size, options.camera) as painter:
         shown = tqdm(moments, unit="picture", file=sys.stderr, leave=False, disable=None)
+        pictures = map(painter.paint, shown)
         if plan.ending == ".gif":
-            # Colours are chosen beforehand, so that not all pictures need be kept.
-            samples = [painter.paint(moment) for moment in course.spread(*stretch, _SAMPLES)]
-            write_gif(passing, (painter.paint(moment) for moment in shown), plan.fps, len(moments), samples)
+            write_gif(passing, pictures, plan.fps, len(moments))
         else:
-            write_mp4(passing, (painter.paint(moment) for moment in shown), plan.fps)
+            write_mp4(passing, pictures, plan.fps)
     sys.stdout.write(
         f"{len(moments)} pictures of {stretch[0]:.2f} to {stretch[1]:.2f} s of the trial in {out},"
         f" {os.path.getsize(out) / 1e6:.2f} MB\n"

@@ -1,8 +1,8 @@
 """Where the states and edges of a machine go in a picture.
 
-States stand on a circle, in an order that keeps edges short. An edge leaves its state through a port of its own: the
+States are on a circle, in the order in which they are reached. An edge leaves its state through a port of its own: the
 ports of a state, for edges that leave as well as for those that arrive, keep a least distance, and the label of an edge
-lies right behind its port. So labels do not meet however many edges cross in the middle. Loops and the arrow of the
+is right behind its port. So labels do not meet however many edges cross in the middle. Loops and the arrow of the
 start are on the outside. All lengths are in inches, all angles in radians against the x axis.
 """
 
@@ -30,7 +30,6 @@ _LOOP_OPENING = 0.42
 _START_ANGLE = 0.85
 _START_IN = 0.4
 _MOST_TURN = 1.8 * pi
-_ROUNDS = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +56,7 @@ class Layout:
 def lay_out(machine: Machine, radius_in: float, line_in: float) -> Layout:
     """Place the states and edges of a machine; equal machines give equal layouts."""
     shown = edges(machine)
-    ranks = _ranks(machine, shown)
+    ranks = _ranks(machine)
     count = len(ranks)
     # The start is on the left, and the others follow clockwise.
     outward = [pi - tau * rank / count for rank in ranks]
@@ -78,34 +77,10 @@ def lay_out(machine: Machine, radius_in: float, line_in: float) -> Layout:
     return Layout(radius_in, ranks, centres, tuple(curves), (_along(tip, angle, _START_IN), tip))
 
 
-def _ranks(machine: Machine, shown: Sequence[Edge]) -> tuple[int, ...]:
-    """Places on the circle: breadth first, then by swapping pairs as long as that brings ends of edges together."""
-    count = len(machine.transitions)
-    reached = machine.reachable()
-    order = [*reached, *sorted(set(range(count)) - set(reached))]
-    rank = {state: number for number, state in enumerate(order)}
-    beside: list[list[int]] = [[] for _ in range(count)]
-    for edge in shown:
-        beside[edge.source].append(edge.target)
-        beside[edge.target].append(edge.source)
-
-    def cost(*states: int) -> int:
-        gaps = [(rank[state] - rank[other]) % count for state in states for other in beside[state]]
-        return sum(min(gap, count - gap) for gap in gaps)
-
-    for _ in range(_ROUNDS):
-        improved = False
-        for place, one in enumerate(order[1:], start=1):
-            for other in order[1:place]:
-                before = cost(one, other)
-                rank[one], rank[other] = rank[other], rank[one]
-                if cost(one, other) < before:
-                    improved = True
-                else:
-                    rank[one], rank[other] = rank[other], rank[one]
-        if not improved:
-            break
-    return tuple(rank[state] for state in range(count))
+def _ranks(machine: Machine) -> tuple[int, ...]:
+    """Places on the circle: breadth first from the start, then the states that are not reached."""
+    order = list(dict.fromkeys([*machine.reachable(), *range(len(machine.transitions))]))
+    return tuple(order.index(state) for state in range(len(order)))
 
 
 def _ports(

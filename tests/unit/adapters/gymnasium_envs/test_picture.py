@@ -8,7 +8,7 @@ import pytest
 
 from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
 from palpate.adapters.gymnasium_envs.picture import RunningCell
-from tests.unit.adapters.visualisation.film.trials import require_graphics
+from tests.support.graphics import require_graphics
 
 EAST, WEST = 0, 4
 

@@ -10,8 +10,8 @@ from palpate.adapters.log import EndRecord, TrialLog, read_log, series_of
 from palpate.adapters.mujoco.scene import DrawnCell, Moment, Stage, true_hole_m
 from palpate.adapters.visualisation.film.course import course_of
 from palpate.core.errors import LogError
+from tests.support.graphics import GOLDEN, INSERTION, require_graphics
 from tests.unit.adapters.log.made_logs import POSTURE, start, tick, write_log
-from tests.unit.adapters.visualisation.film.trials import GOLDEN, INSERTION, require_graphics
 
 REST = Moment(0, 0.0, POSTURE, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), "lift", None)
 

@@ -1,7 +1,6 @@
 """A recorded trial as moments to be drawn: what was newest at each tick. No graphics library is needed."""
 
 from bisect import bisect_right
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import floor
 from typing import Final
@@ -54,16 +53,8 @@ class Course:
         times = [begin_s + k * step_s for k in range(count)]
         if end_s - times[-1] > _SAME_S:
             times.append(end_s)
-        return self.at(times)
-
-    def spread(self, begin_s: float, end_s: float, count: int) -> list[Moment]:
-        """So many moments, evenly spread, the first and the last included."""
-        return self.at(np.linspace(begin_s, end_s, count).tolist())
-
-    def at(self, times_s: Sequence[float]) -> list[Moment]:
-        """What was newest at each of these times."""
         known = np.array([moment.time_s for moment in self.moments])
-        rows = np.searchsorted(known, np.array(times_s) + _SAME_S, side="right") - 1
+        rows = np.searchsorted(known, np.array(times) + _SAME_S, side="right") - 1
         return [self.moments[max(int(row), 0)] for row in rows]
 
 

@@ -1,6 +1,6 @@
 """Films as MP4 or GIF; each picture is written as it is painted."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable
 from fractions import Fraction
 from itertools import chain, pairwise
 from pathlib import Path
@@ -8,15 +8,12 @@ from typing import Any, Final
 
 from PIL import Image
 
-from palpate.adapters.mujoco import ACTION, FORCE
 from palpate.core.errors import UsageError
 
 HOLD_S: Final = 1.0
 """How long a film rests on its last picture."""
-_GIF_COLOURS: Final = 255
 _GIF_TICKS_PER_S: Final = 100
 _QUALITY: Final = "20"
-_PATCH_PX: Final = 24
 
 
 def require_video() -> Any:
@@ -50,21 +47,20 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
         # One thread: with more of them the bytes depend on their number.
         stream = container.add_stream("libx264", rate=rate, options={"crf": _QUALITY, "threads": "1"})
         stream.width, stream.height, stream.pix_fmt = *first.size, "yuv420p"
-        for picture in _held(chain((first,), frames), round(HOLD_S * fps)):
-            container.mux(stream.encode(av.VideoFrame.from_image(picture)))
+        last = first
+        for last in chain((first,), frames):
+            container.mux(stream.encode(av.VideoFrame.from_image(last)))
+        for _ in range(round(HOLD_S * fps)):
+            container.mux(stream.encode(av.VideoFrame.from_image(last)))
         container.mux(stream.encode())
 
 
-def write_gif(
-    path: Path, pictures: Iterable[Image.Image], fps: float, count: int, samples: Sequence[Image.Image]
-) -> None:
-    """A GIF of ``count`` RGB pictures of one size, which begins again and again.
+def write_gif(path: Path, pictures: Iterable[Image.Image], fps: float, count: int) -> None:
+    """Write ``count`` RGB pictures of one size as a GIF, which begins again and again.
 
-    All pictures have the same colours, taken from the samples, which keeps it small. The format counts time in
-    hundredths of a second.
+    The format counts time in hundredths of a second.
     """
-    palette = _common_palette(samples)
-    frames = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures)
+    frames = iter(pictures)
     first = next(frames)
     first.save(path, "GIF", save_all=True, append_images=frames, duration=gif_durations_ms(count, fps), loop=0)
 
@@ -75,21 +71,3 @@ def gif_durations_ms(count: int, fps: float) -> list[int]:
     durations = [10 * (b - a) for a, b in pairwise(ends)]
     durations[-1] += round(1000 * HOLD_S)
     return durations
-
-
-def _held(pictures: Iterable[Image.Image], times: int) -> Iterator[Image.Image]:
-    for picture in pictures:
-        yield picture
-    for _ in range(times):
-        yield picture
-
-
-def _common_palette(samples: Sequence[Image.Image]) -> Image.Image:
-    # Below the samples a patch of what is small and matters: else the arrows' colours would be lost among many greys.
-    width, height = samples[0].size
-    strip = Image.new("RGB", (width, height * len(samples) + 2 * _PATCH_PX))
-    for k, colour in enumerate((FORCE, ACTION)):
-        strip.paste(colour, (0, strip.height - (k + 1) * _PATCH_PX, width, strip.height - k * _PATCH_PX))
-    for k, picture in enumerate(samples):
-        strip.paste(picture, (0, k * height))
-    return strip.quantize(_GIF_COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)

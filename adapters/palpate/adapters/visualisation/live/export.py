@@ -6,8 +6,7 @@ from pathlib import Path
 
 from palpate.adapters.files import new_folder
 from palpate.adapters.log import TrialLog, learner_of_json, names_for, read_log
-from palpate.adapters.visualisation.live.recording import Recording
-from palpate.adapters.visualisation.live.values import values_in
+from palpate.adapters.visualisation.live.recording import Recording, values_in
 from palpate.core.policy import PolicyDocument
 
 

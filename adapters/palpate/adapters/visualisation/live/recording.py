@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Final, Self, TypeAlias
+from typing import Any, Final, Self, TypeAlias
 
 import numpy as np
 import rerun as rr
@@ -15,6 +16,7 @@ from palpate.adapters.log import DecisionEntry, EventEntry, Tare, TickRecord, Tr
 from palpate.adapters.mujoco import Moment
 from palpate.adapters.visualisation.live.cell_shapes import CellShapes
 from palpate.core.errors import LogError
+from palpate.core.policy import PolicyDocument
 from palpate.core.ports import SIMULATOR, Validity
 from palpate.core.trial import Outcome
 
@@ -223,3 +225,21 @@ def layout() -> blueprint.Blueprint:
         blueprint.TimePanel(timeline=_CLOCK, state="collapsed"),
         collapse_panels=True,
     )
+
+
+def values_in(policy: PolicyDocument | None, state: Mapping[str, Any] | None) -> dict[str, dict[str, float]]:
+    """Return the value of each action in each state; empty for a policy without such a table.
+
+    Args:
+        state: Of its learner; None takes the one in the policy's document.
+    """
+    if policy is None:
+        return {}
+    if state is None:
+        state = {} if policy.learner is None else policy.learner.state
+    actions = [action.name for action in policy.actions]
+    return {
+        name: dict(zip(actions, map(float, row), strict=True))
+        for name, row in zip(policy.states, state.get("q", ()), strict=False)
+        if len(row) == len(actions)
+    }

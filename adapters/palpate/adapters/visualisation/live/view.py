@@ -26,8 +26,7 @@ from palpate.adapters.log import (
     end_of,
     world_of,
 )
-from palpate.adapters.visualisation.live.recording import Recording, layout
-from palpate.adapters.visualisation.live.values import values_in
+from palpate.adapters.visualisation.live.recording import Recording, layout, values_in
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import document_of
 from palpate.core.ports import AppliedCommand, JointCommand, Snapshot

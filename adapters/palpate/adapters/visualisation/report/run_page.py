@@ -14,8 +14,7 @@ from palpate.adapters.log import LOG_FOLDER, read_log
 from palpate.adapters.visualisation.report.files import read_json, read_run_toml, read_text, read_trials
 from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture, success_of
 from palpate.adapters.visualisation.report.pictures import force_picture, learning_picture, mean_s
-from palpate.adapters.visualisation.report.policy_picture import policy_picture
-from palpate.adapters.visualisation.report.touch_pictures import touch_pictures
+from palpate.adapters.visualisation.report.policy_picture import policy_picture, touch_pictures
 from palpate.core.errors import OutputError
 from palpate.core.policy import PolicyDocument
 

@@ -1,0 +1,218 @@
+"""A recorded trial as a film: its moments, what is written into them, whole pictures, and files."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+import pytest
+from PIL import Image
+
+from palpate.adapters.log import DecisionEntry, EventEntry, TickRecord, read_log
+from palpate.adapters.mujoco import ACTION, FORCE, Moment
+from palpate.adapters.visualisation.film import Painter, captions, require_video, write_gif, write_mp4
+from palpate.adapters.visualisation.film.course import FORCE_TICKS, Course, course_of
+from palpate.adapters.visualisation.film.film import HOLD_S, gif_durations_ms
+from palpate.core.errors import LogError, UsageError
+from palpate.core.ports import JointSample, Validity, WrenchSample
+from tests.support.graphics import INSERTION, require_graphics
+from tests.unit.adapters.log.made_logs import POSTURE, tick, write_log
+
+DECISION = DecisionEntry(tick=3, number=0, symbol="x+ y0", state="seen", action="-x", source="learned")
+MOMENT = Moment(7, 1.234, POSTURE, (0.0, 0.0, -5.0), (0.0, 0.0, 0.0), "explore", DECISION)
+
+
+def test_picture_shows_time_phase_symbol_state_action_and_force() -> None:
+    assert captions.now_lines(MOMENT, (0.04, -0.04, -5.06)) == [
+        ("time", "1.23 s"), ("phase", "explore"), ("symbol", "x+ y0"), ("state", "seen"), ("action", "-x (learned)"),
+        ("force", "5.1 N"), ("x y z", "+0.0 +0.0 -5.1 N"),
+    ]  # fmt: skip
+
+
+def test_missing_value_is_a_dash() -> None:
+    bare = Moment(0, 0.0, POSTURE, None, None, "lift", None)
+    lines = dict(captions.now_lines(bare, None))
+    assert (lines["symbol"], lines["action"], lines["force"], lines["x y z"]) == ("-", "-", "not measured", "-")
+    # Pictures of one film have the same number of lines, so that nothing jumps.
+    assert len(captions.now_lines(bare, None)) == len(captions.now_lines(MOMENT, (0.0, 0.0, 0.0)))
+
+
+def test_notes_say_whose_hole_it_is_and_whether_the_force_is_raw() -> None:
+    tared, raw = Course((MOMENT,), True), Course((MOMENT,), False)
+    assert captions.notes_of(tared, hole_known=True, world="simulator") == ["hole: where the simulator had it"]
+    assert captions.notes_of(raw, hole_known=False, world="bench") == [
+        "hole: where it is believed to be", "force: raw, weight included",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("size", [(120, 120), (640, 480), (320, 900), (1920, 1080)])
+def test_block_fits_into_a_picture_of_any_size(size: tuple[int, int]) -> None:
+    picture = Image.new("RGB", size, (0, 0, 0))
+    longest = Moment(7, 99.99, POSTURE, None, None, "approach", DECISION)
+    captions.write_block(picture, (2, 2), captions.now_lines(longest, (-11.1, -22.2, -33.3)), captions.font_px(*size))
+    pixels = np.array(picture).sum(axis=2)
+    assert pixels[2:, 2:].any()
+    assert not pixels[-1].any()
+    assert not pixels[:, -1].any()
+
+
+def course(path: Path, ticks: list[TickRecord], *others: Any) -> Course:
+    return course_of(read_log(write_log(path / "a.mcap", ticks, others=others)))
+
+
+def decision(at: int, action: str) -> DecisionEntry:
+    return DecisionEntry(tick=at, number=at, symbol="s", state="q", action=action, source="learned")
+
+
+def test_phases_and_actions_run_until_the_next(tmp_path: Path) -> None:
+    trial = course(
+        tmp_path,
+        [tick(k) for k in range(40)],
+        EventEntry(tick=5, name="phase", detail="approach"),
+        EventEntry(tick=10, name="phase", detail="explore"),
+        decision(12, "-x"),
+        decision(26, "+y"),
+        EventEntry(tick=31, name="phase", detail="insert"),
+    )
+    phases = [moment.phase for moment in trial.moments]
+    assert phases == ["lift"] * 5 + ["approach"] * 5 + ["explore"] * 21 + ["insert"] * 9
+    actions = [moment.decision.action if moment.decision else "" for moment in trial.moments]
+    assert actions == [""] * 12 + ["-x"] * 14 + ["+y"] * 5 + [""] * 9
+    assert trial.duration_s == pytest.approx(39 / 140, abs=1e-6)
+
+
+def test_forces_are_tared_means_over_the_last_ticks(tmp_path: Path) -> None:
+    tare = EventEntry(tick=0, name="tare", detail="0.5 -1 2.5 N, 0.01 0.02 0.03 N m, sensor frame")
+    trial = course(tmp_path, [tick(k) for k in range(20)], tare)
+    assert trial.tared
+    assert trial.moments[0].force_N == pytest.approx((-0.5, 0.0, 0.5))
+    mean = np.mean([0.1 * k for k in range(20 - FORCE_TICKS, 20)])
+    assert trial.moments[-1].force_N == pytest.approx((mean - 0.5, 0.0, 0.5))
+    assert trial.moments[-1].torque_Nm == pytest.approx((0.0, 0.0, 0.0))
+
+
+def test_without_a_zero_forces_are_raw_and_it_is_known(tmp_path: Path) -> None:
+    trial = course(tmp_path, [tick(0)])
+    assert not trial.tared
+    assert trial.moments[0].force_N == (0.0, -1.0, 3.0)
+
+
+def test_invalid_samples_are_not_drawn(tmp_path: Path) -> None:
+    nan = float("nan")
+    bad_wrench = WrenchSample((nan,) * 3, (nan,) * 3, 0, 0, 5, Validity.INVALID)
+    bad_joints = JointSample((nan,) * 6, 0, 0, 5, Validity.INVALID)
+    ticks = [tick(k) for k in range(10)]
+    ticks[5] = replace(ticks[5], wrench=bad_wrench, joints=bad_joints)
+    trial = course(tmp_path, ticks)
+    assert trial.moments[5].force_N is None
+    assert trial.moments[5].joints_rad == trial.moments[4].joints_rad
+    # No mean over the gap.
+    assert trial.moments[6].force_N == pytest.approx((0.6, -1.0, 3.0))
+
+
+def test_trial_begins_with_the_first_tick_that_has_joint_angles(tmp_path: Path) -> None:
+    ticks = [replace(tick(0), joints=None), replace(tick(1), time_ns=None, deadline_ns=None), tick(2), tick(3)]
+    trial = course(tmp_path, ticks)
+    assert [moment.tick for moment in trial.moments] == [2, 3]
+    assert trial.moments[0].time_s == 0.0
+
+
+def test_log_without_joint_angles_cannot_be_drawn(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="nothing to draw"):
+        course(tmp_path, [replace(tick(k), joints=None) for k in range(3)])
+
+
+@pytest.fixture(scope="module")
+def recorded() -> Course:
+    return course_of(read_log(INSERTION))
+
+
+def test_film_shows_each_time_the_newest_tick(recorded: Course) -> None:
+    moments = recorded.film(0.0, recorded.duration_s, 20.0, 1.0, 1000)
+    assert [moment.tick for moment in moments[:4]] == [0, 7, 14, 21]
+    # The last tick is always there, whether or not its time is due.
+    assert moments[-1] is recorded.moments[-1]
+
+
+SIZE = (160, 120)
+
+
+def pictures(count: int) -> list[Image.Image]:
+    """A bright square that wanders over a grey ground, and a little of the arrows' colours."""
+    made = []
+    for k in range(count):
+        picture = Image.new("RGB", SIZE, (120, 125, 130))
+        picture.paste((250, 240, 60), (10 + 10 * k, 20, 30 + 10 * k, 40))
+        picture.paste(FORCE, (2, 100, 6, 104))
+        picture.paste(ACTION, (12, 100, 16, 104))
+        made.append(picture)
+    return made
+
+
+def test_mp4_has_every_picture_and_rests_on_the_last(tmp_path: Path) -> None:
+    path = tmp_path / "film"
+    made = pictures(6)
+    write_mp4(path, made, 10.0)
+    with av.open(str(path)) as container:
+        stream = container.streams.video[0]
+        assert (stream.codec_context.name, float(stream.average_rate or 0)) == ("h264", 10.0)
+        frames = [frame.to_ndarray(format="rgb24") for frame in container.decode(stream)]
+    assert len(frames) == 6 + round(10 * HOLD_S)
+    for frame, picture in zip(frames, made, strict=False):
+        assert np.abs(frame.astype(float) - np.array(picture)).mean() < 4.0
+    assert np.abs(frames[-1].astype(float) - np.array(made[-1])).mean() < 4.0
+
+
+def test_gif_shows_every_picture_in_its_colours_for_its_time(tmp_path: Path) -> None:
+    made = pictures(5)
+    write_gif(tmp_path / "film", made, 12.5, 5)
+    with Image.open(tmp_path / "film") as film:
+        assert (film.format, film.n_frames, film.info["loop"]) == ("GIF", 5, 0)
+        durations = []
+        for k, picture in enumerate(made):
+            film.seek(k)
+            durations.append(film.info["duration"])
+            shown = np.array(film.convert("RGB"))
+            assert np.abs(shown.astype(int) - np.array(picture)).max() < 24
+    assert durations == [80, 80, 80, 80, 1080]
+
+
+def test_rounding_of_a_gifs_times_does_not_add_up() -> None:
+    durations = gif_durations_ms(61, 30.0)
+    assert set(durations[:-1]) == {30, 40}
+    assert sum(durations[:60]) == 2000
+    assert durations[-1] == 30 + 1000 * HOLD_S
+
+
+def test_pyav_without_the_encoder_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(av, "codecs_available", {"mpeg4"})
+    with pytest.raises(UsageError, match="libx264"):
+        require_video()
+
+
+def test_arrows_and_inset_are_in_the_picture() -> None:
+    require_graphics()
+    log = read_log(INSERTION)
+    course = course_of(log)
+    free, pressing = course.moments[25], course.moments[80]
+    with Painter(log, course, (320, 240), "close-up") as painter:
+        bare = np.array(painter.paint(pressing))
+    with Painter(log, course, (320, 240), "both") as painter:
+        there, again, before = (np.array(painter.paint(moment)) for moment in (pressing, pressing, free))
+        last = np.array(painter.paint(course.moments[-1]))
+    assert there.shape == (240, 320, 3)
+    assert (there == again).all()
+
+    def coloured(picture: np.ndarray, colour: tuple[int, int, int]) -> int:
+        # Besides the text at the left, and the scale below.
+        part = picture[95:200, 120:].astype(int)
+        return int((np.abs(part - colour).max(axis=2) < 30).sum())
+
+    assert coloured(there, FORCE) > 100 > 20 > coloured(before, FORCE)
+    # The omniscient policy's moves are no compass steps: nothing to draw.
+    assert coloured(there, ACTION) == 0
+    # The inset at the upper right.
+    assert np.abs(there[5:90, -100:].astype(int) - bare[5:90, -100:]).mean() > 10.0
+    assert np.abs(there[110:190, 120:200].astype(int) - bare[110:190, 120:200]).max() == 0
+    assert np.abs(there.astype(int) - last).mean() > 1.0
