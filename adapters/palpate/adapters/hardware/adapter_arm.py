@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing_extensions import override
 
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
-from palpate.adapters.hardware.served_arm import JointLimits, ServedArm
+from palpate.adapters.hardware.served_arm import ServedArm
 from palpate.core.errors import DeviceError
 from palpate.core.ports import AppliedCommand, Device, JointCommand, JointSample, JointVector, Life
 
@@ -21,7 +21,7 @@ class AdapterArm(ServedArm):
 
     def __init__(self, adapter: ArmAdapter, context: RigContext) -> None:
         self.name = str(getattr(adapter.arm, "name", "arm"))
-        self.limits = JointLimits(context.lower_rad, context.upper_rad, context.velocity_limit_rad_s)
+        self.limits = context.limits
         self._adapter = adapter
         devices: tuple[Device, ...] = (adapter.encoder, adapter.arm)
         self._devices = tuple({id(device): device for device in devices}.values())

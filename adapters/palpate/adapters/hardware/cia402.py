@@ -10,7 +10,7 @@ from palpate.adapters.hardware.can_table import CanBusTable
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import RigContext
-from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
+from palpate.adapters.hardware.served_arm import DriverArm, OpenArm
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, Range
 from palpate.drivers.cia402 import ArmSettings, CanopenLink, Cia402Arm, JointDrive
@@ -76,11 +76,4 @@ def make_cia402(table: Cia402Table, context: RigContext) -> DriverArm:
         clock = context.clock
         return OpenArm(Cia402Arm(link, arm_settings, now_ns=clock.now_ns, sleep=sleeping(clock)), link.close)
 
-    return DriverArm(
-        _NAME,
-        open_bus,
-        context.clock,
-        JointLimits(context.lower_rad, context.upper_rad, context.velocity_limit_rad_s),
-        divider=table.divider,
-        max_age_ns=round(table.max_age_ms * 1e6),
-    )
+    return DriverArm(_NAME, open_bus, context.clock, context.limits, table)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, Final, TypeAlias, TypeVar, get_type_hints
 
 from palpate.adapters.config import entries, from_here, imported, overlay
-from palpate.adapters.hardware.served_arm import ServedArm
+from palpate.adapters.hardware.served_arm import JointLimits, ServedArm
 from palpate.core.errors import ConfigurationError, PalpateError
 from palpate.core.job import ToolConfig
 from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry, arm_named
@@ -66,6 +66,11 @@ class RigContext:
             for limit in (kinematics.lower_rad, kinematics.upper_rad, kinematics.velocity_limit_rad_s)
         )
         return cls(clock, description, lower, upper, velocity)
+
+    @property
+    def limits(self) -> JointLimits:
+        """Limits of the arm's joints."""
+        return JointLimits(self.lower_rad, self.upper_rad, self.velocity_limit_rad_s)
 
     def portable(self) -> RigContext:
         """Return what of it another process can have."""

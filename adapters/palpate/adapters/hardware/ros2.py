@@ -104,9 +104,7 @@ class Ros2DriverArm(DriverArm):
             return OpenArm(Ros2Arm(way, settings, now_ns=clock.now_ns, sleep=sleeping(clock)), way.close)
 
         limits = JointLimits(settings.lower_rad, settings.upper_rad, settings.velocity_rad_s)
-        super().__init__(
-            _NAME, open_bus, clock, limits, divider=table.divider, max_age_ns=round(table.max_age_ms * 1e6)
-        )
+        super().__init__(_NAME, open_bus, clock, limits, table)
         self._link, self._velocities = link, settings.velocities
 
     @override

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from typing_extensions import override
 
@@ -114,6 +115,18 @@ class OpenArm:
     close: Callable[[], None]
 
 
+class CycledTable(Protocol):
+    """The part of a table ``[arm]`` that each of our drivers' arms has."""
+
+    @property
+    def divider(self) -> int:
+        """Control ticks per cycle."""
+
+    @property
+    def max_age_ms(self) -> float:
+        """Age above which a sample of the joints is marked as stale."""
+
+
 class DriverArm(ServedArm):
     """An arm that one of our drivers moves, at a whole fraction of the control rate.
 
@@ -127,12 +140,11 @@ class DriverArm(ServedArm):
         open_bus: Callable[[], OpenArm],
         clock: Clock,
         limits: JointLimits,
-        *,
-        divider: int,
-        max_age_ns: int,
+        table: CycledTable,
         judge: Callable[[ArmDriver], Sequence[str]] = lambda driver: (),
     ) -> None:
-        self.name, self.limits, self.divider, self.max_age_ns = name, limits, divider, max_age_ns
+        self.name, self.limits = name, limits
+        self.divider, self.max_age_ns = table.divider, round(table.max_age_ms * 1e6)
         self._open_bus, self._clock, self._judge = open_bus, clock, judge
         self._opened: OpenArm | None = None
         self._sample: JointSample | None = None

@@ -15,7 +15,7 @@ from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.kinematics_check import ReportedPose, judge_kinematics, judge_tool
 from palpate.adapters.hardware.plugins import Host, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
-from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
+from palpate.adapters.hardware.served_arm import DriverArm, OpenArm
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, Clock, OneOf, Range, Settings
 from palpate.drivers.device import ArmDriver
@@ -92,10 +92,9 @@ def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> D
         _NAME,
         open_bus,
         context.clock,
-        JointLimits(context.lower_rad, context.upper_rad, context.velocity_limit_rad_s),
-        divider=table.divider,
-        max_age_ns=round(table.max_age_ms * 1e6),
-        judge=lambda driver: judged(driver, context),
+        context.limits,
+        table,
+        lambda driver: judged(driver, context),
     )
 
 

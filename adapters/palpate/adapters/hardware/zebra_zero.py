@@ -131,11 +131,5 @@ def make_zebra_nmc(table: ZebraTable, context: RigContext) -> DriverArm:
         return OpenArm(arm, lambda: close_serial(port))
 
     limits = arm_settings.limits
-    return DriverArm(
-        _NAME,
-        open_bus,
-        context.clock,
-        CommandLimits(limits.lower_rad, limits.upper_rad, (limits.velocity_rad_per_s,) * _JOINTS),
-        divider=table.divider,
-        max_age_ns=round(table.max_age_ms * 1e6),
-    )
+    within = CommandLimits(limits.lower_rad, limits.upper_rad, (limits.velocity_rad_per_s,) * _JOINTS)
+    return DriverArm(_NAME, open_bus, context.clock, within, table)

@@ -17,6 +17,7 @@ from palpate.adapters.hardware.arm_client import ArmClient
 from palpate.adapters.hardware.arm_memory import _SLOT_BYTES, _WORDS_BYTES, ArmMemory, Setpoint
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
+from palpate.adapters.hardware.zebra_zero import ZebraTable
 from palpate.core.errors import CommandError, DeviceError, FaultLatchedError
 from palpate.core.motion import arm_named
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Life
@@ -70,9 +71,8 @@ class Desk:
         self.driver = SlowDriver(self.clock)
         self.closed = 0
         limits = JointLimits((-1.0,), (1.0,), (1.0,))
-        arm = DriverArm(
-            "slow arm", lambda: OpenArm(self.driver, self.close), self.clock, limits, divider=divider, max_age_ns=10**8
-        )
+        table = ZebraTable(divider=divider)
+        arm = DriverArm("slow arm", lambda: OpenArm(self.driver, self.close), self.clock, limits, table)
         self.arm = arm_in_thread(arm, self.clock, LONG_NS)
         self.arm.configure()
         self.arm.activate()

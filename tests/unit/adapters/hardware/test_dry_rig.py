@@ -9,6 +9,7 @@ from palpate.adapters.hardware import ArmAdapter, DryRig, RigContext
 from palpate.adapters.hardware import rig as hardware_rig
 from palpate.adapters.hardware.adapter_arm import AdapterArm
 from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
+from palpate.adapters.hardware.zebra_zero import ZebraTable
 from palpate.core.ports import CommandReason, JointCommand, JointSample, Life
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 from tests.support.arm_thread import arm_in_thread
@@ -78,7 +79,7 @@ def test_arm_on_a_bus_that_listens_gets_no_power_and_no_set_point() -> None:
     clock = VirtualTime()
     driver = Mute(clock)
     limits = JointLimits((-1.0,), (1.0,), (1.0,))
-    served = DriverArm("arm", lambda: OpenArm(driver, str), clock, limits, divider=1, max_age_ns=10**8)
+    served = DriverArm("arm", lambda: OpenArm(driver, str), clock, limits, ZebraTable(divider=1))
     arm = arm_in_thread(served, clock, 10**8)
     arm.listens = True
     arm.configure()
