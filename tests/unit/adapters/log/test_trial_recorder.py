@@ -23,7 +23,6 @@ from palpate.adapters.log import (
     TrialLog,
     TrialRecorder,
     dump_json,
-    read_log,
     recorded_sensor,
     set_aside,
     world_of,
@@ -33,7 +32,7 @@ from palpate.core.errors import ConfigurationError, DeviceError, OutputError
 from palpate.core.policy import Policy
 from palpate.core.ports import SensorFacts, World, WrenchSample
 from palpate.core.tasks.insertion import InsertionTask
-from palpate.core.trial import Outcome, TrialReport, TrialSetup
+from palpate.core.trial import TrialReport, TrialSetup
 from tests.support.memory_sink import MemorySink
 from tests.unit.adapters.log.test_recorder import log_of
 from tests.unit.adapters.samples import QUICK, ready_pose
@@ -188,25 +187,6 @@ def test_recorder_refuses_to_begin_before_of(tmp_path: Path) -> None:
         with pytest.raises(OutputError, match="of"):
             recorder.begin(trial_setup(QUICK, 0), World("simulator", {}), "trial-00000")
         recorder.fail(TrialReport(TrialSetup(0, 0, (0.0, 0.0))), ValueError())
-
-
-def test_existing_log_stays_and_the_trial_runs(tmp_path: Path) -> None:
-    (tmp_path / "logs").mkdir()
-    path = tmp_path / "logs" / "trial-00000.mcap"
-    path.write_bytes(b"precious")
-    recorder = TrialRecorder.into(tmp_path / "logs", RecordingConfig())
-    assert recorder is not None
-    with Setting(tmp_path, MemorySink()) as setting:
-        setting.recorder = recorder
-        with recorder:
-            perception = build_perception(QUICK)
-            recorder.of("run", QUICK, ready_pose(), setting.task, perception, setting.policy, name="torque")
-            setting.run(0)
-            setting.run(1)
-    assert recorder.troubles == [f"{path}: cannot be written (File exists); nothing after that is kept"]
-    assert path.read_bytes() == b"precious"
-    assert read_log(tmp_path / "logs" / "trial-00001.mcap").end is not None
-    assert setting.task.report.outcome is not Outcome.SENSOR_FAULT
 
 
 def test_logs_of_trials_that_run_again_are_set_aside(tmp_path: Path) -> None:
