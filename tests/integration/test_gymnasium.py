@@ -113,16 +113,11 @@ def test_equal_seeds_and_actions_give_equal_bytes_whatever_was_before(name: str,
     other.close()
 
 
-@pytest.mark.parametrize(
-    ("number", "said"), [(1, "inserted lean 1, push 1, stand 1(, insert)?\n"), (2, r"inserted \d+\n")]
-)
-def test_the_guides_examples_put_a_square_peg_in_by_skills_and_by_twists(
-    capsys: pytest.CaptureFixture[str], number: int, said: str
-) -> None:
+def test_example_of_the_guide_inserts_a_square_peg_by_options(capsys: pytest.CaptureFixture[str]) -> None:
     guide = (Path(__file__).parents[2] / "docs/how-to/use-gymnasium.md").read_text(encoding="utf-8")
     section = guide.partition("## palpate/PegInsertion6Dof-v0")[2]
-    exec(section.split("```python\n")[number].partition("```")[0], {})
-    assert re.fullmatch(said, capsys.readouterr().out)
+    exec(section.split("```python\n")[1].partition("```")[0], {})
+    assert re.fullmatch(r"inserted lean 1, push 1, stand 1(, insert)?\n", capsys.readouterr().out)
 
 
 def test_an_error_in_a_worker_process_arrives_as_itself() -> None:
