@@ -70,17 +70,16 @@ def once(data: bytes) -> None:
         require(sum(raw[: size - 1]) & 0xFF == raw[size - 1], "an accepted reply has the right sum")
         require(any(raw[:size]), "zeros only are no reply")
     line = NonsenseLine(raw)
-    arm = ZebraZero(line, line.clock_ns, line.sleep_s, ZebraZeroSettings(control_rate_Hz=140))
+    arm = ZebraZero(line, line.clock_ns, line.sleep_s, ZebraZeroSettings(control_rate_Hz=140), at_home=True)
     try:
-        arm.connect(reset=bool(mask & 1))
-        arm.confirm_home(at_home=True)
+        arm.open()
         arm.enable()
         for step in range(CYCLES):
             line.sleep_s(1 / 46)
             measured = arm.cycle(tuple([q + 0.001 * step for q in HOME_RAD]))
             require(arm.settings.limits.outside(measured.position_rad, 0.02) is None, "a pose within the limits")
     except DriverError:
-        arm.smooth_stop()
+        arm.stop()
         if arm.fault is not None:
             with suppress(DriverError):
                 arm.acknowledge()

@@ -2,27 +2,37 @@
 
 import pytest
 
-from palpate.drivers.device import AppliedReason
+from palpate.drivers.device import AppliedReason, ArmState
 from palpate.drivers.errors import DeviceFaultError, GarbledError, SilentError, StateError, WiringError
 from palpate.drivers.nmc import StopControl
 from palpate.drivers.zebra_zero import FaultKind, JointLimits, Streaming, Transmission, ZebraZero, ZebraZeroSettings
 from palpate.drivers.zebra_zero.codec import HOME_RAD
 from palpate.drivers.zebra_zero.servos import StopOutcome
-from palpate.drivers.zebra_zero.states import ZebraState
 from tests.unit.drivers.nmc_line import Line, Module
 
 PERIOD_S = 3 / 140
 COUNTS = Transmission()
 
 
-def arm_on(line, **settings):
-    return ZebraZero(line, line.clock, line.clock.sleep, ZebraZeroSettings(control_rate_Hz=140, **settings))
+class Store:
+    def __init__(self, counts=None):
+        self.counts = counts
+
+    def load(self):
+        return self.counts
+
+    def save(self, counts):
+        self.counts = counts
+
+
+def arm_on(line, *, at_home=True, store=None, **settings):
+    made = ZebraZeroSettings(control_rate_Hz=140, **settings)
+    return ZebraZero(line, line.clock, line.clock.sleep, made, at_home=at_home, store=store)
 
 
 def ready(line, **settings):
     arm = arm_on(line, **settings)
-    arm.connect()
-    arm.confirm_home(at_home=True)
+    arm.open()
     return arm
 
 
@@ -55,35 +65,30 @@ def line():
 
 def test_steps_have_their_order(line):
     arm = arm_on(line)
-    for action in (
-        lambda: arm.confirm_home(at_home=True),
-        lambda: arm.resume((0,) * 6),
-        arm.enable,
-        arm.cycle,
-        arm.release,
-        arm.acknowledge,
-    ):
+    for action in (arm.enable, arm.cycle, arm.disable, arm.acknowledge):
         with pytest.raises(StateError):
             action()
-    arm.connect()
+    arm.open()
     with pytest.raises(StateError):
-        arm.connect()
-    with pytest.raises(StateError):
-        arm.cycle()
-    with pytest.raises(StateError, match="at_home=True"):
-        arm.confirm_home(at_home=False)
-    assert (arm.state, arm.stored_counts) == (ZebraState.CONNECTED, None)
-    arm.confirm_home(at_home=True)
+        arm.open()
     with pytest.raises(StateError):
         arm.cycle(HOME_RAD)
     assert arm.cycle().position_rad == HOME_RAD
     arm.enable()
-    assert arm.state is ZebraState.SERVO_ON
-    assert arm.smooth_stop() is StopOutcome.AT_REST
-    assert arm.state is ZebraState.STOPPED
-    arm.release()
-    assert arm.state is ZebraState.HOMED
-    assert not any(module.is_on for module in line.modules)
+    assert arm.state is ArmState.ENABLED
+    arm.stop()
+    assert (arm.state, arm.stopped) == (ArmState.STOPPED, StopOutcome.AT_REST)
+    arm.disable()
+    arm.enable()
+    arm.close()
+    arm.close()
+    assert arm.state is ArmState.CLOSED
+    assert all(module.is_on for module in line.modules)  # they continue to hold the arm
+
+
+def test_home_that_no_person_confirms_is_refused(line):
+    with pytest.raises(StateError, match="at_home=True"):
+        ready(line, at_home=False)
 
 
 def test_axis_is_switched_on_in_the_documented_order(line):
@@ -118,23 +123,22 @@ def test_preview_is_what_a_punctual_cycle_applies(line):
         line.clock.sleep(PERIOD_S)
         foreseen = arm.preview(asked)
         assert arm.cycle(asked).applied == foreseen
-    arm.smooth_stop()
+    arm.stop()
     assert arm.preview(moved(0.1)).reason is AppliedReason.STOPPED
 
 
-def test_resume_from_stored_counts(line):
-    with running(line) as arm:
-        tick(arm, line, moved(0.2), times=30)
-    stored = arm.stored_counts
-    assert all(module.is_on for module in line.modules)
-    again = arm_on(line)
-    again.connect()
+def test_arm_is_taken_over_from_stored_counts(line):
+    store = Store()
+    arm = running(line, store=store)
+    tick(arm, line, moved(0.2), times=30)
+    arm.close()
     resets = line.modules[0].resets
-    with pytest.raises(WiringError, match="stored were"):
-        again.resume((5000, *stored[1:]))
-    with pytest.raises(WiringError):
-        again.resume(stored[:5])
-    again.resume(stored)
+    for wrong in ((5000, *store.counts[1:]), store.counts[:5]):
+        with pytest.raises(WiringError, match="stored were"):
+            ready(line, store=Store(wrong))
+    with pytest.raises(StateError, match="on since an earlier run"):
+        ready(line)
+    again = ready(line, store=store, at_home=False)
     assert again.cycle().position_rad == pytest.approx(moved(0.2), abs=1e-4)
     again.enable()
     assert line.modules[0].resets == resets
@@ -142,18 +146,8 @@ def test_resume_from_stored_counts(line):
 
 
 def test_stored_counts_mean_nothing_after_a_reset(line):
-    arm = arm_on(line)
-    arm.connect()
-    with pytest.raises(WiringError, match="reset"):
-        arm.resume((0,) * 6)
-
-
-def test_connect_with_reset_switches_off_what_was_left_on(line):
-    with running(line):
-        pass
-    arm = arm_on(line)
-    arm.connect(reset=True)
-    assert not any(module.is_on for module in line.modules)
+    with pytest.raises(StateError, match="at_home=True"):
+        ready(line, store=Store((1,) * 6), at_home=False)
 
 
 @pytest.mark.parametrize(
@@ -166,7 +160,7 @@ def test_connect_with_reset_switches_off_what_was_left_on(line):
 )
 def test_modules_of_another_number_or_kind_are_refused(modules):
     with pytest.raises(WiringError, match="found"):
-        arm_on(Line(modules)).connect()
+        ready(Line(modules))
 
 
 def test_motor_supply_that_is_off_keeps_the_servos_off(line):
@@ -178,24 +172,21 @@ def test_motor_supply_that_is_off_keeps_the_servos_off(line):
     line.modules[2].power = True
     arm.acknowledge()
     arm.enable()
-    assert arm.state is ZebraState.SERVO_ON
 
 
 def test_pose_beyond_a_limit_is_not_switched_on(line):
     arm = ready(line, limits=JointLimits(upper_rad=(3.14, 1.5, 1.07, 3.14, 3.14, 3.14)))
     with pytest.raises(DeviceFaultError, match=r"joint 2 at 1\.5708 rad"):
         arm.enable()
-    assert arm.fault.kind is FaultKind.OUT_OF_LIMITS
+    assert arm.is_faulted
 
 
 def test_counter_that_does_not_take_the_zero_is_a_wiring_error(line):
-    arm = arm_on(line)
-    arm.connect()
     module = line.modules[4]
     ordinary = module.obey
     module.obey = lambda code, data: (ordinary(code, data), setattr(module, "counts", 9999))[0]
     with pytest.raises(WiringError, match="motor 5 counts 9999"):
-        arm.confirm_home(at_home=True)
+        ready(line)
 
 
 def test_bus_that_fails_while_switching_on_is_a_fault(line):
@@ -203,8 +194,7 @@ def test_bus_that_fails_while_switching_on_is_a_fault(line):
     line.modules[3].reset()
     with pytest.raises(SilentError, match="module 4"):
         arm.enable()
-    assert arm.fault.kind is FaultKind.COMMUNICATION
-    with pytest.raises(DeviceFaultError):
+    with pytest.raises(DeviceFaultError, match=r"latched.*module 4"):
         arm.cycle()
 
 
@@ -217,39 +207,37 @@ def test_impossible_jump_is_not_believed_once_and_a_fault_twice(line):
     assert measured.position_rad == HOME_RAD
     with pytest.raises(GarbledError, match="cannot have reached"):
         tick(arm, line)
-    assert arm.state is ZebraState.FAULTED
+    assert arm.is_faulted
 
 
-FAULTS = {
-    "overcurrent": ("overcurrent", FaultKind.OVERCURRENT),
-    "pos_error": ("pos_error", FaultKind.POSITION_ERROR),
-    "limit": ("limit", FaultKind.LIMIT_INPUT),
-    "overrun": ("overrun", FaultKind.SERVO_OVERRUN),
-}
-
-
-@pytest.mark.parametrize(("flag", "kind"), FAULTS.values(), ids=FAULTS)
+@pytest.mark.parametrize(
+    ("flag", "kind"),
+    [
+        ("overcurrent", FaultKind.OVERCURRENT),
+        ("pos_error", FaultKind.POSITION_ERROR),
+        ("limit", FaultKind.LIMIT_INPUT),
+        ("overrun", FaultKind.SERVO_OVERRUN),
+    ],
+)
 def test_fault_latches_stops_and_waits_for_a_person(line, flag, kind):
     arm = running(line)
     setattr(line.modules[3], flag, True)
     if flag == "pos_error":
         line.modules[3].is_on = False
-    with pytest.raises(DeviceFaultError, match="motor 4"):
+    with pytest.raises(DeviceFaultError, match=f"motor 4: {kind.value}"):
         tick(arm, line, moved(0.01))
-    assert (arm.state, arm.fault.kind, arm.fault.axis) == (ZebraState.FAULTED, kind, 4)
     sent = len(line.sent)
-    for action in (arm.cycle, arm.enable):
-        with pytest.raises((DeviceFaultError, StateError)):
+    for action in (arm.cycle, arm.enable, arm.disable):
+        with pytest.raises(DeviceFaultError, match=f"latched.*motor 4: {kind.value}"):
             action()
     assert len(line.sent) == sent
     if flag == "limit":
         with pytest.raises(DeviceFaultError):
             arm.acknowledge()
-        assert arm.state is ZebraState.FAULTED
-        arm.release()
+        assert arm.is_faulted
         line.modules[3].limit = False
     arm.acknowledge()
-    assert (arm.state, arm.fault) == (ZebraState.STOPPED, None)
+    assert (arm.state, arm.fault) == (ArmState.CONFIGURED, None)
     arm.enable()
     tick(arm, line, moved(0.005))
 
@@ -260,7 +248,7 @@ def test_stop_does_not_switch_a_tripped_motor_on_again(line):
         line.modules[number].is_on, line.modules[number].pos_error = False, True
     with pytest.raises(DeviceFaultError, match="motor 2"):
         tick(arm, line)
-    arm.smooth_stop()
+    arm.stop()
     assert [module.is_on for module in line.modules] == [True, False, True, True, False, True]
 
 
@@ -286,7 +274,6 @@ def test_power_lost_leaves_the_motors_off(line):
     with pytest.raises(DeviceFaultError, match="supply"):
         tick(arm, line)
     assert not any(module.is_on for module in line.modules)
-    assert arm.fault.kind is FaultKind.POWER_LOST
 
 
 def test_power_and_limit_bits_can_be_told_not_to_count(line):
@@ -303,8 +290,6 @@ def test_measured_pose_beyond_a_limit_is_a_fault(line):
     place(line, moved(0.16, joint=1))
     with pytest.raises(DeviceFaultError, match=r"joint 2 at 1\.73"):
         tick(arm, line)
-    assert arm.fault.kind is FaultKind.OUT_OF_LIMITS
-    arm.release()
     place(line, moved(0.0))
     arm.acknowledge()
     arm.enable()
@@ -316,35 +301,24 @@ def test_one_lost_reply_is_no_fault_and_two_are(line):
     assert tick(arm, line).is_fresh == (True, True, False, True, True, True)
     with pytest.raises(SilentError, match="module 3"):
         tick(arm, line)
-    assert arm.fault.kind is FaultKind.COMMUNICATION
     line.modules[2].address = 3
     arm.acknowledge()
-    assert arm.state is ZebraState.STOPPED
     arm.enable()
 
 
-def test_module_reset_in_mid_run_loses_the_position(line):
+@pytest.mark.parametrize(
+    ("modules", "error", "told"),
+    [(slice(2, 3), SilentError, "home pose"), (slice(6), WiringError, "not known any more")],
+)
+def test_reset_of_modules_in_mid_run_loses_the_position(line, modules, error, told):
     arm = running(line)
-    line.modules[2].reset()
-    with pytest.raises(SilentError):
-        tick(arm, line, times=2)
-    with pytest.raises(SilentError, match="home pose"):
-        arm.acknowledge()
-    assert arm.state is ZebraState.FAULTED
-    arm.close()
-    arm.connect(reset=True)
-    arm.confirm_home(at_home=True)
-
-
-def test_reset_of_all_modules_in_mid_run_loses_the_position(line):
-    arm = running(line)
-    for module in line.modules:
+    for module in line.modules[modules]:
         module.reset()
     with pytest.raises(SilentError):
         tick(arm, line, times=2)
-    with pytest.raises(WiringError, match="not known any more"):
+    with pytest.raises(error, match=told):
         arm.acknowledge()
-    assert arm.state is ZebraState.FAULTED
+    assert arm.is_faulted
 
 
 def test_acknowledgement_while_no_module_answers_may_be_repeated(line):
@@ -354,7 +328,7 @@ def test_acknowledgement_while_no_module_answers_may_be_repeated(line):
     with pytest.raises(SilentError):
         tick(arm, line, times=2)
     for _ in range(2):
-        with pytest.raises(WiringError, match="mend cable or supply and acknowledge again"):
+        with pytest.raises(WiringError, match="fix cable or supply and acknowledge again"):
             arm.acknowledge()
     for module in line.modules:
         module.address -= 0x40
@@ -364,25 +338,28 @@ def test_acknowledgement_while_no_module_answers_may_be_repeated(line):
 
 
 @pytest.mark.parametrize(
-    ("mangle", "error"),
-    [
-        (lambda reply: [], SilentError),
-        (lambda reply: [(0.0, reply[:-1])], GarbledError),
-    ],
+    ("mangle", "error"), [(lambda reply: [], SilentError), (lambda reply: [(0.0, reply[:-1])], GarbledError)]
 )
-def test_line_without_good_replies_stops_the_arm(line, mangle, error):
+def test_line_without_good_replies_stops_the_arm_but_for_so_long_only(line, mangle, error):
     arm = running(line)
     line.mangle = mangle
+    begin = line.clock.ns
     with pytest.raises(error):
         tick(arm, line)
-    assert arm.state is ZebraState.FAULTED
-    assert arm.smooth_stop() is StopOutcome.LINE_DEAD
+    assert (arm.is_faulted, arm.stopped) == (True, StopOutcome.LINE_DEAD)
+    assert (line.clock.ns - begin) * 1e-9 < 0.6
+    # A line that carries but one way still does its work.
+    assert all(module.seen[-2:] == [(7, b"\x05")] * 2 for module in line.modules)
+    sent, begin = len(line.sent), line.clock.ns
+    arm.stop()
+    arm.close()
+    assert (len(line.sent), line.clock.ns) == (sent, begin)
 
 
 def test_stop_is_smooth_to_all_at_once_and_then_checked(line):
     arm = running(line)
     sent = len(line.sent)
-    arm.smooth_stop()
+    arm.stop()
     frames = [frame.hex() for frame in line.sent[sent:]]
     stop = bytes((StopControl.AMP_ENABLE | StopControl.SMOOTH,)).hex()
     assert frames[0] == f"aaff17{stop}1f"
@@ -396,7 +373,8 @@ def test_group_stop_that_is_lost_is_made_up_for(line):
     tick(arm, line, moved(0.4), times=5)
     for module in line.modules:
         module.group = 0x80
-    assert arm.smooth_stop() is StopOutcome.AT_REST
+    arm.stop()
+    assert arm.stopped is StopOutcome.AT_REST
     assert all(module.counts == module.target for module in line.modules)
 
 
@@ -409,30 +387,17 @@ def test_arm_that_is_not_seen_at_rest_is_stopped_abruptly_and_a_fault(line):
             return 0x08
 
     line.modules[5].__class__ = Restless
-    assert arm.smooth_stop() is StopOutcome.NOT_SEEN
+    arm.stop()
     assert (7, b"\x05") in line.modules[5].seen[-3:]
-    assert (arm.state, arm.fault.kind) == (ZebraState.FAULTED, FaultKind.STOP_NOT_SEEN)
-
-
-def test_dead_line_holds_a_stop_up_only_for_so_long(line):
-    arm = running(line)
-    line.mangle = lambda reply: []
-    begin = line.clock.ns
-    assert arm.smooth_stop() is StopOutcome.LINE_DEAD
-    assert (line.clock.ns - begin) * 1e-9 < 0.5
-    assert arm.state is ZebraState.FAULTED
-    # A line that carries but one way still does its work.
-    assert all(module.seen[-2:] == [(7, b"\x05")] * 2 for module in line.modules)
-    sent, begin = len(line.sent), line.clock.ns
-    assert arm.smooth_stop() is StopOutcome.LINE_DEAD
-    arm.close()
-    assert (len(line.sent), line.clock.ns) == (sent, begin)
+    assert (arm.stopped, arm.is_faulted) == (StopOutcome.NOT_SEEN, True)
+    assert "not every motor was seen at rest" in arm.fault
 
 
 def test_interrupt_anywhere_in_a_cycle_ends_in_a_stop():
-    """Ctrl-C at each read of a cycle in turn: leaving the context always stops the arm."""
+    """Ctrl-C at each read of a cycle in turn."""
     for where in range(6):
         line = Line()
+        arm = running(line)
         left = [where]
 
         def read(size=1, line=line, left=left):
@@ -442,24 +407,9 @@ def test_interrupt_anywhere_in_a_cycle_ends_in_a_stop():
                 raise KeyboardInterrupt
             return Line.read(line, size)
 
-        arms = []
-
-        def work(line=line, read=read, arms=arms):
-            with running(line) as arm:
-                line.read = read
-                arms.append(arm)
-                tick(arm, line, moved(0.3))
-
+        line.read = read
         with pytest.raises(KeyboardInterrupt):
-            work()
-        (arm,) = arms
-        assert arm.state is ZebraState.CLOSED
+            tick(arm, line, moved(0.3))
+        assert arm.state is ArmState.STOPPED
         assert all(module.counts == module.target and module.is_on for module in line.modules)
         assert all(any(seen == (7, b"\x09") for seen in module.seen) for module in line.modules)
-
-
-def test_release_that_is_not_confirmed_is_an_error(line):
-    arm = ready(line)
-    line.modules[1].address = 0x70
-    with pytest.raises(SilentError, match=r"motors \[2\]"):
-        arm.release()

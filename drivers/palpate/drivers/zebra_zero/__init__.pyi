@@ -2,10 +2,8 @@ from .codec import SixCounts as SixCounts
 from .codec import Transmission as Transmission
 from .device import CountsStore as CountsStore
 from .device import ZebraZero as ZebraZero
+from .faults import ArmFaultError as ArmFaultError
+from .faults import FaultKind as FaultKind
 from .settings import JointLimits as JointLimits
 from .settings import Streaming as Streaming
 from .settings import ZebraZeroSettings as ZebraZeroSettings
-from .states import Fault as Fault
-from .states import FaultKind as FaultKind
-from .states import ZebraMeasured as ZebraMeasured
-from .states import fault_in as fault_in

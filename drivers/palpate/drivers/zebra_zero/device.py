@@ -1,16 +1,17 @@
-"""The arm: connect, confirm where it is, switch on, run cycles, stop. No threads; the caller's loop is the only one."""
+"""The arm: find it, know where it is, switch on, run cycles, stop. No threads; the caller's loop is the only one."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Final, NoReturn, Protocol, Self
+from typing import Protocol
 
 from typing_extensions import override
 
-from palpate.drivers.device import Applied, AppliedReason, ArmDriver, listed
-from palpate.drivers.errors import DeviceFaultError, DriverError, StateError, WiringError
+from palpate.drivers.device import Applied, AppliedReason, ArmState, LatchingArm, Measured, listed
+from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, StateError, WiringError
 from palpate.drivers.nmc import NOP, Aux, Module, NmcBus, NmcCommand, NmcStatus, start
 from palpate.drivers.serial_port import ByteStream
 from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, SixCounts, six
+from palpate.drivers.zebra_zero.faults import TRIPPED, ArmFaultError, FaultKind, fault_in
 from palpate.drivers.zebra_zero.servos import (
     AXES,
     GO_HOME,
@@ -22,12 +23,7 @@ from palpate.drivers.zebra_zero.servos import (
     streaming_for,
 )
 from palpate.drivers.zebra_zero.settings import Streaming, ZebraZeroSettings
-from palpate.drivers.zebra_zero.states import Fault, FaultKind, ZebraEvent, ZebraMeasured, ZebraState, after, fault_in
-from palpate.drivers.zebra_zero.tracking import Rounds, Setpoints, Tracking, Trouble, lost
-
-_CYCLING: Final = (ZebraState.HOMED, ZebraState.SERVO_ON, ZebraState.STOPPED)
-_TRIPPED: Final = (FaultKind.POSITION_ERROR, FaultKind.OVERCURRENT, FaultKind.SERVO_OFF)
-"""Faults by which the firmware has switched a motor off; a stop must not switch it on again."""
+from palpate.drivers.zebra_zero.tracking import Rounds, Setpoints, Tracking
 
 
 class CountsStore(Protocol):
@@ -44,10 +40,8 @@ class CountsStore(Protocol):
         """Keep the counters; never raises."""
 
 
-class ZebraZero(ArmDriver):
-    """The arm on an open port. As a context manager it is closed, and so stopped, on every way out.
-
-    Not thread-safe.
+class ZebraZero(LatchingArm):
+    """The arm on an open port.
 
     Args:
         stream: The open port, 8N1; the caller closes it after the arm.
@@ -56,10 +50,9 @@ class ZebraZero(ArmDriver):
         store: Keeps the counters from run to run; None keeps them nowhere.
 
     Attributes:
-        fault: The latched fault, or None.
-        modules: Those of the last :meth:`connect`, in the order of the chain.
+        modules: Those that :meth:`open` found, in the order of the chain.
         streaming: How set-points reach them.
-        was_reset: Whether the modules came out of a reset at the last :meth:`connect`: only then can home be confirmed.
+        stopped: What is known of the last stop; None since the arm was enabled.
     """
 
     def __init__(
@@ -72,6 +65,7 @@ class ZebraZero(ArmDriver):
         at_home: bool = False,
         store: CountsStore | None = None,
     ) -> None:
+        super().__init__()
         self._at_home, self._store = at_home, store
         self.settings = settings
         self._clock_ns = clock_ns
@@ -79,252 +73,169 @@ class ZebraZero(ArmDriver):
         self._servos = Servos(self._bus, self.settings)
         self._tracking, self._setpoints = Tracking(self.settings), Setpoints(self.settings)
         self._rounds = Rounds(self._bus, self._servos, self._tracking, self.settings, clock_ns)
-        self.state = ZebraState.CLOSED
-        self.fault: Fault | None = None
         self.modules: tuple[Module, ...] = ()
         self.streaming = Streaming.STOP_HERE
-        self.was_reset = self._is_referenced = False
-        self._stopped: StopOutcome | None = None
-
-    @property
-    @override
-    def is_faulted(self) -> bool:
-        return self.fault is not None
-
-    @property
-    def keeps_counts(self) -> bool:
-        """Whether the counters are kept from run to run."""
-        return self._store is not None
-
-    @property
-    def stored_counts(self) -> SixCounts | None:
-        """Newest counter values, to be kept for :meth:`resume`; None when they mean nothing."""
-        return self._tracking.counts if self._is_referenced else None
-
-    @property
-    def baud(self) -> int:
-        """Rate of the line now, bit/s."""
-        return self._bus.line.baud
+        self.stopped: StopOutcome | None = None
+        self._power_lost = False
 
     def open(self) -> None:
-        """Finds the modules, and takes the arm's position from the stored counters, or from a person's word.
+        """Find six servo modules, and take the arm's position from the stored counters, or from a person's word.
+
+        Modules that still have their addresses are taken over as they are, and no motor changes; others are reset:
+        motors off, counters to zero. There is no index to home to (FACT: the port), so only a person can know.
 
         Raises:
-            StateError: Nobody confirms that the arm is at home.
-            DriverError: As :meth:`connect`, or the stored counters do not fit.
-        """
-        if self.state is ZebraState.CLOSED:
-            self.connect()
-        stored = None if self._store is None else self._store.load()
-        if self.was_reset or stored is None:
-            self.confirm_home(at_home=self._at_home)
-        else:
-            self.resume(stored)
-
-    def connect(self, *, reset: bool = False) -> None:
-        """Finds six servo modules; takes them over as they are if they still have their addresses, or resets them.
-
-        Args:
-            reset: Reset them in any case: all motors go off, and all counters to zero.
-
-        Raises:
-            StateError: Already connected.
-            WiringError: Nobody answers, or not six servo modules, or at another baud rate.
+            StateError: The position is not known.
+            WiringError: No module answers, or not six servo modules, or the counters are not the stored ones.
             SilentError, GarbledError: Some answer and some do not; only nonsense; the port is gone.
         """
-        connected = after(self.state, ZebraEvent.CONNECT)
-        self._is_referenced = False
-        found = None if reset else self._servos.attach()
-        self.was_reset = found is None
+        self._require("open()", ArmState.NEW)
+        found = self._servos.attach()
         self.modules = check_modules(start(self._bus) if found is None else found)
         self.streaming = streaming_for(self.modules, self.settings)
         self._tracking.begin_at(self._servos.meet())
-        self.state, self.fault = connected, None
+        stored = None if self._store is None else self._store.load()
+        if found is None or stored is None:
+            self._confirm_home(was_reset=found is None)
+        elif not self._tracking.agrees(stored):
+            problem = f"counters at {self._tracking.counts}, stored were {tuple(stored)}"
+            raise WiringError(DEVICE, problem, GO_HOME)
+        self._state = ArmState.CONFIGURED
 
-    def confirm_home(self, *, at_home: bool) -> None:
-        """Takes a person's word that the arm rests in its home pose: motors off, counters to zero.
-
-        There is no index to home to (FACT: the port), so nothing but a person can know.
-
-        Raises:
-            StateError: Out of order, nobody confirms, or the modules were not reset.
-            DriverError: The bus failed.
-        """
-        homed = after(self.state, ZebraEvent.REFERENCE)
-        if not self.was_reset:
+    def _confirm_home(self, *, was_reset: bool) -> None:
+        if not was_reset:
             problem = "the modules have been on since an earlier run, so the arm need not be in its home pose any more"
-            remedy = "resume with that run's counters, or switch the controller off and on with the arm at home"
-            raise StateError(DEVICE, problem, remedy)
-        if at_home is not True:
+            raise StateError(DEVICE, problem, f"keep the counters in counts_file, or {GO_HOME}")
+        if self._at_home is not True:
             problem = "the encoders tell angles only from the pose in which they were set to zero"
             raise StateError(DEVICE, problem, "see that the arm rests in its home pose and confirm with at_home=True")
         self._servos.zero()
         self._tracking.begin_at((0, 0, 0, 0, 0, 0))
-        self.state, self._is_referenced = homed, True
-
-    def resume(self, stored_counts: Sequence[int]) -> None:
-        """Takes the counters as they are, because they are where an earlier run has left them.
-
-        Args:
-            stored_counts: ``stored_counts`` of that run, (6,).
-
-        Raises:
-            StateError: Out of order.
-            WiringError: The modules have been reset since, or the counters are elsewhere.
-        """
-        homed = after(self.state, ZebraEvent.REFERENCE)
-        if self.was_reset:
-            raise WiringError(DEVICE, "the modules have been reset, so stored counters mean nothing", GO_HOME)
-        if not self._tracking.agrees(stored_counts):
-            problem = f"counters at {self._tracking.counts}, stored were {tuple(stored_counts)}"
-            raise WiringError(DEVICE, problem, GO_HOME)
-        self.state, self._is_referenced = homed, True
 
     def enable(self) -> None:
-        """Lets every servo hold its motor where it stands; nothing moves."""
-        enabled = after(self.state, ZebraEvent.ENABLE)
-        self._stopped = None
-        try:
+        """Let every servo hold its motor where it stands; nothing moves."""
+        self._require("enable()", ArmState.CONFIGURED)
+        self.stopped = None
+        with self._latching():
             counts, fault = self._servos.check()
             self._tracking.begin_at(counts)
-            self._check(fault or self._rounds.beyond_limits())
+            _raise(fault or self._rounds.beyond_limits())
             for axis in AXES:
-                self._check(self._servos.enable(axis))
-        except DeviceFaultError:
-            raise
-        except DriverError as error:
-            self._fail(lost(error))
+                _raise(self._servos.enable(axis))
         self._setpoints.begin_at(self._tracking.position_rad, self._clock_ns())
-        self.state = enabled
+        self._state = ArmState.ENABLED
 
     def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
         """What a cycle that is on time would make of the set-point now; sends nothing."""
-        return self._setpoints.preview(setpoint_rad) if self.state is ZebraState.SERVO_ON else self._held(setpoint_rad)
+        self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
+        return self._setpoints.preview(setpoint_rad) if self._state is ArmState.ENABLED else self._held(setpoint_rad)
 
-    def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> ZebraMeasured:
-        """Hands out the set-point, if any, and brings back the pose from before it: one exchange with every axis.
+    def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
+        """Hand out the set-point, if any, and bring back the pose from before it: one exchange with every axis.
 
         Call it at ``settings.rate_Hz``; called sooner, it shortens the step in proportion.
 
         Args:
             setpoint_rad: Wanted joint angles, (6,); None: hold.
         """
-        if self.fault is not None:
-            raise self.fault.error()
-        if self.state not in _CYCLING or (setpoint_rad is not None and self.state is ZebraState.HOMED):
-            raise StateError(DEVICE, f"cannot run a cycle while {self.state.value}", "home, and switch the servos on")
+        self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
         begin_ns = self._clock_ns()
         applied, commands = self._plan(setpoint_rad, begin_ns)
-        is_fresh, trouble = self._rounds.run(commands)
-        if trouble is not None:
-            self._fail(trouble)
-        return self._tracking.measured(is_fresh, applied, begin_ns, self._clock_ns())
+        with self._latching():
+            is_fresh = self._rounds.run(commands)
+        time_ns = (begin_ns + self._clock_ns()) // 2
+        return Measured(position_rad=self._tracking.position_rad, is_fresh=is_fresh, applied=applied, time_ns=time_ns)
 
     @override
     def diagnostics(self) -> dict[str, str]:
         kinds = sorted({module.identity.name for module in self.modules})
-        fault = self.fault or self._shown()
+        found = super().diagnostics()
+        shown = self._shown()
         return {
-            "state": self.state.value,
-            "fault": "" if fault is None else str(fault.error()),
+            "state": found["state"],
+            "fault": found["fault"] or ("" if shown is None else str(shown)),
             "modules": f"{len(self.modules)}, {'; '.join(kinds)}",
-            "line": f"{self.baud} baud, set-points {self.streaming.value}",
+            "line": f"{self._bus.line.baud} baud, set-points {self.streaming.value}",
             "highest rate": f"{self.settings.budget().max_rate_Hz:.1f} Hz, computed",
             "exchanges": f"{self._bus.exchanges}, errors: {listed(self._bus.errors) or 'none'}",
-            "counters": "kept in a file" if self.keeps_counts else "not kept: set counts_file to keep them",
+            "counters": "not kept: set counts_file to keep them" if self._store is None else "kept in a file",
         }
 
-    def smooth_stop(self) -> StopOutcome:
-        """Brings every motor whose servo is on to rest and keeps it there. Any time, twice too; never raises.
-
-        Nothing moves after a stop until the servos are switched on anew, and a dead line is not tried again: only a
-        stop that was not seen to succeed is repeated.
-        """
-        if self._stopped in (StopOutcome.AT_REST, StopOutcome.LINE_DEAD):
-            return self._stopped
-        if self.state is ZebraState.SERVO_ON:
-            self.state = after(self.state, ZebraEvent.STOP)
-        on = sorted(self._servos.on)
-        outcome = bring_to_rest(self._bus, on, self.settings.stop_timeout_s, self._clock_ns, are_all=len(on) == JOINTS)
-        if outcome is StopOutcome.LINE_DEAD:
-            self._latch(Fault(FaultKind.COMMUNICATION, None, outcome.value))
-        elif outcome is StopOutcome.NOT_SEEN:
-            self._latch(Fault(FaultKind.STOP_NOT_SEEN))
-        elif outcome is StopOutcome.AT_REST:
-            self._rounds.look_once()
-        if self.state is ZebraState.STOPPING:
-            self.state = after(self.state, ZebraEvent.AT_REST)
-        self._stopped = outcome
-        return outcome
-
     def stop(self) -> None:
-        """Brings the arm to rest and keeps its counters."""
-        if self.state is not ZebraState.CLOSED:
-            self.smooth_stop()
-            if self._store is not None and (counts := self.stored_counts) is not None:
-                self._store.save(counts)
+        """Bring every motor whose servo is on to rest and keep it there, and keep its counters.
+
+        Any time, twice too; never raises. Nothing moves after a stop until the servos are switched on again, and a
+        dead line is not tried again: only a stop that was not seen to succeed is repeated.
+        """
+        if self._state in (ArmState.NEW, ArmState.CLOSED):
+            return
+        if self._state is ArmState.ENABLED:
+            self._state = ArmState.STOPPED
+        if self.stopped not in (StopOutcome.AT_REST, StopOutcome.LINE_DEAD):
+            self._halt()
+        if self._power_lost:
+            # Nothing holds the arm anyway, and a supply that comes back must not pull it to an old set-point.
+            self._power_lost = False
+            with suppress(DriverError):
+                self._servos.off()
+        if self._store is not None:
+            self._store.save(self._tracking.counts)
+
+    def _halt(self) -> None:
+        on = sorted(self._servos.on)
+        self.stopped = bring_to_rest(
+            self._bus, on, self.settings.stop_timeout_s, self._clock_ns, are_all=len(on) == JOINTS
+        )
+        if self.stopped is StopOutcome.AT_REST:
+            self._rounds.look_once()
+        elif self.fault is None and self.stopped is StopOutcome.LINE_DEAD:
+            self._fail(SilentError(DEVICE, self.stopped.value, "check cable and supply, then acknowledge"))
+        elif self.fault is None and self.stopped is StopOutcome.NOT_SEEN:
+            self._fail(DeviceFaultError(DEVICE, self.stopped.value, "see that the arm stands still, then acknowledge"))
 
     def disable(self) -> None:
-        """The servos go on holding the arm; :meth:`release` switches them off."""
-
-    def release(self) -> None:
-        """Stops, then switches every motor off; nothing holds the arm then. Also possible while faulted.
-
-        Raises:
-            StateError: Not connected.
-            SilentError: A motor did not confirm.
-        """
-        if self.state is ZebraState.CLOSED:
-            raise StateError(DEVICE, "cannot release the motors while closed", "connect first")
-        self.smooth_stop()
-        self._servos.off()
-        if self.state is ZebraState.STOPPED:
-            self.state = after(self.state, ZebraEvent.RELEASE)
+        """Stop; the servos continue to hold the arm."""
+        self._require("disable()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
+        self.stop()
+        if not self.is_faulted:
+            self._state = ArmState.CONFIGURED
 
     def acknowledge(self) -> None:
-        """Clears a latched fault and the modules' sticky bits: a person's decision.
+        """Clear a latched fault and the modules' sticky bits: a person's decision.
 
-        Leads to STOPPED. Modules that have kept their addresses were not reset, so their counters hold; until they all
-        answer there the fault stays, and where they were reset, closing leads on.
+        Modules that have kept their addresses were not reset, so their counters hold; until they all answer there the
+        fault stays, and where they were reset, closing is the way on.
 
         Raises:
             StateError: There is no fault.
-            WiringError: No module answers at its address, or the position was never known.
+            WiringError: No module answers at its address.
             SilentError, GarbledError: Not all of them answer, or not with sense.
             DeviceFaultError: A fault is still there; it stays latched.
         """
-        acknowledged = after(self.state, ZebraEvent.ACKNOWLEDGE)
-        if not self._is_referenced or self._servos.attach() is None:
+        self._require_fault()
+        if self._servos.attach() is None:
             problem = "no module answers at its address, so the position of the arm is not known any more"
-            remedy = f"mend cable or supply and acknowledge again; if they were reset, close it and {GO_HOME}"
+            remedy = f"fix cable or supply and acknowledge again; if they were reset, {GO_HOME}"
             raise WiringError(DEVICE, problem, remedy)
         self._tracking.begin_at(self._servos.meet())
         remaining = self._servos.clear()
-        self._stopped = None
+        self.stopped = None
         if remaining is not None:
-            self.fault = remaining
-            raise remaining.error()
-        self.state, self.fault = acknowledged, None
+            self.fault = str(remaining)
+            raise remaining
+        self._state, self.fault = ArmState.CONFIGURED, None
 
     def close(self) -> None:
-        """Stops and releases the arm; its servos go on holding it. Any time, twice too; never raises."""
+        """Stop the arm; its servos continue to hold it. Any time, twice too; never raises."""
         # Once more: what was kept as the motors stopped was read while the arm still swung.
         self.stop()
-        self._servos.on.clear()
-        self._stopped = None
-        self.state, self.fault = after(self.state, ZebraEvent.CLOSE), None
+        self._state = ArmState.CLOSED
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def _shown(self) -> Fault | None:
+    def _shown(self) -> ArmFaultError | None:
         """The fault that the newest replies show, whether or not the servos are on."""
         for axis, reply in self._tracking.replies.items():
             if self.settings.require_power and not reply.status & NmcStatus.POWER_ON:
-                return Fault(FaultKind.POWER_LOST, axis)
+                return ArmFaultError(FaultKind.POWER_LOST, axis)
             is_on = bool(reply.aux and reply.aux & Aux.SERVO_ON)
             if (fault := fault_in(axis, reply, self.settings, should_be_on=is_on)) is not None:
                 return fault
@@ -335,29 +246,24 @@ class ZebraZero(ArmDriver):
         return Applied(self._tracking.position_rad, AppliedReason.STOPPED)
 
     def _plan(self, asked_rad: Sequence[float] | None, now_ns: int) -> tuple[Applied | None, tuple[NmcCommand, ...]]:
-        if asked_rad is None or self.state is not ZebraState.SERVO_ON:
+        if asked_rad is not None:
+            self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
+        if asked_rad is None or self._state is ArmState.STOPPED:
             self._setpoints.hold()
             return None if asked_rad is None else self._held(asked_rad), (NOP,) * JOINTS
         applied = self._setpoints.advance(asked_rad, now_ns)
         counts = self.settings.transmission.to_counts(applied.position_rad)
         return applied, tuple(setpoint(self.streaming, count) for count in counts)
 
-    def _check(self, fault: Fault | None) -> None:
-        if fault is not None:
-            self._fail(Trouble(fault, fault.error()))
+    @override
+    def _fail(self, error: DriverError) -> None:
+        super()._fail(error)
+        if isinstance(error, ArmFaultError):
+            self._power_lost = error.kind is FaultKind.POWER_LOST
+            if error.kind in TRIPPED and error.axis is not None:
+                self._servos.on.discard(error.axis)
 
-    def _fail(self, trouble: Trouble) -> NoReturn:
-        fault = trouble.fault
-        self._latch(fault)
-        if fault.kind in _TRIPPED and fault.axis is not None:
-            self._servos.on.discard(fault.axis)
-        self.smooth_stop()
-        if fault.kind is FaultKind.POWER_LOST:
-            # Nothing holds the arm anyway, and a supply that comes back must not pull it to an old set-point.
-            with suppress(DriverError):
-                self._servos.off()
-        raise trouble.error
 
-    def _latch(self, fault: Fault) -> None:
-        if self.fault is None and self.state is not ZebraState.CLOSED:
-            self.fault, self.state = fault, after(self.state, ZebraEvent.FAULT)
+def _raise(fault: ArmFaultError | None) -> None:
+    if fault is not None:
+        raise fault

@@ -28,8 +28,8 @@ from palpate.drivers.nmc import (
     velocity_word,
 )
 from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, SixCounts
+from palpate.drivers.zebra_zero.faults import ArmFaultError, FaultKind, fault_in
 from palpate.drivers.zebra_zero.settings import FIRMWARE_WITH_MOVING_TARGETS, Streaming, ZebraZeroSettings
-from palpate.drivers.zebra_zero.states import Fault, FaultKind, fault_in
 
 SMOOTH: Final = stop_motor(StopControl.AMP_ENABLE | StopControl.SMOOTH)
 ABRUPT: Final = stop_motor(StopControl.AMP_ENABLE | StopControl.ABRUPT)
@@ -112,7 +112,7 @@ def _poll(bus: NmcBus, address: int, told: set[int], moving: set[int]) -> bool:
 
 AXES: Final = tuple(range(1, JOINTS + 1))
 """Module addresses; motor n is module n. FACT: the port."""
-GO_HOME: Final = "bring the arm to its home pose by hand, connect with reset=True, and confirm"
+GO_HOME: Final = "bring the arm to its home pose by hand and switch its controller off and on"
 """What to do when the counters mean nothing."""
 _LOOK: Final = StatusItem.POSITION | StatusItem.AUX
 _OFF: Final = stop_motor(StopControl.MOTOR_OFF)
@@ -182,9 +182,9 @@ class Servos:
                 problem = f"motor {axis} counts {found} right after its counter was set to zero"
                 raise WiringError(DEVICE, problem, "see whether the arm moves, and whether the module is a servo")
 
-    def check(self) -> tuple[SixCounts, Fault | None]:
+    def check(self) -> tuple[SixCounts, ArmFaultError | None]:
         """Sends the gains and looks at every axis before anything is switched on."""
-        fault: Fault | None = None
+        fault: ArmFaultError | None = None
         counts = []
         for axis in AXES:
             self._bus.require(axis, def_stat(self._settings.reply_items))
@@ -193,10 +193,10 @@ class Servos:
             counts.append(_position(reply))
             fault = fault or fault_in(axis, reply, self._settings, should_be_on=axis in self.on)
             if self._settings.require_power and not reply.status & NmcStatus.POWER_ON:
-                fault = fault or Fault(FaultKind.POWER_LOST, axis)
+                fault = fault or ArmFaultError(FaultKind.POWER_LOST, axis)
         return tuple(counts), fault
 
-    def enable(self, axis: int) -> Fault | None:
+    def enable(self, axis: int) -> ArmFaultError | None:
         """Lets one servo hold its motor where it stands; gives what went wrong, if anything.
 
         The abrupt stop makes the present position the one to be held, and the trapezoid that loads velocity and
@@ -228,9 +228,9 @@ class Servos:
         if lost:
             raise SilentError(DEVICE, f"motors {lost} did not confirm that they are off", "switch off their supply")
 
-    def clear(self) -> Fault | None:
+    def clear(self) -> ArmFaultError | None:
         """Clears the sticky bits of every module, a person's decision; gives what is still wrong."""
-        remaining: Fault | None = None
+        remaining: ArmFaultError | None = None
         for axis in AXES:
             self._bus.clear_bits(axis)
             fault = fault_in(axis, self._look(axis), self._settings, should_be_on=axis in self.on)

@@ -2,16 +2,15 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Final
 
 from palpate.drivers.device import Applied
 from palpate.drivers.errors import DriverError, GarbledError
 from palpate.drivers.nmc import NOP, Aux, NmcBus, NmcCommand, NmcStatus, Reply
 from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, Six, SixCounts, six
+from palpate.drivers.zebra_zero.faults import ArmFaultError, FaultKind, fault_in
 from palpate.drivers.zebra_zero.servos import AXES, Servos
 from palpate.drivers.zebra_zero.settings import ZebraZeroSettings
-from palpate.drivers.zebra_zero.states import Fault, FaultKind, ZebraMeasured, fault_in
 
 _STILL: Final = six((0.0,) * JOINTS)
 
@@ -85,22 +84,6 @@ class Tracking:
         self._doubts[index] = 0
         return 0
 
-    def measured(
-        self, is_fresh: tuple[bool, ...], applied: Applied | None, begin_ns: int, end_ns: int
-    ) -> ZebraMeasured:
-        """What a cycle found, and the end of that cycle."""
-        return ZebraMeasured(
-            position_rad=self.position_rad,
-            is_fresh=is_fresh,
-            applied=applied,
-            time_ns=(begin_ns + end_ns) // 2,
-            counts=self.counts,
-            status=tuple(self._status),
-            aux=tuple(self._aux),
-            begin_ns=begin_ns,
-            end_ns=end_ns,
-        )
-
     def _is_another_s(self, index: int, counts: int, reach: float) -> bool:
         others = (place for other, place in enumerate(self._counts) if other != index)
         return any(abs(counts - place) <= reach for place in others)
@@ -143,19 +126,6 @@ class Setpoints:
         return applied
 
 
-@dataclass(frozen=True, slots=True)
-class Trouble:
-    """A fault to be latched, and the error for it."""
-
-    fault: Fault
-    error: DriverError
-
-
-def lost(error: DriverError, axis: int | None = None) -> Trouble:
-    """The trouble that an error of the bus is."""
-    return Trouble(Fault(FaultKind.COMMUNICATION, axis, error.problem), error)
-
-
 class Rounds:
     """Visits the axes one after the other."""
 
@@ -170,17 +140,18 @@ class Rounds:
         self._bus, self._servos, self._tracking = bus, servos, tracking
         self._settings, self._clock_ns = settings, clock_ns
 
-    def run(self, commands: tuple[NmcCommand, ...]) -> tuple[tuple[bool, ...], Trouble | None]:
-        """One exchange with each axis, in their order, until there is trouble."""
-        is_fresh = []
-        for axis, command in zip(AXES, commands, strict=True):
-            is_news, trouble = self._visit(axis, command)
-            is_fresh.append(is_news)
-            if trouble is not None:
-                return tuple(is_fresh), trouble
+    def run(self, commands: tuple[NmcCommand, ...]) -> tuple[bool, ...]:
+        """One exchange with each axis, in their order; which of them gave news.
+
+        Raises:
+            DriverError: A fault shows, or the bus failed.
+        """
+        is_fresh = tuple(self._visit(axis, command) for axis, command in zip(AXES, commands, strict=True))
         # Also when an axis gave no news: the others may be where they must not be.
         fault = self.beyond_limits() if self._servos.on else None
-        return tuple(is_fresh), None if fault is None else Trouble(fault, fault.error())
+        if fault is not None:
+            raise fault
+        return is_fresh
 
     def look_once(self) -> None:
         """Takes the positions at rest, as far as they are to be had."""
@@ -190,29 +161,27 @@ class Rounds:
                 if isinstance(reply, Reply):
                     self._tracking.take(axis, reply, self._clock_ns(), is_driven=axis in self._servos.on)
 
-    def beyond_limits(self) -> Fault | None:
+    def beyond_limits(self) -> ArmFaultError | None:
         """The fault that the newest pose is, or None."""
         position = self._tracking.position_rad
         joint = self._settings.limits.outside(position, self._settings.limit_tolerance_rad)
         if joint is None:
             return None
-        return Fault(FaultKind.OUT_OF_LIMITS, None, f"joint {joint + 1} at {position[joint]:.4f} rad")
+        return ArmFaultError(FaultKind.OUT_OF_LIMITS, None, f"joint {joint + 1} at {position[joint]:.4f} rad")
 
-    def _visit(self, axis: int, command: NmcCommand) -> tuple[bool, Trouble | None]:
-        try:
-            reply = self._bus.exchange(axis, command)
-        except DriverError as error:
-            return False, lost(error, axis)
+    def _visit(self, axis: int, command: NmcCommand) -> bool:
+        reply = self._bus.exchange(axis, command)
         if reply is None:
-            return False, None
+            return False
         is_on = axis in self._servos.on
         doubts = self._tracking.take(axis, reply, self._clock_ns(), is_driven=is_on)
         if doubts >= self._settings.bus.errors_in_a_row:
             problem = f"motor {axis} reports a position that it cannot have reached"
-            remedy = "check the cable, and that nothing else talks on the bus"
-            return False, lost(GarbledError(DEVICE, problem, remedy), axis)
+            raise GarbledError(DEVICE, problem, "check the cable, and that nothing else talks on the bus")
         if doubts:
             self._bus.disown(axis)
-            return False, None
+            return False
         fault = fault_in(axis, reply, self._settings, should_be_on=True) if is_on else None
-        return True, None if fault is None else Trouble(fault, fault.error())
+        if fault is not None:
+            raise fault
+        return True
