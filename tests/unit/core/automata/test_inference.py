@@ -1,0 +1,290 @@
+"""From a trained network to an automaton: partition, choice, and the whole inference."""
+
+from collections import deque
+from dataclasses import replace
+from math import floor
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.core.automata import Kind, Machine, PrefixTree, Strings, bounded_partition, difference
+from palpate.core.automata.choice import (
+    ExtractionSettings,
+    accepting_extract,
+    cheapest,
+    labelled,
+    last_symbols,
+    looseness,
+    model_loss,
+    predicting_extracts,
+    price_of,
+)
+from palpate.core.automata.elman import END, RANGES, Architecture, Network, Readout
+from palpate.core.automata.infer import InferenceSettings, _acceptor, infer
+from palpate.core.automata.training import Progress, TrainedNetwork, TrainingSettings
+from palpate.core.errors import ConfigurationError
+from tests.unit.core.automata.networks import LARGE, drift, last_symbol, parity
+
+
+def one_by_one(network: Network, intervals: int, centres: bool) -> tuple[list[list[float]], list[list[int]]]:
+    """The algorithm as it is written down, cell by cell."""
+    low, high = RANGES[network.architecture.activation]
+
+    def cell_of(state: list[float]) -> tuple[int, ...]:
+        return tuple(min(floor((value - low) / ((high - low) / intervals)), intervals - 1) for value in state)
+
+    def held(state: list[float]) -> list[float]:
+        return [low + (n + 0.5) * ((high - low) / intervals) for n in cell_of(state)] if centres else state
+
+    start = network.start_state.tolist()
+    numbers, vectors, rows = {cell_of(start): 0}, [held(start)], []
+    queue = deque(vectors)
+    while queue:
+        state = queue.popleft()
+        row = []
+        for symbol in range(len(network.architecture.alphabet)):
+            after = network.advance(np.array([state]), symbol)[0].tolist()
+            if cell_of(after) not in numbers:
+                numbers[cell_of(after)] = len(numbers)
+                vectors.append(held(after))
+                queue.append(vectors[-1])
+            row.append(numbers[cell_of(after)])
+        rows.append(row)
+    return vectors, rows
+
+
+architectures = st.builds(
+    Architecture,
+    alphabet=st.sampled_from([("a", "b"), ("a", "b", "c", "d")]),
+    reading=st.sampled_from(Readout),
+    hidden=st.integers(1, 3),
+    activation=st.sampled_from(["sigmoid", "tanh"]),
+    order=st.integers(1, 2),
+)
+
+
+def drawn(shape: Architecture, seed: int) -> Network:
+    rng = np.random.default_rng(seed)
+    return Network(shape, **{name: 2.0 * rng.normal(size=size) for name, size in shape.shapes.items()})
+
+
+def entered_by(machine: Machine) -> list[set[int]]:
+    found: list[set[int]] = [set() for _ in machine.transitions]
+    for row in machine.transitions:
+        for symbol, target in enumerate(row):
+            assert target is not None
+            found[target].add(symbol)
+    return found
+
+
+class TestPartition:
+    @given(architectures, st.integers(0, 10**6), st.integers(1, 9), st.booleans())
+    def test_level_at_once_is_one_after_the_other(self, shape, seed, intervals, centres) -> None:
+        network = drawn(shape, seed)
+        found = bounded_partition(network, intervals, centres=centres)
+        vectors, rows = one_by_one(network, intervals, centres)
+        assert found.transitions.tolist() == rows
+        assert found.vectors == pytest.approx(np.array(vectors), abs=1e-12)
+
+    @given(architectures, st.integers(0, 10**6), st.integers(2, 9))
+    def test_one_symbol_at_most_leads_into_each_state_also_where_several_lead_into_its_cell(
+        self, shape, seed, intervals
+    ) -> None:
+        machine = bounded_partition(drawn(shape, seed), intervals, by_symbol=True).minimal()
+        assert all(len(symbols) <= 1 for symbols in entered_by(machine))
+
+    @given(architectures, st.integers(0, 10**6), st.integers(2, 9))
+    def test_with_strings_every_state_is_one_that_a_string_comes_to(self, shape, seed, intervals) -> None:
+        tree = PrefixTree.of(Strings.of(["ab", "bba", "abb"], alphabet=shape.alphabet))
+        found = bounded_partition(drawn(shape, seed), intervals, 100, tree=tree)
+        assert found is not None
+        assert set(tree.states(found.transitions).tolist()) == set(range(len(found.vectors)))
+        assert sorted(found.machine().reachable()) == list(range(len(found.vectors)))
+
+    def test_threshold_decides_what_is_possible(self) -> None:
+        shares = bounded_partition(last_symbol(), 2)
+        assert shares.machine(0.4).state_outputs[0] == ("a", "b")
+        assert shares.machine(0.6).state_outputs[0] == ()
+        assert shares.machine(0.6).state_outputs[1] == ("b",)
+        for bad in (-0.1, 1.0):
+            with pytest.raises(ConfigurationError, match=r"automaton\.least_share"):
+                shares.machine(bad)
+
+    @pytest.mark.parametrize("intervals", [0, 1001, 2.5])
+    def test_bad_intervals_are_refused(self, intervals) -> None:
+        with pytest.raises(ConfigurationError, match=r"automaton\.intervals"):
+            bounded_partition(parity(), intervals)
+
+
+WORDS = ["", "1", "11", "101", "0", "0100"]
+
+
+EVEN = PrefixTree.of(Strings.of(WORDS, [word.count("1") % 2 == 0 for word in WORDS]))
+
+
+AB = PrefixTree.of(Strings.of(["ab", "ab", "abab", "b"]))
+
+
+AB_LABELLED = PrefixTree.of(Strings.of(["a", "b"], [True, False]))
+
+
+HELD = PrefixTree.of(Strings.of(["ab", "abab"]))
+
+
+def three_steps() -> Network:
+    """Accepts when a came three times or more since the last b: too fine for few intervals."""
+    one = drift()
+    shape = Architecture(alphabet=("a", "b"), reading=Readout.ACCEPTANCE, hidden=1, activation="tanh", order=2)
+    return Network(shape, one.recurrent, one.inputs, one.start, [[20.0]], [-6.0])
+
+
+class TestChoice:
+    def test_smallest_consistent_q_is_taken(self) -> None:
+        words = ["", "a", "aa", "aaa", "aaaa", "aab", "aaba", "aaab"]
+        tree = PrefixTree.of(Strings.of(words, [word.endswith("aaa") for word in words]))
+        found = accepting_extract(three_steps(), tree, ExtractionSettings())
+        assert (found.intervals, found.raw_states, found.states, found.wrong) == (4, 4, 4, 0.0)
+        for intervals in (2, 3):
+            only = ExtractionSettings(fewest_intervals=intervals, most_intervals=intervals)
+            assert accepting_extract(three_steps(), tree, only).wrong == 0.25
+
+    def test_without_a_consistent_q_the_best_is_kept(self) -> None:
+        words = ["a", "b", "ab", "aa"]
+        tree = PrefixTree.of(Strings.of(words, [True, False, False, True]))
+        found = accepting_extract(three_steps(), tree, ExtractionSettings(most_intervals=9))
+        assert found.wrong == 0.5
+        assert found.intervals == 2
+        assert found.cost == 0.5
+
+    def test_acceptor_that_lets_little_through_and_is_right_is_tighter(self) -> None:
+        tree = PrefixTree.of(Strings.of(["aa", "aa", "ab"], [True, True, False]))
+        only_a = Machine(Kind.DFA, ("a", "b"), ((0, 1), (1, 1)), (True, False))
+        even_b = Machine(Kind.DFA, ("a", "b"), ((0, 1), (1, 0)), (True, False))
+        assert looseness(only_a, tree) == pytest.approx(2.0 * np.log(0.25) + np.log(0.75))
+        assert looseness(even_b, tree) == pytest.approx(3.0 * np.log(0.5))
+
+    def test_acceptance_needs_labels(self) -> None:
+        with pytest.raises(ConfigurationError, match="labelled strings"):
+            accepting_extract(parity(), PrefixTree.of(Strings.of(["01"])), ExtractionSettings())
+
+    def test_another_alphabet_is_refused(self) -> None:
+        with pytest.raises(ConfigurationError, match=r"network\.alphabet"):
+            accepting_extract(parity(), AB, ExtractionSettings())
+        with pytest.raises(ConfigurationError, match=r"network\.alphabet"):
+            predicting_extracts(last_symbol(), AB, ExtractionSettings(), EVEN)
+
+    def test_all_q_are_judged_for_prediction_and_the_smallest_of_equals_is_taken(self) -> None:
+        found = predicting_extracts(last_symbol(), AB, ExtractionSettings(most_intervals=6), HELD)
+        assert [extract.intervals for extract in found] == [2, 3, 4, 5, 6]
+        assert {extract.states for extract in found} == {3}
+        chosen = cheapest(found)
+        assert chosen is found[0]
+        assert chosen.cost == chosen.loss + chosen.price
+
+    def test_loss_is_that_of_counted_probabilities(self) -> None:
+        one_state = Machine(Kind.MOORE, ("a", "b"), ((0, 0),), (("a",),))
+        # Training: a 4, b 5, end 4 times; half a count more of each for the symbol, and for the state as that has them.
+        symbol = np.array([4.5, 5.5, 4.5]) / 14.5
+        shares = (np.array([4, 5, 4]) + 1.5 * symbol) / 14.5
+        # Held out: a 3, b 3, end 2.
+        assert model_loss(one_state, AB, HELD) == pytest.approx(-(np.array([3, 3, 2]) @ np.log(shares)) / 8)
+        assert price_of(one_state, AB) == pytest.approx(2 / 13)
+
+    def test_where_an_incomplete_automaton_is_lost_it_goes_on_as_its_follower_does(self) -> None:
+        # After b there is no way on: all else is being lost, in one state of its own.
+        lost = Machine(Kind.MOORE, ("a", "b"), ((0, None),), (("a",),))
+        assert 0.0 < model_loss(lost, AB, HELD) < 2.0
+        assert model_loss(last_symbols(AB, 1), AB, HELD) < model_loss(lost, AB, HELD)
+
+    def test_states_are_named_by_their_last_symbol_and_what_follows(self) -> None:
+        assert last_symbols(AB, 1).transitions == ((1, 2), (None, 2), (1, None))
+        assert labelled(last_symbols(AB, 1), AB).labels == ("start > a b", "a > b", f"b > {END} a")
+
+    def test_q_of_too_many_states_is_left_out(self) -> None:
+        # One tanh unit: three intervals give one state, four give four.
+        long = PrefixTree.of(Strings.of(["aaab", "ab"]))
+        found = predicting_extracts(
+            drift(), long, ExtractionSettings(most_intervals=6, most_states=3, merge_symbols=True), HELD
+        )
+        assert [(extract.intervals, extract.raw_states) for extract in found] == [(2, 1), (3, 1)]
+        with pytest.raises(ConfigurationError, match=r"extraction\.most_states = 2 is refused: more"):
+            accepting_extract(three_steps(), AB_LABELLED, ExtractionSettings(fewest_intervals=4, most_states=2))
+
+    def test_highest_q_is_not_below_the_lowest(self) -> None:
+        with pytest.raises(
+            ConfigurationError, match=r"extraction\.most_intervals = 4 is refused: a whole number from 5"
+        ):
+            ExtractionSettings(fewest_intervals=5, most_intervals=4)
+
+
+BINARY = [f"{n:0{length}b}" if length else "" for length in range(7) for n in range(2**length)]
+
+
+ODD_ZEROS = Strings.of(BINARY, [word.count("0") % 2 == 1 for word in BINARY])
+
+
+# Walks between three places in a row, a b c, that end right of c. Whoever comes to b from a goes on to c.
+WALKS = Strings.of(["abc", "bc", "abcbc", "c", "bcbcbc", "cbc", "abcbcbc", "bcbc", "cbcbc"] * 40)
+
+
+PREDICTION = InferenceSettings(training=TrainingSettings(restarts=8, steps=800), finalists=2)
+
+
+@pytest.fixture(scope="module")
+def walks():
+    return infer(WALKS, PREDICTION)
+
+
+class TestInference:
+    def test_language_is_inferred_from_labelled_strings_and_held_out_ones_judge_it(self) -> None:
+        told: list[Progress] = []
+        training = TrainingSettings(restarts=32, steps=400, enough=4)
+        found = infer(ODD_ZEROS, InferenceSettings(order=2, held_out=0.25, training=training), progress=told.append)
+        assert difference(found.machine, Machine(Kind.DFA, ("0", "1"), ((1, 0), (0, 1)), (False, True))) is None
+        assert found.consistent is True
+        assert (found.chosen.states, found.strings, found.held_out) == (2, 95, 32)
+        assert found.chosen.raw_states >= 2
+        assert tuple(told) == found.training.curve
+        assert (
+            f"q = {found.chosen.intervals}, {found.chosen.raw_states} cells, 2 states after minimisation"
+            in found.summary
+        )
+        assert found.chosen.agreement == 1.0
+        assert "agreement: 100.0% of the held-out strings (32 strings)" in found.summary
+
+    def test_of_automata_that_are_right_and_equally_small_the_tightest_is_taken(self) -> None:
+        even, words = parity(), ["", "0", "1", "00", "000", "01"]
+        # Once a 1 came, all is rejected: only words with two of them would tell the two languages apart.
+        never = replace(even, recurrent=[[[LARGE]], [[0.0]]])
+        tree = PrefixTree.of(Strings.of(words, ["1" not in word for word in words]))
+        found = [TrainedNetwork(network, k, 0.0, consistent=True) for k, network in enumerate((even, even, never))]
+        chosen, (extract,) = _acceptor(found, tree, None, ExtractionSettings())
+        assert chosen.network is never
+        assert (extract.wrong, extract.states) == (0.0, 2)
+
+    def test_walks_give_a_machine_that_says_what_may_come_next(self, walks) -> None:
+        machine = walks.machine
+        assert machine.kind is Kind.MOORE
+        assert walks.consistent is None
+        word = [machine.symbol(name) for name in "abc"]
+        assert machine.output_of(word[:1]) == ("b",)
+        assert machine.output_of(word[:2]) == ("c",)
+        assert machine.output_of(word) == ("b", END)
+        assert (walks.strings, walks.held_out) == (288, 72)
+
+    def test_report_has_all_q_and_a_picture(self, walks) -> None:
+        assert [extract.intervals for extract in walks.extracts] == list(range(2, 21))
+        assert walks.chosen.cost == min(extract.cost for extract in walks.extracts)
+        assert walks.hidden.shape == (len(walks.cells), 2)
+        assert set(walks.cells) <= set(range(walks.chosen.raw_states))
+        beside = ", ".join(f"last {count} {walks.beside[f'last {count}']:.4f}" for count in range(4))
+        assert f"on 72 held-out strings: {walks.chosen.loss:.4f} nats a symbol; {beside}" in walks.summary
+        # No orphan states, and each says what it stands for.
+        assert walks.machine.reachable() == tuple(range(walks.chosen.states))
+        assert all(" > " in name for name in walks.machine.names)
+
+    def test_prediction_needs_something_to_judge_by(self) -> None:
+        with pytest.raises(ConfigurationError, match=r"inference\.held_out"):
+            infer(WALKS, InferenceSettings(held_out=0.0))

@@ -1,0 +1,362 @@
+"""Machines: what they answer, minimal ones, files, and texts for people."""
+
+import json
+import warnings
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.core.automata import document, to_json_text
+from palpate.core.automata.document import from_json_text
+from palpate.core.automata.machine import Kind, Machine
+from palpate.core.automata.minimise import difference, equivalent_states, minimised
+from palpate.core.automata.texts import Edge, edges, shown_name, shown_names, shown_output, to_dot_text
+from palpate.core.errors import CommandError, ConfigurationError
+from tests.unit.core.automata.machines import KINDS, canonical, classes_by_table, dfa, machines, words
+from tests.unit.core.json_changes import put, remove, repeat, require_refused
+
+PARITY = dfa([[1, 0], [0, 1]], [0])
+
+
+HOLES = dfa([[1, None], [None, None]], [1])
+
+
+TWO_OUTPUTS = Machine(Kind.MOORE, ("a",), ((1,), (0,)), ("x", ("y", "z")))
+
+
+class TestMachine:
+    def test_word_leads_to_a_state_and_an_output(self):
+        assert [PARITY.state_after(word) for word in [(), (0,), (0, 1), (0, 0)]] == [0, 1, 1, 0]
+        assert [PARITY.output_of(word) for word in [(), (0,), (0, 1), (0, 0)]] == [True, False, False, True]
+        assert TWO_OUTPUTS.output_of((0,)) == ("y", "z")
+
+    def test_beyond_what_is_known_there_is_no_state_and_no_output(self):
+        assert HOLES.state_after((0, 0, 1)) is None
+        assert HOLES.output_of((1,)) is None
+
+    def test_symbols_have_numbers(self):
+        assert PARITY.symbol("b") == 1
+        with pytest.raises(CommandError, match="one of a, b: 'c'"):
+            PARITY.symbol("c")
+
+    def test_complete_machine_has_every_transition(self):
+        assert PARITY.complete
+        assert not HOLES.complete
+
+    def test_numbered_labels_are_no_labels(self):
+        assert replace(PARITY, labels=("s0", "s1")) == PARITY
+        assert replace(PARITY, labels=("s1", "s0")).labels == ("s1", "s0")
+
+    @pytest.mark.parametrize(
+        ("machine", "changes", "field"),
+        [
+            (PARITY, {"alphabet": ()}, "alphabet"),
+            (PARITY, {"alphabet": ("a", "a")}, "alphabet"),
+            (PARITY, {"alphabet": ("a", "")}, "alphabet"),
+            (PARITY, {"alphabet": ("a", 1)}, "alphabet"),
+            (PARITY, {"labels": ("p",)}, "labels"),
+            (PARITY, {"labels": ("p", "p")}, "labels"),
+            (PARITY, {"transitions": (), "state_outputs": ()}, "transitions"),
+            (PARITY, {"transitions": ((0, 0), (0,))}, "transitions[1]"),
+            (PARITY, {"transitions": ((0, 0), (0, 2))}, "transitions[1][1]"),
+            (PARITY, {"transitions": ((0, -1), (0, 0))}, "transitions[0][1]"),
+            (PARITY, {"start": 2}, "start"),
+            (PARITY, {"start": -1}, "start"),
+            (PARITY, {"state_outputs": (True,)}, "state_outputs"),
+            (PARITY, {"state_outputs": (True, "x")}, "state_outputs"),
+            (TWO_OUTPUTS, {"state_outputs": ("x", 1.5)}, "state_outputs"),
+            (TWO_OUTPUTS, {"state_outputs": ("x", None)}, "state_outputs"),
+            (TWO_OUTPUTS, {"state_outputs": ("x", ("y", 1))}, "state_outputs"),
+        ],
+    )
+    def test_parts_that_do_not_fit_are_refused(self, machine, changes, field):
+        with pytest.raises(ConfigurationError) as refused:
+            replace(machine, **changes)
+        assert refused.value.field == f"automaton.{field}"
+        assert len(str(refused.value).splitlines()) == 1
+
+
+# Ends in "ab", with three copies of the state after "a" and one that no word leads to.
+ENDS_IN_AB = dfa([[1, 0], [2, 3], [4, 3], [1, 0], [1, 3], [5, 5]], [3], labels=("none", "a1", "a2", "ab", "a3", "x"))
+
+
+ALL = dfa([[0, 0]], [0])
+
+
+pairs = st.sampled_from(KINDS).flatmap(lambda kind: st.tuples(machines(kind, 2), machines(kind, 2)))
+
+
+class TestMinimal:
+    @given(machines(), st.data())
+    def test_classes_are_those_of_the_filled_table(self, machine, data):
+        count = len(machine.transitions)
+        apart = data.draw(st.none() | st.lists(st.sampled_from("pq"), min_size=count, max_size=count))
+        assert set(map(frozenset, equivalent_states(machine, apart))) == classes_by_table(machine, apart)
+
+    @given(machines(), st.data())
+    def test_minimal_machine_answers_every_word_alike(self, machine, data):
+        count = len(machine.transitions)
+        apart = data.draw(st.none() | st.lists(st.integers(0, 1), min_size=count, max_size=count))
+        small = minimised(machine, apart)
+        for word in words(len(machine.alphabet), 5):
+            assert small.output_of(word) == machine.output_of(word)
+
+    @given(machines())
+    def test_minimal_machine_cannot_be_made_smaller(self, machine):
+        small = minimised(machine)
+        assert minimised(small) == small
+        assert small.reachable() == tuple(range(len(small.transitions)))
+        assert len(classes_by_table(small)) == len(small.transitions)
+        assert small.complete or not machine.complete
+
+    def test_numbers_go_breadth_first_in_the_order_of_the_symbols(self):
+        machine = dfa([[3, 1], [2, 2], [2, 2], [0, 2]], [2], labels="pqrs")
+        assert canonical(machine).labels == ("p", "s", "q", "r")
+        assert canonical(machine).transitions == ((1, 2), (0, 3), (3, 3), (3, 3))
+
+    def test_merged_states_carry_the_names_of_all(self):
+        small = minimised(ENDS_IN_AB)
+        assert small == dfa([[1, 0], [1, 2], [1, 0]], [2], labels=("none", "a1|a2|a3", "ab"))
+        assert equivalent_states(ENDS_IN_AB) == ((0,), (1, 2, 4), (3,))
+
+    def test_many_names_are_counted(self):
+        chain = dfa([[1, 0], [2, 0], [3, 0], [0, 0]], [0, 1, 2, 3], labels=("first", "b", "c", "d"))
+        assert minimised(chain).labels == ("first|3 more",)
+
+    def test_labels_stay_different_even_where_one_looks_like_two(self):
+        machine = dfa([[1, 2], [3, 3], [3, 3], [0, 0]], [3], labels=("p|q", "p", "q", "r"))
+        assert minimised(machine).labels == ("p|q", "p|q (2)", "r")
+
+    def test_labels_say_nothing_about_what_a_machine_does(self):
+        assert replace(minimised(ENDS_IN_AB), labels=()) == minimised(replace(ENDS_IN_AB, labels=()))
+
+    def test_each_state_needs_a_class(self):
+        with pytest.raises(ConfigurationError, match="6 classes"):
+            minimised(ENDS_IN_AB, apart=["p"])
+
+    def test_large_machine_is_soon_done(self):
+        count = 20_000
+        ring = dfa([[(state + 1) % count] for state in range(count)], range(0, count, 4), alphabet="a")
+        assert minimised(ring).transitions == ((1,), (2,), (3,), (0,))
+        assert len(minimised(replace(ring, state_outputs=(True, *[False] * (count - 1)))).transitions) == count
+
+    @given(pairs)
+    def test_first_of_the_shortest_words_is_found(self, pair):
+        one, other = pair
+        found = difference(one, other)
+        # Every difference has a word shorter than the states of both together.
+        differing = (word for word in words(2, 6) if one.output_of(word) != other.output_of(word))
+        first = next(differing, None)
+        if found is None or len(found.word) > 6:
+            assert first is None
+        else:
+            assert found.word == first
+        if found is not None:
+            assert found.symbols == tuple("ab"[symbol] for symbol in found.word)
+            assert found.outputs == (one.output_of(found.word), other.output_of(found.word))
+            assert found.outputs[0] != found.outputs[1]
+
+    def test_difference_reads_as_a_sentence(self):
+        found = difference(dfa([[0, 1], [None, 1]], [0]), dfa([[0, 1], [0, 1]], [0]))
+        assert str(found) == "the word b a: not known against true"
+        assert found.word == (1, 0)
+
+    @pytest.mark.parametrize("alphabet", ["abc", "ba", "ax"])
+    def test_another_alphabet_is_refused_naming_both(self, alphabet):
+        other = dfa([[0] * len(alphabet)], [0], alphabet=alphabet)
+        with pytest.raises(ConfigurationError) as refused:
+            difference(ALL, other)
+        assert refused.value.field == "automaton.alphabet"
+        assert str(tuple(alphabet)) in str(refused.value)
+        assert "('a', 'b')" in str(refused.value)
+
+    def test_another_kind_is_refused(self):
+        moore = Machine(Kind.MOORE, ("a", "b"), ((0, 0),), (True,))
+        with pytest.raises(ConfigurationError, match="'moore' is refused: dfa"):
+            difference(ALL, moore)
+
+
+NAMED = dfa([[1, 0], [0, None]], [0], labels=("even", "odd"))
+
+
+MOORE = Machine(Kind.MOORE, ("a",), ((0,),), (("x", "y"),))
+
+
+FILE = """\
+{
+ "schema": "palpate.automaton/2",
+ "kind": "dfa",
+ "alphabet": ["a", "b"],
+ "start": "even",
+ "states": [
+  {"name": "even", "output": true, "next": {"a": "odd", "b": "even"}},
+  {"name": "odd", "output": false, "next": {"a": "even", "b": null}}
+ ]
+}
+"""
+
+
+BAD_ACCEPTORS = [
+    (remove("schema"), "schema"),
+    (put("schema", "palpate.automaton/1"), "schema"),
+    *[(remove(key), "automaton file") for key in ("kind", "alphabet", "start", "states")],
+    (put("comment", ""), "automaton file"),
+    (put("kind", "nfa"), "kind"),
+    (put("kind", "mealy"), "kind"),
+    (put("alphabet", "ab"), "alphabet"),
+    (put("alphabet", ["a", ""]), "alphabet[1]"),
+    (put("alphabet", ["a", "c"]), "states[0].next"),
+    (put("alphabet", ["a"]), "states[0].next"),
+    (put("start", "none"), "start"),
+    (put("start", 0), "start"),
+    (put("states", []), "states"),
+    (remove("states", 1, "output"), "states[1]"),
+    (repeat("states"), "states[2]"),
+    (put("states", 1, "name", ""), "states[1]"),
+    (put("states", 1, "name", 5), "states[1].name"),
+    (put("states", 0, "output", "x"), "states[0].output"),
+    (put("states", 0, "next", ["odd", "even"]), "states[0].next"),
+    (put("states", 0, "next", "a", "gone"), "states[0].next.a"),
+    (put("states", 0, "next", "a", ["odd"]), "states[0].next.a"),
+    (remove("states", 0, "next", "a"), "states[0].next"),
+]
+
+
+class TestFile:
+    def test_file_looks_as_documented(self):
+        assert to_json_text(NAMED) == FILE
+        assert "".join(f"    {line}\n" for line in FILE.splitlines()) in document.__doc__
+        assert json.loads(to_json_text(MOORE))["states"] == [{"name": "s0", "output": ["x", "y"], "next": {"a": "s0"}}]
+
+    @given(machines(), st.booleans(), st.data())
+    def test_machine_reads_back_and_gives_the_same_bytes(self, machine, named, data):
+        names = st.text(min_size=1) | st.sampled_from(["\ud800", "s0", "null"])
+        if named:
+            count = len(machine.transitions)
+            machine = replace(
+                machine, labels=tuple(data.draw(st.lists(names, min_size=count, max_size=count, unique=True)))
+            )
+        count = len(machine.alphabet)
+        machine = replace(
+            machine, alphabet=tuple(data.draw(st.lists(names, min_size=count, max_size=count, unique=True)))
+        )
+        text = to_json_text(machine)
+        assert text.isascii()
+        assert from_json_text(text) == machine
+        assert to_json_text(from_json_text(text)) == text
+
+    @pytest.mark.parametrize(
+        ("machine", "change", "field"),
+        [(NAMED, *bad) for bad in BAD_ACCEPTORS] + [(MOORE, put("states", 0, "output", ["x", 1]), "states[0].output")],
+    )
+    def test_every_bad_file_is_one_clear_line(self, machine, change, field):
+        made = json.loads(to_json_text(machine))
+        change(made)
+        require_refused(from_json_text, made, field)
+
+    @given(st.data())
+    def test_damaged_file_is_either_refused_or_a_machine(self, data):
+        at = data.draw(st.integers(0, len(FILE) - 1))
+        damaged = FILE[:at] + data.draw(st.sampled_from(["", '"', "{", "null", "\n", "a"])) + FILE[at + 1 :]
+        try:
+            read = from_json_text(damaged)
+        except ConfigurationError:
+            return
+        assert from_json_text(to_json_text(read)) == read
+
+
+shown = st.text(min_size=1, max_size=5) | st.sampled_from(
+    ["true", "a, b", "a / b", '"', "\\", "\n", "{}", " a", "\ud800"]
+)
+
+
+shown_outputs = (
+    st.booleans() | st.text(max_size=3) | st.sampled_from(["true", "false"]) | st.lists(shown, max_size=3).map(tuple)
+)
+
+
+QUOTED = [(" a", '" a"'), ("", '""'), ('a"b', r'"a\"b"'), ("a\nb", r'"a\nb"'), ("a\\b", r'"a\\b"'), ("a,b", '"a,b"')]
+
+
+with warnings.catch_warnings():
+    # pydot calls its parser library by dot_names of old.
+    warnings.filterwarnings("ignore", category=DeprecationWarning, module=r"pydot\.")
+    from pydot.dot_parser import parse_dot_data
+
+
+NAMED_ = dfa([[1, 0], [0, None]], [0], labels=("even", "odd"))
+
+
+DOT = """\
+digraph automaton {
+  kind="dfa";
+  alphabet="a, b";
+  rankdir=LR;
+  start [shape=point, label=""];
+  q0 [shape=doublecircle, label="even"];
+  q1 [shape=circle, label="odd"];
+  start -> q0;
+  q0 -> q1 [label="a"];
+  q0 -> q0 [label="b"];
+  q1 -> q0 [label="a"];
+}
+"""
+
+
+dot_names = st.text(min_size=1, max_size=4) | st.sampled_from(
+    ["\\N", "&lt;", 'a"', "a\\", "\n", "true", "s0", "x / y", "\\n"]
+)
+
+
+class TestTexts:
+    @given(st.lists(shown, min_size=1, max_size=4).map(tuple), st.lists(shown, min_size=1, max_size=4).map(tuple))
+    def test_different_names_read_differently(self, some, others):
+        assert shown_names(some).isprintable()
+        assert (shown_names(some) == shown_names(others)) == (some == others)
+
+    @given(shown_outputs, shown_outputs)
+    def test_different_outputs_read_differently(self, one, other):
+        assert (shown_output(one) == shown_output(other)) == (one == other and type(one) is type(other))
+
+    @pytest.mark.parametrize("name", ["A", "in the middle", "+x-y", "a|b", "ä", "true"])
+    def test_most_names_stand_as_they_are(self, name):
+        assert shown_name(name) == name
+
+    @pytest.mark.parametrize(("name", "shown"), QUOTED)
+    def test_what_might_be_misread_is_in_quotes(self, name, shown):
+        assert shown_name(name) == shown
+
+    def test_symbols_that_lead_the_same_way_share_an_edge(self):
+        machine = dfa([[0, 1, 0], [None, 1, 1]], [1], alphabet="abc")
+        assert edges(machine) == (Edge(0, 0, "a, c"), Edge(0, 1, "b"), Edge(1, 1, "b, c"))
+
+    def test_dfa_as_dot(self):
+        assert to_dot_text(NAMED_) == DOT
+
+    def test_moore_machine_shows_its_outputs_below_the_names(self):
+        machine = Machine(Kind.MOORE, ("a",), ((1,), (0,)), ("x", ("p", "q")))
+        text = to_dot_text(machine)
+        assert '  q0 [shape=circle, label="s0\\nx"];' in text
+        assert '  q1 [shape=circle, label="s1\\n{p, q}"];' in text
+
+    def test_marks_are_escaped(self):
+        machine = dfa([[0]], [], alphabet=("&",), labels=('\\N"',))
+        text = to_dot_text(machine)
+        assert r'  q0 [shape=circle, label="\"\\\\N\\\"\""];' in text
+        assert '  alphabet="&amp;";' in text
+
+    @settings(max_examples=10)
+    @given(machines(), dot_names)
+    def test_another_reader_of_dot_finds_states_and_edges(self, machine, name):
+        machine = replace(machine, alphabet=(name, *(f"{name}{number}" for number in range(1, len(machine.alphabet)))))
+        text = to_dot_text(machine)
+        assert to_dot_text(machine) == text
+        (graph,) = parse_dot_data(text)
+        assert len(graph.get_nodes()) == len(machine.transitions) + 1
+        routes = {
+            (source, target) for source, row in enumerate(machine.transitions) for target in row if target is not None
+        }
+        found = {(edge.get_source(), edge.get_destination()) for edge in graph.get_edges()}
+        assert found == {("start", f"q{machine.start}"), *((f"q{source}", f"q{target}") for source, target in routes)}

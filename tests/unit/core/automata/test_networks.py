@@ -1,0 +1,363 @@
+"""Strings, prefix trees, Elman networks and their training."""
+
+import json
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.core.automata import PrefixTree
+from palpate.core.automata.elman import END, Architecture, Network, Readout, network_text, network_to_dict
+from palpate.core.automata.restarts import Restarts, TrainingTask, levels_of
+from palpate.core.automata.strings import Strings
+from palpate.core.automata.training import Progress, Training, TrainingSettings, train
+from palpate.core.errors import ConfigurationError
+
+texts = st.lists(st.lists(st.sampled_from("ABC"), min_size=1, max_size=6).map("".join), min_size=2, max_size=40)
+
+
+class TestStrings:
+    def test_empty_string_needs_a_label(self) -> None:
+        with pytest.raises(ConfigurationError, match=r"strings\[1\].*at least one symbol"):
+            Strings.of(["AB", ""])
+
+    @pytest.mark.parametrize(
+        ("texts", "labels", "alphabet", "said"),
+        [
+            ([], [], "AB", r"strings = \(\) is refused: at least one string"),
+            (["AB", "AXB"], [], "AB", r"strings\[1\] = 'X' is refused: symbols of the alphabet A B"),
+            (["AAA", "A"], [], "A", "two symbols or more"),
+            (["AAA", "A"], [], None, "two symbols or more"),
+            (["AAA", "A"], [], "AB", "strings = 'A A A' is refused: strings in which two different symbols occur"),
+            (["", ""], [True, True], "AB", "strings = 'the empty string' is refused: strings in which two"),
+            (
+                ["AB", "BA", "AB"],
+                [True, True, False],
+                None,
+                "strings = 'A B' is refused: each string either accepted or",
+            ),
+            (["AB", "BA"], [True], None, "true or false for each of 2"),
+            (["AB"], [], "ABA", "different names"),
+            (["AB"], [], ("A", "B", ""), "different names"),
+        ],
+    )
+    def test_what_cannot_be_learned_from_is_refused_in_one_line(self, texts, labels, alphabet, said) -> None:
+        with pytest.raises(ConfigurationError, match=said) as caught:
+            Strings.of(texts, labels, alphabet=alphabet)
+        assert "\n" not in str(caught.value)
+
+    def test_numbers_outside_the_alphabet_are_refused(self) -> None:
+        for symbol in (-1, 2):
+            with pytest.raises(ConfigurationError, match=r"strings\[0\].*symbols from 0 to 1"):
+                Strings(("A", "B"), ((0, symbol),))
+
+    @given(texts, st.floats(0.01, 0.99), st.integers(0, 1000))
+    def test_split_loses_nothing_and_is_repeatable(self, listed, share, seed) -> None:
+        strings = Strings(("A", "B", "C"), tuple((0, 1, *map("ABC".index, word)) for word in listed))
+        kept, held = strings.split(share, seed)
+        assert sorted(kept.words + held.words) == sorted(strings.words)
+        assert (kept, held) == strings.split(share, seed)
+        assert kept.alphabet == held.alphabet == strings.alphabet
+        assert abs(len(held.words) - share * len(strings.words)) <= 1.0
+
+    def test_split_keeps_labels_with_their_strings(self) -> None:
+        strings = Strings.of([f"{n:04b}" for n in range(16)], [n % 3 == 0 for n in range(16)])
+        for part in strings.split(0.25, 3):
+            assert all(
+                label == (int("".join(map(str, w)), 2) % 3 == 0)
+                for w, label in zip(part.words, part.labels, strict=True)
+            )
+        assert len(strings.split(0.25, 3)[1].words) == 4
+
+    @pytest.mark.parametrize("share", [0.0, 1.0, -0.5])
+    def test_split_has_two_sides(self, share) -> None:
+        with pytest.raises(ConfigurationError, match="above 0 and below 1"):
+            Strings.of(["AB", "BA"]).split(share, 0)
+
+    def test_split_whose_parts_are_too_poor_is_refused_in_its_own_words(self) -> None:
+        with pytest.raises(
+            ConfigurationError, match=r"strings\.held_out = 0\.2 is refused: another share, or more strings"
+        ):
+            Strings.of(["AA", "BB"]).split(0.2, 0)
+
+
+def prefixes(tree: PrefixTree) -> list[tuple[int, ...]]:
+    found: list[tuple[int, ...]] = []
+    for parent, symbol in zip(tree.parents, tree.symbols, strict=True):
+        found.append(() if parent < 0 else (*found[parent], int(symbol)))
+    return found
+
+
+words = st.lists(st.lists(st.integers(0, 2), min_size=1, max_size=7).map(tuple), max_size=30)
+
+
+class TestPrefixTree:
+    def test_small_tree(self) -> None:
+        tree = PrefixTree.of(Strings.of(["BA", "A", "BB", "BA"]))
+        assert prefixes(tree) == [(), (0,), (1,), (1, 0), (1, 1)]
+        assert tree.levels.tolist() == [0, 1, 3, 5]
+        assert tree.counts.tolist() == [[1, 3, 0], [0, 0, 1], [2, 1, 0], [0, 0, 2], [0, 0, 1]]
+        assert tree.passes.tolist() == [4, 1, 3, 2, 1]
+        assert tree.nodes.tolist() == [3, 1, 4, 3]
+        assert tree.labels.tolist() == [-1] * 5
+        assert list(tree.blocks()) == [[(0, 1, 2), (1, 2, 3)], [(0, 3, 4), (1, 4, 5)]]
+
+    @given(words)
+    def test_tree_holds_each_prefix_once_and_counts_its_strings(self, listed) -> None:
+        strings = Strings(("a", "b", "c"), ((0, 1), *listed))
+        tree = PrefixTree.of(strings)
+        held = prefixes(tree)
+        assert sorted(held) == sorted({word[:n] for word in strings.words for n in range(len(word) + 1)})
+        assert [held[node] for node in tree.nodes] == list(strings.words)
+        for prefix, passes, counts in zip(held, tree.passes, tree.counts, strict=True):
+            through = [word for word in strings.words if word[: len(prefix)] == prefix]
+            assert passes == len(through)
+            assert counts[-1] == through.count(prefix)
+        assert tree.counts.sum() == strings.symbols + len(strings.words)
+
+    @given(words, st.integers(0, 3))
+    def test_automaton_runs_over_all_prefixes_at_once(self, listed, start) -> None:
+        tree = PrefixTree.of(Strings(("a", "b", "c"), ((0, 1), *listed)))
+        transitions = np.random.default_rng(len(listed)).integers(4, size=(4, 3))
+        for prefix, state in zip(prefixes(tree), tree.states(transitions, start), strict=True):
+            expected = start
+            for symbol in prefix:
+                expected = transitions[expected, symbol]
+            assert state == expected
+
+
+def network(seed=0, *, alphabet=("a", "b", "c"), reading=Readout.PREDICTION, **shape) -> Network:
+    architecture = Architecture(alphabet=alphabet, reading=reading, **shape)
+    rng = np.random.default_rng(seed)
+    return Network(architecture, **{name: rng.normal(size=size) for name, size in architecture.shapes.items()})
+
+
+class TestElman:
+    @pytest.mark.parametrize("order", [1, 2])
+    @pytest.mark.parametrize("activation", ["sigmoid", "tanh"])
+    def test_all_ways_to_advance_agree(self, order, activation) -> None:
+        one = network(1, order=order, activation=activation, hidden=3)
+        strings = Strings(("a", "b", "c"), ((0, 1, 2, 2), (2, 1, 0), (2, 2), (0,)))
+        tree = PrefixTree.of(strings)
+        hidden = one.hidden_states(tree)
+        for word, node in zip(strings.words, tree.nodes, strict=True):
+            state = one.start_state
+            for symbol in word:
+                weights = one.recurrent[symbol if order == 2 else 0]
+                drive = weights @ state + one.inputs[symbol]
+                state = np.tanh(drive) if activation == "tanh" else 1.0 / (1.0 + np.exp(-drive))
+            assert hidden[node] == pytest.approx(state)
+        for symbol in range(3):
+            assert one.after(hidden, np.full(len(hidden), symbol)) == pytest.approx(one.advance(hidden, symbol))
+
+    def test_predictions_are_probabilities_even_of_huge_weights(self) -> None:
+        one = network(2)
+        huge = Network(one.architecture, one.recurrent, one.inputs, one.start, 1e6 * one.output, one.bias)
+        shares = huge.read(np.array([[0.0, 1.0], [1.0, 0.3]]))
+        assert shares.shape == (2, 4)
+        assert shares.sum(axis=1) == pytest.approx(1.0)
+        assert np.isfinite(shares).all()
+
+    def test_end_of_a_string_is_no_symbol(self) -> None:
+        with pytest.raises(ConfigurationError, match="means the end of a string"):
+            Architecture(alphabet=("a", END), reading=Readout.PREDICTION)
+
+    def test_bad_parameters_are_refused(self) -> None:
+        one = network()
+        for bad in (np.zeros((2, 2)), np.full((3, 2), np.nan)):
+            with pytest.raises(ConfigurationError, match=r"network\.inputs.*shape \(3, 2\)"):
+                Network(one.architecture, one.recurrent, bad, one.start, one.output, one.bias)
+
+    def test_another_alphabet_is_refused_also_in_another_order(self) -> None:
+        one = network()
+        one.require_alphabet(("a", "b", "c"))
+        with pytest.raises(ConfigurationError, match="the network's own: a, b, c"):
+            one.require_alphabet(("b", "a", "c"))
+        with pytest.raises(ConfigurationError, match=r"network\.alphabet"):
+            one.hidden_states(PrefixTree.of(Strings.of(["ab"])))
+
+    @pytest.mark.parametrize("reading", list(Readout))
+    @pytest.mark.parametrize("order", [1, 2])
+    def test_file_has_the_shape_and_every_weight_to_the_last_bit(self, reading, order) -> None:
+        one = network(4, alphabet=("x- y0", "b"), reading=reading, hidden=3, activation="tanh", order=order)
+        data = json.loads(network_text(one))
+        assert data == network_to_dict(one)
+        shape = {"schema": "palpate.elman/1", "alphabet": ["x- y0", "b"], "reading": reading.value, "hidden": 3}
+        shape |= {"activation": "tanh", "order": order}
+        assert {key: data.pop(key) for key in shape} == shape
+        for name, values in data.items():
+            assert np.array(values).tobytes() == getattr(one, name).tobytes()
+        assert set(data) == set(one.architecture.shapes)
+
+
+POSITIVE = Strings.of(["abca", "cab", "abca", "b", "cc"])
+
+
+LABELLED = Strings.of(["abca", "cab", "abca", "b", ""], [True, False, True, False, True])
+
+
+SHAPES = [
+    Architecture(alphabet=("a", "b", "c"), reading=reading, hidden=3, activation=activation, order=order)
+    for reading, activation, order in product(Readout, ("sigmoid", "tanh"), (1, 2))
+]
+
+
+shapes = pytest.mark.parametrize("shape", SHAPES, ids=lambda s: f"{s.reading.value}-{s.activation}-{s.order}")
+
+
+def loss_string_by_string(network: Network, strings: Strings) -> tuple[float, bool]:
+    """The definition, without a tree: nats a symbol (with the end), or a string; and whether all is right."""
+    total, drawn, right = 0.0, 0, True
+    for place, word in enumerate(strings.words):
+        hidden = network.start_state[np.newaxis]
+        for symbol in word:
+            if not strings.labelled:
+                total -= np.log(network.read(hidden)[0, symbol])
+            hidden = network.advance(hidden, symbol)
+        drawn += 1 if strings.labelled else len(word) + 1
+        said = network.read(hidden)[0]
+        if not strings.labelled:
+            total -= np.log(said[-1])
+            continue
+        label = strings.labels[place]
+        total -= np.log(said[0] if label else 1.0 - said[0])
+        right = right and (said[0] > 0.5) == label
+    return float(total / drawn), bool(right)
+
+
+class TestRestarts:
+    @shapes
+    def test_batch_does_what_its_networks_do_one_by_one(self, shape) -> None:
+        strings = LABELLED if shape.reading is Readout.ACCEPTANCE else POSITIVE
+        tree = PrefixTree.of(strings)
+        task, restarts = TrainingTask(tree, shape), Restarts(shape, 5, seed=3)
+        hidden = restarts.hidden_states(levels_of(tree))
+        losses, right = task.losses(restarts, hidden)
+        for place in range(5):
+            network = restarts.network(place)
+            assert hidden[place].detach().numpy().T == pytest.approx(network.hidden_states(tree), abs=1e-5)
+            loss, all_right = loss_string_by_string(network, strings)
+            assert losses[place].item() == pytest.approx(loss, rel=1e-4)
+            assert right is None or bool(right[place]) is all_right
+
+    def test_network_depends_on_the_seed_and_its_number_alone(self) -> None:
+        many, few = Restarts(SHAPES[0], 6, seed=5), Restarts(SHAPES[0], 2, seed=5, skip=3)
+        for name in SHAPES[0].shapes:
+            assert getattr(few.network(1), name).tobytes() == getattr(many.network(4), name).tobytes()
+            assert getattr(many.network(3), name).tobytes() != getattr(many.network(4), name).tobytes()
+
+    def test_gradients_are_clipped_network_by_network(self) -> None:
+        import torch
+
+        restarts = Restarts(SHAPES[0], 3, seed=0)
+        for parameter in restarts.parameters.values():
+            parameter.grad = torch.zeros_like(parameter)
+        bias = restarts.parameters["bias"].grad
+        bias[0, 0], bias[0, 1], bias[1, 0], bias[2, 0] = 30.0, 40.0, 0.5, torch.nan
+        restarts.parameters["start"].grad[2] = 7.0
+        restarts.clip(1.0)
+        assert bias[0, :2].tolist() == pytest.approx([0.6, 0.8])
+        assert bias[1, 0].item() == 0.5
+        assert bias[2].tolist() == [0.0] * 4
+        assert torch.isfinite(restarts.parameters["start"].grad).all()
+
+    def test_noise_comes_from_its_generator(self) -> None:
+        import torch
+
+        levels, restarts = levels_of(PrefixTree.of(POSITIVE)), Restarts(SHAPES[0], 2, seed=0)
+        drawn = [
+            restarts.hidden_states(levels, noise=0.5, generator=torch.Generator().manual_seed(seed))
+            for seed in (1, 1, 2)
+        ]
+        assert torch.equal(drawn[0], drawn[1])
+        assert not torch.equal(drawn[0], drawn[2])
+
+
+BINARY = ("0", "1")
+
+
+EVEN_ONES = Strings.of(
+    [f"{n:0{length}b}" if length else "" for length in range(6) for n in range(2**length)],
+    [n.bit_count() % 2 == 0 for length in range(6) for n in range(2**length)],
+)
+
+
+ACCEPTOR = Architecture(alphabet=BINARY, reading=Readout.ACCEPTANCE, order=2)
+
+
+PREDICTOR = Architecture(alphabet=("a", "b"), reading=Readout.PREDICTION)
+
+
+WALKS = Strings.of(["ab", "abab", "ab", "aab"])
+
+
+def parameters(training: Training) -> list[bytes]:
+    return [getattr(t.network, name).tobytes() for t in training.networks for name in t.network.architecture.shapes]
+
+
+class TestTraining:
+    def test_equal_seeds_give_equal_bytes_and_others_do_not(self) -> None:
+        settings = TrainingSettings(restarts=6, batch=4, steps=30, noise=0.2, look_every=7)
+        one, again = train(WALKS, PREDICTOR, settings), train(WALKS, PREDICTOR, settings)
+        assert parameters(one) == parameters(again)
+        assert one.curve == again.curve
+        other = train(
+            WALKS, PREDICTOR, TrainingSettings(restarts=6, batch=4, steps=30, noise=0.2, look_every=7, seed=1)
+        )
+        assert parameters(one) != parameters(other)
+
+    def test_threads_of_the_caller_are_left_as_they_were(self) -> None:
+        import torch
+
+        before = torch.get_num_threads()
+        torch.set_num_threads(2)
+        try:
+            train(WALKS, PREDICTOR, TrainingSettings(restarts=2, batch=2, steps=1))
+            assert torch.get_num_threads() == 2
+        finally:
+            torch.set_num_threads(before)
+
+    def test_batches_are_counted_on_and_progress_is_told(self) -> None:
+        told: list[Progress] = []
+        training = train(WALKS, PREDICTOR, TrainingSettings(restarts=5, batch=2, steps=10, look_every=4), told.append)
+        assert [(point.restart, point.step) for point in told] == [(r, s) for r in (0, 2, 4) for s in (0, 4, 8, 10)]
+        assert training.curve == tuple(told)
+        assert sorted(network.restart for network in training.networks) == [0, 1, 2, 3, 4]
+        assert all(point.best_loss <= point.median_loss and point.consistent == 0 for point in told)
+        assert "5 networks, 10 steps; lowest loss" in training.summary
+
+    def test_best_is_kept_even_if_none_is_consistent(self) -> None:
+        # A step size that throws every network about: what was best is far from what is last.
+        wild = TrainingSettings(restarts=4, batch=4, steps=40, learning_rate=30.0, look_every=1)
+        training = train(EVEN_ONES, ACCEPTOR, wild)
+        assert training.consistent == 0
+        assert training.best.loss == min(point.best_loss for point in training.curve)
+        assert training.curve[-1].best_loss > training.best.loss
+        assert "none is right about every training string" in training.summary
+
+    def test_no_more_batches_than_needed(self) -> None:
+        training = train(EVEN_ONES, ACCEPTOR, TrainingSettings(restarts=320, batch=32, steps=400, enough=2))
+        assert len(training.networks) < 320
+        assert training.consistent >= 2
+        losses = [network.loss for network in training.networks[: training.consistent]]
+        assert losses == sorted(losses)
+
+    def test_training_lowers_the_loss_to_that_of_the_source(self) -> None:
+        # After an a comes a b with 3 in 4, an a otherwise; after a b the end.
+        training = train(Strings.of(["ab"] * 3 + ["aab"]), PREDICTOR, TrainingSettings(restarts=8, batch=8, steps=300))
+        choices = 3 * np.log(4 / 3) + np.log(4.0)
+        assert training.best.loss == pytest.approx(choices / 13, abs=0.01)
+
+    @pytest.mark.parametrize(
+        ("strings", "shape", "said"),
+        [
+            (WALKS, ACCEPTOR, r"network\.alphabet"),
+            (WALKS, Architecture(alphabet=("a", "b"), reading=Readout.ACCEPTANCE), "prediction for such strings"),
+            (EVEN_ONES, Architecture(alphabet=BINARY, reading=Readout.PREDICTION), "acceptance for such strings"),
+        ],
+    )
+    def test_strings_must_suit_the_network(self, strings, shape, said) -> None:
+        with pytest.raises(ConfigurationError, match=said):
+            train(strings, shape)

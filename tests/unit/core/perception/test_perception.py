@@ -1,0 +1,352 @@
+"""Contact states, states with a memory, and the whole of perception, in files too."""
+
+import dataclasses
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.core.errors import CommandError, ConfigurationError
+from palpate.core.perception import (
+    FACTS,
+    IdentityState,
+    LastAction,
+    LastSymbols,
+    Perception,
+    Situations,
+    StateIdentifier,
+    TaskFacts,
+    perception_from_dict,
+    perception_to_dict,
+    stage_from_dict,
+    stage_to_dict,
+)
+from palpate.core.perception import pipeline as stages
+from palpate.core.perception.features import PrincipalComponents, SelectedChannels, SelfOrganisingMap
+from palpate.core.perception.signal import Normalisation, SignalProcessor
+from palpate.core.perception.symbols import Clusters, GatedThresholds, RandomPartition, Thresholds
+from palpate.core.ports import STAGES, register_stage
+
+NINE = (0.0,) * 9
+
+
+CORNERS = Perception(TaskFacts(FACTS), Situations(), IdentityState(Situations.symbols))
+
+
+class TestSituations:
+    @pytest.mark.parametrize(
+        ("facts", "situation"),
+        [
+            ((0.0, -1.0, -1.0, 0.0, 0.0), "upright in the air"),
+            ((0.1, 0.0, 0.0, 0.0, 0.0), "upright on the plate"),
+            ((0.0, 1.2, 1.2, 0.0, 0.0), "upright in the hole"),
+            ((1.0, -1.0, -3.0, 0.0, 0.0), "leaning in the air"),
+            ((1.0, 0.8, -1.8, 0.0, 0.0), "leaning on the plate"),
+            ((1.0, 2.0, 1.2, 0.9, 0.0), "corner turning"),
+            ((1.0, 2.0, 1.2, 2.0, -1.2), "corner turning"),
+            ((1.0, 2.0, 0.9, 2.0, 0.0), "corner wedged"),
+            ((1.0, 2.0, 1.2, 2.0, 0.0), "corner caught"),
+        ],
+    )
+    def test_situations_are_told_apart_by_lean_depth_walls_and_torque(
+        self, facts: tuple[float, ...], situation: str
+    ) -> None:
+        assert CORNERS.symbols[CORNERS.observe(NINE + facts)[0]] == situation
+
+    def test_they_come_back_from_a_file_with_their_thresholds(self) -> None:
+        finer = Perception(TaskFacts(FACTS), Situations(caught=2.0), CORNERS.identifier)
+        assert perception_from_dict(perception_to_dict(finer)) == finer
+        with pytest.raises(ConfigurationError, match=r"symboliser\.wall"):
+            Situations(wall=float("nan"))
+
+    def test_where_the_task_adds_nothing_the_facts_are_zeros(self) -> None:
+        assert TaskFacts(("lean", "depth")).extract(NINE) == (0.0, 0.0)
+
+
+AB = ("a", "b")
+
+
+class TestStates:
+    def test_without_a_memory_the_state_is_the_last_symbol_whatever_came_before(self) -> None:
+        identifier = IdentityState(("a", "b", "c"))
+        assert identifier.states == ("a", "b", "c")
+        assert [identifier.update(symbol) for symbol in (2, 0, 0, 1, 2)] == [2, 0, 0, 1, 2]
+        identifier.reset()
+        assert identifier.update(1) == 1
+        assert isinstance(identifier, StateIdentifier)
+
+    @pytest.mark.parametrize("symbol", [-1, 3])
+    def test_unknown_symbol_is_refused_without_a_memory(self, symbol: int) -> None:
+        with pytest.raises(CommandError, match=f"from 0 to 2: {symbol}"):
+            IdentityState(("a", "b", "c")).update(symbol)
+
+    def test_trial_begins_with_nothing(self) -> None:
+        identifier = LastSymbols(AB, 3)
+        for symbol in (0, 1, 1):
+            identifier.update(symbol)
+        identifier.reset()
+        assert identifier.states[identifier.update(1)] == "b"
+
+    @given(st.integers(1, 4), st.integers(1, 3), st.lists(st.integers(0, 3), max_size=12))
+    def test_name_of_the_state_tells_the_symbols(self, count: int, length: int, word: list[int]) -> None:
+        names = "abcd"[:count]
+        identifier = LastSymbols(tuple(names), length)
+        assert len(identifier.states) == sum(count**size for size in range(1, length + 1))
+        past: list[str] = []
+        for symbol in word:
+            past.append(names[symbol % count])
+            state = identifier.update(symbol % count)
+            assert identifier.states[state] == " > ".join(past[-length:])
+
+    @given(st.lists(st.integers(0, 1), max_size=6), st.integers(0, 1))
+    def test_it_goes_on_where_its_memory_was_kept(self, word: list[int], after: int) -> None:
+        first, second = LastSymbols(AB, 3), LastSymbols(AB, 3)
+        for symbol in word:
+            first.update(symbol)
+        second.set_state(json.loads(json.dumps(first.get_state())))
+        assert first.update(after) == second.update(after)
+
+    @pytest.mark.parametrize("memory", [[0.0, 1.0, 1.0], [2.0], [-1.0], [0.5], [float("nan")]])
+    def test_another_memory_is_refused(self, memory: list[float]) -> None:
+        identifier = LastSymbols(AB, 2)
+        identifier.update(1)
+        with pytest.raises(ConfigurationError, match=r"identifier\.state .* at most 2 whole numbers from 0 to 1"):
+            identifier.set_state(memory)
+        assert identifier.get_state() == [1.0]
+
+    @pytest.mark.parametrize("symbol", [-1, 2])
+    def test_unknown_symbol_is_refused(self, symbol: int) -> None:
+        with pytest.raises(CommandError, match=f"from 0 to 1: {symbol}"):
+            LastSymbols(AB, 2).update(symbol)
+
+    @pytest.mark.parametrize(
+        ("symbols", "length", "says"),
+        [
+            ((), 2, "symbols"),
+            (("a", "a"), 2, "symbols"),
+            (AB, 0, "length"),
+            (AB, 1.5, "length"),
+            (AB, 17, "at most 100000 states; with 2 symbols there are 262142"),
+            (("a", "a > a"), 2, "states"),
+        ],
+    )
+    def test_what_makes_no_states_is_refused(self, symbols: tuple[str, ...], length: int, says: str) -> None:
+        with pytest.raises(ConfigurationError, match=says):
+            LastSymbols(symbols, length)
+
+    def test_it_comes_back_from_a_file(self) -> None:
+        identifier = LastSymbols(AB, 3)
+        back = stage_from_dict(json.loads(json.dumps(stage_to_dict(identifier))))
+        assert stage_to_dict(identifier) == {"kind": "last_symbols", "symbols": ["a", "b"], "length": 3}
+        assert back == identifier
+        assert back.states == identifier.states
+
+    def test_state_can_be_the_last_symbol_and_the_kind_of_action_before_it(self) -> None:
+        last = LastAction(("A", "B"), ("push", "lean"))
+        assert last.states == (
+            "A at first",
+            "B at first",
+            "A after push",
+            "B after push",
+            "A after lean",
+            "B after lean",
+        )
+        led = [(0, None), (1, "push 1"), (0, "lean 1"), (1, "another")]
+        assert [last.states[last.update(symbol, action)] for symbol, action in led] == [
+            "A at first", "B after push", "A after lean", "B at first",
+        ]  # fmt: skip
+        last.set_state(last.get_state())
+        with pytest.raises(CommandError):
+            last.update(2)
+        with pytest.raises(ConfigurationError):
+            last.set_state([1.0])
+
+
+TABLE = np.random.default_rng(2).normal(size=(60, 9)) * np.geomspace(1e-3, 10.0, 9)
+
+
+GATED = GatedThresholds.of({"x": (-1e-3, 1e-3), "y": (-1e-3, 1e-3)}, {"tx": (-0.1, 0.1), "ty": (-0.1, 0.1)})
+
+
+EXTRACTORS = [
+    SelectedChannels(("x", "y", "tx", "ty")),
+    PrincipalComponents.fit(TABLE, 3),
+    PrincipalComponents.fit(TABLE, 2, ("fx", "fy", "fz")),
+    SelfOrganisingMap.fit(TABLE, 2, 3, 0, iterations=200),
+]
+
+
+SYMBOLISERS = [
+    GATED,
+    Thresholds.of({"a": (0.1,), "b": (-1 / 3, 1 / 3), "c": (0.0,), "d": (0.0,)}),
+    RandomPartition.draw(dict.fromkeys("abcd", (-1.0, 2.0)), 5, 0),
+    Clusters.fit(TABLE[:, :4], 4, 0, ("x", "y", "z", "fx")),
+]
+
+
+def through_json(stage: object) -> Any:
+    # Sorted keys, because a file that embeds a stage may sort them: no meaning may hang on the order.
+    return stages.stage_from_dict(json.loads(json.dumps(stages.stage_to_dict(stage), sort_keys=True)))
+
+
+def paper() -> Perception:
+    return Perception(EXTRACTORS[0], GATED, IdentityState(GATED.symbols))
+
+
+def edit(path: str, value: object) -> dict[str, Any]:
+    data: dict[str, Any] = json.loads(json.dumps(stages.perception_to_dict(paper())))
+    place = data
+    *way, last = path.split(".")
+    for key in way:
+        place = place[key]
+    if value is KeyError:
+        del place[last]
+    else:
+        place[last] = value
+    return data
+
+
+@dataclasses.dataclass(frozen=True)
+class Doubled:
+    """A stranger's stage."""
+
+    by: float
+
+
+BANDS = Thresholds.of({"x": (-1e-3, 1e-3), "tx": (-0.01, 0.01)})
+
+
+def signal(x: float, tx: float) -> tuple[float, ...]:
+    return (x, 9.0, 9.0, 9.0, 9.0, 9.0, tx, 9.0, 9.0)
+
+
+class TestPipeline:
+    @pytest.mark.parametrize("stage", EXTRACTORS + SYMBOLISERS, ids=lambda s: type(s).__name__)
+    def test_stages_come_back_with_identical_output(self, stage: Any) -> None:
+        back = through_json(stage)
+        assert back == stage
+        assert type(back) is type(stage)
+        for names in ("names", "features", "symbols"):
+            assert getattr(back, names, None) == getattr(stage, names, None)
+        use, width = ("extract", 9) if hasattr(stage, "extract") else ("symbol", 4)
+        for row in TABLE[:, :width].tolist():
+            assert getattr(back, use)(tuple(row)) == getattr(stage, use)(tuple(row))
+
+    @pytest.mark.parametrize("normalisation", [None, Normalisation.fit(TABLE[:, 3:])])
+    def test_signal_processor_comes_back_with_identical_output(self, normalisation: Normalisation | None) -> None:
+        stage = SignalProcessor(140.0, 4.1, 2, (9.80665,) * 6, normalisation)
+        back = through_json(stage)
+        for processor in (stage, back):
+            processor.reset((0.0,) * 6)
+        for row in TABLE[:, 3:].tolist():
+            assert back.update(tuple(row)) == stage.update(tuple(row))
+
+    def test_dictionaries_are_plain_json(self) -> None:
+        assert stages.stage_to_dict(SelectedChannels(("x",))) == {"kind": "selected_channels", "channels": ["x"]}
+        assert stages.stage_to_dict(GATED)["outer"] == {
+            "kind": "thresholds",
+            "features": ["x", "y"],
+            "thresholds": [[-1e-3, 1e-3], [-1e-3, 1e-3]],
+        }
+
+    def test_perception_comes_back_from_json(self) -> None:
+        data = json.loads(json.dumps(stages.perception_to_dict(paper())))
+        assert data["schema"] == "palpate.perception/1"
+        back = stages.perception_from_dict(data)
+        assert back == paper()
+        for row in TABLE.tolist():
+            assert back.observe(tuple(row)) == paper().observe(tuple(row))
+
+    @pytest.mark.parametrize(
+        ("path", "value", "message"),
+        [
+            ("schema", "palpate.perception/2", r"perception\.schema = 'palpate\.perception/2' .*perception/1"),
+            (
+                "identifier",
+                KeyError,
+                r"perception = .* the keys schema, extractor, .* \(missing identifier\)",
+            ),
+            ("comment", "hello", r"perception = .* \(unknown key 'comment'\)"),
+            ("extractor", [1], r"perception\.extractor = \[1\] .* a table with a 'kind'"),
+            ("extractor.kind", "magic", r"perception\.extractor\.kind = 'magic' .* one of .*clusters"),
+            ("extractor.kind", ["x"], r"perception\.extractor\.kind = \['x'\]"),
+            ("extractor.kind", KeyError, r"perception\.extractor\.kind = None"),
+            ("extractor.channels", KeyError, r"perception\.extractor = .* \(missing channels\)"),
+            ("extractor.channels", 7, r"perception\.extractor\.channels = 7"),
+            ("extractor.gain", 7, r"perception\.extractor = .* the keys kind, channels \(unknown key 'gain'\)"),
+            ("extractor", stages.stage_to_dict(GATED), r"perception\.extractor\.kind = .* a kind of extractor"),
+            ("symboliser.outer", 3, r"perception\.symboliser\.outer = 3"),
+            ("symboliser.outer.features", ["x"], r"perception\.symboliser\.outer\.thresholds = "),
+            ("symboliser.inner.thresholds", [[1, 2]], r"perception\.symboliser\.inner\.thresholds = "),
+            ("identifier.symbols", ["a"], r"perception\.identifier\.symbols = \('a',\)"),
+        ],
+    )
+    def test_one_line_names_the_wrong_field(self, path: str, value: object, message: str) -> None:
+        with pytest.raises(ConfigurationError, match="^" + message) as caught:
+            stages.perception_from_dict(edit(path, value))
+        assert "\n" not in str(caught.value)
+
+    @pytest.mark.parametrize("stage", [*EXTRACTORS[1:], *SYMBOLISERS[2:]], ids=lambda s: type(s).__name__)
+    def test_normalisation_of_another_width_is_refused(self, stage: object) -> None:
+        data = stages.stage_to_dict(stage)
+        data["normalisation"]["offset"].append(0.0)
+        with pytest.raises(ConfigurationError, match=r"^here\.normalisation\.gain = .* numbers"):
+            stages.stage_from_dict(data, "here")
+        data["normalisation"]["gain"].append(1.0)
+        with pytest.raises(ConfigurationError, match=r"^here\.normalisation = .* a normalisation of"):
+            stages.stage_from_dict(data, "here")
+
+    def test_perception_must_be_a_table(self) -> None:
+        with pytest.raises(ConfigurationError, match="a table with schema"):
+            stages.perception_from_dict([])
+
+    def test_strangers_stage_can_be_written_once_it_is_registered(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        # What is added during the test goes with it.
+        monkeypatch.setitem(STAGES, "doubled", Doubled)
+        del STAGES["doubled"]
+        with pytest.raises(ConfigurationError, match=r"perception\.stage = .*Doubled"):
+            stages.stage_to_dict(Doubled(2.0))
+        register_stage("doubled", Doubled)
+        register_stage("doubled", Doubled)
+        assert through_json(Doubled(0.1)) == Doubled(0.1)
+        with pytest.raises(ConfigurationError, match="not taken"):
+            register_stage("clusters", Doubled)
+        with pytest.raises(ConfigurationError, match="a dataclass"):
+            register_stage("number", int)
+
+    def test_measurement_becomes_a_symbol_and_a_state(self) -> None:
+        perception = Perception(SelectedChannels(("x", "tx")), BANDS, IdentityState(BANDS.symbols))
+        symbol, state = perception.observe(signal(2e-3, -0.02))
+        assert perception.symbols[symbol] == perception.states[state] == "x+ tx-"
+
+    def test_identifier_with_a_memory_fits_in(self) -> None:
+        perception = Perception(SelectedChannels(("x", "tx")), BANDS, LastSymbols(BANDS.symbols, 2))
+
+        def seen(x_m: float) -> str:
+            return perception.states[perception.observe(signal(x_m, 0.0))[1]]
+
+        assert [seen(x_m) for x_m in (0.0, 0.0, 1.0)] == ["x0 tx0", "x0 tx0 > x0 tx0", "x0 tx0 > x+ tx0"]
+        memory = perception.get_state()
+        perception.reset()
+        assert seen(0.0) == "x0 tx0"
+        perception.identifier.set_state(memory)
+        assert seen(0.0) == "x+ tx0 > x0 tx0"
+
+    def test_features_in_another_order_than_the_thresholds_are_refused(self) -> None:
+        with pytest.raises(ConfigurationError, match=r"symboliser\.features = \('x', 'tx'\) .* tx, x"):
+            Perception(SelectedChannels(("tx", "x")), BANDS, IdentityState(BANDS.symbols))
+
+    def test_identifier_for_other_symbols_is_refused(self) -> None:
+        with pytest.raises(ConfigurationError, match=r"identifier\.symbols"):
+            Perception(SelectedChannels(("x", "tx")), BANDS, IdentityState(("a", "b")))
+
+    def test_measurement_that_cannot_be_one_is_refused(self) -> None:
+        perception = Perception(SelectedChannels(("x", "tx")), BANDS, IdentityState(BANDS.symbols))
+        with pytest.raises(CommandError, match="9 channels"):
+            perception.observe((0.0,) * 6)
+        with pytest.raises(CommandError, match="finite"):
+            perception.observe(signal(0.0, math.nan))

@@ -1,0 +1,240 @@
+"""Hidden states behind symbols: the belief, the model of displacements, the plan, and the learner on a map."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.adapters.config.grid import GridLearning
+from palpate.adapters.experiments.grid import Named, learn
+from palpate.core.errors import ConfigurationError
+from palpate.core.perception import IdentityState
+from palpate.core.policy import (
+    Action,
+    Hindsight,
+    HmmLearner,
+    HmmParameters,
+    MixedPolicy,
+    ProgrammedPolicy,
+    Transition,
+    compass_actions,
+)
+from palpate.core.policy.hmm import DisplacementHmm, FinitePomdp, RecordedTrial
+from palpate.core.policy.hmm.belief import StateBelief
+from palpate.core.policy.hmm.displacement_hmm import fit_displacement_hmm, lattice_steps
+from palpate.core.policy.hmm.learner import PATIENCE, fitted_after
+from palpate.core.policy.hmm.point_based import perseus, qmdp
+from palpate.core.policy.hmm.recorded import Batch
+from palpate.simulation.grid import GridMap, belief_optimum, grid_actions, run_trial, walks_from_all_cells
+from palpate.simulation.grid.maps import SCENARIO_1, SCENARIO_2
+from tests.unit.core.policy.bench import observation
+from tests.unit.core.policy.hmm.worlds import AMBIGUOUS, STEPS, random_pomdp, random_trials, true_offsets
+
+
+class TestBelief:
+    @pytest.mark.parametrize("seed", range(5))
+    def test_it_is_the_sum_over_all_paths(self, seed: int) -> None:
+        rng = np.random.default_rng(seed)
+        world, symbols, actions = random_pomdp(rng), [0, 1, 1, 0], [1, 0, 1]
+        belief = StateBelief(world, symbols[0])
+        for action, symbol in zip(actions, symbols[1:], strict=True):
+            belief.update(action, symbol)
+        by_state = np.zeros(world.states)
+        for path in product(range(world.states), repeat=4):
+            share = world.start[path[0]] * world.emissions[path[0], symbols[0]]
+            for time, action in enumerate(actions):
+                share *= world.transitions[action, path[time], path[time + 1]]
+                share *= world.emissions[path[time + 1], symbols[time + 1]]
+            by_state[path[-1]] += share
+        np.testing.assert_allclose(belief.probabilities, by_state / by_state.sum(), rtol=1e-9)
+
+    def test_after_an_impossible_reading_it_begins_anew_with_that_reading(self) -> None:
+        stays = np.eye(2)[None]
+        world = FinitePomdp(np.array([0.5, 0.5]), stays, np.zeros((1, 2)), np.eye(2))
+        belief = StateBelief(world, 0)
+        belief.update(0, 1)
+        assert belief.probabilities.tolist() == [0.0, 1.0]
+
+
+def log_prior(model: DisplacementHmm) -> float:
+    """What the pseudo-counts add: the quantity that Baum-Welch never lowers has them in it."""
+    n = len(model.offsets)
+    squares = np.array([u * u + v * v for u, v in model.offsets])
+    total = 0.05 * np.log(model.emissions).sum() + (0.5 * np.exp(-squares / 32.0) * np.log(model.start)).sum()
+    free = model.targets() != n + 1
+    blocked = model.blocked[free]
+    return float(total + (0.1 * np.log(blocked) + 0.9 * np.log1p(-blocked)).sum())
+
+
+class TestModel:
+    @given(seed=st.integers(0, 10_000))
+    @settings(max_examples=8, deadline=None)
+    def test_no_iteration_loses_likelihood(self, seed: int) -> None:
+        batch = Batch.of(random_trials(AMBIGUOUS, 12, seed))
+        model = DisplacementHmm.blank(STEPS, 4, 3, np.random.default_rng(seed))
+        before = -np.inf
+        for _ in range(6):
+            prior = log_prior(model)
+            model, _, log_likelihood = model.improved(batch)
+            assert log_likelihood + prior >= before - 1e-4
+            before = log_likelihood + prior
+
+    def test_the_map_is_found_from_random_walks(self) -> None:
+        trials = random_trials(AMBIGUOUS, 150)
+        found, truth = fit_displacement_hmm(trials, STEPS, 6, 3), true_offsets(AMBIGUOUS)
+        assert set(truth.offsets) <= set(found.offsets)
+        place = {offset: number for number, offset in enumerate(found.offsets)}
+        told = [found.emissions[place[offset]].argmax() for offset in truth.offsets]
+        assert told == list(truth.emissions.argmax(axis=1))
+
+    def test_trials_that_never_arrived_fill_no_offsets_of_their_own(self) -> None:
+        rows = "AEAFDBAD ADFDGEEF GCBBEFEC BCCBAAGB BBBCFDFB GEDAGEGG GCGCEDGB GACABDED FBABFDCD C·DADFBD EFFCCGDB"
+        grid = GridMap.from_text(rows.replace(" ", "\n"))
+        found = fit_displacement_hmm(random_trials(grid, 60, limit=60), STEPS, 10, 7)
+        assert len(found.offsets) < 1.2 * len(grid.cells)
+
+    def test_actions_on_no_lattice_are_refused_and_a_model_too_large_before_it_is_built(self) -> None:
+        assert lattice_steps(grid_actions())[:3] == ((1, 0), (1, 1), (0, 1))
+        with pytest.raises(ConfigurationError, match="whole multiples of the shortest"):
+            lattice_steps(compass_actions(1e-3))
+        # Along a diagonal 2.12 of three steps each way.
+        assert lattice_steps(compass_actions(1e-3), 3)[:3] == ((3, 0), (2, 2), (0, 3))
+        with pytest.raises(
+            ConfigurationError, match="at least half a step along x or y, the longest side being 1 steps"
+        ):
+            lattice_steps((*compass_actions(1e-3), Action("nudge", (4e-4, 0.0))), 1)
+        with pytest.raises(ConfigurationError, match="'40400 hidden states' is refused: at most 2896"):
+            HmmLearner(("A", "B"), grid_actions(), HmmParameters(reach=100))
+
+
+MAPS = [AMBIGUOUS, GridMap.from_regions(SCENARIO_1), GridMap.from_regions(SCENARIO_2)]
+
+
+class TestPlan:
+    @pytest.mark.parametrize("grid", MAPS, ids=["walls", "1", "2"])
+    def test_on_the_true_model_a_policy_comes_within_a_hundredth_of_the_optimum_of_the_belief(
+        self, grid: GridMap
+    ) -> None:
+        learner = HmmLearner(grid.symbols, grid_actions(), HmmParameters(), frozen=True)
+        learner.use(true_offsets(grid), random_trials(grid, 30))
+        walks = walks_from_all_cells(grid, IdentityState(grid.symbols), learner)
+        steps = np.mean([walk.steps for walk in walks])
+        optimum = float(belief_optimum(grid))
+        assert optimum - 1e-9 <= steps <= 1.01 * optimum
+
+    def test_qmdp_takes_for_granted_what_a_plan_pays_for(self) -> None:
+        # Left or right of the goal, unseen: the wrong way costs two steps more.
+        right, left = np.zeros((2, 2)), np.zeros((2, 2))
+        right[1, 1] = left[0, 0] = 1.0
+        goal = np.array([[1.0, 0.0], [0.0, 1.0]])
+        world = FinitePomdp(np.array([0.5, 0.5]), np.stack([right, left]), goal, np.ones((2, 1)))
+        np.testing.assert_allclose(qmdp(world), [[1.0, 1.98], [1.98, 1.0]], atol=1e-5)
+        plan = perseus(world, np.random.default_rng(0))
+        # 1, then with probability a half one more, discounted by 0.98.
+        np.testing.assert_allclose(plan.costs(np.array([0.5, 0.5])), [1.49, 1.49], atol=1e-4)
+
+    @pytest.mark.parametrize("few", [False, True])
+    def test_leaving_out_what_is_nothing_changes_no_bit_of_a_cost(self, few: bool) -> None:
+        rng = np.random.default_rng(0)
+        world = true_offsets(MAPS[1]).pomdp() if few else random_pomdp(rng, 40, 3, 4)
+        plan = perseus(world, rng)
+        for belief in rng.dirichlet(np.full(world.states, 0.02), size=20):
+            moved = np.einsum("s,ast->at", belief, world.transitions)
+            for action in range(world.actions):
+                np.testing.assert_array_equal(world.moved(belief, action), moved[action])
+            joint = np.rint(moved[:, None, :] * world.emissions.T * 2.0**22).reshape(-1, world.states)
+            promised = (joint @ np.rint(plan.vectors * 2.0**20).T).min(axis=1).reshape(world.actions, -1) / 2.0**42
+            np.testing.assert_array_equal(plan.costs(belief), 1.0 + 0.98 * promised.sum(axis=1))
+
+
+HMM = GridLearning(learner="hmm", reach=3)
+
+
+class TestLearner:
+    def test_after_forty_trials_it_is_near_the_optimum_and_a_state_goes_on_as_the_learner_it_is_of(self) -> None:
+        run = learn(AMBIGUOUS, Named(), HMM, seed=3, trials=45)
+        walks = walks_from_all_cells(AMBIGUOUS, run.identifier, run.learner.as_frozen())
+        steps, optimum = np.mean([walk.steps for walk in walks]), float(belief_optimum(AMBIGUOUS))
+        assert all(walk.reached for walk in walks)
+        assert optimum - 1e-9 <= steps <= 1.2 * optimum
+        # A learner that is set to a state goes on as the one that it is of.
+        other = HmmLearner(AMBIGUOUS.symbols, grid_actions(), run.learner.parameters)
+        other.set_state(run.learner.get_state())
+        assert other.trials_learned == 45
+        identity = IdentityState(AMBIGUOUS.symbols)
+        walks = [run_trial(AMBIGUOUS, identity, each, 3, 45) for each in (run.learner, other)]
+        assert walks[0] == walks[1]
+
+    def test_a_trial_that_was_cut_off_is_remembered_up_to_its_last_whole_action(self) -> None:
+        learner = HmmLearner(AMBIGUOUS.symbols, grid_actions(), HmmParameters())
+        learner.begin_trial(0, np.random.default_rng(0))
+        for symbol in (0, 1):
+            learner.choose(observation(symbol))
+            learner.learn(Transition(symbol, 3, -1.0, symbol + 1))
+        learner.choose(observation(2))
+        learner.end_trial(Hindsight(False, (0.0, 0.0, 0.0), 0.0))
+        assert learner.trials == (RecordedTrial((0, 1, 2), (3, 3), reached=False),)
+
+    def test_what_is_read_where_another_part_of_the_policy_acts_counts_too(self) -> None:
+        learner, programmed = learn(AMBIGUOUS, Named(), HMM, seed=3, trials=31).learner, {"B": "+x"}
+        policy = MixedPolicy(
+            AMBIGUOUS.symbols, [ProgrammedPolicy(AMBIGUOUS.symbols, grid_actions(), programmed), learner.as_frozen()]
+        )
+        identity = IdentityState(AMBIGUOUS.symbols)
+        walk = run_trial(AMBIGUOUS, identity, policy, 3, 40)
+        model = policy.parts[1]
+        assert isinstance(model, HmmLearner)
+        belief = StateBelief(model.model.pomdp(), walk.symbols[0])
+        for action, symbol in zip(walk.actions, walk.symbols[1:], strict=False):
+            belief.update(action, symbol)
+        assert "B" in [AMBIGUOUS.symbols[symbol] for symbol in walk.symbols]
+        assert model._belief.probabilities.tolist() == belief.probabilities.tolist()
+
+    @pytest.mark.parametrize(("due", "fitted"), [(150, [*range(50), *range(100, 150)]), (60, [*range(60)])])
+    def test_a_model_is_fitted_to_the_first_trials_and_to_the_last(self, due: int, fitted: list[int]) -> None:
+        parameters = HmmParameters(memory_trials=100)
+        learner = HmmLearner(AMBIGUOUS.symbols, grid_actions(), parameters)
+        learner.use(None, [RecordedTrial((0,) * (k + 1), (0,) * (k + 1), True) for k in range(due)])
+        assert [len(trial.actions) - 1 for trial in learner._fitting(due)] == fitted
+
+    def test_the_same_trials_are_not_fitted_again(self) -> None:
+        learner = learn(AMBIGUOUS, Named(), HMM, seed=3, trials=31).learner
+        before, state = learner.model, learner.get_state()
+        learner.set_state(state)
+        assert learner.model is before
+        state["trials"][0] = state["trials"][1]
+        learner.set_state(state)
+        assert learner.model is None
+
+    def test_models_are_fitted_anew_after_ever_more_trials(self) -> None:
+        told = [fitted_after(n) for n in (0, 29, 30, 99, 100, 749, 750, 2000)]
+        assert told == [0, 0, 30, 60, 100, 500, 750, 1687]
+
+    def test_hidden_states_are_found_on_symbols_alone(self) -> None:
+        with pytest.raises(ConfigurationError, match="symbols, with the learner hmm"):
+            learn(AMBIGUOUS, Named("last-2"), GridLearning(learner="hmm"), 0, 1)
+
+    def test_a_frozen_learner_whose_model_is_wrong_goes_round_in_circles_but_not_for_ever(self) -> None:
+        here, elsewhere = GridMap.from_text("AAB·"), GridMap.from_text("B·AA")
+        learner = HmmLearner(here.symbols, grid_actions(), HmmParameters(), frozen=True)
+        learner.use(true_offsets(elsewhere), random_trials(here, 30))
+        walks = walks_from_all_cells(here, IdentityState(here.symbols), learner, step_limit=1000, walks=2)
+        assert all(walk.reached for walk in walks)
+        assert np.mean([walk.steps for walk in walks]) > PATIENCE
+
+    def test_where_a_frozen_plan_failed_chance_is_tried_and_then_the_plan_anew(self) -> None:
+        here, elsewhere = GridMap.from_text("AAB·"), GridMap.from_text("·AAB")
+        learner = HmmLearner(here.symbols, grid_actions(), HmmParameters(), frozen=True)
+        learner.use(true_offsets(elsewhere), random_trials(here, 30))
+        rng = np.random.default_rng(0)
+        learner.begin_trial(0, rng)
+        drawn = []
+        for _ in range(6 * PATIENCE):
+            before = rng.bit_generator.state
+            decision = learner.choose(observation(0))
+            assert decision.index is not None
+            learner.learn(Transition(0, decision.index, -1.0, 0))
+            drawn.append(rng.bit_generator.state != before)
+        assert drawn == [False] * PATIENCE + [True] * 4 * PATIENCE + [False] * PATIENCE

@@ -1,0 +1,356 @@
+"""Every reason to trip: at the first tick at which it should, and not just below the limit."""
+
+from dataclasses import dataclass, field, replace
+from math import nan
+from typing import Any
+
+import pytest
+
+from palpate.core.ports.values import AppliedCommand, CommandReason, Validity, WrenchKind
+from palpate.core.supervision.config import SupervisionConfig
+from palpate.core.supervision.watches import WorkspaceWatch
+from palpate.core.trial import ExplorationArea, TripReason, Workspace
+from palpate.core.trial.expectation import Expectation
+from tests.unit.core.supervision.bench import FREE, TOUCHING, UNTARED, Bench
+
+MS = 1_000_000
+
+
+EXPLORING = replace(TOUCHING, area=ExplorationArea((1e-3, 0.0), 3.5e-3))
+
+
+@dataclass
+class Case:
+    """Good is let pass for ever, bad trips at once."""
+
+    reason: TripReason
+    good: dict[str, Any]
+    bad: dict[str, Any]
+    words: str
+    before: dict[str, Any] = field(default_factory=dict)
+
+
+def offset(joint: int, rad: float) -> dict[str, Any]:
+    home = Bench().home_rad
+    return {"measured_rad": tuple(q + rad * (i == joint) for i, q in enumerate(home))}
+
+
+CASES = {
+    "force": Case(
+        TripReason.FORCE_LIMIT, {"force_N": (0, 0, -19.9)}, {"force_N": (12.0, 0, -16.1)},
+        "force 20.08 N, limit 20 N",
+    ),
+    "force before taring": Case(
+        TripReason.FORCE_LIMIT,
+        {"force_N": (0, 0, -9.9), "expectation": UNTARED},
+        {"force_N": (0, 0, -10.1), "expectation": UNTARED},
+        "force 20.10 N more than at the start, before taring, limit 20 N",
+        {"force_N": (0, 0, 10.0), "expectation": UNTARED},
+    ),
+    "torque": Case(
+        TripReason.TORQUE_LIMIT, {"torque_Nm": (0, 4.9, 0)}, {"torque_Nm": (0, -5.1, 0)},
+        "torque 5.10 N m, limit 5 N m",
+    ),
+    "torque before taring": Case(
+        TripReason.TORQUE_LIMIT,
+        {"torque_Nm": (4.9, 0, 0), "expectation": UNTARED},
+        {"torque_Nm": (5.1, 0, 0), "expectation": UNTARED},
+        "torque 5.10 N m more than at the start, before taring, limit 5 N m",
+    ),
+    "unexpected contact": Case(
+        TripReason.UNEXPECTED_CONTACT,
+        {"force_N": (0, 2.9, 0), "expectation": FREE},
+        {"force_N": (0, 0, -3.2), "expectation": FREE},
+        "force 3.20 N where nothing may be touched, limit 3 N",
+    ),
+    "force sample": Case(
+        TripReason.SAMPLE_INVALID, {}, {"wrench": {"validity": Validity.SATURATED}},
+        "the force sample is saturated",
+    ),
+    "joint sample": Case(
+        TripReason.SAMPLE_INVALID, {}, {"joints": {"validity": Validity.INVALID, "position_rad": (nan,) * 6}},
+        "the joint sample is invalid",
+    ),
+    "wrench in another frame": Case(
+        TripReason.WRENCH_CONTRACT, {}, {"wrench": {"frame": "base"}},
+        "wrenches are raw ones in the frame 'base', agreed were raw ones in 'sensor'",
+    ),
+    "wrench of another kind": Case(
+        TripReason.WRENCH_CONTRACT, {}, {"wrench": {"kind": WrenchKind.TARED}},
+        "wrenches are tared ones in the frame 'sensor', agreed were raw ones in 'sensor'",
+    ),
+    "old wrench": Case(
+        TripReason.SAMPLE_STALE, {}, {"wrench": {"source_time_ns": -20 * MS}},
+        "age of the force sample 55.7 ms, limit 50 ms",
+    ),
+    "old joints": Case(
+        TripReason.SAMPLE_STALE, {}, {"joints": {"source_time_ns": -70 * MS}},
+        "age of the joint sample 105.7 ms, limit 100 ms",
+    ),
+    "wrench of the future": Case(
+        TripReason.SAMPLE_STALE, {}, {"wrench": {"source_time_ns": 100 * MS}},
+        "age of the force sample -64.3 ms, limit 50 ms",
+    ),
+    "joint outside": Case(
+        TripReason.JOINT_POSITION, {}, {"measured_rad": (0.0, 1.7051, -1.42, 0.0, 0.55, 0.0)},
+        "joint 2 at 1.7051 rad, limit 1.7050 rad",
+    ),
+    "joint below": Case(
+        TripReason.JOINT_POSITION, {}, {"measured_rad": (0.0, -1.0751, -1.42, 0.0, 0.55, 0.0)},
+        "joint 2 at -1.0751 rad, limit -1.0750 rad",
+    ),
+    "arm astray": Case(
+        TripReason.TRACKING_ERROR, offset(2, -9.9e-3), offset(2, -10.1e-3),
+        "joint 3 is 10.10 mrad from its command, limit 10 mrad",
+    ),
+    "workspace, side": Case(
+        TripReason.WORKSPACE, {"tip_m": (26.4e-3, -26.4e-3, 0)}, {"tip_m": (0, -26.6e-3, 0)},
+        "tip at y = -26.60 mm in the task frame, the workspace ends at -26.5 mm",
+    ),
+    "workspace, other side": Case(
+        TripReason.WORKSPACE, {"tip_m": (-26.4e-3, 26.4e-3, 0)}, {"tip_m": (26.6e-3, 0, 0)},
+        "tip at x = 26.60 mm in the task frame, the workspace ends at 26.5 mm",
+    ),
+    "workspace, above": Case(
+        TripReason.WORKSPACE, {"tip_m": (0, 0, -52.9e-3)}, {"tip_m": (0, 0, -53.1e-3)},
+        "tip at z = -53.10 mm in the task frame, the workspace ends at -53 mm",
+    ),
+    "workspace, below": Case(
+        TripReason.WORKSPACE, {"tip_m": (0, 0, 21.9e-3)}, {"tip_m": (0, 0, 22.1e-3)},
+        "tip at z = 22.10 mm in the task frame, the workspace ends at 22 mm",
+    ),
+    "area": Case(
+        TripReason.EXPLORATION_AREA,
+        {"tip_m": (5.4e-3, -4.4e-3, 0), "expectation": EXPLORING},
+        {"tip_m": (5.6e-3, 0, 0), "expectation": EXPLORING},
+        "tip 4.60 mm from the centre of the exploration area, limit 4.5 mm",
+    ),
+    "area, across": Case(
+        TripReason.EXPLORATION_AREA,
+        {"tip_m": (1e-3, 4.4e-3, 0), "expectation": EXPLORING},
+        {"tip_m": (1e-3, -4.6e-3, 0), "expectation": EXPLORING},
+        "tip 4.60 mm from the centre of the exploration area, limit 4.5 mm",
+    ),
+}  # fmt: skip
+
+
+class TestLimits:
+    @pytest.mark.parametrize("name", CASES)
+    def test_it_trips_at_the_first_bad_tick_and_not_before(self, name: str) -> None:
+        case = CASES[name]
+        bench = Bench(SupervisionConfig(max_force_N=20.0))
+        bench.clean(1, **case.before)
+        bench.clean(4, **case.good)
+        done = bench.tick(**case.bad)
+        trip = bench.tripped
+        assert done.intervention is not None
+        assert done.intervention.trip is trip
+        assert done.intervention.reason is trip.reason is case.reason
+        assert trip.tick == 5
+        assert trip.text == case.words
+        assert trip.sample == {"wrench": "force", "joints": "joint"}.get(next(iter(case.bad)), "")
+
+    def test_force_is_scaled_as_the_task_scales_it(self) -> None:
+        bench = Bench(scale=(1.0, 1.0, 3.0, 1.0, 2.0, 1.0))
+        bench.clean(5, force_N=(0, 0, -9.7), torque_Nm=(0, 2.4, 0))
+        assert bench.trip(force_N=(0, 0, -9.7), torque_Nm=(0, 2.6, 0)).reason is TripReason.TORQUE_LIMIT
+        bench = Bench(scale=(1.0, 1.0, 3.0, 1.0, 1.0, 1.0))
+        bench.clean(5, force_N=(0, 0, -9.9))
+        assert bench.trip(force_N=(0, 0, -10.1)).text.startswith("force 30.30 N")
+
+    @pytest.mark.parametrize(("good", "bad"), [((0.17, -0.3), (0.18, 0.0)), ((0.0, 0.3), (0.0, -0.36))])
+    def test_tool_that_leans_or_turns_too_far_trips(self, good: tuple[float, float], bad: tuple[float, float]) -> None:
+        config = SupervisionConfig()
+        watch = WorkspaceWatch(config, Workspace((6.5, 6.5), 3.0, 10.0, (10.0, 20.0)))
+        assert watch.trip(1, (0.0, 0.0, 0.0), EXPLORING, good) is None
+        trip = watch.trip(2, (0.0, 0.0, 0.0), EXPLORING, bad)
+        assert trip is not None
+        assert (trip.reason, "the workspace ends at 10.0 and 20.0" in trip.text) == (TripReason.WORKSPACE, True)
+        flat = WorkspaceWatch(config, Workspace((6.5, 6.5), 3.0, 10.0))
+        assert flat.trip(1, (0.0, 0.0, 0.0), EXPLORING, bad) is None
+
+
+MS = 1_000_000
+
+
+TICK_NS = 1_000_000_000 // 140
+
+
+def moving(bench: Bench, speed_rad_s: float, ticks: int, joint: int = 0) -> None:
+    """Commands at a steady speed, followed by the arm, until something happens."""
+    for _ in range(ticks):
+        asked = tuple(q + speed_rad_s / 140 * (i == joint) for i, q in enumerate(bench.here_rad))
+        bench.tick(asked_rad=asked)
+
+
+class TestOverTicks:
+    def test_force_may_change_so_fast_and_no_faster(self) -> None:
+        bench = Bench()
+        bench.clean(3)
+        bench.clean(1, force_N=(0, 0, -21.4))  # 21.43 N in a period are 3000 N/s
+        trip = bench.trip(force_N=(0, 0.0, 0.1))
+        assert (trip.reason, trip.tick) == (TripReason.FORCE_RATE, 4)
+        assert trip.text == "force changed at 3010 N/s, limit 3000 N/s"
+
+    def test_rate_counts_from_new_sample_to_new_sample(self) -> None:
+        """Two periods lie between the samples; the repeated one in between says nothing."""
+        bench = Bench()
+        bench.clean(3)
+        old = bench.snapshots[-1].wrench
+        bench.clean(1, wrench={"sequence": old.sequence, "source_time_ns": old.source_time_ns})
+        bench.clean(1, force_N=(0, 0, -29.0))
+        assert bench.trip(force_N=(0, 0, 0.0)).reason is TripReason.FORCE_RATE
+
+    def test_before_taring_contact_is_a_change_since_the_free_phase_began(self) -> None:
+        free = Expectation(contact=False)
+        bench = Bench()
+        # The arm lifts out of a hole: the force of the first sample goes, and is no contact.
+        for force in (-5.0, -5.0, -2.0, 0.0):
+            bench.clean(1, force_N=(0, 0, force), expectation=UNTARED)
+        bench.clean(3, expectation=free)
+        bench.clean(1, force_N=(0, 0, -2.9), expectation=free)
+        assert bench.trip(force_N=(0, 0, -3.1), expectation=free).reason is TripReason.UNEXPECTED_CONTACT
+
+    def test_every_free_phase_begins_anew(self) -> None:
+        free = Expectation(contact=False)
+        bench = Bench()
+        bench.clean(2, expectation=free)
+        bench.clean(1, expectation=UNTARED, force_N=(0, 0, -5.0))
+        bench.clean(5, expectation=free, force_N=(0, 0, -5.0))
+        assert bench.supervisor.trip is None
+
+    def test_tick_may_be_late_and_not_too_late(self) -> None:
+        def late(bench: Bench, ms: float) -> dict[str, Any]:
+            now = bench.snapshots[-1].time_ns + round(ms * MS)
+            news = {"source_time_ns": now, "receive_time_ns": now}
+            return {"time_ns": now, "wrench": news, "joints": news}
+
+        bench = Bench()
+        bench.clean(3)
+        bench.clean(1, **late(bench, 49.9))
+        trip = bench.trip(**late(bench, 50.1))
+        assert (trip.reason, trip.tick) == (TripReason.LATE_CYCLE, 4)
+        assert trip.text == "time since the last tick 50.1 ms, limit 50 ms"
+        bench = Bench()
+        bench.clean(3)
+        assert bench.trip(**late(bench, -1.0)).reason is TripReason.LATE_CYCLE
+
+    @pytest.mark.parametrize("which", ["wrench", "joints"])
+    def test_sensor_may_repeat_itself_fourteen_times(self, which: str) -> None:
+        bench = Bench(SupervisionConfig())
+        bench.clean(1)
+        bench.clean(14, **{which: {"sequence": 0}})
+        bench.clean(1)
+        bench.clean(14, **{which: {"sequence": 15}})
+        trip = bench.trip(**{which: {"sequence": 15}})
+        name = "force" if which == "wrench" else "joint"
+        assert (trip.reason, trip.tick, trip.sample) == (TripReason.SAMPLE_REPEATED, 30, name)
+        assert trip.text == f"no new {name} sample for 15 ticks, limit 14 ticks"
+
+    def test_sensor_that_counts_on_and_never_changes_is_frozen(self) -> None:
+        bench = Bench(noisy=True)
+        bench.clean(6)
+        bench.clean(6, torque_Nm=(0, 0, 1e-15))  # one channel differs in its last bits: it lives
+        number = bench.snapshots[-1].wrench.sequence
+        bench.clean(3, torque_Nm=(0, 0, 1e-15), wrench={"sequence": number})  # no news, counted elsewhere
+        trip = bench.trip(torque_Nm=(0, 0, 1e-15))
+        assert (trip.reason, trip.tick, trip.sample) == (TripReason.SAMPLE_FROZEN, 15, "force")
+        assert trip.text == "6 new force samples in a row are equal to the one before in every bit, limit 5"
+
+    def test_fastest_motion_that_the_arm_is_allowed_is_no_fault(self) -> None:
+        bench = Bench()
+        bench.clean(2)
+        moving(bench, 1.0 - 1e-9, 200)
+        assert bench.supervisor.trip is None
+
+    def test_joint_that_runs_away_trips(self) -> None:
+        """1.3 rad/s, limit 1.2, from differences over four periods: seen when all of the window is motion."""
+        bench = Bench(SupervisionConfig(max_tracking_error_mrad=500.0, weakened=("max_tracking_error_mrad",)))
+        bench.clean(6)
+        home = bench.home_rad
+        for n in range(1, 20):
+            bench.tick(measured_rad=(home[0] + n * 1.3 / 140, *home[1:]), asked_rad=home)
+            if bench.supervisor.trip is not None:
+                break
+        trip = bench.tripped
+        assert (trip.reason, n) == (TripReason.JOINT_VELOCITY, 4)
+        assert trip.text == "joint 1 moves at 1.300 rad/s, limit 1.200 rad/s"
+
+    def test_steps_of_the_encoder_and_repeated_samples_are_no_velocity(self) -> None:
+        """A step of 20 mrad between two samples would be 2.8 rad/s; over the window it is 0.7."""
+        bench = Bench(SupervisionConfig(max_tracking_error_mrad=500.0, weakened=("max_tracking_error_mrad",)))
+        home = bench.home_rad
+        bench.clean(6)
+        for tick in range(40):
+            step = 20e-3 * (tick // 8)
+            bench.clean(1, measured_rad=(home[0] + step, *home[1:]), asked_rad=home)
+        old = bench.snapshots[-1].joints
+        again = {"source_time_ns": old.source_time_ns}  # a new number on an old time
+        bench.clean(1, measured_rad=(home[0] + 0.2, *home[1:]), asked_rad=home, joints=again)
+
+    def test_arm_may_lag_by_so_many_ticks(self) -> None:
+        """At 1 rad/s three ticks are 21 mrad: more than the tolerance, and no fault; four ticks and 10 mrad are one."""
+
+        def lagging(lag: int, extra_rad: float, *, old: int = 0) -> Bench:
+            bench = Bench()
+            bench.clean(10)
+            sent = [bench.home_rad] * 10
+            for _ in range(30):
+                measured = sent[-1 - lag - old]
+                asked = (sent[-1][0] + 0.999 / 140, *sent[-1][1:])
+                told = {"source_time_ns": bench.snapshots[-1].time_ns - (old - 1) * TICK_NS}
+                bench.tick(measured_rad=(measured[0] - extra_rad, *measured[1:]), asked_rad=asked, joints=told)
+                sent.append(bench.results[-1].command.position_rad)
+            return bench
+
+        assert lagging(3, 9.9e-3).supervisor.trip is None
+        assert lagging(3, 10.2e-3).tripped.reason is TripReason.TRACKING_ERROR
+        assert lagging(5, 0.0).supervisor.trip is not None
+        # By the commands of the time at which it was measured, and so far back only.
+        assert lagging(3, 9.9e-3, old=2).supervisor.trip is None
+        assert lagging(3, 10.2e-3, old=2).supervisor.trip is not None
+        assert lagging(3, 9.9e-3, old=6).supervisor.trip is not None
+
+    def test_jump_trips_and_is_not_sent(self) -> None:
+        bench = Bench()
+        bench.clean(3)
+        home = bench.home_rad
+        done = bench.tick(asked_rad=(home[0] + 0.0501, *home[1:]))
+        trip = bench.tripped
+        assert (trip.reason, trip.tick) == (TripReason.COMMAND_JUMP, 3)
+        assert trip.text == "a joint's command jumps by 50.1 mrad, limit 50 mrad"
+        assert abs(done.command.position_rad[0] - home[0]) < 1e-3
+        assert done.intervention is not None
+        assert done.intervention.asked_rad[0] == home[0] + 0.0501
+
+    @pytest.mark.parametrize(
+        ("answer", "said"), [((nan,) * 6, "6 joint angles that are not finite"), ((0.1,) * 5, ""), ((), "")]
+    )
+    def test_arm_that_says_nonsense_trips(self, answer: tuple[float, ...], said: str) -> None:
+        bench = Bench()
+        bench.clean(3)
+        bench.applied = AppliedCommand(answer, CommandReason.VELOCITY_LIMIT)
+        done = bench.tick(measured_rad=bench.home_rad, asked_rad=bench.home_rad)
+        trip = bench.tripped
+        assert trip.reason is TripReason.COMMAND_NOT_FINITE
+        assert f"what the arm says that it applied has {said}" in trip.text
+        assert done.command.position_rad == pytest.approx(bench.home_rad, abs=1e-3)
+
+    def test_first_cause_is_the_one_that_is_kept(self) -> None:
+        bench = Bench()
+        bench.clean(3)
+        bench.tick(force_N=(0, 0, -90.0), tip_m=(1.0, 0.0, 0.0))
+        first = bench.supervisor.trip
+        bench.tick(wrench={"validity": Validity.INVALID})
+        assert first is not None
+        assert first.reason is TripReason.FORCE_LIMIT
+        assert bench.supervisor.trip is first
+
+    def test_joint_that_shows_one_angle_while_its_commands_go_on_is_found(self) -> None:
+        bench = Bench()
+        bench.clean(10)
+        for tick in range(40):
+            asked = (bench.home_rad[0] + 2e-4 * tick, *bench.home_rad[1:])
+            bench.tick(measured_rad=bench.home_rad, asked_rad=asked)
+        assert bench.tripped.reason is TripReason.TRACKING_ERROR
+        assert "stays at" in bench.tripped.text
