@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
-from typing import Final, TypeAlias
+from dataclasses import dataclass
+from typing import ClassVar, Final, TypeAlias
 
 import numpy as np
+from typing_extensions import override
 
 from palpate.core.automata.machine import Machine
 from palpate.core.automata.prefix_tree import Integers, PrefixTree
 from palpate.core.automata.strings import Strings
 from palpate.core.errors import CommandError, ConfigurationError
-from palpate.core.ports import integer, names, register_stage, vector
+from palpate.core.ports import Names, Settings, fitted, register_stage
 
 LOST: Final = "lost"
 """Name of the state of not knowing."""
@@ -24,7 +25,7 @@ Known: TypeAlias = tuple[int | None, ...]
 
 
 @dataclass
-class AutomatonState:
+class AutomatonState(Settings):
     """Follows an automaton; where no transition is known, it enters a state of its own for that.
 
     A symbol for which the current state has no transition leads to the state ``lost``, whose number is the highest. At
@@ -43,28 +44,25 @@ class AutomatonState:
         ConfigurationError: The parts do not fit together, or a state is called ``lost``.
     """
 
-    symbols: tuple[str, ...]
-    automaton: tuple[str, ...]
+    TABLE: ClassVar[str] = _FIELD
+
+    symbols: Names
+    automaton: Names
     transitions: tuple[Known, ...]
     anchors: Known
     start: int = 0
-    _now: int = field(init=False, repr=False, compare=False)
-    _last: int = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        self.symbols = names(f"{_FIELD}.symbols", self.symbols)
-        self.automaton = names(f"{_FIELD}.automaton", self.automaton)
-        if LOST in self.automaton:
-            raise ConfigurationError(f"{_FIELD}.automaton", LOST, "another name; this one means that none is known")
+    @override
+    def check(self) -> None:
+        self.require("automaton", LOST not in self.automaton, f"other names than {LOST}: it means that none is known")
         states, symbols = len(self.automaton), len(self.symbols)
-        rows = self.transitions
-        if not isinstance(rows, (list, tuple)) or len(rows) != states:
-            raise ConfigurationError(f"{_FIELD}.transitions", rows, f"{states} rows, one a state")
-        self.transitions = tuple(
-            _known(f"{_FIELD}.transitions[{n}]", row, symbols, states) for n, row in enumerate(rows)
-        )
-        self.anchors = _known(f"{_FIELD}.anchors", self.anchors, symbols, states)
-        self.start = integer(f"{_FIELD}.start", self.start, 0, states - 1)
+        known = {None, *range(states)}
+        rows = all(len(row) == symbols and known.issuperset(row) for row in self.transitions)
+        fits = rows and len(self.transitions) == states
+        self.require("transitions", fits, f"{states} rows of {symbols} states from 0 to {states - 1}, or none")
+        fits = len(self.anchors) == symbols and known.issuperset(self.anchors)
+        self.require("anchors", fits, f"{symbols} states from 0 to {states - 1}, or none")
+        self.require("start", self.start in known, f"a state from 0 to {states - 1}")
         self.reset()
 
     @classmethod
@@ -166,7 +164,7 @@ class AutomatonState:
             ConfigurationError: Not a memory of this identifier.
         """
         accepted = "a state and a last symbol, from get_state"
-        values = vector(f"{_FIELD}.state", state, 2)
+        values: tuple[float, float] = fitted(f"{_FIELD}.state", state, tuple[float, float])
         if not all(value.is_integer() for value in values):
             raise ConfigurationError(f"{_FIELD}.state", state, accepted)
         now, last = map(int, values)
@@ -198,13 +196,6 @@ def _entered(machine: Machine, taken: Integers) -> Integers:
             if target is not None:
                 entered[symbol, target] += counts[symbol]
     return entered
-
-
-def _known(where: str, value: object, symbols: int, states: int) -> Known:
-    """A row of states, None where none is known."""
-    if not isinstance(value, (list, tuple)) or len(value) != symbols:
-        raise ConfigurationError(where, value, f"{symbols} states or none, one a symbol")
-    return tuple(None if item is None else integer(where, item, 0, states - 1) for item in value)
 
 
 register_stage("automaton", AutomatonState)

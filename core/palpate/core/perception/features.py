@@ -9,16 +9,22 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
-from typing import Protocol, TypeAlias, runtime_checkable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
+from typing_extensions import override
 
-from palpate.core.errors import ConfigurationError
-from palpate.core.perception.signal import Array, Normalisation, require_finite, samples
-from palpate.core.ports import CHANNELS, Matrix, integer, matrix, names
+from palpate.core.errors import require_whole
+from palpate.core.perception.signal import MOST_SEED, Array, Normalisation, require_finite, samples
+from palpate.core.ports import CHANNELS, Channels, Matrix, Range, Settings, fitted
 
 Samples: TypeAlias = Iterable[Sequence[float]] | Array
+
+_TABLE = "perception.extractor"
+_MOST_ROWS = 1000
+_Side: TypeAlias = Annotated[int, Range(1, _MOST_ROWS)]
 
 
 @runtime_checkable
@@ -35,8 +41,26 @@ class FeatureExtractor(Protocol):
         """Features of a measurement vector in the order of ``CHANNELS``, SI units."""
 
 
+class _OfChannels(Settings):
+    """What extractors that look at some of the channels have in common."""
+
+    TABLE: ClassVar[str] = _TABLE
+
+    channels: Channels
+
+    @cached_property
+    def _indices(self) -> tuple[int, ...]:
+        return _indices(self.channels)
+
+    def _require_rows(self, name: str, count: int | None, normalisation: Normalisation) -> None:
+        width, table = len(self.channels), getattr(self, name)
+        self.require("normalisation", len(normalisation.gain) == width, f"a normalisation of {width} channels")
+        fits = {len(row) for row in table} == {width} and count in (None, len(table))
+        self.require(name, fits, f"{count or 'one or more'} rows of {width} finite numbers")
+
+
 @dataclass(frozen=True)
-class SelectedChannels:
+class SelectedChannels(_OfChannels):
     """The features are some of the channels, unchanged.
 
     Attributes:
@@ -46,13 +70,7 @@ class SelectedChannels:
         ConfigurationError: An unknown channel, or one twice.
     """
 
-    channels: tuple[str, ...]
-    _indices: tuple[int, ...] = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        channels = names("perception.extractor.channels", self.channels, CHANNELS)
-        object.__setattr__(self, "channels", channels)
-        object.__setattr__(self, "_indices", _indices(channels))
+    channels: Channels
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -65,7 +83,7 @@ class SelectedChannels:
 
 
 @dataclass(frozen=True)
-class PrincipalComponents:
+class PrincipalComponents(_OfChannels):
     """The features are the directions in which the samples varied most, without unit.
 
     Attributes:
@@ -79,17 +97,15 @@ class PrincipalComponents:
 
     normalisation: Normalisation
     components: Matrix
-    channels: tuple[str, ...] = CHANNELS
-    _indices: tuple[int, ...] = field(init=False, repr=False, compare=False)
-    _components: Array = field(init=False, repr=False, compare=False)
+    channels: Channels = CHANNELS
 
-    def __post_init__(self) -> None:
-        channels = _channels_of(self.channels, self.normalisation)
-        components = matrix("perception.extractor.components", self.components, len(channels))
-        object.__setattr__(self, "channels", channels)
-        object.__setattr__(self, "components", components)
-        object.__setattr__(self, "_indices", _indices(channels))
-        object.__setattr__(self, "_components", np.array(components))
+    @override
+    def check(self) -> None:
+        self._require_rows("components", None, self.normalisation)
+
+    @cached_property
+    def _components(self) -> Array:
+        return np.array(self.components)
 
     @classmethod
     def fit(cls, values: Samples, components: int, channels: Sequence[str] = CHANNELS) -> PrincipalComponents:
@@ -98,13 +114,13 @@ class PrincipalComponents:
         Raises:
             ConfigurationError: Too few samples, or more components than channels or samples.
         """
-        chosen = names("perception.extractor.channels", channels, CHANNELS)
+        chosen = _chosen(channels)
         table = samples(values, len(CHANNELS))[:, _indices(chosen)]
-        count = integer("perception.extractor.components", components, 1, min(table.shape))
+        require_whole(f"{_TABLE}.components", components, 1, min(table.shape))
         normalisation = Normalisation.fit(table)
         from sklearn.decomposition import PCA
 
-        found = PCA(n_components=count, svd_solver="full").fit(normalisation.apply(table))
+        found = PCA(n_components=components, svd_solver="full").fit(normalisation.apply(table))
         return cls(normalisation, found.components_.tolist(), chosen)
 
     @property
@@ -119,7 +135,7 @@ class PrincipalComponents:
 
 
 @dataclass(frozen=True)
-class SelfOrganisingMap:
+class SelfOrganisingMap(_OfChannels):
     """The features are the grid coordinates of the unit that resembles the measurement most.
 
     Attributes:
@@ -128,25 +144,23 @@ class SelfOrganisingMap:
         channels: The channels looked at, n names out of ``CHANNELS``.
 
     Raises:
-        ConfigurationError: Shapes that do not fit together.
+        ConfigurationError: Shapes that do not fit together, or a grid of one unit.
     """
 
     normalisation: Normalisation
-    rows: int
-    columns: int
+    rows: _Side
+    columns: _Side
     units: Matrix
-    channels: tuple[str, ...] = CHANNELS
-    _indices: tuple[int, ...] = field(init=False, repr=False, compare=False)
-    _units: Array = field(init=False, repr=False, compare=False)
+    channels: Channels = CHANNELS
 
-    def __post_init__(self) -> None:
-        channels = _channels_of(self.channels, self.normalisation)
-        rows, columns = _grid(self.rows, self.columns)
-        units = matrix("perception.extractor.units", self.units, len(channels), rows * columns)
-        object.__setattr__(self, "channels", channels)
-        object.__setattr__(self, "units", units)
-        object.__setattr__(self, "_indices", _indices(channels))
-        object.__setattr__(self, "_units", np.array(units))
+    @override
+    def check(self) -> None:
+        self.require("rows", self.rows * self.columns > 1, "a grid of two units or more")
+        self._require_rows("units", self.rows * self.columns, self.normalisation)
+
+    @cached_property
+    def _units(self) -> Array:
+        return np.array(self.units)
 
     @classmethod
     def fit(
@@ -167,11 +181,12 @@ class SelfOrganisingMap:
         Raises:
             ConfigurationError: Too few samples, or a grid or setting out of range.
         """
-        chosen = names("perception.extractor.channels", channels, CHANNELS)
+        chosen = _chosen(channels)
         table = samples(values, len(CHANNELS))[:, _indices(chosen)]
-        rows, columns = _grid(rows, columns)
-        seed = integer("perception.seed", seed, 0)
-        iterations = integer("perception.iterations", iterations, 1)
+        for name, side in (("rows", rows), ("columns", columns)):
+            require_whole(f"{_TABLE}.{name}", side, 1, _MOST_ROWS)
+        require_whole("perception.seed", seed, 0, MOST_SEED)
+        require_whole("perception.iterations", iterations, 1, MOST_SEED)
         normalisation = Normalisation.fit(table)
         from minisom import MiniSom
 
@@ -205,20 +220,6 @@ def _indices(channels: Sequence[str]) -> tuple[int, ...]:
     return tuple(CHANNELS.index(name) for name in channels)
 
 
-def _channels_of(channels: object, normalisation: object) -> tuple[str, ...]:
-    chosen = names("perception.extractor.channels", channels, CHANNELS)
-    if not isinstance(normalisation, Normalisation) or len(normalisation.gain) != len(chosen):
-        raise ConfigurationError(
-            "perception.extractor.normalisation", normalisation, f"a normalisation of {len(chosen)} channels"
-        )
+def _chosen(channels: Sequence[str]) -> tuple[str, ...]:
+    chosen: tuple[str, ...] = fitted(f"{_TABLE}.channels", channels, Channels)
     return chosen
-
-
-def _grid(rows: object, columns: object) -> tuple[int, int]:
-    shape = (
-        integer("perception.extractor.rows", rows, 1, 1000),
-        integer("perception.extractor.columns", columns, 1, 1000),
-    )
-    if shape == (1, 1):
-        raise ConfigurationError("perception.extractor.rows", 1, "a grid of two units or more")
-    return shape

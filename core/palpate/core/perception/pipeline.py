@@ -1,6 +1,5 @@
 """The three upper layers in a row: measurement vector -> features -> symbol -> state (paper, Fig. 1)."""
 
-import dataclasses
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -10,7 +9,7 @@ from palpate.core.perception.signal import Normalisation, SignalProcessor
 from palpate.core.perception.situations import Situations, TaskFacts
 from palpate.core.perception.state import IdentityState, LastAction, LastSymbols, StateIdentifier
 from palpate.core.perception.symbols import Clusters, GatedThresholds, RandomPartition, Symboliser, Thresholds
-from palpate.core.ports import CHANNELS, STAGES, require_keys
+from palpate.core.ports import CHANNELS, STAGES, Settings, kinds_of, require_keys
 
 
 @dataclass(frozen=True)
@@ -101,10 +100,9 @@ def stage_to_dict(stage: object) -> dict[str, Any]:
         ConfigurationError: Not a stage of a registered kind.
     """
     kind = next((kind for kind, known in STAGES.items() if type(stage) is known), None)
-    if kind is None or not dataclasses.is_dataclass(stage):
+    if kind is None:
         raise ConfigurationError("perception.stage", stage, f"a stage of kind {', '.join(STAGES)}")
-    values = {f.name: _plain(getattr(stage, f.name)) for f in dataclasses.fields(stage) if f.init}
-    return {"kind": kind, **values}
+    return {"kind": kind, **{name: _plain(getattr(stage, name)) for name in kinds_of(type(stage))}}
 
 
 def stage_from_dict(data: object, where: str = "perception.stage") -> Any:
@@ -119,18 +117,13 @@ def stage_from_dict(data: object, where: str = "perception.stage") -> Any:
     known = STAGES.get(kind) if isinstance(kind, str) else None
     if known is None:
         raise ConfigurationError(f"{where}.kind", kind, f"one of {', '.join(STAGES)}")
-    wanted = [f.name for f in dataclasses.fields(known) if f.init]
-    require_keys(where, data, ["kind", *wanted])
     # A table in a table is a stage too.
     values = {
-        key: stage_from_dict(data[key], f"{where}.{key}") if isinstance(data[key], dict) else data[key]
-        for key in wanted
+        key: stage_from_dict(value, f"{where}.{key}") if isinstance(value, dict) else value
+        for key, value in data.items()
+        if key != "kind"
     }
-    try:
-        return known(**values)
-    except ConfigurationError as error:
-        # The constructor names its own field; the place in this file is more exact.
-        raise _placed(error, where, wanted) from error
+    return known.read(values, where)
 
 
 def perception_to_dict(perception: Perception) -> dict[str, Any]:
@@ -158,13 +151,6 @@ def perception_from_dict(data: object) -> Perception:
 
 
 def _plain(value: object) -> object:
-    if dataclasses.is_dataclass(value):
+    if isinstance(value, Settings):
         return stage_to_dict(value)
     return [_plain(item) for item in value] if isinstance(value, (tuple, list)) else value
-
-
-def _placed(error: ConfigurationError, where: str, wanted: list[str]) -> ConfigurationError:
-    last = error.field.rsplit(".", 1)[-1]
-    if last in wanted and error.field != f"{where}.{last}":
-        return ConfigurationError(f"{where}.{last}", error.value, error.accepted)
-    return error

@@ -16,24 +16,28 @@ All of it in the task frame: right-handed, with its origin at the nominal goal.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from math import isfinite, pi, sqrt, tan
-from typing import TypeAlias
+from typing import Annotated, ClassVar, Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from typing_extensions import override
 
 from palpate.core.errors import CommandError, ConfigurationError, LifecycleError
-from palpate.core.ports import integer, number, vector
+from palpate.core.ports import Holds, Range, Settings, fitted
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
+MOST_SEED: Final = 2**32 - 1
+"""Of the libraries that fit features and symbols."""
 _CONSTANT = 1e-12
 """Spread, relative to the largest value, below which a channel only shows rounding."""
 
 
 @dataclass(frozen=True)
-class Normalisation:
+class Normalisation(Settings):
     """An offset and a gain per channel: ``(value - offset) * gain``.
 
     Attributes:
@@ -44,20 +48,23 @@ class Normalisation:
         ConfigurationError: Not finite, of unequal length, or a gain of zero.
     """
 
-    offset: tuple[float, ...]
-    gain: tuple[float, ...]
-    _offset: Array = field(init=False, repr=False, compare=False)
-    _gain: Array = field(init=False, repr=False, compare=False)
+    TABLE: ClassVar[str] = "perception.normalisation"
 
-    def __post_init__(self) -> None:
-        offset = vector("perception.normalisation.offset", self.offset)
-        gain = vector("perception.normalisation.gain", self.gain, len(offset))
-        if 0.0 in gain:
-            raise ConfigurationError("perception.normalisation.gain", gain, "numbers other than zero")
-        object.__setattr__(self, "offset", offset)
-        object.__setattr__(self, "gain", gain)
-        object.__setattr__(self, "_offset", np.array(offset))
-        object.__setattr__(self, "_gain", np.array(gain))
+    offset: Annotated[tuple[float, ...], Holds(bool, "at least one finite number")]
+    gain: Annotated[tuple[float, ...], Holds(all, "numbers other than zero")]
+
+    @override
+    def check(self) -> None:
+        count = len(self.offset)
+        self.require("gain", len(self.gain) == count, f"a list of {count} finite numbers")
+
+    @cached_property
+    def _offset(self) -> Array:
+        return np.array(self.offset)
+
+    @cached_property
+    def _gain(self) -> Array:
+        return np.array(self.gain)
 
     @classmethod
     def fit(cls, values: Iterable[Sequence[float]] | Array) -> Normalisation:
@@ -85,7 +92,7 @@ _SIX = 6
 
 
 @dataclass(eq=False)
-class SignalProcessor:
+class SignalProcessor(Settings):
     """Tares, scales and low-pass filters a wrench, sample by sample.
 
     ``(raw - tare) * scale``, then the normalisation if there is one, then a Butterworth low-pass. The
@@ -105,31 +112,23 @@ class SignalProcessor:
         ConfigurationError: A setting cannot be used.
     """
 
-    rate_Hz: float
-    cutoff_Hz: float
-    order: int = 2
-    scale: tuple[float, ...] = (1.0,) * _SIX
-    normalisation: Normalisation | None = None
-    _tare: tuple[float, ...] = field(init=False, repr=False, default=(0.0,) * _SIX)
-    _memory: tuple[float, ...] = field(init=False, repr=False, default=())
+    TABLE: ClassVar[str] = "perception"
 
-    def __post_init__(self) -> None:
-        self.rate_Hz = number("perception.rate_Hz", self.rate_Hz)
-        if self.rate_Hz <= 0.0:
-            raise ConfigurationError("perception.rate_Hz", self.rate_Hz, "a number above 0")
+    rate_Hz: Annotated[float, Range(0.0, above=True)]
+    cutoff_Hz: float
+    order: Annotated[int, Range(1, 2)] = 2
+    scale: Annotated[Wrench, Holds(all, "six numbers other than zero")] = (1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+    normalisation: Normalisation | None = None
+
+    @override
+    def check(self) -> None:
         accepted = f"a number above 0 and below half the rate, {self.rate_Hz / 2:g}"
-        self.cutoff_Hz = number("perception.cutoff_Hz", self.cutoff_Hz, accepted)
-        if not 0.0 < self.cutoff_Hz < self.rate_Hz / 2:
-            raise ConfigurationError("perception.cutoff_Hz", self.cutoff_Hz, accepted)
-        self.order = integer("perception.order", self.order, 1, 2)
-        self.scale = vector("perception.scale", self.scale, _SIX)
-        if 0.0 in self.scale:
-            raise ConfigurationError("perception.scale", self.scale, "numbers other than zero")
-        if self.normalisation is not None and (
-            not isinstance(self.normalisation, Normalisation) or len(self.normalisation.gain) != _SIX
-        ):
-            raise ConfigurationError("perception.normalisation", self.normalisation, "a normalisation of six channels")
-        self._gain = self.scale
+        self.require("cutoff_Hz", 0.0 < self.cutoff_Hz < self.rate_Hz / 2, accepted)
+        fits = self.normalisation is None or len(self.normalisation.gain) == _SIX
+        self.require("normalisation", fits, "a normalisation of six channels")
+        self._tare: tuple[float, ...] = (0.0,) * _SIX
+        self._memory: tuple[float, ...] = ()
+        self._gain: tuple[float, ...] = self.scale
         if self.normalisation is not None:
             self._gain = tuple(s * g for s, g in zip(self.scale, self.normalisation.gain, strict=True))
         self._bias = self._bias_with(self._tare)
@@ -145,7 +144,7 @@ class SignalProcessor:
         Raises:
             ConfigurationError: Not six finite numbers.
         """
-        self._tare = vector("perception.tare", bias, _SIX)
+        self._tare = fitted("perception.tare", tuple(bias), Wrench)
         self._bias = self._bias_with(self._tare)
 
     def reset(self, raw: Sequence[float]) -> None:

@@ -1,10 +1,10 @@
 """What a task adds to the nine channels, and the situations of a peg with corners that are told apart by it."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import ClassVar, Final
 
 from palpate.core.perception.signal import require_finite
-from palpate.core.ports import CHANNELS, names, number
+from palpate.core.ports import CHANNELS, Names, Settings
 
 FACTS: Final = ("lean", "corner_depth", "depth", "wall_force", "yaw_torque")
 """As shares of what counts: lean of the tool over a corner; depth of the lowest corner in the hole; depth of an
@@ -13,17 +13,16 @@ the torque about the tool's axis that turns it."""
 
 
 @dataclass(frozen=True)
-class TaskFacts:
+class TaskFacts(Settings):
     """The features are what the task adds behind the channels, unchanged.
 
     Attributes:
         facts: Their names, in the order in which the task gives them.
     """
 
-    facts: tuple[str, ...]
+    TABLE: ClassVar[str] = "perception.extractor"
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "facts", names("perception.extractor.facts", self.facts))
+    facts: Names
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -37,7 +36,7 @@ class TaskFacts:
 
 
 @dataclass(frozen=True)
-class Situations:
+class Situations(Settings):
     """Eight situations of a peg with corners, of :data:`FACTS`.
 
     Attributes:
@@ -50,6 +49,8 @@ class Situations:
         quiet: Less torque does not turn the tool.
     """
 
+    TABLE: ClassVar[str] = "perception.symboliser"
+
     leaning: float = 0.2
     air: float = 0.5
     plate: float = 1.0
@@ -61,10 +62,6 @@ class Situations:
         "upright in the air", "upright on the plate", "upright in the hole",
         "leaning in the air", "leaning on the plate", "corner turning", "corner wedged", "corner caught",
     )  # fmt: skip
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            number(f"perception.symboliser.{field.name}", getattr(self, field.name))
 
     @property
     def features(self) -> tuple[str, ...]:

@@ -3,13 +3,18 @@
 from abc import abstractmethod
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
-from typing import Final, Protocol, runtime_checkable
+from typing import Annotated, ClassVar, Final, Protocol, runtime_checkable
+
+from typing_extensions import override
 
 from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.perception.symbols import MOST_SYMBOLS
-from palpate.core.ports import integer, names
+from palpate.core.ports import Names, Range, Settings, fitted
+
+_TABLE: Final = "perception.identifier"
 
 
 @runtime_checkable
@@ -54,8 +59,10 @@ class StateIdentifier(Protocol):
         """
 
 
-class _Memoryless:
+class _Memoryless(Settings):
     """What an identifier has to say of a memory that it does not have."""
+
+    TABLE: ClassVar[str] = _TABLE
 
     def reset(self) -> None:
         """There is no memory."""
@@ -81,10 +88,7 @@ class IdentityState(_Memoryless):
         ConfigurationError: No names, or one twice.
     """
 
-    symbols: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "symbols", names("perception.identifier.symbols", self.symbols))
+    symbols: Names
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -103,7 +107,7 @@ BETWEEN = " > "
 
 
 @dataclass(frozen=True)
-class LastSymbols:
+class LastSymbols(Settings):
     """The state is the last few symbols in their order; fewer of them while a trial is that young.
 
     All combinations are states, those of one symbol first, whether they can occur or not: states must have their
@@ -111,29 +115,33 @@ class LastSymbols:
 
     Attributes:
         length: How many symbols are remembered, 1 or more.
-        states: Names of the states, such as ``A > C``.
 
     Raises:
         ConfigurationError: No names, one twice, or more states than could be learned.
     """
 
-    symbols: tuple[str, ...]
-    length: int
-    states: tuple[str, ...] = field(init=False, repr=False, compare=False)
-    _recent: deque[int] = field(init=False, repr=False, compare=False)
+    TABLE: ClassVar[str] = _TABLE
 
-    def __post_init__(self) -> None:
-        symbols = names("perception.identifier.symbols", self.symbols)
-        length = integer("perception.identifier.length", self.length, 1, 64)
-        count = sum(len(symbols) ** size for size in range(1, length + 1))
-        if count > MOST_SYMBOLS:
-            accepted = f"one that makes at most {MOST_SYMBOLS} states; with {len(symbols)} symbols there are {count}"
-            raise ConfigurationError("perception.identifier.length", length, accepted)
-        words = (BETWEEN.join(word) for size in range(1, length + 1) for word in product(symbols, repeat=size))
-        object.__setattr__(self, "symbols", symbols)
-        object.__setattr__(self, "length", length)
-        object.__setattr__(self, "states", names("perception.identifier.states", tuple(words)))
-        object.__setattr__(self, "_recent", deque(maxlen=length))
+    symbols: Names
+    length: Annotated[int, Range(1, 64)]
+
+    @override
+    def check(self) -> None:
+        symbols = len(self.symbols)
+        count = sum(symbols**size for size in range(1, self.length + 1))
+        accepted = f"one that makes at most {MOST_SYMBOLS} states; with {symbols} symbols there are {count}"
+        self.require("length", count <= MOST_SYMBOLS, accepted)
+        fitted(f"{_TABLE}.states", self.states, Names)
+
+    @cached_property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states, such as ``A > C``."""
+        lengths = range(1, self.length + 1)
+        return tuple(BETWEEN.join(word) for size in lengths for word in product(self.symbols, repeat=size))
+
+    @cached_property
+    def _recent(self) -> deque[int]:
+        return deque(maxlen=self.length)
 
     def reset(self) -> None:
         """Clear the symbols."""
@@ -183,25 +191,25 @@ class LastAction(_Memoryless):
 
     Attributes:
         kinds: Kinds of the actions.
-        states: Names of the states, such as ``A at first`` and ``A after push``.
 
     Raises:
         ConfigurationError: No names, one twice, or more states than could be learned.
     """
 
-    symbols: tuple[str, ...]
-    kinds: tuple[str, ...]
-    states: tuple[str, ...] = field(init=False, repr=False, compare=False)
+    symbols: Names
+    kinds: Names
 
-    def __post_init__(self) -> None:
-        symbols = names("perception.identifier.symbols", self.symbols)
-        kinds = names("perception.identifier.kinds", self.kinds)
-        integer("perception.identifier.states", len(symbols) * (len(kinds) + 1), 1, MOST_SYMBOLS)
-        states = [f"{symbol} {_AT_FIRST}" for symbol in symbols]
-        states += [f"{symbol}{AFTER}{kind}" for kind in kinds for symbol in symbols]
-        object.__setattr__(self, "symbols", symbols)
-        object.__setattr__(self, "kinds", kinds)
-        object.__setattr__(self, "states", names("perception.identifier.states", tuple(states)))
+    @override
+    def check(self) -> None:
+        count = len(self.symbols) * (len(self.kinds) + 1)
+        self.require("kinds", count <= MOST_SYMBOLS, f"so few that there are at most {MOST_SYMBOLS} states")
+        fitted(f"{_TABLE}.states", self.states, Names)
+
+    @cached_property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states, such as ``A at first`` and ``A after push``."""
+        states = [f"{symbol} {_AT_FIRST}" for symbol in self.symbols]
+        return (*states, *(f"{symbol}{AFTER}{kind}" for kind in self.kinds for symbol in self.symbols))
 
     def update(self, symbol: int, action: str | None = None) -> int:
         """The symbol after an action of that kind; one of no known kind counts as none.

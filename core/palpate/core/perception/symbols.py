@@ -9,19 +9,22 @@ from __future__ import annotations
 from abc import abstractmethod
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise, product
 from math import prod
 from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
+from typing_extensions import override
 
-from palpate.core.errors import ConfigurationError
-from palpate.core.perception.signal import Array, Normalisation, require_finite, samples
-from palpate.core.ports import Matrix, integer, matrix, names, vector
+from palpate.core.errors import ConfigurationError, require_whole
+from palpate.core.perception.signal import MOST_SEED, Array, Normalisation, require_finite, samples
+from palpate.core.ports import Matrix, Names, Settings, fitted
 
 MOST_SYMBOLS = 100_000
 """More than any table of values could be learned for; a list of names that long is a mistake."""
+_TABLE = "perception.symboliser"
 
 
 @runtime_checkable
@@ -48,7 +51,7 @@ class Symboliser(Protocol):
 
 
 @dataclass(frozen=True)
-class Thresholds:
+class Thresholds(Settings):
     """Each feature is cut into bands; a symbol is a combination of bands, the first feature leading.
 
     With two thresholds the bands are ``-``, ``0`` and ``+``, for example ``"x- y0"``; with any other
@@ -63,21 +66,30 @@ class Thresholds:
         ConfigurationError: Thresholds that do not rise, or not one list of them per feature.
     """
 
-    features: tuple[str, ...]
-    thresholds: Matrix
-    symbols: tuple[str, ...] = field(init=False, repr=False, compare=False)
-    _cuts: tuple[tuple[Sequence[float], Sequence[float], int], ...] = field(init=False, repr=False, compare=False)
+    TABLE: ClassVar[str] = _TABLE
 
-    def __post_init__(self) -> None:
-        features = names("perception.symboliser.features", self.features)
-        thresholds = _rising(self.thresholds, len(features))
-        bands = [_band_names(name, len(cuts)) for name, cuts in zip(features, thresholds, strict=True)]
+    features: Names
+    thresholds: Matrix
+
+    @override
+    def check(self) -> None:
+        rising = all(row and all(low < high for low, high in pairwise(row)) for row in self.thresholds)
+        accepted = f"a list of rising numbers for each of the {len(self.features)} features"
+        self.require("thresholds", rising and len(self.thresholds) == len(self.features), accepted)
+        few = prod(len(row) + 1 for row in self.thresholds) <= MOST_SYMBOLS
+        self.require("thresholds", few, f"at most {MOST_SYMBOLS} symbols in all")
+
+    @cached_property
+    def symbols(self) -> tuple[str, ...]:
+        """Names of the combinations."""
+        bands = [_band_names(name, len(cuts)) for name, cuts in zip(self.features, self.thresholds, strict=True)]
+        return tuple(" ".join(one) for one in product(*bands))
+
+    @cached_property
+    def _cuts(self) -> tuple[tuple[Sequence[float], Sequence[float], int], ...]:
         # Thresholds below the middle take their own value into the upper band, those above into the lower.
-        halves = [(cuts[: (len(cuts) + 1) // 2], cuts[(len(cuts) + 1) // 2 :]) for cuts in thresholds]
-        object.__setattr__(self, "features", features)
-        object.__setattr__(self, "thresholds", thresholds)
-        object.__setattr__(self, "symbols", tuple(" ".join(one) for one in product(*bands)))
-        object.__setattr__(self, "_cuts", tuple((low, high, len(low + high) + 1) for low, high in halves))
+        halves = [(cuts[: (len(cuts) + 1) // 2], cuts[(len(cuts) + 1) // 2 :]) for cuts in self.thresholds]
+        return tuple((low, high, len(low + high) + 1) for low, high in halves)
 
     @classmethod
     def of(cls, thresholds: Mapping[str, Sequence[float]]) -> Thresholds:
@@ -101,7 +113,7 @@ class Thresholds:
 
 
 @dataclass(frozen=True)
-class GatedThresholds:
+class GatedThresholds(Settings):
     """Symbols of the outer features; of the inner ones only while all outer ones are in their middle band.
 
     With x, y outside and tx, ty inside and two thresholds each these are the 8 + 9 = 17 symbols of
@@ -115,29 +127,30 @@ class GatedThresholds:
         ConfigurationError: An outer feature has no middle band, or a feature is in both.
     """
 
+    TABLE: ClassVar[str] = _TABLE
+
     outer: Thresholds
     inner: Thresholds
-    features: tuple[str, ...] = field(init=False, repr=False, compare=False)
-    symbols: tuple[str, ...] = field(init=False, repr=False, compare=False)
-    _middle: int = field(init=False, repr=False, compare=False)
-    _outer_count: int = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        outer = _thresholds("perception.symboliser.outer", self.outer)
-        inner = _thresholds("perception.symboliser.inner", self.inner)
-        middle = outer.middle
-        if middle is None:
-            raise ConfigurationError(
-                "perception.symboliser.outer",
-                outer.thresholds,
-                "an even number of thresholds for each feature",
-            )
-        around = outer.symbols[:middle] + outer.symbols[middle + 1 :]
-        features = names("perception.symboliser.features", outer.features + inner.features)
-        object.__setattr__(self, "features", features)
-        object.__setattr__(self, "symbols", around + inner.symbols)
-        object.__setattr__(self, "_middle", middle)
-        object.__setattr__(self, "_outer_count", len(outer.features))
+    @override
+    def check(self) -> None:
+        self.require("outer", self.outer.middle is not None, "an even number of thresholds for each feature")
+        fitted(f"{_TABLE}.features", self.features, Names)
+
+    @cached_property
+    def features(self) -> tuple[str, ...]:
+        """The outer features and then the inner ones."""
+        return self.outer.features + self.inner.features
+
+    @cached_property
+    def symbols(self) -> tuple[str, ...]:
+        """The outer symbols but for the middle one, and then the inner ones."""
+        around = self.outer.symbols
+        return around[: self._middle] + around[self._middle + 1 :] + self.inner.symbols
+
+    @cached_property
+    def _middle(self) -> int:
+        return len(self.outer.symbols) // 2
 
     @classmethod
     def of(cls, outer: Mapping[str, Sequence[float]], inner: Mapping[str, Sequence[float]]) -> GatedThresholds:
@@ -147,29 +160,11 @@ class GatedThresholds:
     def symbol(self, features: tuple[float, ...]) -> int:
         """Symbol of the outer features, or of the inner ones where those are all in the middle."""
         require_finite("features", features)
-        region = self.outer.symbol(features[: self._outer_count])
+        count = len(self.outer.features)
+        region = self.outer.symbol(features[:count])
         if region == self._middle:
-            return len(self.outer.symbols) - 1 + self.inner.symbol(features[self._outer_count :])
+            return len(self.outer.symbols) - 1 + self.inner.symbol(features[count:])
         return region - (region > self._middle)
-
-
-def _thresholds(where: str, value: object) -> Thresholds:
-    if not isinstance(value, Thresholds):
-        raise ConfigurationError(where, value, "a stage of kind 'thresholds'")
-    return value
-
-
-def _rising(thresholds: object, rows: int) -> Matrix:
-    where = "perception.symboliser.thresholds"
-    accepted = f"a list of rising numbers for each of the {rows} features"
-    if isinstance(thresholds, (str, dict)) or not isinstance(thresholds, Iterable):
-        raise ConfigurationError(where, thresholds, accepted)
-    cuts = tuple(vector(where, row) for row in thresholds)
-    if len(cuts) != rows or any(low >= high for row in cuts for low, high in pairwise(row)):
-        raise ConfigurationError(where, cuts, accepted)
-    if prod(len(row) + 1 for row in cuts) > MOST_SYMBOLS:
-        raise ConfigurationError(where, cuts, f"at most {MOST_SYMBOLS} symbols in all")
-    return cuts
 
 
 def _band_names(feature: str, thresholds: int) -> list[str]:
@@ -179,7 +174,7 @@ def _band_names(feature: str, thresholds: int) -> list[str]:
 
 
 @dataclass(frozen=True)
-class NearestPrototype:
+class NearestPrototype(Settings):
     """The symbol is the number of the nearest prototype (Euclidean, in normalised features).
 
     Attributes:
@@ -187,21 +182,28 @@ class NearestPrototype:
         prototypes: In normalised features, (symbols, n).
     """
 
-    features: tuple[str, ...]
+    TABLE: ClassVar[str] = _TABLE
+
+    features: Names
     normalisation: Normalisation
     prototypes: Matrix
-    symbols: tuple[str, ...] = field(init=False, repr=False, compare=False)
-    _prototypes: Array = field(init=False, repr=False, compare=False)
     _word: ClassVar[str] = "prototype"
 
-    def __post_init__(self) -> None:
-        features = names("perception.symboliser.features", self.features)
-        _require_width(self.normalisation, len(features))
-        prototypes = matrix("perception.symboliser.prototypes", self.prototypes, len(features))
-        object.__setattr__(self, "features", features)
-        object.__setattr__(self, "prototypes", prototypes)
-        object.__setattr__(self, "symbols", tuple(f"{self._word} {i}" for i in range(len(prototypes))))
-        object.__setattr__(self, "_prototypes", np.array(prototypes))
+    @override
+    def check(self) -> None:
+        width = len(self.features)
+        self.require("normalisation", len(self.normalisation.gain) == width, f"a normalisation of {width} features")
+        fit = {len(row) for row in self.prototypes} == {width}
+        self.require("prototypes", fit, f"one or more rows of {width} finite numbers")
+
+    @cached_property
+    def symbols(self) -> tuple[str, ...]:
+        """Numbered names."""
+        return tuple(f"{self._word} {i}" for i in range(len(self.prototypes)))
+
+    @cached_property
+    def _prototypes(self) -> Array:
+        return np.array(self.prototypes)
 
     def symbol(self, features: tuple[float, ...]) -> int:
         """Number of the nearest prototype; of equally near ones the first."""
@@ -225,13 +227,16 @@ class RandomPartition(NearestPrototype):
             ConfigurationError: Bounds that do not rise, or a number out of range.
         """
         where = "perception.symboliser.bounds"
-        pairs = [vector(f"{where}.{name}", pair, 2) for name, pair in bounds.items()]
+        pairs: list[tuple[float, float]] = [
+            fitted(f"{where}.{name}", pair, tuple[float, float]) for name, pair in bounds.items()
+        ]
         if not pairs or any(low >= high for low, high in pairs):
             raise ConfigurationError(where, dict(bounds), "a lower and a higher number for each feature")
-        count = integer("perception.symboliser.regions", regions, 2, MOST_SYMBOLS)
-        generator = np.random.default_rng(integer("perception.seed", seed, 0))
+        require_whole(f"{_TABLE}.regions", regions, 2, MOST_SYMBOLS)
+        require_whole("perception.seed", seed, 0, MOST_SEED)
+        generator = np.random.default_rng(seed)
         normalisation = Normalisation(tuple(low for low, _ in pairs), tuple(1.0 / (high - low) for low, high in pairs))
-        return cls(tuple(bounds), normalisation, generator.random((count, len(pairs))).tolist())
+        return cls(tuple(bounds), normalisation, generator.random((regions, len(pairs))).tolist())
 
 
 class Clusters(NearestPrototype):
@@ -248,22 +253,17 @@ class Clusters(NearestPrototype):
         Raises:
             ConfigurationError: Too few different samples, or a number out of range.
         """
-        chosen = names("perception.symboliser.features", features)
+        chosen: tuple[str, ...] = fitted(f"{_TABLE}.features", features, Names)
         table = samples(values, len(chosen))
         different = len(np.unique(table, axis=0))
-        count = integer("perception.symboliser.clusters", clusters, 1, min(different, MOST_SYMBOLS))
-        seed = integer("perception.seed", seed, 0)
+        require_whole(f"{_TABLE}.clusters", clusters, 1, min(different, MOST_SYMBOLS))
+        require_whole("perception.seed", seed, 0, MOST_SEED)
         normalisation = Normalisation.fit(table)
         from sklearn.cluster import KMeans
         from threadpoolctl import threadpool_limits
 
         # Several threads add up in the order in which they finish, which moves the last bits.
         with threadpool_limits(limits=1):
-            found = KMeans(count, n_init=10, random_state=seed).fit(normalisation.apply(table))
+            found = KMeans(clusters, n_init=10, random_state=seed).fit(normalisation.apply(table))
         centres = found.cluster_centers_
         return cls(chosen, normalisation, centres[np.lexsort(centres.T[::-1])].tolist())
-
-
-def _require_width(value: object, width: int) -> None:
-    if not isinstance(value, Normalisation) or len(value.gain) != width:
-        raise ConfigurationError("perception.symboliser.normalisation", value, f"a normalisation of {width} features")

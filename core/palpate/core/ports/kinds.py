@@ -1,10 +1,10 @@
-"""Kinds of settings that several tables share, each declared once. Light to import, as the tables are."""
+"""Kinds of settings that several tables share, each declared once, and the kinds of stages that a file may name."""
 
 from collections.abc import Sequence
-from typing import Annotated, Final, TypeAlias
+from typing import Annotated, Any, Final, TypeAlias
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.settings import Range
+from palpate.core.ports.settings import Holds, OneOf, Range, Settings
 
 CHANNELS: Final = ("x", "y", "z", "fx", "fy", "fz", "tx", "ty", "tz")
 """Names of the nine components of the measurement, in the order of the vector."""
@@ -15,6 +15,36 @@ HalvingVisits: TypeAlias = Annotated[float, Range(0.0, 1e9)]
 Discount: TypeAlias = Annotated[float, Range(0.0, 1.0)]
 Temperature: TypeAlias = Annotated[float, Range(0.0, 1e6)]
 TemperatureDecay: TypeAlias = Annotated[float, Range(0.0, 1.0, above=True)]
+Matrix: TypeAlias = tuple[tuple[float, ...], ...]
+
+
+def _distinct(names: Sequence[str]) -> bool:
+    return bool(names) and all(names) and len(set(names)) == len(names)
+
+
+Names: TypeAlias = Annotated[tuple[str, ...], Holds(_distinct, "a list of names, each only once")]
+Channels: TypeAlias = Annotated[
+    tuple[Annotated[str, OneOf(*CHANNELS)], ...],
+    Holds(_distinct, f"names out of {', '.join(CHANNELS)}, each only once"),
+]
+
+STAGES: Final[dict[str, type[Settings]]] = {}
+"""Stages of perception by the kind that a file names."""
+
+
+def register_stage(kind: str, stage: type[Any]) -> None:
+    """Let a further kind of stage be written and read.
+
+    Args:
+        stage: A dataclass derived from :class:`Settings`; its fields are plain JSON values, or other stages.
+
+    Raises:
+        ConfigurationError: The name belongs to another class, or it does not derive from :class:`Settings`.
+    """
+    if not issubclass(stage, Settings):
+        raise ConfigurationError("perception.stage", stage, "a dataclass that derives from Settings")
+    if STAGES.setdefault(kind, stage) is not stage:
+        raise ConfigurationError("perception.stage.kind", kind, "a name that is not taken")
 
 
 def require_names(field: str, names: Sequence[str], *, printable: bool = True) -> None:

@@ -22,14 +22,12 @@ from palpate.core.perception import (
     TaskFacts,
     perception_from_dict,
     perception_to_dict,
-    stage_from_dict,
-    stage_to_dict,
 )
 from palpate.core.perception import pipeline as stages
 from palpate.core.perception.features import PrincipalComponents, SelectedChannels, SelfOrganisingMap
 from palpate.core.perception.signal import Normalisation, SignalProcessor
 from palpate.core.perception.symbols import Clusters, GatedThresholds, RandomPartition, Thresholds
-from palpate.core.ports import STAGES, register_stage
+from palpate.core.ports import STAGES, Settings, register_stage
 
 NINE = (0.0,) * 9
 
@@ -110,7 +108,7 @@ class TestStates:
         second.set_state(json.loads(json.dumps(first.get_state())))
         assert first.update(after) == second.update(after)
 
-    @pytest.mark.parametrize("memory", [[0.0, 1.0, 1.0], [2.0], [-1.0], [0.5], [float("nan")]])
+    @pytest.mark.parametrize("memory", [[0.0, 1.0, 1.0], [2.0], [0.5]])
     def test_another_memory_is_refused(self, memory: list[float]) -> None:
         identifier = LastSymbols(AB, 2)
         identifier.update(1)
@@ -126,10 +124,8 @@ class TestStates:
     @pytest.mark.parametrize(
         ("symbols", "length", "says"),
         [
-            ((), 2, "symbols"),
             (("a", "a"), 2, "symbols"),
             (AB, 0, "length"),
-            (AB, 1.5, "length"),
             (AB, 17, "at most 100000 states; with 2 symbols there are 262142"),
             (("a", "a > a"), 2, "states"),
         ],
@@ -137,13 +133,6 @@ class TestStates:
     def test_what_makes_no_states_is_refused(self, symbols: tuple[str, ...], length: int, says: str) -> None:
         with pytest.raises(ConfigurationError, match=says):
             LastSymbols(symbols, length)
-
-    def test_it_comes_back_from_a_file(self) -> None:
-        identifier = LastSymbols(AB, 3)
-        back = stage_from_dict(json.loads(json.dumps(stage_to_dict(identifier))))
-        assert stage_to_dict(identifier) == {"kind": "last_symbols", "symbols": ["a", "b"], "length": 3}
-        assert back == identifier
-        assert back.states == identifier.states
 
     def test_state_can_be_the_last_symbol_and_the_kind_of_action_before_it(self) -> None:
         last = LastAction(("A", "B"), ("push", "lean"))
@@ -211,8 +200,8 @@ def edit(path: str, value: object) -> dict[str, Any]:
 
 
 @dataclasses.dataclass(frozen=True)
-class Doubled:
-    """A stranger's stage."""
+class Doubled(Settings):
+    """A third-party stage."""
 
     by: float
 
@@ -271,17 +260,11 @@ class TestPipeline:
                 r"perception = .* the keys schema, extractor, .* \(missing identifier\)",
             ),
             ("comment", "hello", r"perception = .* \(unknown key 'comment'\)"),
-            ("extractor", [1], r"perception\.extractor = \[1\] .* a table with a 'kind'"),
             ("extractor.kind", "magic", r"perception\.extractor\.kind = 'magic' .* one of .*clusters"),
-            ("extractor.kind", ["x"], r"perception\.extractor\.kind = \['x'\]"),
-            ("extractor.kind", KeyError, r"perception\.extractor\.kind = None"),
             ("extractor.channels", KeyError, r"perception\.extractor = .* \(missing channels\)"),
-            ("extractor.channels", 7, r"perception\.extractor\.channels = 7"),
-            ("extractor.gain", 7, r"perception\.extractor = .* the keys kind, channels \(unknown key 'gain'\)"),
+            ("extractor.gain", 7, r"perception\.extractor = .* the keys channels \(unknown key 'gain'\)"),
             ("extractor", stages.stage_to_dict(GATED), r"perception\.extractor\.kind = .* a kind of extractor"),
             ("symboliser.outer", 3, r"perception\.symboliser\.outer = 3"),
-            ("symboliser.outer.features", ["x"], r"perception\.symboliser\.outer\.thresholds = "),
-            ("symboliser.inner.thresholds", [[1, 2]], r"perception\.symboliser\.inner\.thresholds = "),
             ("identifier.symbols", ["a"], r"perception\.identifier\.symbols = \('a',\)"),
         ],
     )
@@ -289,20 +272,6 @@ class TestPipeline:
         with pytest.raises(ConfigurationError, match="^" + message) as caught:
             stages.perception_from_dict(edit(path, value))
         assert "\n" not in str(caught.value)
-
-    @pytest.mark.parametrize("stage", [*EXTRACTORS[1:], *SYMBOLISERS[2:]], ids=lambda s: type(s).__name__)
-    def test_normalisation_of_another_width_is_refused(self, stage: object) -> None:
-        data = stages.stage_to_dict(stage)
-        data["normalisation"]["offset"].append(0.0)
-        with pytest.raises(ConfigurationError, match=r"^here\.normalisation\.gain = .* numbers"):
-            stages.stage_from_dict(data, "here")
-        data["normalisation"]["gain"].append(1.0)
-        with pytest.raises(ConfigurationError, match=r"^here\.normalisation = .* a normalisation of"):
-            stages.stage_from_dict(data, "here")
-
-    def test_perception_must_be_a_table(self) -> None:
-        with pytest.raises(ConfigurationError, match="a table with schema"):
-            stages.perception_from_dict([])
 
     def test_strangers_stage_can_be_written_once_it_is_registered(self, monkeypatch: pytest.MonkeyPatch) -> None:
         # What is added during the test goes with it.
@@ -315,7 +284,7 @@ class TestPipeline:
         assert through_json(Doubled(0.1)) == Doubled(0.1)
         with pytest.raises(ConfigurationError, match="not taken"):
             register_stage("clusters", Doubled)
-        with pytest.raises(ConfigurationError, match="a dataclass"):
+        with pytest.raises(ConfigurationError, match="derives from Settings"):
             register_stage("number", int)
 
     def test_measurement_becomes_a_symbol_and_a_state(self) -> None:
