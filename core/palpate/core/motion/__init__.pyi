@@ -12,7 +12,6 @@ from .model import Array as Array
 from .model import FixedFrame as FixedFrame
 from .model import Kinematics as Kinematics
 from .model import controller_frames as controller_frames
-from .model import filler as filler
 from .model import rotated as rotated
 from .model import wrench_about as wrench_about
 from .tip_motion import FASTEST_TURN_RAD_S as FASTEST_TURN_RAD_S

@@ -9,14 +9,13 @@ the hole is +z, and pressing on the plate gives a negative Fz.
 """
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 from math import hypot, inf, sqrt
 from operator import mul
 from pathlib import Path
-from struct import Struct
 from tempfile import TemporaryFile
 from typing import Final, TypeAlias
 
@@ -29,11 +28,6 @@ from palpate.core.motion.arm import ArmDescription
 from palpate.core.motion.tool import ToolGeometry
 from palpate.core.motion.urdf import prepared_urdf
 from palpate.core.ports import JointVector, Vector3
-
-
-def filler(array: npt.NDArray[np.float64]) -> Callable[..., None]:
-    """What sets a whole array, (n,), contiguous in memory, from n floats; others than n it refuses."""
-    return partial(Struct(f"{array.size}d").pack_into, array.data, 0)
 
 
 @dataclass(frozen=True)
@@ -176,7 +170,6 @@ class Kinematics:
         self.tip_rotation: Array = self._tip.rotation
         self.joints = int(self.model.nq)
         self._q: Array = np.zeros(self.joints)
-        self._set_q = filler(self._q)
         self.lower_rad: Array = np.array(self.model.lowerPositionLimit)
         self.upper_rad: Array = np.array(self.model.upperPositionLimit)
         self.velocity_limit_rad_s: Array = np.minimum(self.model.velocityLimit, FASTEST_RAD_S)
@@ -201,7 +194,7 @@ class Kinematics:
 
     def update(self, q_rad: JointVector | Array) -> None:
         """Forward kinematics at joint angles (n,); the placements of frames then refer to them."""
-        self._set_q(*q_rad)
+        self._q[:] = q_rad
         pin.framesForwardKinematics(self.model, self._data, self._q)
 
     @property
@@ -223,7 +216,7 @@ class Kinematics:
 
         Does the work of ``update`` on the way, at little more than its cost.
         """
-        self._set_q(*q_rad)
+        self._q[:] = q_rad
         pin.computeJointJacobians(self.model, self._data, self._q)
         # This places the tip, too.
         jacobian: Array = pin.getFrameJacobian(self.model, self._data, self._tip_id, _LOCAL)

@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from palpate.core.motion.inverse import InverseKinematics
 from palpate.core.motion.laws import limited
-from palpate.core.motion.model import Array, FixedFrame, Kinematics, filler, rotated
+from palpate.core.motion.model import Array, FixedFrame, Kinematics, rotated
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector, Vector3
 
 Rows: TypeAlias = tuple[Vector3, Vector3, Vector3]
@@ -104,15 +104,10 @@ class TipMotion:
         self._inverse = InverseKinematics(kinematics, period_s)
         self._task = FixedFrame(task_in_base)
         self._target = pin.SE3(tip_rotation_in_base, np.zeros(3))
-        # Of a view into Pinocchio's memory.
-        self._set_target_m = filler(self._target.translation)
         self._period_s = period_s
         self._upright: Array = np.array(tip_rotation_in_base)
         self._task_turn = pin.SE3(task_in_base.rotation, _NOWHERE)
         self._upright_turn = self._task_turn.inverse() * pin.SE3(self._upright, _NOWHERE)
-        self._turn = pin.SE3.Identity()
-        # Pinocchio keeps columns together.
-        self._set_turn = filler(self._turn.rotation.T.ravel())
         self._q_rad: JointVector
         self._joints_per_turn: list[Vector3]
         self.reference_m: Vector3
@@ -181,9 +176,8 @@ class TipMotion:
             self._target.rotation = self._upright
             return
         # pin.SE3 multiplies without BLAS.
-        (a, b, c), (d, e, f), (g, h, i) = _yawed(self.lean, turn_rad[2])
-        self._set_turn(a, d, g, b, e, h, c, f, i)
-        self._target.rotation = (self._task_turn * self._turn * self._upright_turn).rotation
+        turn = pin.SE3(np.array(_yawed(self.lean, turn_rad[2])), _NOWHERE)
+        self._target.rotation = (self._task_turn * turn * self._upright_turn).rotation
 
     def move(self, velocity_m_s: Vector3) -> JointCommand:
         """Advance the reference by one control period and follow it.
@@ -198,6 +192,6 @@ class TipMotion:
         if self._rate_rad_s is not None:
             (a, b, c), (u, v, w), self._rate_rad_s = self.turn_rad, self._rate_rad_s, None
             self._turn_to((a + u * period, b + v * period, c + w * period))
-        self._set_target_m(*self._task.place_in_base_m(reference))
+        self._target.translation = np.array(self._task.place_in_base_m(reference))
         self._q_rad, _ = self._inverse.step(self._q_rad, self._target)
         return JointCommand(self._q_rad)

@@ -17,7 +17,7 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.core.errors import CommandError, ConfigurationError, LifecycleError
-from palpate.core.ports import Vector3, made_by_slots
+from palpate.core.ports import Vector3
 
 COMPASS_NAMES: Final = ("+x", "+x+y", "+y", "-x+y", "-x", "-x-y", "-y", "+x-y")
 
@@ -128,7 +128,6 @@ PERSON: Final = "person"
 """Source of decisions that a replay takes from the log, because no code could make them again."""
 
 
-@made_by_slots
 @dataclass(frozen=True, slots=True)
 class Observation:
     """What is known when an action is to be chosen; lengths and wrenches in the task frame.
@@ -153,7 +152,6 @@ class Observation:
         _check_index("state", self.state)
 
 
-@made_by_slots
 @dataclass(frozen=True, slots=True)
 class Decision:
     """An action and where it came from.
@@ -171,7 +169,6 @@ class Decision:
     grounds: tuple[float, ...] = ()
 
 
-@made_by_slots
 @dataclass(frozen=True, slots=True)
 class Transition:
     """What came of one action.

@@ -8,12 +8,11 @@ from typing import Annotated, ClassVar, Protocol, TypeAlias, runtime_checkable
 from typing_extensions import override
 
 from palpate.core.errors import CommandError, ConfigurationError
-from palpate.core.ports import Range, Settings, made_by_slots
+from palpate.core.ports import Range, Settings
 
 _Cost: TypeAlias = Annotated[float, Range(high=0.0, text="a finite number, 0 or below")]
 
 
-@made_by_slots
 @dataclass(frozen=True, slots=True)
 class ActionOutcome:
     """The effort that one action took, as the arm itself can measure it.

@@ -61,4 +61,3 @@ from .values import Validity as Validity
 from .values import Vector3 as Vector3
 from .values import WrenchKind as WrenchKind
 from .values import WrenchSample as WrenchSample
-from .values import made_by_slots as made_by_slots

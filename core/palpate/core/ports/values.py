@@ -6,35 +6,11 @@ validated is a named tuple, which takes a quarter of the time of a frozen datacl
 """
 
 import enum
-from dataclasses import dataclass, fields
-from functools import wraps
+from dataclasses import dataclass
 from math import isfinite
-from typing import Any, Final, NamedTuple, TypeAlias, TypeVar
+from typing import Final, NamedTuple, TypeAlias
 
 from palpate.core.errors import CommandError
-
-_ClassT = TypeVar("_ClassT")
-
-
-def made_by_slots(frozen: type[_ClassT]) -> type[_ClassT]:
-    """Let a class, ``@dataclass(frozen=True, slots=True)``, be made in half the time; all else stays as it is.
-
-    A generated ``__init__`` sets each field by ``object.__setattr__``, which looks the slot up by its name.
-
-    Args:
-        frozen: Its fields are all given by position or name, and no default is made by a factory.
-    """
-    plain: Any = frozen.__init__
-    names = [field.name for field in fields(frozen)]  # type: ignore[arg-type]
-    slots: dict[str, Any] = {f"set_{name}": getattr(frozen, name).__set__ for name in names}
-    lines = [f"set_{name}(self, {name})" for name in names]
-    lines += ["self.__post_init__()"] if hasattr(frozen, "__post_init__") else []
-    exec("\n    ".join((f"def __init__(self, {', '.join(names)}):", *lines)), slots)
-    made: Any = wraps(plain)(slots["__init__"])
-    made.__defaults__ = plain.__defaults__
-    frozen.__init__ = made  # type: ignore[method-assign]
-    return frozen
-
 
 CONTROL_RATE_HZ: Final = 140
 """The paper's sampling rate; a whole number, so that tick times are exact."""
@@ -76,7 +52,6 @@ class CommandReason(enum.Enum):
     STOPPED = "arm is stopped"
 
 
-@made_by_slots
 @dataclass(frozen=True, slots=True)
 class WrenchSample:
     """Wrench that the environment exerts on the tool, as one sensor sample.
@@ -110,7 +85,6 @@ class WrenchSample:
             raise CommandError("a wrench that is not finite must be marked INVALID", (self.force_N, self.torque_Nm))
 
 
-@made_by_slots
 @dataclass(frozen=True, slots=True)
 class JointSample:
     """Joint angles from the encoders, as one sample.
@@ -134,7 +108,6 @@ class JointSample:
             raise CommandError("joint angles that are not finite must be marked INVALID", self.position_rad)
 
 
-@made_by_slots
 @dataclass(frozen=True, slots=True)
 class JointCommand:
     """Joint angles that the arm's servos are to hold, (n,) rad.

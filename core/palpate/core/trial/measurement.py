@@ -112,15 +112,13 @@ class Measurement:
         kinematics.update(q_rad)
         self.position_m = self._task.place_m(kinematics.tip_position_m.tolist())
         self._tip_in_base = rotation = kinematics.tip_rotation.tolist()
-        (bx, by, bz, btx, bty, btz), (sx, sy, sz, stx, sty, stz) = self._bias, self._scale
-        (fx, fy, fz), (tx, ty, tz) = raw.force_N, raw.torque_Nm
-        fx, fy, fz = (fx - bx) * sx, (fy - by) * sy, (fz - bz) * sz
-        tx, ty, tz = (tx - btx) * stx, (ty - bty) * sty, (tz - btz) * stz
+        channels = zip((*raw.force_N, *raw.torque_Nm), self._bias, self._scale, strict=True)
+        fx, fy, fz, tx, ty, tz = ((value - bias) * scale for value, bias, scale in channels)
+        force, torque = (fx, fy, fz), (tx, ty, tz)
         if self._to_tip is not None:
-            fx, fy, fz = rotated(self._to_tip, (fx, fy, fz))
-            tx, ty, tz = rotated(self._to_tip, (tx, ty, tz))
-        self._live_N, self._live_Nm = (fx, fy, fz), (tx, ty, tz)
-        self.force_N = self._task.vector_of(rotation, (fx, fy, fz))
+            force, torque = rotated(self._to_tip, force), rotated(self._to_tip, torque)
+        self._live_N, self._live_Nm = force, torque
+        self.force_N = self._task.vector_of(rotation, force)
         if self._weight_N:
             (_, _, u), (_, _, v), (_, _, w) = rotation
             self._axis = self._task.vector((u, v, w))
@@ -128,9 +126,9 @@ class Measurement:
             self.turned_rad = self._turned_rad()
         x, y, z = self.force_N
         self.force_norm_N = sqrt(x * x + y * y + z * z)
-        across_x, across_y, _ = wrench_about((fx, fy, fz), (tx, ty, tz), self._tip_in_sensor)
+        across_x, across_y, _ = wrench_about(force, torque, self._tip_in_sensor)
         self.torque_across_at_tip_Nm = hypot(across_x, across_y)
-        self._filtered = filtered = self._signal.filtered((fx, fy, fz, tx, ty, tz))
+        self._filtered = filtered = self._signal.filtered((*force, *torque))
         self.filtered_force_z_N = filtered[2]
         self._bent_m += self._eased * (self.force_N[2] / self.axial_N_per_m - self._bent_m)
         self.tip_depth_m = self._depth_at(raw.source_time_ns, joints.source_time_ns) + self._bent_m

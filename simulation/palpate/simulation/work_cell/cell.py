@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 
-from palpate.core.motion import Kinematics, filler
+from palpate.core.motion import Kinematics
 from palpate.core.ports import JointVector, Truth, axis_of
 from palpate.core.trial import Purpose, generator
 from palpate.simulation.work_cell.config import CellConfig
@@ -156,7 +156,7 @@ class WorkCell:
 
     def command(self, position_rad: JointVector) -> None:
         """New servo set-points, (n,)."""
-        self._set_ctrl(*position_rad)
+        self.data.ctrl[:] = position_rad
 
     def measure_wrench(self) -> list[float]:
         """Wrench of the world on the tool (force, torque), (6,), sensor frame: weight, bias and noise included.
@@ -231,7 +231,6 @@ class WorkCell:
         start = int(self.model.sensor_historyadr[0]) + _HISTORY_HEADER + cell.substeps
         # Views into MuJoCo's memory, which stays where it is.
         self._wrench: Array = self.data.sensordata[:6]
-        self._set_ctrl = filler(self.data.ctrl)
         self._qpos: Array = self.data.qpos[: self.joints]
         self._force_history: Array = self.data.history[start : start + 3 * cell.substeps]
 

@@ -112,24 +112,11 @@ class TestPartition:
             with pytest.raises(ConfigurationError, match=r"automaton\.least_share"):
                 shares.machine(bad)
 
-    @pytest.mark.parametrize("intervals", [0, 1001, 2.5])
-    def test_bad_intervals_are_refused(self, intervals) -> None:
-        with pytest.raises(ConfigurationError, match=r"automaton\.intervals"):
-            bounded_partition(parity(), intervals)
-
 
 WORDS = ["", "1", "11", "101", "0", "0100"]
-
-
 EVEN = PrefixTree.of(Strings.of(WORDS, [word.count("1") % 2 == 0 for word in WORDS]))
-
-
 AB = PrefixTree.of(Strings.of(["ab", "ab", "abab", "b"]))
-
-
 AB_LABELLED = PrefixTree.of(Strings.of(["a", "b"], [True, False]))
-
-
 HELD = PrefixTree.of(Strings.of(["ab", "abab"]))
 
 
@@ -164,10 +151,6 @@ class TestChoice:
         even_b = Machine(Kind.DFA, ("a", "b"), ((0, 1), (1, 0)), (True, False))
         assert looseness(only_a, tree) == pytest.approx(2.0 * np.log(0.25) + np.log(0.75))
         assert looseness(even_b, tree) == pytest.approx(3.0 * np.log(0.5))
-
-    def test_acceptance_needs_labels(self) -> None:
-        with pytest.raises(ConfigurationError, match="labelled strings"):
-            accepting_extract(parity(), PrefixTree.of(Strings.of(["01"])), ExtractionSettings())
 
     def test_another_alphabet_is_refused(self) -> None:
         with pytest.raises(ConfigurationError, match=r"network\.alphabet"):
@@ -212,23 +195,13 @@ class TestChoice:
         with pytest.raises(ConfigurationError, match=r"extraction\.most_states = 2 is refused: more"):
             accepting_extract(three_steps(), AB_LABELLED, ExtractionSettings(fewest_intervals=4, most_states=2))
 
-    def test_highest_q_is_not_below_the_lowest(self) -> None:
-        with pytest.raises(
-            ConfigurationError, match=r"extraction\.most_intervals = 4 is refused: a whole number from 5"
-        ):
-            ExtractionSettings(fewest_intervals=5, most_intervals=4)
-
 
 BINARY = [f"{n:0{length}b}" if length else "" for length in range(7) for n in range(2**length)]
-
-
 ODD_ZEROS = Strings.of(BINARY, [word.count("0") % 2 == 1 for word in BINARY])
 
 
 # Walks between three places in a row, a b c, that end right of c. Whoever comes to b from a goes on to c.
 WALKS = Strings.of(["abc", "bc", "abcbc", "c", "bcbcbc", "cbc", "abcbcbc", "bcbc", "cbcbc"] * 40)
-
-
 PREDICTION = InferenceSettings(training=TrainingSettings(restarts=8, steps=800), finalists=2)
 
 
@@ -284,7 +257,3 @@ class TestInference:
         # No orphan states, and each says what it stands for.
         assert walks.machine.reachable() == tuple(range(walks.chosen.states))
         assert all(" > " in name for name in walks.machine.names)
-
-    def test_prediction_needs_something_to_judge_by(self) -> None:
-        with pytest.raises(ConfigurationError, match=r"inference\.held_out"):
-            infer(WALKS, InferenceSettings(held_out=0.0))

@@ -18,11 +18,7 @@ from tests.unit.core.automata.machines import KINDS, canonical, classes_by_table
 from tests.unit.core.json_changes import put, remove, repeat, require_refused
 
 PARITY = dfa([[1, 0], [0, 1]], [0])
-
-
 HOLES = dfa([[1, None], [None, None]], [1])
-
-
 TWO_OUTPUTS = Machine(Kind.MOORE, ("a",), ((1,), (0,)), ("x", ("y", "z")))
 
 
@@ -31,19 +27,14 @@ class TestMachine:
         assert [PARITY.state_after(word) for word in [(), (0,), (0, 1), (0, 0)]] == [0, 1, 1, 0]
         assert [PARITY.output_of(word) for word in [(), (0,), (0, 1), (0, 0)]] == [True, False, False, True]
         assert TWO_OUTPUTS.output_of((0,)) == ("y", "z")
-
-    def test_beyond_what_is_known_there_is_no_state_and_no_output(self):
-        assert HOLES.state_after((0, 0, 1)) is None
-        assert HOLES.output_of((1,)) is None
-
-    def test_symbols_have_numbers(self):
         assert PARITY.symbol("b") == 1
         with pytest.raises(CommandError, match="one of a, b: 'c'"):
             PARITY.symbol("c")
 
-    def test_complete_machine_has_every_transition(self):
-        assert PARITY.complete
-        assert not HOLES.complete
+    def test_beyond_what_is_known_there_is_no_state_and_no_output(self):
+        assert HOLES.state_after((0, 0, 1)) is None
+        assert HOLES.output_of((1,)) is None
+        assert (PARITY.complete, HOLES.complete) == (True, False)
 
     def test_numbered_labels_are_no_labels(self):
         assert replace(PARITY, labels=("s0", "s1")) == PARITY
@@ -54,20 +45,12 @@ class TestMachine:
         [
             (PARITY, {"alphabet": ()}, "alphabet"),
             (PARITY, {"alphabet": ("a", "a")}, "alphabet"),
-            (PARITY, {"alphabet": ("a", "")}, "alphabet"),
-            (PARITY, {"alphabet": ("a", 1)}, "alphabet"),
             (PARITY, {"labels": ("p",)}, "labels"),
-            (PARITY, {"labels": ("p", "p")}, "labels"),
             (PARITY, {"transitions": (), "state_outputs": ()}, "transitions"),
             (PARITY, {"transitions": ((0, 0), (0,))}, "transitions[1]"),
             (PARITY, {"transitions": ((0, 0), (0, 2))}, "transitions[1][1]"),
-            (PARITY, {"transitions": ((0, -1), (0, 0))}, "transitions[0][1]"),
             (PARITY, {"start": 2}, "start"),
-            (PARITY, {"start": -1}, "start"),
-            (PARITY, {"state_outputs": (True,)}, "state_outputs"),
             (PARITY, {"state_outputs": (True, "x")}, "state_outputs"),
-            (TWO_OUTPUTS, {"state_outputs": ("x", 1.5)}, "state_outputs"),
-            (TWO_OUTPUTS, {"state_outputs": ("x", None)}, "state_outputs"),
             (TWO_OUTPUTS, {"state_outputs": ("x", ("y", 1))}, "state_outputs"),
         ],
     )
@@ -80,11 +63,7 @@ class TestMachine:
 
 # Ends in "ab", with three copies of the state after "a" and one that no word leads to.
 ENDS_IN_AB = dfa([[1, 0], [2, 3], [4, 3], [1, 0], [1, 3], [5, 5]], [3], labels=("none", "a1", "a2", "ab", "a3", "x"))
-
-
 ALL = dfa([[0, 0]], [0])
-
-
 pairs = st.sampled_from(KINDS).flatmap(lambda kind: st.tuples(machines(kind, 2), machines(kind, 2)))
 
 
@@ -121,16 +100,11 @@ class TestMinimal:
         assert small == dfa([[1, 0], [1, 2], [1, 0]], [2], labels=("none", "a1|a2|a3", "ab"))
         assert equivalent_states(ENDS_IN_AB) == ((0,), (1, 2, 4), (3,))
 
-    def test_many_names_are_counted(self):
-        chain = dfa([[1, 0], [2, 0], [3, 0], [0, 0]], [0, 1, 2, 3], labels=("first", "b", "c", "d"))
-        assert minimised(chain).labels == ("first|3 more",)
-
     def test_labels_stay_different_even_where_one_looks_like_two(self):
         machine = dfa([[1, 2], [3, 3], [3, 3], [0, 0]], [3], labels=("p|q", "p", "q", "r"))
         assert minimised(machine).labels == ("p|q", "p|q (2)", "r")
-
-    def test_labels_say_nothing_about_what_a_machine_does(self):
-        assert replace(minimised(ENDS_IN_AB), labels=()) == minimised(replace(ENDS_IN_AB, labels=()))
+        chain = dfa([[1, 0], [2, 0], [3, 0], [0, 0]], [0, 1, 2, 3], labels=("first", "b", "c", "d"))
+        assert minimised(chain).labels == ("first|3 more",)
 
     def test_each_state_needs_a_class(self):
         with pytest.raises(ConfigurationError, match="6 classes"):
@@ -163,27 +137,20 @@ class TestMinimal:
         assert str(found) == "the word b a: not known against true"
         assert found.word == (1, 0)
 
-    @pytest.mark.parametrize("alphabet", ["abc", "ba", "ax"])
+    @pytest.mark.parametrize("alphabet", ["abc", "ba"])
     def test_another_alphabet_is_refused_naming_both(self, alphabet):
         other = dfa([[0] * len(alphabet)], [0], alphabet=alphabet)
         with pytest.raises(ConfigurationError) as refused:
             difference(ALL, other)
         assert refused.value.field == "automaton.alphabet"
         assert str(tuple(alphabet)) in str(refused.value)
-        assert "('a', 'b')" in str(refused.value)
-
-    def test_another_kind_is_refused(self):
         moore = Machine(Kind.MOORE, ("a", "b"), ((0, 0),), (True,))
         with pytest.raises(ConfigurationError, match="'moore' is refused: dfa"):
             difference(ALL, moore)
 
 
 NAMED = dfa([[1, 0], [0, None]], [0], labels=("even", "odd"))
-
-
 MOORE = Machine(Kind.MOORE, ("a",), ((0,),), (("x", "y"),))
-
-
 FILE = """\
 {
  "schema": "palpate.automaton/2",
@@ -196,30 +163,14 @@ FILE = """\
  ]
 }
 """
-
-
-BAD_ACCEPTORS = [
-    (remove("schema"), "schema"),
+CONTRADICTIONS = [
     (put("schema", "palpate.automaton/1"), "schema"),
-    *[(remove(key), "automaton file") for key in ("kind", "alphabet", "start", "states")],
-    (put("comment", ""), "automaton file"),
-    (put("kind", "nfa"), "kind"),
-    (put("kind", "mealy"), "kind"),
-    (put("alphabet", "ab"), "alphabet"),
     (put("alphabet", ["a", ""]), "alphabet[1]"),
     (put("alphabet", ["a", "c"]), "states[0].next"),
-    (put("alphabet", ["a"]), "states[0].next"),
     (put("start", "none"), "start"),
-    (put("start", 0), "start"),
-    (put("states", []), "states"),
-    (remove("states", 1, "output"), "states[1]"),
     (repeat("states"), "states[2]"),
-    (put("states", 1, "name", ""), "states[1]"),
-    (put("states", 1, "name", 5), "states[1].name"),
     (put("states", 0, "output", "x"), "states[0].output"),
-    (put("states", 0, "next", ["odd", "even"]), "states[0].next"),
     (put("states", 0, "next", "a", "gone"), "states[0].next.a"),
-    (put("states", 0, "next", "a", ["odd"]), "states[0].next.a"),
     (remove("states", 0, "next", "a"), "states[0].next"),
 ]
 
@@ -249,9 +200,9 @@ class TestFile:
 
     @pytest.mark.parametrize(
         ("machine", "change", "field"),
-        [(NAMED, *bad) for bad in BAD_ACCEPTORS] + [(MOORE, put("states", 0, "output", ["x", 1]), "states[0].output")],
+        [(NAMED, *bad) for bad in CONTRADICTIONS] + [(MOORE, put("states", 0, "output", ["x", 1]), "states[0].output")],
     )
-    def test_every_bad_file_is_one_clear_line(self, machine, change, field):
+    def test_contradiction_is_named_by_its_place(self, machine, change, field):
         made = json.loads(to_json_text(machine))
         change(made)
         require_refused(from_json_text, made, field)
@@ -270,14 +221,18 @@ class TestFile:
 shown = st.text(min_size=1, max_size=5) | st.sampled_from(
     ["true", "a, b", "a / b", '"', "\\", "\n", "{}", " a", "\ud800"]
 )
-
-
 shown_outputs = (
     st.booleans() | st.text(max_size=3) | st.sampled_from(["true", "false"]) | st.lists(shown, max_size=3).map(tuple)
 )
-
-
-QUOTED = [(" a", '" a"'), ("", '""'), ('a"b', r'"a\"b"'), ("a\nb", r'"a\nb"'), ("a\\b", r'"a\\b"'), ("a,b", '"a,b"')]
+QUOTED = [
+    ("in the middle", "in the middle"),
+    (" a", '" a"'),
+    ("", '""'),
+    ('a"b', r'"a\"b"'),
+    ("a\nb", r'"a\nb"'),
+    ("a\\b", r'"a\\b"'),
+    ("a,b", '"a,b"'),
+]
 
 
 with warnings.catch_warnings():
@@ -287,8 +242,6 @@ with warnings.catch_warnings():
 
 
 NAMED_ = dfa([[1, 0], [0, None]], [0], labels=("even", "odd"))
-
-
 DOT = """\
 digraph automaton {
   kind="dfa";
@@ -303,8 +256,6 @@ digraph automaton {
   q1 -> q0 [label="a"];
 }
 """
-
-
 dot_names = st.text(min_size=1, max_size=4) | st.sampled_from(
     ["\\N", "&lt;", 'a"', "a\\", "\n", "true", "s0", "x / y", "\\n"]
 )
@@ -319,10 +270,6 @@ class TestTexts:
     @given(shown_outputs, shown_outputs)
     def test_different_outputs_read_differently(self, one, other):
         assert (shown_output(one) == shown_output(other)) == (one == other and type(one) is type(other))
-
-    @pytest.mark.parametrize("name", ["A", "in the middle", "+x-y", "a|b", "ä", "true"])
-    def test_most_names_stand_as_they_are(self, name):
-        assert shown_name(name) == name
 
     @pytest.mark.parametrize(("name", "shown"), QUOTED)
     def test_what_might_be_misread_is_in_quotes(self, name, shown):

@@ -29,8 +29,6 @@ from palpate.core.trial import ControlConfig, TaskConfig
 from palpate.simulation.work_cell import CellConfig
 
 QUIET, KNOWN = SensorFacts(0.1, 0.004), Constants()
-
-
 DOWEL = replace(
     Quantities.of(Job(), QUIET),
     radius_m=6e-3, deviation_m=3e-3, clearance_m=9e-6, depth_m=20e-3, friction=0.4, tilt_rad=4e-3,

@@ -58,11 +58,6 @@ class TestArms:
         assert (caught.value.field, caught.value.value) == ("arm", "ur5")
         assert "\n" not in str(caught.value)
 
-    def test_package_that_no_urdf_is_found_in_is_named_as_it_was_written(self) -> None:
-        arm = replace(arm_named("ur5"), urdf="package://no-such/x.urdf")
-        with pytest.raises(AssetError, match=r"'package://no-such/x\.urdf' is refused: a path, or"):
-            arm.find_urdf()
-
     def test_robot_data_package_is_found_wherever_the_path_leads(
         self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     ) -> None:
@@ -171,9 +166,7 @@ class TestUrdf:
         ("joints", "kind", "flange", "accepted"),
         [
             (6, "floating", "tool", "revolute joints only up to 'tool'; 'j2' is floating"),
-            (6, "prismatic", "tool", "'j2' is prismatic"),
             (5, "revolute", "tool", "6 or 7 joints lead to 'tool', not 5"),
-            (8, "revolute", "tool", "6 or 7 joints lead to 'tool', not 8"),
             (7, "revolute", "tool", "6 joints, as in posture_rad, lead to 'tool', not 7"),
             (6, "revolute", "hand", "a frame 'hand' for the flange"),
         ],
@@ -192,8 +185,6 @@ class TestUrdf:
         [
             ("", "limits of 'j0': [arm] lower_rad and upper_rad"),
             ('<limit upper="1" effort="1"/>', "a speed of 'j0': [arm] velocity_limit_rad_s"),
-            ('<limit upper="nan" effort="1" velocity="1"/>', "limits of 'j0'"),
-            ('<limit lower="0" upper="0" effort="1" velocity="1"/>', "limits of 'j0'"),
             ('<limit lower="-1" upper="1" velocity="0"/>', "a speed of 'j0'"),
             (
                 '<limit lower="-360" upper="360" velocity="1"/>',
@@ -222,7 +213,6 @@ class TestUrdf:
         ("old", "new", "accepted"),
         [
             ("</robot>", '<link name="second"/></robot>', "Two root links found: [l0] and [second]"),
-            ('name="j3"', 'name="j2"', "joint 'j2' is not unique"),
             ('xyz="0 0 0.15"', 'xyz="0 0 high"', "Unable to parse component [high] to a double"),
         ],
     )
@@ -255,15 +245,6 @@ class TestUrdf:
         assert caught.value.field == named
         assert accepted in str(caught.value)
 
-    def test_limits_of_the_description_are_those_of_the_arm(self, tmp_path: Path) -> None:
-        arm = ArmDescription(
-            urdf(tmp_path / "a.urdf", 6), "tool", SIX, lower_rad=(-1.0,) * 6, velocity_limit_rad_s=(0.5,) * 6
-        )
-        kinematics = Kinematics(arm, TOOL)
-        assert kinematics.lower_rad.tolist() == [-1.0] * 6
-        assert kinematics.upper_rad.tolist() == [2.5] * 6
-        assert kinematics.velocity_limit_rad_s.tolist() == [0.5] * 6
-
     def test_process_without_a_standard_error_has_its_arm(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
@@ -278,13 +259,11 @@ class TestUrdf:
         ("old", "new", "accepted"),
         [
             ('xyz="0 0 0.15"', 'xyz="0 0 ${height}"', "a plain URDF: run xacro first"),
-            ("<robot ", "<xacro:x/><robot ", "a plain URDF: run xacro first"),
             ('<child link="l1"/>', '<child link="l0"/>', "a tree: links 'l0' are a loop"),
             ("</robot>", '<joint name="x"><parent link="l3"/><child link="l0"/></joint></robot>', "are a loop"),
             ("</robot>", '<joint name="x"><parent link="l0"/><child link="l3"/></joint></robot>', "'l3' is below "),
             ("</robot>", '<joint name="x"><parent link="l0"/></joint></robot>', "'x' joins 'l0' and ''"),
             ('<link name="l2"/>', "", "'j1' joins 'l1' and 'l2', and one is not there"),
-            ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>', "an axis of 'j0' of length 1 (got 0 0 0)"),
             ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 2"/>', "an axis of 'j0' of length 1 (got 0 0 2)"),
             ('xyz="0 0 0.15"', 'xyz="0 0 150"', "a URDF in metres: its joints are 150.8 m apart in all"),
         ],
@@ -316,26 +295,6 @@ class TestUrdf:
         arm = altered(tmp_path / "a.urdf", declared, ('name="j3"', 'name="Gr\u00f6\u00dfe"'), encoding="latin-1")
         assert list(Kinematics(arm, TOOL).model.names)[4] == "Gr\u00f6\u00dfe"
 
-    def test_continuous_joint_has_the_limits_of_the_table(self, tmp_path: Path) -> None:
-        path = tmp_path / "a.urdf"
-        path.write_text(
-            Path(urdf(path, 6, "continuous")).read_text().replace('lower="-2.5" upper="2.5" velocity', "velocity")
-        )
-        arm = ArmDescription(str(path), "tool", SIX, lower_rad=(-2.0,) * 6, upper_rad=(2.0,) * 6)
-        kinematics = Kinematics(arm, TOOL)
-        assert kinematics.joints == 6
-        assert kinematics.upper_rad.tolist() == [2.0] * 6
-
-    def test_axis_that_was_rounded_is_one_of_length_one(self, tmp_path: Path) -> None:
-        rounded = altered(tmp_path / "a.urdf", ('<axis xyz="0 0 1"/>', '<axis xyz="0 0.707 0.707"/>'))
-        exact = altered(tmp_path / "b.urdf", ('<axis xyz="0 0 1"/>', f'<axis xyz="0 {0.5**0.5!r} {0.5**0.5!r}"/>'))
-        places = []
-        for arm in (rounded, exact):
-            kinematics = Kinematics(arm, TOOL)
-            kinematics.update(SIX)
-            places.append(kinematics.tip_position_m)
-        np.testing.assert_allclose(*places, atol=1e-15)
-
     def test_joint_that_turns_faster_than_any_command_may_jump_is_led_more_slowly(self, tmp_path: Path) -> None:
         kinematics = Kinematics(altered(tmp_path / "a.urdf", ('velocity="1"', 'velocity="20"')), TOOL)
         assert kinematics.velocity_limit_rad_s.tolist() == [6.9, 1.0, 1.0, 1.0, 1.0, 1.0]
@@ -352,7 +311,6 @@ class TestUrdf:
         ("arm", "changes", "accepted"),
         [
             ("ur10e", {}, "the calibration of this arm, of the e-Series by name; 'elbow_joint' is elsewhere by 188 mm"),
-            ("ur5", {}, "the calibration of this arm, of the e-Series by name; 'shoulder_pan_joint' is elsewhere"),
             ("panda", {}, "none with an arm of 7 joints"),
             ("ur5e", {"yaw": float("nan")}, "x, y, z, roll, pitch and yaw of forearm"),
         ],
@@ -363,7 +321,3 @@ class TestUrdf:
         other = replace(arm_named(arm), calibration=calibration(tmp_path / "c.yaml", **changes))
         with pytest.raises(AssetError, match=re.escape(accepted)):
             Kinematics(other, TOOL)
-
-    def test_calibration_that_is_not_there_is_named(self, tmp_path: Path) -> None:
-        with pytest.raises(AssetError, match="a readable calibration"):
-            Kinematics(replace(arm_named("ur5e"), calibration=str(tmp_path / "none.yaml")), TOOL)

@@ -17,8 +17,6 @@ from palpate.core.perception.signal import samples
 from palpate.core.perception.symbols import Clusters, GatedThresholds, RandomPartition, Symboliser, Thresholds
 
 SIGNAL = tuple(float(i) for i in range(9))
-
-
 UNIT = Normalisation((0.0,) * 9, (1.0,) * 9)
 
 
@@ -133,17 +131,9 @@ class TestFeatures:
 
 
 MM = 1e-3
-
-
 KGF_MM = 9.80665e-3
-
-
 PAPER = GatedThresholds.of({"x": (-MM, MM), "y": (-MM, MM)}, {"tx": (-KGF_MM, KGF_MM), "ty": (-KGF_MM, KGF_MM)})
-
-
 BOUNDS = {"x": (-5e-3, 5e-3), "fz": (-20.0, 0.0)}
-
-
 CENTRES = np.array([[-2e-3, -10.0], [2e-3, -10.0], [2e-3, 0.0]])
 
 

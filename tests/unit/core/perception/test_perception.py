@@ -30,8 +30,6 @@ from palpate.core.perception.symbols import Clusters, GatedThresholds, RandomPar
 from palpate.core.ports import STAGES, Settings, register_stage
 
 NINE = (0.0,) * 9
-
-
 CORNERS = Perception(TaskFacts(FACTS), Situations(), IdentityState(Situations.symbols))
 
 
@@ -156,19 +154,13 @@ class TestStates:
 
 
 TABLE = np.random.default_rng(2).normal(size=(60, 9)) * np.geomspace(1e-3, 10.0, 9)
-
-
 GATED = GatedThresholds.of({"x": (-1e-3, 1e-3), "y": (-1e-3, 1e-3)}, {"tx": (-0.1, 0.1), "ty": (-0.1, 0.1)})
-
-
 EXTRACTORS = [
     SelectedChannels(("x", "y", "tx", "ty")),
     PrincipalComponents.fit(TABLE, 3),
     PrincipalComponents.fit(TABLE, 2, ("fx", "fy", "fz")),
     SelfOrganisingMap.fit(TABLE, 2, 3, 0, iterations=200),
 ]
-
-
 SYMBOLISERS = [
     GATED,
     Thresholds.of({"a": (0.1,), "b": (-1 / 3, 1 / 3), "c": (0.0,), "d": (0.0,)}),

@@ -41,7 +41,6 @@ ACTIONS = compass_actions(0.001)
 STATES = ("a", "b")
 FOUR = CONTEXT.states
 Q = QParameters(alpha=0.3, gamma=1.0, temperature=TemperatureSchedule(5.0, 0.96, 0.1))
-
 numbers = st.floats(allow_nan=False, allow_infinity=False) | st.sampled_from([-0.0, 5e-324, -5e-324, -1e308])
 
 

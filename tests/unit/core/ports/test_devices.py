@@ -128,11 +128,7 @@ class TestLifeCycle:
 
 
 LOWER, UPPER, SPEED, RATE = (-1.0, -2.0), (1.0, 0.5), (14.0, 1.4), 140.0
-
-
 PERIOD_NS = 10**9 // 140
-
-
 ANGLES = st.tuples(st.floats(-3, 3), st.floats(-3, 3))
 
 

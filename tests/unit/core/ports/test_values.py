@@ -1,8 +1,6 @@
 """Value objects: frozen, equal by value, and nothing that is not finite passes unmarked."""
 
-import inspect
 import pickle
-from dataclasses import FrozenInstanceError, dataclass, replace
 from math import inf, nan
 from typing import Any
 
@@ -18,30 +16,15 @@ from palpate.core.ports.values import (
     Snapshot,
     Validity,
     WrenchSample,
-    made_by_slots,
 )
 
 WRENCH = WrenchSample((1.0, 2.0, -3.0), (0.1, 0.2, 0.3), 10, 20, 7)
-
-
 JOINTS = JointSample((0.1, -0.2), 10, 20, 7)
-
-
 COMMAND = JointCommand((0.1, -0.2))
-
-
 APPLIED = AppliedCommand((0.1, -0.2))
-
-
 SNAPSHOT = Snapshot(0, 30, WRENCH, JOINTS)
-
-
 VALUES = [WRENCH, JOINTS, COMMAND, APPLIED, SNAPSHOT]
-
-
 finite = st.floats(min_value=-1e6, max_value=1e6)
-
-
 not_finite = st.sampled_from([nan, inf, -inf])
 
 
@@ -85,58 +68,3 @@ class TestValues:
         assert caught.value.value == angles
         assert isinstance(caught.value, PalpateError)
         assert isinstance(caught.value, ValueError)
-
-    def test_marking_a_sample_afterwards_is_checked_too(self) -> None:
-        broken = replace(WRENCH, force_N=(nan, 0.0, 0.0), validity=Validity.INVALID)
-        with pytest.raises(CommandError):
-            replace(broken, validity=Validity.STALE)
-
-    @pytest.mark.parametrize("vector", [(1.0, 2.0), (1.0, 2.0, 3.0, 4.0)])
-    def test_force_has_three_components(self, vector: tuple[float, ...]) -> None:
-        with pytest.raises(ValueError, match="values to unpack"):
-            WrenchSample(vector, (0.0, 0.0, 0.0), 0, 0, 0)  # type: ignore[arg-type]
-
-
-@made_by_slots
-@dataclass(frozen=True, slots=True)
-class _Length:
-    length_m: float
-    name: str = "edge"
-
-    def __post_init__(self) -> None:
-        if self.length_m < 0.0:
-            raise ValueError("a length is not negative")
-
-
-@made_by_slots
-@dataclass(frozen=True, slots=True)
-class _Unchecked:
-    x: int
-
-
-class TestMadeBySlots:
-    def test_made_by_place_name_and_default(self) -> None:
-        assert _Length(1.0) == _Length(length_m=1.0, name="edge") == _Length(1.0, "edge") != _Length(1.0, "face")
-        assert _Unchecked(3).x == 3
-
-    def test_stays_frozen(self) -> None:
-        with pytest.raises(FrozenInstanceError):
-            _Length(1.0).length_m = 2.0  # type: ignore[misc]
-
-    def test_is_checked_whenever_it_is_made(self) -> None:
-        with pytest.raises(ValueError, match="not negative"):
-            _Length(-1.0)
-        with pytest.raises(ValueError, match="not negative"):
-            replace(_Length(1.0), length_m=-1.0)
-
-    def test_missing_or_unknown_field_is_refused_by_name(self) -> None:
-        with pytest.raises(TypeError, match="length_m"):
-            _Length()  # type: ignore[call-arg]
-        with pytest.raises(TypeError, match="width_m"):
-            _Length(1.0, width_m=2.0)  # type: ignore[call-arg]
-
-    def test_signature_copies_and_pickles_are_those_of_a_dataclass(self) -> None:
-        assert list(inspect.signature(_Length).parameters) == ["length_m", "name"]
-        assert replace(_Length(1.0), name="face") == _Length(1.0, "face")
-        assert pickle.loads(pickle.dumps(_Length(1.0))) == _Length(1.0)
-        assert hash(_Length(1.0)) == hash(_Length(1.0))

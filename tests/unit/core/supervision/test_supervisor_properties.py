@@ -28,12 +28,10 @@ from tests.unit.core.fake_world import TOOL, ready_pose
 from tests.unit.core.supervision.bench import BIAS, supervisor
 
 Tick = tuple[Snapshot, JointCommand, Expectation, Vector3 | None]
-
 HOME, _ = ready_pose()
 FREE = Expectation(contact=False)
 ARM = Kinematics(arm_named("zebra-zero"), TOOL)
 LOWER, UPPER = tuple(ARM.lower_rad.tolist()), tuple(ARM.upper_rad.tolist())
-
 TARED = Expectation(contact=True, bias=BIAS)
 EXPECTATIONS = {
     "untared": Expectation(contact=True),

@@ -15,14 +15,8 @@ from palpate.core.policy.belief.places import SINGLE, Places, off_way_m2
 from tests.unit.core.policy.belief.simulated_touch import CUE_NM, GAINS, OFFSET_NM, expected_Nm, leaning_trials, trials
 
 EXPONENTIALS = "9922d5996df4ec3fb8615fc08503b53f949db5b95b16ef3c"
-
-
 LOGARITHMS = "9521b5bbb16b02c07612e0f04052ed3fb27532ad610b0c40"
-
-
 SINGLE_EXPONENTIALS = "6da3673f291ca83deab27827"
-
-
 SINGLE_LOGARITHMS = "8e5d13c008926a3f0d5b6040"
 
 
@@ -57,8 +51,6 @@ class TestArithmetic:
 
 
 WAYS_M = np.array([(0.0015, 0.0005), (-0.0015, 0.0005), (0.0005, -0.002)])
-
-
 LEAN = (0.03, 0.01)
 
 
@@ -140,11 +132,7 @@ class TestFit:
 
 
 PLACES = Places(1e-3)
-
-
 RINGS = len(RINGS_M)
-
-
 EVEN = np.zeros((PLACES.size, PLACES.size), SINGLE)
 
 
