@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.perception import Normalisation, PrincipalComponents, SelectedChannels, SelfOrganisingMap
 from palpate.core.perception.signal import samples
 from palpate.core.perception.symbols import Clusters, GatedThresholds, RandomPartition, Symboliser, Thresholds
+from palpate.core.ports import CHANNELS
 
 SIGNAL = tuple(float(i) for i in range(9))
 UNIT = Normalisation((0.0,) * 9, (1.0,) * 9)
@@ -42,18 +44,15 @@ class TestFeatures:
         with pytest.raises(ConfigurationError, match=r"perception\.extractor\.channels.* of x, y, z, fx"):
             SelectedChannels(channels)
 
-    def test_principal_components_agree_with_scikit_learn(self, table: np.ndarray) -> None:
-        fitted = PrincipalComponents.fit(table, 3)
-        oracle = make_pipeline(StandardScaler(), PCA(3, svd_solver="full")).fit_transform(table)
-        ours = np.array([fitted.extract(tuple(row)) for row in table.tolist()])
-        np.testing.assert_allclose(ours, oracle, atol=1e-10)
-        assert fitted.names == ("pc1", "pc2", "pc3")
-
-    def test_principal_components_may_look_at_some_channels_only(self, table: np.ndarray) -> None:
-        fitted = PrincipalComponents.fit(table, 2, channels=("tx", "fy", "z"))
-        oracle = make_pipeline(StandardScaler(), PCA(2, svd_solver="full")).fit_transform(table[:, [6, 4, 2]])
+    @pytest.mark.parametrize(("channels", "columns"), [(CHANNELS, range(9)), (("tx", "fy", "z"), (6, 4, 2))])
+    def test_principal_components_agree_with_scikit_learn(
+        self, table: np.ndarray, channels: tuple[str, ...], columns: Sequence[int]
+    ) -> None:
+        fitted = PrincipalComponents.fit(table, 3, channels)
+        oracle = make_pipeline(StandardScaler(), PCA(3, svd_solver="full")).fit_transform(table[:, columns])
         ours = [fitted.extract(tuple(row)) for row in table.tolist()]
         np.testing.assert_allclose(ours, oracle, atol=1e-10)
+        assert fitted.names == ("pc1", "pc2", "pc3")
 
     @pytest.mark.parametrize("components", [0, 10])
     def test_components_out_of_range_are_refused(self, table: np.ndarray, components: int) -> None:

@@ -25,7 +25,6 @@ from palpate.core.perception import (
 )
 from palpate.core.perception import pipeline as stages
 from palpate.core.perception.features import PrincipalComponents, SelectedChannels, SelfOrganisingMap
-from palpate.core.perception.signal import Normalisation, SignalProcessor
 from palpate.core.perception.symbols import Clusters, GatedThresholds, RandomPartition, Thresholds
 from palpate.core.ports import STAGES, Settings, register_stage
 
@@ -54,13 +53,11 @@ class TestSituations:
         assert CORNERS.symbols[CORNERS.observe(NINE + facts)[0]] == situation
 
     def test_they_come_back_from_a_file_with_their_thresholds(self) -> None:
+        assert TaskFacts(("lean", "depth")).extract(NINE) == (0.0, 0.0)
         finer = Perception(TaskFacts(FACTS), Situations(caught=2.0), CORNERS.identifier)
         assert perception_from_dict(perception_to_dict(finer)) == finer
         with pytest.raises(ConfigurationError, match=r"symboliser\.wall"):
             Situations(wall=float("nan"))
-
-    def test_where_the_task_adds_nothing_the_facts_are_zeros(self) -> None:
-        assert TaskFacts(("lean", "depth")).extract(NINE) == (0.0, 0.0)
 
 
 AB = ("a", "b")
@@ -79,13 +76,6 @@ class TestStates:
     def test_unknown_symbol_is_refused_without_a_memory(self, symbol: int) -> None:
         with pytest.raises(CommandError, match=f"from 0 to 2: {symbol}"):
             IdentityState(("a", "b", "c")).update(symbol)
-
-    def test_trial_begins_with_nothing(self) -> None:
-        identifier = LastSymbols(AB, 3)
-        for symbol in (0, 1, 1):
-            identifier.update(symbol)
-        identifier.reset()
-        assert identifier.states[identifier.update(1)] == "b"
 
     @given(st.integers(1, 4), st.integers(1, 3), st.lists(st.integers(0, 3), max_size=12))
     def test_name_of_the_state_tells_the_symbols(self, count: int, length: int, word: list[int]) -> None:
@@ -216,23 +206,6 @@ class TestPipeline:
         use, width = ("extract", 9) if hasattr(stage, "extract") else ("symbol", 4)
         for row in TABLE[:, :width].tolist():
             assert getattr(back, use)(tuple(row)) == getattr(stage, use)(tuple(row))
-
-    @pytest.mark.parametrize("normalisation", [None, Normalisation.fit(TABLE[:, 3:])])
-    def test_signal_processor_comes_back_with_identical_output(self, normalisation: Normalisation | None) -> None:
-        stage = SignalProcessor(140.0, 4.1, 2, (9.80665,) * 6, normalisation)
-        back = through_json(stage)
-        for processor in (stage, back):
-            processor.reset((0.0,) * 6)
-        for row in TABLE[:, 3:].tolist():
-            assert back.update(tuple(row)) == stage.update(tuple(row))
-
-    def test_dictionaries_are_plain_json(self) -> None:
-        assert stages.stage_to_dict(SelectedChannels(("x",))) == {"kind": "selected_channels", "channels": ["x"]}
-        assert stages.stage_to_dict(GATED)["outer"] == {
-            "kind": "thresholds",
-            "features": ["x", "y"],
-            "thresholds": [[-1e-3, 1e-3], [-1e-3, 1e-3]],
-        }
 
     def test_perception_comes_back_from_json(self) -> None:
         data = json.loads(json.dumps(stages.perception_to_dict(paper())))
