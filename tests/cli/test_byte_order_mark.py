@@ -14,7 +14,7 @@ from palpate.adapters.log import strings_from
 from palpate.adapters.visualisation.report.files import read_json, read_run_toml, read_trials
 from palpate.core.motion import ArmDescription
 from palpate.core.motion.model import load_model
-from tests.unit.core.motion.test_model_urdf import urdf
+from tests.unit.core.motion.test_arms import urdf
 
 AUTOMATON = (
     '{"schema": "palpate.automaton/2", "kind": "dfa", "alphabet": ["a"], "start": "even",'

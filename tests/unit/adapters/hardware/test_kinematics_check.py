@@ -18,7 +18,7 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.job import ToolConfig
 from palpate.core.motion import arm_named
 from palpate.simulation.emulators.ur.kinematics import LENGTHS_M, tool_pose
-from tests.unit.core.motion.test_model_urdf import calibration
+from tests.unit.core.motion.test_arms import calibration
 from tests.virtual_ur import HOME, VirtualUr
 
 TOOL = ToolConfig()

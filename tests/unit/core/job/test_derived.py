@@ -197,13 +197,13 @@ class TestSpatialOptions:
     @pytest.mark.parametrize(
         ("shape", "corner_mm", "lean_deg", "inside_mm"),
         [
-            # Corner of the 29 mm shape; asin(1.8 / corner), 3.6 / corner for a hexagon's near neighbours, at most 12;
+            # Corner of the 29 mm shape; asin(0.15 / 0.081 / corner), twice that for a hexagon's neighbours, at most 12;
             # (3 + 0.7 corner sin 5) / sin(half the corner's angle).
-            ("triangle", 29.0, 3.559, 9.539),
-            ("square", 20.51, 5.036, 6.012),
-            ("rounded-square", 19.26, 5.362, 5.905),
+            ("triangle", 29.0, 3.661, 9.539),
+            ("square", 20.51, 5.181, 6.012),
+            ("rounded-square", 19.26, 5.517, 5.905),
             ("hexagon", 16.74, 12.0, 4.644),
-            ("keyed", 11.5, 9.005, 5.235),
+            ("keyed", 11.5, 9.267, 5.235),
         ],
     )
     def test_lean_and_place_of_each_shape(
@@ -218,7 +218,7 @@ class TestSpatialOptions:
     def test_corners_are_let_down_as_deep_whatever_the_size_where_the_lean_is_not_bounded(self) -> None:
         for part in (PartConfig(shape="square"), PartConfig(shape="triangle", peg_mm=58.0, hole_mm=58.15),
                      PartConfig(shape="hexagon", peg_mm=40.0, hole_mm=40.15)):  # fmt: skip
-            assert SpatialOptions(**options(part)).down_m == pytest.approx(0.9 * 1.8e-3, rel=1e-3)
+            assert SpatialOptions(**options(part)).down_m == pytest.approx(0.9 * 0.15e-3 / 0.081, rel=1e-3)
         small = SpatialOptions(**options(PartConfig(shape="square", peg_mm=10.0, hole_mm=10.1)))
         assert small.down_m == pytest.approx(0.9 * 7.071e-3 * sin(radians(12.0)), rel=1e-3)
 
