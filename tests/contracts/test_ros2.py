@@ -1,10 +1,12 @@
 """The adapters behind ROS 2 keep the contracts of their ports, against an emulated robot in virtual time."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from palpate.adapters.config import RigFile, overlay
 from palpate.adapters.contracts import (
     ArmCommandContract,
     ArmCommandRig,
@@ -123,6 +125,16 @@ def test_sign_turns_a_wrench_that_the_tool_exerts() -> None:
 def test_table_that_cannot_work_is_refused_before_anything_opens(table: Ros2ArmTable, problem: str) -> None:
     with pytest.raises(ConfigurationError, match=problem):
         Bench().arm(table)
+
+
+@pytest.mark.parametrize(
+    "path", sorted((Path(__file__).parents[2] / "examples" / "rigs").glob("*ros2.toml")), ids=lambda path: path.stem
+)
+def test_rig_files_of_the_examples_have_settings_that_exist(path: Path) -> None:
+    file = RigFile.load(path)
+    overlay(Ros2ArmTable(), file.arm.settings)
+    overlay(Ros2WrenchTable(), file.force_sensor.settings)
+    assert file.facts.noise_N is None, "a run is refused until the noise is measured"
 
 
 def test_joints_without_names_have_those_of_the_model() -> None:
