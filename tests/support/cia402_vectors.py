@@ -2,10 +2,7 @@
 
 IDENTIFY = {
     "4000100000000000": "4300100092010200",  # 1000: profile 402, a servo drive
-    "4018100100000000": None,  # 1018:01 to 04
-    "4018100200000000": None,
-    "4018100300000000": None,
-    "4018100400000000": None,
+    "4018100400000000": None,  # 1018:04, the serial number
     "4008100000000000": "43081000454D5531",  # 1008: "EMU1"
 }
 """Requests and answers; None for what is up to the drive."""

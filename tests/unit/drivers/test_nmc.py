@@ -76,7 +76,6 @@ def test_other_commands_have_their_codes_and_sizes():
     made = {
         commands.set_addr(3): (1, b"\x03\xff"),
         HERE: (7, b"\x11\xff\xff\xff\xff"),
-        commands.set_gain(**GAINS, step_multiplier=2): (6, bytes.fromhex("c800b00496000f004b00a00f050002")),
     }
     for command, (code, data) in made.items():
         assert (command.code, command.data) == (code, data)

@@ -13,7 +13,7 @@ from palpate.drivers.cia402.codec import (
     Status,
     command_towards,
 )
-from palpate.drivers.cia402.drive import DriveIdentity, arm_watchdog, identify, set_up
+from palpate.drivers.cia402.drive import arm_watchdog, identify, set_up
 from palpate.drivers.cia402.exchange import CyclicExchange
 from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.cia402.settings import ArmSettings
@@ -39,7 +39,7 @@ class BringUp:
         self._now_ns, self._sleep = now_ns, sleep
         self._link = link
         self._objects = [link.objects(joint.node, settings.sdo_timeout_s) for joint in settings.joints]
-        self.identities: tuple[DriveIdentity, ...] = ()
+        self.identities: tuple[str, ...] = ()
         self.notes: tuple[str, ...] = ()
 
     @property
@@ -49,7 +49,7 @@ class BringUp:
         return tuple(joint.angle_rad(counts) for joint, counts in targets)
 
     def identify(self) -> None:
-        """Ask every drive who it is."""
+        """Ask every drive for its name and serial number."""
         self.identities = tuple(identify(objects) for objects in self._objects)
 
     def prepare(self) -> None:

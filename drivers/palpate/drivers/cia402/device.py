@@ -14,7 +14,6 @@ from typing_extensions import override
 
 from palpate.drivers.cia402.bring_up import BringUp
 from palpate.drivers.cia402.codec import FAULTS, Controlword, DriveState
-from palpate.drivers.cia402.drive import DriveIdentity
 from palpate.drivers.cia402.exchange import CyclicExchange
 from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.cia402.settings import ArmSettings
@@ -82,11 +81,6 @@ class Cia402Arm(LatchingArm):
         self._away_ns = self._back_ns = 0
 
     @property
-    def identities(self) -> tuple[DriveIdentity, ...]:
-        """Who the drives are; empty before :meth:`open`."""
-        return self._bring_up.identities
-
-    @property
     @override
     def notes(self) -> tuple[str, ...]:
         return self._bring_up.notes
@@ -94,8 +88,8 @@ class Cia402Arm(LatchingArm):
     @override
     def diagnostics(self) -> dict[str, str]:
         found, settings = super().diagnostics(), self.settings
-        known = zip(settings.joints, self.identities, strict=False)
-        found["drives"] = ", ".join(f"{joint.node} {who.name or '?'} ({who.serial})" for joint, who in known)
+        known = zip(settings.joints, self._bring_up.identities, strict=False)
+        found["drives"] = ", ".join(f"{joint.node} {name}" for joint, name in known)
         found["bus"] = f"{settings.bitrate} bit/s, at most {settings.budget.max_rate_Hz:.0f} Hz, computed"
         found["answers"] = self._exchange.counters()
         found["fault"] = found["fault"] or self._shown()

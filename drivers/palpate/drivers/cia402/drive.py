@@ -4,7 +4,6 @@ FACT (``canopen`` 2.4.1): a PDO is set up while its identifier is marked invalid
 and CiA 402-2: the objects below, their sizes and the option codes. Nothing is left to the default mapping of a maker.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 from palpate.drivers.cia402.codec import CSP, RPDO1, TPDO1
@@ -33,28 +32,8 @@ _TENTH_OF_MS: Final = -4
 """Power of ten, in seconds, of the unit in which the period is told."""
 
 
-@dataclass(frozen=True, slots=True)
-class DriveIdentity:
-    """Who a drive says it is.
-
-    Attributes:
-        vendor: Object 0x1018:01.
-        product: 0x1018:02, or None.
-        revision: 0x1018:03, or None.
-        serial: 0x1018:04, or None.
-        name: Object 0x1008, or None.
-    """
-
-    node: int
-    vendor: int | None
-    product: int | None
-    revision: int | None
-    serial: int | None
-    name: str | None
-
-
-def identify(objects: Objects) -> DriveIdentity:
-    """Ask a drive who it is."""
+def identify(objects: Objects) -> str:
+    """Ask a drive for its name and serial number."""
     try:
         profile = objects.read(0x1000)
     except SilentError as error:
@@ -63,11 +42,9 @@ def identify(objects: Objects) -> DriveIdentity:
     if kind != _DRIVE_PROFILE:
         remedy = f"expected profile {_DRIVE_PROFILE}; check the node numbers"
         raise WiringError(objects.name, f"is a device of profile {kind}", remedy)
-    numbers = [objects.read(0x1018, subindex) for subindex in range(1, 5)]
-    vendor, product, revision, serial = [None if n is None else int.from_bytes(n, "little") for n in numbers]
-    name = objects.read(0x1008)
-    text = None if name is None else name.rstrip(b"\0").decode("ascii", "replace")
-    return DriveIdentity(objects.node, vendor, product, revision, serial, text)
+    serial, name = objects.read(0x1018, 4), objects.read(0x1008)
+    text = "?" if name is None else name.rstrip(b"\0").decode("ascii", "replace")
+    return text if serial is None else f"{text} ({int.from_bytes(serial, 'little')})"
 
 
 def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> tuple[str, ...]:

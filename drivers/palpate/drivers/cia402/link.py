@@ -13,7 +13,6 @@ from typing import Any, Final, Self, TypeAlias
 
 import can
 import canopen
-import serial
 from canopen.objectdictionary import ObjectDictionary
 from canopen.sdo import SdoClient
 from typing_extensions import override
@@ -21,15 +20,13 @@ from typing_extensions import override
 from palpate.drivers.can import open_bus
 from palpate.drivers.cia402.codec import SDO_ANSWER, SDO_REQUEST
 from palpate.drivers.cia402.objects import Objects
-from palpate.drivers.errors import LateError, SilentError
+from palpate.drivers.errors import SilentError
 
 Subscriber: TypeAlias = Callable[[int, bytearray, float], None]
 
 # Without a handler Python prints what canopen logs of a dead bus, at each frame; we raise it as an error.
 logging.getLogger("canopen").addHandler(logging.NullHandler())
 
-_PSEUDO_TERMINAL: Final = "/dev/pts/"
-_SERVE: Final = "what serves this pseudo-terminal is late: end other work here, or give palpate emulate --priority"
 _NOTIFIER_CYCLE_S: Final = 0.1
 """How often the receive thread looks up; closing waits for it five times as long at most."""
 
@@ -136,9 +133,6 @@ class CanopenLink:
             self.network.send_message(identifier, data)
         except Exception as error:  # the package raises here whatever ended its receive thread, of any type
             problem = f"does not take frames: {type(error).__name__}: {error}"
-            if _PSEUDO_TERMINAL in self.name and isinstance(error.__cause__, serial.SerialTimeoutException):
-                # No adapter, but a program of this computer.
-                raise LateError(self.name, problem, _SERVE) from error
             remedy = "check the adapter; on socketcan a longer txqueuelen helps against full buffers"
             raise SilentError(self.name, problem, remedy) from error
 

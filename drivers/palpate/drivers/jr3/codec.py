@@ -14,37 +14,24 @@ from palpate.drivers.jr3.messages import Ack, Bootup, Forces, Moments, Op, Readi
 
 
 class Jr3Code(enum.IntEnum):
-    """What stands in front of the node number of a JR3 board."""
+    """What stands in front of the node number of a JR3 board in what it sends."""
 
     ACK = 0x100
-    START_ASYNC = 0x200
-    STOP = 0x280
-    GET_STATE = 0x400
-    GET_FS_FORCES = 0x480
-    GET_FS_MOMENTS = 0x500
     FORCES = 0x600
     MOMENTS = 0x680
     BOOTUP = 0x700
 
 
 _NODE_MASK, _OP_MASK = 0x07F, 0x780
-_COMMANDS = {
-    Op.START: Jr3Code.START_ASYNC,
-    Op.STOP: Jr3Code.STOP,
-    Op.GET_STATE: Jr3Code.GET_STATE,
-    Op.GET_FORCE_SCALES: Jr3Code.GET_FS_FORCES,
-    Op.GET_MOMENT_SCALES: Jr3Code.GET_FS_MOMENTS,
-}
 _READING, _SCALES = struct.Struct("<3hH"), struct.Struct("<3H")
 _READY, _NOT_INITIALISED = 0, 1
 
 
 def encode_can(request: Request, node: int) -> CanFrame:
     """Make the frame of a request."""
-    op = _COMMANDS.get(request.op)
-    if op is None or not 1 <= node <= _NODE_MASK:
-        raise RefusedError("JR3 on CAN", f"cannot send {request.op.value!r} to node {node}", "nodes are 1 to 127")
-    return CanFrame(op + node, pack_arguments(request))
+    if not 1 <= node <= _NODE_MASK:
+        raise RefusedError("JR3 on CAN", f"cannot send {request.op.name} to node {node}", "nodes are 1 to 127")
+    return CanFrame(request.op + node, pack_arguments(request))
 
 
 def pack_arguments(request: Request) -> bytes:

@@ -14,18 +14,18 @@ from palpate.drivers.errors import DeviceFaultError
 Counts3: TypeAlias = tuple[int, int, int]
 
 
-class Op(enum.Enum):
-    """A command to the board.
+class Op(enum.IntEnum):
+    """A command to the board, by the identifier that stands in front of its node number.
 
     The synchronous mode is left out: CANopen's SYNC has the same identifier, 0x080, so that an arm on the same bus
     would trigger the sensor (FACT, same sources).
     """
 
-    GET_STATE = "get state"
-    GET_FORCE_SCALES = "get full scales of forces"
-    GET_MOMENT_SCALES = "get full scales of moments"
-    START = "start"
-    STOP = "stop"
+    START = 0x200
+    STOP = 0x280
+    GET_STATE = 0x400
+    GET_FORCE_SCALES = 0x480
+    GET_MOMENT_SCALES = 0x500
 
 
 SCALES_IN_REPLY = {Op.GET_FORCE_SCALES: 3, Op.GET_MOMENT_SCALES: 3}
@@ -112,7 +112,6 @@ class TransportCounts:
     garbage: int = 0
     orphans: int = 0
     duplicates: int = 0
-    send_failures: int = 0
     bus_offs: int = 0
 
 

@@ -56,6 +56,5 @@ class CanTransport:
             garbage=seen.garbage + link.garbled,
             orphans=self._joiner.orphans,
             duplicates=self._joiner.duplicates,
-            send_failures=link.send_failures,
             bus_offs=link.bus_offs,
         )

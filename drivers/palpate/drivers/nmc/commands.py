@@ -92,14 +92,13 @@ def set_gain(
     error_limit_counts: int,
     servo_rate_divisor: int,
     deadband: int,
-    step_multiplier: int | None = None,
 ) -> NmcCommand:
-    """Sets the servo filter: 14 data bytes, or 15 with the step multiplier that firmware 10 of the SC adds."""
+    """Sets the servo filter."""
     if servo_rate_divisor < 1:
         raise refused("the servo rate divisor must be 1 at least")
     data = _pack("4h2Bh2B", kp, kd, ki, integration_limit, output_limit, current_limit, error_limit_counts,
                  servo_rate_divisor, deadband)  # fmt: skip
-    return NmcCommand(Code.SET_GAIN, data if step_multiplier is None else data + _pack("B", step_multiplier))
+    return NmcCommand(Code.SET_GAIN, data)
 
 
 def stop_motor(control: StopControl, position_counts: int | None = None) -> NmcCommand:

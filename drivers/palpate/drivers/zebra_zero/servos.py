@@ -16,7 +16,6 @@ from palpate.drivers.nmc import (
     NmcCommand,
     NmcStatus,
     Reply,
-    StatusItem,
     StopControl,
     TrajectoryControl,
     acceleration_word,
@@ -29,7 +28,7 @@ from palpate.drivers.nmc import (
 )
 from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, SixCounts
 from palpate.drivers.zebra_zero.faults import ArmFaultError, FaultKind, fault_in
-from palpate.drivers.zebra_zero.settings import FIRMWARE_WITH_MOVING_TARGETS, Streaming, ZebraZeroSettings
+from palpate.drivers.zebra_zero.settings import FIRMWARE_WITH_MOVING_TARGETS, REPLY_ITEMS, Streaming, ZebraZeroSettings
 
 SMOOTH: Final = stop_motor(StopControl.AMP_ENABLE | StopControl.SMOOTH)
 ABRUPT: Final = stop_motor(StopControl.AMP_ENABLE | StopControl.ABRUPT)
@@ -114,7 +113,6 @@ AXES: Final = tuple(range(1, JOINTS + 1))
 """Module addresses; motor n is module n. FACT: the port."""
 GO_HOME: Final = "bring the arm to its home pose by hand and switch its controller off and on"
 """What to do when the counters mean nothing."""
-_LOOK: Final = StatusItem.POSITION | StatusItem.AUX
 _OFF: Final = stop_motor(StopControl.MOTOR_OFF)
 _STREAMED: Final = TrajectoryControl.SERVO | TrajectoryControl.START_NOW
 
@@ -166,7 +164,7 @@ class Servos:
         """Tells every module what to put into its replies, finds out which servos are on, and where they stand."""
         counts = []
         for axis in AXES:
-            self._bus.require(axis, def_stat(self._settings.reply_items))
+            self._bus.require(axis, def_stat(REPLY_ITEMS))
             reply = self._look(axis)
             counts.append(_position(reply))
             self._mark(axis, is_on=bool(reply.aux and reply.aux & Aux.SERVO_ON))
@@ -187,7 +185,7 @@ class Servos:
         fault: ArmFaultError | None = None
         counts = []
         for axis in AXES:
-            self._bus.require(axis, def_stat(self._settings.reply_items))
+            self._bus.require(axis, def_stat(REPLY_ITEMS))
             self._bus.require(axis, self._settings.gains.command())
             reply = self._look(axis)
             counts.append(_position(reply))
@@ -238,7 +236,7 @@ class Servos:
         return remaining
 
     def _look(self, axis: int) -> Reply:
-        return self._bus.require(axis, read_stat(_LOOK))
+        return self._bus.require(axis, read_stat(REPLY_ITEMS))
 
     def _mark(self, axis: int, *, is_on: bool) -> None:
         if is_on:

@@ -99,6 +99,8 @@ class JointLimits:
         return min(self.velocity_rad_per_s, already + self.acceleration_rad_per_s2 * step_s) * step_s
 
 
+REPLY_ITEMS: Final = StatusItem.POSITION | StatusItem.AUX
+"""Items of every reply in a cycle. AUX costs a byte an axis and shows at once when a servo went off."""
 FIRMWARE_WITH_MOVING_TARGETS: Final = 10
 """Firmware of the PIC-SERVO SC that takes a new trapezoid while one runs. FACT: data sheet."""
 
@@ -124,7 +126,6 @@ class ServoGains:
 
     Attributes:
         servo_rate_divisor: Servo tick in units of 0.512 ms.
-        step_multiplier: A 15th data byte, which drivers for firmware 10 send; None: 14 bytes, as the port does.
     """
 
     kp: int = 100
@@ -136,7 +137,6 @@ class ServoGains:
     error_limit_counts: int = 4000
     servo_rate_divisor: int = 1
     deadband: int = 0
-    step_multiplier: int | None = None
 
     def command(self) -> NmcCommand:
         """The SET_GAIN command."""
@@ -150,8 +150,6 @@ class ZebraZeroSettings:
     Attributes:
         divider: Control ticks per ``cycle``; refused when the bus cannot carry that.
         reserve: Share of the period that the bus must leave free.
-        reply_items: Items of every reply in a cycle; POSITION at least. AUX costs a byte an axis and shows at once
-            when a servo went off.
         require_power: A module that reports no motor supply is a fault. INFERENCE: some amplifiers may not report it.
         use_limit_inputs: A limit input that is set is a fault. NOT FOUND whether the arm has limit switches.
         limit_tolerance_rad: How far a measured pose may be beyond the limits before that is a fault.
@@ -172,7 +170,6 @@ class ZebraZeroSettings:
     streaming: Streaming = Streaming.BY_FIRMWARE
     divider: int = 3
     reserve: float = 0.1
-    reply_items: StatusItem = StatusItem.POSITION | StatusItem.AUX
     require_power: bool = True
     use_limit_inputs: bool = True
     limit_tolerance_rad: float = 0.02
@@ -183,7 +180,6 @@ class ZebraZeroSettings:
     def __post_init__(self) -> None:
         checks = (
             (0.0 <= self.reserve < 1.0, f"reserve = {self.reserve}", "0 to 1"),
-            (bool(self.reply_items & StatusItem.POSITION), f"reply_items = {self.reply_items!r}", "with POSITION"),
             (0.0 <= self.limit_tolerance_rad < 0.5, f"limit_tolerance_rad = {self.limit_tolerance_rad}", "0 to 0.5"),
             (self.stored_tolerance_counts >= 0, f"{self.stored_tolerance_counts=}", "0 at least"),
             (1.0 <= self.profile_margin <= 10.0, f"profile_margin = {self.profile_margin}", "1 to 10"),
@@ -202,4 +198,4 @@ class ZebraZeroSettings:
         """What one cycle with set-points for all axes costs; both ways of streaming cost the same."""
         line = SerialTiming(self.bus.baud, self.bus.adapter_latency_s, self.bus.turnaround_s)
         setpoint = stop_motor(StopControl.AMP_ENABLE | StopControl.HERE, 0)
-        return same_for_all(line, JOINTS, (exchange_size_bytes(setpoint, self.reply_items),), self.reserve)
+        return same_for_all(line, JOINTS, (exchange_size_bytes(setpoint, REPLY_ITEMS),), self.reserve)
