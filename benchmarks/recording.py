@@ -24,7 +24,7 @@ from palpate.adapters.log.recorder import FlightRecorder
 from palpate.core.ports import CONTROL_RATE_HZ, AppliedCommand, JointCommand, Snapshot
 from palpate.core.trial import TrialReport, TrialSetup
 
-_LOG = Path(__file__).parents[1] / "tests" / "golden" / "no-contact.mcap"
+_LOG = Path(__file__).parents[1] / "tests" / "golden" / "spiral-force-limit.mcap"
 _BATCH = 35
 
 
@@ -101,10 +101,9 @@ WAYS: dict[str, tuple[Callable[[Path], Any], str]] = {
 
 
 def _packed(deadline_ns: int, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> RawMessage:
-    record = TickRecord(
-        snapshot.tick, snapshot.time_ns, deadline_ns, snapshot.wrench, snapshot.joints, command.position_rad, applied
+    return RawMessage(
+        TICK.id, snapshot.time_ns, encode(TickRecord.of(deadline_ns, snapshot, command, applied)), snapshot.tick
     )
-    return RawMessage(TICK.id, snapshot.time_ns, encode(record), snapshot.tick)
 
 
 def killed(path: Path, after_s: float) -> float:

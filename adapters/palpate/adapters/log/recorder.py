@@ -83,12 +83,8 @@ class FlightRecorder(LoopObserver):
     def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
         report = self._report
         self._now_ns, deadline_ns, self._deadline_ns = snapshot.time_ns, self._deadline_ns, None
-        self._keep(
-            TickRecord(
-                snapshot.tick, snapshot.time_ns, deadline_ns, snapshot.wrench, snapshot.joints, command.position_rad,
-                applied, self._off_path(),
-            )
-        )  # fmt: skip
+        # Made a record later, many at once: between two ticks of a loop every line of code runs on cold caches.
+        self._keep((deadline_ns, snapshot, command, applied, self._off_path()))
         if report is not None and (len(report.events) != self._events or len(report.decisions) != self._decisions):
             self._follow()
         if self._stop and self._sink.troubles:
@@ -157,7 +153,6 @@ class FlightRecorder(LoopObserver):
         self._keep(replace(record, counterfactual=True) if self._off_path() else record)
 
     def _keep(self, record: object) -> None:
-        # Packed later, many at once: between two ticks of a loop every line of code runs on cold caches.
         self._batch.append(LogMessage(record, self._now_ns, self._sequence, self._tick))
         self._sequence += 1
         if len(self._batch) >= _BATCH:

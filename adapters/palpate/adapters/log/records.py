@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 from collections.abc import Sequence
 
-from palpate.core.ports import AppliedCommand, JointSample, JointVector, WrenchSample
+from palpate.core.ports import AppliedCommand, JointCommand, JointSample, JointVector, Snapshot, WrenchSample
 from palpate.core.trial import TRIALS_OF_A_SERIES, DecisionRecord
 
 
@@ -203,6 +203,19 @@ class TickRecord:
     asked_rad: JointVector | None = None
     applied: AppliedCommand | None = None
     counterfactual: bool = False
+
+    @classmethod
+    def of(
+        cls,
+        deadline_ns: int | None,
+        snapshot: Snapshot,
+        command: JointCommand,
+        applied: AppliedCommand,
+        counterfactual: bool = False,
+    ) -> TickRecord:
+        """A whole tick."""
+        wrench, joints, asked_rad = snapshot.wrench, snapshot.joints, command.position_rad
+        return cls(snapshot.tick, snapshot.time_ns, deadline_ns, wrench, joints, asked_rad, applied, counterfactual)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,7 +13,7 @@ from typing_extensions import override
 
 from palpate.adapters.log.container import LogFile, RawMessage
 from palpate.adapters.log.messages import encode
-from palpate.adapters.log.records import LossEntry
+from palpate.adapters.log.records import LossEntry, TickRecord
 from palpate.adapters.log.schema import BY_RECORD, RECORDER
 
 PATIENCE_S: Final = 60.0
@@ -23,7 +23,12 @@ _UNFIT: Final = (ValueError, TypeError, OverflowError, KeyError)
 
 
 class LogMessage(NamedTuple):
-    """A message that is not packed yet; ``tick`` is that under way."""
+    """A message that is not packed yet.
+
+    Attributes:
+        record: Or, of a whole tick, what :meth:`TickRecord.of` takes.
+        tick: The tick that is under way.
+    """
 
     record: Any
     time_ns: int
@@ -58,7 +63,8 @@ class Sink(Protocol):
 
 def packed(batch: Sequence[LogMessage], troubles: list[str]) -> Iterator[RawMessage]:
     """Pack messages. Recording does not end what it records: what cannot be packed is lost, and named."""
-    for record, time_ns, sequence, tick in batch:
+    for kept, time_ns, sequence, tick in batch:
+        record = TickRecord.of(*kept) if isinstance(kept, tuple) else kept
         kind = BY_RECORD[type(record)]
         try:
             payload = encode(record)

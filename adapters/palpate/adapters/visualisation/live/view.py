@@ -121,12 +121,7 @@ class LiveView(TrialsObserver):
 
     @override
     def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
-        self._recording.tick(
-            TickRecord(
-                snapshot.tick, snapshot.time_ns, self._deadline_ns, snapshot.wrench, snapshot.joints,
-                command.position_rad, applied,
-            )
-        )  # fmt: skip
+        self._recording.tick(TickRecord.of(self._deadline_ns, snapshot, command, applied))
         self._follow()
 
     @override
