@@ -1,6 +1,7 @@
-"""Conditions that change nothing, or cannot be, are refused by name; in the cell, each is there when it should be."""
+"""What differs from trial to trial, what cannot be, and what costs accuracy."""
 
 from dataclasses import replace
+from math import atan2, degrees, hypot, sin
 from typing import Any
 
 import numpy as np
@@ -8,44 +9,125 @@ import pytest
 
 from palpate.adapters.config import overlay
 from palpate.core.errors import ConfigurationError
+from palpate.core.ports import axis_of
 from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.simulation.work_cell import CellConfig, ConditionsConfig, WorkCell
-from palpate.simulation.work_cell.config import PegConfig
-from tests.unit.simulation.work_cell.test_model import SILENT, advance, cell_of, ready_rad
+from palpate.core.trial import TRIALS_OF_A_SERIES as SERIES
+from palpate.core.trial import Purpose, draw_in_disc, generator
+from palpate.simulation.work_cell import CellConfig, ConditionsConfig, WorkCell, trial_world
+from palpate.simulation.work_cell.accuracy import accuracy_lines, play_error_mm, valid
+from palpate.simulation.work_cell.config import ComplianceConfig, PegConfig
+from palpate.simulation.work_cell.contour import ContourConfig
+from palpate.simulation.work_cell.trial_world import TrialWorld
+from tests.unit.simulation.work_cell.test_cell import SILENT, advance, cell_of, ready_rad
+
+
+def world(trial: int = 0, seed: int = 5, **conditions: Any) -> TrialWorld:
+    return trial_world(CellConfig(tilt_mrad=4.0, conditions=ConditionsConfig(**conditions)), seed, trial)
+
+
+def test_without_conditions_only_the_hole_is_drawn_and_as_ever() -> None:
+    config = CellConfig(hole_uncertainty_mm=3.0, tilt_mrad=4.0, tilt_heading_deg=30.0)
+    for trial in (0, 7, SERIES):
+        plain = trial_world(config, 5, trial)
+        assert plain.cell == config
+        assert plain.hole_in_task_m[:2] == draw_in_disc(generator(5, Purpose.HOLE, trial), 3e-3, "disc")
+        assert (plain.drawn, plain.zero_shift, plain.zero_drift_per_s) == ({}, (0.0,) * 6, (0.0,) * 6)
 
 
 @pytest.mark.parametrize(
-    ("conditions", "field"),
+    ("name", "batch", "conditions"),
     [
-        ({"grip_trials": 20}, "grip_trials"),
-        ({"zero_trials": 1, "zero_shift_Nm": 0.03}, "zero_trials"),
-        ({"hole_shift_trials": 20}, "hole_shift_trials"),
-        ({"wear_mm": -0.08}, "wear_mm"),  # below no clearance at all
-        ({"wear_mm": 4.95}, "wear_mm"),
+        ("tilt_heading_deg", "grip_trials", {"tilt_heading": "drawn"}),
+        ("zero_heading_deg", "zero_trials", {"zero_heading": "drawn", "zero_shift_Nm": 0.03}),
+        ("hole_shift_x_mm", "hole_shift_trials", {"hole_shift_mm": 2.5}),
     ],
 )
-def test_what_cannot_be_is_refused_in_a_line(conditions: dict[str, Any], field: str) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        CellConfig(conditions=ConditionsConfig(**conditions))
-    assert caught.value.field == f"cell.conditions.{field}"
-    assert "\n" not in str(caught.value)
+def test_a_value_holds_for_a_seed_or_a_batch_and_is_another_in_the_next(
+    name: str, batch: str, conditions: dict[str, Any]
+) -> None:
+    def drawn(trial: int, seed: int = 5, **more: int) -> float:
+        return world(trial, seed, **conditions, **more).drawn[name]
+
+    assert drawn(0) == drawn(99) == drawn(SERIES + 3) != drawn(0, seed=6)
+    trials = [0, 1, 19, 20, 39, 40, SERIES, SERIES + 19, SERIES + 20]
+    headings = [drawn(trial, **{batch: 20}) for trial in trials]
+    assert [headings.index(each) for each in headings] == [0, 0, 0, 3, 3, 5, 6, 6, 8]
+    assert len({drawn(trial, **{batch: 1}) for trial in range(50)}) == 50
+
+
+def test_no_two_conditions_share_their_chance() -> None:
+    both = world(tilt_heading="drawn", zero_heading="drawn", zero_shift_Nm=0.03).drawn
+    assert both["tilt_heading_deg"] != both["zero_heading_deg"]
+
+
+def test_the_zero_moves_across_the_tool_axis_towards_its_heading() -> None:
+    moved = world(zero_shift_N=0.2, zero_shift_Nm=0.03, zero_drift_Nm_s=0.001, zero_heading_deg=90.0)
+    assert moved.zero_shift == pytest.approx((0.0, 0.2, 0.0, 0.0, 0.03, 0.0))
+    assert moved.zero_drift_per_s == pytest.approx((0.0, 0.0, 0.0, 0.0, 0.001, 0.0))
+
+
+def test_holes_of_a_batch_lie_round_their_middle() -> None:
+    config = CellConfig(hole_uncertainty_mm=0.5, conditions=ConditionsConfig(hole_shift_mm=2.5, hole_shift_trials=20))
+    middles = set()
+    for trial in range(100):
+        found = trial_world(config, 5, trial)
+        middle = found.drawn["hole_shift_x_mm"], found.drawn["hole_shift_y_mm"]
+        middles.add(middle)
+        assert hypot(*(1e3 * a - b for a, b in zip(found.hole_in_task_m[:2], middle, strict=True))) <= 0.5
+    assert len(middles) == 5
+    assert max(hypot(*middle) for middle in middles) <= 2.5
+    assert config.hole_reach_mm == 3.0
+
+
+def test_wear_grows_evenly_from_the_beginning_of_a_series_and_ends() -> None:
+    def clearance(trial: int) -> float:
+        return world(trial, wear_mm=0.05, wear_trials=50).cell.peg.clearance_mm
+
+    first = CellConfig().peg.clearance_mm
+    assert [clearance(SERIES + k) - first for k in (0, 25, 50, 80)] == pytest.approx([0.0, 0.025, 0.05, 0.05])
+    assert clearance(SERIES + 25) == clearance(25)
+
+
+def test_peg_and_grip_are_the_only_parts_of_the_cell_that_change() -> None:
+    config = CellConfig(conditions=ConditionsConfig(tilt_heading="drawn", wear_mm=0.05))
+    changed = trial_world(config, 5, 70).cell
+    assert replace(changed, peg=config.peg, tilt_heading_deg=0.0) == config
+
+
+def test_yaw_and_lean_of_the_plate_are_drawn_for_each_trial_and_turn_the_hole() -> None:
+    both = [world(trial, yaw_deg=5.0, plate_lean_mrad=17.5) for trial in range(40)]
+    for each in both:
+        axis = axis_of(each.hole_turn_rad)
+        assert hypot(*axis[:2]) == pytest.approx(sin(17.5e-3))
+        assert degrees(atan2(axis[1], axis[0])) == pytest.approx(each.drawn["plate_heading_deg"], abs=1e-4)
+        # The lean adds to the yaw in second order only.
+        assert degrees(each.hole_turn_rad[2]) == pytest.approx(each.drawn["hole_yaw_deg"], abs=1e-3)
+    yaws = [each.drawn["hole_yaw_deg"] for each in both]
+    assert -5.0 <= min(yaws) < -4.0 < 4.0 < max(yaws) <= 5.0
+    assert [world(trial, yaw_deg=5.0).drawn for trial in range(40)] == [{"hole_yaw_deg": yaw} for yaw in yaws]
 
 
 @pytest.mark.parametrize(
-    ("peg", "field"),
+    ("table", "field"),
     [
-        ({"cross_section": "pentagon"}, "cross_section"),
-        ({"cross_section": "rounded-square", "corner_radius_mm": 14.5}, "corner_radius_mm"),
-        ({"cross_section": "keyed", "flat_mm": 14.5}, "flat_mm"),
-        ({"cross_section": "keyed", "contact": "spheres"}, "contact"),
-        ({"chamfer_mm": 8.0}, "chamfer_mm"),
+        ({"conditions": {"grip_trials": 20}}, "conditions.grip_trials"),
+        ({"conditions": {"zero_trials": 1, "zero_shift_Nm": 0.03}}, "conditions.zero_trials"),
+        ({"conditions": {"hole_shift_trials": 20}}, "conditions.hole_shift_trials"),
+        ({"conditions": {"wear_mm": -0.08}}, "conditions.wear_mm"),  # below no clearance at all
+        ({"conditions": {"wear_mm": 4.95}}, "conditions.wear_mm"),
+        ({"peg": {"cross_section": "rounded-square", "corner_radius_mm": 14.5}}, "peg.corner_radius_mm"),
+        ({"peg": {"cross_section": "keyed", "flat_mm": 14.5}}, "peg.flat_mm"),
+        ({"peg": {"cross_section": "keyed", "contact": "spheres"}}, "peg.contact"),
+        ({"peg": {"chamfer_mm": 8.0}}, "peg.chamfer_mm"),
+        ({"peg": {"outer_boxes": 5}}, "peg.outer_boxes"),
+        ({"peg": {"upper_spheres": 11}}, "peg.upper_spheres"),
+        ({"contour": {"shape": "sine"}}, "contacts"),
     ],
 )
-def test_a_shape_that_cannot_be_is_refused_in_a_line(peg: dict[str, Any], field: str) -> None:
+def test_cell_that_cannot_be_is_refused_by_the_name_of_its_setting(table: dict[str, Any], field: str) -> None:
     with pytest.raises(ConfigurationError) as caught:
-        overlay(PegConfig(), peg)
-    assert caught.value.field == f"cell.peg.{field}"
-    assert "\n" not in str(caught.value)
+        overlay(CellConfig(), table)
+    assert caught.value.field == f"cell.{field}"
 
 
 def test_the_plate_reaches_as_far_as_a_corner_swings() -> None:
@@ -102,3 +184,58 @@ def test_a_cell_regripped_is_the_cell_of_that_grip() -> None:
         assert cell.model.geom_pos == pytest.approx(fixed.model.geom_pos, abs=1e-9)
         digests.append(cell.model_sha256())
     assert digests[0] == digests[2] != digests[1]
+
+
+@pytest.mark.parametrize(
+    ("cell", "told"),
+    [
+        (CellConfig(), []),
+        (CellConfig(peg=PegConfig(cross_section="square", rim_spheres=36)), []),
+        (CellConfig(peg=PegConfig(rim_spheres=36)), ["cell.peg.rim_spheres = 36 beside cell.peg.wall_boxes = 48: "]),
+        (CellConfig(substeps=3), ["cell.substeps = 3: "]),
+        (
+            CellConfig(peg=PegConfig(clearance_mm=0.001)),
+            ["outside the simulator's valid range: its play error is 0.9 um "],
+        ),
+        (CellConfig(tilt_mrad=2.0), []),
+        (CellConfig(leaning_impedance=0.95), []),
+        (CellConfig(tilt_mrad=2.0, leaning_impedance=0.95), ["cell.leaning_impedance = 0.95 at cell.substeps = 4: "]),
+        (CellConfig(tilt_mrad=2.0, substeps=8), ["cell.leaning_impedance = 0.96 at cell.substeps = 8: "]),
+        (CellConfig(tilt_mrad=2.0, substeps=8, leaning_impedance=0.965), []),
+        (CellConfig(tilt_mrad=2.0, substeps=16, contacts="searched", contour=ContourConfig(shape="sine")), []),
+    ],
+)
+def test_what_costs_accuracy_is_told(cell: CellConfig, told: list[str]) -> None:
+    lines = accuracy_lines(cell)
+    assert len(lines) == len(told)
+    assert all(line.startswith(start) for line, start in zip(lines, told, strict=True))
+
+
+@pytest.mark.parametrize("diameter_mm", [4.0, 12.0, 29.0, 60.0])
+@pytest.mark.parametrize("tilt_mrad", [0.0, 2.0, 4.0])
+@pytest.mark.parametrize("clearance_mm", [0.001, 0.003, 0.008, 0.02, 0.075, 0.3])
+@pytest.mark.parametrize("section", ["round", "square"])
+def test_the_valid_range_ends_between_3_and_8_micrometres(
+    diameter_mm: float, tilt_mrad: float, clearance_mm: float, section: str
+) -> None:
+    for depth_mm in (10.0, 30.0):
+        peg = PegConfig(
+            cross_section=section, diameter_mm=diameter_mm, clearance_mm=clearance_mm, hole_depth_mm=depth_mm
+        )
+        assert valid(CellConfig(peg=peg, tilt_mrad=tilt_mrad)) == (clearance_mm >= 0.008)
+
+
+def test_what_makes_walls_softer_or_looser_makes_the_play_error_larger() -> None:
+    cell = CellConfig()
+    for worse in (
+        CellConfig(compliance=ComplianceConfig(moving_mass_kg=0.1)),
+        CellConfig(peg=PegConfig(wall_boxes=16, rim_spheres=16)),
+        CellConfig(conditions=ConditionsConfig(yaw_deg=2.0)),
+    ):
+        assert play_error_mm(worse) > play_error_mm(cell)
+
+
+def test_a_cell_without_a_hole_has_no_play_error() -> None:
+    cell = CellConfig(peg=PegConfig(clearance_mm=0.001), contacts="searched", contour=ContourConfig(shape="sine"))
+    assert play_error_mm(cell) == 0.0
+    assert accuracy_lines(cell) == []

@@ -1,4 +1,4 @@
-"""The work cell: its MuJoCo model, its gripper's springs, its sensors, and what differs from trial to trial."""
+"""The work cell: its MuJoCo model, its gripper's springs, its sensors, and its plate."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,12 +11,14 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from palpate.core.job import KEYED, ROUNDED, SIDES
 from palpate.core.motion import InverseKinematics, Kinematics, arm_named
 from palpate.core.motion.arm import ARMS
 from palpate.core.ports.values import CONTROL_RATE_HZ
 from palpate.core.trial import GoalConfig, goal_in_base
 from palpate.simulation.work_cell import CellConfig, ConditionsConfig, WorkCell
-from palpate.simulation.work_cell.config import ComplianceConfig, PegConfig, SensorConfig
+from palpate.simulation.work_cell.config import PLATE_REACH_M, ComplianceConfig, PegConfig, SensorConfig
+from palpate.simulation.work_cell.contour import ContourConfig, add_contour, height_m
 from tests.support.tool import TOOL
 
 GOAL = goal_in_base(GoalConfig())
@@ -118,15 +120,15 @@ def test_contacts_are_stiffer_only_where_something_leans(leaning: dict[str, Any]
 
 
 def test_masses_are_as_told_and_those_of_the_default_as_before() -> None:
-    for compliance, tool_kg, rigid_kg, height_m in (
+    for compliance, tool_kg, rigid_kg, centre_m in (
         (ComplianceConfig(), 0.3, 0.05, 0.05),
         (ComplianceConfig(moving_mass_kg=1.2, rigid_mass_kg=0.4, centre_of_mass_above_tip_mm=80.0), 1.2, 0.4, 0.08),
     ):
         model = cell_of(CellConfig(compliance=compliance)).model
         tool, rigid = model.body("peg"), model.body("sensor")
         assert (tool.mass[0], rigid.mass[0]) == (tool_kg, rigid_kg)
-        assert tool.ipos[2] == -height_m
-        assert tool.inertia == pytest.approx(tool_kg * height_m**2 * np.array([0.6, 0.6, 0.06]))
+        assert tool.ipos[2] == -centre_m
+        assert tool.inertia == pytest.approx(tool_kg * centre_m**2 * np.array([0.6, 0.6, 0.06]))
         assert rigid.inertia == pytest.approx([rigid_kg * 0.02**2] * 3)
 
 
@@ -253,3 +255,89 @@ def test_the_yaw_of_the_tool_does_not_turn_the_hole() -> None:
         boxes = np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_BOX)[:4]
         normals[arm] = data.geom_xmat[boxes].reshape(-1, 3, 3)[:, :, 0] @ GOAL.rotation
     assert normals["ur5"] == pytest.approx(normals["zebra-zero"], abs=1e-12)
+
+
+def walls(model: mujoco.MjModel) -> list[tuple[np.ndarray, float, np.ndarray]]:
+    """Centre, heading and half sizes of the boxes whose top is the plate's surface, in the plate's plane."""
+    found = []
+    for geom in np.flatnonzero(model.geom_bodyid == model.body("plate").id):
+        position, size = model.geom_pos[geom], model.geom_size[geom]
+        if abs(position[2] - size[2]) < 1e-9:
+            w, _, _, z = model.geom_quat[geom]
+            found.append((position[:2], 2 * np.arctan2(z, w), size[:2]))
+    return found
+
+
+def covered(points: np.ndarray, model: mujoco.MjModel) -> np.ndarray:
+    """Whether each point of the plane lies on some wall."""
+    hit = np.zeros(len(points), dtype=bool)
+    for centre, heading, half in walls(model):
+        c, s = np.cos(heading), np.sin(heading)
+        local = (points - centre) @ np.array([[c, -s], [s, c]])
+        hit |= (np.abs(local) <= half).all(axis=1)
+    return hit
+
+
+@pytest.mark.parametrize(
+    ("shape", "boxes", "diameter_mm"),
+    [("round", 16, 29.0), ("round", 48, 29.0), ("round", 64, 50.0), ("round", 48, 100.0)]
+    + [(shape, 48, 29.0) for shape in SIDES]
+    + [(shape, 33, 60.0) for shape in (ROUNDED, KEYED)],
+)
+def test_the_surface_has_no_slits_and_the_hole_is_free(shape: str, boxes: int, diameter_mm: float) -> None:
+    peg = PegConfig(cross_section=shape, wall_boxes=boxes, diameter_mm=diameter_mm)
+    model = cell_of(CellConfig(peg=peg)).model
+    angles = np.linspace(0.0, 2 * np.pi, 721)
+    directions = np.column_stack((np.cos(angles), np.sin(angles)))
+    # Distance of the hole's edge from its axis, heading by heading: its outline is a polygon in any case.
+    sides = peg.section(peg.clearance_mm).walls(peg.facets[0], 0.0)
+    towards = directions @ np.array([(np.cos(side.heading_rad), np.sin(side.heading_rad)) for side in sides]).T
+    ways = np.where(towards > 1e-3, np.array([side.distance_m for side in sides]) / np.maximum(towards, 1e-3), np.inf)
+    edge = ways.min(axis=1)
+    for beyond_m in np.arange(1e-5, PLATE_REACH_M, 1e-4):
+        assert covered(directions * (edge + beyond_m)[:, None], model).all(), beyond_m
+    assert not covered(directions * (edge - 1e-6)[:, None], model).any()
+
+
+ARM, DEPTH_M = "zebra-zero", 6e-3
+
+
+@pytest.mark.parametrize("section", SIDES)
+@pytest.mark.parametrize("contacts", ["listed", "searched"])
+def test_a_peg_turned_as_the_hole_is_fits_and_one_that_is_not_does_not(section: str, contacts: str) -> None:
+    kinematics = Kinematics(arm_named(ARM), TOOL)
+    conditions = ConditionsConfig(yaw_deg=5.0, plate_lean_mrad=30.0)
+    config = CellConfig(peg=PegConfig(cross_section=section), contacts=contacts, hole_uncertainty_mm=3.0)
+    cell = cell_of(replace(config, conditions=conditions))
+    kinematics.update(ready_rad(ARM))
+    held = GOAL.rotation.T @ kinematics.tip_rotation
+    for trial in range(2):
+        cell.reset(3, trial)
+        truth = cell.truth()
+        turn = pin.exp3(np.array(truth.hole_turn_rad))
+        inside = np.array(truth.hole_in_task_m) + DEPTH_M * turn[:, 2]
+        for rotation, fits in ((turn, True), (np.eye(3), False)):
+            tip = pin.SE3(GOAL.rotation @ rotation @ held, GOAL.act(inside))
+            inverse = InverseKinematics(kinematics, 1.0)
+            cell.place(inverse.solve(tip, free_yaw=False, seed_rad=ready_rad(ARM), field="goal"))
+            truth = cell.truth()
+            deepest_m = -min((contact.dist for contact in cell.data.contact), default=0.0)
+            assert (deepest_m < 1e-6) is fits
+            assert truth.depth_m == pytest.approx(DEPTH_M, abs=2e-6)
+            assert truth.aside_m < 2e-6
+
+
+WAVE = ContourConfig(shape="sine", amplitude_mm=2.0, wavelength_mm=20.0, length_mm=60.0)
+
+
+def test_the_surface_is_the_wave_to_a_few_micrometres() -> None:
+    spec = mujoco.MjSpec()
+    # Its z points into the surface.
+    add_contour(spec.worldbody.add_body(name="plate", quat=(0.0, 1.0, 0.0, 0.0)), WAVE)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    hit = np.zeros(1, dtype=np.int32)
+    for x_m in np.arange(-0.025, 0.025, 0.00037):
+        above = mujoco.mj_ray(model, data, np.array([x_m, 0.0, 0.1]), np.array([0.0, 0.0, -1.0]), None, 1, -1, hit)
+        assert 0.1 - above == pytest.approx(height_m(WAVE, x_m), abs=3e-5)

@@ -1,0 +1,216 @@
+"""Outlines of pegs and holes, and the contacts between them, listed or searched."""
+
+from dataclasses import replace
+from math import atan2, cos, hypot, isclose, pi, remainder, sin, tan
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.core.motion import InverseKinematics, Kinematics, arm_named
+from palpate.simulation.work_cell import CellConfig
+from palpate.simulation.work_cell.config import PLATE_REACH_M, PegConfig
+from palpate.simulation.work_cell.contact_pairs import Leeway, listed_pairs
+from palpate.simulation.work_cell.contact_shapes import UPPER_RING_M, peg_rings, plate_boxes
+from palpate.simulation.work_cell.cross_section import CrossSection
+from tests.support.tool import TOOL
+from tests.unit.simulation.work_cell.test_cell import GOAL, cell_of, ready_rad
+
+POLYGONS = {"triangle": 3, "square": 4, "hexagon": 6}
+
+sections = st.sampled_from(["round", *POLYGONS])
+apothems = st.floats(1e-3, 50e-3)
+counts = st.integers(12, 200)
+
+
+def section(name: str, apothem_m: float) -> CrossSection:
+    return CrossSection(POLYGONS.get(name, 0), apothem_m)
+
+
+@given(st.floats(0.05, 0.9), st.integers(12, 80), st.floats(1e-6, 1e-3), st.booleans())
+def test_round_parts_have_their_clearance_at_every_wall(share: float, count: int, by_m: float, keyed: bool) -> None:
+    """A keyed one, or a square with round corners."""
+    peg = CrossSection(0, 10e-3, flat_m=share * 10e-3) if keyed else CrossSection(4, 10e-3, corner_m=share * 10e-3)
+    outline, hole = peg.outline(count), peg.grown(by_m)
+    walls = hole.walls(count, 1e-3)
+    assert {len(walls) % 4 for _ in "1" if not keyed} <= {0}
+    for wall in walls:
+        c, s = cos(wall.heading_rad), sin(wall.heading_rad)
+        gap_m = wall.distance_m - max(c * x + s * y for x, y in outline)
+        # Grown, the sharp corner of a flat moves out farther than that.
+        assert by_m - 1e-12 <= gap_m <= (4.0 * by_m if keyed else by_m + 1e-12)
+    assert isclose(walls[0].distance_m, (share * 10e-3 if keyed else 10e-3) + by_m)
+
+
+@given(sections, apothems, counts, st.floats(-pi, pi), st.floats(0.0, 1.0))
+def test_walls_leave_no_gap_up_to_their_reach(
+    name: str, apothem_m: float, boxes: int, heading: float, share: float
+) -> None:
+    reach_m = 9e-3
+    walls = section(name, apothem_m).walls(boxes, reach_m)
+    nearest = min(walls, key=lambda wall: abs(remainder(heading - wall.heading_rad, 2 * pi)))
+    along_m = (apothem_m + share * reach_m) * tan(remainder(heading - nearest.heading_rad, 2 * pi))
+    assert abs(along_m) <= nearest.half_width_m
+
+
+@given(sections, apothems, counts)
+def test_walls_touch_the_inscribed_circle(name: str, apothem_m: float, boxes: int) -> None:
+    walls = section(name, apothem_m).walls(boxes, 1e-3)
+    assert len(walls) == POLYGONS.get(name, boxes)
+    assert {wall.distance_m for wall in walls} == {apothem_m}
+    assert len({wall.heading_rad for wall in walls}) == len(walls)
+
+
+@pytest.mark.parametrize("name", POLYGONS)
+@given(apothem_m=apothems, count=counts, clearance_m=st.floats(1e-6, 5e-3))
+def test_a_polygonal_peg_has_its_clearance_at_every_wall(
+    name: str, apothem_m: float, count: int, clearance_m: float
+) -> None:
+    radius_m = 1e-4
+    rim = section(name, apothem_m).rim(count, radius_m)
+    for wall in section(name, apothem_m + clearance_m).walls(48, 1e-3):
+        c, s = cos(wall.heading_rad), sin(wall.heading_rad)
+        gap_m = wall.distance_m - max(c * x + s * y for x, y in rim) - radius_m
+        assert isclose(gap_m, clearance_m, abs_tol=1e-12)
+
+
+@given(apothem_m=apothems, count=counts)
+def test_a_round_rim_is_a_circle_of_evenly_spaced_points(apothem_m: float, count: int) -> None:
+    rim = section("round", apothem_m).rim(count, 1e-4)
+    assert len(rim) == count
+    for k, (x, y) in enumerate(rim):
+        assert isclose(hypot(x, y), apothem_m - 1e-4, rel_tol=1e-12)
+        assert abs(remainder(atan2(y, x) - 2 * pi * k / count, 2 * pi)) < 1e-9
+
+
+@pytest.mark.parametrize("name", POLYGONS)
+@given(count=counts)
+def test_a_polygonal_rim_has_its_corners_and_no_wide_gaps(name: str, count: int) -> None:
+    sides = POLYGONS[name]
+    rim = section(name, 10e-3).rim(count, 0.0)
+    side_m = 20e-3 * tan(pi / sides)
+    corners = [point for point in rim if isclose(hypot(*point), 10e-3 / cos(pi / sides), rel_tol=1e-9)]
+    steps = [hypot(bx - ax, by - ay) for (ax, ay), (bx, by) in zip(rim, rim[1:] + rim[:1], strict=True)]
+    assert len(rim) >= count
+    assert len(corners) == sides
+    assert max(steps) <= side_m * sides / count + 1e-12
+    assert isclose(sum(steps), side_m * sides)
+
+
+shares = st.floats(0.0, 1.0)
+angles = st.floats(-3.2, 3.2)
+
+
+@given(
+    st.sampled_from(["round", "triangle", "square", "hexagon"]),
+    st.sampled_from([(10.0, 0.02), (29.0, 0.075), (29.0, 1.0), (60.0, 0.3)]),
+    st.floats(0.0, 20.0),
+    st.tuples(shares, angles, shares, angles, st.floats(-1.0, 1.0)),
+)
+def test_a_sphere_above_a_box_has_a_pair_with_it(
+    section: str, size_mm: tuple[float, float], tilt_mrad: float, pose: tuple[float, float, float, float, float]
+) -> None:
+    peg = PegConfig(cross_section=section, contact="spheres", diameter_mm=size_mm[0], clearance_mm=size_mm[1])
+    config = CellConfig(peg=peg, tilt_mrad=tilt_mrad)
+    boxes, leeway = plate_boxes(peg, PLATE_REACH_M), Leeway.of(config, 6e-3)
+    listed = set(listed_pairs(config, boxes, leeway))
+    aside, heading, lean, leans_to, turn = pose
+    lower, upper = peg_rings(peg)
+    for first, ring, height, most_m in (
+        (0, lower, 0.0, leeway.aside_m),
+        (len(lower), upper, UPPER_RING_M, leeway.play_m - UPPER_RING_M * leeway.lean),
+    ):
+        dx, dy = aside * most_m * cos(heading), aside * most_m * sin(heading)
+        dx += height * lean * leeway.lean * cos(leans_to)
+        dy += height * lean * leeway.lean * sin(leans_to)
+        angle = turn * leeway.turn
+        for sphere, (px, py) in enumerate(ring, first):
+            x, y = cos(angle) * px - sin(angle) * py + dx, sin(angle) * px + cos(angle) * py + dy
+            for number, box in enumerate(boxes[:-1]):
+                c, s = cos(box.heading_rad), sin(box.heading_rad)
+                along, across = c * x + s * y - box.distance_m, c * y - s * x
+                if abs(along) <= box.half_m[0] and abs(across) <= box.half_m[1]:
+                    assert (sphere, number) in listed
+    assert {(sphere, len(boxes) - 1) for sphere in range(len(lower))} <= listed
+
+
+ARM, WANDER_M = "zebra-zero", 5e-3
+NOTHING, NEAR, FAR, EVERYTHING = range(4)
+
+
+def joints_rad(x_mm: float, z_mm: float, turn_rad: float = 0.0, lean_rad: float = 0.0) -> np.ndarray:
+    """Joint angles that put the tip there, task frame, turned and leaning from how the tool is held."""
+    kinematics = Kinematics(arm_named(ARM), TOOL)
+    kinematics.update(ready_rad(ARM))
+    rotation = kinematics.tip_rotation @ pin.rpy.rpyToMatrix(0.0, lean_rad, turn_rad)
+    place = pin.SE3(rotation, GOAL.act(np.array([x_mm, 0.0, z_mm]) * 1e-3))
+    solved: np.ndarray = InverseKinematics(kinematics, 1.0).solve(
+        place, free_yaw=False, seed_rad=ready_rad(ARM), field="goal"
+    )
+    return solved
+
+
+def motion(config: CellConfig, start_rad: np.ndarray, end_rad: np.ndarray) -> tuple[list[bytes], list[int]]:
+    """State and wrench after each tick of a way commanded at one stroke, and the levels of search on it."""
+    cell = cell_of(config, wander_m=WANDER_M)
+    cell.place(start_rad)
+    cell.command(tuple(end_rad))
+    states, levels = [], []
+    for _ in range(30):
+        cell.advance()
+        states.append(cell.data.qpos.tobytes() + cell.data.sensordata[:6].tobytes())
+        levels += [cell.contacts.level] if cell.contacts is not None else []
+    assert len(cell.data.contact)
+    return states, levels
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "levels"),
+    [
+        ((0.6, -0.5), (0.6, 1.0), {NEAR}),
+        ((0.6, -4.0), (0.6, 3.0), {NOTHING, NEAR}),  # within one tick into the plate, were it not done over
+        ((0.0, 2.0), (0.1, 12.0), {NEAR}),
+        ((0.5, -0.2), (4.5, 1.0), {NEAR, FAR}),
+        ((0.5, -0.2), (9.0, 1.0), {NEAR, FAR, EVERYTHING}),
+        ((1.0, -0.2, 0.1), (1.0, 1.0, 0.1), {EVERYTHING}),  # turned
+        ((1.0, -2.0, 0.0, 0.1), (1.0, 0.5, 0.0, 0.1), {EVERYTHING}),  # leaning
+        ((-8.0, -5.0), (30.0, 12.0), {NOTHING, EVERYTHING}),  # off the plate's edge
+    ],
+)
+@pytest.mark.parametrize(("section", "contact"), [("round", "hull"), ("square", "spheres"), ("square", "hull")])
+def test_listed_pairs_give_the_motion_of_a_search_to_the_bit(
+    section: str, contact: str, start: tuple[float, ...], end: tuple[float, ...], levels: set[int]
+) -> None:
+    listed = CellConfig(peg=PegConfig(cross_section=section, contact=contact))
+    way = joints_rad(*start), joints_rad(*end)
+    states, used = motion(listed, *way)
+    assert states == motion(replace(listed, contacts="searched"), *way)[0]
+    tight = replace(listed, peg=replace(listed.peg, clearance_mm=0.008))
+    assert motion(tight, *way)[0] == motion(replace(tight, contacts="searched"), *way)[0]
+    if listed.peg.is_hull:
+        # A solid has few pairs: either none is looked for or all are.
+        levels = {min(level, 1) for level in levels}
+    assert set(used) <= levels
+    assert used[-1] == max(levels)
+
+
+@pytest.mark.parametrize("arm", ["zebra-zero", "ur5"])
+def test_what_is_kept_before_a_tick_is_all_that_a_step_starts_from_and_changes(arm: str) -> None:
+    cell = cell_of(CellConfig(), arm, wander_m=WANDER_M)
+    every = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+    user = int(mujoco.mjtState.mjSTATE_USER)  # the command, and forces and places that only a caller sets
+    before, after = (np.empty(mujoco.mj_stateSize(cell.model, every)) for _ in range(2))
+    assert cell.contacts is not None
+    kept = sum(array.size for array in cell.contacts._state)
+    assert 1 + kept == mujoco.mj_stateSize(cell.model, every & ~user)
+    cell.command(tuple(ready_rad(arm) + 0.01))
+    cell.advance()
+    mujoco.mj_getState(cell.model, cell.data, before, every)
+    time_s, state = cell.data.time, [array.tobytes() for array in cell.contacts._state]
+    cell.advance()
+    cell.contacts._put_back(time_s, *state)
+    mujoco.mj_getState(cell.model, cell.data, after, every)
+    assert before.tobytes() == after.tobytes()
