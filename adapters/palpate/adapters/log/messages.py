@@ -1,18 +1,21 @@
-"""Records to and from protobuf bytes."""
+"""Records to and from protobuf bytes. Ticks have functions of their own: a log is made of them, and speed matters."""
 
 import dataclasses
 from collections.abc import Callable
-from enum import Enum
 from functools import cache
 from typing import Any, Final, TypeVar
 
+from palpate.adapters.log.records import TickRecord
 from palpate.adapters.log.schema import BY_RECORD, KINDS, REASONS, VALIDITIES, message_class
 from palpate.core.ports import AppliedCommand, JointSample, WrenchSample
 
 R = TypeVar("R")
-_SAMPLES: Final = {WrenchSample: "Wrench", JointSample: "Joints"}
-_NUMBERS: Final = {member: place for members in (VALIDITIES, KINDS, REASONS) for place, member in enumerate(members)}
-_MEMBERS: Final = {"validity": VALIDITIES, "kind": KINDS}
+_TICK: Final = message_class("Tick")
+_WRENCH: Final = message_class("Wrench")
+_JOINTS: Final = message_class("Joints")
+_VALIDITY: Final = {member: number for number, member in enumerate(VALIDITIES)}
+_KIND: Final = {member: number for number, member in enumerate(KINDS)}
+_REASON: Final = {member: number for number, member in enumerate(REASONS)}
 
 
 def encode(record: Any) -> bytes:
@@ -21,7 +24,8 @@ def encode(record: Any) -> bytes:
     Raises:
         ValueError: A value does not fit the message; so do TypeError and OverflowError.
     """
-    return bytes(_message(record).SerializeToString(deterministic=True))
+    message = _tick_message(record) if isinstance(record, TickRecord) else _message(record)
+    return bytes(message.SerializeToString(deterministic=True))
 
 
 def decode(kind: Callable[..., R], payload: bytes) -> R:
@@ -31,69 +35,122 @@ def decode(kind: Callable[..., R], payload: bytes) -> R:
         ValueError: A value is no text, or a sample lacks its validity; TypeError for a missing field, protobuf's
             DecodeError for bytes that are no message, and CommandError for a false sample.
     """
-    record: R = _record(kind, _class_of(kind).FromString(payload))
-    return record
-
-
-@cache
-def _class_of(kind: Any) -> Any:
-    return message_class(_SAMPLES[kind] if kind in _SAMPLES else BY_RECORD[kind].message)
+    any_kind: Any = kind
+    record: Any = _tick(payload) if any_kind is TickRecord else _record(any_kind, payload)
+    return record  # type: ignore[no-any-return]
 
 
 @cache
 def _fields(kind: Any) -> dict[str, Any]:
-    """Names, and the values that need not be written; a sample says all."""
-    return {each.name: dataclasses.MISSING if kind in _SAMPLES else each.default for each in dataclasses.fields(kind)}
+    """Names and defaults."""
+    return {each.name: each.default for each in dataclasses.fields(kind)}
 
 
 def _message(record: Any) -> Any:
     kind: Any = type(record)
-    fields: dict[str, Any] = {}
-    for name, default in _fields(kind).items():
-        value = getattr(record, name)
-        if isinstance(value, AppliedCommand):
-            fields["applied_rad"], fields["reason"] = value.position_rad, _NUMBERS[value.reason]
-        elif isinstance(value, (WrenchSample, JointSample)):
-            fields[name] = _message(value)
-        elif isinstance(value, Enum):
-            fields[name] = _NUMBERS[value]
-        # A float is equal to its default and still another one: -0.0.
-        elif value is not None and (isinstance(value, float) or value != default):
-            fields[name] = value
-    return _class_of(kind)(**fields)
+    fields = {name: getattr(record, name) for name in _fields(kind)}
+    # A float is equal to its default and still another one: -0.0.
+    fields = {
+        name: value
+        for name, value in fields.items()
+        if value is not None and (isinstance(value, float) or value != _fields(kind)[name])
+    }
+    return message_class(BY_RECORD[kind].message)(**fields)
 
 
-def _record(kind: Any, made: Any) -> Any:
+def _record(kind: Any, payload: bytes) -> Any:
+    made = message_class(BY_RECORD[kind].message).FromString(payload)
     fields: dict[str, Any] = {}
-    names = _fields(kind)
-    # Of an enumeration's number that is unknown nothing is listed.
     for descriptor, value in made.ListFields():
-        name = descriptor.name
-        if name not in names:
-            continue
-        if name == "wrench":
-            value = _record(WrenchSample, value)
-        elif name == "joints":
-            value = _record(JointSample, value)
-        elif name in _MEMBERS:
-            value = _MEMBERS[name][value]
-        elif descriptor.is_repeated:
-            value = tuple(value)
-        elif isinstance(value, bytes):
+        if isinstance(value, bytes):
             # Protobuf hands text over as bytes if it is not UTF-8.
-            raise ValueError(f"{name} is no text")
-        fields[name] = value
-    if "applied" in names:
-        fields["applied"] = _applied(made)
-    if kind in _SAMPLES and not _MEMBERS.keys() & names.keys() <= fields.keys():
-        raise ValueError("the sample's validity or kind is missing, or unknown")
+            raise ValueError(f"{descriptor.name} is no text")
+        if descriptor.name in _fields(kind):
+            fields[descriptor.name] = tuple(value) if descriptor.is_repeated else value
     return kind(**fields)
+
+
+def _tick_message(record: TickRecord) -> Any:
+    wrench, joints, applied = record.wrench, record.joints, record.applied
+    return _TICK(
+        tick=record.tick,
+        time_ns=record.time_ns,
+        deadline_ns=record.deadline_ns,
+        wrench=wrench
+        and _WRENCH(
+            force_N=wrench.force_N,
+            torque_Nm=wrench.torque_Nm,
+            source_time_ns=wrench.source_time_ns,
+            receive_time_ns=wrench.receive_time_ns,
+            sequence=wrench.sequence,
+            validity=_VALIDITY[wrench.validity],
+            kind=_KIND[wrench.kind],
+            frame=wrench.frame,
+        ),
+        joints=joints
+        and _JOINTS(
+            position_rad=joints.position_rad,
+            source_time_ns=joints.source_time_ns,
+            receive_time_ns=joints.receive_time_ns,
+            sequence=joints.sequence,
+            validity=_VALIDITY[joints.validity],
+        ),
+        asked_rad=record.asked_rad,
+        applied_rad=applied and applied.position_rad,
+        reason=applied and _REASON[applied.reason],
+        counterfactual=record.counterfactual or None,
+    )
+
+
+def _tick(payload: bytes) -> TickRecord:
+    made = _TICK.FromString(payload)
+    has = made.HasField
+    if not has("tick"):
+        raise TypeError("tick is missing")
+    return TickRecord(
+        made.tick,
+        made.time_ns if has("time_ns") else None,
+        made.deadline_ns if has("deadline_ns") else None,
+        _wrench(made.wrench) if has("wrench") else None,
+        _joints(made.joints) if has("joints") else None,
+        tuple(made.asked_rad[:]) or None,
+        _applied(made),
+        made.counterfactual,
+    )
+
+
+def _wrench(made: Any) -> WrenchSample:
+    # An unknown number of an enumeration counts as not there.
+    if not made.HasField("validity") or not made.HasField("kind"):
+        raise ValueError("the wrench's validity or kind is missing, or unknown")
+    return WrenchSample(
+        tuple(made.force_N[:]),
+        tuple(made.torque_Nm[:]),
+        made.source_time_ns,
+        made.receive_time_ns,
+        made.sequence,
+        VALIDITIES[made.validity],
+        KINDS[made.kind],
+        made.frame,
+    )
+
+
+def _joints(made: Any) -> JointSample:
+    if not made.HasField("validity"):
+        raise ValueError("the joints' validity is missing, or unknown")
+    return JointSample(
+        tuple(made.position_rad[:]),
+        made.source_time_ns,
+        made.receive_time_ns,
+        made.sequence,
+        VALIDITIES[made.validity],
+    )
 
 
 def _applied(made: Any) -> AppliedCommand | None:
     """The applied command in a message that may hold one: not one field of it, but two."""
     if made.HasField("reason"):
-        return AppliedCommand(tuple(made.applied_rad), REASONS[made.reason])
-    if made.applied_rad:
+        return AppliedCommand(tuple(made.applied_rad[:]), REASONS[made.reason])
+    if len(made.applied_rad):
         raise ValueError("the applied command's reason is missing, or unknown")
     return None
