@@ -97,9 +97,9 @@ class Insert(RunningPhase):
         if self._stage is Stage.RELEASE:
             return self._release()
         unsure_m = self._tolerance_m + self._state.slack_m + self._state.edge_m
-        if self._stage is Stage.SINK and (
-            depth_m >= self._full_m + self._tolerance_m or (self._pressed and depth_m >= self._full_m - unsure_m)
-        ):
+        # A tool that may press no further cannot show a floor: it looks for a wall until that responds.
+        rests = self._pressed and not self._monitor.spent and depth_m >= self._full_m - unsure_m
+        if self._stage is Stage.SINK and (rests or depth_m >= self._full_m + self._tolerance_m):
             self._begin_look()
         return self._look() if self._stage is Stage.LOOK else self._sink()
 
