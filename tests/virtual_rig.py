@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import replace
 from types import TracebackType
 from typing import Any, Self
 
-from palpate.adapters.config import EmulationConfig, RunConfig, SensorFactsTable, overlay
+from palpate.adapters.config import DeviceEntry, EmulationConfig, RigFile, RunConfig, SensorFactsTable, overlay
 from palpate.adapters.hardware.approach import find_approach, walk
 from palpate.adapters.hardware.ati import NetFtForceSensor, NetFtTable
 from palpate.adapters.hardware.emulated_cell import EmulatedCell
-from palpate.adapters.hardware.errors import told_of
 from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
+from palpate.adapters.hardware.rig import DeviceRig
 from palpate.adapters.hardware.ros2 import Ros2ArmTable, Ros2ForceSensor, Ros2WrenchTable, ros2_arm
-from palpate.adapters.hardware.sensor_facts import gathered, reported_by
 from palpate.adapters.hardware.ur import UrTable, ur_arm
-from palpate.core.ports import CONTROL_RATE_HZ, FaultLatch, ForceSensor, Ports, Rig, SensorFacts, World
+from palpate.core.ports import CONTROL_RATE_HZ, FaultLatch, ForceSensor, Ports
 from palpate.core.supervision import SampleWatch
 from palpate.core.trial import ReadyPose
 from palpate.drivers.ros2 import WRENCH
 from palpate.simulation.emulators.ati import NetFtServer
-from palpate.simulation.emulators.lines import SlcanServer
+from palpate.simulation.emulators.lines import PtyServer, SlcanServer
 from palpate.simulation.emulators.ros2 import Ros2Server
 from palpate.simulation.emulators.ur import UrServer
 from palpate.simulation.work_cell import HiddenValues
@@ -48,9 +48,10 @@ class VirtualCell(EmulatedCell):
         late_ns: Callable[[int], int], hidden: HiddenValues,
     ) -> None:  # fmt: skip
         super().__init__(config, ready, emulation, hidden=hidden)
-        for server, table, _ in self._served:
-            if (emulator := getattr(getattr(server, "_serial", None), "emulator", None)) is not None:
-                desk.serial(table, emulator)
+        for device, table in ((self.arm, "arm"), (self.sensor, "force_sensor")):
+            server: Any = device.server
+            if isinstance(server, PtyServer):
+                desk.serial(table, server._serial.emulator)
             elif isinstance(server, UrServer):
                 self.link = VirtualUr(desk.clock, server._controller)
             elif isinstance(server, NetFtServer):
@@ -59,13 +60,9 @@ class VirtualCell(EmulatedCell):
                 self.domain = VirtualDomain(desk.clock, server._robot)
                 self.domain.wrench = server._wrench
             elif isinstance(server, SlcanServer):
-                desk.can(table, *server.wire._nodes)  # type: ignore[attr-defined]
+                desk.can(table, *server.wire._nodes)
         self._begin_ns, self._late_ns, self._done = begin_ns, late_ns, 0
         desk.clock.devices.append(self)
-
-    def entries(self, table: str) -> dict[str, Any]:
-        """What the rig file says of a device."""
-        return next(entries() for _, named, entries in self._served if named == table)
 
     def next_event_ns(self) -> int:
         return self._begin_ns + self._done * _TICK_NS + self._late_ns(self._done)
@@ -76,7 +73,7 @@ class VirtualCell(EmulatedCell):
             self.tick(now_ns)
 
 
-class VirtualRig(Rig):
+class VirtualRig(DeviceRig):
     """What ``palpate run --rig`` has of such a rig, the arm's process a thread.
 
     Args:
@@ -103,33 +100,28 @@ class VirtualRig(Rig):
         )
         context = replace(RigContext.of(config.arm, clock), tool=config.tool, accept_kinematics=True)
         if arm == "ur-rtde":
-            stated = self.cell.entries("arm") | {"host": "virtual", "patience": 1.0}
-            del stated["adapter"], stated["name"]
+            stated = self.cell.arm.entries() | {"host": "virtual", "patience": 1.0}
+            del stated["adapter"]
             made: Any = ur_arm(overlay(UrTable(), stated), context, lambda: self.cell.link)
         elif arm == "ros2":
             made = ros2_arm(Ros2ArmTable(), context, self.cell.domain.link)
         else:
             made = arm_maker(arm)(_arm_table(arm, self.cell), context)
         client = arm_in_thread(made, clock, _TIMEOUT_NS)
-        self.sensor: ForceSensor
+        sensor: ForceSensor
         if force == "ati-netft":
-            self.sensor = NetFtForceSensor(NetFtTable(), clock, self.cell.box.open)
+            sensor = NetFtForceSensor(NetFtTable(), clock, self.cell.box.open)
         elif force == "ros2":
-            self.sensor = Ros2ForceSensor(
+            sensor = Ros2ForceSensor(
                 lambda: self.cell.domain.link("wrench", WRENCH, ""), clock, Ros2WrenchTable()
             )  # fmt: skip
         else:
-            self.sensor = force_sensor_maker(force)(_sensor_table(), context)
-        self.ports = Ports(clock, self.sensor, client, client)
+            sensor = force_sensor_maker(force)(_sensor_table(), context)
+        facts = overlay(SensorFactsTable(), self.cell.sensor.facts)
+        file = RigFile("virtual rig", DeviceEntry(arm, {}), DeviceEntry(force, {}), facts=facts)
+        super().__init__(file, sensor, client)
+        self.ports = Ports(clock, sensor, client, client)
         self._at_ready = False
-        # Records of a Net F/T are not filtered.
-        facts = self.cell._facts(1.0) if force == "ati-netft" else self.cell._facts()
-        facts = self.cell.entries("force_sensor")["facts"] if force == "ros2" else facts
-        self._stated = overlay(SensorFactsTable(), facts)
-
-    @property
-    def sensor_facts(self) -> SensorFacts:
-        return gathered(self._stated, reported_by(self.sensor))
 
     def prepare(self, trial: int) -> None:
         self.ports.arm.deactivate()
@@ -143,36 +135,18 @@ class VirtualRig(Rig):
     def stopped_by(self) -> str:
         return self.ports.arm.fault or ""
 
-    def device_behind(self, sample: str) -> str:
-        return told_of(self.ports.joint_encoder if sample == "joint" else self.sensor)
-
-    def world(self) -> World:
-        return World("virtual rig", {})
-
-    def truth(self) -> None:
-        return None
-
-    @property
-    def clock_ticks(self) -> int:
-        return 0
-
-    def set_clock_ticks(self, ticks: int) -> None:
-        return
-
     def __enter__(self) -> Self:
         self.desk.clock.sleep(0.1)
-        for device in (self.sensor, self.ports.arm):
-            device.configure()
-        for device in (self.sensor, self.ports.arm):
-            device.activate()
+        with ExitStack() as opened:
+            self._open(opened)
+            self._opened = opened.pop_all()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.ports.arm.stop()
-        self.ports.arm.close()
-        self.sensor.close()
+        self._opened.close()
         self.desk.close()
 
 
@@ -180,7 +154,7 @@ def _arm_table(arm: str, cell: VirtualCell) -> dict[str, Any]:
     if arm == "zebra-nmc":
         return {"port": "arm", "baud": 230_400, "adapter_latency_ms": 0.0, "divider": 2, "at_home": True,
                 "reset_wait_ms": 20.0}  # fmt: skip
-    scale = list(cell._motors._scale)  # type: ignore[attr-defined]
+    scale = list(cell.arm.motors._scale)  # type: ignore[attr-defined]
     nodes = [axis + 1 for axis in range(len(scale))]
     return {"interface": "virtual", "channel": "arm", "divider": 2, "nodes": nodes, "counts_per_rad": scale}
 

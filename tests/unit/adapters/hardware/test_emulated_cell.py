@@ -88,5 +88,5 @@ def test_events_happen_while_the_cell_lives() -> None:
     made = emulated("ur5", "start+0.05s:protective-stop")
     with made:
         made.run(lambda: bool(happened), lambda truth: None, lambda event: happened.append(event.name))
-        with made.ur.exclusive() as controller:
+        with made.arm.hold() as controller:
             assert controller.safety_mode.name == "PROTECTIVE_STOP"

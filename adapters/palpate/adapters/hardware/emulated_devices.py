@@ -1,0 +1,218 @@
+"""Emulated devices in front of the simulated cell: who serves them, what the rig file says of them, how they fail."""
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, field
+from functools import partial
+from math import radians
+from typing import Any, Final, Protocol, TypeAlias
+
+import numpy as np
+import pinocchio as pin
+
+from palpate.adapters.config import ROS2, UR, ZEBRA, EmulationConfig, RunConfig
+from palpate.core.motion import Kinematics, arm_named, controller_frames
+from palpate.core.ports import JointVector
+from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
+from palpate.simulation.emulators.cia402 import CanopenDrive
+from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
+from palpate.simulation.emulators.lines import EmulatedCanBus, LineSpeed, PtyServer, SlcanServer
+from palpate.simulation.emulators.motors import DirectMotors, JointPlant
+from palpate.simulation.emulators.nmc import NmcChain
+from palpate.simulation.emulators.ros2 import WRENCH, Ros2Robot, Ros2Server
+from palpate.simulation.emulators.ur import PRECISION, ControllerConfig, ToolForce, UrController, UrServer
+
+WrenchSource: TypeAlias = Callable[[int], tuple[float, ...]]
+"""Wrench that a sensor feels at a time in ns, (6,) N and N m."""
+_JR3_NODE: Final = 9
+_COUNTS_PER_RAD: Final = 192_000 / 6.283185307179586
+_BEHIND_FILTER: Final = 0.77
+"""Share of the cell's noise, new each control tick, that the board's filter of 50 Hz lets through; measured."""
+_NO_VOLTAGE: Final = 0x3220
+"""EMCY code of CiA 402 for a DC link without voltage: what an emergency stop leaves of it."""
+_NO_TRANSDUCER: Final = 1 << 31 | 1 << 4
+"""Status word of a Net F/T box whose transducer is unplugged."""
+
+
+class Motors(Protocol):
+    """Motors in front of the simulated arm."""
+
+    def targets_rad(self) -> JointVector:
+        """Joint set-points that they hold now."""
+
+    def measured_rad(self, joints_rad: JointVector) -> None:
+        """Where the joints are."""
+
+
+@dataclass
+class EmulatedDevice:
+    """A device with its wire.
+
+    Attributes:
+        server: Serves it while it is entered.
+        entries: What the rig file says of it; called once it is served, for only then its address is known.
+        faults: What may happen to it, by the name of the event.
+        facts: What the rig file states of a force sensor.
+    """
+
+    server: AbstractContextManager[Any]
+    entries: Callable[[], dict[str, Any]]
+    faults: dict[str, Callable[[], object]] = field(default_factory=dict)
+    facts: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(kw_only=True)
+class EmulatedArm(EmulatedDevice):
+    """An arm with its wire.
+
+    Attributes:
+        hold: Keeps the server's thread off the motors while it is entered.
+        in_flange: The arm's own force sensor.
+    """
+
+    motors: Motors
+    hold: Callable[[], AbstractContextManager[Any]] = nullcontext
+    in_flange: EmulatedDevice | None = None
+
+    def held(self, action: Callable[[], object]) -> Callable[[], None]:
+        """Return the action, done while the server's thread does nothing."""
+
+        def act() -> None:
+            with self.hold():
+                action()
+
+        return act
+
+
+def emulated_arm(
+    config: RunConfig, emulation: EmulationConfig, start: JointVector, feel: WrenchSource, counts_file: str
+) -> EmulatedArm:
+    """Return the arm with the wires that are chosen, at these joint angles."""
+    if emulation.wires == ZEBRA:
+        return _zebra(emulation, start, counts_file)
+    if emulation.wires == UR:
+        return _ur(config, start, feel)
+    if emulation.wires == ROS2:
+        return _ros2(config, start, feel)
+    return _cia402(emulation, start)
+
+
+def _zebra(emulation: EmulationConfig, start: JointVector, counts_file: str) -> EmulatedArm:
+    plant = JointPlant(start, radians(emulation.wrist_backlash_deg))
+    chain = NmcChain(plant)
+    server = PtyServer(chain, LineSpeed(usb_latency_s=emulation.usb_latency_ms * 1e-3))
+    # Emulated modules wake at once: the wait is for the reset to get through line and adapter.
+    arm = EmulatedArm(server, lambda: {
+        "adapter": "zebra-nmc", "port": server.path, "baud": emulation.baud,
+        "adapter_latency_ms": emulation.usb_latency_ms, "divider": emulation.divider, "at_home": True,
+        "counts_file": counts_file, "reset_wait_ms": 20.0 + 2.0 * emulation.usb_latency_ms,
+    }, motors=plant, hold=server.exclusive)  # fmt: skip
+    arm.faults["cable-pulled"] = server.unplug
+    arm.faults["emergency-stop"] = arm.held(lambda: chain.set_power(powered=False))
+    return arm
+
+
+def _cia402(emulation: EmulationConfig, start: JointVector) -> EmulatedArm:
+    scale = (_COUNTS_PER_RAD,) * len(start)
+    motors = DirectMotors(scale, start)
+    drives = [CanopenDrive(axis + 1, motors, axis) for axis in range(len(start))]
+    bus = SlcanServer(EmulatedCanBus(drives))
+    faults: dict[str, Callable[[], object]] = {
+        "cable-pulled": bus.unplug,
+        "emergency-stop": lambda: bus.do(partial(_lose_voltage, drives)),
+    }
+    return EmulatedArm(bus, lambda: {
+        "adapter": "cia402", "interface": "slcan", "channel": bus.channel, "divider": emulation.divider,
+        "nodes": [drive + 1 for drive in range(len(start))], "counts_per_rad": list(scale), "patience": 10.0,
+    }, faults, motors=motors)  # fmt: skip
+
+
+def _ur(config: RunConfig, start: JointVector, feel: WrenchSource) -> EmulatedArm:
+    controller = UrController(start, ToolForce(feel), ControllerConfig(arm=str(config.arm), **_entered(config, start)))
+    server = UrServer(controller)
+    noise_N, noise_Nm = (precision / 2.0 for precision in PRECISION)
+    facts = {"noise_N": noise_N, "noise_Nm": noise_Nm}
+    arm = EmulatedArm(
+        server, lambda: {"adapter": "ur-rtde", "host": server.host, "guard_N": 45.0, "patience": 5.0},
+        motors=controller, hold=server.exclusive,
+        in_flange=EmulatedDevice(nullcontext(), lambda: {"adapter": "ur-rtde", "host": server.host}, facts=facts),
+    )  # fmt: skip
+    arm.faults |= {
+        "protective-stop": arm.held(controller.protective_stop),
+        "emergency-stop": arm.held(controller.emergency_stop),
+        "program-end": arm.held(controller.end_program),
+        "cable-pulled": lambda: setattr(server, "is_unplugged", True),
+    }
+    return arm
+
+
+def _ros2(config: RunConfig, start: JointVector, feel: WrenchSource) -> EmulatedArm:
+    names = Kinematics(arm_named(config.arm), config.tool.geometry).model.names
+    robot = Ros2Robot(tuple(names)[1 : len(start) + 1], start)
+    server = Ros2Server(robot, feel)
+    # The robot states no range: that of a common sensor.
+    facts: dict[str, Any] = {**_noise(config), "range_N": [300.0] * 3, "range_Nm": [20.0] * 3}
+
+    def network() -> dict[str, Any]:
+        return {"adapter": "ros2", "domain": server.domain, "address": server.address, "peers": [server.address]}
+
+    wrench = EmulatedDevice(
+        nullcontext(), lambda: {**network(), "topic": f"/{WRENCH}", "rate_Hz": server.rate_Hz}, facts=facts
+    )
+    return EmulatedArm(
+        server, lambda: {**network(), "commands": f"/{server.commands}", "patience": 5.0},
+        {"cable-pulled": lambda: setattr(server, "is_unplugged", True)},
+        motors=robot, hold=server.exclusive, in_flange=wrench,
+    )  # fmt: skip
+
+
+def emulated_sensor(
+    config: RunConfig, emulation: EmulationConfig, arm: EmulatedArm, feel: WrenchSource
+) -> EmulatedDevice:
+    """Return the force sensor that is chosen."""
+    if emulation.force in (UR, ROS2) and arm.in_flange is not None:
+        return arm.in_flange
+    if emulation.force == "ati-netft":
+        device = EmulatedBox(feel)
+        box = NetFtServer(device)
+        faults: dict[str, Callable[[], object]] = {
+            "sensor-silent": lambda: setattr(device, "network", lambda datagrams: []),
+            "sensor-cable": lambda: setattr(device, "status", _NO_TRANSDUCER),
+        }
+        # Its records are not filtered: the cell's noise is theirs.
+        return EmulatedDevice(box, lambda: {
+            "adapter": "ati-netft", "host": box.host, "port": box.port, "http_port": box.http_port,
+        }, faults, _noise(config))  # fmt: skip
+    # The board was switched on long before anyone connects.
+    node = Jr3CanNode(_JR3_NODE, feel, Jr3Config(boot_ns=0))
+    bus = SlcanServer(EmulatedCanBus([node]))
+    faults = {
+        "sensor-silent": lambda: setattr(node.firmware, "silent", True),
+        "sensor-cable": lambda: setattr(node.firmware, "connected", False),
+    }
+    return EmulatedDevice(bus, lambda: {
+        "adapter": "jr3-can", "interface": "slcan", "channel": bus.channel, "node": _JR3_NODE,
+    }, faults, _noise(config, _BEHIND_FILTER))  # fmt: skip
+
+
+def _noise(config: RunConfig, share: float = 1.0) -> dict[str, Any]:
+    """Return what an emulated sensor does not report: the noise of the simulated cell, behind its filter."""
+    noise = config.cell.sensor
+    return {"noise_N": round(share * noise.force_noise_N, 6), "noise_Nm": round(share * noise.torque_noise_Nm, 6)}
+
+
+def _entered(config: RunConfig, start: JointVector) -> dict[str, Any]:
+    """What is entered at the emulated pendant: the tool of the job, in the axes of the flange."""
+    tool, frames = config.tool, Kinematics(arm_named(config.arm), config.tool.geometry)
+    frames.update(start)
+    flange = controller_frames(frames.arm, start)[1]
+    tip, sensor = flange.actInv(frames.tip_in_base), flange.actInv(frames.sensor_in_base)
+    centre_m = sensor.act(np.array(tool.centre_of_mass_mm) * 1e-3)
+    places = (*tip.translation.tolist(), *pin.log3(tip.rotation).tolist())
+    rounded = [tuple(round(value, 6) + 0.0 for value in values) for values in (centre_m.tolist(), places)]
+    return {"payload_kg": tool.mass_kg, "payload_cog_m": rounded[0], "tcp_offset": rounded[1]}
+
+
+def _lose_voltage(drives: Sequence[CanopenDrive], _now_ns: int) -> None:
+    for drive in drives:
+        drive.fail(_NO_VOLTAGE)
