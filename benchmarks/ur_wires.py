@@ -19,6 +19,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from benchmarks.emulated_rig import PALPATE
 from palpate.adapters.config import EmulationConfig, scenario
@@ -110,8 +111,9 @@ def tried(strike: Strike, folder: Path) -> str:
             while process.poll() is None and not (log.exists() and log.stat().st_size > 10_000):
                 time.sleep(0.01)
             struck_s = time.monotonic()
-            with cell.ur.exclusive() as controller:
-                strike(cell.ur, controller)
+            server: Any = cell.arm.server
+            with server.exclusive() as controller:
+                strike(server, controller)
             moved_s, ended_s = 0.0, None
             while ended_s is None or time.monotonic() - struck_s < ended_s + 1.0:
                 if ended_s is None and process.poll() is not None:
