@@ -61,7 +61,9 @@ def wrongs(report: DeviceReport) -> str:
 
 
 def test_everything_is_examined_and_closed_without_power(bench: Bench) -> None:
+    bench.arm.diagnostics = lambda: {"firmware": "7"}  # type: ignore[attr-defined]
     rig, arm, sensor = bench.reports()
+    assert arm.facts["firmware"] == "7"
     assert [report.title for report in (rig, arm, sensor)] == ["rig: bench", "arm: mine", "force sensor: yours"]
     assert arm.count(Level.WRONG) == 0
     assert bench.is_closed()
