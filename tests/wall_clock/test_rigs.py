@@ -106,10 +106,11 @@ def running(rig: Path, out: Path, policy: str) -> Iterator[subprocess.Popen[str]
     try:
         try:
             wait_until(lambda: is_to_be_cut(out), process)
-        except AssertionError:
+        except AssertionError as error:
             process.kill()
-            require_in_time(process.communicate()[1])
-            raise
+            complaint = process.communicate()[1]
+            require_in_time(complaint)
+            raise AssertionError(complaint) from error
         yield process
     finally:
         process.kill()

@@ -16,6 +16,10 @@ _LINE_NS: Final = 20_000_000
 """What line and system may add to the sensor's own period before a reading counts as missing."""
 
 
+_DRAIN_NS: Final = 1_000_000_000
+"""Longest time in which a line is emptied of what waited in it."""
+
+
 class PollingTable(Protocol):
     """The part of a table ``[force_sensor]`` that each polled sensor has."""
 
@@ -163,9 +167,10 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
 
     def _on_activate(self) -> None:
         """Wait for a new reading that can be used: after a start a filter must settle. Earlier silence is no fault."""
-        device, deadline_ns = self.opened(), self._clock.now_ns() + round(self._start_timeout_s * 1e9)
-        # What waits in the line may be old, and a poll takes a limited part of it.
-        while device.poll(self._clock.now_ns()) and self._clock.now_ns() < deadline_ns:
+        device, begin_ns = self.opened(), self._clock.now_ns()
+        deadline_ns = begin_ns + round(self._start_timeout_s * 1e9)
+        # What waits in the line may be old, and a poll takes a part of it; a slow computer finds news each time.
+        while device.poll(self._clock.now_ns()) and self._clock.now_ns() < min(deadline_ns, begin_ns + _DRAIN_NS):
             pass
         before = device.latest
         with translating(self.name):
