@@ -48,7 +48,8 @@ def rig(tmp_path: Path, installed: Path) -> Iterator[Path]:
     process = subprocess.Popen(words, env=paths, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         wait_until(lambda: path.exists() and "[force_sensor]" in path.read_text(), process)
-        path.write_text(path.read_text().replace('"bench-arm"', '"third_party_rig.arm:make_arm"'))
+        text = path.read_text().replace('"bench-arm"', '"third_party_rig.arm:make_arm"')
+        path.write_text(f"{text}\n[watchdog]\nsetpoint_timeout_ms = 1000.0\n")
         yield path
     finally:
         process.kill()
