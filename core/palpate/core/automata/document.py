@@ -31,7 +31,6 @@ from palpate.core.ports import (
     Holds,
     OneOf,
     Settings,
-    fitted,
     parse_json,
     require_keys,
     require_names,
@@ -64,7 +63,7 @@ class _AutomatonFile(Settings):
     kind: Annotated[str, OneOf(*(kind.value for kind in Kind))]
     alphabet: tuple[str, ...]
     start: str
-    states: tuple[Any, ...]
+    states: tuple[_State, ...]
 
 
 def to_json_text(machine: Machine) -> str:
@@ -101,12 +100,11 @@ def from_json_text(text: str) -> Machine:
 
 def _machine(file: _AutomatonFile) -> Machine:
     kind = Kind(file.kind)
-    entries: list[_State] = [fitted(f"states[{n}]", entry, _State) for n, entry in enumerate(file.states)]
-    labels = tuple(entry.name for entry in entries)
+    labels = tuple(entry.name for entry in file.states)
     require_names("states", labels, printable=False)
     number = {name: state for state, name in enumerate(labels)}
     rows = []
-    for n, entry in enumerate(entries):
+    for n, entry in enumerate(file.states):
         require_keys(f"states[{n}].next", entry.next, file.alphabet)
         targets = [(f"states[{n}].next.{shown_name(symbol)}", entry.next[symbol]) for symbol in file.alphabet]
         rows.append(tuple(None if name is None else _number(where, name, number) for where, name in targets))
@@ -116,7 +114,7 @@ def _machine(file: _AutomatonFile) -> Machine:
         kind,
         file.alphabet,
         transitions=tuple(rows),
-        state_outputs=tuple(_output(entry.output) for entry in entries),
+        state_outputs=tuple(_output(entry.output) for entry in file.states),
         start=_number("start", file.start, number),
         labels=labels,
     )

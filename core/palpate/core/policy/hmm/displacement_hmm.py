@@ -15,8 +15,8 @@ import numpy as np
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import Action
 from palpate.core.policy.belief import Floats, exponential
+from palpate.core.policy.hmm.baum_welch import Shifts, expected_counts
 from palpate.core.policy.hmm.finite_pomdp import FinitePomdp, rounded
-from palpate.core.policy.hmm.hidden_markov import expect, sums_by
 from palpate.core.policy.hmm.point_based import PointBasedPlan, perseus
 from palpate.core.policy.hmm.recorded import Batch, Numbers, RecordedTrial
 
@@ -115,17 +115,14 @@ class DisplacementHmm:
             The better model, the expected number of visits of each offset, (offsets,), and the log-likelihood of the
             trials under this one.
         """
-        chain = _Shifts(self)
-        counts = _OffsetCounts(self, batch, chain)
-        log_likelihood = expect(batch, chain, counts)
-        visits, stays, moves, starts = counts.sums()
-        read = visits.sum(axis=0) + _SYMBOL
-        started = starts + _expected_starts(self.offsets)
-        blocked = (stays + _BLOCKED) / (moves + _BLOCKED + _FREE)
+        found = expected_counts(batch, Shifts(self.targets(), self.blocked, self.start, self.emissions))
+        read = found.visits.sum(axis=0) + _SYMBOL
+        started = found.starts + _expected_starts(self.offsets)
+        blocked = (found.stays + _BLOCKED) / (found.visits[:-1].sum(axis=1) + _BLOCKED + _FREE)
         model = type(self)(
             self.steps, self.offsets, started / started.sum(), np.minimum(blocked, 1.0), (read / read.sum(axis=0)).T
         )
-        return model, visits.sum(axis=(0, 1)), log_likelihood
+        return model, found.visits.sum(axis=(0, 1)), found.log_likelihood
 
     def pruned(self, visits: Floats, least: float) -> Self:
         """Without the offsets that were visited no oftener."""
@@ -174,90 +171,3 @@ def fit_displacement_hmm(
 def _expected_starts(offsets: Sequence[Offset]) -> Floats:
     squares = np.array([float(u * u + v * v) for u, v in offsets])
     return _START * exponential(-0.5 / _START_CELLS**2 * squares)
-
-
-class _Shifts:
-    """How messages go through the model: shifted by the displacement, or left where they are."""
-
-    def __init__(self, model: DisplacementHmm) -> None:
-        count = len(model.offsets)
-        targets = model.targets()
-        self.blocked = np.where(targets == count + 1, 1.0, model.blocked)
-        self._free = 1.0 - self.blocked
-        self._targets = np.minimum(targets, count)
-        self._sources = np.full((len(targets), count), count, dtype=np.intp)
-        for action, row in enumerate(targets):
-            inside = np.flatnonzero(row < count)
-            self._sources[action, row[inside]] = inside
-        self._goal = np.where(targets == count, self._free, 0.0)
-        self._start = model.start
-        self.emitted = np.ascontiguousarray(model.emissions.T)
-
-    def first(self, symbols: Numbers) -> Floats:
-        joint: Floats = self._start * self.emitted[symbols]
-        return joint
-
-    def forward(self, before: Floats, actions: Numbers, following: Numbers) -> Floats:
-        moved = _padded(before * self._free[actions])
-        joint = before * self.blocked[actions]
-        joint += np.take_along_axis(moved, self._sources[actions], axis=1)
-        joint *= self.emitted[following]
-        return joint
-
-    def backward(self, after: Floats, actions: Numbers, following: Numbers) -> Floats:
-        joint = after * self.emitted[following]
-        moved = np.take_along_axis(_padded(joint), self._targets[actions], axis=1)
-        moved *= self._free[actions]
-        joint *= self.blocked[actions]
-        joint += moved
-        return joint
-
-    def goal(self, actions: Numbers) -> Floats:
-        return self._goal[actions]
-
-
-def _padded(rows: Floats) -> Floats:
-    result = np.empty((rows.shape[0], rows.shape[1] + 1))
-    result[:, :-1], result[:, -1] = rows, 0.0
-    return result
-
-
-class _OffsetCounts:
-    """Posteriors of a batch, summed by symbol and by action."""
-
-    def __init__(self, model: DisplacementHmm, batch: Batch, chain: _Shifts) -> None:
-        self._batch, self._chain = batch, chain
-        self._actions, self._symbols = len(model.steps), model.emissions.shape[1]
-        self._keys: list[Numbers] = []
-        self._rows: list[Floats] = []
-        self._stay_keys: list[Numbers] = []
-        self._stay_rows: list[Floats] = [np.zeros((0, len(model.offsets)))]
-        self._starts = np.zeros(len(model.offsets))
-
-    def state(self, time: int, posterior: Floats) -> None:
-        batch, running = self._batch, len(posterior)
-        acted = (batch.lengths[:running] > time + 1) | batch.reached[:running]
-        actions = np.where(acted, batch.actions[:running, time], self._actions)
-        self._keys.append(actions * self._symbols + batch.symbols[:running, time])
-        self._rows.append(posterior)
-        if time == 0:
-            self._starts = posterior.sum(axis=0)
-
-    def move(self, time: int, before: Floats, after: Floats) -> None:
-        running = len(before)
-        actions = self._batch.actions[:running, time]
-        stays = before * after
-        stays *= self._chain.blocked[actions]
-        stays *= self._chain.emitted[self._batch.symbols[:running, time + 1]]
-        self._stay_keys.append(actions)
-        self._stay_rows.append(stays)
-
-    def sums(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Visits (actions + 1, symbols, offsets), stays and moves (actions, offsets) each, and starts (offsets,)."""
-        offsets = len(self._starts)
-        groups = (self._actions + 1) * self._symbols
-        visits = sums_by(np.concatenate(self._keys), np.concatenate(self._rows), groups)
-        visits = visits.reshape(self._actions + 1, self._symbols, offsets)
-        none: list[Numbers] = [np.zeros(0, dtype=np.intp)]
-        stays = sums_by(np.concatenate(none + self._stay_keys), np.concatenate(self._stay_rows), self._actions)
-        return visits, stays, visits[:-1].sum(axis=1), self._starts

@@ -1,4 +1,4 @@
-"""A world with hidden states as numbers, for beliefs and planners."""
+"""A world with hidden states as numbers, for planners; and the belief over its states."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,6 +13,8 @@ from palpate.core.policy.hmm.recorded import Numbers
 _SPARSE: Final = 8  # an action that leads to so many times fewer states than there are is not multiplied out
 _MOST_BYTES: Final = 512 * 2**20  # of the transitions of a model
 _DECIMALS: Final = 6
+IMPOSSIBLE: Final = 1e-7
+"""A reading less likely than this refutes the belief: it restarts with that reading."""
 
 
 def require_room(where: str, states: int, actions: int) -> None:
@@ -85,3 +87,31 @@ class FinitePomdp:
             None if _SPARSE * len(before) > moves.size else (before, to, moves[before, to])
             for moves, (before, to) in zip(self.transitions, places, strict=True)
         ]
+
+
+class StateBelief:
+    """A belief over the hidden states of a model.
+
+    Attributes:
+        probabilities: Of each state, (states,); they sum to 1.
+    """
+
+    def __init__(self, model: FinitePomdp, symbol: int) -> None:
+        self._model = model
+        self.probabilities = self._read(model.start, symbol)
+
+    def update(self, action: int, symbol: int) -> None:
+        """Take in an action that did not lead to the goal, and what was read after it."""
+        self.probabilities = self._read(self._model.moved(self.probabilities, action), symbol)
+
+    def _read(self, expected: Floats, symbol: int) -> Floats:
+        emission = self._model.emissions[:, symbol]
+        joint = expected * emission
+        likelihood = float(joint.sum())
+        if likelihood >= IMPOSSIBLE:
+            return joint / likelihood
+        anew = self._model.start * emission
+        if float(anew.sum()) < IMPOSSIBLE:
+            anew = emission if float(emission.sum()) > 0.0 else np.ones_like(emission)
+        restarted: Floats = anew / anew.sum()
+        return restarted

@@ -22,8 +22,8 @@ from palpate.core.policy import (
     compass_actions,
 )
 from palpate.core.policy.hmm import DisplacementHmm, FinitePomdp, RecordedTrial
-from palpate.core.policy.hmm.belief import StateBelief
 from palpate.core.policy.hmm.displacement_hmm import fit_displacement_hmm, lattice_steps
+from palpate.core.policy.hmm.finite_pomdp import StateBelief
 from palpate.core.policy.hmm.learner import PATIENCE, fitted_after
 from palpate.core.policy.hmm.point_based import perseus, qmdp
 from palpate.core.policy.hmm.recorded import Batch
