@@ -97,8 +97,7 @@ class IdentityState(_Memoryless):
 
     def update(self, symbol: int, action: str | None = None) -> int:
         """The symbol itself, whatever was done."""
-        if not 0 <= symbol < len(self.symbols):
-            raise CommandError(f"a symbol must be from 0 to {len(self.symbols) - 1}", symbol)
+        _require_symbol(symbol, len(self.symbols))
         return symbol
 
 
@@ -154,8 +153,7 @@ class LastSymbols(Settings):
             CommandError: No such symbol.
         """
         count = len(self.symbols)
-        if not 0 <= symbol < count:
-            raise CommandError(f"a symbol must be from 0 to {count - 1}", symbol)
+        _require_symbol(symbol, count)
         self._recent.append(symbol)
         # Counting from 1 in this base puts shorter words before longer ones.
         number = 0
@@ -217,8 +215,12 @@ class LastAction(_Memoryless):
         Raises:
             CommandError: No such symbol.
         """
-        if not 0 <= symbol < len(self.symbols):
-            raise CommandError(f"a symbol must be from 0 to {len(self.symbols) - 1}", symbol)
+        _require_symbol(symbol, len(self.symbols))
         kind = "" if action is None else action.partition(" ")[0]
         done = 1 + self.kinds.index(kind) if kind in self.kinds else 0
         return done * len(self.symbols) + symbol
+
+
+def _require_symbol(symbol: int, count: int) -> None:
+    if not 0 <= symbol < count:
+        raise CommandError(f"a symbol must be from 0 to {count - 1}", symbol)

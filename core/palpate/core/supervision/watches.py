@@ -1,6 +1,7 @@
 """Is the force on the tool what it may be? Unfiltered, because a filter lags by half an action."""
 
 from collections import deque
+from collections.abc import Sequence
 from math import degrees, radians, sqrt
 from operator import le, sub
 from typing import Final
@@ -36,11 +37,11 @@ class WrenchWatch:
         self._rate_N_s, self._contact_N = config.max_force_rate_N_s, config.unexpected_contact_N
         self._force_square, self._torque_square = self._force_N**2, self._torque_Nm**2
         self._rate_N_ns, self._contact_square = self._rate_N_s * 1e-9, self._contact_N**2
-        self._scale = scale
+        self._force_scale, self._torque_scale = scale[:3], scale[3:]
 
     def begin(self) -> None:
         """A trial begins."""
-        self._first: tuple[float, float, float, float, float, float] | None = None
+        self._first: tuple[float, ...] | None = None
         self._free: Vector3 | None = None
         self._sequence: int
         self._last: Vector3
@@ -49,33 +50,25 @@ class WrenchWatch:
     def trip(self, snapshot: Snapshot, expectation: Expectation) -> Trip | None:
         """What is wrong with this tick's wrench, which is valid; None if nothing is."""
         wrench, bias = snapshot.wrench, expectation.bias
-        fx, fy, fz = wrench.force_N
-        tx, ty, tz = wrench.torque_Nm
+        force_N = wrench.force_N
         if self._first is None:
-            self._first = (fx, fy, fz, tx, ty, tz)
-            self._last, self._last_ns, self._sequence = wrench.force_N, wrench.source_time_ns, wrench.sequence
-        a, b, c, d, e, f = self._first if bias is None else bias
-        kx, ky, kz, lx, ly, lz = self._scale
-        x, y, z = (fx - a) * kx, (fy - b) * ky, (fz - c) * kz
-        square = x * x + y * y + z * z
+            self._first = (*force_N, *wrench.torque_Nm)
+            self._last, self._last_ns, self._sequence = force_N, wrench.source_time_ns, wrench.sequence
+        zero = self._first if bias is None else bias
+        square = _square(force_N, zero[:3], self._force_scale)
         # All comparisons are written so that a number that is none trips, too.
         if not square <= self._force_square:
             return _exceeded(TripReason.FORCE_LIMIT, snapshot.tick, "force", sqrt(square), self._force_N, bias)
-        p, q, r = (tx - d) * lx, (ty - e) * ly, (tz - f) * lz
-        torque = p * p + q * q + r * r
+        torque = _square(wrench.torque_Nm, zero[3:], self._torque_scale)
         if not torque <= self._torque_square:
             return _exceeded(
                 TripReason.TORQUE_LIMIT, snapshot.tick, "torque", sqrt(torque), self._torque_Nm, bias, "N m"
             )
         if wrench.sequence != self._sequence:
             self._sequence = wrench.sequence
-            u, v, w = self._last
-            self._last = wrench.force_N
-            last_ns, self._last_ns = self._last_ns, wrench.source_time_ns
-            x, y, z = (fx - u) * kx, (fy - v) * ky, (fz - w) * kz
-            change, dt_ns = x * x + y * y + z * z, self._last_ns - last_ns
-            if dt_ns < _SHORTEST_NS:
-                dt_ns = _SHORTEST_NS
+            change = _square(force_N, self._last, self._force_scale)
+            dt_ns = max(wrench.source_time_ns - self._last_ns, _SHORTEST_NS)
+            self._last, self._last_ns = force_N, wrench.source_time_ns
             most = self._rate_N_ns * dt_ns
             if not change <= most * most:
                 rate, limit = sqrt(change) / dt_ns * 1e9, self._rate_N_s
@@ -91,15 +84,19 @@ class WrenchWatch:
         if not tared:
             if self._free is None:
                 self._free = snapshot.wrench.force_N
-            (fx, fy, fz), (u, v, w) = snapshot.wrench.force_N, self._free
-            kx, ky, kz = self._scale[:3]
-            x, y, z = (fx - u) * kx, (fy - v) * ky, (fz - w) * kz
-            square = x * x + y * y + z * z
+            square = _square(snapshot.wrench.force_N, self._free, self._force_scale)
         if square <= self._contact_square:
             return None
         force, limit = sqrt(square), self._contact_N
         text = f"force {force:.2f} N where nothing may be touched, limit {limit:g} N"
         return Trip(TripReason.UNEXPECTED_CONTACT, snapshot.tick, text)
+
+
+def _square(vector: Vector3, zero: Sequence[float], scale: Sequence[float]) -> float:
+    """Square of the norm of a vector from a zero, with a factor for each component, (3,) each."""
+    (x, y, z), (u, v, w), (a, b, c) = vector, zero, scale
+    x, y, z = (x - u) * a, (y - v) * b, (z - w) * c
+    return x * x + y * y + z * z
 
 
 def _exceeded(
