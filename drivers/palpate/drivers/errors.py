@@ -39,7 +39,7 @@ class RefusedError(DriverError, ValueError):
 
 
 class StateError(DriverError):
-    """Something was asked for out of order."""
+    """A request out of order."""
 
 
 class SilentError(DriverError):
@@ -47,7 +47,7 @@ class SilentError(DriverError):
 
 
 class LateError(SilentError):
-    """The device may well be in order: its answer was there when nobody waited any more, or nobody could listen."""
+    """The device may well be in order: its answer came after the deadline, or this computer was away."""
 
 
 class GarbledError(DriverError):

@@ -300,7 +300,7 @@ CASES: dict[str, tuple[Callable[[Bench], object], type[DriverError], str]] = {
         "drive 2: went to 'not ready to switch on' by itself",
     ),
     "another state": (strange_state, DeviceFaultError, "drive 2: went to 'switched on' by itself"),
-    "beyond its limits": (astray, DeviceFaultError, "drive 2: stands at 1.1000 rad"),
+    "beyond its limits": (astray, DeviceFaultError, "drive 2: is at 1.1000 rad"),
     "too fast": (lambda b: put(b, 0.2), DeviceFaultError, "drive 2: moves at"),
     "status 9": (status(9), DeviceFaultError, r"drive 2: does not obey this bus \(remote, .*from local to remote"),
     "status 11": (status(11), DeviceFaultError, r"drive 2: has held back for 0.2 s by a limit of its own \(internal"),

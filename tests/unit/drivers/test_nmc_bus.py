@@ -301,7 +301,7 @@ def test_somebody_at_another_rate_who_does_not_obey_the_reset():
             pass
 
     line = Line([Stubborn(address=1, baud=57_600)])
-    with pytest.raises(WiringError, match="somebody answers at 57600"):
+    with pytest.raises(WiringError, match="one answers at 57600"):
         start(bus_on(line))
 
 

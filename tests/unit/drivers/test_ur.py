@@ -162,7 +162,7 @@ def test_controller_in_local_control_without_power_or_beyond_its_limits_is_refus
     ur.controller.robot_mode = RobotMode.RUNNING
     arm = made(ur, upper_rad=(0.0,) * 6)
     arm.open()
-    with pytest.raises(SettingError, match=r"joint 1 stands at 0\.1000 rad"):
+    with pytest.raises(SettingError, match=r"joint 1 is at 0\.1000 rad"):
         arm.enable()
 
 

@@ -26,7 +26,6 @@ from palpate.drivers.zebra_zero import (
     CountsStore,
     JointLimits,
     SixCounts,
-    Streaming,
     Transmission,
     ZebraZero,
     ZebraZeroSettings,
@@ -91,8 +90,6 @@ class ZebraTable(Settings):
     """Limit of each joint's velocity."""
     acceleration_rad_s2: float = 19.0
     """Limit of each joint's acceleration."""
-    streaming: Annotated[str, OneOf(*(way.value for way in Streaming))] = "by firmware"
-    """How setpoints are sent."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 100.0
     """Age above which a sample of the joints is marked as stale."""
     patience: Annotated[float, Range(0.1, 100.0)] = 1.0
@@ -119,7 +116,6 @@ def make_zebra_nmc(table: ZebraTable, context: RigContext) -> DriverArm:
             limits=JointLimits(
                 velocity_rad_per_s=table.velocity_rad_s, acceleration_rad_per_s2=table.acceleration_rad_s2
             ),
-            streaming=Streaming(table.streaming),
             control_rate_Hz=CONTROL_RATE_HZ,
             divider=table.divider,
         )

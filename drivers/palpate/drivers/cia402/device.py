@@ -100,7 +100,7 @@ class Cia402Arm(LatchingArm):
         for view, joint in zip(self._exchange.views, self.settings.joints, strict=False):
             if view.state in FAULTS:
                 return f"drive {joint.node} is in fault; look its code up in the drive's manual (object 0x603F)"
-            if view.position_rad is not None and outside(view.position_rad, joint, self.settings.pose_margin_rad):
+            if view.position_rad is not None and outside(view.position_rad, joint):
                 return f"drive {joint.node} is at {view.position_rad:.4f} rad, beyond the joint's limits"
         return ""
 
@@ -123,9 +123,9 @@ class Cia402Arm(LatchingArm):
             views = self._bring_up.look()
             self._judge(None)
         for view, joint in zip(views, self.settings.joints, strict=True):
-            if view.position_rad is None or outside(view.position_rad, joint, self.settings.pose_margin_rad):
-                problem = f"stands at {view.position_rad} rad, outside {joint.lower_rad} to {joint.upper_rad}"
-                raise StateError(f"drive {joint.node}", problem, "move the joint back by hand, or mend zero_counts")
+            if view.position_rad is None or outside(view.position_rad, joint):
+                problem = f"is at {view.position_rad} rad, outside {joint.lower_rad} to {joint.upper_rad}"
+                raise StateError(f"drive {joint.node}", problem, "move the joint back by hand, or correct zero_counts")
         with self._latching():
             self._bring_up.watchdogs(on=True)
             self._bring_up.walk(DriveState.ENABLED)
@@ -200,7 +200,7 @@ class Cia402Arm(LatchingArm):
     def acknowledge(self) -> None:
         """Clear a latched fault; a person's decision, never a program's.
 
-        The drives are set up anew, since one may have restarted, and get a fault-reset. They end without power.
+        The drives are set up again, since one may have restarted, and get a fault-reset. They end without power.
 
         Raises:
             StateError: There is no fault.

@@ -8,7 +8,7 @@ from typing import Final
 
 from palpate.drivers.cia402.codec import CSP, RPDO1, TPDO1
 from palpate.drivers.cia402.objects import Objects
-from palpate.drivers.cia402.settings import ArmSettings, JointDrive
+from palpate.drivers.cia402.settings import HEARTBEAT_MS, ArmSettings, JointDrive
 from palpate.drivers.errors import DeviceFaultError, SilentError, WiringError
 
 _RPDO1_SETTINGS: Final = 0x1400
@@ -52,11 +52,11 @@ def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> tuple[
     notes = list(arm_watchdog(objects, settings, on=False))
     for number in range(1, _PREDEFINED_PDOS):
         for base, first in ((_RPDO1_SETTINGS, RPDO1), (_TPDO1_SETTINGS, TPDO1)):
-            # Whatever the maker has switched on would take time on the bus that nobody has counted.
+            # What the maker has switched on would take time on the bus that the budget does not have.
             objects.write_if_known(base + number, 1, _INVALID | (first + 0x100 * number + joint.node), 4)
     _map(objects, _RPDO1_SETTINGS, _RPDO1_MAPPING, RPDO1 + joint.node, (_CONTROLWORD, _TARGET))
     _map(objects, _TPDO1_SETTINGS, _TPDO1_MAPPING, TPDO1 + joint.node, (_STATUSWORD, _POSITION, _MODE))
-    objects.write(0x1017, 0, settings.heartbeat_ms, 2)
+    objects.write(0x1017, 0, HEARTBEAT_MS, 2)
     # The drive spreads a step of its target over this time; a byte holds 140 Hz as 7.1 ms.
     tenths_of_ms = round(settings.period_s * 1e4)
     scale, ten_to = (tenths_of_ms, _TENTH_OF_MS) if tenths_of_ms <= 0xFF else (round(settings.period_s * 1e3), -3)

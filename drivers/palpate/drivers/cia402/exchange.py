@@ -22,7 +22,7 @@ from palpate.drivers.cia402.codec import (
 )
 from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.cia402.mailbox import Mailbox, NodeBox
-from palpate.drivers.cia402.settings import ArmSettings
+from palpate.drivers.cia402.settings import ANSWER_SHARE, ArmSettings
 from palpate.drivers.cia402.watch import AxisView
 from palpate.drivers.errors import SilentError
 
@@ -48,7 +48,7 @@ class CyclicExchange:
         self._link, self._settings, self._now_ns = link, settings, now_ns
         self._nodes = [joint.node for joint in settings.joints]
         self._mailbox = Mailbox(self._nodes, TPDO.size, now_ns)
-        self._deadline_ns = int(settings.period_ns * settings.answer_share)
+        self._deadline_ns = int(settings.period_ns * ANSWER_SHARE)
         self._last_heartbeat_ns = 0
         self._unheard_until_ns: int | None = None
         self._samples: list[tuple[tuple[int, float], ...]] = [()] * len(self._nodes)
@@ -94,7 +94,7 @@ class CyclicExchange:
         """One cycle: write set-points in counts, SYNC, wait for all answers until the deadline."""
         self._link.require_alive()
         if self._unheard_until_ns is not None:
-            # Answers to a SYNC that nobody waited for would be taken for answers to the next.
+            # Answers to a SYNC that was not waited for would be taken for answers to the next.
             self._mailbox.wait(self._unheard_until_ns)
             self._unheard_until_ns = None
         begin_ns = self._now_ns()
@@ -172,7 +172,7 @@ class CyclicExchange:
         )  # fmt: skip
 
     def _speed_rad_per_s(self, axis: int, answered_ns: int, position_rad: float, was: DriveState | None) -> float:
-        """At least so fast was a drive over its last intervals, rad/s: whoever is too fast even so is too fast.
+        """The least speed that a drive had over its last intervals, rad/s.
 
         The longest that may have passed counts: adapters and hosts hold frames up, and a SYNC may have reached the
         drive as late as just before its answer. SYNCs closer together than a period are no better known in time than a

@@ -115,13 +115,13 @@ class CanopenLink:
         """Find out whether the receive thread still runs.
 
         Raises:
-            SilentError: It does not: whatever comes, nobody would hear it.
+            SilentError: It does not: nothing that comes is heard.
         """
         notifier = self.network.notifier
         error = None if notifier is None else notifier.exception
         if notifier is None or notifier.stopped or error is not None:
             cause = "it is closed" if error is None else f"{type(error).__name__}: {error}"
-            raise SilentError(self.name, f"receiving has ended ({cause})", "check the adapter, then open the bus anew")
+            raise SilentError(self.name, f"receiving has ended ({cause})", "check the adapter, then open the bus again")
 
     def send(self, identifier: int, data: bytes) -> None:
         """Put one frame on the bus.

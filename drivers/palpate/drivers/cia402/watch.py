@@ -6,7 +6,7 @@ from typing import Final
 
 from palpate.drivers.cia402.codec import CSP, FAULTS, NMT_OPERATIONAL, DriveState, Status
 from palpate.drivers.cia402.mailbox import NodeBox
-from palpate.drivers.cia402.settings import ArmSettings, JointDrive
+from palpate.drivers.cia402.settings import POSE_MARGIN_RAD, VELOCITY_MARGIN, ArmSettings, JointDrive
 from palpate.drivers.errors import DeviceFaultError, DriverError, LateError, SilentError
 
 _MS: Final = 1_000_000
@@ -70,9 +70,9 @@ def trouble(
     return None
 
 
-def outside(position_rad: float, joint: JointDrive, margin_rad: float) -> bool:
+def outside(position_rad: float, joint: JointDrive) -> bool:
     """Whether a measured angle lies outside the joint's limits by more than the margin."""
-    return not joint.lower_rad - margin_rad <= position_rad <= joint.upper_rad + margin_rad
+    return not joint.lower_rad - POSE_MARGIN_RAD <= position_rad <= joint.upper_rad + POSE_MARGIN_RAD
 
 
 def _restarted(view: AxisView, joint: JointDrive, _settings: ArmSettings, _now_ns: int) -> Iterator[DriverError]:
@@ -148,10 +148,10 @@ def _disobeys(view: AxisView, joint: JointDrive, settings: ArmSettings) -> Itera
 def _astray(view: AxisView, joint: JointDrive, settings: ArmSettings) -> Iterator[DriverError]:
     if view.position_rad is None:
         return
-    if outside(view.position_rad, joint, settings.pose_margin_rad):
-        problem = f"stands at {view.position_rad:.4f} rad, outside {joint.lower_rad} to {joint.upper_rad}"
+    if outside(view.position_rad, joint):
+        problem = f"is at {view.position_rad:.4f} rad, outside {joint.lower_rad} to {joint.upper_rad}"
         yield DeviceFaultError(f"drive {joint.node}", problem, "move the joint back by hand, then acknowledge")
-    most = joint.velocity_rad_per_s * settings.velocity_margin
+    most = joint.velocity_rad_per_s * VELOCITY_MARGIN
     if view.speed_rad_per_s > most:
         problem = f"moves at {view.speed_rad_per_s:.3f} rad/s, more than {most:.3f}"
         yield DeviceFaultError(f"drive {joint.node}", problem, _REMEDY)

@@ -118,7 +118,7 @@ class ArmDriver(Protocol):
     Raises:
         StateError: By any request that is out of order, or that finds a joint outside its limits.
         RefusedError: By ``preview`` and ``cycle``: a wrong number of angles, or one is not finite; nothing was sent.
-        SettingError, WiringError: By ``open``: nobody is there, or somebody else, or it is set up otherwise.
+        SettingError, WiringError: By ``open``: no device is there, or another one, or it is set up otherwise.
         SilentError, GarbledError: The bus, or a device on it, fell silent or makes no sense.
         DeviceFaultError: A fault is reported, or a pose is where it may not be.
     """
@@ -167,7 +167,7 @@ class ArmDriver(Protocol):
 
     @abstractmethod
     def close(self) -> None:
-        """Stop, and end all traffic; never raising. The bus belongs to whoever opened it."""
+        """Stop, and end all traffic; never raising. The caller closes the bus."""
 
 
 class LatchingArm(ArmDriver):

@@ -19,13 +19,13 @@ FIRST_READING_NS = 500_000_000
 """Longest wait for the first reading after START, in ns. Assumed."""
 
 MAX_BOOTS = 5
-"""Restarts in a row, without a reading between them, that are borne. Assumed."""
+"""Restarts in a row, without a reading between them, that are no fault. Assumed."""
 
 
 class Jr3(PolledSensor):
     """One JR3 behind one board.
 
-    Nothing here tares, and starting the stream removes a zero that somebody else has set. (FACT: revisions of
+    Nothing here tares, and starting the stream removes a zero that another client has set. (FACT: revisions of
     Jr3Controller.cpp up to 765f784 zero at every START. No host can prevent that; a sensor that carries a tool and
     reads zero right after :meth:`open` has such firmware.)
 
@@ -55,7 +55,7 @@ class Jr3(PolledSensor):
 
     @property
     def was_zeroed(self) -> bool:
-        """Whether somebody else has set its zero in mid-run, as far as that shows. Until acknowledged."""
+        """Whether another client has set its zero in mid-run, as far as that shows. Until acknowledged."""
         return self._sampler.was_zeroed
 
     @property
@@ -86,7 +86,7 @@ class Jr3(PolledSensor):
 
     @override
     def acknowledge(self) -> None:
-        """Say that a restart of the board, or a zero of somebody else's, has been seen; it is no longer told."""
+        """Say that a restart of the board, or the zero of another client, has been seen; it is no longer reported."""
         self._sampler.after_boot = self._sampler.was_zeroed = False
 
     def check(self) -> None:

@@ -19,7 +19,7 @@ def no_answer(name: str, doing: str, counts: TransportCounts, *, refused: bool, 
         remedy = "check that it is the right port, at 1 Mbit/s"
         return GarbledError(name, f"nothing but {_garbage(counts)}", remedy)
     remedy = "check power, wiring, bit rate, node number and termination"
-    return WiringError(name, f"nobody answers ({_garbage(counts)})", remedy)
+    return WiringError(name, f"no answer ({_garbage(counts)})", remedy)
 
 
 _SHIELD: Final = "check shield, ground and bit rate; then open it again"

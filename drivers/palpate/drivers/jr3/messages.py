@@ -204,7 +204,7 @@ class Jr3Sample(ForceSample):
 
     Attributes:
         counter: Frame counter of the board, 0 to 65535; ``sequence`` is the same unwrapped.
-        after_boot: The board restarted in mid-run and nobody has acknowledged it yet.
+        after_boot: The board restarted in mid-run and that was not acknowledged yet.
     """
 
     counter: int

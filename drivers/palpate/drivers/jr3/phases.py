@@ -6,7 +6,7 @@
     BOOTED leads from anywhere back to PINGING, LINK_LOST and GAVE_UP to FAULTED, ASKED_TO_STOP to LEAVING and CLOSED.
 
 The stream is stopped before it is started. FACT: STOP ends the board's sampling thread, which holds the offsets, so
-that a stream never begins with a zero that somebody else has set.
+that a stream never begins with a zero that another client has set.
 """
 
 import enum

@@ -42,7 +42,7 @@ class FrameCounter:
         self._resuming = False
 
     def restart(self) -> None:
-        """The board begins anew (START, BOOTUP): the next counter may be any; the sequence goes on."""
+        """The board begins again (START, BOOTUP): the next counter may be any; the sequence continues."""
         self._last = self._doubtful = None
 
     def resume(self) -> None:
@@ -96,8 +96,8 @@ class Sampler:
     Attributes:
         full_scales: As the board reports them; None before.
         full: Readings near the end of the scale.
-        unasked_ns: When the board last answered what nobody here had asked.
-        was_zeroed: Right after such an answer all channels went to 0 at once: somebody else has set the zero.
+        unasked_ns: When the board last answered without a request of ours.
+        was_zeroed: Right after such an answer all channels went to 0 at once: another client has set the zero.
     """
 
     def __init__(self, period_us: int, settling_ns: int, signs: Signs) -> None:

@@ -30,7 +30,7 @@ _LONGEST_BYTES: Final = FRAME_OVERHEAD_BYTES + MAX_DATA_BYTES + reply_size_bytes
 _POLL_S: Final = 0.0002
 _OTHERS: Final = "see whether a second program or controller talks on this bus, or raise [arm] patience"
 _LATELY_NS: Final = 500_000_000
-"""So long after a reply that was not its module's what fails is laid to whoever sent it."""
+"""For so long after a reply that was not its module's, failures count as another sender's."""
 _ALL_ITEMS: Final = StatusItem(0xFF)
 _QUESTIONS: Final = (
     StatusItem.AUX,
@@ -102,7 +102,7 @@ class NmcBus:
         self.forgive()
 
     def forgive(self) -> None:
-        """Withdraws the demand for a new start; for whoever has just made one."""
+        """Withdraws the demand for a new start, after one."""
         self._failures.clear()
         self._late.clear()
         self._run = self._stray_run = 0
@@ -116,7 +116,7 @@ class NmcBus:
             write_unless_stuck(self._stream, _RESYNC)
             # A module may answer the frame that the zeros completed: wait that out, then flush it.
             self._sleep_s(self.timeout_s(len(_RESYNC) + reply_size_bytes(_ALL_ITEMS)))
-            # What comes after its time was up is a reply that nobody waited for any more.
+            # What comes after its time was up is a reply that was not waited for any more.
             if self._awaited is not None and (came or self._stream.in_waiting):
                 self._late[self._awaited] += 1
             self._awaited = None
@@ -126,7 +126,7 @@ class NmcBus:
         self._is_dirty = False
 
     def send_raw(self, data: bytes) -> None:
-        """Sends bytes to which nobody is to answer, and waits until they are out."""
+        """Sends bytes that get no answer, and waits until they are out."""
         try:
             write_unless_stuck(self._stream, data)
         except Exception as error:
@@ -187,7 +187,7 @@ class NmcBus:
         Raises:
             StateError: The bus demands a new start.
             SilentError: No reply as often in a row as the settings allow, or the port is gone.
-            GarbledError: As often a reply without sense, or bytes that nobody asked for.
+            GarbledError: As often a reply without sense, or bytes without a request.
             WiringError: What is sent comes back.
         """
         if self._demand is not None:

@@ -1,7 +1,7 @@
 """Replies: ``status | items | sum``, without header or address; only the mask gives the length. FACT: libnmc.
 
 The sum is weak: it finds every single corrupted byte, but lets through 1 in 256 of arbitrary corruptions, and a stuck
-line that reads as zeros carries the right sum. So a reply of zeros only is discarded as well, and whoever uses a
+line that reads as zeros carries the right sum. So a reply of zeros only is discarded as well, and a user of a
 position should ask whether the motor can have got there (CALC).
 """
 

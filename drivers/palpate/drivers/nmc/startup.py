@@ -1,6 +1,6 @@
 """Bringing the bus up: reset and address chain, or taking over modules that still run; then the baud rate.
 
-FACT (libnmc): 20 zeros, HARD_RESET to all twice, then SET_ADDR to address 0 with 1, 2, ... until nobody answers, each
+FACT (libnmc): 20 zeros, HARD_RESET to all twice, then SET_ADDR to address 0 with 1, 2, ... until no answer comes, each
 reply enabling the next module of the chain. Modules may still be at the rate of an earlier run, so the reset is sent
 at every known rate.
 """
@@ -174,7 +174,7 @@ def _nobody(bus: NmcBus) -> WiringError:
         rates = ", ".join(map(str, BAUD_DIVISORS))
         problem = f"no module answers at any of {rates} baud"
         return WiringError(DEVICE, problem, "check the port's name, the supply of the modules, and both pairs of wires")
-    problem = f"nobody takes an address at {POWER_UP_BAUD} baud, but somebody answers at {found}"
+    problem = f"no module takes an address at {POWER_UP_BAUD} baud, but one answers at {found}"
     return WiringError(DEVICE, problem, "switch the modules off and on: they have not obeyed the reset")
 
 

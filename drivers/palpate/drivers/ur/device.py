@@ -84,7 +84,7 @@ class UrArm(LatchingArm):
             self._fail(error)
             raise
         except (SilentError, WiringError):
-            # Nothing was under way: whoever enables wants it back.
+            # Nothing was under way: the connection is made again.
             seen = self._reach()
             self._judge_controller(seen)
             self._ask_tcp()
@@ -92,7 +92,7 @@ class UrArm(LatchingArm):
             zip(seen.q_rad, self.settings.lower_rad, self.settings.upper_rad, strict=True)
         ):
             if not low <= angle <= high:
-                problem = f"joint {i + 1} stands at {angle:.4f} rad, outside {low:.4f} to {high:.4f}"
+                problem = f"joint {i + 1} is at {angle:.4f} rad, outside {low:.4f} to {high:.4f}"
                 raise SettingError(NAME, problem, "move it back from the pendant")
         self._link.call("control", _PROGRAM_S, 1.0 / self.settings.watchdog_s)
         seen = self._fresh()

@@ -59,7 +59,7 @@ class Served:
                 self._control.stopScript()
 
     def _hear(self) -> bool:
-        """Do what is asked; of several set-points the newest. False when nobody is left to ask."""
+        """Do what is asked; of several set-points the newest. False when the other side has hung up."""
         joints_rad = None
         while True:
             try:

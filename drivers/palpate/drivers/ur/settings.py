@@ -59,7 +59,7 @@ class UrSettings:
 
 
 def require_version(hello: UrHello, host: str) -> None:
-    """Refuse software that nobody has tried."""
+    """Refuse software that has not been tried."""
     found = re.search(r"(\d+)\.(\d+)", hello.version)
     if found is None or int(found[1]) != 5 or int(found[2]) < 9:
         problem = f"the software of its controller at {host} is {hello.version!r}, untried"
@@ -68,7 +68,7 @@ def require_version(hello: UrHello, host: str) -> None:
 
 def require_sense(seen: UrState, before: UrState | None, host: str) -> None:
     """Refuse what no controller sends: a client that lost the beginning of its packages takes other bytes for them."""
-    # A controller that has started anew counts its time from zero.
+    # A controller that has started again counts its time from zero.
     elapsed_s = 0.0 if before is None else abs(seen.timestamp_s - before.timestamp_s)
     way_rad = 0.0 if before is None else max(abs(a - b) for a, b in zip(seen.q_rad, before.q_rad, strict=True))
     farthest_rad = max(map(abs, seen.q_rad))

@@ -22,7 +22,7 @@ from palpate.drivers.zebra_zero.servos import (
     setpoint,
     streaming_for,
 )
-from palpate.drivers.zebra_zero.settings import Streaming, ZebraZeroSettings
+from palpate.drivers.zebra_zero.settings import STOP_TIMEOUT_S, Streaming, ZebraZeroSettings
 from palpate.drivers.zebra_zero.tracking import Rounds, Setpoints, Tracking
 
 
@@ -92,7 +92,7 @@ class ZebraZero(LatchingArm):
         self._require("open()", ArmState.NEW)
         found = self._servos.attach()
         self.modules = check_modules(start(self._bus) if found is None else found)
-        self.streaming = streaming_for(self.modules, self.settings)
+        self.streaming = streaming_for(self.modules)
         self._tracking.begin_at(self._servos.meet())
         stored = None if self._store is None else self._store.load()
         if found is None or stored is None:
@@ -183,9 +183,7 @@ class ZebraZero(LatchingArm):
 
     def _halt(self) -> None:
         on = sorted(self._servos.on)
-        self.stopped = bring_to_rest(
-            self._bus, on, self.settings.stop_timeout_s, self._clock_ns, are_all=len(on) == JOINTS
-        )
+        self.stopped = bring_to_rest(self._bus, on, STOP_TIMEOUT_S, self._clock_ns, are_all=len(on) == JOINTS)
         if self.stopped is StopOutcome.AT_REST:
             self._rounds.look_once()
         elif self.fault is None and self.stopped is StopOutcome.LINE_DEAD:

@@ -28,7 +28,14 @@ from palpate.drivers.nmc import (
 )
 from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, SixCounts
 from palpate.drivers.zebra_zero.faults import ArmFaultError, FaultKind, fault_in
-from palpate.drivers.zebra_zero.settings import FIRMWARE_WITH_MOVING_TARGETS, REPLY_ITEMS, Streaming, ZebraZeroSettings
+from palpate.drivers.zebra_zero.settings import (
+    FIRMWARE_WITH_MOVING_TARGETS,
+    PROFILE_MARGIN,
+    REPLY_ITEMS,
+    STORED_TOLERANCE_COUNTS,
+    Streaming,
+    ZebraZeroSettings,
+)
 
 SMOOTH: Final = stop_motor(StopControl.AMP_ENABLE | StopControl.SMOOTH)
 ABRUPT: Final = stop_motor(StopControl.AMP_ENABLE | StopControl.ABRUPT)
@@ -58,7 +65,7 @@ def bring_to_rest(
 ) -> StopOutcome:
     """Stops the motors smoothly with their amplifiers on, and watches until they rest; abruptly after the time-out.
 
-    A line on which nobody answers is not waited for so long: the motors are told, and that is all there is to do.
+    A line without any answer is not waited for so long: the motors get the command, and no more can be done.
 
     Args:
         addresses: Modules whose servos are on. One that turns out to have switched itself off is left so: a stop
@@ -84,7 +91,7 @@ def bring_to_rest(
                     return StopOutcome.LINE_DEAD
             bus.wait_s(_POLL_S)
         if moving:
-            # Twice each, because the first may be what the line damages; nobody waits for their replies any more.
+            # Twice each, because the first may be what the line damages; their replies are not waited for.
             bus.broadcast(sorted(moving), ABRUPT)
     except DriverError:
         return StopOutcome.LINE_DEAD
@@ -127,10 +134,8 @@ def check_modules(modules: tuple[Module, ...]) -> tuple[Module, ...]:
     return modules
 
 
-def streaming_for(modules: tuple[Module, ...], settings: ZebraZeroSettings) -> Streaming:
-    """The way of streaming, decided by the firmware of the modules where the settings leave it open."""
-    if settings.streaming is not Streaming.BY_FIRMWARE:
-        return settings.streaming
+def streaming_for(modules: tuple[Module, ...]) -> Streaming:
+    """How set-points are streamed to these modules."""
     is_documented = all(module.identity.version == FIRMWARE_WITH_MOVING_TARGETS for module in modules)
     return Streaming.TRAPEZOID if is_documented else Streaming.STOP_HERE
 
@@ -176,7 +181,7 @@ class Servos:
         for axis in AXES:
             self._bus.require(axis, RESET_POS)
             found = _position(self._look(axis))
-            if abs(found) > self._settings.stored_tolerance_counts:
+            if abs(found) > STORED_TOLERANCE_COUNTS:
                 problem = f"motor {axis} counts {found} right after its counter was set to zero"
                 raise WiringError(DEVICE, problem, "see whether the arm moves, and whether the module is a servo")
 
@@ -247,8 +252,8 @@ class Servos:
     def _profile(self, axis: int, position_counts: int) -> NmcCommand:
         settings, limits = self._settings, self._settings.limits
         divisor = settings.gains.servo_rate_divisor
-        speeds = settings.transmission.motor_rates((settings.profile_margin * limits.velocity_rad_per_s,) * JOINTS)
-        rates = settings.transmission.motor_rates((settings.profile_margin * limits.acceleration_rad_per_s2,) * JOINTS)
+        speeds = settings.transmission.motor_rates((PROFILE_MARGIN * limits.velocity_rad_per_s,) * JOINTS)
+        rates = settings.transmission.motor_rates((PROFILE_MARGIN * limits.acceleration_rad_per_s2,) * JOINTS)
         return load_traj(
             _STREAMED,
             position_counts=position_counts,

@@ -106,18 +106,29 @@ FIRMWARE_WITH_MOVING_TARGETS: Final = 10
 
 
 class Streaming(enum.Enum):
-    """How set-points reach a motor.
+    """How set-points reach a motor; decided by the firmware of the modules.
 
     ``TRAPEZOID`` loads a new target position while the last is still being approached, so the firmware's own limits on
     velocity and acceleration stay in force. FACT: firmware 10 of the SC allows it; on a Logosol LS-173AP a new
     position during a motion is taken as an offset, and the arm goes astray. ``STOP_HERE`` sets the servo's position
     without a profile (FACT: Logosol, libnmc), which works on both but leaves only this driver's limits.
-    ``BY_FIRMWARE``, the default, takes the trapezoid only where every module has the firmware that is documented.
     """
 
-    BY_FIRMWARE = "by firmware"
     TRAPEZOID = "trapezoid"
     STOP_HERE = "stop here"
+
+
+RESERVE: Final = 0.1
+"""Share of the period that the bus must leave free."""
+LIMIT_TOLERANCE_RAD: Final = 0.02
+"""How far a measured pose may be beyond the limits before that is a fault."""
+STORED_TOLERANCE_COUNTS: Final = 200
+"""How far counters may be from the stored ones to be resumed."""
+PROFILE_MARGIN: Final = 1.25
+"""Factor of the firmware's own velocity and acceleration limits over those of the joints, so that a profile can catch
+up with its set-points."""
+STOP_TIMEOUT_S: Final = 1.0
+"""Time in which a stop must be seen to be over. CALC: 53 ms brake the highest velocity."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,14 +160,8 @@ class ZebraZeroSettings:
 
     Attributes:
         divider: Control ticks per ``cycle``; refused when the bus cannot carry that.
-        reserve: Share of the period that the bus must leave free.
         require_power: A module that reports no motor supply is a fault. INFERENCE: some amplifiers may not report it.
         use_limit_inputs: A limit input that is set is a fault. NOT FOUND whether the arm has limit switches.
-        limit_tolerance_rad: How far a measured pose may be beyond the limits before that is a fault.
-        stored_tolerance_counts: How far counters may be from the stored ones to be resumed.
-        profile_margin: Factor of the firmware's own velocity and acceleration limits over those of the joints, so
-            that a profile can catch up with its set-points.
-        stop_timeout_s: Time in which a stop must be seen to be over. CALC: 53 ms brake the highest velocity.
 
     Raises:
         SettingError: A value that cannot work.
@@ -167,25 +172,12 @@ class ZebraZeroSettings:
     transmission: Transmission = field(default_factory=Transmission)
     limits: JointLimits = field(default_factory=JointLimits)
     gains: ServoGains = field(default_factory=ServoGains)
-    streaming: Streaming = Streaming.BY_FIRMWARE
     divider: int = 3
-    reserve: float = 0.1
     require_power: bool = True
     use_limit_inputs: bool = True
-    limit_tolerance_rad: float = 0.02
-    stored_tolerance_counts: int = 200
-    profile_margin: float = 1.25
-    stop_timeout_s: float = 1.0
 
     def __post_init__(self) -> None:
-        checks = (
-            (0.0 <= self.reserve < 1.0, f"reserve = {self.reserve}", "0 to 1"),
-            (0.0 <= self.limit_tolerance_rad < 0.5, f"limit_tolerance_rad = {self.limit_tolerance_rad}", "0 to 0.5"),
-            (self.stored_tolerance_counts >= 0, f"{self.stored_tolerance_counts=}", "0 at least"),
-            (1.0 <= self.profile_margin <= 10.0, f"profile_margin = {self.profile_margin}", "1 to 10"),
-            (0.0 < self.stop_timeout_s <= 60.0, f"stop_timeout_s = {self.stop_timeout_s}", "up to 60"),
-            (self.bus.max_modules >= JOINTS, f"max_modules = {self.bus.max_modules}", f"{JOINTS} at least"),
-        )
+        checks = ((self.bus.max_modules >= JOINTS, f"max_modules = {self.bus.max_modules}", f"{JOINTS} at least"),)
         require_all(DEVICE, checks)
         self.budget().require(self.control_rate_Hz, self.divider)
 
@@ -198,4 +190,4 @@ class ZebraZeroSettings:
         """What one cycle with set-points for all axes costs; both ways of streaming cost the same."""
         line = SerialTiming(self.bus.baud, self.bus.adapter_latency_s, self.bus.turnaround_s)
         setpoint = stop_motor(StopControl.AMP_ENABLE | StopControl.HERE, 0)
-        return same_for_all(line, JOINTS, (exchange_size_bytes(setpoint, REPLY_ITEMS),), self.reserve)
+        return same_for_all(line, JOINTS, (exchange_size_bytes(setpoint, REPLY_ITEMS),), RESERVE)

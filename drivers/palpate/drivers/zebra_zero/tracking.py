@@ -10,7 +10,7 @@ from palpate.drivers.nmc import NOP, Aux, NmcBus, NmcCommand, NmcStatus, Reply
 from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, Six, SixCounts, six
 from palpate.drivers.zebra_zero.faults import ArmFaultError, FaultKind, fault_in
 from palpate.drivers.zebra_zero.servos import AXES, Servos
-from palpate.drivers.zebra_zero.settings import ZebraZeroSettings
+from palpate.drivers.zebra_zero.settings import LIMIT_TOLERANCE_RAD, STORED_TOLERANCE_COUNTS, ZebraZeroSettings
 
 _STILL: Final = six((0.0,) * JOINTS)
 
@@ -25,7 +25,6 @@ class Tracking:
 
     def __init__(self, settings: ZebraZeroSettings) -> None:
         self._transmission = settings.transmission
-        self._stored_tolerance_counts = settings.stored_tolerance_counts
         self._slack_counts = settings.gains.error_limit_counts
         rates = settings.transmission.motor_rates((settings.limits.velocity_rad_per_s,) * JOINTS)
         self._jump_counts_per_s = tuple(2.0 * rate for rate in rates)
@@ -56,7 +55,7 @@ class Tracking:
         if len(stored_counts) != JOINTS:
             return False
         pairs = zip(self._counts, stored_counts, strict=True)
-        return all(abs(a - b) <= self._stored_tolerance_counts for a, b in pairs)
+        return all(abs(a - b) <= STORED_TOLERANCE_COUNTS for a, b in pairs)
 
     def begin_at(self, counts: SixCounts) -> None:
         """Clears what was and begins at these counts, of which the time is unknown."""
@@ -164,7 +163,7 @@ class Rounds:
     def beyond_limits(self) -> ArmFaultError | None:
         """The fault that the newest pose is, or None."""
         position = self._tracking.position_rad
-        joint = self._settings.limits.outside(position, self._settings.limit_tolerance_rad)
+        joint = self._settings.limits.outside(position, LIMIT_TOLERANCE_RAD)
         if joint is None:
             return None
         return ArmFaultError(FaultKind.OUT_OF_LIMITS, None, f"joint {joint + 1} at {position[joint]:.4f} rad")

@@ -25,7 +25,7 @@ _TERMIOS2: Final = struct.Struct("=40xI")
 class PtyLine:
     """A raw pseudo-terminal; the device has the master, the host opens the slave's path.
 
-    The slave is kept open here too: a master whose slave nobody has open cannot be read, and a host may come and go.
+    The slave is kept open here too: a master whose slave is not open cannot be read, and a host may come and go.
     """
 
     def __init__(self, baud: int = 38400) -> None:
@@ -68,7 +68,7 @@ _WAKES_LATE_NS: Final = 60_000  # an ordinary kernel ends a sleep about that muc
 class PtyServer(Generic[Emulator]):
     """A thread that connects an emulator to a pseudo-terminal. A context manager: inside, it is plugged in.
 
-    Whoever wants to act on the device meanwhile does so within `exclusive()`.
+    Others act on the device within `exclusive()`.
     """
 
     def __init__(self, emulator: Emulator, timing: LineSpeed | None = None) -> None:

@@ -75,7 +75,7 @@ class Adapter:
 class SlcanServer:
     """Serves the adapter at the path `channel`, for drivers in this or another process, in a thread of its own.
 
-    Only that thread touches bus and nodes; whoever wants to act on them meanwhile hands in an `Action`. An adapter that
+    Only that thread touches bus and nodes; others hand in an `Action`. An adapter that
     is set to another bit rate than the bus exchanges nothing with it.
 
     Attributes:

@@ -182,7 +182,7 @@ class UrController:
         self.safety_mode, self.robot_mode = SafetyMode.ROBOT_EMERGENCY_STOP, RobotMode.POWER_OFF
 
     def release(self) -> None:
-        """The button is released; power and brakes are somebody's business at the pendant."""
+        """The button is released; power and brakes are switched on at the pendant."""
         self.safety_mode = SafetyMode.NORMAL
 
     def reboot(self) -> None:
