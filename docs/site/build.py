@@ -139,9 +139,9 @@ def write_pages(pages: Path) -> list[dict[str, object]]:
     known = {*first, *how_to, *decisions, *shown, "examples/index.md"}
     more = sorted(set(places.values()) - known)
     return [
-        {"To begin": [*first, "examples/index.md"]},
+        {"Start": [*first, "examples/index.md"]},
         {"How to": how_to},
-        {"To know": more},
+        {"Explanation and reference": more},
         {"Reference": [{root: found} for root, found in api.items()]},
         {"Decisions": decisions},
         {"Files": [{place.removesuffix(".md"): place} for place in shown]},
