@@ -20,7 +20,7 @@ help:
 	@echo "make test-fast  tests of the packages alone, under a minute"
 	@echo "make nightly what takes longer: learning curves, random parts, mutants, fuzzing, other versions; under an hour, resumable"
 	@echo "make coverage   lines and branches that the tests run, by package"
-	@echo "make lint    style, types and layering only"
+	@echo "make lint    style, words, types and layering only"
 	@echo "make docs    the documentation site in runs/site/html, strictly: a lost link or any other warning is an error"
 	@echo "make bench   costs of the framework next to their floors, under three minutes; figures also in $(BENCH)"
 	@echo "make bench-full  the same over 350 trials"
@@ -55,6 +55,7 @@ style: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/lint-imports
+	$(BIN)/python -m docs.site.vocabulary
 
 types: setup
 	$(BIN)/mypy

@@ -8,6 +8,7 @@ import pytest
 
 from docs.site import build
 from docs.site.links import in_repository, relinked
+from docs.site.vocabulary import found
 
 ROOT = Path(__file__).parents[2]
 
@@ -50,3 +51,15 @@ def test_without_the_extra_one_line_says_what_to_install(
     assert build.main() == 2
     assert "pip install -c constraints.txt -e '.[docs]'" in capsys.readouterr().err
     assert not (tmp_path / "site").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("It is\ntold `anew` so.", [(2, "told")]),
+        ("```\ntold\n```\nAnew, [nobody](beside-others.md)", [(4, "Anew"), (4, "nobody")]),
+        ("The manifold reports it.", []),
+    ],
+)
+def test_odd_word_is_found_outside_code_and_addresses(text: str, words: list[tuple[int, str]]) -> None:
+    assert [(line, word) for line, word, _ in found(text)] == words

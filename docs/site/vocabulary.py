@@ -1,0 +1,62 @@
+"""Find words in the documents for which the field has a standard term.
+
+Code, addresses and file names are not read: names in the program change there first. Words with a plain meaning as well
+(way, hand, over, led, gate, reach, rig) are left to the reader.
+"""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Final
+
+STANDARD: Final = {
+    r"told|tells|untold": "reported, prints, says, raises",
+    r"mend|mends|mended|anew": "fix; again",
+    r"nobody|somebody|whoever|whatever": "no one, or the real subject",
+    r"beside": "next to, in addition to, compared with",
+    r"held against|hold (it|them) against": "compared with, checked against",
+    r"in earnest|now and then|to and fro|all round": "for real; occasionally; back and forth; on all sides",
+    r"so many|so much|by so": "a number, a limit, up to",
+    r"comes to|came of|come of|of before|as it comes": "results in; outcome; previous; by default",
+    r"go on with|goes on with|gone on with|going on with": "resume, continue",
+    r"heave|heaves|liar|liars|sign of life|in doubt": "dither; undetected sensor fault; liveness check; mismatch",
+    r"borne|lean|leans|leaned|leaning|gives? way|gave way|giving way|led back": "supported; tilt; comply; moved back",
+    r"at rest|stands? still|standing still": "stationary",
+    r"foretells?|foretold|foresees?|reckons?|reckoned": "predict, compute",
+    r"comparators?|omniscient|strange|strangers?|stranger's": "baseline; oracle; third-party",
+    r"deadman|hindsight|touch model|stopwatch|blames?|blamed": "set-point time-out; episode outcome; contact model",
+    r"knobs?|oddity|oddities|lately|mishaps?|films?": "parameter; diagnostics; fault scenario; video",
+    r"be it|or it would": "a plain main clause",
+}
+"""Odd words, as regular expressions, and what the field says."""
+
+EXCEPTIONS: Final[dict[str, str]] = {}
+"""Beginnings of paths that are not read, and why."""
+
+SKIPPED: Final = re.compile(r"^```.*?^```|`[^`]*`|\]\([^)]*\)|<!-- fields -->.*<!-- end", re.DOTALL | re.MULTILINE)
+"""Blocks, code and addresses; the table of the job's fields is generated from the declarations."""
+
+
+def found(text: str) -> list[tuple[int, str, str]]:
+    """Return line number, word and standard term of every odd word in a page."""
+    plain = SKIPPED.sub(lambda match: "\n" * match.group().count("\n"), text)
+    return sorted(
+        (plain.count("\n", 0, match.start()) + 1, match.group(), standard)
+        for words, standard in STANDARD.items()
+        for match in re.finditer(rf"\b(?:{words})\b", plain, re.IGNORECASE)
+    )
+
+
+def main() -> int:
+    """Print what was found in all documents; return 1 where there is something."""
+    listed = subprocess.run(["git", "ls-files", "--", "*.md"], capture_output=True, text=True, check=True).stdout
+    pages = [page for page in listed.splitlines() if not page.startswith(tuple(EXCEPTIONS))]
+    odd = [(page, *one) for page in pages for one in found(Path(page).read_text(encoding="utf-8"))]
+    for page, line, word, standard in odd:
+        sys.stderr.write(f"{page}:{line}: {word!r}; the field says: {standard}\n")
+    return 1 if odd else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
