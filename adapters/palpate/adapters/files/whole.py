@@ -110,20 +110,8 @@ def write_whole(path: Path, content: str | bytes, *, durable: bool = True) -> No
         durable: Whether it must outlast a power cut from the moment this returns. Waiting for the disk takes
             milliseconds; without it a power cut may leave the old file, but a killed process never leaves half of one.
     """
-    passing = _passing_name(path)
-    try:
-        with _naming(path), open(passing, "wb") as stream:
-            stream.write(content.encode("utf-8") if isinstance(content, str) else content)
-            if durable:
-                stream.flush()
-                os.fsync(stream.fileno())
-        with _naming(path):
-            os.replace(passing, path)
-            if durable:
-                _sync(passing.parent)
-    finally:
-        with suppress(OSError):
-            _remove(passing)
+    with _renamed(path, durable=durable) as passing:
+        passing.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
 
 
 @contextmanager
@@ -135,17 +123,27 @@ def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
         OSError: It cannot be written there.
     """
     _require_free(path, flag)
+    with _renamed(path) as passing:
+        yield passing
+        # Once more, because writing takes a while.
+        _require_free(path, flag)
+
+
+@contextmanager
+def _renamed(path: Path, *, durable: bool = True) -> Iterator[Path]:
+    """Gives another name next to ``path``; on a good end what is there is renamed, on a bad one removed."""
     passing = _passing_name(path)
     try:
         with _naming(path):
             yield passing
-            # Once more, because writing takes a while.
-            _require_free(path, flag)
-            _sync(passing)
+            if durable:
+                _sync(passing)
             os.replace(passing, path)
-            _sync(passing.parent)
+            if durable:
+                _sync(passing.parent)
     finally:
-        _remove(passing)
+        with suppress(OSError):
+            _remove(passing)
 
 
 @contextmanager

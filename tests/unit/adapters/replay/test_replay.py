@@ -1,4 +1,4 @@
-"""Every output of the core is held against the log: whatever is altered by one bit is found, at the right place."""
+"""Every output of the core is compared with the log: whatever is altered by one bit is found, at the right place."""
 
 import json
 import re
@@ -13,7 +13,7 @@ import pytest
 import palpate.core.control_loop as control_loop
 from palpate.adapters.log import RawMessage
 from palpate.adapters.replay.batch import exit_code, replay_file
-from palpate.adapters.replay.differences import Difference
+from palpate.adapters.replay.differences import Difference, close_enough, same_bits
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.motion.laws import DampingControl
@@ -321,3 +321,18 @@ def test_observers_that_are_told_of_another_port_or_of_no_beginning(
     assert diverged(replay_file(golden_here("encoders-gone"), Rebuilder())).field == "port"
     monkeypatch.setattr(control_loop, "_listeners", lambda observers, event: ())
     assert diverged(replay_file(golden_here("straight-in"), Rebuilder())).channel == "/start"
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "close"),
+    [(1.0, 1.0 + 1e-10, True), (1.0, 1.0 + 1e-8, False), (0.0, 1e-13, True), (0.0, 1e-9, False)],
+)
+def test_what_another_processor_may_do(a: float, b: float, close: bool) -> None:
+    assert close_enough(a, b) is close
+
+
+def test_bits_are_compared_not_values() -> None:
+    nan = float("nan")
+    assert same_bits((nan,), (nan,))
+    assert not same_bits((0.0,), (-0.0,))
+    assert not same_bits((0.0,), (0.0, 0.0))
