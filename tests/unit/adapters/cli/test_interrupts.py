@@ -125,6 +125,7 @@ def test_ctrl_c_again_and_again_leaves_one_line_and_a_log_that_replays(
     part, *rest = (line for line in done.stderr.splitlines() if line)
     assert "radial clearance" in part
     assert rest == ["palpate: stopped at once; what was finished is kept"]
+    monkeypatch.setattr(TrialRecorder, "fail", fail_once)
     logs = sorted((tmp_path / "run/logs").glob("*.mcap"))
     assert f"{len(logs)} of {len(logs)} equal" in palpate.succeed("replay", *logs, "--jobs", 1)
 

@@ -102,7 +102,7 @@ def one_value(made: Any) -> None:
         ("/end", 0, said(text="all well"), "text"),
         ("/end", 0, said(raised_by="core"), "raised_by"),
         ("/end", 0, said(outcome="inserted"), "outcome"),
-        ("/end", 0, said(outcome="", error="KeyboardInterrupt", raised_by="outside"), "outcome"),
+        ("/end", 0, said(outcome="", error="KeyboardInterrupt", raised_by="outside"), "error"),
         ("/end", 0, said(success=True), "success"),
         ("/end", 0, lambda made: made.ClearField("success"), "success"),
         ("/end", 0, said(ticks=3), "ticks"),
