@@ -348,7 +348,6 @@ class _OnRequest(can.Listener):
 
 def test_budget_of_six_drives() -> None:
     assert bits_per_cycle(6) == 6 * (115 + 125) + 55
-    assert bits_per_cycle(6, stuffed=False) == 6 * (95 + 103) + 47
     budget = bus_budget(6, 1_000_000, 0.05)
     # 80 % of the bus, less seven heartbeats of 65 bits twenty times a second.
     assert budget.max_rate_Hz == pytest.approx((800_000 - 7 * 65 * 20) / 1495)

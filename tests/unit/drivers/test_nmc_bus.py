@@ -128,20 +128,10 @@ def test_two_failures_in_a_row_demand_a_new_start(line, bus, change, error):
     assert isinstance(bus.exchange(1, NOP), Reply)
 
 
-def test_replies_that_come_too_late_are_late_and_not_missing(line, bus):
-    line.mangle = lambda reply: [(bus.timeout_s(30) + 0.004, reply)]
-    assert bus.exchange(1, NOP) is None
-    with pytest.raises(LateError, match="; 1 of them were answered too late; end other work"):
-        bus.exchange(1, NOP)
-
-
-def test_failures_after_a_reply_of_another_module_are_garbled(line, bus):
+def test_disowned_reply_is_counted(line, bus):
     bus.exchange(3, NOP)
     bus.disown(3)
     assert bus.errors[f"module 3: {Discarded.ANOTHER.value}"] == 1
-    line.mangle = lambda reply: [(0.03, reply)]
-    with pytest.raises(GarbledError, match=r"module 3.*as in another module's reply; see whether a second program"):
-        bus.exchange(3, NOP)
 
 
 def test_replies_later_than_any_flush_are_late_too(line, bus):

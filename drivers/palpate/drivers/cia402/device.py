@@ -7,7 +7,6 @@ One thread uses an arm. What the drives say comes in through the receive thread 
 import contextlib
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from typing_extensions import override
@@ -29,18 +28,6 @@ from palpate.drivers.device import (
     require_angles,
 )
 from palpate.drivers.errors import DriverError, LateError, SilentError, StateError
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DrivesMeasured(Measured):
-    """What one cycle found; ``time_ns`` is when the SYNC went out and the drives sampled.
-
-    Attributes:
-        states: The state that each drive reports; None where its statusword fits no pattern.
-    """
-
-    states: tuple[DriveState | None, ...]
-
 
 _CONTROLWORD: Final = {
     ArmState.CONFIGURED: Controlword.DISABLE_VOLTAGE,
@@ -148,7 +135,7 @@ class Cia402Arm(LatchingArm):
         most_rad = [joint.velocity_rad_per_s * step_s for joint in joints]
         return held_back(asked_rad, within_rad, self._reference_rad, most_rad)
 
-    def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> DrivesMeasured:
+    def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
         """One cycle: write set-points, send SYNC, wait for the drives' answers.
 
         The set-point takes effect at this SYNC, and the angles are those of the same moment, so they do not depend
@@ -252,11 +239,10 @@ class Cia402Arm(LatchingArm):
             raise SilentError("arm", "not every drive has told its position", "check the bus")
         return tuple(known)
 
-    def _measured(self, applied: Applied | None) -> DrivesMeasured:
+    def _measured(self, applied: Applied | None) -> Measured:
         views = self._exchange.views
-        return DrivesMeasured(
+        return Measured(
             position_rad=self._positions_rad(),
-            states=tuple(view.state for view in views),
             is_fresh=tuple(view.missed_in_a_row == 0 for view in views),
             time_ns=self._exchange.sync_ns,
             applied=applied,

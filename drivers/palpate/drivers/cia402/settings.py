@@ -18,21 +18,14 @@ HIGHEST_LOAD: Final = 0.8
 """Share of the bus that cyclic frames may fill: SDO answers and repeated frames need the rest. A choice."""
 
 
-def frame_bits(data_bytes: int, *, stuffed: bool = True) -> int:
-    """Bits of one data frame with an 11-bit identifier, interframe space included.
-
-    Args:
-        data_bytes: Payload, 0 to 8.
-        stuffed: Count the worst case of stuff bits.
-    """
-    stuffing = (33 + 8 * data_bytes) // 4 if stuffed else 0
-    return 47 + 8 * data_bytes + stuffing
+def frame_bits(data_bytes: int) -> int:
+    """Bits of one data frame with an 11-bit identifier at worst, interframe space included."""
+    return 47 + 8 * data_bytes + (33 + 8 * data_bytes) // 4
 
 
-def bits_per_cycle(drives: int, *, stuffed: bool = True) -> int:
+def bits_per_cycle(drives: int) -> int:
     """Bits of the RPDOs, the SYNC and the TPDOs of one cycle."""
-    both = sum(frame_bits(size, stuffed=stuffed) for size in (RPDO.size, TPDO.size))
-    return drives * both + frame_bits(0, stuffed=stuffed)
+    return drives * (frame_bits(RPDO.size) + frame_bits(TPDO.size)) + frame_bits(0)
 
 
 def bus_budget(drives: int, bitrate: int, heartbeat_s: float) -> BusBudget:

@@ -29,8 +29,6 @@ _RESYNC: Final = bytes(30)
 _LONGEST_BYTES: Final = FRAME_OVERHEAD_BYTES + MAX_DATA_BYTES + reply_size_bytes(StatusItem(0xFF))
 _POLL_S: Final = 0.0002
 _OTHERS: Final = "see whether a second program or controller talks on this bus, or raise [arm] patience"
-_LATELY_NS: Final = 500_000_000
-"""For so long after a reply that was not its module's, failures count as another sender's."""
 _ALL_ITEMS: Final = StatusItem(0xFF)
 _QUESTIONS: Final = (
     StatusItem.AUX,
@@ -71,11 +69,9 @@ class NmcBus:
         self._masks: dict[int, StatusItem] = {}
         self._failures: defaultdict[int, int] = defaultdict(int)
         self._run = self._stray_run = 0
-        self._late: defaultdict[int, int] = defaultdict(int)
-        self._awaited: int | None = None
         self._demand: str | None = None
         self._is_dirty = True
-        self._asked, self._disowned_ns = 0, -_LATELY_NS
+        self._asked = 0
         self.line = SerialTiming(POWER_UP_BAUD, settings.adapter_latency_s, settings.turnaround_s)
 
     def timeout_s(self, size_bytes: int) -> float:
@@ -104,22 +100,16 @@ class NmcBus:
     def forgive(self) -> None:
         """Withdraws the demand for a new start, after one."""
         self._failures.clear()
-        self._late.clear()
         self._run = self._stray_run = 0
         self._demand = None
 
     def resync(self) -> None:
         """Flushes the line and completes any frame that a module may still be waiting for."""
         try:
-            came = self._stream.in_waiting
             self._stream.reset_input_buffer()
             write_unless_stuck(self._stream, _RESYNC)
             # A module may answer the frame that the zeros completed: wait that out, then flush it.
             self._sleep_s(self.timeout_s(len(_RESYNC) + reply_size_bytes(_ALL_ITEMS)))
-            # What comes after its time was up is a reply that was not waited for any more.
-            if self._awaited is not None and (came or self._stream.in_waiting):
-                self._late[self._awaited] += 1
-            self._awaited = None
             self._stream.reset_input_buffer()
         except Exception as error:
             raise self._gone(error) from error
@@ -199,17 +189,12 @@ class NmcBus:
         if isinstance(result, Reply):
             return result
         if max(self._failures[address], self._run) >= allowed:
-            if self._clock_ns() - self._disowned_ns < _LATELY_NS:
-                problem = (
-                    f"{allowed} failures in a row, the last: {result.value}; before that {Discarded.ANOTHER.value}"
-                )
-                raise self._stop(GarbledError(f"NMC module {address}", problem, _OTHERS))
-            raise self._stop(_error(address, result, allowed, sum(self._late.values())))
+            raise self._stop(_error(address, result, allowed))
         return None
 
     def disown(self, address: int) -> None:
         """Say that the reply just accepted cannot be this module's: the line is out of step, and is brought back."""
-        self._is_dirty, self._disowned_ns = True, self._clock_ns()
+        self._is_dirty = True
         self._note(address, NOP, Discarded.ANOTHER)
 
     def require(self, address: int, command: NmcCommand) -> Reply:
@@ -275,17 +260,13 @@ class NmcBus:
         self.exchanges += 1
         if isinstance(result, Reply):
             self._is_dirty = False
-            self._failures[address] = self._late[address] = self._run = 0
+            self._failures[address] = self._run = 0
             if command.code is Code.DEF_STAT:
                 self._masks[address] = StatusItem(command.data[0])
             return
         self.errors[f"module {address}: {result.value}"] += 1
         self._failures[address] += 1
         self._run += 1
-        if result in (Discarded.LATE, Discarded.TOGETHER):
-            self._late[address] += 1
-        else:
-            self._awaited = address
 
     def _stop(self, error: DriverError) -> DriverError:
         self._demand = error.problem
@@ -301,16 +282,13 @@ class NmcBus:
         return SilentError(DEVICE, self._demand, "plug the serial adapter in and open the port again")
 
 
-def _error(address: int, reason: Discarded, times: int, late: int) -> DriverError:
+def _error(address: int, reason: Discarded, times: int) -> DriverError:
     device, problem = f"NMC module {address}", f"{times} failures in a row, the last: {reason.value}"
     if reason is Discarded.ECHO:
         return WiringError(device, problem, "connect both pairs of the full-duplex bus, without loop or local echo")
-    if reason is Discarded.TOGETHER:
-        remedy = "see what keeps replies back: the USB adapter and its latency timer, or other work on this computer"
-        return LateError(device, problem, remedy)
-    if late and reason in (Discarded.MISSING, Discarded.SHORT, Discarded.LATE):
+    if reason in (Discarded.TOGETHER, Discarded.LATE):
         remedy = "end other work on this computer, lower the USB adapter's latency timer, or raise [arm] patience"
-        return LateError(device, f"{problem}; {late} of them were answered too late", remedy)
+        return LateError(device, problem, remedy)
     if reason is Discarded.MISSING:
-        return SilentError(device, problem, "check its supply and cable; a module that was reset needs a new start")
+        return SilentError(device, problem, "check its supply and cable, and the USB adapter's latency timer")
     return GarbledError(device, problem, "check cable, termination and grounding, or choose a lower baud rate")
