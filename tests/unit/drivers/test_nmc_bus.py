@@ -73,18 +73,6 @@ def test_bad_reply_is_counted_and_the_next_exchange_is_clean(line, bus, change, 
     assert bus.errors - before == {f"module 2: {reason.value}": 1}
 
 
-def test_late_reply_is_not_taken_for_the_next_ones(line, bus):
-    """The late reply of module 2 arrives while the line is being flushed, whenever that is."""
-    for delay_ms in range(20, 44, 2):
-        line.modules[1].counts = line.modules[1].target = 222
-        once(line, lambda reply, delay_ms=delay_ms: [(delay_ms * 1e-3, reply)])
-        first = bus.attempt(2, NOP)
-        second = bus.attempt(3, NOP)
-        assert isinstance(first, Discarded) or first.position_counts == 222
-        assert isinstance(second, Reply)
-        assert second.position_counts == 0
-
-
 def test_after_a_stall_of_any_length_no_reply_is_taken_for_another_modules(line, bus):
     """A converter or its computer hands over late, and in order: that lasted longer than the line is flushed."""
     for number, module in enumerate(line.modules, start=1):
@@ -132,14 +120,6 @@ def test_disowned_reply_is_counted(line, bus):
     bus.exchange(3, NOP)
     bus.disown(3)
     assert bus.errors[f"module 3: {Discarded.ANOTHER.value}"] == 1
-
-
-def test_replies_later_than_any_flush_are_late_too(line, bus):
-    end_ns = line.clock.ns + 70_000_000
-    line.mangle = lambda reply: [(max(end_ns - line.clock.ns, 0) * 1e-9, reply)]
-    assert bus.exchange(1, NOP) is None
-    with pytest.raises(LateError, match="two replies at once, of which one was kept back"):
-        bus.exchange(2, NOP)
 
 
 @pytest.mark.parametrize("newest_first", [True, False])

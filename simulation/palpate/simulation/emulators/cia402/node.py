@@ -2,8 +2,8 @@
 
 It stands for a modern refit: there is no evidence that any Zebra Zero had such drives.
 
-Identifiers and NMT codes are standard knowledge (CiA 301, predefined connection set). Process data are synchronous
-only: RPDOs act at the next SYNC (types 0 to 240) or at once (254, 255), TPDOs are sent at every n-th SYNC (1 to 240).
+Identifiers and NMT codes are standard knowledge (CiA 301, predefined connection set). Process data are the first RPDO,
+which acts at the next SYNC, and the first TPDO, which is sent at each; the others can be switched off.
 """
 
 import enum
@@ -26,8 +26,6 @@ _EMCY: Final = struct.Struct("<HB5s")
 _SDO_BYTES: Final = 8
 _MS: Final = 1_000_000
 _BOOT_NS: Final = 10 * _MS
-_PDOS: Final = 4
-_SLOWEST_SYNC_TYPE: Final = 240
 _STAY_OPTIONS: Final = (5, 6, 7, 8)
 _QUICK_STOP_WORD: Final = 0x0002
 
@@ -103,15 +101,14 @@ class CanopenDrive(CanNode):
         self._ready_ns = now_ns + _BOOT_NS
         self._next_heartbeat_ns = 0
         self._host_heard_ns: int | None = None
-        self._syncs = 0
-        self._pending: dict[int, bytes] = {}
+        self._pending: bytes | None = None
         self._choose_concerns()
 
     def _choose_concerns(self) -> None:
         # A bus of six drives carries mostly frames for the other five, and each would cost a step of the servo.
         host = 0x700 + (self.objects.sub(od.CONSUMER_HEARTBEAT, 1) >> 16 & 0x7F)
-        rpdos = (self.objects.sub(od.RPDO_SETTINGS + pdo, 1) for pdo in range(_PDOS))
-        self._concerns = frozenset((0x000, _SYNC, 0x600 + self.node, host, *rpdos))
+        rpdo = self.objects.sub(od.RPDO_SETTINGS, 1)
+        self._concerns = frozenset((0x000, _SYNC, 0x600 + self.node, host, rpdo))
 
     def _pass_time(self, now_ns: int) -> None:
         if self._now_ns is None:
@@ -179,7 +176,7 @@ class CanopenDrive(CanNode):
             if identifier == _SYNC:
                 self._sync()
             else:
-                self._take_rpdo(identifier, data)
+                self._pending = data
 
     def _command_nmt(self, command: int, now_ns: int) -> None:
         if command in _NMT_RESETS:
@@ -195,16 +192,8 @@ class CanopenDrive(CanNode):
             # Monitoring begins with the first heartbeat after this.
             self._host_heard_ns = None
 
-    def _take_rpdo(self, identifier: int, data: bytes) -> None:
-        for pdo in range(_PDOS):
-            if self.objects.sub(od.RPDO_SETTINGS + pdo, 1) == identifier:
-                if self.objects.sub(od.RPDO_SETTINGS + pdo, 2) <= _SLOWEST_SYNC_TYPE:
-                    self._pending[pdo] = data
-                else:
-                    self._apply(pdo, data)
-
-    def _apply(self, pdo: int, data: bytes) -> None:
-        entries = self.objects.mapped(od.RPDO_MAPPING + pdo)
+    def _apply(self, data: bytes) -> None:
+        entries = self.objects.mapped(od.RPDO_MAPPING)
         if len(data) < sum(entry.size for entry in entries):
             return
         at = 0
@@ -223,15 +212,12 @@ class CanopenDrive(CanNode):
         self.objects[od.STATUSWORD] = self.machine.statusword
 
     def _sync(self) -> None:
-        self._syncs += 1
-        for pdo in range(_PDOS):
-            identifier, kind = (self.objects.sub(od.TPDO_SETTINGS + pdo, sub) for sub in (1, 2))
-            if not identifier & od.PDO_INVALID and 1 <= kind <= _SLOWEST_SYNC_TYPE and self._syncs % kind == 0:
-                data = b"".join(entry.encode() for entry in self.objects.mapped(od.TPDO_MAPPING + pdo))
-                self._send(identifier, data)
-        pending, self._pending = self._pending, {}
-        for pdo, data in pending.items():
-            self._apply(pdo, data)
+        identifier = self.objects.sub(od.TPDO_SETTINGS, 1)
+        if not identifier & od.PDO_INVALID:
+            self._send(identifier, b"".join(entry.encode() for entry in self.objects.mapped(od.TPDO_MAPPING)))
+        pending, self._pending = self._pending, None
+        if pending is not None:
+            self._apply(pending)
         if self.machine.state is PowerState.ENABLED:
             self._servo.retarget()
 

@@ -106,9 +106,13 @@ class ObjectDictionary:
             (0x6502, 0): Entry(_OFFERS_CSP, 4),
         }
         for pdo in range(_PDOS):
-            # Switched on after power-up, as many makers do, with a mapping that no arm uses.
-            self._add_pdo(RPDO_SETTINGS + pdo, RPDO_MAPPING + pdo, 0x200 + 0x100 * pdo + node, CONTROLWORD)
-            self._add_pdo(TPDO_SETTINGS + pdo, TPDO_MAPPING + pdo, 0x180 + 0x100 * pdo + node, STATUSWORD)
+            # Switched on after power-up, as many makers do.
+            self._add_pdo(RPDO_SETTINGS + pdo, 0x200 + 0x100 * pdo + node)
+            self._add_pdo(TPDO_SETTINGS + pdo, 0x180 + 0x100 * pdo + node)
+        for mapping, mapped in ((RPDO_MAPPING, CONTROLWORD), (TPDO_MAPPING, STATUSWORD)):
+            self._entries[mapping, 0] = Entry(1, 1, writable=True)
+            for sub in range(1, _MAPPED + 1):
+                self._entries[mapping, sub] = Entry(mapped << 16 | 0x10 if sub == 1 else 0, 4, writable=True)
 
     def __getitem__(self, index: int) -> int:
         return self._entries[index, 0].value
@@ -140,7 +144,7 @@ class ObjectDictionary:
         if len(data) != entry.size:
             raise SdoAbortedError(ABORT_LENGTH)
         value = int.from_bytes(data, "little", signed=entry.signed)
-        if RPDO_MAPPING <= index < RPDO_MAPPING + _PDOS or TPDO_MAPPING <= index < TPDO_MAPPING + _PDOS:
+        if index in (RPDO_MAPPING, TPDO_MAPPING):
             self._check_mapping(index, subindex, value)
         if index == MODE and value not in (_NO_MODE, CSP):
             raise SdoAbortedError(ABORT_VALUE)
@@ -170,12 +174,9 @@ class ObjectDictionary:
         if target is None or not target.mappable or target.size * 8 != value & 0xFF:
             raise SdoAbortedError(ABORT_NOT_MAPPABLE)
 
-    def _add_pdo(self, settings: int, mapping: int, identifier: int, mapped: int) -> None:
+    def _add_pdo(self, settings: int, identifier: int) -> None:
         self._entries |= {
             (settings, 0): Entry(2, 1),
             (settings, 1): Entry(identifier, 4, writable=True),
             (settings, 2): Entry(1, 1, writable=True),
-            (mapping, 0): Entry(1, 1, writable=True),
         }
-        for sub in range(1, _MAPPED + 1):
-            self._entries[mapping, sub] = Entry(mapped << 16 | 0x10 if sub == 1 else 0, 4, writable=True)
