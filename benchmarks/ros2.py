@@ -25,7 +25,7 @@ from palpate.adapters.config import DeviceEntry, RealTimeConfig
 from palpate.adapters.hardware.arm_client import ArmClient, arm_in_process
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.plugins import RigContext, force_sensor_maker
-from palpate.adapters.hardware.real_time import RealTime
+from palpate.adapters.hardware.real_time import RealTime, take_real_time
 from palpate.core.errors import PalpateError
 from palpate.core.ports import CONTROL_RATE_HZ, JointCommand, JointVector
 from palpate.simulation.emulators.ros2 import Ros2Robot, Ros2Server
@@ -34,6 +34,7 @@ HOME: JointVector = (0.1, -1.2, 1.3, -1.6, -1.5, 0.2)
 NAMES = ("pan", "lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 SPEED_RAD_S, STEP_RAD = 0.5, 1e-7
 ALLOWED_MS = 100.0
+EMULATED_PRIORITY = 30
 NS = 10**9
 
 
@@ -57,6 +58,9 @@ class Robot(Ros2Robot):
 @contextmanager
 def bench(robot: Robot, rt: bool) -> Iterator[tuple[Ros2Server, ArmClient, RigContext]]:
     begun_ns = time.monotonic_ns()
+    if rt:
+        # The emulated robot's threads inherit it.
+        take_real_time(EMULATED_PRIORITY)
     with Ros2Server(robot, lambda now_ns: ((now_ns - begun_ns) * 1e-9, 0.0, 0.0, 0.0, 0.0, begun_ns * 1e-9)) as server:
         context = RigContext.of("ur5e", MonotonicClock())
         settings = {
@@ -110,7 +114,7 @@ def stops(times: int, rt: bool, *, velocities: bool) -> None:
             arm.activate()
             goal, sign = arm.read().position_rad, 1 if trial % 2 else -1
             killed_ns, after = 0, rng.randrange(40, 80)
-            with suppress(PalpateError):
+            with suppress(PalpateError), RealTime(RealTimeConfig(scheduling=rt)) as granted, granted.loop():
                 for tick in ticks(clock, 400):
                     if tick == after:
                         os.kill(arm_number(), 9)
