@@ -99,11 +99,8 @@ class VirtualLink(Ros2Link):
     def subscribers(self) -> int:
         return int(self.domain.robot.is_active)
 
-    def offered(self) -> list[tuple[str, str]]:
-        return self.domain.seen[0]
-
-    def requested(self) -> list[tuple[str, str]]:
-        return self.domain.seen[1]
+    def endpoints(self, topic: str) -> list[tuple[str, str]]:
+        return self.domain.seen[topic == self.writes]
 
     def wall_ns(self) -> int:
         return self.domain.stamp_ns + self.domain.clock.now_ns()

@@ -12,7 +12,16 @@ from typing import Any
 import pytest
 
 from palpate.drivers.errors import DriverError
-from palpate.drivers.ros2 import JOINT_STATE, WRENCH, Ros2Arm, Ros2ArmSettings, Ros2Link, Ros2Network, Ros2Wrench
+from palpate.drivers.ros2 import (
+    JOINT_STATE,
+    WRENCH,
+    Ros2Arm,
+    Ros2ArmSettings,
+    Ros2Link,
+    Ros2Network,
+    Ros2Wrench,
+    await_publisher,
+)
 from palpate.simulation.emulators.ros2 import Ros2Robot, Ros2Server
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
@@ -86,9 +95,11 @@ def lead(arm: Ros2Arm, ticks: int) -> tuple[float, ...]:
 
 
 def test_rclpy_robot_is_driven_until_it_leaves(distribution: str) -> None:
-    wrench = Ros2Wrench(link(DOMAINS[distribution], "/force_torque_sensor_broadcaster/wrench", WRENCH), "tool0")
+    way = link(DOMAINS[distribution], "/force_torque_sensor_broadcaster/wrench", WRENCH)
+    wrench = Ros2Wrench(way, "tool0")
     with peer(distribution, "robot", DOMAINS[distribution]) as robot, opened(DOMAINS[distribution]) as arm:
-        wrench.open(10.0, time.sleep)
+        way.open()
+        await_publisher(way, 10.0, time.sleep)
         arm.enable()
         goal = lead(arm, 140)
         wrench.poll(time.monotonic_ns())
@@ -96,14 +107,17 @@ def test_rclpy_robot_is_driven_until_it_leaves(distribution: str) -> None:
         assert wrench.latest is not None
         assert wrench.latest.force_N == (0.0, 0.0, -5.0)
         assert str(wrench.latest.torque_Nm[0]) == "-0.0"
-        time.sleep(0.1)
-        assert arm.cycle().position_rad == pytest.approx(goal)
+        for _ in range(200):
+            # A robot that comes late is waited for.
+            found = arm.cycle(goal).position_rad
+            time.sleep(0.01)
+        assert found == pytest.approx(goal)
         seen = robot.ended()
         assert seen["commands"] >= 140
         assert seen["last"] == pytest.approx(goal)
         with pytest.raises(DriverError, match="nobody subscribes to /forward_position_controller/commands"):
             lead(arm, 300)
-    wrench._link.close()
+    way.close()
 
 
 def test_subscriber_that_wants_another_quality_of_service_is_named(distribution: str) -> None:

@@ -41,6 +41,8 @@ _CLOSE_NS: Final = 10 * _NS
 _HANGS_NS: Final = 2 * _NS // 5
 """A process that has not looked for so much longer than the set-point time-out counts as hanging: a cycle on a line
 that does not answer may take a while."""
+_LATE_NS: Final = 40_000_000
+"""A process that has not looked for so long is late, or killed: an arm that nothing else stops is held meanwhile."""
 _LEFT: Final = "what stops the arm now is its drives' own time-outs; switch the arm off if it moves"
 
 
@@ -70,6 +72,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         self._limiter = CommandLimiter(limits.lower_rad, limits.upper_rad, limits.velocity_rad_s, CONTROL_RATE_HZ)
         self._host: ArmProcess | None = None
         self._stand_by: StandBy | None = None
+        self._held_beat_ns = 0
         self._status = ArmStatus()
         self._sent = self._requests = 0
         self._stopped = False
@@ -279,17 +282,25 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
             self._bury(host)
         elif silent_ns > self._silence_ns and self._life is Life.ACTIVE:
             self._bury(host, f"has not run for {silent_ns * 1e-6:.0f} ms, stopped or hanging in its driver")
+        elif silent_ns > _LATE_NS and host.memory.beat_ns != self._held_beat_ns:
+            # What was killed takes a while to be gone. One that is late goes on from where the arm was held.
+            self._held_beat_ns = host.memory.beat_ns
+            self._hold()
 
     def _bury(self, host: ArmProcess, cause: str = "") -> None:
         """Have nothing to do with it any more: one that would go on later must not move the arm again."""
         if self._host is host:
             self._host = None
             end = host.kill()
-            if self._stand_by is not None and self._life is Life.ACTIVE and not self.listens:
-                with suppress(DeviceError):
-                    self._stand_by.hold(self._where())
+            self._hold()
             self._last_words = f"the arm's process {cause or end}; {_LEFT}"
             self._latch(self._last_words)
+
+    def _hold(self) -> None:
+        """Hold an arm that moves, where its controller goes on without commands."""
+        if self._stand_by is not None and self._life is Life.ACTIVE and not self._stopped and not self.listens:
+            with suppress(DeviceError):
+                self._stand_by.hold(self._where())
 
     def _stand_down(self) -> None:
         stand_by, self._stand_by = self._stand_by, None

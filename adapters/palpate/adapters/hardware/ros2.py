@@ -23,6 +23,7 @@ from palpate.drivers.ros2 import (
     Ros2Link,
     Ros2Network,
     Ros2Wrench,
+    await_publisher,
     held,
 )
 
@@ -135,9 +136,7 @@ def ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], Ros2Li
         raise ConfigurationError("arm.joints", joints, accepted)
     velocities = table.mode == _VELOCITIES
     if velocities and not table.stops_without_commands:
-        accepted = (
-            "positions; velocities only with stops_without_commands = true, for the controller keeps the last one"
-        )
+        accepted = "positions; velocities only with stops_without_commands = true: the controller keeps the last"
         raise ConfigurationError("arm.mode", table.mode, accepted)
     settings = Ros2ArmSettings(
         joints=joints, lower_rad=context.lower_rad, upper_rad=context.upper_rad,
@@ -169,9 +168,9 @@ class Ros2ForceSensor(PolledForceSensor[Ros2Wrench]):
     def _connect(self) -> None:
         way = self._link()
         self._close_wire = way.close
-        device = Ros2Wrench(way, self._table.frame, self._table.sign)
-        device.open(self._start_timeout_s, sleeping(self._clock))
-        self.device = device
+        way.open()
+        await_publisher(way, self._start_timeout_s, sleeping(self._clock))
+        self.device = Ros2Wrench(way, self._table.frame, self._table.sign)
 
     @override
     def _leave(self, device: Ros2Wrench) -> None:

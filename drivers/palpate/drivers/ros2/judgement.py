@@ -108,7 +108,7 @@ def require_one_publisher(link: Ros2Link) -> None:
 
 def nobody_publishes(link: Ros2Link) -> DriverError:
     """The error where no publisher fits."""
-    others = [kind for kind, _ in link.offered() if kind != link.kind]
+    others = [kind for kind, _ in link.endpoints(link.reads) if kind != link.kind]
     if others:
         problem = f"{link.reads} carries {others[0]}, not {link.kind}"
         return WiringError(NAME, problem, "name another topic in the rig file")
@@ -126,7 +126,7 @@ def require_subscriber(link: Ros2Link) -> None:
     """
     if link.subscribers():
         return
-    unfit = [f"{kind}, {qos}" for kind, qos in link.requested()]
+    unfit = [f"{kind}, {qos}" for kind, qos in link.endpoints(link.writes)]
     if unfit:
         problem = f"the subscriber of {link.writes} wants {unfit[0]}; offered is {COMMANDS}, reliable, volatile"
         raise WiringError(NAME, problem, "name another topic in the rig file, or change the controller")

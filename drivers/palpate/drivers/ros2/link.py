@@ -61,7 +61,7 @@ class Ros2Link:
         from palpate.drivers.ros2.idl import TYPES, user_data
 
         def topic(name: str, kind: str) -> Any:
-            return Topic(self._participant, f"rt/{name.removeprefix('/')}", TYPES[kind])
+            return Topic(self._participant, _wire(name), TYPES[kind])
 
         def qos(reliability: Any, depth: int, kind: str) -> Qos:
             said = Policy.Userdata(user_data(kind))
@@ -112,17 +112,19 @@ class Ros2Link:
         """Return how many subscribers of the commands fit."""
         return len(self._opened(self._writer).get_matched_subscriptions())
 
-    def offered(self) -> list[tuple[str, str]]:
-        """Return type and quality of service of each publisher of the read topic, also of those that do not fit."""
-        from cyclonedds.builtin import BuiltinTopicDcpsPublication
+    def endpoints(self, topic: str) -> list[tuple[str, str]]:
+        """Return type and quality of service of each publisher of the read topic, or each subscriber of the commands.
 
-        return self._endpoints(BuiltinTopicDcpsPublication, self.reads)
+        Those that do not fit are among them.
+        """
+        from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
 
-    def requested(self) -> list[tuple[str, str]]:
-        """Return the same of each subscriber of the commands."""
-        from cyclonedds.builtin import BuiltinTopicDcpsSubscription
-
-        return self._endpoints(BuiltinTopicDcpsSubscription, self.writes)
+        kind = BuiltinTopicDcpsPublication if topic == self.reads else BuiltinTopicDcpsSubscription
+        found = BuiltinDataReader(self._opened(self._participant), kind).read(_ENDPOINTS)
+        alive = [
+            each for each in found if each.sample_info.instance_state == _ALIVE and each.topic_name == _wire(topic)
+        ]
+        return [(_ros_name(each.type_name), _qos_text(each.qos)) for each in alive]
 
     def wall_ns(self) -> int:
         """Return the time of day, which stamps of ROS 2 carry."""
@@ -136,14 +138,6 @@ class Ros2Link:
         if entity is None:
             raise SilentError(NAME, "the link is closed", "open it again")
         return entity
-
-    def _endpoints(self, builtin: Any, name: str) -> list[tuple[str, str]]:
-        from cyclonedds.builtin import BuiltinDataReader
-
-        found = BuiltinDataReader(self._opened(self._participant), builtin).read(_ENDPOINTS)
-        wire = f"rt/{name.removeprefix('/')}"
-        alive = [each for each in found if each.sample_info.instance_state == _ALIVE and each.topic_name == wire]
-        return [(_ros_name(each.type_name), _qos_text(each.qos)) for each in alive]
 
 
 def _open_domain(network: Ros2Network) -> None:
@@ -185,6 +179,10 @@ def _configuration(network: Ros2Network) -> str:
     parts = (("General", general), ("Discovery", discovery), ("Compatibility", types))
     domain = "".join(f"<{name}>{content}</{name}>" for name, content in parts)
     return f"<CycloneDDS><Domain>{domain}</Domain></CycloneDDS>"
+
+
+def _wire(topic: str) -> str:
+    return f"rt/{topic.removeprefix('/')}"
 
 
 def _ros_name(wire: str) -> str:

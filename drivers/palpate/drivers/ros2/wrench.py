@@ -1,6 +1,6 @@
 """A force sensor behind ROS 2, advanced by polling."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from math import isfinite
 from typing import Any, Final
@@ -10,7 +10,7 @@ from typing_extensions import override
 from palpate.drivers.device import ForceSample, PolledSensor
 from palpate.drivers.errors import DriverError, GarbledError, SilentError, WiringError
 from palpate.drivers.ros2.arm import link_diagnostics
-from palpate.drivers.ros2.judgement import StampClock, await_publisher, require_one_publisher
+from palpate.drivers.ros2.judgement import StampClock, require_one_publisher
 from palpate.drivers.ros2.link import Ros2Link
 
 _STALL_NS: Final = 100_000_000
@@ -18,7 +18,7 @@ _NAME: Final = "ROS 2 wrench"
 
 
 class Ros2Wrench(PolledSensor):
-    """The sensor. Times of its samples are those of their stamps.
+    """The sensor; its link is open. Times of its samples are those of their stamps.
 
     Args:
         frame: ``frame_id`` that its messages must have.
@@ -30,15 +30,6 @@ class Ros2Wrench(PolledSensor):
         self._link, self._frame, self._sign = link, frame, sign
         self._stamps = StampClock(link.reads)
         self._count = self._polled_ns = 0
-
-    def open(self, timeout_s: float, sleep: Callable[[float], None]) -> None:
-        """Find the publisher.
-
-        Raises:
-            DriverError: There is none, or more than one.
-        """
-        self._link.open()
-        await_publisher(self._link, timeout_s, sleep)
 
     def check(self) -> None:
         """Raise what is wrong now."""

@@ -13,8 +13,9 @@ from tests.virtual_ros2 import VirtualDomain
 
 
 def opened(domain: VirtualDomain, frame: str = "tool0") -> Ros2Wrench:
-    sensor = Ros2Wrench(domain.link("wrench", WRENCH, ""), frame)
-    sensor.open(0.2, domain.clock.sleep)
+    link = domain.link("wrench", WRENCH, "")
+    link.open()
+    sensor = Ros2Wrench(link, frame)
     domain.ticks(2)
     return sensor
 
