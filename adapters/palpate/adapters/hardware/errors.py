@@ -13,12 +13,6 @@ def told(error: DriverError, device: str = "") -> str:
     return f"{part}{error.problem}; {error.remedy}"
 
 
-def told_of(device: object) -> str:
-    """Return a device's name, and what came instead of its samples."""
-    name, account = str(getattr(device, "name", "")), getattr(device, "account", str)()
-    return f"{name}: {account}" if account else name
-
-
 def translated(error: DriverError, device: str) -> PalpateError:
     """The core's error for a driver's."""
     if isinstance(error, SettingError):

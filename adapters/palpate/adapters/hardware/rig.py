@@ -12,7 +12,6 @@ from palpate.adapters.config import RealTimeConfig, RigFile, RunConfig
 from palpate.adapters.hardware.approach import WayToReadyPose, walk
 from palpate.adapters.hardware.arm_client import ArmClient, arm_in_process
 from palpate.adapters.hardware.clock import MonotonicClock
-from palpate.adapters.hardware.errors import told_of
 from palpate.adapters.hardware.fault_file import FaultFile
 from palpate.adapters.hardware.operator_stop import GuardedArm, OperatorStop
 from palpate.adapters.hardware.plugins import RigContext, force_sensor_maker
@@ -92,7 +91,10 @@ class DeviceRig(Rig):
 
     @override
     def device_behind(self, sample: str) -> str:
-        return told_of(self._arm if sample == "joint" else self._sensor)
+        device: object = self._arm if sample == "joint" else self._sensor
+        # What came instead of samples; adapters may leave this out, and a name too.
+        name, account = str(getattr(device, "name", "")), getattr(device, "account", str)()
+        return f"{name}: {account}" if account else name
 
     def world(self) -> World:
         """What a log records: there is no way to set this world up again, only the name of the rig."""
