@@ -21,10 +21,8 @@ from .provenance import core_sha256 as core_sha256
 from .provenance import decisive as decisive
 from .provenance import made_with as made_with
 from .provenance import processor as processor
-from .raised import BY_CORE as BY_CORE
 from .raised import BY_OUTSIDE as BY_OUTSIDE
 from .raised import BY_POLICY as BY_POLICY
-from .raised import BY_PORT as BY_PORT
 from .raised import raised_by as raised_by
 from .reader import TrialLog as TrialLog
 from .reader import learner_of_json as learner_of_json
@@ -38,10 +36,7 @@ from .records import ReinforcementEntry as ReinforcementEntry
 from .records import StartRecord as StartRecord
 from .records import TickRecord as TickRecord
 from .records import policy_digest as policy_digest
-from .schema import DECISION as DECISION
-from .schema import EVENT as EVENT
 from .schema import SCHEMA as SCHEMA
-from .schema import START as START
 from .schema import TICK as TICK
 from .series import Array as Array
 from .series import Tare as Tare

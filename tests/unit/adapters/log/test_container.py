@@ -19,9 +19,6 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC, CompressionType
 
 from palpate.adapters.log import (
-    DECISION,
-    EVENT,
-    START,
     TICK,
     EventEntry,
     LogFile,
@@ -31,6 +28,7 @@ from palpate.adapters.log import (
     read_log,
 )
 from palpate.adapters.log.container import read_messages
+from palpate.adapters.log.schema import DECISION, EVENT, START
 from palpate.core.errors import LogError
 from tests.unit.adapters.log.made_logs import (
     ENDING,

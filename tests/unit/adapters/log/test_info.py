@@ -19,7 +19,7 @@ def info(path: Path, *words: object, **more: object) -> LogInfo:
     return info_of(read_log(write_log(path / "a.mcap", *words, **more)))  # type: ignore[arg-type]
 
 
-def test_a_whole_trial(tmp_path: Path) -> None:
+def test_page_of_a_whole_trial(tmp_path: Path) -> None:
     end = EndRecord(tick=140, outcome="inserted", ticks=141, success=True, exploration_time_s=0.5, depth_m=0.01)
     found = info(tmp_path, [tick(k) for k in range(141)], end=end)
     assert found.what["arm"] == "zebra-zero"
@@ -52,14 +52,14 @@ def test_missing_ticks_are_counted_and_do_not_lower_the_rate(tmp_path: Path) -> 
     assert "16: 0 to 1, 50 to 59, 101 to 104" in describe(found)
 
 
-def test_a_log_that_is_cut_short_lacks_no_tick_that_anyone_knows_of(tmp_path: Path) -> None:
+def test_log_that_is_cut_short_lacks_no_tick_that_anyone_knows_of(tmp_path: Path) -> None:
     found = info(tmp_path, [tick(k) for k in range(5)])
     assert found.ticks.missing == 0
     assert found.end is None
     assert "the log ends before the trial did" in describe(found)
 
 
-def test_late_ticks(tmp_path: Path) -> None:
+def test_late_ticks_are_counted(tmp_path: Path) -> None:
     late = tick(3, time_ns=3 * PERIOD_NS + 2 * MS)
     nearly = tick(5, time_ns=5 * PERIOD_NS + MS)
     found = info(tmp_path, [tick(0), tick(1), tick(2), late, tick(4), nearly])
@@ -68,7 +68,7 @@ def test_late_ticks(tmp_path: Path) -> None:
     assert found.ticks.interval.max_s == pytest.approx(PERIOD_NS * 1e-9 + 0.002)
 
 
-def test_a_sensor_slower_than_the_loop_gives_repeats(tmp_path: Path) -> None:
+def test_sensor_slower_than_the_loop_gives_repeats(tmp_path: Path) -> None:
     def held(k: int) -> WrenchSample:
         old = k // 2 * 2
         return WrenchSample((0, 0, 0), (0, 0, 0), old * PERIOD_NS - MS, k * PERIOD_NS, old)
@@ -84,7 +84,7 @@ def test_a_sensor_slower_than_the_loop_gives_repeats(tmp_path: Path) -> None:
     assert found.delivery.max_s == pytest.approx(0.001 + PERIOD_NS * 1e-9)
 
 
-def test_samples_that_are_not_to_be_trusted(tmp_path: Path) -> None:
+def test_samples_are_counted_by_validity(tmp_path: Path) -> None:
     def marked(k: int, validity: Validity) -> WrenchSample:
         return replace(tick(k).wrench, validity=validity)  # type: ignore[type-var]
 
@@ -96,7 +96,7 @@ def test_samples_that_are_not_to_be_trusted(tmp_path: Path) -> None:
     assert "force sensor: 1 saturated, 1 stale; encoders: 1 invalid" in describe(found)
 
 
-def test_commands_that_were_altered(tmp_path: Path) -> None:
+def test_altered_commands_are_counted(tmp_path: Path) -> None:
     limited = AppliedCommand(POSTURE, CommandReason.VELOCITY_LIMIT)
     stopped = AppliedCommand(POSTURE, CommandReason.STOPPED)
     ticks = [tick(0), tick(1, applied=limited), tick(2, applied=limited), tick(3, applied=stopped)]
@@ -105,14 +105,14 @@ def test_commands_that_were_altered(tmp_path: Path) -> None:
     assert "2 joint velocity limit" in describe(found)
 
 
-def test_ticks_in_which_not_everything_happened(tmp_path: Path) -> None:
+def test_incomplete_ticks_are_counted(tmp_path: Path) -> None:
     found = info(tmp_path, [tick(0), tick(1, applied=None, asked_rad=None), tick(2, time_ns=None, wrench=None)])
     assert found.ticks.incomplete == 2
     assert (found.force_sensor.samples, found.joint_encoder.samples) == (2, 3)
     assert found.ticks.duration_s == pytest.approx(PERIOD_NS * 1e-9)
 
 
-def test_errors_stops_and_losses(tmp_path: Path) -> None:
+def test_errors_stops_and_losses_are_listed(tmp_path: Path) -> None:
     others = [
         CallEntry(tick=1, port="force_sensor", call="read", error="DeviceError", text="cable\nout"),
         CallEntry(tick=1, port="arm", call="stop"),
@@ -129,7 +129,7 @@ def test_errors_stops_and_losses(tmp_path: Path) -> None:
     assert "ended by DeviceError" in page
 
 
-def test_a_log_without_any_tick(tmp_path: Path) -> None:
+def test_log_without_any_tick_has_no_rates(tmp_path: Path) -> None:
     found = info(tmp_path, [], end=EndRecord(tick=-1, error="DeviceError", text="no arm"))
     assert (found.ticks.count, found.ticks.duration_s, found.ticks.rate_Hz) == (0, 0.0, None)
     assert found.bytes_per_minute is None
@@ -138,7 +138,7 @@ def test_a_log_without_any_tick(tmp_path: Path) -> None:
     assert len(table([found]).splitlines()) == 2
 
 
-def test_a_what_if_is_said_to_be_one(tmp_path: Path) -> None:
+def test_what_if_is_said_to_be_one(tmp_path: Path) -> None:
     found = info(tmp_path, [tick(0), tick(1, counterfactual=True)], begin=start(derived_from="x.mcap"))
     assert found.what["what_if"] is True
     assert found.ticks.counterfactual == 1
@@ -151,28 +151,27 @@ def test_a_what_if_is_said_to_be_one(tmp_path: Path) -> None:
     [({"versions_json": "{"}, "start.versions_json"), ({"versions_json": "[]"}, "start.versions_json"),
      ({"config_toml": "a = ["}, "start.config_toml")],
 )  # fmt: skip
-def test_texts_that_are_not_what_they_should_be(tmp_path: Path, changes: dict[str, str], where: str) -> None:
+def test_malformed_text_is_refused(tmp_path: Path, changes: dict[str, str], where: str) -> None:
     with pytest.raises(LogError, match=where):
         info(tmp_path, [tick(0)], begin=start(**changes))
 
 
-def test_numbers_that_json_does_not_know() -> None:
+def test_number_that_json_does_not_know_is_null() -> None:
     assert finite({"a": [math.nan, 1.0, (math.inf,)], "b": "nan"}) == {"a": [None, 1.0, [None]], "b": "nan"}
 
 
-def test_the_reason_of_a_trip_is_told_with_its_name(tmp_path: Path) -> None:
-    events = [
-        EventEntry(tick=4, name="trip", detail="PLATE_NOT_FELT: nothing felt down to 2.93 mm"),
-        EventEntry(tick=4, name="end", detail="safety trip: nothing felt down to 2.93 mm"),
-    ]
-    end = EndRecord(tick=9, outcome="safety trip", ticks=10)
-    found = info(tmp_path, [tick(k) for k in range(10)], others=events, end=end)
-    assert found.trip == {"tick": 4, "reason": "PLATE_NOT_FELT", "text": "nothing felt down to 2.93 mm"}
-    assert "trip           PLATE_NOT_FELT: nothing felt down to 2.93 mm (tick 4)" in describe(found)
-
-
-def test_a_sensor_fault_that_no_supervisor_noticed_has_its_reason_too(tmp_path: Path) -> None:
-    events = [EventEntry(tick=4, name="end", detail="sensor fault: force sample stale, joint sample valid")]
-    end = EndRecord(tick=4, outcome="sensor fault", ticks=5)
-    found = info(tmp_path, [tick(k) for k in range(5)], others=events, end=end)
-    assert found.trip == {"tick": 4, "reason": "sensor fault", "text": "force sample stale, joint sample valid"}
+@pytest.mark.parametrize(
+    ("outcome", "events", "reason", "text"),
+    [
+        ("safety trip", ["trip", "end"], "PLATE_NOT_FELT", "nothing felt down to 2.93 mm"),
+        # One that no supervisor noticed.
+        ("sensor fault", ["end"], "sensor fault", "force sample stale, joint sample valid"),
+    ],
+)
+def test_trip_or_sensor_fault_is_shown_with_its_reason(
+    tmp_path: Path, outcome: str, events: list[str], reason: str, text: str
+) -> None:
+    entries = [EventEntry(tick=4, name=name, detail=f"{reason}: {text}") for name in events]
+    found = info(tmp_path, [tick(k) for k in range(10)], others=entries, end=EndRecord(tick=9, outcome=outcome))
+    assert found.trip == {"tick": 4, "reason": reason, "text": text}
+    assert f"trip           {reason}: {text} (tick 4)" in describe(found)

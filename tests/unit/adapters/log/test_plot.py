@@ -66,7 +66,7 @@ def size_of(png: bytes) -> tuple[int, int]:
     return width, height
 
 
-def test_the_tare_event_is_taken_from_the_wrench(tmp_path: Path) -> None:
+def test_tare_event_is_taken_from_the_wrench(tmp_path: Path) -> None:
     trial = log(tmp_path, [tick(k) for k in range(30)], others=[TARE])
     series = series_of(trial)
     assert series.tare.bias == (0.5, -1.0, 2.5, 0.01, 0.02, -3e-05)
@@ -86,7 +86,7 @@ def test_without_a_tare_event_the_mean_at_rest_serves(tmp_path: Path) -> None:
     assert "mean of the settle phase, 9 samples" in tare.origin
 
 
-def test_the_tip_is_where_the_kinematics_say_in_the_task_frame(tmp_path: Path) -> None:
+def test_tip_is_where_the_kinematics_say_in_the_task_frame(tmp_path: Path) -> None:
     series = series_of(log(tmp_path, [tick(0), tick(5)]))
     kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
     goal = goal_in_base(scenario("paper").task.goal)
@@ -98,23 +98,28 @@ def test_the_tip_is_where_the_kinematics_say_in_the_task_frame(tmp_path: Path) -
     assert series.tip_mm[0] == pytest.approx([0.0, 0.0, -3.0], abs=0.01)
 
 
-def test_samples_that_are_invalid_or_missing_are_not_drawn(tmp_path: Path) -> None:
+def test_samples_that_are_stale_invalid_or_missing_are_not_drawn(tmp_path: Path) -> None:
     nan = WrenchSample((math.nan,) * 3, (0.0,) * 3, 0, 0, 1, Validity.INVALID)  # type: ignore[arg-type]
     bad = JointSample((math.nan,) * 6, 0, 0, 2, Validity.INVALID)
+    stale = {
+        name: replace(getattr(tick(5), name), validity=Validity.STALE)  # type: ignore[type-var]
+        for name in ("wrench", "joints")
+    }
     ticks = [
         tick(0),
         tick(1, wrench=nan),
         tick(2, joints=bad),
         tick(3, wrench=None, joints=None),
         tick(4, time_ns=None),
+        tick(5, **stale),
     ]
     series = series_of(log(tmp_path, ticks))
-    assert series.ticks.tolist() == [0, 1, 2, 3, 4]
-    assert np.isnan(series.wrench).all(axis=1).tolist() == [False, True, False, True, False]
-    assert np.isnan(series.tip_mm).all(axis=1).tolist() == [False, False, True, True, False]
+    assert series.ticks.tolist() == [0, 1, 2, 3, 4, 5]
+    assert np.flatnonzero(np.isnan(series.wrench).all(axis=1)).tolist() == [1, 3, 5]
+    assert np.flatnonzero(np.isnan(series.tip_mm).all(axis=1)).tolist() == [2, 3, 5]
 
 
-def test_what_is_drawn(tmp_path: Path, drawn: Drawn) -> None:
+def test_picture_has_forces_tip_actions_phases_and_events(tmp_path: Path, drawn: Drawn) -> None:
     others = [
         EventEntry(tick=0, name="phase", detail="settle"),
         TARE,
@@ -189,27 +194,13 @@ def test_logs_that_cannot_be_drawn(tmp_path: Path, ticks: list[TickRecord], begi
         timeline(log(tmp_path, ticks, begin=begin))
 
 
-def test_a_retraction_is_a_phase_and_the_reason_of_the_trip_is_in_the_title(tmp_path: Path, drawn: Drawn) -> None:
+def test_retraction_is_a_phase_and_the_title_has_the_reason_of_the_trip(tmp_path: Path, drawn: Drawn) -> None:
     events = [
         EventEntry(tick=10, name="phase", detail="insert"),
         EventEntry(tick=40, name="trip", detail="FORCE_LIMIT: force 31 N, limit 30 N"),
     ]
-    end = EndRecord(tick=139, outcome="safety trip", ticks=140)
-    found = log(tmp_path, [tick(k) for k in range(140)], others=events, end=end)
+    found = log(tmp_path, [tick(k) for k in range(140)], others=events, end=EndRecord(tick=139, outcome="safety trip"))
     assert found.phases == [(10, "insert"), (40, "retraction")]
     timeline(found)
     assert {"retraction", "trip"} < set(drawn.texts)
     assert "FORCE_LIMIT: force 31 N, limit 30 N" in drawn.figure.get_suptitle()
-
-
-def test_stale_samples_leave_a_gap(tmp_path: Path) -> None:
-    ticks = [tick(k) for k in range(10)]
-    for k in (4, 5):
-        wrench, joints = ticks[k].wrench, ticks[k].joints
-        assert wrench is not None
-        assert joints is not None
-        stale = Validity.STALE
-        ticks[k] = replace(ticks[k], wrench=replace(wrench, validity=stale), joints=replace(joints, validity=stale))
-    series = series_of(log(tmp_path, ticks))
-    assert np.flatnonzero(np.isnan(series.wrench[:, 0])).tolist() == [4, 5]
-    assert np.flatnonzero(np.isnan(series.tip_mm[:, 0])).tolist() == [4, 5]

@@ -1,4 +1,4 @@
-"""Logs as CSV: every bit of every number."""
+"""Finding logs, and logs as CSV: every bit of every number."""
 
 import csv
 import json
@@ -7,9 +7,14 @@ import struct
 import tomllib
 from pathlib import Path
 
+import pytest
+
 from palpate.adapters.config import RunConfig, overlay, scenario
+from palpate.adapters.log import find_logs
 from palpate.adapters.log.export_csv import export_csv
 from palpate.adapters.log.records import CallEntry, DecisionEntry, EndRecord, EventEntry, LossEntry, ReinforcementEntry
+from palpate.adapters.replay import WhatIf, replay_files
+from palpate.core.errors import ConfigurationError, LogError
 from palpate.core.ports.values import AppliedCommand, CommandReason, Validity, WrenchSample
 from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log
 
@@ -113,3 +118,21 @@ def test_several_logs_get_a_folder_each(tmp_path: Path) -> None:
     folders = export_csv(paths, out)
     assert folders == [out / "trial-00000", out / "trial-00000-2"]
     assert [json.loads((f / "start.json").read_text())["trial"] for f in folders] == [0, 1]
+
+
+def test_files_folders_and_patterns_once_each(tmp_path: Path) -> None:
+    for name in ("b.mcap", "a.mcap", "deep/c.mcap", "notes.txt", "d.mcap.cut-short-1"):
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(b"")
+    names = [str(tmp_path / "b.mcap"), str(tmp_path), str(tmp_path / "*.mcap")]
+    assert [path.name for path in find_logs(names)] == ["b.mcap", "a.mcap", "c.mcap"]
+    # What is named outright is taken, whatever it is called.
+    assert len(find_logs([str(tmp_path / "notes.txt")])) == 1
+
+
+def test_calls_that_are_none_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="jobs = 0 is refused: a whole number from 1 to 1024"):
+        next(replay_files([], WhatIf(), 0))
+    with pytest.raises(LogError, match="nowhere: is not there"):
+        find_logs([tmp_path / "nowhere"])
