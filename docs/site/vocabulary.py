@@ -1,9 +1,10 @@
-"""Find words in the documents for which the field has a standard term.
+"""Find words for which the field has a standard term, in the documents, or with --source in the strings of the program.
 
 Code, addresses and file names are not read: names in the program change there first. Words with a plain meaning as well
 (way, hand, over, led, gate, reach, rig) are left to the reader.
 """
 
+import ast
 import re
 import subprocess
 import sys
@@ -31,9 +32,6 @@ STANDARD: Final = {
 }
 """Odd words, as regular expressions, and what the field says."""
 
-EXCEPTIONS: Final[dict[str, str]] = {}
-"""Beginnings of paths that are not read, and why."""
-
 SKIPPED: Final = re.compile(r"^```.*?^```|`[^`]*`|\]\([^)]*\)|<!-- fields -->.*<!-- end", re.DOTALL | re.MULTILINE)
 """Blocks, code and addresses; the table of the job's fields is generated from the declarations."""
 
@@ -48,11 +46,23 @@ def found(text: str) -> list[tuple[int, str, str]]:
     )
 
 
+def strings(path: str) -> str:
+    """Return every string of a module at its line: docstrings, help, messages."""
+    lines: list[str] = [""] * (Path(path).read_text(encoding="utf-8").count("\n") + 1)
+    for node in ast.walk(ast.parse(Path(path).read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value:
+            for number, line in enumerate(node.value.split("\n"), start=node.lineno - 1):
+                lines[min(number, len(lines) - 1)] += f" {line}"
+    return "\n".join(lines)
+
+
 def main() -> int:
-    """Print what was found in all documents; return 1 where there is something."""
-    listed = subprocess.run(["git", "ls-files", "--", "*.md"], capture_output=True, text=True, check=True).stdout
-    pages = [page for page in listed.splitlines() if not page.startswith(tuple(EXCEPTIONS))]
-    odd = [(page, *one) for page in pages for one in found(Path(page).read_text(encoding="utf-8"))]
+    """Print what was found; return 1 if there is something."""
+    source = "--source" in sys.argv
+    patterns = [f"{root}/*.py" for root in ("core", "adapters", "drivers", "simulation")] if source else ["*.md"]
+    listed = subprocess.run(["git", "ls-files", "--", *patterns], capture_output=True, text=True, check=True).stdout
+    read = strings if source else lambda page: Path(page).read_text(encoding="utf-8")
+    odd = [(page, *one) for page in listed.splitlines() for one in found(read(page))]
     for page, line, word, standard in odd:
         sys.stderr.write(f"{page}:{line}: {word!r}; the field says: {standard}\n")
     return 1 if odd else 0
