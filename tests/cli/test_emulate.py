@@ -43,3 +43,12 @@ def test_a_restart_replaces_what_it_wrote_and_nothing_else(emulate: CommandLine)
     Path("rig.toml").unlink()
     Path("rig.job.toml").write_text(DOWEL.read_text())
     assert "rig.job.toml: is there already" in emulate.refusal("emulate", "--rig-file", "rig.toml")
+
+
+def test_ros2_serves_arm_and_wrench_in_one_domain(emulate: CommandLine) -> None:
+    pytest.importorskip("cyclonedds", reason="needs the extra ros2")
+    emulate.succeed("emulate", "--wires", "ros2", "--arm", "panda", "--rig-file", "rig.toml")
+    rig = tomllib.loads(Path("rig.toml").read_text())
+    assert (rig["arm"]["adapter"], rig["force_sensor"]["adapter"]) == ("ros2", "ros2")
+    assert rig["arm"]["domain"] == rig["force_sensor"]["domain"]
+    assert "another sensor, or wires ros2 too" in emulate.refusal("emulate", "--wires", "cia402", "--force", "ros2")

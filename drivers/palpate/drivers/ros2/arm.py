@@ -124,12 +124,7 @@ class Ros2Arm(LatchingArm):
         self._state = ArmState.CONFIGURED
 
     def acknowledge(self) -> None:
-        """Clear a fault; a person's decision.
-
-        Raises:
-            StateError: There is no fault.
-            DriverError: It does not go away; it stays.
-        """
+        """Clear a fault; a person's decision. Where its cause is still there, it stays."""
         self._require_fault()
         # A robot that was started again has another clock.
         self._stamps = StampClock(self._link.reads)

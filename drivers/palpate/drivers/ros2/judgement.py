@@ -85,11 +85,7 @@ def joint_angles(message: Any, joints: Sequence[str], topic: str) -> tuple[float
 
 
 def await_publisher(link: Ros2Link, timeout_s: float, sleep: Callable[[float], None]) -> None:
-    """Wait until the one publisher is found.
-
-    Raises:
-        WiringError: There is none, none that fits, or more than one.
-    """
+    """Wait until the one publisher is found; a WiringError where none fits, or more than one."""
     waited_s = 0.0
     while not link.publishers():
         if waited_s >= timeout_s:
@@ -119,11 +115,7 @@ def nobody_publishes(link: Ros2Link) -> DriverError:
 
 
 def require_subscriber(link: Ros2Link) -> None:
-    """Refuse to command where nobody listens.
-
-    Raises:
-        WiringError: The controller is not there, or it does not take what is offered.
-    """
+    """Refuse to command where no controller is, or where one does not take what is offered."""
     if link.subscribers():
         return
     unfit = [f"{kind}, {qos}" for kind, qos in link.endpoints(link.writes)]

@@ -76,11 +76,7 @@ class Ros2Link:
             self._writer = DataWriter(self._participant, topic(self.writes, COMMANDS), offered)
 
     def take(self) -> list[Any]:
-        """Return the messages that have come since the last call, oldest first.
-
-        Raises:
-            DriverError: One cannot be read, or the link is closed.
-        """
+        """Return the messages that have come since the last call, oldest first; a DriverError where one is none."""
         reader = self._opened(self._reader)
         try:
             taken = reader.take(_MOST)
@@ -91,11 +87,7 @@ class Ros2Link:
         return [each for each in taken if each.sample_info.valid_data]
 
     def write(self, values: Sequence[float]) -> None:
-        """Publish a command.
-
-        Raises:
-            SilentError: It cannot be sent, or the link is closed.
-        """
+        """Publish a command; a SilentError where that cannot be."""
         writer = self._opened(self._writer)
         from palpate.drivers.ros2.idl import command
 
@@ -113,10 +105,7 @@ class Ros2Link:
         return len(self._opened(self._writer).get_matched_subscriptions())
 
     def endpoints(self, topic: str) -> list[tuple[str, str]]:
-        """Return type and quality of service of each publisher of the read topic, or each subscriber of the commands.
-
-        Those that do not fit are among them.
-        """
+        """Return type and quality of service of all that publish the read topic, or subscribe to the commands."""
         from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
 
         kind = BuiltinTopicDcpsPublication if topic == self.reads else BuiltinTopicDcpsSubscription
