@@ -1,12 +1,12 @@
-"""``palpate study``: conditions like runs of their own, with any number of workers, interrupted, killed, continued."""
+"""``palpate study``: conditions like runs of their own, interrupted, failed, continued.
+
+A worker that is killed, and the same bytes from several: ``test_study_cluster.py``.
+"""
 
 import os
 import signal
 import subprocess
-import threading
-import time
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -150,30 +150,6 @@ def workers_of(pid: int) -> set[int]:
     return {child for child in children if b"resource_tracker" not in _told(Path(f"/proc/{child}/cmdline"))}
 
 
-def kill_worker(out: Path, others: set[int], killed: threading.Event) -> None:
-    """Kill a worker of a study in this process that has begun a condition."""
-    while not killed.wait(0.002):
-        for path in begun_in(out):
-            worker = int(path.parent.name.split(".")[-2])
-            assert worker in workers_of(os.getpid()) - others
-            with suppress(ProcessLookupError):
-                os.kill(worker, signal.SIGKILL)
-                killed.set()
-            return
-
-
-def test_processes_leave_the_same_bytes_also_when_a_worker_is_killed(studied: Path, tmp_path: Path) -> None:
-    out, killed = tmp_path / "out", threading.Event()
-    hunter = threading.Thread(target=kill_worker, args=(out, workers_of(os.getpid()), killed))
-    hunter.start()
-    done = run(SMALL, out, "--jobs", 2)
-    assert killed.is_set(), "the study ended before"
-    hunter.join()
-    assert done.code == 0, done
-    assert "4 of 4 conditions are finished" in done.stdout
-    assert files_in(out) == files_in(studied)
-
-
 def require_ended_in_order(done: Done, out: Path) -> None:
     assert done.code == 130
     assert "Traceback" not in done.stderr
@@ -197,9 +173,8 @@ def test_ctrl_c_in_a_condition_keeps_what_is_finished(tmp_path: Path, monkeypatc
     assert len(finished_in(out)) == 1
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
-def test_a_study_that_is_ended_leaves_no_workers(
-    tmp_path: Path, start: Callable[..., subprocess.Popen[str]], number: signal.Signals
+def test_study_that_is_interrupted_ends_its_workers_first(
+    tmp_path: Path, start: Callable[..., subprocess.Popen[str]]
 ) -> None:
     out = tmp_path / "out"
     (tmp_path / "out.toml").write_text(ENDLESS)
@@ -207,12 +182,7 @@ def test_a_study_that_is_ended_leaves_no_workers(
     wait_until(lambda: bool(finished_in(out) and begun_in(out)), process)
     workers = workers_of(process.pid)
     assert workers
-    process.send_signal(number)
+    process.send_signal(signal.SIGINT)
     printed, complaint = process.communicate(timeout=PATIENCE_S)
-    if number is signal.SIGINT:
-        require_ended_in_order(Done(process.returncode, printed, complaint), out)
-    deadline = time.monotonic() + 20.0
-    while any(os.path.exists(f"/proc/{worker}") for worker in workers):
-        assert number is signal.SIGKILL, "the study ended before its workers"
-        assert time.monotonic() < deadline, "a worker outlives the study"
-        time.sleep(0.05)
+    require_ended_in_order(Done(process.returncode, printed, complaint), out)
+    assert [worker for worker in workers if os.path.exists(f"/proc/{worker}")] == []

@@ -9,10 +9,12 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from palpate.adapters.experiments.study import cluster
+from palpate.core.errors import ConfigurationError
 from tests.command_line import PATIENCE_S, CommandLine, Done, files_in
 
 pytest.importorskip("distributed")
@@ -76,10 +78,18 @@ def kill_at_work(out: Path, workers: dict[int, subprocess.Popen[bytes]], killed:
         time.sleep(0.002)
 
 
-def test_two_workers_of_which_one_dies_leave_the_same_bytes_as_none(begin: Begin, address: str, tmp_path: Path) -> None:
+def test_two_workers_of_which_one_dies_leave_the_same_bytes_as_none(
+    begin: Begin, address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert run(tmp_path / "alone", "--jobs", 1).code == 0
     started = [begin("worker", address, "--nthreads", "1", "--no-nanny") for _ in range(2)]
     out, killed = tmp_path / "out", list[int]()
+    with monkeypatch.context() as other:
+        other.setattr(cluster, "made_with", lambda: {"palpate": "9.9"})
+        cluster.code_of.cache_clear()
+        refused = run(out, "--scheduler", address)
+        assert (refused.code, refused.stderr.count("workers with palpate 9.9; tcp://127.0.0.1:")) == (2, 1)
+    cluster.code_of.cache_clear()
     workers = {process.pid: process for process in started}
     hunter = threading.Thread(target=kill_at_work, args=(out, workers, killed))
     hunter.start()
@@ -91,17 +101,14 @@ def test_two_workers_of_which_one_dies_leave_the_same_bytes_as_none(begin: Begin
     assert files_in(out) == files_in(tmp_path / "alone")
 
 
-def test_workers_with_other_code_or_several_threads_are_refused(
-    begin: Begin, address: str, palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    Path("study.toml").write_text(STUDY)
-    begin("worker", address, "--nthreads", "2", "--no-nanny")
-    words = ("study", "study.toml", "--out", "out", "--scheduler", address)
-    assert "workers with one thread each" in palpate.refusal(*words)
-    monkeypatch.setattr(cluster, "made_with", lambda: {"palpate": "9.9"})
-    cluster.code_of.cache_clear()
-    assert "workers with palpate 9.9; tcp://127.0.0.1:" in palpate.refusal(*words)
-    cluster.code_of.cache_clear()
+def test_worker_with_several_threads_is_refused() -> None:
+    workers = cluster.DaskWorkers.__new__(cluster.DaskWorkers)
+    workers.address = "tcp://127.0.0.1:1"
+    workers._client = SimpleNamespace(
+        run=lambda function, on_error: {"tcp://a": function()}, nthreads=lambda: {"tcp://a": 2}
+    )
+    with pytest.raises(ConfigurationError, match="workers with one thread each"):
+        workers._require_same_code()
 
 
 @pytest.mark.parametrize(
