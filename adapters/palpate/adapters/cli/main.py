@@ -21,8 +21,8 @@ from palpate.core.errors import (
     told,
 )
 
-_LEFT_OUT: Final = ("torch",)
-"""Packages that requirements/robot.txt leaves out, and that are imported where they are needed."""
+_LEFT_OUT: Final = ("torch", "pytest")
+"""Packages that a slim install leaves out, and that are imported where they are needed."""
 _DEBUG: Final = "--debug"
 """With any command: print an error's traceback."""
 

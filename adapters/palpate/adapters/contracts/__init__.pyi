@@ -18,7 +18,6 @@ from .motion import NO_MOTION as NO_MOTION
 from .motion import MotionLimits as MotionLimits
 from .running import Clause as Clause
 from .running import ClauseOutcome as ClauseOutcome
-from .running import ClauseOverdueError as ClauseOverdueError
 from .running import ClauseResult as ClauseResult
 from .running import clauses as clauses
 from .running import run_clauses as run_clauses

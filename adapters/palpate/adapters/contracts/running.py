@@ -1,15 +1,10 @@
 """List and run the clauses of a suite without a test framework."""
 
 import enum
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from palpate.adapters.contracts.bench import ClauseNotApplicable, ContractViolation
 from palpate.core.errors import ConfigurationError
-
-
-class ClauseOverdueError(BaseException):
-    """A clause takes too long; no adapter catches it on its way out."""
 
 
 class ClauseOutcome(enum.Enum):
@@ -54,13 +49,8 @@ def clauses(suite_class: type) -> tuple[Clause, ...]:
     return tuple(Clause(name, (getattr(suite_class, name).__doc__ or "").strip().split("\n\n")[0]) for name in names)
 
 
-def run_clauses(
-    suite: object, run: Callable[[Callable[[], None]], None] = lambda clause: clause()
-) -> list[ClauseResult]:
+def run_clauses(suite: object) -> list[ClauseResult]:
     """Try every clause of a suite; each makes its own rig.
-
-    Args:
-        run: Calls a clause; it may raise ClauseOverdueError, and then no other clause is tried.
 
     Raises:
         ConfigurationError: It has no clauses, for instance because it is the class instead of an instance.
@@ -71,15 +61,12 @@ def run_clauses(
     for clause in clauses(type(suite)):
         outcome, message = ClauseOutcome.FAILED, ""
         try:
-            run(getattr(suite, clause.name))
+            getattr(suite, clause.name)()
             outcome = ClauseOutcome.PASSED
         except ClauseNotApplicable as reason:
             outcome, message = ClauseOutcome.NOT_APPLICABLE, str(reason)
         except ContractViolation as violation:
             message = str(violation)
-        except ClauseOverdueError as error:
-            results.append(ClauseResult(clause, outcome, f"{error}; no clause after it was tried"))
-            break
         except Exception as error:
             # An adapter may raise anything anywhere; the other clauses are still worth trying.
             message = f"it raised {type(error).__name__}: {error}"
