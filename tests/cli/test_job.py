@@ -41,12 +41,6 @@ def test_a_job_is_trained_recorded_resumed_replayed_and_reported_as_stated(palpa
     assert PART in Path("run/report.html").read_text(encoding="utf-8")
 
 
-def test_a_run_toml_repeats_a_job_without_its_file(palpate: CommandLine) -> None:
-    palpate.succeed("run", "--job", DOWEL, "--policy", "torque", "--trials", 1, "--out", "first")
-    palpate.succeed("run", "--config", "first/run.toml", "--out", "second")
-    assert Path("first/trials.csv").read_bytes() == Path("second/trials.csv").read_bytes()
-
-
 def test_flags_and_files_change_a_job_and_what_follows_from_it(palpate: CommandLine) -> None:
     Path("more.toml").write_text("[part]\nhole_mm = 12.1\n")
     words = ("--job", DOWEL, "--config", "more.toml", "--place.position-uncertainty-mm", 3, "--policy", "torque")
@@ -79,25 +73,21 @@ def test_a_study_varies_part_tool_and_place_of_a_job_beside_it(palpate: CommandL
     ("old", "new", "told"),
     [
         ("peg_mm = 12.0", "peg_mm = 12.1", "part.hole_mm = 12.018 is refused: from 12.102"),
-        ("peg_mm = 12.0", "peg_mm = twelve", "a TOML file"),
-        ("[part]", "[parts]", "parts = "),
         ("depth_mm = 20.0", "dept_mm = 20.0", "a table that states part.depth_mm"),
         ("friction_max", "friction", "did you mean part.friction_max?"),
-        ("x_mm = 600.0", "x_mm = 6000.0", "place.x_mm = 6000.0 is refused: a number from -3000 to 3000"),
         ("x_mm = 600.0", "x_mm = 2500.0", "a place that ur10 reaches"),
-        ('name = "ur10"', 'name = "ur11"', "arm = 'ur11' is refused: one of zebra-zero"),
         ("[cell.peg]", "[cell.pegs]", "did you mean cell.peg?"),
         ("[limits]", "[task]\nstep_mm = 0.1\n[limits]", "other settings belong in --config"),
     ],
 )
-@pytest.mark.parametrize("command", ["run --policy torque", "train", "compare"])
 def test_what_is_wrong_with_a_job_is_one_line_with_exit_code_2(
-    palpate: CommandLine, command: str, old: str, new: str, told: str
+    palpate: CommandLine, old: str, new: str, told: str
 ) -> None:
     text = DOWEL.read_text()
     assert old in text
     Path("job.toml").write_text(text.replace(old, new, 1))
-    palpate.refuses(f"{command} --job job.toml", told)
+    for command in ("run --policy torque", "plan"):
+        palpate.refuses(f"{command} {'' if command == 'plan' else '--job '}job.toml", told)
 
 
 def test_a_job_that_is_not_there_is_one_line(palpate: CommandLine) -> None:

@@ -69,20 +69,6 @@ def test_settings_by_hand_that_contradict_the_job_are_refused(
     assert told in palpate.refusal(*words)
 
 
-@pytest.mark.parametrize(
-    ("changes", "told"),
-    [
-        ((("hole_mm = 12.018", "hole_mm = 11.9"),), "part.hole_mm = 11.9 is refused"),
-        ((("[part]", "[parts]"),), "parts"),
-        ((('name = "ur10"', 'name = "ur11"'),), "ur11"),
-    ],
-)
-def test_bad_input_has_exit_code_2(
-    palpate: CommandLine, tmp_path: Path, changes: tuple[tuple[str, str], ...], told: str
-) -> None:
-    assert told in palpate.refusal("plan", changed(tmp_path / "job.toml", *changes))
-
-
 def test_a_job_is_simulated_over_its_uncertainties(palpate: CommandLine) -> None:
     printed = palpate.succeed("plan", DOWEL, "--trials", 3, "--seed", 1)
     # The first trial of a learner is its training.

@@ -8,7 +8,6 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from palpate.adapters.experiments import BLOCK
 from tests.command_line import PATIENCE_S, QUICK, CommandLine, finished_trials, results_in, wait_until
 
 Start = Callable[..., subprocess.Popen[str]]
@@ -84,32 +83,6 @@ def test_ctrl_c_ends_training_in_order_and_the_message_says_how_to_go_on(
     straight = results_in(tmp_path / "straight")
     assert results_in(out) == straight
     assert all(straight[table].startswith(content) for table, content in tables.items())
-
-
-def test_ctrl_c_keeps_the_blocks_that_several_processes_have_finished(tmp_path: Path, start: Start) -> None:
-    out = tmp_path / "run"
-    words = ("--policy", "torque", "--jobs", 2, "--recording.no-enabled", *QUICK)
-    process = start("run", *words, "--trials", MANY, "--out", out)
-    wait_until(lambda: finished_trials(out) >= BLOCK, process)
-    process.send_signal(signal.SIGINT)
-    _, complaint = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 130
-    assert "Traceback" not in complaint
-    summary = json.loads((out / "summary.json").read_text())
-    assert (summary["finished"], summary["trials"]) == (False, finished_trials(out))
-
-
-def test_a_folder_in_which_another_process_trains_is_not_resumed(
-    palpate: CommandLine, tmp_path: Path, start: Start
-) -> None:
-    out = tmp_path / "run"
-    process = start("train", *QUICK, "--trials", MANY, "--out", out)
-    wait_until(lambda: finished_trials(out) >= 1, process)
-    done = palpate("train", "--resume", "--out", out, "--trials", MANY + 1, *QUICK)
-    assert (done.code, done.stdout) == (2, "")
-    assert f"{out}: is being written by process {process.pid} on" in done.stderr
-    assert len(done.stderr.splitlines()) == 1
-    assert process.poll() is None
 
 
 def test_a_killed_training_goes_on_as_if_it_had_not_been(palpate: CommandLine, tmp_path: Path, start: Start) -> None:

@@ -98,21 +98,6 @@ def test_trips_in_the_simulator_are_counted_and_the_run_goes_on(palpate: Command
     assert "rig" not in done.stderr
 
 
-def test_without_a_folder_named_each_run_gets_one_of_its_own(palpate: CommandLine, tmp_path: Path) -> None:
-    for number in (1, 2):
-        printed = palpate.succeed("run", "--policy", "omniscient", "--trials", 1, "--recording.no-enabled")
-        assert "success 100.0%" in printed
-        assert f"saved in runs/paper-run-00{number}" in printed
-    assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == ["paper-run-001", "paper-run-002"]
-    assert not (tmp_path / "runs" / "paper-run-001" / "logs").exists()
-
-
-@pytest.mark.parametrize("command", ["train", "compare"])
-def test_training_and_a_comparison_go_on_after_trips(palpate: CommandLine, command: str) -> None:
-    printed = palpate.succeed(command, *STRICT, "--trials", 5, "--recording.no-enabled", "--out", "out")
-    assert "counted as failures at the time limit (FORCE_LIMIT" in printed
-
-
 @pytest.mark.parametrize("ticks", [600, 0], ids=["in a trial", "between trials"])
 def test_ctrl_c_keeps_the_finished_trials_and_the_last_one_replays(
     palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ticks: int

@@ -145,30 +145,6 @@ def test_a_belief_is_trained_resumed_used_replayed_and_shown(palpate: CommandLin
     assert "touch model of " in (tmp_path / "run" / "report.html").read_text()
 
 
-def test_an_hmm_is_trained_resumed_used_replayed_and_shown(palpate: CommandLine, tmp_path: Path) -> None:
-    learn = ("train", "--learner", "hmm", "--learning.hmm.reach", 4, *QUICK)
-    palpate.succeed(*learn, "--trials", 3, "--out", "whole")
-    palpate.succeed(*learn, "--trials", 2, "--out", "run")
-    palpate.succeed("train", "--resume", "--trials", 3, "--out", "run")
-    assert results_in(tmp_path / "run") == results_in(tmp_path / "whole")
-    assert "3 of 3 equal" in palpate.succeed("replay", tmp_path / "whole")
-    # As if it had been taught for so long that a model is fitted.
-    policy = json.loads((tmp_path / "run" / "policy.json").read_text())
-    held = policy["learner"]["state"]
-    held["trials"], held["trials_learned"] = 10 * held["trials"], 30
-    (tmp_path / "taught.json").write_text(json.dumps(policy))
-    assert "8 actions; hmm, 30 trials learned" in palpate.succeed("show", "taught.json")
-    palpate.succeed("run", "--policy", "taught.json", "--trials", 1, *QUICK, "--out", "used")
-    assert "1 of 1 equal" in palpate.succeed("replay", tmp_path / "used")
-    palpate.succeed("report", "run")
-    palpate.succeed("train", "--policy", "taught.json", "--learning.hmm.reach", 4, "--trials", 1, *QUICK, "--out", "on")
-    learned = json.loads((tmp_path / "on" / "policy.json").read_text())["learner"]["state"]["trials_learned"]
-    assert learned == 31
-    assert "0.7, 0.0) is refused: (0.5, 0.0)" in palpate.refusal(
-        "run", "--policy", "taught.json", "--task.step-mm", 0.5
-    )
-
-
 def test_a_run_that_reached_its_trials_is_left_alone(palpate: CommandLine, trained: Path, run: Path) -> None:
     # Naming the settings again is allowed as long as they are the same.
     palpate.succeed("train", "--config", run / "run.toml", "--resume", "--trials", 3, "--out", run)

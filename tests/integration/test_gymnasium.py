@@ -18,7 +18,6 @@ from gymnasium.utils.env_checker import check_env
 from palpate.adapters import gymnasium_envs
 from palpate.adapters.experiments import build_perception, learning_policy
 from palpate.adapters.gymnasium_envs import PEG_INSERTION, PEG_INSERTION_6DOF
-from palpate.adapters.gymnasium_envs.episode import ActionRefusedError
 from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
 from palpate.core.policy import Observation, Policy, Transition, learner_of
 from palpate.core.trial.report import Purpose, generator
@@ -118,17 +117,6 @@ def test_example_of_the_guide_inserts_a_square_peg_by_options(capsys: pytest.Cap
     section = guide.partition("## palpate/PegInsertion6Dof-v0")[2]
     exec(section.split("```python\n")[1].partition("```")[0], {})
     assert re.fullmatch(r"inserted lean 1, push 1, stand 1(, insert)?\n", capsys.readouterr().out)
-
-
-def test_an_error_in_a_worker_process_arrives_as_itself() -> None:
-    many = gymnasium.make_vec(PEG_INSERTION, num_envs=2, vectorization_mode="async")
-    many.reset(seed=0)
-    with (
-        pytest.warns(UserWarning, match="Worker|Traceback|Raising"),
-        pytest.raises(ActionRefusedError, match=r"action .*9.* is refused: a whole number from 0 to 7"),
-    ):
-        many.step(np.array([9, 0]))
-    many.close()
 
 
 Told = Callable[[int, bool, dict[str, Any]], None]

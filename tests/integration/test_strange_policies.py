@@ -81,16 +81,6 @@ def test_it_is_trained_run_shown_and_compared(palpate: CommandLine, trained: Pat
     assert learned[0] == learned[1]
 
 
-@pytest.mark.usefixtures("installed")
-def test_a_study_trains_it(palpate: CommandLine) -> None:
-    Path("s.toml").write_text(f"[study]\ntrials = 1\npolicies = ['{DRIFT}']\n[base]\n'task.time_limit_s' = 1.0\n")
-    palpate.succeed("study", "s.toml", "--jobs", 1, "--out", "s")
-    (policy,) = Path("s/conditions").glob("*/policy.json")
-    foreign = load_policy(policy).foreign
-    assert foreign is not None
-    assert foreign.trials_learned == 1
-
-
 def test_trials_replay_with_its_code_and_without_it(
     palpate: CommandLine, trained: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -178,7 +168,11 @@ def test_one_that_fails_in_a_trial_stops_the_arm_and_leaves_a_log_that_says_whos
 ) -> None:
     monkeypatch.syspath_prepend(str(Path.cwd()))
     Path("badly_made.py").write_text(BAD.format(does="raise ZeroDivisionError('oh')"))
-    done = palpate("run", "--policy", "badly_made:Bad", "--cell.hole-uncertainty-mm", 3, "--seed", 3, "--out", "bad")
+    words = ("run", "--policy", "badly_made:Bad", "--cell.hole-uncertainty-mm", 3, "--seed", 3, "--out")
+    traced = palpate(*words, "traced", "--debug").stderr
+    assert "Traceback" in traced
+    assert "raise ZeroDivisionError('oh')" in traced
+    done = palpate(*words, "bad")
     said = done.stderr.strip().splitlines()[-1]
     assert said.startswith("palpate: policy badly_made:Bad: choose failed with ZeroDivisionError: oh (badly_made.py:8)")
     assert done.code == 1
@@ -192,17 +186,6 @@ def test_one_that_fails_in_a_trial_stops_the_arm_and_leaves_a_log_that_says_whos
     forget()
     alone = replay_file(path, Rebuilder())
     assert (alone.verdict, "ended by PolicyError" in alone.note) == (Verdict.EQUAL, True)
-
-
-def test_the_whole_traceback_is_printed_on_request(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(Path.cwd()))
-    Path("badly_made.py").write_text(BAD.format(does="raise ZeroDivisionError('oh')"))
-    words = ("--policy", "badly_made:Bad", "--cell.hole-uncertainty-mm", 3, "--seed", 3, "--out", "bad")
-    done = palpate("run", *words, "--debug")
-    assert "Traceback" in done.stderr
-    assert "raise ZeroDivisionError('oh')" in done.stderr
-    assert done.stderr.splitlines()[-1].startswith("palpate: policy badly_made:Bad: choose failed")
-    forget()
 
 
 def test_one_that_changes_the_working_folder_moves_no_result(

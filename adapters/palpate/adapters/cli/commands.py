@@ -92,10 +92,6 @@ GROUPS: dict[str, tuple[str, str]] = {
 """Commands of commands: what they are for, and a word more."""
 
 
-FORMER: dict[str, str] = {"doctor": "rig doctor", "calibrate": "rig calibrate", "check-adapter": "rig check"}
-"""Former names of commands, and the names that they have now."""
-
-
 def commands_of(group: str = "") -> dict[str, Command]:
     """The commands behind ``palpate``, or behind ``palpate`` and a group."""
     begin = f"{group} " if group else ""

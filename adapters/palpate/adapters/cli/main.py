@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import Final
 
-from palpate.adapters.cli.commands import FORMER, GROUPS, commands_of, help_of, loaded, options_of
+from palpate.adapters.cli.commands import GROUPS, commands_of, help_of, loaded, options_of
 from palpate.adapters.cli.interrupts import Interrupts
 from palpate.core.errors import (
     ConfigurationError,
@@ -156,8 +156,6 @@ def _run(name: str, words: Sequence[str]) -> int:
         name, words = words[0], words[1:]
     known = commands_of(group)
     if name not in known:
-        if not group and name in FORMER:
-            raise UsageError(f"palpate {name} is now palpate {FORMER[name]}")
         import difflib
 
         near = difflib.get_close_matches(name, known, n=1)

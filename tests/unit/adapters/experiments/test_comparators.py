@@ -42,13 +42,6 @@ def test_the_omniscient_one_goes_straight_to_the_hole_and_stays() -> None:
     assert off_line == pytest.approx(0.0, abs=1e-12)
 
 
-def test_the_omniscient_one_asks_anew_each_time() -> None:
-    holes = iter([(1.0, 0.0), (0.0, 1.0)])
-    policy = Omniscient(lambda: next(holes), STEP_M)
-    assert policy.choose(observation()).action.displacement_m == pytest.approx((STEP_M, 0.0))
-    assert policy.choose(observation()).action.displacement_m == pytest.approx((0.0, STEP_M))
-
-
 @pytest.mark.parametrize("index", range(8))
 def test_the_torque_tells_the_heading_of_the_hole(index: int) -> None:
     # Beside the hole the plate supports the far side only. With the hole towards (hx, hy), the force (0, 0, -F)

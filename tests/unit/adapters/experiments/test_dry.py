@@ -55,8 +55,10 @@ def test_a_dry_run_that_trips_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     assert lines
 
 
-def test_what_logs_state_is_known_before_an_arm_is_led() -> None:
-    """Found out in the first trial, it kept every other thread of the program from running for half a second."""
+def test_warm_up_goes_through_every_phase_and_finds_out_what_logs_state() -> None:
+    """In the first trial, that kept every other thread of the program from running for half a second."""
     processor.cache_clear()
-    warm_up(scenario("paper"), ready_pose())
+    report = warm_up(scenario("paper"), ready_pose())
     assert processor.cache_info().currsize == 1
+    assert report.outcome is Outcome.INSERTED
+    assert {event.detail for event in report.events if event.name == "phase"} >= {"transfer", "explore", "insert"}

@@ -3,14 +3,13 @@
 import io
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from palpate.adapters.experiments import TrialRow, figure, learning_curve
+from palpate.adapters.experiments import figure, learning_curve
 from tests.unit.adapters.samples import trial_rows
 
 SIZE = (504, 960, 3)
@@ -24,30 +23,6 @@ def bluish_and_reddish(picture: np.ndarray) -> tuple[int, int]:
     """How many pixels have the hue of an insertion, and how many that of a failure; all else is grey."""
     red, _, blue = np.moveaxis(picture, 2, 0)
     return int((blue - red > 20).sum()), int((red - blue > 20).sum())
-
-
-def mixed_rows() -> list[TrialRow]:
-    failed = [replace(row, trial=row.trial + 30) for row in trial_rows(*np.linspace(4.0, 6.0, 10), success=False)]
-    return [*trial_rows(*np.linspace(8.0, 2.0, 30)), *failed]
-
-
-def test_both_kinds_of_trials_are_seen() -> None:
-    picture = pixels(learning_curve(mixed_rows(), "both"))
-    assert picture.shape == SIZE
-    assert min(bluish_and_reddish(picture)) > 100
-
-
-def test_the_last_and_slowest_trial_is_not_behind_the_legend() -> None:
-    rows = trial_rows(*[3.0] * 29, 10.0)
-    hidden = [*rows[:29], replace(rows[29], success=False)]
-    seen = [
-        replace(rows[0], success=False, exploration_time_s=10.0),
-        *rows[1:29],
-        replace(rows[29], exploration_time_s=3.0),
-    ]
-    assert bluish_and_reddish(pixels(learning_curve(hidden, "")))[1] == pytest.approx(
-        bluish_and_reddish(pixels(learning_curve(seen, "")))[1], rel=0.2
-    )
 
 
 @pytest.mark.parametrize("success", [True, False])

@@ -9,7 +9,7 @@ import pytest
 
 from palpate.adapters.config.run import PerceptionConfig, RunConfig
 from palpate.adapters.experiments import trials
-from palpate.adapters.experiments.fitting import configured_perception, fitted_perception, needs_fitting
+from palpate.adapters.experiments.fitting import configured_perception, fitted_perception
 from palpate.adapters.experiments.policies import learning_policy, loaded_policy, perception_of
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
@@ -41,13 +41,6 @@ def fit(config: RunConfig) -> Perception:
 @cache
 def fitted(stages: str) -> dict[str, Any]:
     return perception_to_dict(fit(config_of(stages)))
-
-
-@each_stage
-def test_what_must_be_fitted_is_not_configured(stages: str) -> None:
-    assert needs_fitting(config_of(stages))
-    assert configured_perception(config_of(stages)) is None
-    assert configured_perception(QUICK) is not None
 
 
 def test_fitting_depends_on_the_seed() -> None:

@@ -125,17 +125,3 @@ def test_a_folder_for_logs_without_any_is_not_in_the_way(folder: RunFolder) -> N
     (logs / "trial-00000.mcap").touch()
     with pytest.raises(OutputError, match=r"already holds a run \(logs\)"):
         folder.create()
-
-
-def test_a_folder_that_holds_a_run_is_not_made_for_another(folder: RunFolder) -> None:
-    folder.append_trial(scored_trial(0))
-    with pytest.raises(OutputError, match="already holds a run"):
-        folder.create()
-
-
-def test_a_folder_that_vanished_is_reported(tmp_path: Path) -> None:
-    gone = RunFolder(tmp_path / "gone")
-    with pytest.raises(FileNotFoundError, match=r"gone/run\.toml"):
-        gone.write("run.toml", "")
-    with pytest.raises(FileNotFoundError, match="gone"):
-        gone.append_trial(scored_trial(0))

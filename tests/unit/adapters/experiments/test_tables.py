@@ -28,17 +28,3 @@ def test_a_mixed_policy_is_shown_state_by_state():
             "",
         ]
     )
-
-
-def test_without_a_learner_there_is_nothing_to_count():
-    policy = ProgrammedPolicy(("here", "there"), ACTIONS, {"here": "+x", "there": "-x-y"})
-    assert render_table(document_of(policy, created_with={}, perception={})) == "\n".join(
-        [
-            "2 states, 8 actions; nothing learned",
-            "",
-            "state  source      best action  value  visits",
-            "here   programmed  +x               -       -",
-            "there  programmed  -x-y             -       -",
-            "",
-        ]
-    )

@@ -15,7 +15,6 @@ from palpate.adapters.experiments import (
     Trainer,
     build_perception,
     comparator,
-    summary_of,
     task_actions,
 )
 from palpate.adapters.experiments.checkpoint import Checkpoint, resume_from
@@ -56,23 +55,6 @@ def trained(
         trainer = Trainer(config, folder, ready_pose(), rig, build_perception(config), policy, first)
         trainer.train(trials, done.append)
     return done
-
-
-def test_a_trip_counts_as_a_failure_at_the_time_limit_and_the_next_trial_begins() -> None:
-    walk = comparator("random", STRICT, lambda: (0.0, 0.0))
-    with SimulatedRig(STRICT, ready_pose()) as rig:
-        rows = run_policy(STRICT, rig, walk, 4)
-        assert not rig.latch.cause
-        assert rig.latch.acknowledgements == []
-    tripped = [row for row in rows if row.trip]
-    assert len(rows) == 4
-    assert tripped
-    for row in tripped:
-        assert row.trip.startswith("FORCE_LIMIT: force ")
-        assert (row.outcome, row.success, row.exploration_time_s) == ("safety trip", False, QUICK.task.time_limit_s)
-    summary = summary_of(rows)
-    assert summary["trips"] == {"FORCE_LIMIT": len(tripped)}
-    assert summary["outcomes"]["safety trip"] == len(tripped)
 
 
 def test_on_a_rig_of_devices_the_same_trip_ends_the_run() -> None:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from palpate.adapters.config.run import PerceptionConfig, RunConfig
+from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import Run, task_actions
 from palpate.adapters.gymnasium_envs import episode
 from palpate.adapters.gymnasium_envs.episode import Episodes, NotRunningError
@@ -71,15 +71,6 @@ def test_a_sensor_fault_ends_the_trial_and_earns_the_plain_reinforcement(
     assert episodes.outcome in (Outcome.TRIPPED, Outcome.SENSOR_FAULT)
     assert episodes.report.decisions[-1].reinforcement is None
     assert earned == episodes.plain_reinforcement == -1.0
-
-
-def test_the_perception_may_have_to_be_fitted_first() -> None:
-    fitted = PerceptionConfig(symbols="clusters", symbol_count=5, fit_trials=1)
-    made = simulated(RunConfig(task=TaskConfig(time_limit_s=1.0), perception=fitted))
-    made.begin(2, 0)
-    assert len(made.perception.states) == 5
-    assert made.decide(EAST) == -1.0
-    made.close()
 
 
 def test_trials_without_any_decision_are_not_searched_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -81,20 +81,6 @@ def test_the_penalty_of_a_failure_may_be_given(penalty: float) -> None:
     assert total == -info["decisions"] - penalty
 
 
-def test_a_trip_of_the_supervisor_terminates_and_the_next_episode_begins_anew() -> None:
-    # Nobody may push harder than this while the peg explores; the task itself would not mind.
-    env = cell(config={"supervision": {"max_force_N": 5.0}, "task": {"time_limit_s": 2.0}}, failure_penalty=0.0)
-    for _ in range(2):
-        env.reset(seed=0)
-        over = False
-        while not over:
-            _, reward, terminated, truncated, info = env.step(EAST)
-            over = terminated or truncated
-        assert (terminated, info["outcome"], reward) == (True, "safety trip", -1.0)
-        assert info["trip"].startswith("FORCE_LIMIT: ")
-    env.close()
-
-
 def test_a_trial_that_goes_straight_into_the_hole_is_skipped() -> None:
     # The starts are so near that some trials hit the hole at once.
     env = cell(config={"task": {"start_uncertainty_mm": 0.3}})
@@ -200,15 +186,6 @@ def test_a_trial_may_be_named_and_those_after_it_follow() -> None:
     numbering.passed(8)  # the seventh had no decision
     assert numbering.next(None, {}, rng()) == (5, 9)
     assert numbering.next(None, {"trial": 0}, rng()) == (5, 0)
-
-
-def test_without_any_seed_one_is_drawn_once() -> None:
-    numbering, generator = Numbering(), rng()
-    drawn, trial = numbering.next(None, None, generator)
-    numbering.passed(trial)
-    assert trial == 0
-    assert numbering.next(None, None, generator) == (drawn, 1)
-    assert Numbering().next(None, None, generator)[0] != drawn
 
 
 @pytest.mark.parametrize(

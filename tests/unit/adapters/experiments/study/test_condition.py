@@ -15,12 +15,6 @@ def condition(policy: str, **fields: object) -> Condition:
     return Condition("it", fields, policy, condition_config(settings, policy), 1)
 
 
-def test_a_learner_is_trained_by_name(tmp_path: Path) -> None:
-    make(condition("belief"), tmp_path)
-    assert '"belief"' in (tmp_path / "it" / "policy.json").read_text()
-    assert "ticks_per_action = 4" in (tmp_path / "it" / "run.toml").read_text()
-
-
 def test_what_fails_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(PalpateError, match="place"):
         make(condition("torque", task__goal__x_mm=1900.0), tmp_path)

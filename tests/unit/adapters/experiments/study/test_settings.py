@@ -1,5 +1,4 @@
 import tomllib
-from pathlib import Path
 
 import pytest
 
@@ -21,11 +20,6 @@ def test_every_way_to_write_a_setting_in_toml_gives_its_dotted_name(text: str) -
     assert settings_in(tomllib.loads(text)) == {"task.step_mm": 0.5, "cell.peg.clearance_mm": 0.2}
 
 
-def test_a_table_that_is_a_value_stays_one() -> None:
-    table = tomllib.loads('[learning.programmed]\n"x+ y0" = "-x"')
-    assert settings_in(table) == {"learning.programmed": {"x+ y0": "-x"}}
-
-
 def test_values_have_one_form() -> None:
     assert repr(plain_value("task.step_mm", 1)) == "1.0"
     assert plain_value("perception.channels", ["x", "y"]) == ["x", "y"]
@@ -40,11 +34,3 @@ def test_settings_go_over_the_scenario_and_nothing_is_recorded_unless_the_file_s
     assert (config.task.step_mm, config.recording.enabled) == (0.5, False)
     assert condition_config({"recording.enabled": True}, "torque").recording.enabled
     assert setting_of(config, "perception.channels") == ["x", "y", "tx", "ty"]
-
-
-def test_names_of_files_are_relative_to_the_working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    config = condition_config({"perception.memory": "a.json", "learning.examples": "/there/b.csv"}, "torque")
-    assert config.perception.memory == str(tmp_path / "a.json")
-    assert config.learning.examples == "/there/b.csv"
-    assert condition_config({"perception.memory": "last-2"}, "torque").perception.memory == "last-2"
