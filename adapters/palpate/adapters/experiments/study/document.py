@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -13,11 +14,19 @@ from urllib.parse import quote
 
 from typing_extensions import override
 
-from palpate.adapters.config import LEARNERS, literal, overlay, read_toml
+from palpate.adapters.config import (
+    LEARNERS,
+    RunConfig,
+    configured,
+    field_value,
+    literal,
+    merged,
+    overlay,
+    read_toml,
+)
 from palpate.adapters.experiments.foreign import foreign_code
 from palpate.adapters.experiments.policies import COMPARATORS
 from palpate.adapters.experiments.study.condition import Condition, policy_file
-from palpate.adapters.experiments.study.settings import condition_config, plain_value, settings_in
 from palpate.core.errors import ConfigurationError, did_you_mean
 from palpate.core.ports import Holds, Range, Settings, fitted
 
@@ -26,6 +35,8 @@ _MOST: Final = 10_000
 _LONGEST: Final = 200
 """Length of a folder's name, which gets some characters more while it is made."""
 _TABLES: Final = ("study", "base", "grid")
+_DEFAULTS: Final = RunConfig()
+_NO_SEED: Final = "seeds in the table [study]: seeds = [0, 1, 2]"
 _POLICIES: Final = f"{', '.join((*LEARNERS, *COMPARATORS))}, policy files, and package.module:Name"
 _SEEDS: Final = f"a list of seeds, or their number, 1 to {_MOST}"
 
@@ -55,7 +66,7 @@ class Study:
     """Every combination of settings, with every policy and every seed.
 
     Attributes:
-        base: Settings of all conditions, by dotted name.
+        base: Settings of all conditions, as nested tables. Files are named from the working folder.
         grids: Values of the settings that are varied; the study has all combinations of each grid.
         job: Absolute path of the job file; empty for the paper's job.
     """
@@ -82,10 +93,13 @@ class Study:
                 accepted = f"one of {', '.join(_TABLES)}{did_you_mean(key, _TABLES)}"
                 raise ConfigurationError(key, table[key], accepted)
         head = overlay(_Head(), _table("study", table.get("study", {})))
-        base = settings_in(_table("base", table.get("base", {})))
-        base = {name: plain_value(name, value) for name, value in base.items()}
+        base = _nested(_table("base", table.get("base", {})))
+        if "seed" in base:
+            raise ConfigurationError("seed", base["seed"], _NO_SEED)
         grids = table.get("grid", {})
         grids = tuple(_grid(grid) for grid in (grids if isinstance(grids, list) else [grids]))
+        for name in (name for grid in grids for name in grid):
+            _require_tables(base, name)
         job = str(path.resolve().parent / head.job) if head.job else ""
         study = cls(head.trials, _seeds(head.seeds), head.policies, base, grids, job)
         if study.count > _MOST:
@@ -115,7 +129,7 @@ class Study:
         seen = set[str]()
         sets = [dict(zip(grid, values, strict=True)) for grid in self.grids for values in product(*grid.values())]
         for fields, policy in product(sets, self.policies):
-            config = condition_config({**self.base, **fields}, policy, self.job)
+            config = self._config(fields, policy)
             words = [policy, *(f"{short[name]}={_word(value)}" for name, value in fields.items())]
             for seed in self.seeds:
                 name = ",".join(quote(word, safe="=+") for word in (*words, f"seed={seed}"))
@@ -128,6 +142,18 @@ class Study:
                 own = replace(config, seed=seed)
                 yield Condition(name, fields, policy, own, self.trials, policy_file(policy))
 
+    def _config(self, fields: Mapping[str, Any], policy: str) -> RunConfig:
+        """The configuration of a condition; trials are not recorded unless the file says so."""
+        table = merged({"recording": {"enabled": False}}, self.base, _nested(fields))
+        learner = policy if policy in LEARNERS else ""
+        config = configured(self.job or None, learner=learner, policy=policy, settings=table)
+        memory, examples = config.perception.memory, config.learning.examples
+        return replace(
+            config,
+            perception=replace(config.perception, memory=_absolute(memory) if memory.endswith(".json") else memory),
+            learning=replace(config.learning, examples=_absolute(examples)),
+        )
+
 
 def _table(name: str, value: Any) -> Mapping[str, Any]:
     if not isinstance(value, Mapping):
@@ -135,18 +161,62 @@ def _table(name: str, value: Any) -> Mapping[str, Any]:
     return value
 
 
+def _nested(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a table whose keys may be dotted names as tables in tables."""
+    tables = []
+    for name, value in table.items():
+        inner: Any = _nested(value) if isinstance(value, Mapping) else value
+        for key in reversed(name.split(".")):
+            inner = {key: inner}
+        tables.append(inner)
+    return merged(*tables)
+
+
+def _require_tables(base: Mapping[str, Any], name: str) -> None:
+    """Refuse what a setting of a grid would replace without a word."""
+    table: Any = base
+    path = name.split(".")[:-1]
+    for count, key in enumerate(path, start=1):
+        table = table.get(key, {})
+        if not isinstance(table, Mapping):
+            raise ConfigurationError(".".join(path[:count]), table, "a table")
+
+
 def _grid(table: Any) -> dict[str, tuple[Any, ...]]:
-    settings = settings_in(_table("grid", table))
-    return {name: _axis(name, values) for name, values in settings.items()}
+    return dict(_axes(_table("grid", table)))
 
 
-def _axis(name: str, values: Any) -> tuple[Any, ...]:
-    if not isinstance(values, list):
-        plain_value(name, values)
-        raise ConfigurationError(f"grid.{name}", values, f"a list of values, as in [{literal(values)}]")
-    if not values:
-        raise ConfigurationError(f"grid.{name}", values, "at least one value")
-    return tuple(plain_value(name, value) for value in values)
+def _axes(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, tuple[Any, ...]]]:
+    for key, values in table.items():
+        name = f"{before}{key}"
+        if isinstance(values, Mapping):
+            yield from _axes(values, f"{name}.")
+            continue
+        if name == "seed":
+            raise ConfigurationError(name, values, _NO_SEED)
+        if not isinstance(values, list):
+            plain = _plain(field_value(_DEFAULTS, name, values))
+            raise ConfigurationError(f"grid.{name}", values, f"a list of values, as in [{literal(plain)}]")
+        if not values:
+            raise ConfigurationError(f"grid.{name}", values, "at least one value")
+        # In one form: 1 is 1.0 where a float is meant.
+        yield name, tuple(_plain(field_value(_DEFAULTS, name, value)) for value in values)
+
+
+def setting_of(config: RunConfig, name: str) -> Any:
+    """Return the value of a setting by its dotted name."""
+    value: Any = config
+    for part in name.split("."):
+        value = getattr(value, part)
+    return _plain(value)
+
+
+def _plain(value: Any) -> Any:
+    return [_plain(item) for item in value] if isinstance(value, (tuple, list)) else value
+
+
+def _absolute(path: str) -> str:
+    return os.path.abspath(path) if path else ""
 
 
 def _seeds(value: Any) -> Sequence[int]:

@@ -12,8 +12,7 @@ import tomlkit
 
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.study.condition import SUMMARY, Condition
-from palpate.adapters.experiments.study.document import Study
-from palpate.adapters.experiments.study.settings import setting_of
+from palpate.adapters.experiments.study.document import Study, setting_of
 from palpate.adapters.experiments.writer_lock import LOCK, only_writer
 from palpate.adapters.files import json_of_file, whole_text
 from palpate.adapters.log import csv_text

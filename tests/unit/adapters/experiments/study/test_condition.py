@@ -3,21 +3,20 @@ from pathlib import Path
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config import RunConfig, configured
 from palpate.adapters.experiments.study import Condition, make
 from palpate.adapters.experiments.study.condition import _one_thread
-from palpate.adapters.experiments.study.settings import condition_config
 from palpate.core.errors import OutputError, PalpateError
 
 
 def condition(policy: str, **fields: object) -> Condition:
-    settings = {"task.time_limit_s": 0.1, **{name.replace("__", "."): value for name, value in fields.items()}}
-    return Condition("it", fields, policy, condition_config(settings, policy), 1)
+    table = {"time_limit_s": 0.1, **fields}
+    return Condition("it", fields, policy, configured(settings={"task": table, "recording": {"enabled": False}}), 1)
 
 
 def test_what_fails_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(PalpateError, match="place"):
-        make(condition("torque", task__goal__x_mm=1900.0), tmp_path)
+        make(condition("torque", goal={"x_mm": 1900.0}), tmp_path)
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(OutputError, match="all workers need the folder"):
         make(condition("torque"), tmp_path / "elsewhere")

@@ -2,7 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.experiments.study import Study
+from palpate.adapters.config import overlay, scenario
+from palpate.adapters.experiments.study import Study, setting_of
 from palpate.core.errors import ConfigurationError
 
 EXAMPLES = Path(__file__).parents[5] / "examples" / "studies"
@@ -46,6 +47,24 @@ def test_all_combinations_in_the_order_of_the_file(tmp_path: Path) -> None:
     config = last.config
     assert (config.arm, config.seed, config.task.step_mm, config.cell.peg.clearance_mm) == ("ur5", 6, 0.7, 0.2)
     assert config.learning.programmed == {"x+ y0": "-x"}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '"task.step_mm" = 0.5\n"cell.peg.clearance_mm" = 0.2',
+        "task.step_mm = 0.5\ncell.peg.clearance_mm = 0.2",
+        '[base.task]\nstep_mm = 0.5\n[base.cell]\n"peg.clearance_mm" = 0.2',
+    ],
+)
+def test_setting_may_be_written_in_every_way_of_toml_and_goes_over_the_scenario(tmp_path: Path, text: str) -> None:
+    text = f"[base]\nscenario = 'blind'\nperception.memory = 'a.json'\n{text}"
+    config = next(study_of(text, tmp_path).conditions()).config
+    expected = overlay(scenario("blind"), {"cell": {"peg": {"clearance_mm": 0.2}}})
+    assert (config.cell, config.task.step_mm, config.recording.enabled) == (expected.cell, 0.5, False)
+    # Workers have other working folders.
+    assert config.perception.memory == str(Path.cwd() / "a.json")
+    assert setting_of(config, "perception.channels") == ["x", "y", "tx", "ty"]
 
 
 def test_a_file_needs_a_head_only(tmp_path: Path) -> None:
