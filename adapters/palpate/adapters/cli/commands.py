@@ -30,16 +30,16 @@ COMMANDS: dict[str, Command] = {
     ),
     "study": Command(
         "many runs: settings, policies and seeds from one file, on several processes",
-        "study:study", "study_options:StudyOptions",
+        "study:study", "options:StudyOptions",
     ),
     "plan": Command(
         "judge a job before anything moves: derived settings, regime, verdict; simulate it",
         "plan:plan", "options:PlanOptions",
     ),
-    "show": Command("print what a policy file holds", "show:show", "options:ShowOptions"),
+    "show": Command("print what a policy file holds", "show:show", "show:ShowOptions"),
     "explore": Command(
         "learn in a grid world with an ambiguous sensor, and hold it against the optimum",
-        "explore:explore", "explore_options:ExploreOptions",
+        "explore:explore", "options:ExploreOptions",
     ),
     "infer": Command(
         "infer an automaton from symbol strings or recorded trials; show or compare automata",
@@ -54,7 +54,7 @@ COMMANDS: dict[str, Command] = {
         "report:report", "report:ReportOptions",
     ),
     "log": Command("look at recorded trials: info, plot, export"),
-    "render": Command("a film of a recorded trial", "render:render", "picture_options:RenderOptions"),
+    "render": Command("a film of a recorded trial", "render:render", "render:RenderOptions"),
     "emulate": Command(
         "serve the simulated cell behind emulated serial and CAN wires", "emulate:emulate", "options:EmulateOptions"
     ),
@@ -76,12 +76,12 @@ COMMANDS: dict[str, Command] = {
     ),
     "rig new": Command("print a rig file for an arm and a force sensor", "rig_new:new", "rig_new:RigNewOptions"),
     "log info": Command(
-        "what logs hold: what of, how fast, how whole, and what came of it", "log:info", "log_options:InfoOptions"
+        "what logs hold: what of, how fast, how whole, and what came of it", "log:info", "log:InfoOptions"
     ),
-    "log plot": Command("a picture of one trial over time", "log:plot", "log_options:PlotOptions"),
+    "log plot": Command("a picture of one trial over time", "log:plot", "log:PlotOptions"),
     "log export": Command(
         "the same data as CSV files, or for Rerun",
-        "log:export", "log_options:ExportOptions",
+        "log:export", "log:ExportOptions",
     ),
 }  # fmt: skip
 

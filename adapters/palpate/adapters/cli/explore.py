@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.cli.explore_options import ExploreOptions
+from palpate.adapters.cli.options import ExploreOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments.grid import (
     LearningRun,

@@ -1,25 +1,62 @@
 """``palpate log``: look at recorded trials, and bring them into other formats."""
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from palpate.adapters.cli.log_options import ExportOptions, InfoOptions, PlotOptions
+import tyro
+
 from palpate.core.errors import LogError, UsageError, one_line, require_one_of
+from palpate.core.ports import Settings
 
 if TYPE_CHECKING:
     from palpate.adapters.log import TrialLog
 
 
+Files = Annotated[tuple[str, ...], tyro.conf.Positional]
+
+
+@dataclass(frozen=True)
+class InfoOptions(Settings):
+    """Tell what logs hold: what of, how fast, how whole, and what came of it."""
+
+    files: Files = ()
+    """Logs, or folders with logs in or below them; a page for one, a table for several."""
+    json: bool = False
+    """Everything about every log, as a JSON list."""
+
+
+@dataclass(frozen=True)
+class PlotOptions(Settings):
+    """Draw a trial over time: forces, torques, position, states, actions, events."""
+
+    file: Annotated[str, tyro.conf.Positional]
+    """The log."""
+    out: str = ""
+    """The figure, a new .png, .svg or .pdf file; NAME.png beside the log if not given."""
+
+
+@dataclass(frozen=True)
+class ExportOptions(Settings):
+    """Write logs in another format: csv keeps every bit.
+
+    rerun is what palpate run --live shows: frames, scene and values. Foxglove opens the logs themselves.
+    """
+
+    files: Files = ()
+    """Logs, or folders with logs in or below them."""
+    to: str = ""
+    """csv, or rerun (RRD)."""
+    out: str = ""
+    """Folder for the result; it must be new or empty."""
+
+
 def info(options: InfoOptions) -> int:
     """Print what logs hold; 0, or 2 if one of them is damaged or cannot be used."""
     files = _logs(options.files, "info")
-    import dataclasses
-
     from palpate.adapters.log import describe, finite, info_of, read_log, table
 
     infos = []
@@ -30,7 +67,7 @@ def info(options: InfoOptions) -> int:
             # One bad log must not hide the others.
             sys.stderr.write(f"palpate: {one_line(error)}\n")
     if options.json:
-        shown = finite([dataclasses.asdict(info) for info in infos])
+        shown = finite([asdict(info) for info in infos])
         sys.stdout.write(json.dumps(shown, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
     elif len(files) == 1:
         sys.stdout.write("".join(describe(info) for info in infos))
@@ -79,7 +116,7 @@ def export(options: ExportOptions) -> int:
     return 0
 
 
-def print_damage(log: TrialLog) -> None:
+def print_damage(log: "TrialLog") -> None:
     """Print what is wrong with a log that is used all the same; nothing for a sound one."""
     if log.damage or log.missing:
         sys.stderr.write(f"palpate: {log.path}: {log.damage or log.missing}\n")

@@ -1,6 +1,7 @@
-"""Command-line options of each subcommand.
+"""Command-line options of the commands that load the simulator.
 
-Light to import: nothing here loads the simulator, so that ``--help`` and wrong words are answered at once.
+Nothing here loads it, so that ``--help`` and wrong words are answered at once. Options of other commands are next to
+these.
 """
 
 from copy import copy
@@ -10,7 +11,7 @@ from typing import Annotated, Self, TypeAlias
 import tyro
 from typing_extensions import override
 
-from palpate.adapters.config import LEARNERS, SCENARIOS, EmulationConfig, RunConfig
+from palpate.adapters.config import LEARNERS, SCENARIOS, TRIALS, EmulationConfig, GridLearning, RunConfig
 from palpate.core.ports import OneOf, Range, Settings
 
 Trials: TypeAlias = Annotated[int, Range(1, 1_000_000)]
@@ -164,14 +165,6 @@ class PlanOptions(Settings):
 
 
 @dataclass(frozen=True)
-class ShowOptions(Settings):
-    """Print what a policy file holds: states, best actions, values, visits."""
-
-    file: Annotated[str, tyro.conf.Positional]
-    """The policy file."""
-
-
-@dataclass(frozen=True)
 class ReplayOptions(Settings):
     """Feed recorded trials back through the core and compare every command and decision, bit by bit.
 
@@ -282,3 +275,75 @@ class EmulateOptions(EmulationConfig, RunSettings):
     priority: Annotated[int, Range(0, 99)] = 0
     """Real-time priority (SCHED_FIFO) of the emulated devices, 1 to 99: other work on this machine then does not hold
     them up, which real devices would not know either. 0 asks for none; a refusal is told."""
+
+
+@dataclass(frozen=True)
+class StudyOptions(Settings):
+    """Run every combination of settings, policies and seeds of a TOML file, each in a folder of its own.
+
+    The file:
+
+      [study]
+      trials = 150
+      seeds = [0, 1, 2]                      # or their number
+      policies = ["q-learning", "torque"]    # learners are trained; comparators and policy files run as they are
+      job = "my-part.toml"                   # job file, from the folder of this file; without it the paper's peg
+
+      [base]                                 # settings of all conditions, as in a run.toml
+      scenario = "paper"
+
+      [grid]                                 # a list of values for each setting: all combinations
+      "task.start_uncertainty_mm" = [1.0, 2.0]
+
+    Several [[grid]] tables are run one after the other. Trials are not recorded unless the file sets recording.enabled.
+
+    The same command continues where it stopped. Results depend neither on the number of workers nor on their order.
+
+    Exit code 0: all conditions are finished; 1: some failed; 2: the file, the folder or an option cannot be used; 130:
+    ended by Ctrl-C.
+    """
+
+    file: Annotated[str, tyro.conf.Positional]
+    """The study file (TOML)."""
+    out: str = ""
+    """Folder for the study; runs/NAME-OF-THE-FILE if not given."""
+    jobs: Jobs = 0
+    """Processes; 0 takes one per core."""
+    scheduler: str = ""
+    """Dask scheduler that runs the conditions: tcp:// on loopback, tls://, or local to start one with --jobs workers.
+    Workers need this palpate and the folder of the study: pip install 'palpate[cluster]'."""
+
+
+@dataclass(frozen=True)
+class ExploreOptions(Settings):
+    """Learn to find the goal of a grid world with an ambiguous sensor, and see how near that comes to the optimum.
+
+    Prints, for each run, the mean number of steps in its last 100 trials, and beside it what is possible at all: the
+    optimum with full information and the belief-state optimum.
+    """
+
+    map: str = "1"
+    """1, 2 or twin: the scenarios; eight regions such as ABC/C.E/BDF; or a text file with rows of letters, # for a
+    wall and a dot for the goal."""
+    size: int = 7
+    """Length of a side in cells, odd; a text file has its own."""
+    state: str = "symbols"
+    """symbols: a state is a symbol; last-2, last-3: the last symbols; or an automaton file (.json)."""
+    learning: Annotated[GridLearning, tyro.conf.arg(name="")] = field(default_factory=GridLearning)
+    trials: Trials = TRIALS
+    """Trials of each run."""
+    seeds: Annotated[int, Range(1, 100_000)] = 3
+    """Number of independent runs."""
+    seed: Annotated[int, Range(0, 2**32 - 1)] = 0
+    """Seed of the first; the others follow."""
+    out: str = ""
+    """Folder for every trial, the policies, summary and learning curve; it must not be there yet, or be empty."""
+    figure: str = ""
+    """Instead: draw the paper's figure 3, both scenarios with symbols and with an automaton from random walks; a file,
+    .svg, .png or .pdf."""
+    strings: str = ""
+    """Instead: write the symbols of random walks to this file, one walk a line."""
+    walks: int = 1000
+    """Number of random walks, for --strings and for inference."""
+    longest: int = 30
+    """Walks with more steps are left out."""

@@ -7,11 +7,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Annotated, Final
+
+import tyro
 
 from palpate.adapters.cli.log import print_damage
-from palpate.adapters.cli.picture_options import RenderOptions
 from palpate.core.errors import ConfigurationError, require_in, require_one_of
+from palpate.core.ports import Range, Settings
 
 ENDINGS: Final = (".mp4", ".gif")
 LEAST_PX: Final = 120
@@ -21,6 +23,32 @@ _MOST_PX: Final = 4096
 _GIF_MOST: Final = 2_000
 _MP4_MOST: Final = 20_000
 _GIF_MOST_FPS: Final = 50.0
+
+
+@dataclass(frozen=True)
+class RenderOptions(Settings):
+    """Draw a recorded trial as a film (.mp4, .gif).
+
+    The arm stands as its encoders told, and an arrow shows the measured force at the tip. Symbol, state, action, time
+    and phase are written in. Needs no display; the graphics library is EGL or OSMesa, MUJOCO_GL chooses.
+    """
+
+    log: Annotated[str, tyro.conf.Positional]
+    """The log."""
+    to: str = ""
+    """The file to make, ending with .mp4 or .gif; it must not be there yet."""
+    camera: str = "both"
+    """close-up (plate cut open), arm (all of it), or both (the arm in a corner of the close-up)."""
+    size: str = ""
+    """WIDTHxHEIGHT in pixels; 640x480 if not given."""
+    fps: Annotated[float, Range(0.1, 240.0, text="a number from 0.1 to 240, for .gif from 0.1 to 50")] | None = None
+    """Pictures per second; 25 if not given, 12.5 for .gif."""
+    speed: Annotated[float, Range(0.001, 1000.0)] = 1.0
+    """Seconds of the trial per second of the film: 0.5 shows it at half its speed."""
+    begin_s: float | None = None
+    """Where to begin, in seconds of the trial; with the trial if not given."""
+    end_s: float | None = None
+    """Where to end; with the trial if not given."""
 
 
 def render(options: RenderOptions) -> int:

@@ -1,13 +1,26 @@
 """``palpate show``."""
 
 import sys
+from dataclasses import dataclass
+from typing import Annotated
 
-from palpate.adapters.cli.options import ShowOptions
-from palpate.adapters.experiments import render_table
-from palpate.adapters.files import load_policy
+import tyro
+
+from palpate.core.ports import Settings
+
+
+@dataclass(frozen=True)
+class ShowOptions(Settings):
+    """Print what a policy file holds: states, best actions, values, visits."""
+
+    file: Annotated[str, tyro.conf.Positional]
+    """The policy file."""
 
 
 def show(options: ShowOptions) -> int:
     """Print the table of a policy file; returns the exit code."""
+    from palpate.adapters.experiments import render_table
+    from palpate.adapters.files import load_policy
+
     sys.stdout.write(render_table(load_policy(options.file)))
     return 0

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.cli.notices import say
+from palpate.adapters.cli.options import StudyOptions
 from palpate.adapters.cli.progress import progress
-from palpate.adapters.cli.study_options import StudyOptions
 from palpate.adapters.experiments import Workers, completed, workers_for
 from palpate.adapters.experiments.study import Condition, Study, StudyFolder, make
 from palpate.core.errors import OutputError, PalpateError, UsageError, one_line

@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.cli.arguments import flags_of, parse
-from palpate.adapters.cli.explore_options import ExploreOptions
-from palpate.adapters.cli.options import CompareOptions, ReplayOptions, RunOptions, TrainOptions
+from palpate.adapters.cli.options import CompareOptions, ExploreOptions, ReplayOptions, RunOptions, TrainOptions
 from palpate.adapters.config.compose import scenario
 from palpate.adapters.config.run import RunConfig
 from palpate.core.errors import ConfigurationError, UsageError
