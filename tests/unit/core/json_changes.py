@@ -23,24 +23,6 @@ def put(*keys_and_value: Any) -> Change:
     return change
 
 
-def remove(*keys: Any) -> Change:
-    def change(made: Any) -> None:
-        for key in keys[:-1]:
-            made = made[key]
-        del made[keys[-1]]
-
-    return change
-
-
-def repeat(key: str) -> Change:
-    """A list has its first item twice."""
-
-    def change(made: Any) -> None:
-        made[key].append(made[key][0])
-
-    return change
-
-
 def require_refused(read: Callable[[str], object], made: Any, field: str) -> None:
     """The text is refused in one line that names the field."""
     with pytest.raises(ConfigurationError) as refused:

@@ -34,7 +34,7 @@ from palpate.core.policy import (
     policy_from,
 )
 from palpate.core.policy.belief import BeliefParameters
-from tests.unit.core.json_changes import put, remove, repeat, require_refused
+from tests.unit.core.json_changes import put, require_refused
 from tests.unit.core.policy.bench import LEFT, TWO
 
 ACTIONS = compass_actions(0.001)
@@ -94,19 +94,13 @@ class TestFormat:
     @pytest.mark.parametrize(
         ("change", "field"),
         [
-            (put("schema", "palpate.policy/2"), "schema"),
-            (repeat("states"), "states[2]"),
-            (repeat("actions"), "actions[8]"),
             (put("programmed", "c", "+x"), "policy.programmed"),
             (put("programmed", "b", "up"), "policy.programmed"),
             (put("examples", {"c": "+x"}), "policy.examples"),
             (put("learner", None), "programmed"),
             (put("learner", "kind", "sarsa"), "learner.parameters"),
             (put("learner", "parameters", "temperature", "floor", 9.0), "learner.parameters.temperature.floor"),
-            (remove("learner", "state", "q"), "learner.state"),
-            (put("learner", "state", "q", 0, 2, "x"), "learner.q[0][2]"),
             (put("learner", "state", "q", [[0.0] * 8]), "learner.q"),
-            (put("learner", "state", "visits", 1, 0, -1), "learner.visits[1][0]"),
         ],
     )
     def test_contradiction_is_named_by_its_place(self, change: Any, field: str) -> None:

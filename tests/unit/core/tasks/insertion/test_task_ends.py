@@ -36,12 +36,6 @@ def test_the_time_limit_ends_the_exploration() -> None:
     assert trial.stopped
 
 
-@pytest.mark.parametrize(("depth_mm", "outcome"), [(9.85, Outcome.INSERTED), (9.7, Outcome.WEDGED)])
-def test_the_depth_tolerance_decides(depth_mm: float, outcome: Outcome) -> None:
-    trial = Trial(FakeWorld(replace(HOLE, depth_m=depth_mm * 1e-3)))
-    assert trial.report.outcome is outcome
-
-
 @pytest.mark.parametrize(("depth_mm", "slack_mm", "inserted"), [(9.4, 0.5, True), (9.4, 0.3, False), (9.85, 0.0, True)])
 def test_without_a_touch_the_surface_is_known_only_roughly(depth_mm: float, slack_mm: float, inserted: bool) -> None:
     hole = Pit(*START, depth_m=depth_mm * 1e-3)
@@ -100,7 +94,7 @@ def spoiled(snapshot: Snapshot, device: str, kind: str) -> Snapshot:
 @pytest.mark.parametrize(
     ("device", "kind"), [*(("force", kind) for kind in BAD_WRENCHES), *(("joint", kind) for kind in BAD_JOINTS)]
 )
-@pytest.mark.parametrize("when", [0, 1, 90, 250])
+@pytest.mark.parametrize("when", [0, 90])
 def test_a_bad_sample_ends_the_trial(device: str, kind: str, when: int, good: Trial) -> None:
     world = FakeWorld(HOLE)
 
