@@ -57,7 +57,7 @@ def imported(field: str, place: str, accepted: str) -> Any:
         module = importlib.import_module(module_name)
     except ImportError as error:
         raise ConfigurationError(field, place, f"a module that can be imported ({error})") from error
-    except (Exception, SystemExit) as error:
+    except (Exception, SystemExit, GeneratorExit) as error:
         # Whatever a third-party module does as it is imported.
         raise ConfigurationError(field, place, f"a module that imports without failing ({told(error)})") from error
     if not hasattr(module, attribute):
