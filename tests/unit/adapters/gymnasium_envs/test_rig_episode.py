@@ -98,7 +98,7 @@ def test_skills_are_decided_once_earn_once_and_replay_equal(tmp_path: Path, monk
         earned = [made.decide(skills[name]) for name in ("lean 1", "push 1")]
         # Ten a second, from the first decision to the third; the tool leans over the corner.
         assert sum(earned) == pytest.approx(-10.0 * made.exploration_time_s, abs=2.0)
-        assert np.degrees(np.hypot(*made.seen()[0][:2])) == pytest.approx(5.0, abs=0.1)
+        assert np.degrees(np.hypot(*made.seen()[0][:2])) == pytest.approx(config.task.options["lean_deg"], abs=0.1)
         while made.running:
             made.decide(skills["push 1"])
     (log,) = (tmp_path / "run" / "logs").iterdir()
