@@ -36,6 +36,8 @@ _GROWTH: Final = 1.02
 _PUSH_SHARE: Final = 0.25
 """Bend of the gripper by a push, over the budget, from which it grows no more: with as much again, and what grows until
 that is seen, it stays below the budget."""
+_FOLLOWED: Final = 2.0
+"""Largest command over that bend: servos that follow by less than half are late as well, and would swing."""
 _AIMED: Final = 0.85
 """Cosine of the widest angle between a push and a wall's force: 0.7 of the wall's stiffness responds."""
 _SIMILAR: Final = 0.5
@@ -272,8 +274,9 @@ class Monitor:
             met: A wall is felt: the push grows until it responds, by what the flange moves: the arm's own servos give
                 way to a stiff gripper.
         """
-        if met and self.across.swing_m * self.lateral_N_per_m < _PUSH_SHARE * self.budget_N:
-            self._push_dither.amplitude_m *= _GROWTH
+        largest_m, dither = _PUSH_SHARE * self.budget_N / self.lateral_N_per_m, self._push_dither
+        if met and self.across.swing_m < largest_m and dither.amplitude_m < _FOLLOWED * largest_m:
+            dither.amplitude_m *= _GROWTH
         return self._push_dither.velocity_m_s()
 
     def push(self, direction: tuple[float, float] | None) -> None:
