@@ -123,9 +123,7 @@ def stops(times: int, rt: bool, *, velocities: bool) -> None:
                     arm.send(JointCommand(goal))
                     arm.read()
             time.sleep(0.3)
-            late = [(came_ns - killed_ns) * 1e-6 for came_ns, _ in robot.came if came_ns > killed_ns]
-            still = not velocities or robot.came[-1][1] == (0.0,) * 6
-            late_ms.append(max(late, default=np.inf) if still else np.inf)
+            late_ms.append((held_ns(robot, killed_ns, sign) - killed_ns) * 1e-6)
             robot.came.clear()
             arm.acknowledge_fault()
         arm.close()
@@ -133,6 +131,15 @@ def stops(times: int, rt: bool, *, velocities: bool) -> None:
     what = "zeros" if velocities else "the position to hold"
     print(f"process killed: {what} within {ALLOWED_MS:g} ms in {good} of {times}; median {np.median(late_ms):.1f} ms,"
           f" most {max(late_ms):.1f} ms", flush=True)  # fmt: skip
+
+
+def held_ns(robot: Robot, since_ns: int, sign: int) -> float:
+    """When the first command came that does not move the arm on."""
+    commands = zip(robot.came, robot.came[1:], strict=False)
+    for (_, before), (came_ns, data) in commands:
+        if came_ns > since_ns and (data[5] if robot.velocities else data[5] - before[5]) * sign <= 0.0:
+            return came_ns
+    return np.inf
 
 
 def arm_number() -> int:
