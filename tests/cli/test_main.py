@@ -53,7 +53,7 @@ def test_help_is_broken_where_the_terminal_ends_and_samples_are_not(
     monkeypatch.setenv("COLUMNS", str(wide))
     told = palpate.succeed("study", "--help")
     assert line in told
-    assert '["q-learning", "torque"]    # learners are trained; comparators and policy files run as they are\n' in told
+    assert '["q-learning", "torque"]    # learners are trained; baselines and policy files run as they are\n' in told
 
 
 def test_palpate_alone_lists_its_commands(palpate: CommandLine) -> None:

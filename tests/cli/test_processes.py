@@ -59,7 +59,7 @@ def logs_in(out: Path) -> dict[str, bytes]:
 def test_ctrl_c_ends_training_in_order_and_the_message_says_how_to_go_on(
     palpate: CommandLine, tmp_path: Path, trained: Path, start: Start
 ) -> None:
-    # The space, and a policy to begin from, are traps for whoever prints the command to go on with.
+    # The space, and a policy to begin from, are traps for the command that is printed.
     out = tmp_path / "a run"
     words = ("train", *QUICK, "--policy", trained / "policy.json")
     process = start(*words, "--trials", MANY, "--out", out)
@@ -75,7 +75,7 @@ def test_ctrl_c_ends_training_in_order_and_the_message_says_how_to_go_on(
     assert json.loads((out / "summary.json").read_text())["finished"] is False
     tables = {name: (out / name).read_bytes() for name in ("trials.csv", "decisions.csv")}
 
-    name, *again = shlex.split(printed.split("go on with: ")[1])
+    name, *again = shlex.split(printed.split("resume with: ")[1])
     assert name == "palpate"
     again[again.index("--trials") + 1] = str(done + 1)
     palpate.succeed(*again)

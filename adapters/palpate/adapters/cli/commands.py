@@ -23,7 +23,7 @@ COMMANDS: dict[str, Command] = {
         "learn an insertion by trial; leaves a folder with policy, trials and learning curve",
         "train:train", "options:TrainOptions",
     ),
-    "run": Command("run a trained policy, or a comparator, without learning", "run:run", "options:RunOptions"),
+    "run": Command("run a trained policy, or a baseline, without learning", "run:run", "options:RunOptions"),
     "compare": Command(
         "table of hand-written strategies and trained policies on the same trials",
         "compare:compare", "options:CompareOptions",
@@ -38,7 +38,7 @@ COMMANDS: dict[str, Command] = {
     ),
     "show": Command("print what a policy file holds", "show:show", "show:ShowOptions"),
     "explore": Command(
-        "learn in a grid world with an ambiguous sensor, and hold it against the optimum",
+        "learn in a grid world with an ambiguous sensor, and compare with the optimum",
         "explore:explore", "options:ExploreOptions",
     ),
     "infer": Command(
@@ -54,7 +54,7 @@ COMMANDS: dict[str, Command] = {
         "report:report", "report:ReportOptions",
     ),
     "log": Command("look at recorded trials: info, plot, export"),
-    "render": Command("a film of a recorded trial", "render:render", "render:RenderOptions"),
+    "render": Command("make a video of a recorded trial", "render:render", "render:RenderOptions"),
     "emulate": Command(
         "serve the simulated cell behind emulated serial and CAN wires", "emulate:emulate", "options:EmulateOptions"
     ),
@@ -76,7 +76,7 @@ COMMANDS: dict[str, Command] = {
     ),
     "rig new": Command("print a rig file for an arm and a force sensor", "rig_new:new", "rig_new:RigNewOptions"),
     "log info": Command(
-        "what logs hold: what of, how fast, how whole, and what came of it", "log:info", "log:InfoOptions"
+        "summarise logs: configuration, timing, completeness, outcome", "log:info", "log:InfoOptions"
     ),
     "log plot": Command("a picture of one trial over time", "log:plot", "log:PlotOptions"),
     "log export": Command(

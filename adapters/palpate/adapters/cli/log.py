@@ -21,7 +21,7 @@ Files = Annotated[tuple[str, ...], tyro.conf.Positional]
 
 @dataclass(frozen=True)
 class InfoOptions(Settings):
-    """Tell what logs hold: what of, how fast, how whole, and what came of it."""
+    """Summarise logs: configuration, timing, completeness, outcome."""
 
     files: Files = ()
     """Logs, or folders with logs in or below them; a page for one, a table for several."""
@@ -36,7 +36,7 @@ class PlotOptions(Settings):
     file: Annotated[str, tyro.conf.Positional]
     """The log."""
     out: str = ""
-    """The figure, a new .png, .svg or .pdf file; NAME.png beside the log if not given."""
+    """The figure, a new .png, .svg or .pdf file; NAME.png next to the log if not given."""
 
 
 @dataclass(frozen=True)

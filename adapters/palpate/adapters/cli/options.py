@@ -94,9 +94,9 @@ class TrainOptions(MotionSettings, LiveSettings, RunSettings):
     """Folder for the results; runs/SCENARIO if not given. It must not hold a run already."""
     policy: str = "q-learning"
     """q-learning, for what --learner names from scratch; a policy file to go on learning from (exploration begins
-    anew); or a learner of another package's, package.module:Name or the name of its entry point."""
+    again); or a learner of another package's, package.module:Name or the name of its entry point."""
     resume: bool = False
-    """Go on with the run in --out where it stopped, with its settings and the same random streams."""
+    """Resume the run in --out where it stopped, with its settings and the same random streams."""
     from_logs: tuple[str, ...] = ()
     """Run no trials; fit the learner belief to recorded trials of any policy, with the settings of the first log. Logs,
     folders with logs, or patterns in quotes, the newest last."""
@@ -104,10 +104,10 @@ class TrainOptions(MotionSettings, LiveSettings, RunSettings):
 
 @dataclass(frozen=True)
 class RunOptions(MotionSettings, LiveSettings, RunSettings):
-    """Run a trained policy, or a comparator, without learning."""
+    """Run a trained policy, or a baseline, without learning."""
 
     policy: str = ""
-    """A policy file; omniscient, torque, spiral-10, spiral-5, random; or a policy of another package's,
+    """A policy file; omniscient, torque, spiral-10, spiral-5, random; or a policy of a third-party package,
     package.module:Name or the name of its entry point."""
     trials: Trials = 50
     """Number of trials."""
@@ -126,10 +126,10 @@ class RunOptions(MotionSettings, LiveSettings, RunSettings):
 
 @dataclass(frozen=True)
 class CompareOptions(RunSettings):
-    """Compare hand-written strategies, and trained policies beside them, on the same trials."""
+    """Compare hand-written strategies and trained policies on the same trials."""
 
     policy: tuple[str, ...] = ()
-    """Policy files, or package.module:Name, to put beside the comparators."""
+    """Policy files, or package.module:Name, to compare with the baselines."""
     trials: Trials = 50
     """Trials of each."""
     out: str = ""
@@ -254,7 +254,7 @@ class CalibrateOptions(AcknowledgeSettings, RunSettings):
     steps: tuple[str, ...] = ("payload", "plate", "hole")
     """payload: weight, centre of mass and mounting angle; plate: height and stiffness; hole: its place."""
     yes: bool = False
-    """Ask nobody; for emulated rigs only."""
+    """Do not ask; for emulated rigs only."""
 
 
 @dataclass(frozen=True)
@@ -274,7 +274,7 @@ class EmulateOptions(EmulationConfig, RunSettings):
     Others: emergency-stop, program-end, cable-pulled (arm), sensor-silent, sensor-cable. May be given several times."""
     priority: Annotated[int, Range(0, 99)] = 0
     """Real-time priority (SCHED_FIFO) of the emulated devices, 1 to 99: other work on this machine then does not hold
-    them up, which real devices would not know either. 0 asks for none; a refusal is told."""
+    them up, which real devices would not know either. 0 requests none; a refusal is reported."""
 
 
 @dataclass(frozen=True)
@@ -286,7 +286,7 @@ class StudyOptions(Settings):
       [study]
       trials = 150
       seeds = [0, 1, 2]                      # or their number
-      policies = ["q-learning", "torque"]    # learners are trained; comparators and policy files run as they are
+      policies = ["q-learning", "torque"]    # learners are trained; baselines and policy files run as they are
       job = "my-part.toml"                   # job file, from the folder of this file; without it the paper's peg
 
       [base]                                 # settings of all conditions, as in a run.toml
@@ -316,9 +316,9 @@ class StudyOptions(Settings):
 
 @dataclass(frozen=True)
 class ExploreOptions(Settings):
-    """Learn to find the goal of a grid world with an ambiguous sensor, and see how near that comes to the optimum.
+    """Learn to find the goal of a grid world with an ambiguous sensor, and compare with the optimum.
 
-    Prints, for each run, the mean number of steps in its last 100 trials, and beside it what is possible at all: the
+    Prints, for each run, the mean number of steps in its last 100 trials, and what is possible at all: the
     optimum with full information and the belief-state optimum.
     """
 

@@ -18,7 +18,7 @@ class _Lines:
         self.n, self._also = initial, ""
 
     def update(self, more: int = 1) -> None:
-        """So many more are done."""
+        """Report n more as done."""
         before, self.n = self.n, self.n + more
         if self.n * _PARTS // max(self._total, 1) > before * _PARTS // max(self._total, 1):
             self.write(f"{self._label}{self.n} of {self._total} {self._unit}s{self._also}", sys.stderr)
@@ -35,7 +35,7 @@ class _Lines:
 
 @contextmanager
 def progress(total: int, unit: str, label: str = "", *, initial: int = 0, passing: bool = False) -> Iterator[Any]:
-    """Gives what is told of each step by ``update``; on the error stream."""
+    """Iterate, and print what is reported of each step by ``update``; on the error stream."""
     if passing or sys.stderr.isatty():
         shown = tqdm(
             total=total, initial=initial, unit=unit, desc=label or None, file=sys.stderr, dynamic_ncols=True,

@@ -27,9 +27,9 @@ _GIF_MOST_FPS: Final = 50.0
 
 @dataclass(frozen=True)
 class RenderOptions(Settings):
-    """Draw a recorded trial as a film (.mp4, .gif).
+    """Draw a recorded trial as a video (.mp4, .gif).
 
-    The arm stands as its encoders told, and an arrow shows the measured force at the tip. Symbol, state, action, time
+    The arm follows the recorded encoders, and an arrow shows the measured force at the tip. Symbol, state, action, time
     and phase are written in. Needs no display; the graphics library is EGL or OSMesa, MUJOCO_GL chooses.
     """
 
@@ -44,7 +44,7 @@ class RenderOptions(Settings):
     fps: Annotated[float, Range(0.1, 240.0, text="a number from 0.1 to 240, for .gif from 0.1 to 50")] | None = None
     """Pictures per second; 25 if not given, 12.5 for .gif."""
     speed: Annotated[float, Range(0.001, 1000.0)] = 1.0
-    """Seconds of the trial per second of the film: 0.5 shows it at half its speed."""
+    """Seconds of the trial per second of the video: 0.5 shows it at half its speed."""
     begin_s: float | None = None
     """Where to begin, in seconds of the trial; with the trial if not given."""
     end_s: float | None = None

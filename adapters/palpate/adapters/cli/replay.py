@@ -29,7 +29,7 @@ from palpate.core.policy import ForeignEntry, PolicyDocument
 from palpate.core.ports import CONTROL_RATE_HZ
 
 _FEW: Final = 20
-"""So many logs get a line each; of more only those that are not equal do."""
+"""Up to this number each log gets a line; above it, only those that are not equal."""
 _MOST_EXPLAINED: Final = 10
 
 
@@ -53,7 +53,7 @@ def replay(options: ReplayOptions) -> int:
     seconds = time.perf_counter() - began
     report(replays, changes, verbose=options.verbose, strict=options.strict)
     if out is not None:
-        sys.stdout.write(f"logs of what came of it are in {out}\n")
+        sys.stdout.write(f"the continued trials are recorded in {out}\n")
     ticks = sum(one.ticks for one in replays)
     sys.stdout.write(
         f"{ticks} ticks, {ticks / CONTROL_RATE_HZ:.1f} s of trials in {seconds:.1f} s"
@@ -82,7 +82,7 @@ def read_changes(options: ReplayOptions) -> Changes:
     changes = Changes(options.set, config, policy, options.policy)
     if (options.continue_in_mujoco or options.out) and not changes.any:
         flag = "--continue-in-mujoco" if options.continue_in_mujoco else "--out"
-        raise ConfigurationError(flag, True, "a what-if: --policy, --set or --config beside it")
+        raise ConfigurationError(flag, True, "a what-if: also --policy, --set or --config")
     return changes
 
 
@@ -110,7 +110,7 @@ def report(replays: Sequence[Replay], changes: Changes, *, verbose: bool, strict
     taken = [one for one in replays if one.recorded_decisions]
     if taken:
         sys.stdout.write(
-            f"of {len(taken)} of them the decisions were taken from the log, and all else made anew: perception,"
+            f"of {len(taken)} of them the decisions were taken from the log, and all else computed again: perception,"
             f" control, supervision and what decisions earned; the policy's code is not there"
             f" ({taken[0].recorded_decisions})\n"
         )

@@ -20,7 +20,7 @@ from palpate.core.trial import find_ready_pose
 
 STEPS: Final = {
     "payload": "lift the tool above the plate and tilt it by up to 25 degrees to all sides; no cable may pull",
-    "plate": "press the peg on the plate with up to 7 N at four places 5 mm beside the believed hole",
+    "plate": "press the peg on the plate with up to 7 N at four places 5 mm away from the believed hole",
     "hole": "insert the peg three times; the torque leads it into the hole",
 }
 _TABLE: Final = CalibrationTable.TABLE

@@ -17,7 +17,7 @@ from palpate.adapters.visualisation import viewed
 
 
 def run(options: RunOptions) -> int:
-    """Run a policy and print what came of it; returns the exit code."""
+    """Run a policy and print the result; returns the exit code."""
     config, jobs = options.run, options.jobs or os.cpu_count() or 1
     options.require("dry", not options.dry or bool(options.rig), "given with --rig only")
     alone = bool(options.rig or options.live or options.view)

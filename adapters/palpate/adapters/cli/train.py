@@ -71,7 +71,7 @@ def train(options: TrainOptions) -> int:
         words = ["palpate", "train", "--resume", "--out", str(folder.path), "--trials", str(options.trials)]
         if os.path.exists(options.policy):
             words += ["--policy", options.policy]
-        say(f"ended after {len(result.rows)} of {options.trials} trials; go on with: {shlex.join(words)}")
+        say(f"ended after {len(result.rows)} of {options.trials} trials; resume with: {shlex.join(words)}")
         return 130
     return int(bool(result.troubles))
 
@@ -139,7 +139,7 @@ class TrainingBar:
 
 
 def results_line(rows: Sequence[TrialRow]) -> str:
-    """What the trials came to: the first beside the last, none of them both, where there are more than a few."""
+    """Summarise the trials: the first next to the last, without overlap."""
     count, times, wins = len(rows), [row.exploration_time_s for row in rows], [row.success for row in rows]
     if count <= WINDOW:
         return f"{count} trials, mean time {sum(times) / count:.2f} s; success: {sum(wins)} of {count}"

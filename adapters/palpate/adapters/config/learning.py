@@ -52,7 +52,7 @@ def learner_in(path: str) -> str:
 
 @dataclass(frozen=True)
 class LearningConfig(Settings):
-    """The learner, what it is rewarded for, and what is programmed beside it."""
+    """The learner, what it is rewarded for, and what is programmed."""
 
     TABLE: ClassVar[str] = "learning"
 
@@ -68,7 +68,7 @@ class LearningConfig(Settings):
     """Q before the first visit: near what the way to the goal costs. From 0, which promises the goal at once, values
     sink for hundreds of trials and hide which action is best."""
     rule_lead: Annotated[float, Range(0.0, 1e6)] = 0.0
-    """By so much Q of the skills that the task's own rule would take begins above that of the others; 0: all alike."""
+    """Initial lead in Q of the skills that the task's own rule would take; 0 starts all equally."""
     temperature: Annotated[float, Range(0.0, 1e6, above=True)] = 5.0
     """Boltzmann temperature of the first trial."""
     temperature_decay: TemperatureDecay = 0.95

@@ -31,7 +31,7 @@ def from_here() -> Iterator[None]:
 
 @contextmanager
 def folder_kept() -> Iterator[None]:
-    """Put the working folder back: others' code may change it, and places of results may be told from it."""
+    """Put the working folder back: third-party code may change it, and result paths may be relative to it."""
     # By its number: it may have been moved meanwhile.
     here = os.open(".", os.O_PATH)
     try:

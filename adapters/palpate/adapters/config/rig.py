@@ -35,9 +35,9 @@ class SensorFactsTable(Settings):
     TABLE: ClassVar[str] = "force_sensor.facts"
 
     noise_N: _Noise | None = None
-    """Standard deviation of one force channel at rest; ``palpate rig doctor`` measures it."""
+    """Standard deviation of one force channel of a stationary sensor; ``palpate rig doctor`` measures it."""
     noise_Nm: _Noise | None = None
-    """Standard deviation of one torque channel at rest."""
+    """Standard deviation of one torque channel of a stationary sensor."""
     range_N: _Ranges | None = None
     """Largest force along each axis."""
     range_Nm: _Ranges | None = None
@@ -45,7 +45,7 @@ class SensorFactsTable(Settings):
     rate_Hz: Annotated[float, Range(1.0, 100_000.0)] | None = None
     """Rate of its samples."""
     frame: Annotated[str, Holds(bool, "the name of a frame")] | None = None
-    """Frame of its samples; sensor where nobody says another."""
+    """Frame of its samples; sensor by default."""
 
     def noise(self) -> SensorFacts | None:
         """Return noise and range, from which settings are derived; None where no noise is stated."""
@@ -109,7 +109,7 @@ class RigFile(Settings):
     job: str = ""
     """Job file of the rig, for commands that are given none."""
     emulated: bool = False
-    """Nobody can be hurt: `palpate emulate` writes it into its rig file."""
+    """No real device moves; `palpate emulate` writes it into its rig file."""
     accept_kinematics: bool = False
     """A person accepts the nominal model of the arm, for this run; no key of the file."""
     model: str | ArmDescription = ""

@@ -21,7 +21,7 @@ GROUP: Final = "palpate.tasks"
 """Entry points of this group are kinds of task by name."""
 _FIELD: Final = "task.name"
 _BESIDE_MM: Final = 1.0
-"""A corner may be told so far outside the peg: drawings are round."""
+"""A stated corner may be this far outside the peg: drawings are rounded."""
 INSERTION: Final = "insertion"
 _OWN: Final[Mapping[str, str]] = {
     INSERTION: "palpate.core.tasks.insertion:INSERTION",
@@ -66,10 +66,10 @@ def with_options(config: RunConfig) -> RunConfig:
 
 
 def require_corners(config: RunConfig) -> None:
-    """Refuse what a task is told of the peg's corners, where the peg of the simulated cell has others.
+    """Refuse corners of the task that the peg of the simulated cell does not have.
 
     Raises:
-        ConfigurationError: Their number is another, or they would lie beside the peg or come down outside the area.
+        ConfigurationError: Their number is another, or they would lie outside the peg or come down outside the area.
     """
     told, peg = config.task.options, config.cell.peg
     sides, corners = SIDES.get(peg.cross_section, 0), told.get("corners", 0.0)
