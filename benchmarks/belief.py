@@ -21,7 +21,7 @@ import numpy as np
 
 from benchmarks.common import QUICK_STEPS, Cell, Row, Trials, converged, parser_of, seeds_of, share, sweep, table
 from palpate.adapters.config import overlay, scenario
-from palpate.adapters.experiments import comparator
+from palpate.adapters.experiments import baseline
 from palpate.core.policy import Decision, Observation
 from palpate.core.policy.belief import learner
 
@@ -64,7 +64,7 @@ def run(cell: Cell) -> dict[str, Any]:
     make = None
     if policy != "belief":
         config = overlay(config, QUICK_STEPS)
-        make = lambda config, _, hole: comparator(policy, config, hole)  # noqa: E731
+        make = lambda config, _, hole: baseline(policy, config, hole)  # noqa: E731
     decisions_s: list[float] = []
     rows = []
     with Trials(config, make) as trials, _timed(decisions_s):

@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks.common import FAILED_S, Cell, Trials, parser_of, seeds_of, sweep, table
 from palpate.adapters.config import scenario
-from palpate.adapters.experiments import comparator, loaded_policy
+from palpate.adapters.experiments import baseline, loaded_policy
 from palpate.adapters.experiments.statistics import moving_average
 from palpate.core.policy import document_of
 
@@ -34,7 +34,7 @@ def learn(cell: Cell) -> dict[str, Any]:
         document = document_of(trials.policy, created_with={}, perception={})
     others = {
         "frozen": lambda config, perception, _: loaded_policy(document, config, perception, frozen=True),
-        "torque rule": lambda config, *_: comparator("torque", config, tuple),
+        "torque rule": lambda config, *_: baseline("torque", config, tuple),
     }
     last = {}
     for name, make in others.items():

@@ -38,7 +38,7 @@ PLATE_MRAD: Final = 17.5
 """Tilt of the plate in six degrees of freedom, in any direction; the rest is the grip's."""
 KG_PER_MM3: Final = 1.2e-6
 """Of a plastic."""
-ORACLES: Final = (("insertion", "omniscient"), ("insertion-6dof", "omniscient-pose"))
+ORACLES: Final = (("insertion", "oracle"), ("insertion-6dof", "oracle-pose"))
 Part = dict[str, Any]
 
 

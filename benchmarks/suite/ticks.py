@@ -14,10 +14,10 @@ import numpy as np
 from benchmarks.suite.figures import Form, Row
 from palpate.adapters.config import scenario
 from palpate.adapters.experiments import (
+    baseline,
     build_perception,
     build_supervisor,
     build_task,
-    comparator,
     learning_policy,
     ready_pose,
     run_scored_trial,
@@ -162,7 +162,7 @@ def tick(form: Form) -> list[Row]:
 def supervisor(form: Form) -> list[Row]:
     """The supervisor and the task's own step over the same snapshots, in turns."""
     ready, perception = ready_pose(CONFIG), build_perception(CONFIG)
-    task = build_task(CONFIG, ready, perception, comparator("torque", CONFIG, tuple))
+    task = build_task(CONFIG, ready, perception, baseline("torque", CONFIG, tuple))
     trials = []
     with simulated() as rig:
         for trial in range(2):

@@ -4,7 +4,7 @@ import csv
 import json
 from pathlib import Path
 
-STRATEGIES = ["omniscient", "torque", "spiral-10", "spiral-5", "random"]
+STRATEGIES = ["oracle", "torque", "spiral-10", "spiral-5", "random"]
 
 
 def test_all_strategies_stand_in_one_table(compared: Path) -> None:
@@ -21,7 +21,7 @@ def test_all_strategies_stand_in_one_table(compared: Path) -> None:
             assert (row[f"{quantile}_low"], row[f"{quantile}_high"]) == ("", "")
             assert 0.0 <= float(row[quantile]) <= 0.6
         assert 4.0 < float(row["peak_force_N"]) < 30.0
-    assert float(rows["omniscient"]["success"]) == 1.0
+    assert float(rows["oracle"]["success"]) == 1.0
     # Equal policies on equal trials.
     assert rows[one] | {"policy": ""} == rows[two] | {"policy": ""}
 

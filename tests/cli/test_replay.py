@@ -46,7 +46,7 @@ def test_one_trial_replays_alone_and_what_it_cannot_be_checked_for_is_named(palp
 
 def test_all_strategies_of_a_comparison_replay(palpate: CommandLine, compared: Path) -> None:
     assert {path.name for path in (compared / "logs").iterdir()} == {
-        "run", "run-1", "omniscient", "torque", "spiral-10", "spiral-5", "random",
+        "run", "run-1", "oracle", "torque", "spiral-10", "spiral-5", "random",
     }  # fmt: skip
     assert "14 of 14 equal" in palpate.succeed("replay", compared, "--jobs", 1)
 
@@ -168,7 +168,7 @@ def test_what_if_the_limit_had_been_tighter(palpate: CommandLine, log: Path) -> 
 
 
 def test_the_simulator_goes_on_from_the_first_other_command(palpate: CommandLine, log: Path) -> None:
-    done = palpate("replay", log, "--policy", "omniscient", "--continue-in-mujoco")
+    done = palpate("replay", log, "--policy", "oracle", "--continue-in-mujoco")
     assert done.code == 1
     assert "in the simulator: inserted after 0." in done.stdout
     # Where nothing is other, the simulator gives the recorded trial again, every sample held against the log.

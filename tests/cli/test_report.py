@@ -105,7 +105,7 @@ def test_a_training_run(palpate: CommandLine, run: Path) -> None:
 
 
 def test_a_claim_is_on_the_page(palpate: CommandLine) -> None:
-    run = ("run", "--policy", "omniscient", "--trials", 1, "--recording.no-enabled", "--out", "out")
+    run = ("run", "--policy", "oracle", "--trials", 1, "--recording.no-enabled", "--out", "out")
     assert palpate(*run, "--claim", "success >= 0.9").code == 1
     palpate.succeed("report", "out")
     page = Page(Path("out"))

@@ -1,4 +1,4 @@
-"""``palpate run`` with trained policies and comparators, the files that are no policy, and ``palpate show``."""
+"""``palpate run`` with trained policies and baselines, the files that are no policy, and ``palpate show``."""
 
 import csv
 import json
@@ -30,7 +30,7 @@ def test_a_trained_policy_runs_and_does_not_learn(palpate: CommandLine, trained:
 
 
 def test_a_claim_is_judged_and_the_logs_of_several_processes_replay(palpate: CommandLine) -> None:
-    run = ("run", "--task.ready-height-mm", 1, "--policy", "omniscient")
+    run = ("run", "--task.ready-height-mm", 1, "--policy", "oracle")
     # Workers keep the folder in which they were begun.
     printed = palpate.succeed(*run, "--trials", 12, "--out", "two", "--jobs", 2, "--claim", "success >= 0.7")
     assert "success 100.0% (95 % interval 73.54% to 100.00%)" in printed

@@ -13,7 +13,7 @@ SQUARE = f"{SPATIAL} --policy corner-first --task.options corners 4"
 
 
 def test_who_knows_the_pose_of_hole_and_grip_goes_straight_in_and_is_replayed(palpate: CommandLine) -> None:
-    words = ("--scenario", "blind-square", "--policy", "omniscient-pose", "--trials", 1, "--out", "run")
+    words = ("--scenario", "blind-square", "--policy", "oracle-pose", "--trials", 1, "--out", "run")
     assert "success 100.0%" in palpate.succeed("run", "--task", "insertion-6dof", *words)
     with Path("run/trials.csv").open(newline="") as stream:
         assert [float(row["exploration_time_s"]) < 1.0 for row in csv.DictReader(stream)] == [True]
@@ -28,7 +28,7 @@ def test_who_knows_the_pose_of_hole_and_grip_goes_straight_in_and_is_replayed(pa
         ("run --policy corner-first", "one of --task insertion-6dof"),
         (f"run {TURNING} most_lean_deg 30", "a turn about y that zebra-zero can make above the goal"),
         (f"run {SQUARE}", "0, as the round peg of cell.peg.cross_section has"),
-        ("run --policy none", "a policy file, or one of omniscient"),
+        ("run --policy none", "a policy file, or one of oracle"),
         ("run --policy torque --task.options way_mm 9", "no option of insertion"),
         ("compare --policy corner-first", "one of --task insertion-6dof"),
     ],

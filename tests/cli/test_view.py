@@ -10,7 +10,7 @@ import pytest
 from palpate.adapters.visualisation import viewer
 from tests.command_line import CommandLine, finished_trials
 
-VIEW = ("run", "--policy", "omniscient", "--recording.no-enabled", "--out", "out", "--view")
+VIEW = ("run", "--policy", "oracle", "--recording.no-enabled", "--out", "out", "--view")
 
 
 class Window:

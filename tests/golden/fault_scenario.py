@@ -9,10 +9,10 @@ from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, overlay, scenario
 from palpate.adapters.experiments import (
+    baseline,
     build_perception,
     build_supervisor,
     build_task,
-    comparator,
     open_rig,
     ready_pose,
     score,
@@ -136,7 +136,7 @@ def recorded(one: FaultScenario) -> bytes:
     config, sink = configured(one), MemorySink()
     ready = ready_pose(config)
     perception = build_perception(config)
-    policy = comparator(one.policy, config, lambda: (0.0, 0.0))
+    policy = baseline(one.policy, config, lambda: (0.0, 0.0))
     task = build_task(config, ready, perception, policy)
     setup = trial_setup(config, one.trial)
     plans = [FaultPlan(seed=1, **plan) for plan in one.faults]

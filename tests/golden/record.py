@@ -86,8 +86,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     # Policies in use, and baselines.
     "frozen-policy": ("run", "--trials", "1", "--seed", "25", *_SHORT, "--policy", "train-paper"),
     "torque-ur5": ("run", "--policy", "torque", "--trials", "1", "--seed", "3", "--arm", "ur5", *_SHALLOW),
-    "omniscient-blind": (
-        "run", "--policy", "omniscient", "--trials", "1", "--seed", "4", "--scenario", "blind", *_SHALLOW,
+    "oracle-blind": (
+        "run", "--policy", "oracle", "--trials", "1", "--seed", "4", "--scenario", "blind", *_SHALLOW,
     ),
     "spiral-force-limit": (
         "run", "--policy", "spiral-10", "--trials", "1", "--seed", "5", "--task.max-force-N", "5.5",
@@ -99,8 +99,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     # Six degrees of freedom: a square and a keyed peg.
     "corner-first": ("run", *_CORNER, "--seed", "4", "--job", _JOBS + "square-20.toml", *_SHALLOW[:4]),
     "flat-first": ("run", *_CORNER, "--seed", "36", "--scenario", "blind-keyed", *_SHALLOW),
-    "omniscient-pose": (
-        "run", "--task", "insertion-6dof", "--policy", "omniscient-pose", "--trials", "1", "--seed", "36", "--scenario",
+    "oracle-pose": (
+        "run", "--task", "insertion-6dof", "--policy", "oracle-pose", "--trials", "1", "--seed", "36", "--scenario",
         "blind-square", *_SHALLOW,
     ),
 }  # fmt: skip
@@ -110,10 +110,10 @@ CLAIMS: dict[str, str] = {
     "train-sarsa": "inserted",
     "train-belief": "inserted",
     "torque-ur5": "inserted",
-    "omniscient-blind": "inserted",
+    "oracle-blind": "inserted",
     "spiral-force-limit": "force limit",
     "corner-first": "inserted",
-    "omniscient-pose": "inserted",
+    "oracle-pose": "inserted",
     **{name: one.shows for name, one in SCENARIOS.items()},
 }
 """Outcome and trip reason that logs must have; other recipes show a learner, however its trial ends."""

@@ -216,7 +216,7 @@ def test_one_that_cannot_even_begin_is_refused_before_a_folder_is_made(
         ("ill_made:Unfinished", "its Unfinished lacks choose"),
         ("ill_made:Stillborn", "it failed with OSError: no weights"),
         ("ill_made:__doc__", "a class or a function that makes a policy"),
-        ("drift", "a policy file, or one of omniscient"),
+        ("drift", "a policy file, or one of oracle"),
     ):
         assert reason in palpate.refusal("run", "--policy", name, "--out", "run")
     assert "by get_state and set_state" in palpate.refusal("train", "--policy", "ill_made:Bad", "--out", "run")

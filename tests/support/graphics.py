@@ -9,7 +9,7 @@ from palpate.adapters.mujoco.graphics import working_library
 from palpate.core.errors import UsageError
 
 GOLDEN = Path(__file__).parents[1] / "golden"
-INSERTION = GOLDEN / "omniscient-blind.mcap"
+INSERTION = GOLDEN / "oracle-blind.mcap"
 """Zebra Zero, 297 ticks, hole 3 mm from where it is believed to be; contact at tick 118, actions from 132 to 188."""
 
 

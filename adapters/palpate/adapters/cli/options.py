@@ -107,7 +107,7 @@ class RunOptions(MotionSettings, LiveSettings, RunSettings):
     """Run a trained policy, or a baseline, without learning."""
 
     policy: str = ""
-    """A policy file; omniscient, torque, spiral-10, spiral-5, random; or a policy of a third-party package,
+    """A policy file; oracle, torque, spiral-10, spiral-5, random; or a policy of a third-party package,
     package.module:Name or the name of its entry point."""
     trials: Trials = 50
     """Number of trials."""
@@ -176,7 +176,7 @@ class ReplayOptions(Settings):
     logs: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
     """Logs, folders with logs in or below them, or patterns in quotes."""
     policy: str = ""
-    """What if: another policy; a policy file, omniscient, torque, spiral-10, spiral-5, random, or
+    """What if: another policy; a policy file, oracle, torque, spiral-10, spiral-5, random, or
     package.module:Name."""
     set: Annotated[tuple[str, ...], tyro.conf.UseAppendAction] = ()
     """What if: a setting, as in --set task.max_force_N=20; may be given several times."""

@@ -10,7 +10,7 @@ from typing import Final
 from palpate.adapters.cli.options import ReplayOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import RunConfig, overlay, read_toml, run_facts
-from palpate.adapters.experiments import COMPARATORS, accepted_policies, foreign_code, foreign_entry
+from palpate.adapters.experiments import BASELINES, accepted_policies, foreign_code, foreign_entry
 from palpate.adapters.files import load_policy
 from palpate.adapters.log import aligned, find_logs
 from palpate.adapters.replay import (
@@ -72,7 +72,7 @@ def read_changes(options: ReplayOptions) -> Changes:
         run_facts(table, options.config)
         config = overlay(RunConfig(), table)
     policy: PolicyDocument | ForeignEntry | str | None = None
-    if options.policy in COMPARATORS:
+    if options.policy in BASELINES:
         policy = options.policy
     elif options.policy:
         code = "" if os.path.exists(options.policy) else foreign_code(options.policy)

@@ -36,11 +36,11 @@ from .foreign import foreign_entry as foreign_entry
 from .foreign import foreign_policy as foreign_policy
 from .planning import simulate as simulate
 from .planning import untrue as untrue
-from .policies import COMPARATORS as COMPARATORS
+from .policies import BASELINES as BASELINES
 from .policies import OUTSIDE as OUTSIDE
 from .policies import accepted_policies as accepted_policies
-from .policies import comparator as comparator
-from .policies import comparators_of as comparators_of
+from .policies import baseline as baseline
+from .policies import baselines_of as baselines_of
 from .policies import learning_policy as learning_policy
 from .policies import loaded_policy as loaded_policy
 from .policies import perception_of as perception_of

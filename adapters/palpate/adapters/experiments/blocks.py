@@ -69,7 +69,7 @@ def _run_block(
         recording = Recording(None if folder is None else RunFolder(folder).recorder(config.recording, opened))
         work = Trials(
             config, ready, rig, chosen.perception, chosen.on(rig), recording,
-            name=chosen.comparator, first=FIRST_EVALUATION_TRIAL,
+            name=chosen.baseline, first=FIRST_EVALUATION_TRIAL,
         )  # fmt: skip
         try:
             work.run_all(range(begin, begin + trials), done.append)

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from typing import Any
 
-from palpate.adapters.experiments.policies import COMPARATORS, comparators_of
+from palpate.adapters.experiments.policies import BASELINES, baselines_of
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.run import Run
 from palpate.adapters.experiments.statistics import shown_interval, summary_of
@@ -68,15 +68,15 @@ def compare(run: Run, policies: Sequence[str], trials: int, folder: RunFolder, s
         OutputError: The folder holds a run already.
     """
     folder.require_free()
-    chosen = [run.chosen(name) for name in (*policies, *comparators_of(run.config))]
+    chosen = [run.chosen(name) for name in (*policies, *baselines_of(run.config))]
     summaries: dict[str, dict[str, Any]] = {}
     finished = True
     with ExitStack() as kept, ExitStack() as opened:
         run.begin(kept, folder, "compare", trials=trials, policy=list(policies))
         recording = run.record(kept, opened, folder)
         for number, policy in enumerate(chosen):
-            # Two runs may have folders of the same name, or one of a comparator's.
-            taken = policy.label in summaries or (policy.label in COMPARATORS and policy.name not in COMPARATORS)
+            # Two runs may have folders of the same name, or one of a baseline's.
+            taken = policy.label in summaries or (policy.label in BASELINES and policy.name not in BASELINES)
             logs = f"{policy.label}-{number}" if taken else policy.label
             # A rig for each: all begin with the same clock.
             with run, shown(policy.label) as bar:

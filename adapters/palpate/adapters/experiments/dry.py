@@ -75,7 +75,7 @@ def dry_trial(
     tip = _tip(config, q_rad)
     here, ready_here, first = _moved(config, tip), ReadyPose(np.array(q_rad), tip.rotation), FIRST_EVALUATION_TRIAL
     trials = Trials(
-        here, ready_here, rig, chosen.perception, chosen.on(rig), recording, name=chosen.comparator, first=first
+        here, ready_here, rig, chosen.perception, chosen.on(rig), recording, name=chosen.baseline, first=first
     )
     watch = _Watch(trials.task)
     with interrupting(trials.task.interrupt):

@@ -12,11 +12,11 @@ from palpate.adapters.experiments.figure import trials_picture
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.foreign import foreign_code
 from palpate.adapters.experiments.policies import (
-    COMPARATORS,
+    BASELINES,
     NO_POLICY,
     Hole,
     accepted_policies,
-    comparator,
+    baseline,
     foreign_document,
     loaded_policy,
     perception_of,
@@ -61,7 +61,7 @@ class ChosenPolicy:
             self.perception = configured_perception(config) or plain_perception(config)
             return
         name = self.name = policy_for(config, os.fspath(policy))
-        if self.name in (*COMPARATORS, NO_POLICY):
+        if self.name in (*BASELINES, NO_POLICY):
             self.label = _who(config, self.name)
             self.perception = plain_perception(config)
             self._made(tuple)
@@ -87,7 +87,7 @@ class ChosenPolicy:
         return self._policy is not None
 
     @property
-    def comparator(self) -> str:
+    def baseline(self) -> str:
         """Its name, if no policy file can hold it; else empty."""
         return self.name if self.document is None else ""
 
@@ -100,7 +100,7 @@ class ChosenPolicy:
         if self._policy is not None:
             return self._policy
         if self.document is None:
-            return comparator(self.name, self._config, hole_m)
+            return baseline(self.name, self._config, hole_m)
         return loaded_policy(self.document, self._config, self.perception, frozen=True)
 
 
@@ -134,7 +134,7 @@ def true_hole_m(rig: Rig) -> Sequence[float]:
     """Where the hole really is, and how it is turned: as :func:`pose_of` gives it."""
     truth = rig.truth()
     if truth is None:
-        raise ConfigurationError("policy", "omniscient", NOBODY_KNOWS)
+        raise ConfigurationError("policy", "oracle", NOBODY_KNOWS)
     return pose_of(truth.hole_in_task_m, truth.hole_turn_rad, truth.drawn)
 
 
@@ -148,5 +148,5 @@ def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:
         stated()
     with SimulatedRig(config, ready) as rig:
         name = "torque" if task_kind(config.task.name).asks_policy else NO_POLICY
-        policy = comparator(name, config, lambda: rig.truth().hole_in_task_m)
+        policy = baseline(name, config, lambda: rig.truth().hole_in_task_m)
         return Trials(config, ready, rig, plain_perception(config), policy).run(0).report

@@ -9,7 +9,7 @@ from palpate.adapters.config import RunConfig, overlay, task_kind
 from palpate.adapters.experiments.build import build_perception, plain_perception, ready_pose
 from palpate.adapters.experiments.evaluation import true_hole_m
 from palpate.adapters.experiments.executor import in_processes
-from palpate.adapters.experiments.policies import comparator, learning_policy
+from palpate.adapters.experiments.policies import baseline, learning_policy
 from palpate.adapters.experiments.trial import ScoredTrial, fit_of
 from palpate.adapters.experiments.trials import Trials
 from palpate.adapters.mujoco import SimulatedRig
@@ -71,7 +71,7 @@ def run_series(
     """
     ready, rigs = ready_pose(config), list[Rig]()
     perception = plain_perception(config) if policy else build_perception(config)
-    rule = comparator(policy, config, lambda: true_hole_m(rigs[-1])) if policy else learning_policy(config, perception)
+    rule = baseline(policy, config, lambda: true_hole_m(rigs[-1])) if policy else learning_policy(config, perception)
     learner = learner_of(rule)
     for trial in numbers:
         with SimulatedRig(config if world is None else world(trial), ready) as rig:

@@ -1,4 +1,4 @@
-"""Policies by name or from a file: learners, programmed and example states beside them, and comparators."""
+"""Policies by name or from a file: learners, programmed and example states beside them, and baselines."""
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, entries, task_kind
+from palpate.adapters.experiments.baselines import Oracle, OraclePose, Spiral, TorqueFollowing
 from palpate.adapters.experiments.build import SKILLS, task_actions, task_reach
-from palpate.adapters.experiments.comparators import Omniscient, OmniscientPose, Spiral, TorqueFollowing
 from palpate.adapters.experiments.foreign import GROUP, foreign_entry, foreign_policy
 from palpate.adapters.experiments.tool import require_same_tool, signal_in, tool_of
 from palpate.adapters.files import load_examples
@@ -58,26 +58,26 @@ OUTSIDE: Final = "environment"
 """An agent outside chose, through an environment: of it nothing is known but its decisions."""
 
 _MAKERS: Final[dict[str, Callable[[RunConfig, Hole], Policy]]] = {
-    "omniscient": lambda config, hole_m: Omniscient(hole_m, OMNISCIENT_SPEED_M_S * _action_s(config)),
+    "oracle": lambda config, hole_m: Oracle(hole_m, OMNISCIENT_SPEED_M_S * _action_s(config)),
     "torque": lambda config, _: TorqueFollowing(_plain_actions(config), _threshold_Nm(config)),
     "spiral-10": lambda config, _: Spiral("spiral-10", _pitch_m(config), 0.010 * _action_s(config)),
     "spiral-5": lambda config, _: Spiral("spiral-5", _pitch_m(config), 0.005 * _action_s(config)),
     "random": lambda config, _: RandomWalkPolicy(_plain_actions(config)),
     "corner-first": lambda config, _: CornerFirst(spatial_options(config)),
-    "omniscient-pose": lambda config, pose: _omniscient_pose(config, pose),
+    "oracle-pose": lambda config, pose: _oracle_pose(config, pose),
 }
-COMPARATORS: Final = tuple(_MAKERS)
+BASELINES: Final = tuple(_MAKERS)
 
 
-def comparators_of(config: RunConfig) -> list[str]:
-    """The comparators that the task has."""
+def baselines_of(config: RunConfig) -> list[str]:
+    """The baselines that the task has."""
 
     def had(name: str) -> bool:
         with suppress(ConfigurationError):
-            return comparator(name, config, tuple) is not None
+            return baseline(name, config, tuple) is not None
         return False
 
-    return [name for name in COMPARATORS if had(name)]
+    return [name for name in BASELINES if had(name)]
 
 
 NO_POLICY: Final = "none"
@@ -100,8 +100,8 @@ def policy_for(config: RunConfig, name: str) -> str:
     return NO_POLICY
 
 
-def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
-    """The comparator of that name, one of ``COMPARATORS``; only the omniscient one uses the true hole.
+def baseline(name: str, config: RunConfig, hole_m: Hole) -> Policy:
+    """The baseline of that name, one of ``BASELINES``; only the oracle one uses the true hole.
 
     Raises:
         ConfigurationError: There is none of that name.
@@ -114,7 +114,7 @@ def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
 
 
 def _plain_actions(config: RunConfig) -> tuple[Action, ...]:
-    """The task's own: a comparator has no skills."""
+    """The task's own: a baseline has no skills."""
     return task_kind(config.task.name).actions(config.task)
 
 
@@ -127,11 +127,11 @@ def _action_s(config: RunConfig) -> float:
     return config.task.ticks_per_action / CONTROL_RATE_HZ
 
 
-def _omniscient_pose(config: RunConfig, pose: Hole) -> OmniscientPose:
-    spatial_options(config, "omniscient-pose")
+def _oracle_pose(config: RunConfig, pose: Hole) -> OraclePose:
+    spatial_options(config, "oracle-pose")
     cell, action_s, speed_m_s = config.cell, _action_s(config), config.task.travel_speed_mm_s * 1e-3
     longest = speed_m_s * action_s, _TURN_SHARE * FASTEST_TURN_RAD_S * action_s
-    return OmniscientPose(pose, cell.tilt_mrad * 1e-3, cell.tilt_heading_deg, *longest)
+    return OraclePose(pose, cell.tilt_mrad * 1e-3, cell.tilt_heading_deg, *longest)
 
 
 def _threshold_Nm(config: RunConfig) -> float:
@@ -217,7 +217,7 @@ def perception_settings(config: RunConfig, perception: Perception) -> dict[str, 
 
 def accepted_policies() -> str:
     """What may be named as a policy, for a message."""
-    return f"a policy file, or one of {', '.join((*COMPARATORS, *sorted(entries(GROUP))))}, or package.module:Name"
+    return f"a policy file, or one of {', '.join((*BASELINES, *sorted(entries(GROUP))))}, or package.module:Name"
 
 
 def foreign_document(code: str, config: RunConfig, perception: Perception) -> PolicyDocument:

@@ -137,7 +137,7 @@ class Run:
                 trials is refused.
         """
         chosen = ChosenPolicy(policy or self.policy, self.config)
-        if chosen.name.startswith("omniscient") and self.rig_file:
+        if chosen.name.startswith("oracle") and self.rig_file:
             raise ConfigurationError("policy", chosen.name, NOBODY_KNOWS)
         require_usable(self.config, self.ready, self.rig_file)
         return chosen
@@ -151,7 +151,7 @@ class Run:
         first = FIRST_EVALUATION_TRIAL
         return Trials(
             self.config, self.ready, self.rig, chosen.perception, chosen.on(self.rig), recording,
-            name=chosen.comparator, first=first, **recorded,
+            name=chosen.baseline, first=first, **recorded,
         )  # fmt: skip
 
     def trial(self, policy: Named | Policy = "", number: int = 0) -> ScoredTrial:

@@ -21,7 +21,7 @@ class StartRecord:
         ready_rad: The ready pose, (n,).
         tip_rotation: Orientation that the tool keeps, (9,) row by row, base frame.
         perception_json: Stages of perception, fitted ones with what was fitted.
-        policy: ``document``, the name of a comparator, or what made a foreign policy, ``package.module:Name``.
+        policy: ``document``, the name of a baseline, or what made a foreign policy, ``package.module:Name``.
         policy_json: The policy document, if it is one, or that of a foreign policy.
         learner_json: The learner's state as the trial began; empty where nothing learns.
         filter_state: Tare and memory of the wrench filter.

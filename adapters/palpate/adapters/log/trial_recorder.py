@@ -73,7 +73,7 @@ class TrialRecorder:
         """Say what the trials from now on are trials of.
 
         Args:
-            name: Name of a comparator; empty for a policy that a policy file can hold.
+            name: Name of a baseline; empty for a policy that a policy file can hold.
             derived_from: The log of which the trials are a what-if.
         """
         # What it has learned is in the learner's state, trial by trial.

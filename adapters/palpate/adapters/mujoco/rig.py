@@ -84,7 +84,7 @@ class SimulatedRig(Rig):
         self.cell.set_ticks(ticks)
 
     def truth(self) -> Truth:
-        """What really happened; for scoring and comparators only."""
+        """What really happened; for scoring and baselines only."""
         return self.cell.truth()
 
     def __enter__(self) -> Self:

@@ -11,9 +11,9 @@ import numpy as np
 from palpate.adapters.config import RunConfig, overlay
 from palpate.adapters.experiments import (
     OUTSIDE,
+    baseline,
     build_supervisor,
     build_task,
-    comparator,
     foreign_policy,
     loaded_policy,
     policy_for,
@@ -55,7 +55,7 @@ class Rebuilt:
     task: Task
     perception: Perception
     policy: Policy
-    comparator: str
+    baseline: str
     frozen: bool
     supervisor: Supervisor
     recorded_decisions: str = ""
@@ -68,7 +68,7 @@ class Changes:
     Attributes:
         settings: ``name=value`` pairs over the log's configuration.
         config: A whole configuration instead of the log's.
-        policy: Another policy: a document, what makes a foreign one, or the name of a comparator.
+        policy: Another policy: a document, what makes a foreign one, or the name of a baseline.
     """
 
     settings: tuple[str, ...] = ()
@@ -186,10 +186,10 @@ class Rebuilder:
         setup = TrialSetup(start.trial, self._seed(log, config), _pair(log, start.start_m))
         other = self._changes.policy
         name = start.policy if other is None else other if isinstance(other, str) else "document"
-        comparator_name = "" if name == "document" or (other is None and start.policy_json) else name
+        baseline_name = "" if name == "document" or (other is None and start.policy_json) else name
         frozen = log.start.frozen or other is not None
         told = policy.problem if isinstance(policy, RecordedDecisions) else ""
-        return Rebuilt(config, setup, ready, task, perception, policy, comparator_name, frozen, supervisor, told)
+        return Rebuilt(config, setup, ready, task, perception, policy, baseline_name, frozen, supervisor, told)
 
     def _seed(self, log: TrialLog, config: RunConfig) -> int:
         changed = any(setting.partition("=")[0].strip() == "seed" for setting in self._changes.settings)
@@ -223,7 +223,7 @@ class Rebuilder:
         if other is None and log.start.policy == OUTSIDE:
             return perception, self._told(log, config, perception, "an agent outside chose the actions")
         if other is not None or (log.start.policy != "document" and ":" not in log.start.policy):
-            return perception, comparator(other or log.start.policy, config, lambda: _hole(log, world))
+            return perception, baseline(other or log.start.policy, config, lambda: _hole(log, world))
         try:
             document = PolicyDocument.from_json_text(log.start.policy_json)
         except PalpateError as error:
@@ -274,7 +274,7 @@ def _sensor(log: TrialLog) -> SensorFacts:
 def _hole(log: TrialLog, world: Mapping[str, Any]) -> Sequence[float]:
     hole = world.get("hole_in_task_m")
     if not isinstance(hole, list) or len(hole) != 3:
-        raise LogError(log.path, "/start", "does not say where the hole was", "only the omniscient policy needs that")
+        raise LogError(log.path, "/start", "does not say where the hole was", "only the oracle policy needs that")
     return pose_of(hole, recorded_turn(log.start.world_json), recorded_drawn(log.start.world_json))
 
 

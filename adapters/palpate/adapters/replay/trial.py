@@ -85,7 +85,7 @@ class ReplayedTrial:
         self, recorder: TrialRecorder, world: World, name: str, off_path: Callable[[], bool] = lambda: False
     ) -> LoopObserver:
         rebuilt = self.rebuilt
-        baseline = rebuilt.comparator or ("recorded decisions" if rebuilt.recorded_decisions else "")
+        baseline = rebuilt.baseline or ("recorded decisions" if rebuilt.recorded_decisions else "")
         recorder.of(
             "what-if", rebuilt.config, rebuilt.ready, rebuilt.task, rebuilt.perception, rebuilt.policy,
             name=baseline, frozen=rebuilt.frozen, derived_from=self.tape.log.path,

@@ -159,7 +159,7 @@ class Decision:
     Attributes:
         index: Its place in the action set; None when it is not of the set, so nothing learns from it.
         source: Which knowledge chose it: ``"programmed"``, ``"examples"``, ``"learned"``, ``"person"`` or the name
-            of a comparator.
+            of a baseline.
         grounds: Numbers that a policy chose it by, such as what it believes; for whoever compares two runs.
     """
 

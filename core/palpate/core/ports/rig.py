@@ -141,7 +141,7 @@ class Rig(Protocol):
 
     @abstractmethod
     def truth(self) -> Truth | None:
-        """What really happened, for scoring and comparators only; None where nobody knows."""
+        """What really happened, for scoring and baselines only; None where nobody knows."""
 
     def stopped_by(self) -> str:
         """What stopped the arm besides core and supervisor since the last :meth:`prepare`; empty for nothing."""

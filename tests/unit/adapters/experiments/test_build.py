@@ -8,7 +8,7 @@ import pytest
 from palpate.adapters.config import PerceptionConfig, RunConfig, overlay, scenario
 from palpate.adapters.experiments import true_hole_m
 from palpate.adapters.experiments.build import build_perception, build_task, play_mm, supervisor_of
-from palpate.adapters.experiments.policies import comparator
+from palpate.adapters.experiments.policies import baseline
 from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import ConfigurationError, UnreachableError
@@ -136,7 +136,7 @@ def test_a_peg_that_its_chamfer_let_in_far_aside_is_found_in_the_hole() -> None:
     # Eleven of fifteen such trials ended: no wall was looked for so far from where the peg sank in.
     config = overlay(scenario("paper"), {"seed": 5, "cell": {"peg": {"chamfer_mm": 0.9, "hole_depth_mm": 14.0}}})
     with SimulatedRig(config, ready_pose()) as rig:
-        policy = comparator("omniscient", config, lambda: true_hole_m(rig))
+        policy = baseline("oracle", config, lambda: true_hole_m(rig))
         task = build_task(config, ready_pose(), build_perception(config), policy)
         assert run_scored_trial(config, rig, task, 0).success
 
@@ -145,6 +145,6 @@ def test_a_hole_of_any_play_answers_within_its_play_and_what_the_gripper_bends()
     # In this trial the peg is pushed from one wall to the other, where it was said to be in no hole: 9 of 150 were.
     config = overlay(scenario("paper"), {"seed": 5, "cell": {"peg": {"clearance_mm": 0.6}}})
     with SimulatedRig(config, ready_pose()) as rig:
-        policy = comparator("omniscient", config, lambda: true_hole_m(rig))
+        policy = baseline("oracle", config, lambda: true_hole_m(rig))
         task = build_task(config, ready_pose(), build_perception(config), policy)
         assert run_scored_trial(config, rig, task, 500_003, first=500_000).success

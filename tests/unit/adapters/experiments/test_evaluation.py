@@ -11,8 +11,8 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import (
     NOT_RECORDED,
     Recording,
+    baseline,
     build_perception,
-    comparator,
     learning_policy,
     loaded_policy,
 )
@@ -43,7 +43,7 @@ def test_after_a_trip_or_a_device_s_error_nothing_moves_on_the_same_rig_until_it
     strict = replace(QUICK, supervision=replace(QUICK.supervision, max_force_N=5.5))
 
     def run(config: RunConfig, recording: Recording = NOT_RECORDED) -> None:
-        walk = comparator("random", config, lambda: (0.0, 0.0))
+        walk = baseline("random", config, lambda: (0.0, 0.0))
         run_policy(config, rig, walk, 1, recording, name="random")
 
     with SimulatedRig(QUICK, ready_pose()) as rig:

@@ -44,7 +44,7 @@ def test_a_world_depends_on_seed_and_trial_alone_and_keeps_a_stated_friction() -
 
 
 def test_a_rule_counts_every_trial_and_a_learner_all_but_the_first() -> None:
-    rule = next(simulate(planned(position_uncertainty_mm=0.0), "omniscient", 2, 1, {}))
+    rule = next(simulate(planned(position_uncertainty_mm=0.0), "oracle", 2, 1, {}))
     assert (len(rule[0]), rule[1]) == (2, 2)
     learner = compose("job", "belief", {"seed": 3}, job=DOWEL)
     counted, ran = next(simulate(learner, "", 2, 1, {}))
@@ -60,4 +60,4 @@ def test_a_trip_ends_one_trial_and_no_more() -> None:
 @pytest.mark.parametrize("arm", ["ur10", "ur5e"])
 def test_the_oracle_knows_each_trials_hole(arm: str) -> None:
     config = compose("job", "q-learning", {"seed": 3}, job={**DOWEL, "arm": {"name": arm}})
-    assert all(scored.success for scored in run_series(config, "omniscient", range(2)))
+    assert all(scored.success for scored in run_series(config, "oracle", range(2)))

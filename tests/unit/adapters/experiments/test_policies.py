@@ -11,8 +11,8 @@ from palpate.adapters.config import overlay
 from palpate.adapters.config.compose import scenario
 from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig
 from palpate.adapters.experiments import (
+    baseline,
     build_perception,
-    comparator,
     learning_policy,
     perception_of,
 )
@@ -33,13 +33,13 @@ def document(config: RunConfig = DEFAULT) -> PolicyDocument:
 
 
 def no_hole() -> Sequence[float]:
-    raise AssertionError("only the omniscient one may ask where the hole is")
+    raise AssertionError("only the oracle one may ask where the hole is")
 
 
 @pytest.mark.parametrize(("name", "speed_m_s"), [("spiral-10", 0.010), ("spiral-5", 0.005)])
 @pytest.mark.parametrize("ticks", [7, 14])
 def test_spirals_have_their_speed_whatever_an_action_lasts(name: str, speed_m_s: float, ticks: int) -> None:
-    policy = comparator(name, RunConfig(task=TaskConfig(ticks_per_action=ticks)), no_hole)
+    policy = baseline(name, RunConfig(task=TaskConfig(ticks_per_action=ticks)), no_hole)
     x = y = 0.0
     for k in range(200):
         dx, dy = policy.choose(observation(x, y, action_number=k)).action.displacement_m
@@ -51,7 +51,7 @@ def test_spirals_have_their_speed_whatever_an_action_lasts(name: str, speed_m_s:
 def test_the_torque_rule_has_the_threshold_of_perception() -> None:
     config = RunConfig(perception=PerceptionConfig(torque_threshold_kgf_mm=2.0))
     limit_Nm = 2e-3 * N_PER_KGF
-    policy = comparator("torque", config, no_hole)
+    policy = baseline("torque", config, no_hole)
     policy.begin_trial(0, np.random.default_rng(0))
 
     def choices(torque_Nm: float) -> int:
@@ -65,7 +65,7 @@ def test_the_torque_rule_has_the_threshold_of_perception() -> None:
 @pytest.mark.parametrize("learner", ["q-learning", "skills"])
 def test_the_torque_rule_steps_to_the_nearest_side_where_a_task_has_other_actions_besides(learner: str) -> None:
     config = overlay(scenario("blind-square", learner), {"task": {"name": "insertion-6dof"}})
-    policy = comparator("torque", config, no_hole)
+    policy = baseline("torque", config, no_hole)
     policy.begin_trial(0, np.random.default_rng(0))
     decision = policy.choose(replace(observation(), torque_Nm=(-1.0, 0.0, 0.0)))
     assert (decision.action.name, decision.index) == ("-y", 6)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.config import RunConfig
-from palpate.adapters.experiments import Run, comparator
+from palpate.adapters.experiments import Run, baseline
 from palpate.adapters.log import read_log
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import ConfigurationError, DeviceError, LifecycleError, OutputError
@@ -59,7 +59,7 @@ def test_what_is_kept_is_in_the_folder_and_only_there(tmp_path: Path) -> None:
 
 
 def test_a_policy_object_runs_and_is_recorded_by_its_name(tmp_path: Path) -> None:
-    walk = comparator("random", QUICK, tuple)
+    walk = baseline("random", QUICK, tuple)
     with pytest.raises(ConfigurationError, match="jobs = 2"):
         Run(QUICK).evaluate(1, walk, jobs=2)
     found = Run(QUICK).evaluate(1, walk, tmp_path / "run")

@@ -13,8 +13,8 @@ from palpate.adapters.experiments import (
     RunFolder,
     ScoredTrial,
     Trainer,
+    baseline,
     build_perception,
-    comparator,
     task_actions,
 )
 from palpate.adapters.experiments.checkpoint import Checkpoint, resume_from
@@ -58,7 +58,7 @@ def trained(
 
 
 def test_on_a_rig_of_devices_the_same_trip_ends_the_run() -> None:
-    walk = comparator("random", STRICT, lambda: (0.0, 0.0))
+    walk = baseline("random", STRICT, lambda: (0.0, 0.0))
     with SimulatedRig(STRICT, ready_pose()) as rig:
         rig.simulated = False
         with pytest.raises(DeviceError, match=r"trial \d: FORCE_LIMIT: force \d\.\d+ N, limit 5\.5 N"):
@@ -104,7 +104,7 @@ def test_nothing_is_learned_from_a_trial_with_a_sensor_fault(tmp_path: Path) -> 
 def test_on_a_rig_a_person_s_stop_is_a_fault_and_the_program_s_own_is_not(
     monkeypatch: pytest.MonkeyPatch, stopped_by: str, latched: bool
 ) -> None:
-    walk = comparator("random", QUICK, lambda: (0.0, 0.0))
+    walk = baseline("random", QUICK, lambda: (0.0, 0.0))
     with SimulatedRig(QUICK, ready_pose()) as rig:
         rig.simulated = False
         monkeypatch.setattr(rig, "stopped_by", lambda: stopped_by)

@@ -12,7 +12,7 @@ import pinocchio as pin
 import pytest
 
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments import build_perception, build_task, comparator, run_scored_trial
+from palpate.adapters.experiments import baseline, build_perception, build_task, run_scored_trial
 from palpate.adapters.hardware.approach import WITHDRAWAL_M_S, find_approach, require_right_turn, walk, withdrawal
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError
@@ -77,7 +77,7 @@ class SentCommands(DeviceDecorator, ArmCommand):
 
 
 def test_a_peg_left_in_its_hole_is_drawn_out_before_the_arm_goes_anywhere() -> None:
-    policy = comparator("torque", CONFIG, tuple)
+    policy = baseline("torque", CONFIG, tuple)
     with SimulatedRig(CONFIG, ready_pose()) as rig:
         task = build_task(CONFIG, ready_pose(), build_perception(CONFIG), policy)
         assert run_scored_trial(CONFIG, rig, task, 0).success

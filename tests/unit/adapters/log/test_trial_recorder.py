@@ -13,7 +13,7 @@ import pytest
 
 from palpate.adapters.config.run import RecordingConfig
 from palpate.adapters.experiments.build import build_perception, build_task
-from palpate.adapters.experiments.policies import comparator, learning_policy
+from palpate.adapters.experiments.policies import baseline, learning_policy
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import run_scored_trial, trial_setup
@@ -105,7 +105,7 @@ class Setting:
         self.rig.__enter__()
         self.recorder.__enter__()
         perception = build_perception(QUICK)
-        self.policy: Policy = comparator("torque", QUICK, lambda: self.rig.truth().hole_in_task_m)
+        self.policy: Policy = baseline("torque", QUICK, lambda: self.rig.truth().hole_in_task_m)
         self.task: InsertionTask = build_task(QUICK, ready_pose(), perception, self.policy)
         self.recorder.of("run", QUICK, ready_pose(), self.task, perception, self.policy, name="torque")
         return self

@@ -26,7 +26,7 @@ def cell(log: TrialLog) -> DrawnCell:
     return DrawnCell(log)
 
 
-@pytest.mark.parametrize("name", ["omniscient-blind.mcap", "torque-ur5.mcap"])
+@pytest.mark.parametrize("name", ["oracle-blind.mcap", "torque-ur5.mcap"])
 def test_the_tip_is_where_the_encoders_have_it(name: str) -> None:
     trial = read_log(GOLDEN / name)
     drawn = DrawnCell(trial)

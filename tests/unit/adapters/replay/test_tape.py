@@ -233,7 +233,7 @@ def test_a_start_that_was_altered_is_told_not_raised_through(log: TrialLog, fiel
 
 
 def test_omniscience_needs_to_know_the_hole() -> None:
-    log = read_log(GOLDEN / "omniscient-blind.mcap")
+    log = read_log(GOLDEN / "oracle-blind.mcap")
     world = {name: each for name, each in json.loads(log.start.world_json).items() if name != "hole_in_task_m"}
     log.start = replace(log.start, world_json=json.dumps(world))
     policy = Rebuilder().rebuild(log).policy

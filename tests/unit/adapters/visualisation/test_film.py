@@ -210,7 +210,7 @@ def test_arrows_and_inset_are_in_the_picture() -> None:
         return int((np.abs(part - colour).max(axis=2) < 30).sum())
 
     assert coloured(there, FORCE) > 100 > 20 > coloured(before, FORCE)
-    # The omniscient policy's moves are no compass steps: nothing to draw.
+    # The oracle policy's moves are no compass steps: nothing to draw.
     assert coloured(there, ACTION) == 0
     # The inset at the upper right.
     assert np.abs(there[5:90, -100:].astype(int) - bare[5:90, -100:]).mean() > 10.0

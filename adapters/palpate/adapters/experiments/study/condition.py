@@ -31,7 +31,7 @@ class Condition:
     Attributes:
         name: Of its folder.
         fields: Settings that the study varies, by dotted name.
-        policy: A learner, a comparator, a policy file or code of one's own.
+        policy: A learner, a baseline, a policy file or code of one's own.
         file: Absolute path of the policy file; empty for none.
     """
 

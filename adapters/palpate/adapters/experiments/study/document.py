@@ -25,7 +25,7 @@ from palpate.adapters.config import (
     read_toml,
 )
 from palpate.adapters.experiments.foreign import foreign_code
-from palpate.adapters.experiments.policies import COMPARATORS
+from palpate.adapters.experiments.policies import BASELINES
 from palpate.adapters.experiments.study.condition import Condition, policy_file
 from palpate.core.errors import ConfigurationError, did_you_mean
 from palpate.core.ports import Holds, Range, Settings, fitted
@@ -37,7 +37,7 @@ _LONGEST: Final = 200
 _TABLES: Final = ("study", "base", "grid")
 _DEFAULTS: Final = RunConfig()
 _NO_SEED: Final = "seeds in the table [study]: seeds = [0, 1, 2]"
-_POLICIES: Final = f"{', '.join((*LEARNERS, *COMPARATORS))}, policy files, and package.module:Name"
+_POLICIES: Final = f"{', '.join((*LEARNERS, *BASELINES))}, policy files, and package.module:Name"
 _SEEDS: Final = f"a list of seeds, or their number, 1 to {_MOST}"
 
 
@@ -57,7 +57,7 @@ class _Head(Settings):
     @override
     def check(self) -> None:
         for name in self.policies:
-            known = name in (*LEARNERS, *COMPARATORS) or policy_file(name) or foreign_code(name)
+            known = name in (*LEARNERS, *BASELINES) or policy_file(name) or foreign_code(name)
             self.require("policies", bool(known), _POLICIES)
 
 

@@ -10,7 +10,7 @@ import pytest
 from palpate.adapters.config import AdmissionConfig, RealTimeConfig, RunConfig
 from palpate.adapters.experiments import trials
 from palpate.adapters.experiments.build import build_perception, build_task, supervisor_of
-from palpate.adapters.experiments.policies import comparator, learning_policy
+from palpate.adapters.experiments.policies import baseline, learning_policy
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import ScoredTrial, objections, run_scored_trial
@@ -26,7 +26,7 @@ def test_timing_changes_nothing_of_a_trial_and_is_told() -> None:
 
     def trial(session: RealTimeSession | None) -> ScoredTrial:
         with SimulatedRig(config, ready_pose()) as rig:
-            policy = comparator("torque", config, tuple)
+            policy = baseline("torque", config, tuple)
             task = build_task(config, ready_pose(), build_perception(config), policy)
             return run_scored_trial(
                 config, rig, task, 0, supervisor=supervisor_of(rig, config, ready_pose()), session=session

@@ -1,6 +1,6 @@
 """Strategies to compare with, behind the same interface as learned policies.
 
-None of them learns. The omniscient one is given the truth, which no port carries: it marks what is possible.
+None of them learns. The oracle one is given the truth, which no port carries: it marks what is possible.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,7 +18,7 @@ _OVER_M: Final = 1e-3
 _SAME: Final = 1e-3
 
 
-class Comparator(FixedPolicy):
+class Baseline(FixedPolicy):
     """What strategies without memory of past trials have in common."""
 
     def __init__(self, name: str, actions: Sequence[Action]) -> None:
@@ -33,7 +33,7 @@ class Comparator(FixedPolicy):
         return Decision(self._actions[index], index, self.name)
 
 
-class Omniscient(Comparator):
+class Oracle(Baseline):
     """Straight to the true hole.
 
     Args:
@@ -41,7 +41,7 @@ class Omniscient(Comparator):
     """
 
     def __init__(self, hole_m: Callable[[], Sequence[float]], step_m: float) -> None:
-        super().__init__("omniscient", ())
+        super().__init__("oracle", ())
         self._hole_m, self._step_m = hole_m, step_m
 
     def choose(self, observation: Observation) -> Decision:
@@ -52,7 +52,7 @@ class Omniscient(Comparator):
         return self._move(dx * shrink, dy * shrink)
 
 
-class OmniscientPose(Comparator):
+class OraclePose(Baseline):
     """Over the true hole and into its true orientation in free space, as fast as the limits allow, then down.
 
     Args:
@@ -72,7 +72,7 @@ class OmniscientPose(Comparator):
         step_m: float,
         turn_rad: float,
     ) -> None:
-        super().__init__("omniscient-pose", ())
+        super().__init__("oracle-pose", ())
         self._pose, self._lean_rad, self._heading_deg = pose, lean_rad, heading_deg
         self._longest = step_m, turn_rad
 
@@ -102,7 +102,7 @@ class OmniscientPose(Comparator):
         return lean_x, lean_y, atan2(upright[1, 0], upright[0, 0])
 
 
-class TorqueFollowing(Comparator):
+class TorqueFollowing(Baseline):
     """The hand-written rule: step where the torque points at the hole; where it is below the threshold, step anywhere.
 
     Pressed beside the hole, the peg is supported on the far side only, so the force passes the tip at a distance:
@@ -121,7 +121,7 @@ class TorqueFollowing(Comparator):
         return self._compass(float(self._rng.uniform(0.0, 2 * pi)))
 
 
-class Spiral(Comparator):
+class Spiral(Baseline):
     """Archimedean spiral from where exploration begins, at constant speed.
 
     Args:

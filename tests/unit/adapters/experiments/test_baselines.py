@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from palpate.adapters.experiments.comparators import Omniscient, OmniscientPose, Spiral, TorqueFollowing
+from palpate.adapters.experiments.baselines import Oracle, OraclePose, Spiral, TorqueFollowing
 from palpate.core.motion import orientation
 from palpate.core.policy import Law, Policy, compass_actions
 from tests.unit.adapters.samples import observation
@@ -30,9 +30,9 @@ def spiral() -> Spiral:
     return Spiral("spiral-5", PITCH_M, STEP_M)
 
 
-def test_the_omniscient_one_goes_straight_to_the_hole_and_stays() -> None:
+def test_the_oracle_goes_straight_to_the_hole_and_stays() -> None:
     hole = np.array([1e-3, -2e-3])
-    places = walk(Omniscient(lambda: (*hole, 0.0), STEP_M), (-1e-3, 1e-3), 12)
+    places = walk(Oracle(lambda: (*hole, 0.0), STEP_M), (-1e-3, 1e-3), 12)
     lengths = np.hypot(*np.diff(places, axis=0).T)
     whole = int(hypot(2e-3, 3e-3) / STEP_M)
     assert lengths[:whole] == pytest.approx(STEP_M)
@@ -100,9 +100,9 @@ def test_the_spiral_goes_on_from_where_it_should_be() -> None:
 
 
 @pytest.mark.parametrize("heading_deg", [-130.0, 20.0])
-def test_the_omniscient_pose_is_that_of_a_leaning_peg_in_line_with_the_hole(heading_deg: float) -> None:
+def test_the_oracle_pose_is_that_of_a_leaning_peg_in_line_with_the_hole(heading_deg: float) -> None:
     hole = np.array([0.012, -0.014, 0.08])
-    policy = OmniscientPose(lambda: (1e-3, -2e-3, 0.0, *hole, heading_deg), 4e-3, 0.0, 2e-3, 0.035)
+    policy = OraclePose(lambda: (1e-3, -2e-3, 0.0, *hole, heading_deg), 4e-3, 0.0, 2e-3, 0.035)
     place, turn, actions = np.zeros(2), np.zeros(3), []
     while not actions or actions[-1].spatial.law is Law.LIFT:
         seen = replace(observation(*place), turn_rad=tuple(turn), depth_m=-1e-3 if actions else 0.0)

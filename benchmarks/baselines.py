@@ -2,7 +2,7 @@
 
     palpate train --scenario paper --seed 7 --out runs/tabular
     palpate train --scenario paper --learner belief --trials 10 --seed 7 --out runs/belief
-    python -m benchmarks.comparators --scenario paper --seed 640 --trials 50 --policies runs/tabular runs/belief
+    python -m benchmarks.baselines --scenario paper --seed 640 --trials 50 --policies runs/tabular runs/belief
 
 Policies are frozen as their folders hold them. ``--dqn 350`` trains an agent of Stable-Baselines3 by so many trials in
 the same cell (``pip install -e '.[gymnasium]' -r examples/stable_baselines3/requirements.txt -c constraints.txt``), and
@@ -25,8 +25,8 @@ import numpy as np
 
 from benchmarks.common import FAILED_S, Make, Trials, table
 from palpate.adapters.config import RunConfig, overlay, scenario
-from palpate.adapters.experiments import comparator, loaded_policy, task_actions
-from palpate.adapters.experiments.comparators import Omniscient
+from palpate.adapters.experiments import baseline, loaded_policy, task_actions
+from palpate.adapters.experiments.baselines import Oracle
 from palpate.adapters.files import load_policy
 from palpate.core.control_loop import LoopObserver
 from palpate.core.policy import Decision, FixedPolicy, Observation
@@ -85,12 +85,12 @@ def of_file(folder: Path) -> Make:
     return lambda config, perception, _: loaded_policy(document, config, perception, frozen=True)
 
 
-def omniscient(speed_mm_s: float) -> Make:
-    return lambda config, _, hole: Omniscient(hole, speed_mm_s * 1e-3 * config.task.ticks_per_action / CONTROL_RATE_HZ)
+def oracle(speed_mm_s: float) -> Make:
+    return lambda config, _, hole: Oracle(hole, speed_mm_s * 1e-3 * config.task.ticks_per_action / CONTROL_RATE_HZ)
 
 
 def named(name: str) -> Make:
-    return lambda config, _, hole: comparator(name, config, hole)
+    return lambda config, _, hole: baseline(name, config, hole)
 
 
 def trained_agent(seed: int, trials: int) -> Any:
@@ -122,9 +122,9 @@ def main() -> None:
     tabular, belief = map(of_file, options.policies)
     cap_mm_s, travel_mm_s = sliding.learning.belief.speed_mm_s, sliding.task.travel_speed_mm_s
     chosen: list[tuple[str, RunConfig, Make]] = [
-        (f"oracle, {travel_mm_s:g} mm/s, the limit of travel", sliding, omniscient(travel_mm_s)),
-        (f"oracle, {cap_mm_s:g} mm/s, the belief's speed", sliding, omniscient(cap_mm_s)),
-        ("oracle, 10 mm/s, the table's speed", paced, omniscient(10.0)),
+        (f"oracle, {travel_mm_s:g} mm/s, the limit of travel", sliding, oracle(travel_mm_s)),
+        (f"oracle, {cap_mm_s:g} mm/s, the belief's speed", sliding, oracle(cap_mm_s)),
+        ("oracle, 10 mm/s, the table's speed", paced, oracle(10.0)),
         ("belief, frozen", sliding, belief),
         ("torque rule, 50 ms and 7 Hz", quick, named("torque")),
         ("torque rule, 100 ms and 4 Hz", paced, named("torque")),
