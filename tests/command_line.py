@@ -13,10 +13,9 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
 from contextlib import ExitStack, redirect_stderr, redirect_stdout
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pytest
 
@@ -56,7 +55,7 @@ class Output(io.StringIO):
 class CommandLine:
     """Calls palpate in this process, as the installed script would; the process is left as it was found."""
 
-    def __call__(self, *words: object) -> Done:
+    def __call__(self, *words):
         """Run a command to its end."""
         stdout, stderr = Output(), Output()
         before = _process_state()
@@ -71,13 +70,13 @@ class CommandLine:
         assert {name: after[name] for name in before} == before
         return Done(code, stdout.getvalue(), stderr.getvalue())
 
-    def succeed(self, *words: object) -> str:
+    def succeed(self, *words):
         """Run a command that must go well; returns what it printed."""
         done = self(*words)
         assert done.code == 0, done
         return done.stdout
 
-    def refusal(self, *words: object) -> str:
+    def refusal(self, *words):
         """Run a command that must refuse in one line, and leave every file here as it is; returns that line."""
         before = files_in(Path.cwd())
         done = self(*words)
@@ -88,13 +87,13 @@ class CommandLine:
         assert files_in(Path.cwd()) == before
         return lines[0]
 
-    def refuses(self, words: str, *told: str) -> None:
+    def refuses(self, words, *told):
         """Refuse these words, as :meth:`refusal` has it, in a line that holds all that is told."""
         line = self.refusal(*words.split())
         assert [part for part in told if part not in line] == [], line
 
 
-def _process_state() -> dict[str, Any]:
+def _process_state():
     """What a command might leave changed behind it."""
     numbers = (*ENDING, signal.SIGPIPE, signal.SIGCHLD)
     state = {
@@ -110,23 +109,23 @@ def _process_state() -> dict[str, Any]:
 
 
 @pytest.fixture
-def palpate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> CommandLine:
+def palpate(tmp_path, monkeypatch):
     """The command line, in a new working directory."""
     monkeypatch.chdir(tmp_path)
     return CommandLine()
 
 
-def command(*words: object) -> list[str]:
+def command(*words):
     """A call of palpate in a process of its own; warnings are errors in it, as they are in the tests themselves."""
     return [sys.executable, "-W", "error", "-m", "palpate.adapters.cli.main", *map(str, words)]
 
 
 @pytest.fixture
-def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
+def start():
     """Starts commands in processes of their own, which end with the test."""
-    processes: list[subprocess.Popen[str]] = []
+    processes = []
 
-    def begin(*words: object) -> subprocess.Popen[str]:
+    def begin(*words):
         process = subprocess.Popen(command(*words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         processes.append(process)
         return process
@@ -137,7 +136,7 @@ def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
         process.communicate()
 
 
-def wait_until(condition: Callable[[], bool], process: subprocess.Popen[str], patience_s: float = PATIENCE_S) -> None:
+def wait_until(condition, process, patience_s=PATIENCE_S):
     """Wait for something that a running process brings about."""
     deadline = time.monotonic() + patience_s
     while not condition():
@@ -146,7 +145,7 @@ def wait_until(condition: Callable[[], bool], process: subprocess.Popen[str], pa
         time.sleep(0.005)
 
 
-def shared_folder(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
+def shared_folder(factory, name, make):
     """A folder that is made once and read by the tests of all workers of pytest-xdist.
 
     Args:
@@ -173,7 +172,7 @@ def shared_folder(factory: pytest.TempPathFactory, name: str, make: Callable[[Pa
     return folder
 
 
-def files_in(folder: Path) -> dict[str, bytes]:
+def files_in(folder):
     """Everything below a folder, by name, but for the bytecode that an import leaves."""
     return {
         str(path.relative_to(folder)): path.read_bytes() if path.is_file() else b""
@@ -182,12 +181,12 @@ def files_in(folder: Path) -> dict[str, bytes]:
     }
 
 
-def results_in(folder: Path) -> dict[str, bytes]:
+def results_in(folder):
     """The files of a training run that do not say how it was called."""
     return {name: (folder / name).read_bytes() for name in RESULTS}
 
 
-def finished_trials(folder: Path) -> int:
+def finished_trials(folder):
     """Whole lines below the header of ``trials.csv``."""
     path = folder / "trials.csv"
     return max(path.read_bytes().count(b"\n") - 1, 0) if path.exists() else 0

@@ -4,14 +4,11 @@ import gc
 import json
 import os
 import signal
-from collections.abc import Callable, Generator
 from functools import cache
-from pathlib import Path
 
 import pytest
 from _pytest.runner import runtestprotocol
 from hypothesis import settings
-from xdist.remote import Producer
 from xdist.scheduler import LoadGroupScheduling
 
 from palpate.adapters.log import decisive, processor, read_log
@@ -45,7 +42,7 @@ MIXED = pytest.StashKey[bool]()
 
 
 @pytest.fixture(scope="session")
-def golden_here(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+def golden_here(tmp_path_factory):
     """A golden log that holds the very bits that this machine gives.
 
     That is the one in the repository, unless this machine's sines may differ from those of the machine that recorded
@@ -53,7 +50,7 @@ def golden_here(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Pat
     """
 
     @cache
-    def find(name: str) -> Path:
+    def find(name):
         kept = GOLDEN / f"{name}.mcap"
         if decisive(json.loads(read_log(kept).start.processor_json)) == decisive(processor()):
             return kept
@@ -64,7 +61,7 @@ def golden_here(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Pat
     return find
 
 
-def pytest_configure() -> None:
+def pytest_configure():
     """Wait for no disk, and take Ctrl-C as ever.
 
     That also where the tests run in the background of a script and have inherited to ignore it; the processes that they
@@ -77,7 +74,7 @@ def pytest_configure() -> None:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_collection() -> Generator[None, object, object]:
+def pytest_collection():
     """Collect tests without collecting garbage: all that is made stays, and is never looked through."""
     gc.disable()
     try:
@@ -87,13 +84,13 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.enable()
 
 
-def pytest_collection_finish(session: pytest.Session) -> None:
+def pytest_collection_finish(session):
     """Note whether tests that run against the wall clock are among others."""
     session.config.stash[MIXED] = len({item.nodeid.startswith(WALL_CLOCK) for item in session.items}) > 1
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_runtest_setup(item: pytest.Item) -> None:
+def pytest_runtest_setup(item):
     """Let tests that run against the wall clock go before others, and all that a test starts with it.
 
     ``make test`` runs them by themselves; this is for whoever runs all tests at once. Without them no test steps back:
@@ -104,7 +101,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
+def pytest_runtest_protocol(item, nextitem):
     """Try a test against the wall clock again where it came too late: the host may be late, but not each time."""
     if not item.nodeid.startswith(WALL_CLOCK):
         return None
@@ -119,7 +116,7 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     return True
 
 
-def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> LoadGroupScheduling:
+def pytest_xdist_make_scheduler(config, log):
     """Hand out tests by our own rule, see :class:`OneRigOnTheWallClock`."""
     return OneRigOnTheWallClock(config, log)
 
@@ -131,7 +128,7 @@ class OneRigOnTheWallClock(LoadGroupScheduling):
     which pytest 9 no longer lets it change.
     """
 
-    def _split_scope(self, nodeid: str) -> str:
+    def _split_scope(self, nodeid):
         if nodeid.startswith(WITH_PROCESSES):
             return "with a rig's processes"
         if nodeid.startswith(WITH_TORCH):

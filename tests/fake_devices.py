@@ -5,7 +5,6 @@ set-point as soon as time has gone on.
 """
 
 from abc import abstractmethod
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Generic
 
@@ -16,17 +15,13 @@ from palpate.core.errors import CommandError, DeviceError
 from palpate.core.ports import (
     AppliedCommand,
     ArmCommand,
-    Clock,
     CommandReason,
     ForceSensor,
-    JointCommand,
     JointEncoder,
     JointSample,
-    JointVector,
     ManagedDevice,
     SampleT,
     Validity,
-    Vector3,
     WrenchKind,
     WrenchSample,
 )
@@ -42,25 +37,25 @@ class FakeDevice(ManagedDevice):
         is_open: Whether the device holds its imagined connection.
     """
 
-    def __init__(self, name: str, clock: Clock) -> None:
+    def __init__(self, name, clock):
         super().__init__(name)
         self.clock = clock
         self.disconnected = False
         self.is_open = False
 
-    def fail(self, cause: str = "fault on demand") -> None:
+    def fail(self, cause="fault on demand"):
         """Latch a fault."""
         self._latch(cause)
 
-    def _require_connection(self) -> None:
+    def _require_connection(self):
         if self.disconnected:
             raise DeviceError(self.name, "does not answer")
 
-    def _on_configure(self) -> None:
+    def _on_configure(self):
         self._require_connection()
         self.is_open = True
 
-    def _on_close(self) -> None:
+    def _on_close(self):
         self.is_open = False
 
 
@@ -71,17 +66,17 @@ class FakeSensor(FakeDevice, Generic[SampleT]):
         silent: Set it to make the device deliver nothing new.
     """
 
-    def __init__(self, name: str, clock: Clock, max_age_ns: int) -> None:
+    def __init__(self, name, clock, max_age_ns):
         super().__init__(name, clock)
         self.silent = False
         self._max_age_ns = max_age_ns
-        self._sample: SampleT | None = None
+        self._sample = None
 
     @abstractmethod
-    def _measured(self, now_ns: int, sequence: int) -> SampleT:
+    def _measured(self, now_ns, sequence):
         """A new sample."""
 
-    def read(self) -> SampleT:
+    def read(self):
         """Newest sample.
 
         Raises:
@@ -113,15 +108,15 @@ class FakeForceSensor(FakeSensor[WrenchSample], ForceSensor):
         saturated: Set it to mark new samples ``SATURATED``.
     """
 
-    def __init__(self, clock: Clock, *, max_age_ns: int = MAX_AGE_NS) -> None:
+    def __init__(self, clock, *, max_age_ns=MAX_AGE_NS):
         super().__init__("fake force sensor", clock, max_age_ns)
-        self.load_N: Vector3 = (0.0, 0.0, 0.0)
-        self.load_Nm: Vector3 = (0.0, 0.0, 0.0)
+        self.load_N = (0.0, 0.0, 0.0)
+        self.load_Nm = (0.0, 0.0, 0.0)
         self.kind = WrenchKind.RAW
         self.saturated = False
 
     @override
-    def _measured(self, now_ns: int, sequence: int) -> WrenchSample:
+    def _measured(self, now_ns, sequence):
         validity = Validity.SATURATED if self.saturated else Validity.VALID
         return WrenchSample(self.load_N, self.load_Nm, now_ns, now_ns, sequence, validity, self.kind)
 
@@ -134,12 +129,12 @@ class FakeJointEncoder(FakeSensor[JointSample], JointEncoder):
         max_age_ns: Age above which a sample comes back ``STALE``.
     """
 
-    def __init__(self, clock: Clock, position_rad: Callable[[], JointVector], *, max_age_ns: int = MAX_AGE_NS) -> None:
+    def __init__(self, clock, position_rad, *, max_age_ns=MAX_AGE_NS):
         super().__init__("fake joint encoder", clock, max_age_ns)
         self._position_rad = position_rad
 
     @override
-    def _measured(self, now_ns: int, sequence: int) -> JointSample:
+    def _measured(self, now_ns, sequence):
         return JointSample(self._position_rad(), now_ns, now_ns, sequence)
 
 
@@ -155,13 +150,13 @@ class FakeArm(FakeDevice, ArmCommand):
 
     def __init__(
         self,
-        clock: Clock,
-        home_rad: JointVector,
+        clock,
+        home_rad,
         *,
-        lower_rad: JointVector,
-        upper_rad: JointVector,
-        max_step_rad: float,
-    ) -> None:
+        lower_rad,
+        upper_rad,
+        max_step_rad,
+    ):
         super().__init__("fake arm", clock)
         self._lower_rad, self._upper_rad, self._max_step_rad = lower_rad, upper_rad, max_step_rad
         self._stopped = False
@@ -169,18 +164,18 @@ class FakeArm(FakeDevice, ArmCommand):
         self._target_rad = home_rad
         self._target_since_ns = clock.now_ns()
 
-    def position_rad(self) -> JointVector:
+    def position_rad(self):
         """Where the joints stand now, (n,)."""
         # A command shows only once time has gone on: what is observed in a tick cannot depend on it.
         if self.clock.now_ns() > self._target_since_ns:
             self._here_rad = self._target_rad
         return self._here_rad
 
-    def turn_by_hand(self, position_rad: JointVector) -> None:
+    def turn_by_hand(self, position_rad):
         """Bring the joints elsewhere from outside."""
         self._here_rad = self._target_rad = position_rad
 
-    def send(self, command: JointCommand) -> AppliedCommand:
+    def send(self, command):
         """Move to the set-points, within the velocity limit and then within the position limits.
 
         Raises:
@@ -211,26 +206,26 @@ class FakeArm(FakeDevice, ArmCommand):
             self._halt()
         return AppliedCommand(applied_rad, reason)
 
-    def stop(self) -> None:
+    def stop(self):
         """Hold still until deactivated and activated again."""
         self._stopped = True
         self._halt()
 
-    def fail(self, cause: str = "fault on demand") -> None:
+    def fail(self, cause="fault on demand"):
         """Latch a fault; the arm halts where it is."""
         self._halt()
         super().fail(cause)
 
-    def _halt(self) -> None:
+    def _halt(self):
         self._target_rad = self.position_rad()
 
-    def _on_activate(self) -> None:
+    def _on_activate(self):
         self._halt()
         self._stopped = False
 
-    def _on_deactivate(self) -> None:
+    def _on_deactivate(self):
         self._halt()
 
-    def _on_close(self) -> None:
+    def _on_close(self):
         self._halt()
         super()._on_close()

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable
 from types import SimpleNamespace
-from typing import Any, Generic
+from typing import Generic
 
 import can
 import canopen
@@ -13,8 +12,8 @@ import pytest
 import serial
 
 from palpate.drivers.cia402 import mailbox
-from palpate.simulation.emulators.lines.can_bus import BusFrame, CanNode, EmulatedCanBus
-from palpate.simulation.emulators.lines.serial_line import Emulator, LineSpeed, SerialLine
+from palpate.simulation.emulators.lines.can_bus import BusFrame, EmulatedCanBus
+from palpate.simulation.emulators.lines.serial_line import Emulator, SerialLine
 from tests.virtual_time import VirtualCondition, VirtualTime
 
 _GRAIN_NS = 1_000_000
@@ -29,38 +28,38 @@ class VirtualPort(Generic[Emulator]):
         is_whole: Whether the cable beyond the adapter is: cut, it carries nothing either way.
     """
 
-    def __init__(self, clock: VirtualTime, emulator: Emulator, timing: LineSpeed | None) -> None:
+    def __init__(self, clock, emulator, timing):
         self.line = SerialLine(emulator, timing)
         self.baudrate = emulator.baud
-        self.timeout: float | None = None
-        self.write_timeout: float | None = None
+        self.timeout = None
+        self.write_timeout = None
         self._clock, self._arrived = clock, bytearray()
         self._plugged = self.is_whole = True
         self.line.connect(lambda: self.baudrate, clock.now_ns())
 
-    def next_event_ns(self) -> int:
+    def next_event_ns(self):
         return self.line.next_event_ns()
 
-    def step(self, now_ns: int) -> None:
+    def step(self, now_ns):
         for data in self.line.step(now_ns):
             self._arrived += data if self.is_whole else b""
 
-    def put(self, data: bytes) -> None:
+    def put(self, data):
         """Bytes that come from elsewhere."""
         self._arrived += data
 
-    def unplug(self) -> None:
+    def unplug(self):
         """Pull the adapter out; what waits in it is gone."""
         self._plugged = False
         self._arrived.clear()
         self.line.disconnect()
 
     @property
-    def in_waiting(self) -> int:
+    def in_waiting(self):
         self._check()
         return len(self._arrived)
 
-    def read(self, size: int = 1, /) -> bytes:
+    def read(self, size=1, /):
         self._check()
         deadline_ns = self._clock.now_ns() + round((self.timeout or 0.0) * 1e9)
         self._clock.wait_for(lambda: len(self._arrived) >= size or not self._plugged, deadline_ns)
@@ -69,20 +68,20 @@ class VirtualPort(Generic[Emulator]):
         del self._arrived[:size]
         return data
 
-    def write(self, data: bytes, /) -> int:
+    def write(self, data, /):
         self._check()
         if self.is_whole:
             self.line.receive(data, self._clock.now_ns())
         return len(data)
 
-    def reset_input_buffer(self) -> None:
+    def reset_input_buffer(self):
         self._check()
         self._arrived.clear()
 
-    def close(self) -> None:
+    def close(self):
         """The next host finds the device as it is."""
 
-    def _check(self) -> None:
+    def _check(self):
         if not self._plugged:
             raise serial.SerialException("the emulated port is not plugged in")
 
@@ -94,22 +93,22 @@ class VirtualCan:
         is_whole: Whether the cable to the hosts is: cut, it carries nothing either way.
     """
 
-    def __init__(self, clock: VirtualTime, nodes: Iterable[CanNode], **options: Any) -> None:
+    def __init__(self, clock, nodes, **options):
         self.wire = EmulatedCanBus(tuple(nodes), **options)
-        self.hosts: list[Callable[[BusFrame], object]] = []
+        self.hosts = []
         self.is_whole = True
         self._clock, self._next_ns = clock, 0
 
-    def next_event_ns(self) -> int:
+    def next_event_ns(self):
         return self._next_ns
 
-    def step(self, now_ns: int) -> None:
+    def step(self, now_ns):
         for frame in self.wire.advance(now_ns):
             for host in self.hosts if self.is_whole else ():
                 host(frame)
         self._next_ns = now_ns + _GRAIN_NS
 
-    def send(self, identifier: int, data: bytes) -> None:
+    def send(self, identifier, data):
         now_ns = self._clock.now_ns()
         if self.is_whole:
             self.wire.send(BusFrame(identifier, data))
@@ -119,22 +118,22 @@ class VirtualCan:
 class VirtualCanBus(can.BusABC):
     """The way of python-can to such a bus; only for hosts that poll."""
 
-    def __init__(self, bus: VirtualCan) -> None:
+    def __init__(self, bus):
         super().__init__(None)
         self.wire = bus
-        self._heard: deque[BusFrame] = deque()
+        self._heard = deque()
         bus.hosts.append(self._heard.append)
 
-    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+    def send(self, msg, timeout=None):
         self.wire.send(msg.arbitration_id, bytes(msg.data))
 
-    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+    def _recv_internal(self, timeout):
         if not self._heard:
             return None, False
         frame = self._heard.popleft()
         return can.Message(arbitration_id=frame.arbitration_id, data=frame.data, is_extended_id=False), False
 
-    def shutdown(self) -> None:
+    def shutdown(self):
         super().shutdown()
         if self._heard.append in self.wire.hosts:
             self.wire.hosts.remove(self._heard.append)
@@ -143,33 +142,33 @@ class VirtualCanBus(can.BusABC):
 class VirtualNetwork:
     """Looks like ``canopen.Network`` as far as the driver uses it; receives without a thread of its own."""
 
-    def __init__(self, clock: VirtualTime, opened: VirtualCanBus) -> None:
+    def __init__(self, clock, opened):
         self._clock, self._opened = clock, opened
-        self._bus: VirtualCan | None = None
-        self.listeners: list[can.Listener] = []
-        self.subscribers: dict[int, list[Callable[[int, bytearray, float], None]]] = {}
-        self.notifier: Any = None
+        self._bus = None
+        self.listeners = []
+        self.subscribers = {}
+        self.notifier = None
 
-    def connect(self) -> None:
+    def connect(self):
         # Frames are heard here from now on, and not kept for who polls.
         self._opened.shutdown()
         self._bus = self._opened.wire
         self._bus.hosts.append(self._hear)
         self.notifier = SimpleNamespace(exception=None, stopped=False)
 
-    def disconnect(self) -> None:
+    def disconnect(self):
         self.notifier.stopped = True
         if self._bus is not None:
             self._bus.hosts.remove(self._hear)
             self._bus = None
 
-    def subscribe(self, can_id: int, callback: Callable[[int, bytearray, float], None]) -> None:
+    def subscribe(self, can_id, callback):
         self.subscribers.setdefault(can_id, []).append(callback)
 
-    def unsubscribe(self, can_id: int) -> None:
+    def unsubscribe(self, can_id):
         del self.subscribers[can_id]
 
-    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+    def send_message(self, can_id, data, remote=False):
         if self._bus is None:
             raise can.CanOperationError("the bus is closed")
         self._bus.send(can_id, bytes(data))
@@ -177,14 +176,14 @@ class VirtualNetwork:
             # canopen waits for the answer on a queue that knows no virtual time: it has to be there when it looks.
             answered = SimpleNamespace(count=0)
 
-            def count(frame: BusFrame) -> None:
+            def count(frame):
                 answered.count += frame.arbitration_id == can_id - 0x80
 
             self._bus.hosts.append(count)
             self._clock.wait_for(lambda: answered.count > 0, self._clock.now_ns() + _SDO_WAIT_NS)
             self._bus.hosts.remove(count)
 
-    def _hear(self, frame: BusFrame) -> None:
+    def _hear(self, frame):
         for callback in self.subscribers.get(frame.arbitration_id, []):
             callback(frame.arbitration_id, bytearray(frame.data), 0.0)
 
@@ -196,15 +195,15 @@ class Cable:
         noticed_s: After so long an adapter that hears nothing must say so.
     """
 
-    def __init__(self, clock: VirtualTime, wire: VirtualPort[Any] | VirtualCan, noticed_s: float) -> None:
+    def __init__(self, clock, wire, noticed_s):
         self._clock, self._wire, self._noticed_s = clock, wire, noticed_s
 
-    def cut(self) -> None:
+    def cut(self):
         """Nothing goes through any more."""
         self._wire.is_whole = False
         self._clock.sleep(self._noticed_s)
 
-    def join(self) -> None:
+    def join(self):
         """All goes through again."""
         self._wire.is_whole = True
 
@@ -215,10 +214,10 @@ class VirtualDesk:
     Close it in the end: until then pyserial, python-can and canopen open nothing else.
     """
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.clock = VirtualTime()
-        self._ports: dict[str, VirtualPort[Any]] = {}
-        self._buses: dict[str, VirtualCan] = {}
+        self._ports = {}
+        self._buses = {}
         self._patch = pytest.MonkeyPatch()
         self._patch.setattr(serial, "serial_for_url", self._open_port)
         self._patch.setattr(can, "Bus", lambda *, channel, **_: VirtualCanBus(self.bus(channel)))
@@ -226,39 +225,39 @@ class VirtualDesk:
         condition = SimpleNamespace(Condition=lambda: VirtualCondition(self.clock))
         self._patch.setattr(mailbox, "threading", condition)
 
-    def serial(self, name: str, emulator: Emulator, timing: LineSpeed | None = None) -> VirtualPort[Emulator]:
+    def serial(self, name, emulator, timing=None):
         """Plug a device in at a serial port."""
         port = VirtualPort(self.clock, emulator, timing)
         self._ports[name] = port
         self.clock.devices.append(port)
         return port
 
-    def port(self, name: str) -> VirtualPort[Any]:
+    def port(self, name):
         """The serial port of that name."""
         return self._ports[name]
 
-    def can(self, channel: str, *nodes: CanNode, **options: Any) -> VirtualCan:
+    def can(self, channel, *nodes, **options):
         """Put nodes on a CAN bus."""
         bus = VirtualCan(self.clock, nodes, **options)
         self._buses[channel] = bus
         self.clock.devices.append(bus)
         return bus
 
-    def bus(self, channel: str) -> VirtualCan:
+    def bus(self, channel):
         if channel not in self._buses:
             raise can.CanInitializationError(f"no bus {channel}")
         return self._buses[channel]
 
-    def close(self) -> None:
+    def close(self):
         self._patch.undo()
 
-    def __enter__(self) -> VirtualDesk:
+    def __enter__(self):
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *_):
         self.close()
 
-    def _open_port(self, name: str, baud: int, **_: object) -> VirtualPort[Any]:
+    def _open_port(self, name, baud, **_):
         if name not in self._ports:
             raise serial.SerialException(f"no port {name}")
         port = self._ports[name]

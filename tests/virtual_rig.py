@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
-from types import TracebackType
-from typing import Any, Self
 
-from palpate.adapters.config import DeviceEntry, EmulationConfig, RigFile, RunConfig, SensorFactsTable, overlay
+from palpate.adapters.config import DeviceEntry, EmulationConfig, RigFile, SensorFactsTable, overlay
 from palpate.adapters.hardware.approach import find_approach, walk
 from palpate.adapters.hardware.ati import NetFtForceSensor, NetFtTable
 from palpate.adapters.hardware.emulated_cell import EmulatedCell
@@ -16,15 +13,13 @@ from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_senso
 from palpate.adapters.hardware.rig import DeviceRig
 from palpate.adapters.hardware.ros2 import Ros2ArmTable, Ros2ForceSensor, Ros2WrenchTable, ros2_arm
 from palpate.adapters.hardware.ur import UrTable, ur_arm
-from palpate.core.ports import CONTROL_RATE_HZ, FaultLatch, ForceSensor, Ports
+from palpate.core.ports import CONTROL_RATE_HZ, FaultLatch, Ports
 from palpate.core.supervision import SampleWatch
-from palpate.core.trial import ReadyPose
 from palpate.drivers.ros2 import WRENCH
 from palpate.simulation.emulators.ati import NetFtServer
 from palpate.simulation.emulators.lines import PtyServer, SlcanServer
 from palpate.simulation.emulators.ros2 import Ros2Server
 from palpate.simulation.emulators.ur import UrServer
-from palpate.simulation.work_cell import HiddenValues
 from tests.support.arm_thread import arm_in_thread
 from tests.virtual_box import VirtualBox
 from tests.virtual_lines import VirtualDesk
@@ -44,12 +39,12 @@ class VirtualCell(EmulatedCell):
     """
 
     def __init__(
-        self, desk: VirtualDesk, config: RunConfig, ready: ReadyPose, emulation: EmulationConfig, begin_ns: int,
-        late_ns: Callable[[int], int], hidden: HiddenValues,
-    ) -> None:  # fmt: skip
+        self, desk, config, ready, emulation, begin_ns,
+        late_ns, hidden,
+    ) :  # fmt: skip
         super().__init__(config, ready, emulation, hidden=hidden)
         for device, table in ((self.arm, "arm"), (self.sensor, "force_sensor")):
-            server: Any = device.server
+            server = device.server
             if isinstance(server, PtyServer):
                 desk.serial(table, server._serial.emulator)
             elif isinstance(server, UrServer):
@@ -64,10 +59,10 @@ class VirtualCell(EmulatedCell):
         self._begin_ns, self._late_ns, self._done = begin_ns, late_ns, 0
         desk.clock.devices.append(self)
 
-    def next_event_ns(self) -> int:
+    def next_event_ns(self):
         return self._begin_ns + self._done * _TICK_NS + self._late_ns(self._done)
 
-    def step(self, now_ns: int) -> None:
+    def step(self, now_ns):
         while self.next_event_ns() <= now_ns:
             self._done += 1
             self.tick(now_ns)
@@ -82,15 +77,15 @@ class VirtualRig(DeviceRig):
 
     def __init__(
         self,
-        config: RunConfig,
-        ready: ReadyPose,
-        arm: str,
-        force: str,
-        hidden: HiddenValues,
+        config,
+        ready,
+        arm,
+        force,
+        hidden,
         *,
-        phase: float = 0.0,
-        late_ns: Callable[[int], int] = lambda tick: 0,
-    ) -> None:
+        phase=0.0,
+        late_ns=lambda tick: 0,
+    ):
         self.desk, self.latch = VirtualDesk(), FaultLatch()
         self._config, self._approach = config, find_approach(config, ready)
         emulation = EmulationConfig(wires=arm, force=force)
@@ -102,13 +97,13 @@ class VirtualRig(DeviceRig):
         if arm == "ur-rtde":
             stated = self.cell.arm.entries() | {"host": "virtual", "patience": 1.0}
             del stated["adapter"]
-            made: Any = ur_arm(overlay(UrTable(), stated), context, lambda: self.cell.link)
+            made = ur_arm(overlay(UrTable(), stated), context, lambda: self.cell.link)
         elif arm == "ros2":
             made = ros2_arm(Ros2ArmTable(), context, self.cell.domain.link)
         else:
             made = arm_maker(arm)(_arm_table(arm, self.cell), context)
         client = arm_in_thread(made, clock, _TIMEOUT_NS)
-        sensor: ForceSensor
+
         if force == "ati-netft":
             sensor = NetFtForceSensor(NetFtTable(), clock, self.cell.box.open)
         elif force == "ros2":
@@ -123,7 +118,7 @@ class VirtualRig(DeviceRig):
         self.ports = Ports(clock, sensor, client, client)
         self._at_ready = False
 
-    def prepare(self, trial: int) -> None:
+    def prepare(self, trial):
         self.ports.arm.deactivate()
         self.ports.arm.activate()
         if not self._at_ready:
@@ -132,25 +127,23 @@ class VirtualRig(DeviceRig):
             self._at_ready = True
         self.ports.force_sensor.read()
 
-    def stopped_by(self) -> str:
+    def stopped_by(self):
         return self.ports.arm.fault or ""
 
-    def __enter__(self) -> Self:
+    def __enter__(self):
         self.desk.clock.sleep(0.1)
         with ExitStack() as opened:
             self._open(opened)
             self._opened = opened.pop_all()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind, error, trace):
         self.ports.arm.stop()
         self._opened.close()
         self.desk.close()
 
 
-def _arm_table(arm: str, cell: VirtualCell) -> dict[str, Any]:
+def _arm_table(arm, cell):
     if arm == "zebra-nmc":
         return {"port": "arm", "baud": 230_400, "adapter_latency_ms": 0.0, "divider": 2, "at_home": True,
                 "reset_wait_ms": 20.0}  # fmt: skip
@@ -159,5 +152,5 @@ def _arm_table(arm: str, cell: VirtualCell) -> dict[str, Any]:
     return {"interface": "virtual", "channel": "arm", "divider": 2, "nodes": nodes, "counts_per_rad": scale}
 
 
-def _sensor_table() -> dict[str, Any]:
+def _sensor_table():
     return {"interface": "virtual", "channel": "force_sensor", "node": 9}

@@ -1,6 +1,5 @@
 """An emulated robot behind ROS 2 in virtual time, and links to it without a participant or a socket."""
 
-from collections.abc import Callable, Sequence
 from copy import deepcopy
 from typing import Any
 
@@ -28,35 +27,35 @@ class VirtualDomain:
         seen: What the topic is found to carry, and the commands' subscribers to want.
     """
 
-    def __init__(self, clock: VirtualTime | None = None, robot: Ros2Robot | None = None, **settings: Any) -> None:
+    def __init__(self, clock=None, robot=None, **settings):
         self.idl = pytest.importorskip("palpate.simulation.emulators.ros2.idl", reason="needs the extra ros2")
         self.clock, self.moves = clock or VirtualTime(), robot is None
         self.robot = robot or Ros2Robot(NAMES, HOME, **settings)
         self.load = [0.0, 0.0, -5.0, 0.0, 0.0, 0.0]
-        self.network: Callable[[Any], Any] = lambda message: message
+        self.network = lambda message: message
         self.is_plugged, self.publishers, self.stamp_ns = True, 1, _BOOT_NS
-        self.seen: tuple[list[tuple[str, str]], list[tuple[str, str]]] = [], []
-        self.links: list[VirtualLink] = []
+        self.seen = [], []
+        self.links = []
         self._due_ns = 0
-        self.wrench: Callable[[int], Sequence[float]] = lambda now_ns: self.load
+        self.wrench = lambda now_ns: self.load
         self.clock.devices.append(self)
 
-    def link(self, reads: str = JOINT_STATES, kind: str = JOINT_STATE, writes: str = COMMANDS) -> "VirtualLink":
+    def link(self, reads=JOINT_STATES, kind=JOINT_STATE, writes=COMMANDS):
         made = VirtualLink(self, f"/{reads}", kind, writes)
         self.links.append(made)
         return made
 
     @property
-    def is_open(self) -> bool:
+    def is_open(self):
         return any(link.is_open for link in self.links)
 
-    def ticks(self, count: int) -> None:
+    def ticks(self, count):
         self.clock.sleep(count / 140)
 
-    def next_event_ns(self) -> int:
+    def next_event_ns(self):
         return self._due_ns
 
-    def step(self, now_ns: int) -> None:
+    def step(self, now_ns):
         self._due_ns = now_ns + PERIOD_NS
         self.robot.step(now_ns)
         if self.moves:
@@ -73,38 +72,38 @@ class VirtualDomain:
 class VirtualLink(Ros2Link):
     """What an open link has of the robot."""
 
-    def __init__(self, domain: VirtualDomain, reads: str, kind: str, writes: str) -> None:
+    def __init__(self, domain, reads, kind, writes):
         super().__init__(Ros2Network(0), (reads, kind), writes)
         self.domain, self.is_open, self.waiting = domain, False, list[Any]()
 
-    def open(self) -> None:
+    def open(self):
         self.is_open, self.waiting = True, []
 
-    def close(self) -> None:
+    def close(self):
         self.is_open = False
 
-    def take(self) -> list[Any]:
+    def take(self):
         self._require()
         taken, self.waiting = self.waiting, []
         return taken
 
-    def write(self, values: Sequence[float]) -> None:
+    def write(self, values):
         self._require()
         if self.domain.is_plugged:
             self.domain.robot.command(list(values), self.domain.clock.now_ns())
 
-    def publishers(self) -> int:
+    def publishers(self):
         return self.domain.publishers
 
-    def subscribers(self) -> int:
+    def subscribers(self):
         return int(self.domain.robot.is_active)
 
-    def endpoints(self, topic: str) -> list[tuple[str, str]]:
+    def endpoints(self, topic):
         return self.domain.seen[topic == self.writes]
 
-    def wall_ns(self) -> int:
+    def wall_ns(self):
         return self.domain.stamp_ns + self.domain.clock.now_ns()
 
-    def _require(self) -> None:
+    def _require(self):
         if not self.is_open:
             raise SilentError("link", "the link is closed", "open it")

@@ -1,7 +1,6 @@
 """Folders that commands leave, made once for the tests of all workers; to be read, or copied and changed."""
 
 import shutil
-from pathlib import Path
 
 import pytest
 
@@ -11,26 +10,26 @@ TRIALS = 3
 
 
 @pytest.fixture(scope="session")
-def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def trained(tmp_path_factory):
     """A finished training run of three recorded trials, one of them longer than the others."""
 
-    def make(out: Path) -> None:
+    def make(out):
         CommandLine().succeed("train", "--task.time-limit-s", 2, "--trials", TRIALS, "--out", out)
 
     return shared_folder(tmp_path_factory, "trained", make)
 
 
 @pytest.fixture
-def run(trained: Path, tmp_path: Path) -> Path:
+def run(trained, tmp_path):
     """A copy of it that may be changed: ``run`` in the working directory."""
     return shutil.copytree(trained, tmp_path / "run")
 
 
 @pytest.fixture(scope="session")
-def compared(tmp_path_factory: pytest.TempPathFactory, trained: Path) -> Path:
+def compared(tmp_path_factory, trained):
     """A comparison of two trained policies, whose folders have one name, with the hand-written strategies."""
 
-    def make(out: Path) -> None:
+    def make(out):
         policies = [out.parent / f"{out.name}-{place}" / "run" / "policy.json" for place in ("a", "b")]
         for policy in policies:
             policy.parent.mkdir(parents=True)

@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 
 from palpate.core.motion import arm_named
-from tests.command_line import JOB, CommandLine
+from tests.command_line import JOB
 
 ARM = '[arm]\nname = "bench"\nurdf = "bench.urdf"\nflange = "link_eef"\nposture_rad = [0, 0.1, 0, 0.65, 0, 0.55, 0]\n'
 
 
 @pytest.fixture
-def bench(tmp_path: Path) -> Path:
+def bench(tmp_path):
     (tmp_path / "arms").mkdir()
     shutil.copy(arm_named("xarm7").find_urdf(), tmp_path / "arms/bench.urdf")
     path = tmp_path / "arms/bench.toml"
@@ -20,7 +20,7 @@ def bench(tmp_path: Path) -> Path:
     return path
 
 
-def test_an_arm_of_ones_own_inserts_and_its_logs_replay_where_its_urdf_is(palpate: CommandLine, bench: Path) -> None:
+def test_an_arm_of_ones_own_inserts_and_its_logs_replay_where_its_urdf_is(palpate, bench):
     printed = palpate.succeed("run", "--config", bench, "--policy", "torque", "--trials", 1, "--out", "out")
     assert "torque, bench, scenario paper, seed 0: 1 trials" in printed
     assert "'inserted': 1" in printed
@@ -41,20 +41,18 @@ def test_an_arm_of_ones_own_inserts_and_its_logs_replay_where_its_urdf_is(palpat
         ("bench.urdf", "bench.toml", "a readable URDF (syntax error: line 1"),
     ],
 )  # fmt: skip
-def test_an_arm_that_cannot_be_used_is_refused_in_one_line(
-    palpate: CommandLine, bench: Path, old: str, new: str, accepted: str
-) -> None:
+def test_an_arm_that_cannot_be_used_is_refused_in_one_line(palpate, bench, old, new, accepted):
     bench.write_text(ARM.replace(old, new))
     assert accepted in palpate.refusal("run", "--config", str(bench), "--policy", "torque", "--trials", "1")
 
 
-def test_a_rig_file_that_has_the_arm_is_not_told_another(palpate: CommandLine, bench: Path) -> None:
+def test_a_rig_file_that_has_the_arm_is_not_told_another(palpate, bench):
     bench.write_text(ARM + 'adapter = "cia402"\n[force_sensor]\nadapter = "jr3-can"\n')
     line = palpate.refusal("run", "--rig", str(bench), *JOB, "--arm", "ur5", "--policy", "torque")
     assert "arm = 'ur5' is refused: bench, which the rig file has, or none" in line
 
 
-def test_an_arm_by_name_in_a_file_may_have_other_limits(palpate: CommandLine) -> None:
+def test_an_arm_by_name_in_a_file_may_have_other_limits(palpate):
     Path("arm.toml").write_text('[arm]\nname = "ur5e"\nvelocity_limit_rad_s = [1, 1, 1, 1, 1, 1]\n')
     printed = palpate.succeed("run", "--config", "arm.toml", "--policy", "torque", "--trials", 1, "--out", "out")
     assert "torque, ur5e, scenario paper" in printed

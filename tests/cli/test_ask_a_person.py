@@ -3,19 +3,16 @@
 import csv
 import os
 import pty
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-
-from tests.command_line import CommandLine
 
 CELL = ("--seed", 1, "--cell.hole-uncertainty-mm", 0)
 ASK = ("--policy", "examples.ask_a_person:Person")
 
 
 @pytest.fixture
-def typed(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[bytes], None]]:
+def typed(monkeypatch):
     ours, theirs = pty.openpty()
     with os.fdopen(theirs) as terminal:
         monkeypatch.setattr("sys.stdin", terminal)
@@ -23,7 +20,7 @@ def typed(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[bytes], None]]:
     os.close(ours)
 
 
-def test_keys_choose_the_actions_and_the_trials_replay(palpate: CommandLine, typed: Callable[[bytes], None]) -> None:
+def test_keys_choose_the_actions_and_the_trials_replay(palpate, typed):
     # From the start of this trial two steps along -x and one along y; Escape ends the second trial.
     typed(b"xxd?\x1b")
     done = palpate("run", *CELL, *ASK, "--trials", 2, "--out", "asked")
@@ -43,7 +40,7 @@ def test_keys_choose_the_actions_and_the_trials_replay(palpate: CommandLine, typ
     assert "x+ y0    examples  -x" in palpate.succeed("show", "shown/policy.json")
 
 
-def test_the_end_of_the_input_ends_the_run(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_end_of_the_input_ends_the_run(palpate, monkeypatch):
     with open(os.devnull) as nothing:
         monkeypatch.setattr("sys.stdin", nothing)
         assert palpate("run", *CELL, *ASK, "--trials", 2, "--out", "asked").code == 130

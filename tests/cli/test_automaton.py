@@ -1,7 +1,6 @@
 """``palpate infer``: from strings to a policy's states; automata shown and compared."""
 
 import json
-from pathlib import Path
 
 import pytest
 from matplotlib.axes import Axes
@@ -9,7 +8,7 @@ from matplotlib.axes import Axes
 from palpate.adapters.files import load_automaton
 from palpate.core.automata.document import to_json_text
 from palpate.core.automata.machine import Kind, Machine
-from tests.command_line import QUICK, CommandLine, files_in
+from tests.command_line import QUICK, files_in
 
 SMALL = ("--training.restarts", 4, "--training.batch", 4, "--training.steps", 60, "--extraction.most-intervals", 6)
 EVEN = Machine(Kind.DFA, ("a", "b"), ((1, 0), (0, 1)), (True, False))
@@ -19,7 +18,7 @@ WASTEFUL = Machine(Kind.DFA, ("a", "b"), ((1, 2), (2, 1), (1, 0)), (True, False,
 
 
 @pytest.fixture
-def desk(tmp_path: Path) -> Path:
+def desk(tmp_path):
     """A folder with strings and automata."""
     walks = ["AABBC", "ABBC", "BBAC", "CCB", "BCAB", "ABCABC", "CBA", "BACBAC"] * 6
     (tmp_path / "walks.txt").write_text("\n".join(walks) + "\n")
@@ -34,8 +33,8 @@ def desk(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_an_automaton_comes_of_walks(palpate: CommandLine, desk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    named: list[str] = []
+def test_an_automaton_comes_of_walks(palpate, desk, monkeypatch):
+    named = []
     monkeypatch.setattr(Axes, "annotate", lambda axes, text, *place, **style: named.append(text))
     assert "48 strings, 3 symbols" in palpate.succeed("infer", "walks.txt", "--out", "one", *SMALL)
     # Cells of hidden states have other names than the automaton's states, which may be s0 and so on.
@@ -56,7 +55,7 @@ def test_an_automaton_comes_of_walks(palpate: CommandLine, desk: Path, monkeypat
     assert (desk / "drawn.svg").read_bytes().startswith(b"<?xml")
 
 
-def test_of_strings_that_no_network_learns_the_best_is_kept(palpate: CommandLine, desk: Path) -> None:
+def test_of_strings_that_no_network_learns_the_best_is_kept(palpate, desk):
     done = palpate("infer", "hopeless.txt", "--out", "best", *SMALL, "--held-out", 0)
     assert done.code == 2
     last = done.stderr.strip().splitlines()[-1]
@@ -66,7 +65,7 @@ def test_of_strings_that_no_network_learns_the_best_is_kept(palpate: CommandLine
 
 
 @pytest.mark.usefixtures("desk")
-def test_automata_are_compared_by_what_they_answer(palpate: CommandLine) -> None:
+def test_automata_are_compared_by_what_they_answer(palpate):
     done = palpate("infer", "--compare", "even.json", "all.json")
     assert done.code == 1
     assert "they differ, first in the word a" in done.stdout
@@ -74,7 +73,7 @@ def test_automata_are_compared_by_what_they_answer(palpate: CommandLine) -> None
 
 
 @pytest.mark.usefixtures("desk")
-def test_a_table_for_reading(palpate: CommandLine) -> None:
+def test_a_table_for_reading(palpate):
     printed = palpate.succeed("infer", "--show", "even.json")
     assert printed.splitlines()[0] == "dfa, 2 states, 2 symbols"
     assert "s0 (start)" in printed
@@ -83,7 +82,7 @@ def test_a_table_for_reading(palpate: CommandLine) -> None:
     assert "even.dot' is refused: the automaton's .json file" in line
 
 
-def test_recorded_trials_are_strings_and_the_automaton_is_a_memory(palpate: CommandLine, tmp_path: Path) -> None:
+def test_recorded_trials_are_strings_and_the_automaton_is_a_memory(palpate, tmp_path):
     words = ("--scenario", "blind", "--policy", "torque", "--seed", 4, "--trials", 12, "--perception.memory", "none")
     palpate.succeed("run", *words, "--out", "run")
     assert "12 strings" in palpate.succeed("infer", "run/logs", "--out", "felt", *SMALL)

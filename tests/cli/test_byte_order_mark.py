@@ -1,7 +1,6 @@
 """Text that begins with a byte-order mark, as editors on Windows write it, is read as the same text without it."""
 
 import codecs
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -29,12 +28,12 @@ TRIALS = (
 )
 
 
-def _written(path: Path) -> str:
+def _written(path):
     write_into(path, {"calibration": {"gain": 2.0}})
     return path.read_text(encoding="utf-8")
 
 
-def _joints(path: Path) -> list[str]:
+def _joints(path):
     path.write_bytes(path.read_bytes() + Path(urdf(path.with_suffix(".plain"), 6)).read_bytes())
     return list(load_model(ArmDescription(str(path), "tool", (0.0,) * 6))[0].names)
 
@@ -57,9 +56,7 @@ def _joints(path: Path) -> list[str]:
         pytest.param("arm.urdf", "", _joints, id="URDF"),
     ],
 )
-def test_a_byte_order_mark_is_not_part_of_a_text(
-    tmp_path: Path, name: str, text: str, read: Callable[[Path], object]
-) -> None:
+def test_a_byte_order_mark_is_not_part_of_a_text(tmp_path, name, text, read):
     found = []
     for mark in (b"", codecs.BOM_UTF8):
         path = tmp_path / f"with {len(mark)}" / name

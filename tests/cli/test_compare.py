@@ -7,7 +7,7 @@ from pathlib import Path
 STRATEGIES = ["oracle", "torque", "spiral-10", "spiral-5", "random"]
 
 
-def test_all_strategies_stand_in_one_table(compared: Path) -> None:
+def test_all_strategies_stand_in_one_table(compared):
     with (compared / "compare.csv").open(newline="") as stream:
         rows = {row["policy"]: row for row in csv.DictReader(stream)}
     # Two runs in folders of one name: neither may take the other's place in the table.

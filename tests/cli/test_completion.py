@@ -3,8 +3,6 @@
 import shlex
 import subprocess
 
-from tests.command_line import CommandLine
-
 COMPLETED = {
     "tr": "train",
     "log ex": "export",
@@ -15,7 +13,7 @@ COMPLETED = {
 }
 
 
-def test_bash_completes_commands_and_flags(palpate: CommandLine) -> None:
+def test_bash_completes_commands_and_flags(palpate):
     script = palpate.succeed("--tyro-print-completion", "bash")
     for typed in COMPLETED:
         words = " ".join(shlex.quote(word) for word in ("palpate", *typed.split(" ")))

@@ -8,33 +8,32 @@ document: the value was a default's, or anything may be there.
 import json
 import re
 import tomllib
-from collections.abc import Iterator
 from copy import deepcopy
 from fnmatch import fnmatchcase
 from pathlib import Path
 from random import Random
-from typing import Any, Final, NamedTuple
+from typing import NamedTuple
 
 import pytest
 
 from palpate.adapters.cli.rig_new import rig_text
 from palpate.adapters.config import literal
-from tests.command_line import JOB, CommandLine, Done, shared_folder
+from tests.command_line import JOB, CommandLine, shared_folder
 
-ROOT: Final = Path(__file__).parents[2]
-NAMED: Final = {"base": "", "grid": "", "run": "", "lear": "learner."}
+ROOT = Path(__file__).parents[2]
+NAMED = {"base": "", "grid": "", "run": "", "lear": "learner."}
 """How messages call tables that are not settings of their own."""
-GONE: Final = object()
-IN_JSON: Final = ("policy", "belief", "automaton")
-RIG: Final = f"run --rig FILE {' '.join(JOB)} --policy torque --out new"
-AUTOMATON: Final = {
+GONE = object()
+IN_JSON = ("policy", "belief", "automaton")
+RIG = f"run --rig FILE {' '.join(JOB)} --policy torque --out new"
+AUTOMATON = {
     "schema": "palpate.automaton/2", "kind": "dfa", "alphabet": ["a", "b"], "start": "even",
     "states": [
         {"name": "even", "output": True, "next": {"a": "odd", "b": "even"}},
         {"name": "odd", "output": False, "next": {"a": "even", "b": None}},
     ],
 }  # fmt: skip
-STUDY: Final = {
+STUDY = {
     "study": {"trials": 2, "seeds": [0, 1], "policies": ["q-learning", "torque"], "job": "job.toml"},
     "base": {"task": {"time_limit_s": 0.3}},
     "grid": [{"task.step_mm": [0.4, 0.5], "learning.gamma": [0.9]}],
@@ -63,15 +62,15 @@ class Document(NamedTuple):
     each: int = 1
 
 
-DEVICES: Final = ("arm", "arm.adapter", "force_sensor", "force_sensor.adapter")
-POLICY: Final = Document(
+DEVICES = ("arm", "arm.adapter", "force_sensor", "force_sensor.adapter")
+POLICY = Document(
     "run --policy FILE --out full", "full: already holds",
     needed=("schema", "perception*", "states*", "actions", "actions.?", "actions.?.[nd]*", "learner.kind"),
     free=("learner.parameters.initial_value", "learner.state.q*", "learner.state.trials*"),
     open=("created_with*", "perception.signal.tool"),
     linked=("perception*", "states*", "actions*", "learner.[ks]*"),
 )  # fmt: skip
-DOCUMENTS: Final = {
+DOCUMENTS = {
     "job": Document(
         "train --job FILE --out full", "full: already holds",
         needed=("part", "part.peg_mm", "part.hole_mm", "part.depth_mm", "tool", "tool.tip_mm", "place", "place.x_mm"),
@@ -104,10 +103,10 @@ DOCUMENTS: Final = {
 
 
 @pytest.fixture(scope="session")
-def sound(tmp_path_factory: pytest.TempPathFactory, trained: Path) -> dict[str, Any]:
+def sound(tmp_path_factory, trained):
     """A sound document of each kind."""
 
-    def make(out: Path) -> None:
+    def make(out):
         words = ("--learner", "belief", "--trials", 1, "--task.time-limit-s", 0.5, "--recording.no-enabled")
         CommandLine().succeed("train", *words, "--out", out)
 
@@ -126,7 +125,7 @@ def sound(tmp_path_factory: pytest.TempPathFactory, trained: Path) -> dict[str, 
 
 
 @pytest.fixture
-def desk(palpate: CommandLine) -> CommandLine:
+def desk(palpate):
     """The command line in a folder where every document but for the changed one is sound."""
     for name in ("full/run.toml", "there.json", "job.toml"):
         Path(name).parent.mkdir(exist_ok=True)
@@ -136,11 +135,11 @@ def desk(palpate: CommandLine) -> CommandLine:
     return palpate
 
 
-def places(value: Any, rng: Random, path: tuple[str | int, ...] = ()) -> Iterator[tuple[tuple[str | int, ...], Any]]:
+def places(value, rng, path=()):
     """Yield every path with what is there; of a list one item."""
     if path:
         yield path, value
-    inner: dict[Any, Any] = value if isinstance(value, dict) else {}
+    inner = value if isinstance(value, dict) else {}
     if isinstance(value, list) and value:
         number = rng.randrange(len(value))
         inner = {number: value[number]}
@@ -148,7 +147,7 @@ def places(value: Any, rng: Random, path: tuple[str | int, ...] = ()) -> Iterato
         yield from places(each, rng, (*path, key))
 
 
-def changes(value: Any) -> Iterator[tuple[str, Any]]:
+def changes(value):
     """Yield what may go wrong with a value, and the value then."""
     yield "missing", GONE
     if isinstance(value, bool):
@@ -164,7 +163,7 @@ def changes(value: Any) -> Iterator[tuple[str, Any]]:
         yield from (("type", 3), ("unknown", {**value, "no_such": 1}))
 
 
-def changed(document: Any, path: tuple[str | int, ...], value: Any) -> Any:
+def changed(document, path, value):
     """Return the document with another value at a path."""
     copy = deepcopy(document)
     table = copy
@@ -177,25 +176,25 @@ def changed(document: Any, path: tuple[str | int, ...], value: Any) -> Any:
     return copy
 
 
-def text_of(document: dict[str, Any], name: str) -> str:
+def text_of(document, name):
     """The text of a document, JSON or TOML."""
     if name in IN_JSON:
         return json.dumps(document)
     return "".join(f"{literal(name)} = {literal(value)}\n" for name, value in document.items())
 
 
-def shown(path: tuple[str | int, ...]) -> str:
+def shown(path):
     """A path as messages name it."""
     text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path).lstrip(".")
     # Settings are named as flags and run.toml name them, wherever a file has them.
     return re.sub(r"^(base|grid\[\d+\]|learner\.state|run)\.(?=[a-z])", lambda found: NAMED[found[1][:4]], text)
 
 
-def complaint(kind: Document, document: dict[str, Any], what: str, path: tuple[str | int, ...], done: Done) -> str:
+def complaint(kind, document, what, path, done):
     """What is wrong with the answer; empty for nothing."""
     name, line = ".".join(map(str, path)), done.stderr
 
-    def among(*patterns: str) -> bool:
+    def among(*patterns):
         return any(fnmatchcase(name, pattern) for pattern in patterns)
 
     if (done.code, line[:9], done.stdout) != (2, "palpate: ", ""):
@@ -214,9 +213,7 @@ def complaint(kind: Document, document: dict[str, Any], what: str, path: tuple[s
 
 
 @pytest.mark.parametrize("name", DOCUMENTS)
-def test_what_is_wrong_in_a_document_is_refused_in_one_line_with_its_path(
-    desk: CommandLine, sound: dict[str, Any], name: str
-) -> None:
+def test_what_is_wrong_in_a_document_is_refused_in_one_line_with_its_path(desk, sound, name):
     kind, document, rng = DOCUMENTS[name], sound[name], Random(name)
     words = kind.words.replace("FILE", "document").split()
     Path("document").write_text(text_of(document, name))
@@ -233,9 +230,7 @@ def test_what_is_wrong_in_a_document_is_refused_in_one_line_with_its_path(
 
 
 @pytest.mark.parametrize("name", DOCUMENTS)
-def test_half_a_document_and_a_key_given_twice_are_refused_in_one_line(
-    desk: CommandLine, sound: dict[str, Any], name: str
-) -> None:
+def test_half_a_document_and_a_key_given_twice_are_refused_in_one_line(desk, sound, name):
     kind, document = DOCUMENTS[name], sound[name]
     if name in IN_JSON:
         text = text_of(document, name)

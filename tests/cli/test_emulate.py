@@ -7,13 +7,12 @@ import pytest
 
 from palpate.adapters.cli import emulate as command
 from palpate.adapters.hardware import EmulatedCell
-from tests.command_line import CommandLine
 
 DOWEL = Path(__file__).parents[2] / "examples" / "jobs" / "dowel-12-h7.toml"
 
 
 @pytest.fixture
-def emulate(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> CommandLine:
+def emulate(palpate, monkeypatch):
     """The command line, where devices are served for no time."""
     monkeypatch.setattr(EmulatedCell, "run", lambda *_: None)
     monkeypatch.setattr(command.__name__ + ".take_real_time", str)
@@ -21,7 +20,7 @@ def emulate(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> CommandLin
 
 
 @pytest.mark.parametrize(("arm", "wires", "force"), [("ur10e", "ur-rtde", "ati-netft"), ("panda", "cia402", "jr3-can")])
-def test_a_run_needs_the_rig_file_only(emulate: CommandLine, arm: str, wires: str, force: str) -> None:
+def test_a_run_needs_the_rig_file_only(emulate, arm, wires, force):
     emulate.succeed("emulate", "--job", DOWEL, "--arm", arm, "--rig-file", "rig.toml")
     rig, job = (tomllib.loads(Path(name).read_text()) for name in ("rig.toml", "rig.job.toml"))
     assert rig["rig"]["job"] == "rig.job.toml"
@@ -32,7 +31,7 @@ def test_a_run_needs_the_rig_file_only(emulate: CommandLine, arm: str, wires: st
     assert job["arm"] == {"name": arm}
 
 
-def test_a_restart_replaces_what_it_wrote_and_nothing_else(emulate: CommandLine) -> None:
+def test_a_restart_replaces_what_it_wrote_and_nothing_else(emulate):
     emulate.succeed("emulate", "--rig-file", "rig.toml")
     emulate.succeed("emulate", "--wires", "cia402", "--rig-file", "rig.toml")
     written = Path("rig.toml").read_text()
@@ -45,7 +44,7 @@ def test_a_restart_replaces_what_it_wrote_and_nothing_else(emulate: CommandLine)
     assert "rig.job.toml: is there already" in emulate.refusal("emulate", "--rig-file", "rig.toml")
 
 
-def test_ros2_serves_arm_and_wrench_in_one_domain(emulate: CommandLine) -> None:
+def test_ros2_serves_arm_and_wrench_in_one_domain(emulate):
     pytest.importorskip("cyclonedds", reason="needs the extra ros2")
     emulate.succeed("emulate", "--wires", "ros2", "--arm", "panda", "--rig-file", "rig.toml")
     rig = tomllib.loads(Path("rig.toml").read_text())

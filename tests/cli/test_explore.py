@@ -3,24 +3,21 @@
 import csv
 import json
 import re
-from pathlib import Path
-from typing import Any
 
 import pytest
 
 from palpate.adapters.cli import explore
-from palpate.adapters.experiments.grid import LearningRun, Named
+from palpate.adapters.experiments.grid import Named
 from palpate.adapters.files import load_policy, read_strings
 from palpate.core.automata import Kind, Machine, to_json_text
 from palpate.core.policy import policy_from
-from palpate.simulation.grid.maps import GridMap, grid_actions
-from tests.command_line import CommandLine
+from palpate.simulation.grid.maps import grid_actions
 
 QUICK = ("--trials", 30, "--seeds", 2)
 SYMBOLS = ("A", "B", "C", "D", "E", "F")
 
 
-def last_symbol(folder: Path, symbols: tuple[str, ...] = SYMBOLS) -> Path:
+def last_symbol(folder, symbols=SYMBOLS):
     """An automaton file whose states are the symbols."""
     row = tuple(range(len(symbols)))
     path = folder / f"last-{len(symbols)}.json"
@@ -29,7 +26,7 @@ def last_symbol(folder: Path, symbols: tuple[str, ...] = SYMBOLS) -> Path:
     return path
 
 
-def test_a_run_prints_what_is_possible_and_leaves_everything(palpate: CommandLine, tmp_path: Path) -> None:
+def test_a_run_prints_what_is_possible_and_leaves_everything(palpate, tmp_path):
     out = tmp_path / "deep" / "out"
     done = palpate("explore", "--map", 2, "--state", "last-2", *QUICK, "--seed", 5, "--out", out)
     assert done.code == 0, done.stderr
@@ -53,14 +50,14 @@ def test_a_run_prints_what_is_possible_and_leaves_everything(palpate: CommandLin
     assert "20 states, 8 actions; q-learning, 30 trials learned" in palpate.succeed("show", out / "policy-5.json")
 
 
-def test_an_automaton_of_the_last_symbol_learns_what_symbols_do(palpate: CommandLine, tmp_path: Path) -> None:
+def test_an_automaton_of_the_last_symbol_learns_what_symbols_do(palpate, tmp_path):
     by_symbol = palpate.succeed("explore", *QUICK)
     by_automaton = palpate.succeed("explore", "--state", last_symbol(tmp_path), *QUICK)
     assert re.findall(r"^ .*%.*$", by_symbol, re.M)
     assert by_symbol.splitlines()[2:5] == by_automaton.splitlines()[2:5]
 
 
-def test_a_map_from_a_file(palpate: CommandLine, tmp_path: Path) -> None:
+def test_a_map_from_a_file(palpate, tmp_path):
     (tmp_path / "map.txt").write_text("ABC.\n")
     printed = palpate.succeed("explore", "--map", "map.txt", "--trials", 200, "--seeds", 1)
     assert "full information      2.00" in printed
@@ -68,10 +65,8 @@ def test_a_map_from_a_file(palpate: CommandLine, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("name", "head"), [("figure.svg", b"<?xml"), ("figure.png", b"\x89PNG")])
-def test_the_figure_of_the_paper(
-    palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, head: bytes
-) -> None:
-    def at_once(grid: GridMap, *_: int) -> Named:
+def test_the_figure_of_the_paper(palpate, tmp_path, monkeypatch, name, head):
+    def at_once(grid, *_):
         return Named(str(last_symbol(tmp_path, grid.symbols)))
 
     monkeypatch.setattr(explore, "inferred", at_once)
@@ -82,7 +77,7 @@ def test_the_figure_of_the_paper(
     assert printed.count("belief-state optimum") == 4
 
 
-def test_walks_for_inference(palpate: CommandLine, tmp_path: Path) -> None:
+def test_walks_for_inference(palpate, tmp_path):
     palpate.succeed("explore", "--map", 2, "--strings", "walks.txt", "--walks", 50, "--longest", 20)
     strings = read_strings(tmp_path / "walks.txt")
     assert (len(strings.words), strings.alphabet) == (50, ("A", "B", "C", "D"))
@@ -90,12 +85,10 @@ def test_walks_for_inference(palpate: CommandLine, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("at", "code", "lines"), [(1, 130, 0), (2, 130, 21), (9, 0, 61)])
-def test_ctrl_c_keeps_the_runs_that_were_finished(
-    palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at: int, code: int, lines: int
-) -> None:
+def test_ctrl_c_keeps_the_runs_that_were_finished(palpate, tmp_path, monkeypatch, at, code, lines):
     original, calls = explore.learn, []
 
-    def interrupted(*arguments: Any) -> LearningRun:
+    def interrupted(*arguments):
         calls.append(arguments)
         if len(calls) == at:
             raise KeyboardInterrupt

@@ -8,7 +8,6 @@ import pytest
 
 from palpate.adapters.config import compose, overlay, read_job, read_toml, run_facts
 from palpate.adapters.config.run import RunConfig
-from tests.command_line import CommandLine
 
 JOBS = Path(__file__).parents[2] / "examples" / "jobs"
 DOWEL = JOBS / "dowel-12-h7.toml"
@@ -16,14 +15,14 @@ PART = "peg 12.000 mm, hole 12.018 mm, radial clearance 0.009 mm, depth 20 mm"
 
 
 @pytest.mark.parametrize("job", sorted(path.name for path in JOBS.glob("*.toml")))
-def test_each_example_job_runs_with_the_task_and_policy_that_suit_it(palpate: CommandLine, job: str) -> None:
+def test_each_example_job_runs_with_the_task_and_policy_that_suit_it(palpate, job):
     shape = read_job(JOBS / job)["part"]["shape"]
     words = ("--policy", "torque") if shape == "round" else ("--task", "insertion-6dof", "--policy", "corner-first")
     printed = palpate.succeed("run", "--job", JOBS / job, *words, "--trials", 1, "--out", "run")
     assert "scenario job" in printed
 
 
-def test_a_job_is_trained_recorded_resumed_replayed_and_reported_as_stated(palpate: CommandLine) -> None:
+def test_a_job_is_trained_recorded_resumed_replayed_and_reported_as_stated(palpate):
     words = ("--learner", "belief", "--out", "run")
     assert f"palpate: {PART}\n" in palpate("train", "--job", DOWEL, *words, "--trials", 2).stderr
     table = read_toml("run/run.toml")
@@ -41,7 +40,7 @@ def test_a_job_is_trained_recorded_resumed_replayed_and_reported_as_stated(palpa
     assert PART in Path("run/report.html").read_text(encoding="utf-8")
 
 
-def test_flags_and_files_change_a_job_and_what_follows_from_it(palpate: CommandLine) -> None:
+def test_flags_and_files_change_a_job_and_what_follows_from_it(palpate):
     Path("more.toml").write_text("[part]\nhole_mm = 12.1\n")
     words = ("--job", DOWEL, "--config", "more.toml", "--place.position-uncertainty-mm", 3, "--policy", "torque")
     palpate.succeed("run", *words, "--trials", 1, "--out", "run")
@@ -49,7 +48,7 @@ def test_flags_and_files_change_a_job_and_what_follows_from_it(palpate: CommandL
     assert (table["cell"]["peg"]["clearance_mm"], table["task"]["area_half_width_mm"]) == (0.05, 3.5)
 
 
-def test_a_study_varies_part_tool_and_place_of_a_job_beside_it(palpate: CommandLine) -> None:
+def test_a_study_varies_part_tool_and_place_of_a_job_beside_it(palpate):
     folder = Path("studies")
     folder.mkdir()
     (folder / "dowel.toml").write_text(DOWEL.read_text())
@@ -80,16 +79,14 @@ def test_a_study_varies_part_tool_and_place_of_a_job_beside_it(palpate: CommandL
         ("[limits]", "[task]\nstep_mm = 0.1\n[limits]", "other settings belong in --config"),
     ],
 )
-def test_what_is_wrong_with_a_job_is_one_line_with_exit_code_2(
-    palpate: CommandLine, old: str, new: str, told: str
-) -> None:
+def test_what_is_wrong_with_a_job_is_one_line_with_exit_code_2(palpate, old, new, told):
     text = DOWEL.read_text()
     assert old in text
     Path("job.toml").write_text(text.replace(old, new, 1))
     palpate.refuses("run --policy torque --job job.toml", told)
 
 
-def test_a_job_that_is_not_there_is_one_line(palpate: CommandLine) -> None:
+def test_a_job_that_is_not_there_is_one_line(palpate):
     palpate.refuses(
         "run --policy torque --job nowhere.toml", "job = 'nowhere.toml' is refused: a file that exists; examples/jobs"
     )

@@ -6,11 +6,10 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.log.reader import read_log
-from tests.command_line import CommandLine
 
 
 @pytest.fixture(scope="module")
-def logs(trained: Path) -> list[Path]:
+def logs(trained):
     """The logs of a finished run of three trials; to be read, not changed."""
     found = sorted((trained / "logs").glob("*.mcap"))
     assert len(found) == 3
@@ -18,7 +17,7 @@ def logs(trained: Path) -> list[Path]:
 
 
 @pytest.fixture
-def desk(tmp_path: Path, logs: list[Path]) -> Path:
+def desk(tmp_path, logs):
     """A sound log, and all kinds of files that are none."""
     sound = logs[0].read_bytes()
     middle = len(sound) // 2
@@ -33,7 +32,7 @@ def desk(tmp_path: Path, logs: list[Path]) -> Path:
     return tmp_path
 
 
-def test_info_of_one_log(palpate: CommandLine, logs: list[Path]) -> None:
+def test_info_of_one_log(palpate, logs):
     page = palpate.succeed("log", "info", logs[1])
     assert "train, zebra-zero, scenario paper, seed 0, trial 1" in page
     assert "control rate   140.000 Hz" in page
@@ -42,14 +41,14 @@ def test_info_of_one_log(palpate: CommandLine, logs: list[Path]) -> None:
     assert "no sample: all are valid" in page
 
 
-def test_a_folder_stands_for_the_logs_in_it(palpate: CommandLine, logs: list[Path]) -> None:
+def test_a_folder_stands_for_the_logs_in_it(palpate, logs):
     assert palpate.succeed("log", "info", logs[0].parents[1]) == palpate.succeed("log", "info", *logs)
     assert "3 trials as CSV" in palpate.succeed("log", "export", logs[0].parent, "--to", "csv", "--out", "csv")
     Path("none").mkdir()
     assert "none: holds no logs" in palpate.refusal("log", "info", "none")
 
 
-def test_info_of_several_logs_is_a_table_and_json_holds_all(palpate: CommandLine, logs: list[Path]) -> None:
+def test_info_of_several_logs_is_a_table_and_json_holds_all(palpate, logs):
     lines = palpate.succeed("log", "info", *logs).splitlines()
     assert len(lines) == 4
     assert lines[0].split()[:2] == ["log", "trial"]
@@ -63,7 +62,7 @@ def test_info_of_several_logs_is_a_table_and_json_holds_all(palpate: CommandLine
         assert (info["ticks"]["missing"], info["dropped_messages"]) == (0, 0)
 
 
-def test_a_bad_log_does_not_hide_the_others(palpate: CommandLine, desk: Path) -> None:
+def test_a_bad_log_does_not_hide_the_others(palpate, desk):
     done = palpate("log", "info", "sound.mcap", "torn.mcap", "damaged.mcap", "empty.mcap")
     assert done.code == 2
     assert done.stderr == "palpate: empty.mcap: is empty; nothing was recorded; delete it\n"
@@ -72,13 +71,13 @@ def test_a_bad_log_does_not_hide_the_others(palpate: CommandLine, desk: Path) ->
     assert ["damaged" in row for row in rows[1:]] == [False, True, True]
 
 
-def test_json_is_json_even_of_nothing(palpate: CommandLine, desk: Path) -> None:
+def test_json_is_json_even_of_nothing(palpate, desk):
     done = palpate("log", "info", "--json", "empty.mcap")
     assert done.code == 2
     assert json.loads(done.stdout) == []
 
 
-def test_plot_beside_the_log_or_where_asked(palpate: CommandLine, desk: Path) -> None:
+def test_plot_beside_the_log_or_where_asked(palpate, desk):
     assert "sound.png" in palpate.succeed("log", "plot", "sound.mcap")
     palpate.succeed("log", "plot", "sound.mcap", "--out", "other.png")
     beside, other = (desk / "sound.png").read_bytes(), (desk / "other.png").read_bytes()
@@ -88,7 +87,7 @@ def test_plot_beside_the_log_or_where_asked(palpate: CommandLine, desk: Path) ->
     assert (desk / "sound.png").read_bytes() == beside
 
 
-def test_a_torn_and_a_damaged_log_are_used_up_to_the_damage(palpate: CommandLine, desk: Path) -> None:
+def test_a_torn_and_a_damaged_log_are_used_up_to_the_damage(palpate, desk):
     whole = read_log(desk / "sound.mcap")
     for name in ("torn", "damaged"):
         log = read_log(desk / f"{name}.mcap")

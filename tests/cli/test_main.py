@@ -13,7 +13,6 @@ import pytest
 
 from palpate.adapters.cli.main import main
 from palpate.core import __version__
-from tests.command_line import CommandLine
 
 RUN = ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--config")
 
@@ -36,7 +35,7 @@ RUN = ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--conf
         ("log export", ("--to",)),
     ],
 )
-def test_every_command_explains_itself(palpate: CommandLine, words: str, shown: tuple[str, ...]) -> None:
+def test_every_command_explains_itself(palpate, words, shown):
     done = palpate(*words.split(), "--help")
     assert (done.code, done.stderr) == (0, "")
     assert f"palpate {re.split(' --', words)[0]}" in done.stdout
@@ -47,16 +46,14 @@ def test_every_command_explains_itself(palpate: CommandLine, words: str, shown: 
     ("wide", "line"),
     [(80, "neither on the\nnumber of workers"), (200, "neither on the number of workers")],
 )
-def test_help_is_broken_where_the_terminal_ends_and_samples_are_not(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, wide: int, line: str
-) -> None:
+def test_help_is_broken_where_the_terminal_ends_and_samples_are_not(palpate, monkeypatch, wide, line):
     monkeypatch.setenv("COLUMNS", str(wide))
     told = palpate.succeed("study", "--help")
     assert line in told
     assert '["q-learning", "torque"]    # learners are trained; baselines and policy files run as they are\n' in told
 
 
-def test_palpate_alone_lists_its_commands(palpate: CommandLine) -> None:
+def test_palpate_alone_lists_its_commands(palpate):
     printed = palpate.succeed()
     for name in ("train", "run", "compare", "study", "show", "replay", "report", "log", "rig", "emulate"):
         assert f"\n  {name} " in printed
@@ -64,7 +61,7 @@ def test_palpate_alone_lists_its_commands(palpate: CommandLine) -> None:
     assert palpate.succeed("log") == palpate.succeed("log", "--help") == palpate.succeed("log", "-h")
 
 
-def test_versions(palpate: CommandLine) -> None:
+def test_versions(palpate):
     printed = palpate.succeed("--version")
     assert printed.splitlines()[0] == f"palpate {version('palpate')}"
     assert f"mujoco {version('mujoco')}" in printed.splitlines()
@@ -74,7 +71,7 @@ def test_versions(palpate: CommandLine) -> None:
     assert subprocess.run(module, capture_output=True, text=True, check=True).stdout == printed
 
 
-def test_misspelt_command_is_refused_with_the_nearest_one(palpate: CommandLine) -> None:
+def test_misspelt_command_is_refused_with_the_nearest_one(palpate):
     assert "did you mean train? there are" in palpate.refusal("tarin")
     assert "did you mean info?" in palpate.refusal("log", "inof")
 
@@ -95,9 +92,7 @@ print([main(one) for one in (words, ["replay", "run"], ["infer", "strings.txt", 
 """Without torch from the start; a process that has it cannot be rid of it again."""
 
 
-def test_without_what_a_slim_install_leaves_out_trials_run_and_what_needs_it_says_so(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_what_a_slim_install_leaves_out_trials_run_and_what_needs_it_says_so(tmp_path, monkeypatch):
     """The whole of a slim install is measured in an environment of its own, docs/results.md."""
     monkeypatch.chdir(tmp_path)
     Path("strings.txt").write_text("a b a\nb a\na a b b\n" * 4)
@@ -111,13 +106,11 @@ def test_without_what_a_slim_install_leaves_out_trials_run_and_what_needs_it_say
 class FullDisk(io.StringIO):
     """An output that takes nothing."""
 
-    def flush(self) -> None:
+    def flush(self):
         raise OSError(errno.ENOSPC, "No space left on device")
 
 
-def test_an_output_that_is_closed_full_or_of_few_characters(
-    palpate: CommandLine, trained: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_output_that_is_closed_full_or_of_few_characters(palpate, trained, monkeypatch, capsys):
     words = ("log", "export", str(trained / "logs/trial-00000.mcap"), "--to", "csv", "--out")
     printed = io.BytesIO()
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(printed, "ascii"))
@@ -132,9 +125,7 @@ def test_an_output_that_is_closed_full_or_of_few_characters(
     assert capsys.readouterr().err == "palpate: No space left on device; what was finished before is kept\n"
 
 
-def test_a_working_folder_that_is_gone(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_working_folder_that_is_gone(palpate, monkeypatch, capsys):
     Path("gone").mkdir()
     monkeypatch.chdir("gone")
     Path("../gone").rmdir()
@@ -155,7 +146,7 @@ def test_a_working_folder_that_is_gone(
         "show locked/policy.json",
     ],
 )
-def test_a_folder_without_permission_is_refused(palpate: CommandLine, tmp_path: Path, words: str) -> None:
+def test_a_folder_without_permission_is_refused(palpate, tmp_path, words):
     locked = tmp_path / "locked"
     locked.mkdir(mode=0)
     try:

@@ -4,13 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import CommandLine
-
 ROOT = Path(__file__).parents[2]
 DOWEL = ROOT / "examples" / "jobs" / "dowel-12-h7.toml"
 
 
-def changed(path: Path, *changes: tuple[str, str]) -> Path:
+def changed(path, *changes):
     """The dowel's job with other lines, in a file of its own."""
     text = DOWEL.read_text()
     for old, new in changes:
@@ -20,7 +18,7 @@ def changed(path: Path, *changes: tuple[str, str]) -> Path:
     return path
 
 
-def test_a_feasible_job_is_printed_with_its_settings_regime_and_command(palpate: CommandLine) -> None:
+def test_a_feasible_job_is_printed_with_its_settings_regime_and_command(palpate):
     done = palpate("plan", DOWEL)
     assert (done.code, done.stderr) == (0, "")
     assert "peg 12.000 mm, hole 12.018 mm, radial clearance 0.009 mm, depth 20 mm" in done.stdout
@@ -31,21 +29,21 @@ def test_a_feasible_job_is_printed_with_its_settings_regime_and_command(palpate:
     )
 
 
-def test_another_arm_may_be_named_and_has_to_reach_the_hole(palpate: CommandLine) -> None:
+def test_another_arm_may_be_named_and_has_to_reach_the_hole(palpate):
     assert "--arm ur5e" in palpate.succeed("plan", DOWEL, "--arm", "ur5e")
     done = palpate("plan", DOWEL, "--arm", "ur3")
     assert done.code == 1
     assert "move the hole nearer to the arm" in done.stdout
 
 
-def test_a_job_that_jams_has_exit_code_1_and_a_remedy(palpate: CommandLine, tmp_path: Path) -> None:
+def test_a_job_that_jams_has_exit_code_1_and_a_remedy(palpate, tmp_path):
     job = changed(tmp_path / "tilted.toml", ("tilt_uncertainty_mrad = 2.0", "tilt_uncertainty_mrad = 6.0"))
     done = palpate("plan", job)
     assert done.code == 1
     assert "jams at 3.2 mm (J = 4.1): press with at least 20 N" in done.stdout
 
 
-def test_a_run_refuses_what_the_plan_refuses(palpate: CommandLine, tmp_path: Path) -> None:
+def test_a_run_refuses_what_the_plan_refuses(palpate, tmp_path):
     job = changed(tmp_path / "job.toml", ("depth_tolerance_mm = 0.3", "depth_tolerance_mm = 0.05"))
     done = palpate("plan", job)
     assert done.code == 1
@@ -62,14 +60,12 @@ def test_a_run_refuses_what_the_plan_refuses(palpate: CommandLine, tmp_path: Pat
         ("--task.ready-height-mm", 0.5, "more than 0.512, or a tilted peg may begin in a plate"),
     ],
 )
-def test_settings_by_hand_that_contradict_the_job_are_refused(
-    palpate: CommandLine, tmp_path: Path, flag: str, value: float, told: str
-) -> None:
+def test_settings_by_hand_that_contradict_the_job_are_refused(palpate, tmp_path, flag, value, told):
     words = ("run", "--policy", "torque", "--job", DOWEL, "--out", tmp_path / "run", flag, value)
     assert told in palpate.refusal(*words)
 
 
-def test_a_job_is_simulated_over_its_uncertainties(palpate: CommandLine) -> None:
+def test_a_job_is_simulated_over_its_uncertainties(palpate):
     printed = palpate.succeed("plan", DOWEL, "--trials", 3, "--seed", 1)
     # The first trial of a learner is its training.
     assert "inserted         2 of 2 (95 % interval 15.8% to 100.0%)" in printed

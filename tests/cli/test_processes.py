@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.command_line import PATIENCE_S, QUICK, CommandLine, finished_trials, results_in, wait_until
+from tests.command_line import PATIENCE_S, QUICK, finished_trials, results_in, wait_until
 
 Start = Callable[..., subprocess.Popen[str]]
 HEAVY = ("matplotlib", "pyarrow", "pinocchio", "mujoco", "scipy", "sklearn", "torch", "pandas")
@@ -17,7 +17,7 @@ MANY = 5000
 """Trials that no training ends with before a test that is held up has come to it."""
 
 
-def test_the_installed_script_prints_and_refuses(palpate: CommandLine) -> None:
+def test_the_installed_script_prints_and_refuses(palpate):
     script = Path(sys.executable).with_name("palpate")
     done = subprocess.run([script, "--version"], capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout == palpate.succeed("--version")
@@ -25,7 +25,7 @@ def test_the_installed_script_prints_and_refuses(palpate: CommandLine) -> None:
     assert (done.returncode, done.stdout, done.stderr) == palpate("show", "missing")
 
 
-def test_help_and_info_import_nothing_heavy(trained: Path) -> None:
+def test_help_and_info_import_nothing_heavy(trained):
     log = trained / "logs" / "trial-00000.mcap"
     program = (
         "import sys, json\n"
@@ -41,7 +41,7 @@ def test_help_and_info_import_nothing_heavy(trained: Path) -> None:
     assert json.loads(done.stderr) == [[], []]
 
 
-def test_a_reader_that_closes_the_pipe_gets_no_traceback(trained: Path, start: Start) -> None:
+def test_a_reader_that_closes_the_pipe_gets_no_traceback(trained, start):
     process = start("show", trained / "policy.json")
     assert process.stdout is not None
     assert process.stderr is not None
@@ -51,14 +51,12 @@ def test_a_reader_that_closes_the_pipe_gets_no_traceback(trained: Path, start: S
     assert process.wait(timeout=PATIENCE_S) == 1
 
 
-def logs_in(out: Path) -> dict[str, bytes]:
+def logs_in(out):
     """The recordings of the finished trials."""
     return {path.name: path.read_bytes() for path in (out / "logs").glob("*.mcap")}
 
 
-def test_ctrl_c_ends_training_in_order_and_the_message_says_how_to_go_on(
-    palpate: CommandLine, tmp_path: Path, trained: Path, start: Start
-) -> None:
+def test_ctrl_c_ends_training_in_order_and_the_message_says_how_to_go_on(palpate, tmp_path, trained, start):
     # The space, and a policy to begin from, are traps for the command that is printed.
     out = tmp_path / "a run"
     words = ("train", *QUICK, "--policy", trained / "policy.json")
@@ -85,7 +83,7 @@ def test_ctrl_c_ends_training_in_order_and_the_message_says_how_to_go_on(
     assert all(straight[table].startswith(content) for table, content in tables.items())
 
 
-def test_a_killed_training_goes_on_as_if_it_had_not_been(palpate: CommandLine, tmp_path: Path, start: Start) -> None:
+def test_a_killed_training_goes_on_as_if_it_had_not_been(palpate, tmp_path, start):
     out = tmp_path / "run"
     process = start("train", *QUICK, "--trials", MANY, "--out", out)
     wait_until(lambda: finished_trials(out) >= 1, process)

@@ -12,7 +12,6 @@ import pytest
 from palpate.adapters.cli.rig_new import rig_text
 from palpate.core.automata.document import to_json_text
 from palpate.core.automata.machine import Kind, Machine
-from tests.command_line import CommandLine
 
 ROOT = Path(__file__).parents[2]
 ON_A_RIG = f"--rig zebra.toml --job {ROOT / 'examples' / 'jobs' / 'paper-peg.toml'}"
@@ -48,7 +47,7 @@ TEXTS = {
 
 
 @pytest.fixture
-def desk(palpate: CommandLine, trained: Path, tmp_path: Path) -> CommandLine:
+def desk(palpate, trained, tmp_path):
     """The command line in a folder with all kinds of files."""
     for name, text in TEXTS.items():
         path = tmp_path / name
@@ -142,5 +141,5 @@ def desk(palpate: CommandLine, trained: Path, tmp_path: Path) -> CommandLine:
         ("rig check tests.fake_devices:FakeArm", "package.module:Name"),
     ],
 )
-def test_refused_in_one_line(desk: CommandLine, words: str, told: str) -> None:
+def test_refused_in_one_line(desk, words, told):
     desk.refuses(words, told)

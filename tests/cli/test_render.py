@@ -1,20 +1,18 @@
 """``palpate render`` on recorded trials, and on files that are none."""
 
 import sys
-from pathlib import Path
 
 import av
 import pytest
 from PIL import Image
 
 from palpate.adapters.mujoco import graphics
-from tests.command_line import CommandLine
 from tests.support.graphics import INSERTION, require_graphics
 from tests.unit.adapters.log.made_logs import start, tick, write_log
 
 
 @pytest.fixture
-def desk(tmp_path: Path) -> Path:
+def desk(tmp_path):
     """A sound log, and all kinds of files that are none."""
     sound = INSERTION.read_bytes()
     contents = {
@@ -29,10 +27,10 @@ def desk(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_films_in_every_format(palpate: CommandLine, desk: Path) -> None:
+def test_films_in_every_format(palpate, desk):
     require_graphics()
 
-    def rendered(words: str) -> str:
+    def rendered(words):
         return palpate.succeed("render", "sound.mcap", *words.split())
 
     printed = rendered("--to a.mp4 --size 200x150 --begin-s 0.5 --end-s 0.75")
@@ -47,7 +45,7 @@ def test_films_in_every_format(palpate: CommandLine, desk: Path) -> None:
         assert (film.format, film.size, film.n_frames) == ("GIF", (200, 150), 8)
 
 
-def test_equal_logs_give_equal_bytes_and_the_log_stays_as_it_is(palpate: CommandLine, desk: Path) -> None:
+def test_equal_logs_give_equal_bytes_and_the_log_stays_as_it_is(palpate, desk):
     require_graphics()
     for name in ("a.gif", "b.gif"):
         printed = palpate.succeed("render", "sound.mcap", "--to", name, "--size", "200x150", "--fps", 1)
@@ -56,7 +54,7 @@ def test_equal_logs_give_equal_bytes_and_the_log_stays_as_it_is(palpate: Command
     assert (desk / "sound.mcap").read_bytes() == INSERTION.read_bytes()
 
 
-def test_a_trial_of_a_rig_is_drawn(palpate: CommandLine, desk: Path) -> None:
+def test_a_trial_of_a_rig_is_drawn(palpate, desk):
     require_graphics()
     write_log(desk / "rig.mcap", [tick(k) for k in range(30)], begin=start(world="bench", world_json="{}"))
     printed = palpate.succeed("render", "rig.mcap", "--to", "rig.gif", "--size", "200x150", "--fps", 10)
@@ -84,24 +82,18 @@ def test_a_trial_of_a_rig_is_drawn(palpate: CommandLine, desk: Path) -> None:
     ],
 )
 @pytest.mark.usefixtures("desk")
-def test_what_cannot_be_drawn_is_refused_in_one_line(
-    palpate: CommandLine, words: str, named: str, accepted: str
-) -> None:
+def test_what_cannot_be_drawn_is_refused_in_one_line(palpate, words, named, accepted):
     palpate.refuses(f"render {words}", named, accepted)
 
 
 @pytest.mark.usefixtures("desk")
-def test_without_a_graphics_library_the_packages_are_named(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_a_graphics_library_the_packages_are_named(palpate, monkeypatch):
     monkeypatch.setattr(graphics, "problem_with", lambda library: "not here")
     assert "libgl1-mesa-dri" in palpate.refusal("render", "sound.mcap", "--to", "a.gif")
 
 
 @pytest.mark.usefixtures("desk")
-def test_without_pyav_the_extra_is_named_before_anything_is_drawn(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_pyav_the_extra_is_named_before_anything_is_drawn(palpate, monkeypatch):
     monkeypatch.setitem(sys.modules, "av", None)
     monkeypatch.setattr(graphics, "problem_with", lambda library: pytest.fail("too early"))
     assert "palpate[video]" in palpate.refusal("render", "sound.mcap", "--to", "a.mp4")

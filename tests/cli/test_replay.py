@@ -4,28 +4,27 @@ import json
 import re
 import shutil
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from palpate.adapters.log import RawMessage, decisive, processor, read_log
-from tests.command_line import CommandLine, files_in
+from palpate.adapters.log import decisive, processor, read_log
+from tests.command_line import files_in
 from tests.support.log_surgery import changed, in_start, indices, messages_of, one_ulp, write_log
 
 
 @pytest.fixture
-def log(trained: Path) -> Path:
+def log(trained):
     """A recorded trial in which the policy learned."""
     return trained / "logs" / "trial-00001.mcap"
 
 
 @pytest.fixture
-def messages(log: Path) -> list[RawMessage]:
+def messages(log):
     """The messages of that trial."""
     return messages_of(log)
 
 
-def test_a_training_run_replays_on_any_number_of_processes(palpate: CommandLine, trained: Path) -> None:
+def test_a_training_run_replays_on_any_number_of_processes(palpate, trained):
     before = files_in(trained)
     one, two, unasked = (palpate.succeed("replay", trained, "--jobs", jobs, "--verbose") for jobs in (1, 2, 0))
     assert "with 2 processes" in two
@@ -37,23 +36,21 @@ def test_a_training_run_replays_on_any_number_of_processes(palpate: CommandLine,
     assert files_in(trained) == before
 
 
-def test_one_trial_replays_alone_and_what_it_cannot_be_checked_for_is_named(palpate: CommandLine, log: Path) -> None:
+def test_one_trial_replays_alone_and_what_it_cannot_be_checked_for_is_named(palpate, log):
     shutil.copy(log, "mine.mcap")
     printed = palpate.succeed("replay", "mine.mcap")
     assert "1 of 1 equal in every bit" in printed
     assert "not checked, for only the world and the recorder know it: the true peak force;" in printed
 
 
-def test_all_strategies_of_a_comparison_replay(palpate: CommandLine, compared: Path) -> None:
+def test_all_strategies_of_a_comparison_replay(palpate, compared):
     assert {path.name for path in (compared / "logs").iterdir()} == {
         "run", "run-1", "oracle", "torque", "spiral-10", "spiral-5", "random",
     }  # fmt: skip
     assert "14 of 14 equal" in palpate.succeed("replay", compared, "--jobs", 1)
 
 
-def test_a_difference_fails_and_is_named(
-    palpate: CommandLine, trained: Path, messages: list[RawMessage], tmp_path: Path
-) -> None:
+def test_a_difference_fails_and_is_named(palpate, trained, messages, tmp_path):
     write_log(tmp_path / "changed.mcap", off_by_a_bit(messages))
     done = palpate("replay", tmp_path, trained, "--jobs", 1)
     assert done.code == 1
@@ -62,7 +59,7 @@ def test_a_difference_fails_and_is_named(
     assert "3 of 4 equal in every bit, 1 DIVERGED" in done.stdout
 
 
-def test_known_causes_are_named(palpate: CommandLine, messages: list[RawMessage], tmp_path: Path) -> None:
+def test_known_causes_are_named(palpate, messages, tmp_path):
     versions = {"palpate": "0.0.9", "numpy": "1.0", "scipy": "1.17.1", "pin": "4.1.0", "mujoco": "4.0.0"}
     other = in_start(versions_json=versions, core_sha256="0" * 64, model_sha256="1" * 64)
     done = palpate("replay", write_log(tmp_path / "old.mcap", changed(off_by_a_bit(messages), 0, other)))
@@ -71,13 +68,11 @@ def test_known_causes_are_named(palpate: CommandLine, messages: list[RawMessage]
         assert cause in done.stdout
 
 
-def off_by_a_bit(messages: list[RawMessage]) -> list[RawMessage]:
+def off_by_a_bit(messages):
     return changed(messages, indices(messages, "/tick")[100], one_ulp("asked_rad", 2))
 
 
-def test_another_processor_may_differ_in_the_last_bits_only(
-    palpate: CommandLine, messages: list[RawMessage], tmp_path: Path
-) -> None:
+def test_another_processor_may_differ_in_the_last_bits_only(palpate, messages, tmp_path):
     messages = changed(messages, 0, in_start(processor_json=processor() | {"libc": "another"}))
     log = write_log(tmp_path / "elsewhere.mcap", off_by_a_bit(messages))
     printed = palpate.succeed("replay", log)
@@ -104,13 +99,11 @@ def test_another_processor_may_differ_in_the_last_bits_only(
         ({"simd": ["X86_V2", "X86_V3", "X86_V4"]}, False),
     ],
 )
-def test_kernels_and_vector_loops_of_another_processor_excuse_nothing(other: dict[str, object], excuses: bool) -> None:
+def test_kernels_and_vector_loops_of_another_processor_excuse_nothing(other, excuses):
     assert (decisive(processor() | other) != decisive(processor())) is excuses
 
 
-def test_a_batch_goes_on_past_bad_logs_and_sums_up(
-    palpate: CommandLine, log: Path, messages: list[RawMessage], tmp_path: Path
-) -> None:
+def test_a_batch_goes_on_past_bad_logs_and_sums_up(palpate, log, messages, tmp_path):
     data = log.read_bytes()
     (tmp_path / "sound.mcap").write_bytes(data)
     (tmp_path / "truncated.mcap").write_bytes(data[: len(data) // 2])
@@ -134,16 +127,14 @@ def test_a_batch_goes_on_past_bad_logs_and_sums_up(
     assert files_in(tmp_path) == before
 
 
-def test_a_log_of_another_arm_is_refused_with_a_configuration_given(
-    palpate: CommandLine, log: Path, tmp_path: Path
-) -> None:
+def test_a_log_of_another_arm_is_refused_with_a_configuration_given(palpate, log, tmp_path):
     (tmp_path / "other.toml").write_text('arm = "ur5"\n')
     done = palpate("replay", log, "--config", "other.toml")
     assert done.code == 2
     assert "was recorded with the arm 'zebra-zero'" in done.stdout
 
 
-def test_another_configuration_is_a_known_cause(palpate: CommandLine, trained: Path, log: Path, tmp_path: Path) -> None:
+def test_another_configuration_is_a_known_cause(palpate, trained, log, tmp_path):
     (tmp_path / "other.toml").write_text("[task]\npress_kgf = 0.4\ntime_limit_s = 2.0\n")
     done = palpate("replay", log, "--config", "other.toml")
     assert done.code == 1
@@ -152,13 +143,13 @@ def test_another_configuration_is_a_known_cause(palpate: CommandLine, trained: P
     assert "1 of 1 equal" in palpate.succeed("replay", log, "--config", trained / "run.toml")
 
 
-def test_a_change_that_the_policy_cannot_serve_is_refused(palpate: CommandLine, log: Path) -> None:
+def test_a_change_that_the_policy_cannot_serve_is_refused(palpate, log):
     done = palpate("replay", log, "--set", "task.step_mm=0.5")
     assert done.code == 2
     assert "displacement_mm" in done.stdout
 
 
-def test_what_if_the_limit_had_been_tighter(palpate: CommandLine, log: Path) -> None:
+def test_what_if_the_limit_had_been_tighter(palpate, log):
     done = palpate("replay", log, "--set", "task.max_force_N=5.2")
     assert done.code == 1
     for word in ("force limit", "counterfactual from tick", "task.max_force_N=5.2"):
@@ -167,7 +158,7 @@ def test_what_if_the_limit_had_been_tighter(palpate: CommandLine, log: Path) -> 
     assert "1 of 1 equal" in palpate.succeed("replay", log, "--set", "supervision.retract_mm=16")
 
 
-def test_the_simulator_goes_on_from_the_first_other_command(palpate: CommandLine, log: Path) -> None:
+def test_the_simulator_goes_on_from_the_first_other_command(palpate, log):
     done = palpate("replay", log, "--policy", "oracle", "--continue-in-mujoco")
     assert done.code == 1
     assert "in the simulator: inserted after 0." in done.stdout
@@ -176,14 +167,14 @@ def test_the_simulator_goes_on_from_the_first_other_command(palpate: CommandLine
     assert "1 of 1 equal" in same
 
 
-def test_the_simulator_goes_on_in_the_cell_that_recorded_a_log(palpate: CommandLine) -> None:
+def test_the_simulator_goes_on_in_the_cell_that_recorded_a_log(palpate):
     # Its peg is tilted.
     log = Path(__file__).parents[1] / "golden" / "wedged.mcap"
     same = palpate.succeed("replay", log, "--set", "supervision.retract_mm=16", "--continue-in-mujoco")
     assert "1 of 1 equal" in same
 
 
-def test_what_ifs_leave_logs_marked_as_such(palpate: CommandLine, log: Path, tmp_path: Path) -> None:
+def test_what_ifs_leave_logs_marked_as_such(palpate, log, tmp_path):
     words = "--policy torque --continue-in-mujoco"
     done = palpate("replay", log, *words.split(), "--out", "out")
     assert done.code == 1
@@ -199,24 +190,22 @@ def test_what_ifs_leave_logs_marked_as_such(palpate: CommandLine, log: Path, tmp
     assert "is there already" in palpate.refusal("replay", log, *words.split(), "--out", "out")
 
 
-def test_what_ifs_of_logs_of_one_name_get_names_of_their_own(palpate: CommandLine, log: Path, tmp_path: Path) -> None:
+def test_what_ifs_of_logs_of_one_name_get_names_of_their_own(palpate, log, tmp_path):
     (tmp_path / "twin").mkdir()
     shutil.copy(log, tmp_path / "twin")
     palpate.succeed("replay", log, "twin", "--set", "supervision.retract_mm=16", "--out", "out")
     assert len(list((tmp_path / "out").glob("*.mcap"))) == 2
 
 
-def test_the_simulator_does_not_go_on_from_what_it_did_not_record(
-    palpate: CommandLine, messages: list[RawMessage], tmp_path: Path
-) -> None:
-    def told(changed_messages: list[RawMessage]) -> str:
+def test_the_simulator_does_not_go_on_from_what_it_did_not_record(palpate, messages, tmp_path):
+    def told(changed_messages):
         log = write_log(tmp_path / "log.mcap", changed_messages)
         done = palpate("replay", log, "--policy", "torque", "--continue-in-mujoco")
         log.unlink()
         assert done.code == 2
         return done.stdout
 
-    def another_model(start: Any) -> None:
+    def another_model(start):
         start.world_json = json.dumps(json.loads(start.world_json) | {"model_sha256": "0"})
 
     assert "only the simulator can continue it" in told(changed(messages, 0, in_start(world="zebra zero on serial")))

@@ -3,7 +3,6 @@
 import csv
 import re
 import shutil
-from collections.abc import Sequence
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -30,31 +29,31 @@ policies = ["q-learning", "torque"]
 class Page(HTMLParser):
     """The content of a report."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         super().__init__()
         self.text = (folder / "report.html").read_text(encoding="utf-8")
-        self.tags: list[tuple[str, dict[str, str]]] = []
-        self.cells: dict[str, list[str]] = {"h2": [], "dt": [], "dd": [], "th": [], "td": [], "p": []}
+        self.tags = []
+        self.cells = {"h2": [], "dt": [], "dd": [], "th": [], "td": [], "p": []}
         self._tag = ""
         self.feed(self.text)
 
-    def handle_starttag(self, tag: str, attrs: Sequence[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag, attrs):
         self.tags.append((tag, {name: value or "" for name, value in attrs}))
         self._tag = tag
 
-    def handle_data(self, data: str) -> None:
+    def handle_data(self, data):
         if self._tag in self.cells and data.strip():
             self.cells[self._tag].append(data)
 
     @property
-    def facts(self) -> dict[str, str]:
+    def facts(self):
         return dict(zip(self.cells["dt"], self.cells["dd"], strict=True))
 
     @property
-    def alts(self) -> list[str]:
+    def alts(self):
         return [attrs["alt"] for tag, attrs in self.tags if tag == "img"]
 
-    def require_complete(self) -> None:
+    def require_complete(self):
         """Nothing outside of the page is needed."""
         assert "script" not in {tag for tag, _ in self.tags}
         for tag, attrs in self.tags:
@@ -63,16 +62,16 @@ class Page(HTMLParser):
         assert not re.search(r"url\(|@import", self.text)
 
 
-def lines_of(path: Path) -> list[dict[str, str]]:
+def lines_of(path):
     with path.open(newline="") as stream:
         return list(csv.DictReader(stream))
 
 
 @pytest.fixture(scope="session")
-def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def swept(tmp_path_factory):
     """A finished study over one setting; to be read, not changed."""
 
-    def make(out: Path) -> None:
+    def make(out):
         out.with_suffix(".toml").write_text(STUDY)
         CommandLine().succeed("study", out.with_suffix(".toml"), "--out", out, "--jobs", 1)
 
@@ -80,12 +79,12 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def study(tmp_path: Path, swept: Path) -> Path:
+def study(tmp_path, swept):
     """A copy of the study, which may be changed."""
     return shutil.copytree(swept, tmp_path / "study")
 
 
-def test_a_training_run(palpate: CommandLine, run: Path) -> None:
+def test_a_training_run(palpate, run):
     results = files_in(run)
     palpate.succeed("report", run)
     page = Page(run)
@@ -104,7 +103,7 @@ def test_a_training_run(palpate: CommandLine, run: Path) -> None:
     assert "Forces of single trials" not in Page(run).cells["h2"]
 
 
-def test_a_claim_is_on_the_page(palpate: CommandLine) -> None:
+def test_a_claim_is_on_the_page(palpate):
     run = ("run", "--policy", "oracle", "--trials", 1, "--recording.no-enabled", "--out", "out")
     assert palpate(*run, "--claim", "success >= 0.9").code == 1
     palpate.succeed("report", "out")
@@ -113,7 +112,7 @@ def test_a_claim_is_on_the_page(palpate: CommandLine) -> None:
     assert "100 % [2.5%, 100.0%]" in page.cells["td"]
 
 
-def test_trips_are_counted_and_listed_with_their_reasons(palpate: CommandLine) -> None:
+def test_trips_are_counted_and_listed_with_their_reasons(palpate):
     strict = ("--supervision.max-force-N", 6, "--policy", "torque", "--trials", 6, *QUICK)
     palpate.succeed("run", *strict, "--out", "run")
     palpate.succeed("report", "run")
@@ -122,7 +121,7 @@ def test_trips_are_counted_and_listed_with_their_reasons(palpate: CommandLine) -
     assert "FORCE_LIMIT: force " in page.text
 
 
-def test_a_study_says_what_its_trials_say(palpate: CommandLine, study: Path) -> None:
+def test_a_study_says_what_its_trials_say(palpate, study):
     palpate.succeed("report", study)
     page = Page(study)
     page.require_complete()
@@ -147,14 +146,14 @@ def test_a_study_says_what_its_trials_say(palpate: CommandLine, study: Path) -> 
     assert len(names) == 4
 
 
-def test_an_unfinished_study_says_so(palpate: CommandLine, study: Path) -> None:
+def test_an_unfinished_study_says_so(palpate, study):
     shutil.rmtree(next((study / "conditions").iterdir()))
     palpate.succeed("report", study)
     assert "This study is unfinished: 1 of 8 conditions are missing." in Page(study).cells["p"]
 
 
 @pytest.mark.parametrize("name", ["trials.csv", "summary.json", "policy.json", "run.toml"])
-def test_damaged_files_of_a_run(palpate: CommandLine, run: Path, name: str) -> None:
+def test_damaged_files_of_a_run(palpate, run, name):
     path = run / name
     half = path.read_bytes()[: path.stat().st_size // 2]
     # Of settings, half may be sound ones.
@@ -162,7 +161,7 @@ def test_damaged_files_of_a_run(palpate: CommandLine, run: Path, name: str) -> N
     assert f"run/{name}" in palpate.refusal("report", "run")
 
 
-def test_what_is_no_result_is_refused(palpate: CommandLine, run: Path, tmp_path: Path) -> None:
+def test_what_is_no_result_is_refused(palpate, run, tmp_path):
     (tmp_path / "empty").mkdir()
     assert "is no folder of palpate train, run or study" in palpate.refusal("report", "empty")
     assert "is no folder" in palpate.refusal("report", "missing")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import JOB, CommandLine
+from tests.command_line import JOB
 
 RIG = '[rig]\nname = "bench"\n[arm]\nname = "zebra-zero"\nadapter = "zebra-nmc"\n[force_sensor]\nadapter = "jr3-can"\n'
 
@@ -26,15 +26,13 @@ RIG = '[rig]\nname = "bench"\n[arm]\nname = "zebra-zero"\nadapter = "zebra-nmc"\
         (("--rig", "rig.toml", *JOB, "--cell.peg.friction", "0.3"), "the rig says what is true of it"),
     ],
 )
-def test_refusals(palpate: CommandLine, words: tuple[str, ...], problem: str) -> None:
+def test_refusals(palpate, words, problem):
     Path("rig.toml").write_text(RIG)
     assert problem in palpate.refusal("rig", "calibrate", *words)
     assert Path("rig.toml").read_text() == RIG
 
 
-def test_a_rig_file_that_is_to_be_read_only_is_left_alone(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_rig_file_that_is_to_be_read_only_is_left_alone(palpate, monkeypatch):
     Path("rig.toml").write_text(RIG)
     monkeypatch.setattr("os.access", lambda path, mode: Path(path).is_dir())
     assert "rig.toml: cannot be written; make file and folder writable" in palpate.refusal(
@@ -42,7 +40,7 @@ def test_a_rig_file_that_is_to_be_read_only_is_left_alone(
     )
 
 
-def test_who_confirms_no_step_opens_no_device(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_confirms_no_step_opens_no_device(palpate, monkeypatch):
     Path("rig.toml").write_text(RIG)
     # Left out twice, then neither confirmed nor ended, then ended.
     monkeypatch.setattr("sys.stdin", io.StringIO("s\ns\nno\nn\nq\n"))
@@ -52,7 +50,7 @@ def test_who_confirms_no_step_opens_no_device(palpate: CommandLine, monkeypatch:
     assert Path("rig.toml").read_text() == RIG
 
 
-def test_where_input_is_closed_nobody_answers(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_input_is_closed_nobody_answers(palpate, monkeypatch):
     Path("rig.toml").write_text(RIG)
     monkeypatch.setattr("sys.stdin", None)
     done = palpate("rig", "calibrate", "--rig", "rig.toml", *JOB)
@@ -60,7 +58,7 @@ def test_where_input_is_closed_nobody_answers(palpate: CommandLine, monkeypatch:
     sys.stdin.close()
 
 
-def test_a_run_on_a_rig_takes_the_goal_that_was_measured(palpate: CommandLine) -> None:
+def test_a_run_on_a_rig_takes_the_goal_that_was_measured(palpate):
     Path("rig.toml").write_text(RIG + "[calibration]\nplate_mm = 1500.0\n")
     # Out of the arm's reach: so it was taken, unless a person says something else.
     words = ("run", "--rig", "rig.toml", *JOB, "--policy", "torque")

@@ -1,26 +1,24 @@
 """``palpate rig check``: adapters that keep their contracts and adapters that do not."""
 
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from palpate.adapters.cli import rig_check
-from tests.command_line import CommandLine
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "third_party_rig"
 
 
 @pytest.fixture
-def example(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> CommandLine:
+def example(palpate, monkeypatch):
     """Called in the example's folder."""
     monkeypatch.chdir(EXAMPLE)
     return palpate
 
 
 @pytest.fixture(autouse=True)
-def _forget_modules() -> Iterator[None]:
+def _forget_modules():
     """A process of its own imports each adapter anew; here that has to be seen to."""
     before = set(sys.modules)
     yield
@@ -44,7 +42,7 @@ MOVES = ("--moves", "--rate-rad-s", "0.2", "--reach-rad", "0.15")
         ("ArmChecks", (), "4 passed, 9 skipped"),
     ],
 )
-def test_the_example_keeps_its_contract(example: CommandLine, name: str, flags: tuple[str, ...], counts: str) -> None:
+def test_the_example_keeps_its_contract(example, name, flags, counts):
     printed = example.succeed("rig", "check", f"third_party_rig.checks:{name}", *flags)
     assert counts in printed
     if name == "ArmChecks" and flags:
@@ -62,7 +60,7 @@ def test_the_example_keeps_its_contract(example: CommandLine, name: str, flags: 
         (("--moves", "--rate-rad-s", "0.0001", "--reach-rad", "1"), "more than 0.00056 rad/s"),
     ],
 )
-def test_moves_are_refused_without_rates(example: CommandLine, flags: tuple[str, ...], reason: str) -> None:
+def test_moves_are_refused_without_rates(example, flags, reason):
     assert reason in example.refusal("rig", "check", "third_party_rig.checks:ArmChecks", *flags)
 
 
@@ -86,14 +84,14 @@ class Checks(ForceSensorContract):
 
 
 @pytest.fixture
-def laboratory(tmp_path: Path) -> Path:
+def laboratory(tmp_path):
     """The working directory, with an adapter that breaks its contract."""
     (tmp_path / "mine.py").write_text(BROKEN)
     return tmp_path
 
 
 @pytest.mark.usefixtures("laboratory")
-def test_broken_adapter_is_judged_clause_by_clause(palpate: CommandLine) -> None:
+def test_broken_adapter_is_judged_clause_by_clause(palpate):
     done = palpate("rig", "check", "mine:Checks")
     assert done.code == 1
     assert "test_life_follows_the_table FAILED" in done.stdout
@@ -102,7 +100,7 @@ def test_broken_adapter_is_judged_clause_by_clause(palpate: CommandLine) -> None
 
 
 @pytest.mark.usefixtures("laboratory")
-def test_clause_that_blocks_is_given_up(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_clause_that_blocks_is_given_up(palpate, monkeypatch):
     monkeypatch.setattr(rig_check, "_PATIENCE_S", 0.5)
     Path("mine.py").write_text(BROKEN.replace("return None", "Event().wait()"))
     done = palpate("rig", "check", "mine:Checks")

@@ -2,7 +2,6 @@
 
 import shutil
 import signal
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -10,7 +9,7 @@ import pytest
 from palpate.adapters.config import RigFile, overlay
 from palpate.adapters.hardware import load_maker, settings_table
 from palpate.adapters.hardware.doctor import DeviceReport, Examination
-from tests.command_line import JOB, CommandLine
+from tests.command_line import JOB
 from tests.support.rig_files import zebra_rig
 
 
@@ -18,7 +17,7 @@ from tests.support.rig_files import zebra_rig
     ("arm", "force", "model"),
     [("zebra-nmc", "jr3-can", "zebra-zero"), ("cia402", "ati-netft", "zebra-zero"), ("ur-rtde", "ur-rtde", "ur5e")],
 )
-def test_a_new_rig_file_can_be_examined(palpate: CommandLine, arm: str, force: str, model: str) -> None:
+def test_a_new_rig_file_can_be_examined(palpate, arm, force, model):
     Path("rig.toml").write_text(palpate.succeed("rig", "new", "--arm", arm, "--force", force, "--model", model))
     Path("job.toml").write_text(palpate.succeed("rig", "new", "--job"))
     file = RigFile.load(Path("rig.toml"))
@@ -32,13 +31,13 @@ def test_a_new_rig_file_can_be_examined(palpate: CommandLine, arm: str, force: s
     assert (done.code, "counts_per_rad" in done.stderr) in ((1, False), (2, True)), done
 
 
-def examined() -> Path:
+def examined():
     path = zebra_rig(Path("rig.toml"))
     shutil.copy(JOB[1], "job.toml")
     return path
 
 
-def test_what_only_the_driver_refuses_is_a_finding(palpate: CommandLine, tmp_path: Path) -> None:
+def test_what_only_the_driver_refuses_is_a_finding(palpate, tmp_path):
     rig = tmp_path / "rig.toml"
     rig.write_text(
         '[arm]\nname = "zebra-zero"\nadapter = "zebra-nmc"\nport = "/dev/nowhere"\nbaud = 19200\ndivider = 1\n'
@@ -53,11 +52,11 @@ def test_what_only_the_driver_refuses_is_a_finding(palpate: CommandLine, tmp_pat
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_end_from_outside_is_one_line(
-    palpate: CommandLine,
-    monkeypatch: pytest.MonkeyPatch,
-    number: signal.Signals,
-) -> None:
-    def interrupted(examination: Examination) -> Iterator[DeviceReport]:
+    palpate,
+    monkeypatch,
+    number,
+):
+    def interrupted(examination):
         signal.raise_signal(number)
         yield DeviceReport("never")
 

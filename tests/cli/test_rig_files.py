@@ -8,7 +8,7 @@ from palpate.adapters.cli.arguments import parse
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.hardware import FaultFile
-from tests.command_line import JOB, CommandLine
+from tests.command_line import JOB
 from tests.support.rig_files import zebra_rig
 
 STRANGE = "[arm]\nname = 'zebra-zero'\nadapter = '{}'\n[force_sensor]\nadapter = 'jr3-can'\n"
@@ -30,13 +30,13 @@ NODES = "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\n[force_sensor]\nadap
         (STRANGE.format("operator:is_"), "function that makes an adapter: ArmAdapter, not False"),
     ],
 )
-def test_rig_file_that_cannot_work_is_refused_in_one_line(palpate: CommandLine, content: str, reason: str) -> None:
+def test_rig_file_that_cannot_work_is_refused_in_one_line(palpate, content, reason):
     Path("rig.toml").write_text(content)
     assert reason in palpate.refusal("run", "--rig", "rig.toml", *JOB, "--policy", "torque", "--out", "run")
 
 
 @pytest.mark.parametrize("arm", ["ur5", "panda"])
-def test_a_zebra_is_not_led_by_the_kinematics_of_another_arm(palpate: CommandLine, arm: str) -> None:
+def test_a_zebra_is_not_led_by_the_kinematics_of_another_arm(palpate, arm):
     words = ("--arm", arm, "--policy", "torque", "--trials", "1")
     told = palpate.refusal("run", "--rig", zebra_rig(Path("zebra.toml")), *JOB, *words)
     assert f"arm = '{arm}' is refused: zebra-zero, which the rig file has, or none" in told
@@ -45,7 +45,7 @@ def test_a_zebra_is_not_led_by_the_kinematics_of_another_arm(palpate: CommandLin
     assert f"arm = '{arm}' is refused: zebra-zero, or the URDF of this arm, with 6 joints" in told
 
 
-def test_the_cell_of_a_file_is_ignored_beside_a_rig_and_that_is_said(palpate: CommandLine) -> None:
+def test_the_cell_of_a_file_is_ignored_beside_a_rig_and_that_is_said(palpate):
     Path("settings.toml").write_text("[cell.sensor]\nforce_noise_N = 0.0\n")
     Path("rig.toml").write_text(STRANGE.format("irb"))
     done = palpate("run", "--rig", "rig.toml", *JOB, "--policy", "torque", "--config", "settings.toml")
@@ -56,7 +56,7 @@ def test_the_cell_of_a_file_is_ignored_beside_a_rig_and_that_is_said(palpate: Co
     assert options.run.cell.sensor == RunConfig().cell.sensor
 
 
-def test_devices_that_are_not_there_are_the_operator_s_to_mend(palpate: CommandLine, tmp_path: Path) -> None:
+def test_devices_that_are_not_there_are_the_operator_s_to_mend(palpate, tmp_path):
     arm = "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\nport = '/dev/ttyNONE'\nat_home = true\n"
     sensor = "[force_sensor]\nadapter = 'jr3-can'\ninterface = 'slcan'\nchannel = '/dev/ttyNONE'\n"
     (tmp_path / "rig.toml").write_text(arm + sensor)
@@ -71,7 +71,7 @@ def test_devices_that_are_not_there_are_the_operator_s_to_mend(palpate: CommandL
     assert not (tmp_path / "run").exists()
 
 
-def faulted(rig: str = "rig.toml") -> None:
+def faulted(rig="rig.toml"):
     """A rig file whose rig has an open fault."""
     zebra_rig(Path(rig))
     latch = FaultFile(Path(rig))
@@ -89,9 +89,7 @@ MOVING = (
 
 
 @pytest.mark.parametrize("words", MOVING)
-def test_a_rig_with_an_open_fault_is_refused_in_one_line_with_the_option_to_copy(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, words: str
-) -> None:
+def test_a_rig_with_an_open_fault_is_refused_in_one_line_with_the_option_to_copy(palpate, monkeypatch, words):
     faulted()
     monkeypatch.setattr(
         "palpate.adapters.hardware.arm_client.ArmClient._on_configure", lambda _: pytest.fail("was opened")
@@ -103,7 +101,7 @@ def test_a_rig_with_an_open_fault_is_refused_in_one_line_with_the_option_to_copy
     assert not Path("out").exists()
 
 
-def test_an_acknowledgement_names_the_open_fault_and_needs_a_rig_that_moves(palpate: CommandLine) -> None:
+def test_an_acknowledgement_names_the_open_fault_and_needs_a_rig_that_moves(palpate):
     faulted()
     refused = palpate.refusal(*RUN.split(), "--acknowledge", "2 Ada: fixed")
     assert "acknowledge = '2 Ada: fixed' is refused: the open fault, 1 (PLATE_NOT_FELT: nothing felt" in refused
@@ -113,7 +111,7 @@ def test_an_acknowledgement_names_the_open_fault_and_needs_a_rig_that_moves(palp
     )
 
 
-def test_a_fault_stays_open_where_the_devices_cannot_be_opened(palpate: CommandLine) -> None:
+def test_a_fault_stays_open_where_the_devices_cannot_be_opened(palpate):
     faulted()
     before = Path("rig.toml.fault.json").read_bytes()
     name = "zebra-nmc with jr3-can"
@@ -123,7 +121,7 @@ def test_a_fault_stays_open_where_the_devices_cannot_be_opened(palpate: CommandL
     assert Path("rig.toml.fault.json").read_bytes() == before
 
 
-def test_a_broken_fault_file_keeps_the_rig_still(palpate: CommandLine) -> None:
+def test_a_broken_fault_file_keeps_the_rig_still(palpate):
     zebra_rig(Path("rig.toml"))
     Path("rig.toml.fault.json").write_text("{")
     assert "does not move" in palpate.refusal(*RUN.split())
@@ -144,7 +142,7 @@ def make_sensor(settings, context):
 """
 
 
-def test_an_error_in_an_adapter_names_its_file_and_line(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_in_an_adapter_names_its_file_and_line(palpate, monkeypatch):
     monkeypatch.syspath_prepend(str(Path.cwd()))
     Path("broken_bench.py").write_text(BROKEN)
     Path("rig.toml").write_text(

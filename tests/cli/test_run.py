@@ -5,17 +5,16 @@ import json
 import shutil
 import signal
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from palpate.adapters.experiments import BLOCK
 from palpate.adapters.experiments.results import RunFolder
 from palpate.simulation.work_cell.cell import WorkCell
-from tests.command_line import QUICK, CommandLine, finished_trials
+from tests.command_line import QUICK, finished_trials
 
 
-def test_a_trained_policy_runs_and_does_not_learn(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
+def test_a_trained_policy_runs_and_does_not_learn(palpate, trained, tmp_path):
     out, policy = tmp_path / "run", trained / "policy.json"
     assert "2 trials" in palpate.succeed("run", *QUICK, "--policy", policy, "--trials", 2, "--out", out)
     assert {path.name for path in out.iterdir()} == {
@@ -29,7 +28,7 @@ def test_a_trained_policy_runs_and_does_not_learn(palpate: CommandLine, trained:
     assert "2 of 2 equal" in palpate.succeed("replay", out, "--jobs", 1)
 
 
-def test_a_claim_is_judged_and_the_logs_of_several_processes_replay(palpate: CommandLine) -> None:
+def test_a_claim_is_judged_and_the_logs_of_several_processes_replay(palpate):
     run = ("run", "--task.ready-height-mm", 1, "--policy", "oracle")
     # Workers keep the folder in which they were begun.
     printed = palpate.succeed(*run, "--trials", 12, "--out", "two", "--jobs", 2, "--claim", "success >= 0.7")
@@ -55,9 +54,7 @@ class Counting(FixedPolicy):
 """
 
 
-def test_policies_that_keep_nothing_give_the_same_trials_in_one_process_and_in_two(
-    palpate: CommandLine, trained: Path
-) -> None:
+def test_policies_that_keep_nothing_give_the_same_trials_in_one_process_and_in_two(palpate, trained):
     words = ("run", *QUICK, "--policy", trained / "policy.json", "--trials", BLOCK + 2, "--recording.no-enabled")
     for jobs in (1, 2):
         palpate.succeed(*words, "--jobs", jobs, "--out", str(jobs))
@@ -65,9 +62,7 @@ def test_policies_that_keep_nothing_give_the_same_trials_in_one_process_and_in_t
         assert Path("1", name).read_bytes() == Path("2", name).read_bytes()
 
 
-def test_one_policy_object_serves_all_trials_of_one_process(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_one_policy_object_serves_all_trials_of_one_process(palpate, monkeypatch):
     monkeypatch.syspath_prepend(str(Path.cwd()))
     Path("counting.py").write_text(COUNTING)
     words = ("--policy", "counting:Counting", "--cell.hole-uncertainty-mm", 3, "--trials", BLOCK + 2, *QUICK)
@@ -81,7 +76,7 @@ STRICT = ("--supervision.max-force-N", 6, *QUICK)
 """A limit that some honest trials exceed."""
 
 
-def test_trips_in_the_simulator_are_counted_and_the_run_goes_on(palpate: CommandLine) -> None:
+def test_trips_in_the_simulator_are_counted_and_the_run_goes_on(palpate):
     words = ("--policy", "torque", *STRICT, "--trials", BLOCK + 2, "--claim", "success >= 0.99")
     done = palpate("run", *words, "--out", "out")
     with Path("out/trials.csv").open() as lines:
@@ -99,20 +94,18 @@ def test_trips_in_the_simulator_are_counted_and_the_run_goes_on(palpate: Command
 
 
 @pytest.mark.parametrize("ticks", [600, 0], ids=["in a trial", "between trials"])
-def test_ctrl_c_keeps_the_finished_trials_and_the_last_one_replays(
-    palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ticks: int
-) -> None:
+def test_ctrl_c_keeps_the_finished_trials_and_the_last_one_replays(palpate, tmp_path, monkeypatch, ticks):
     out, passed = tmp_path / "run", 0
     advance_once, append_trial = WorkCell.advance, RunFolder.append_trial
 
-    def advance(self: WorkCell) -> None:
+    def advance(self):
         nonlocal passed
         passed += 1
         if passed == ticks:
             signal.raise_signal(signal.SIGINT)
         advance_once(self)
 
-    def append(self: RunFolder, *scored: Any) -> None:
+    def append(self, *scored):
         append_trial(self, *scored)
         if not ticks:
             signal.raise_signal(signal.SIGINT)
@@ -133,20 +126,20 @@ def test_ctrl_c_keeps_the_finished_trials_and_the_last_one_replays(
 
 @pytest.mark.parametrize("words", ["train", "run --policy torque", "compare"])
 @pytest.mark.usefixtures("run")
-def test_results_are_never_written_over(palpate: CommandLine, words: str) -> None:
+def test_results_are_never_written_over(palpate, words):
     line = palpate.refusal(*words.split(), *QUICK, "--trials", 1, "--out", "run")
     assert "run: already holds a run" in line
 
 
 @pytest.mark.parametrize("name", ["run", "train", "compare"])
-def test_a_policy_of_another_state_space_is_refused(palpate: CommandLine, trained: Path, name: str) -> None:
+def test_a_policy_of_another_state_space_is_refused(palpate, trained, name):
     words = ("--policy", trained / "policy.json", "--trials", 1, "--out", "out")
     line = palpate.refusal(name, "--perception.symbols", "grid", *words)
     assert "states" in line
     assert "as in this task" in line
 
 
-def test_show_needs_nothing_but_the_file(palpate: CommandLine, trained: Path) -> None:
+def test_show_needs_nothing_but_the_file(palpate, trained):
     shutil.copy(trained / "policy.json", ".")
     lines = palpate.succeed("show", "policy.json").splitlines()
     assert lines[0] == "17 states, 8 actions; q-learning, 3 trials learned"
@@ -156,14 +149,12 @@ def test_show_needs_nothing_but_the_file(palpate: CommandLine, trained: Path) ->
     assert "schema" in palpate.refusal("show", "policy.json")
 
 
-def test_flags_for_learning_are_refused_where_nothing_learns(palpate: CommandLine) -> None:
+def test_flags_for_learning_are_refused_where_nothing_learns(palpate):
     line = palpate.refusal("run", "--policy", "torque", "--learning.alpha", 0.5)
     assert "--learning.alpha changes nothing: palpate run does not learn" in line
 
 
-def test_logs_that_lost_their_ends_are_told_and_make_the_run_fail(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_logs_that_lost_their_ends_are_told_and_make_the_run_fail(palpate, monkeypatch):
     lost = "trial-00000.mcap: cannot be written (No space left on device); nothing after that is kept"
     monkeypatch.setattr("palpate.adapters.log.sink.FileSink.close", lambda sink: sink.troubles.append(lost))
     done = palpate("run", "--policy", "random", "--trials", 1, *QUICK, "--out", "run")

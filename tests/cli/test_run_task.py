@@ -5,14 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import CommandLine
-
 SPATIAL = "--task insertion-6dof"
 TURNING = f"{SPATIAL} --policy torque --task.options"
 SQUARE = f"{SPATIAL} --policy corner-first --task.options corners 4"
 
 
-def test_who_knows_the_pose_of_hole_and_grip_goes_straight_in_and_is_replayed(palpate: CommandLine) -> None:
+def test_who_knows_the_pose_of_hole_and_grip_goes_straight_in_and_is_replayed(palpate):
     words = ("--scenario", "blind-square", "--policy", "oracle-pose", "--trials", 1, "--out", "run")
     assert "success 100.0%" in palpate.succeed("run", "--task", "insertion-6dof", *words)
     with Path("run/trials.csv").open(newline="") as stream:
@@ -33,5 +31,5 @@ def test_who_knows_the_pose_of_hole_and_grip_goes_straight_in_and_is_replayed(pa
         ("compare --policy corner-first", "one of --task insertion-6dof"),
     ],
 )
-def test_what_does_not_go_together_is_one_line(palpate: CommandLine, words: str, told: str) -> None:
+def test_what_does_not_go_together_is_one_line(palpate, words, told):
     palpate.refuses(words, told)

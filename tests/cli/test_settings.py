@@ -3,10 +3,9 @@
 import pytest
 
 from palpate.adapters.config import RunConfig, described
-from tests.command_line import CommandLine
 
 
-def test_the_groups_and_what_is_in_them(palpate: CommandLine) -> None:
+def test_the_groups_and_what_is_in_them(palpate):
     groups = palpate.succeed("settings")
     for group in ("run", "task", "cell", "learning", "arm.ur-rtde", "force_sensor.facts", "watchdog"):
         assert f"\n  {group} " in groups
@@ -18,9 +17,9 @@ def test_the_groups_and_what_is_in_them(palpate: CommandLine) -> None:
 
 
 @pytest.mark.parametrize(("name", "near"), [("taks", "did you mean task?"), ("task.nothing", "did you mean task?")])
-def test_a_group_that_is_not_there(palpate: CommandLine, name: str, near: str) -> None:
+def test_a_group_that_is_not_there(palpate, name, near):
     assert near in palpate.refusal("settings", name)
 
 
-def test_every_setting_of_a_run_has_a_help_text() -> None:
+def test_every_setting_of_a_run_has_a_help_text():
     assert [setting.name for setting in described(RunConfig) if not setting.text] == []

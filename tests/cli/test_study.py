@@ -5,8 +5,6 @@ A worker that is killed, and the same bytes from several: ``test_study_cluster.p
 
 import os
 import signal
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -42,14 +40,14 @@ task.time_limit_s = 0.3
 """More conditions than are run while a test watches."""
 
 
-def run(text: str, out: Path, *words: object) -> Done:
+def run(text, out, *words):
     """Run a study in this process."""
     file = out.parent / f"{out.name}.toml"
     file.write_text(text)
     return CommandLine()("study", file, "--out", out, *words)
 
 
-def make(text: str, out: Path) -> Done:
+def make(text, out):
     """Run a study in this process and on it, which must go well."""
     done = run(text, out, "--jobs", 1)
     assert done.code == 0, done
@@ -57,25 +55,25 @@ def make(text: str, out: Path) -> Done:
 
 
 @pytest.fixture(scope="session")
-def studied(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def studied(tmp_path_factory):
     """The folder of the small study; to be read, not changed."""
     return shared_folder(tmp_path_factory, "studied", lambda out: make(SMALL, out))
 
 
-def finished_in(out: Path) -> list[str]:
+def finished_in(out):
     folder = out / "conditions"
     return sorted(path.name for path in folder.glob("[!.]*")) if folder.exists() else []
 
 
-def begun_in(out: Path) -> list[Path]:
+def begun_in(out):
     return sorted((out / "conditions").glob(".*.part/trials.csv"))
 
 
-def times_in(out: Path) -> dict[str, int]:
+def times_in(out):
     return {str(path.relative_to(out)): path.stat().st_mtime_ns for path in (out / "conditions").rglob("*")}
 
 
-def test_a_condition_is_what_train_or_run_leaves(palpate: CommandLine, studied: Path, tmp_path: Path) -> None:
+def test_a_condition_is_what_train_or_run_leaves(palpate, studied, tmp_path):
     flags = ("--task.time-limit-s", 0.3, "--trials", 2, "--seed", 1, "--recording.no-enabled")
     folder = studied / "conditions" / "q-learning,seed=1"
     palpate.succeed("train", *flags, "--out", "trained")
@@ -86,7 +84,7 @@ def test_a_condition_is_what_train_or_run_leaves(palpate: CommandLine, studied: 
     assert files_in(studied / "conditions" / "torque,seed=1") == files_in(tmp_path / "run")
 
 
-def test_finished_conditions_are_not_run_again(palpate: CommandLine, studied: Path, tmp_path: Path) -> None:
+def test_finished_conditions_are_not_run_again(palpate, studied, tmp_path):
     out = tmp_path / "out"
     make(SMALL.replace("[0, 1]", "[1]"), out)
     before = times_in(out)
@@ -101,9 +99,7 @@ def test_finished_conditions_are_not_run_again(palpate: CommandLine, studied: Pa
     assert files_in(out) == files_in(studied)
 
 
-def test_a_condition_that_fails_is_named_and_the_others_are_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_condition_that_fails_is_named_and_the_others_are_run(tmp_path, monkeypatch):
     monkeypatch.setattr("palpate.adapters.experiments.study.Condition.require_possible", lambda condition: None)
     out = tmp_path / "out"
     text = SMALL.replace("[0, 1]", "[0]") + "[grid]\ntask.goal.x_mm = [400.0, 1900.0]\n"
@@ -116,12 +112,10 @@ def test_a_condition_that_fails_is_named_and_the_others_are_run(
     assert len((out / "summary.csv").read_text().splitlines()) == 3
 
 
-def test_a_full_disk_ends_the_study_in_one_line_and_what_is_finished_stays(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_disk_ends_the_study_in_one_line_and_what_is_finished_stays(tmp_path, monkeypatch):
     out, advance = tmp_path / "out", WorkCell.advance
 
-    def fail(cell: WorkCell) -> None:
+    def fail(cell):
         if finished_in(out):
             raise OSError(28, "No space left on device")
         advance(cell)
@@ -135,7 +129,7 @@ def test_a_full_disk_ends_the_study_in_one_line_and_what_is_finished_stays(
     assert len((out / "summary.csv").read_text().splitlines()) == 2
 
 
-def _told(path: Path) -> bytes:
+def _told(path):
     """What the system says of a process or a thread; nothing once that is gone."""
     try:
         return path.read_bytes()
@@ -143,14 +137,14 @@ def _told(path: Path) -> bytes:
         return b""
 
 
-def workers_of(pid: int) -> set[int]:
+def workers_of(pid):
     """The worker processes of a study."""
     tasks = Path(f"/proc/{pid}/task").glob("*/children")
     children = {int(child) for task in tasks for child in _told(task).split()}
     return {child for child in children if b"resource_tracker" not in _told(Path(f"/proc/{child}/cmdline"))}
 
 
-def require_ended_in_order(done: Done, out: Path) -> None:
+def require_ended_in_order(done, out):
     assert done.code == 130
     assert "Traceback" not in done.stderr
     finished = finished_in(out)
@@ -160,10 +154,10 @@ def require_ended_in_order(done: Done, out: Path) -> None:
     assert len((out / "summary.csv").read_text().splitlines()) == 1 + len(finished)
 
 
-def test_ctrl_c_in_a_condition_keeps_what_is_finished(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_in_a_condition_keeps_what_is_finished(tmp_path, monkeypatch):
     out, advance = tmp_path / "out", WorkCell.advance
 
-    def interrupted(cell: WorkCell) -> None:
+    def interrupted(cell):
         if len(finished_in(out)) == 1 and begun_in(out):
             signal.raise_signal(signal.SIGINT)
         advance(cell)
@@ -173,9 +167,7 @@ def test_ctrl_c_in_a_condition_keeps_what_is_finished(tmp_path: Path, monkeypatc
     assert len(finished_in(out)) == 1
 
 
-def test_study_that_is_interrupted_ends_its_workers_first(
-    tmp_path: Path, start: Callable[..., subprocess.Popen[str]]
-) -> None:
+def test_study_that_is_interrupted_ends_its_workers_first(tmp_path, start):
     out = tmp_path / "out"
     (tmp_path / "out.toml").write_text(ENDLESS)
     process = start("study", tmp_path / "out.toml", "--out", out, "--jobs", 2)

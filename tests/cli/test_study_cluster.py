@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,7 +15,7 @@ import pytest
 
 from palpate.adapters.experiments.study import cluster
 from palpate.core.errors import ConfigurationError
-from tests.command_line import PATIENCE_S, CommandLine, Done, files_in
+from tests.command_line import PATIENCE_S, CommandLine, files_in
 
 pytest.importorskip("distributed")
 
@@ -31,12 +31,12 @@ Begin = Callable[..., subprocess.Popen[bytes]]
 
 
 @pytest.fixture
-def begin(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Begin]:
+def begin(tmp_path_factory):
     """Starts programs of Dask, in a folder of their own, that end with the test."""
-    processes: list[subprocess.Popen[bytes]] = []
+    processes = []
     folder = tmp_path_factory.mktemp("dask")
 
-    def start(program: str, *words: str) -> subprocess.Popen[bytes]:
+    def start(program, *words):
         command = [sys.executable, "-m", f"distributed.cli.dask_{program}", "--no-dashboard", *words]
         with (folder / f"{program}.txt").open("ab") as told:
             processes.append(subprocess.Popen(command, cwd=folder, stdout=told, stderr=told))
@@ -49,7 +49,7 @@ def begin(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Begin]:
 
 
 @pytest.fixture
-def address(begin: Begin, tmp_path_factory: pytest.TempPathFactory) -> str:
+def address(begin, tmp_path_factory):
     """A scheduler's address on loopback."""
     file = tmp_path_factory.mktemp("scheduler") / "scheduler.json"
     process = begin("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file))
@@ -61,12 +61,12 @@ def address(begin: Begin, tmp_path_factory: pytest.TempPathFactory) -> str:
     return str(json.loads(file.read_text())["address"])
 
 
-def run(out: Path, *words: object) -> Done:
+def run(out, *words):
     out.with_suffix(".toml").write_text(STUDY)
     return CommandLine()("study", out.with_suffix(".toml"), "--out", out, *words)
 
 
-def kill_at_work(out: Path, workers: dict[int, subprocess.Popen[bytes]], killed: list[int]) -> None:
+def kill_at_work(out, workers, killed):
     """Kill the first worker that has begun a condition."""
     deadline = time.monotonic() + PATIENCE_S
     while not killed and time.monotonic() < deadline:
@@ -78,9 +78,7 @@ def kill_at_work(out: Path, workers: dict[int, subprocess.Popen[bytes]], killed:
         time.sleep(0.002)
 
 
-def test_two_workers_of_which_one_dies_leave_the_same_bytes_as_none(
-    begin: Begin, address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_two_workers_of_which_one_dies_leave_the_same_bytes_as_none(begin, address, tmp_path, monkeypatch):
     assert run(tmp_path / "alone", "--jobs", 1).code == 0
     started = [begin("worker", address, "--nthreads", "1", "--no-nanny") for _ in range(2)]
     out, killed = tmp_path / "out", list[int]()
@@ -101,7 +99,7 @@ def test_two_workers_of_which_one_dies_leave_the_same_bytes_as_none(
     assert files_in(out) == files_in(tmp_path / "alone")
 
 
-def test_worker_with_several_threads_is_refused() -> None:
+def test_worker_with_several_threads_is_refused():
     workers = cluster.DaskWorkers.__new__(cluster.DaskWorkers)
     workers.address = "tcp://127.0.0.1:1"
     workers._client = SimpleNamespace(
@@ -120,9 +118,7 @@ def test_worker_with_several_threads_is_refused() -> None:
         ("nowhere", "tls:// with certificates"),
     ],
 )
-def test_a_scheduler_that_cannot_be_used_is_refused(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, address: str, told: str
-) -> None:
+def test_a_scheduler_that_cannot_be_used_is_refused(palpate, monkeypatch, address, told):
     monkeypatch.setattr(cluster, "_PATIENCE_S", 0.5)
     Path("study.toml").write_text(STUDY)
     assert told in palpate.refusal("study", "study.toml", "--scheduler", address)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.cli.train import results_line
-from tests.command_line import QUICK, RESULTS, CommandLine, files_in, results_in
+from tests.command_line import QUICK, RESULTS, files_in, results_in
 from tests.unit.adapters.samples import trial_rows
 
 TRIAL_COLUMNS = {
@@ -20,16 +20,16 @@ TRIAL_COLUMNS = {
 }  # fmt: skip
 
 
-def table(path: Path) -> list[dict[str, str]]:
+def table(path):
     with path.open(newline="", encoding="utf-8") as stream:
         return list(csv.DictReader(stream))
 
 
-def test_a_run_leaves_these_files_and_no_others(trained: Path) -> None:
+def test_a_run_leaves_these_files_and_no_others(trained):
     assert {path.name for path in trained.iterdir()} == {*RESULTS, "run.toml", "logs"}
 
 
-def test_trials_have_their_columns_and_decisions_belong_to_them(trained: Path) -> None:
+def test_trials_have_their_columns_and_decisions_belong_to_them(trained):
     trials, decisions = table(trained / "trials.csv"), table(trained / "decisions.csv")
     assert set(trials[0]) >= TRIAL_COLUMNS
     assert [row["trial"] for row in trials] == ["0", "1", "2"]
@@ -47,14 +47,14 @@ def test_trials_have_their_columns_and_decisions_belong_to_them(trained: Path) -
     assert int(trials[0]["actions"]) == pytest.approx(10 * float(trials[0]["exploration_time_s"]), abs=1.5)
 
 
-def test_the_policy_has_learned_from_all_decisions(trained: Path) -> None:
+def test_the_policy_has_learned_from_all_decisions(trained):
     policy = json.loads((trained / "policy.json").read_text())
     assert policy["schema"] == "palpate.policy/3"
     visits = sum(map(sum, policy["learner"]["state"]["visits"]))
     assert visits == sum(bool(decision["reinforcement"]) for decision in table(trained / "decisions.csv"))
 
 
-def test_the_summary_agrees_with_the_trials(trained: Path) -> None:
+def test_the_summary_agrees_with_the_trials(trained):
     summary = json.loads((trained / "summary.json").read_text())
     trials = table(trained / "trials.csv")
     assert (summary["scenario"], summary["arm"], summary["seed"]) == ("paper", "zebra-zero", 0)
@@ -66,7 +66,7 @@ def test_the_summary_agrees_with_the_trials(trained: Path) -> None:
     }  # fmt: skip
 
 
-def test_run_toml_gives_the_same_run_again(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
+def test_run_toml_gives_the_same_run_again(palpate, trained, tmp_path):
     settings = tomllib.loads((trained / "run.toml").read_text())
     assert settings["task"]["time_limit_s"] == 2.0
     assert (settings["run"]["command"], settings["run"]["trials"]) == ("train", 3)
@@ -75,7 +75,7 @@ def test_run_toml_gives_the_same_run_again(palpate: CommandLine, trained: Path, 
     assert files_in(tmp_path / "again") == files_in(trained)
 
 
-def test_prior_knowledge_is_told_from_what_is_learned(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
+def test_prior_knowledge_is_told_from_what_is_learned(palpate, trained, tmp_path):
     shown = table(trained / "decisions.csv")[0]["state"]
     (tmp_path / "my.toml").write_text(
         f"[task]\ntime_limit_s = 1.0\n[learning]\nexamples = '{trained / 'decisions.csv'}'\n"
@@ -91,12 +91,12 @@ def test_prior_knowledge_is_told_from_what_is_learned(palpate: CommandLine, trai
     assert "examples" in {decision["source"] for decision in table(tmp_path / "run" / "decisions.csv")}
 
 
-def test_training_goes_on_from_a_policy_file(palpate: CommandLine, trained: Path) -> None:
+def test_training_goes_on_from_a_policy_file(palpate, trained):
     palpate.succeed("train", *QUICK, "--trials", 1, "--policy", trained / "policy.json", "--out", "run")
     assert "4 trials learned" in palpate.succeed("show", "run/policy.json")
 
 
-def test_a_fitted_perception_travels_in_the_policy(palpate: CommandLine) -> None:
+def test_a_fitted_perception_travels_in_the_policy(palpate):
     stages = ("--perception.symbols", "clusters", "--perception.channels", "fx", "fy", "ty")
     counts = ("--perception.fit-trials", "1", "--perception.symbol-count", "4")
     palpate.succeed("train", "--task.time-limit-s", "1", *stages, *counts, "--trials", 1, "--out", "run")
@@ -108,7 +108,7 @@ def test_a_fitted_perception_travels_in_the_policy(palpate: CommandLine) -> None
     assert "states[0]" in palpate.refusal("run", "--policy", policy, "--trials", 1)
 
 
-def test_a_search_that_cannot_always_succeed_is_announced(palpate: CommandLine, tmp_path: Path) -> None:
+def test_a_search_that_cannot_always_succeed_is_announced(palpate, tmp_path):
     # The simulated hole may lie farther off than the job states.
     wider = ("--cell.hole-uncertainty-mm", "5")
     printed = palpate.succeed("train", "--scenario", "blind", *wider, *QUICK, "--trials", 1)
@@ -120,13 +120,13 @@ def test_a_search_that_cannot_always_succeed_is_announced(palpate: CommandLine, 
 # To go on after Ctrl-C and after SIGKILL: test_processes.py.
 
 
-def test_a_finished_run_can_be_extended(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
+def test_a_finished_run_can_be_extended(palpate, trained, tmp_path):
     palpate.succeed("train", "--task.time-limit-s", 2, "--trials", 1, "--out", "run")
     palpate.succeed("train", "--resume", "--trials", 3, "--out", "run")
     assert results_in(tmp_path / "run") == results_in(trained)
 
 
-def test_a_belief_is_trained_resumed_used_replayed_and_shown(palpate: CommandLine, tmp_path: Path) -> None:
+def test_a_belief_is_trained_resumed_used_replayed_and_shown(palpate, tmp_path):
     learn = ("train", "--learner", "belief", "--seed", 1, "--task.start-uncertainty-mm", "0.8")
     palpate.succeed(*learn, "--trials", 3, "--out", "whole")
     palpate.succeed(*learn, "--trials", 2, "--out", "run")
@@ -145,14 +145,14 @@ def test_a_belief_is_trained_resumed_used_replayed_and_shown(palpate: CommandLin
     assert "touch model of " in (tmp_path / "run" / "report.html").read_text()
 
 
-def test_a_run_that_reached_its_trials_is_left_alone(palpate: CommandLine, trained: Path, run: Path) -> None:
+def test_a_run_that_reached_its_trials_is_left_alone(palpate, trained, run):
     # Naming the settings again is allowed as long as they are the same.
     palpate.succeed("train", "--config", run / "run.toml", "--resume", "--trials", 3, "--out", run)
     assert files_in(run) == files_in(trained)
 
 
 @pytest.fixture
-def desk(run: Path, trained: Path, tmp_path: Path) -> Path:
+def desk(run, trained, tmp_path):
     """A finished run, another whose checkpoint is torn, and an empty folder."""
     torn = shutil.copytree(trained, tmp_path / "torn") / "checkpoint.json"
     torn.write_bytes(torn.read_bytes()[: torn.stat().st_size // 2])
@@ -172,11 +172,11 @@ def desk(run: Path, trained: Path, tmp_path: Path) -> Path:
         ("--out missing", "checkpoint.json", "begin a new run"),
     ],
 )
-def test_resume_refuses(palpate: CommandLine, desk: Path, words: str, named: str, accepted: str) -> None:
+def test_resume_refuses(palpate, desk, words, named, accepted):
     palpate.refuses(f"train --resume {words} --trials 4", named, accepted)
 
 
-def test_a_finished_run_says_so_and_how_to_go_on(palpate: CommandLine) -> None:
+def test_a_finished_run_says_so_and_how_to_go_on(palpate):
     palpate.succeed("train", *QUICK, "--trials", 1, "--out", "run")
     before = results_in(Path("run"))
     assert "run is finished: 1 of 1 trials; 50 more: palpate train --resume --out run --trials 51" in palpate.succeed(
@@ -202,11 +202,11 @@ def test_a_finished_run_says_so_and_how_to_go_on(palpate: CommandLine) -> None:
         ),
     ],
 )
-def test_first_and_last_trials_do_not_overlap(trials: int, told: str) -> None:
+def test_first_and_last_trials_do_not_overlap(trials, told):
     assert results_line(trial_rows(*range(1, trials + 1))) == told
 
 
-def test_make_train_goes_on_where_it_stopped(tmp_path: Path) -> None:
+def test_make_train_goes_on_where_it_stopped(tmp_path):
     """With a palpate that only prints how it was called, and makes the checkpoint of an interrupted run."""
     stub = tmp_path / "venv" / "bin" / "palpate"
     stub.parent.mkdir(parents=True)

@@ -5,22 +5,20 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import CommandLine
 
-
-def learned(folder: Path) -> dict[str, object]:
-    belief: dict[str, object] = json.loads((folder / "policy.json").read_text())["learner"]["state"]
+def learned(folder):
+    belief = json.loads((folder / "policy.json").read_text())["learner"]["state"]
     return belief
 
 
-def test_the_logs_of_a_belief_give_what_it_learned_itself(palpate: CommandLine) -> None:
+def test_the_logs_of_a_belief_give_what_it_learned_itself(palpate):
     palpate.succeed("train", "--learner", "belief", "--trials", 2, "--out", "run")
     assert "2 of 2 trials ended in the hole" in palpate.succeed("train", "--from-logs", "run", "--out", "touch")
     assert learned(Path("touch")) == learned(Path("run"))
     assert Path("touch/touch.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_belief_goes_on_from_the_touches_of_the_torque_rule(palpate: CommandLine) -> None:
+def test_a_belief_goes_on_from_the_touches_of_the_torque_rule(palpate):
     palpate.succeed("run", "--policy", "torque", "--trials", 3, "--out", "run")
     palpate.succeed("train", "--from-logs", "run/logs/*.mcap", "--out", "touch")
     settings = ("--config", "touch/run.toml", "--policy", "touch/policy.json", "--trials", 1)
@@ -31,20 +29,20 @@ def test_a_belief_goes_on_from_the_touches_of_the_torque_rule(palpate: CommandLi
 
 
 @pytest.fixture
-def outside(palpate: CommandLine) -> None:
+def outside(palpate):
     """A trial that ends elsewhere than in the hole."""
     palpate.succeed("run", "--policy", "spiral-5", "--task.time-limit-s", 0.2, "--trials", 1, "--out", "outside")
 
 
 @pytest.mark.usefixtures("outside")
-def test_logs_without_an_insertion_are_refused(palpate: CommandLine) -> None:
+def test_logs_without_an_insertion_are_refused(palpate):
     refused = "touches = '0 in 0 trials that ended in the hole, of 1 logs' is refused: at least 6"
     assert refused in palpate.refusal("train", "--from-logs", "outside", "--out", "touch")
     assert not Path("touch").exists()
 
 
 @pytest.mark.usefixtures("outside")
-def test_logs_of_two_tools_are_refused(palpate: CommandLine) -> None:
+def test_logs_of_two_tools_are_refused(palpate):
     other = ("--cell.peg.diameter-mm", 20, "--task.time-limit-s", 0.2, "--trials", 1)
     palpate.succeed("run", "--policy", "spiral-5", *other, "--out", "thin")
     refused = palpate.refusal("train", "--from-logs", "outside", "thin", "--out", "touch")
@@ -61,5 +59,5 @@ def test_logs_of_two_tools_are_refused(palpate: CommandLine) -> None:
         (("nowhere", "--out", "touch", "--arm", "ur5"), "takes no other flag than --out"),
     ],
 )
-def test_what_is_missing_is_said(palpate: CommandLine, words: tuple[str, ...], said: str) -> None:
+def test_what_is_missing_is_said(palpate, words, said):
     assert said in palpate.refusal("train", "--from-logs", *words)

@@ -8,7 +8,7 @@ import mujoco.viewer
 import pytest
 
 from palpate.adapters.visualisation import viewer
-from tests.command_line import CommandLine, finished_trials
+from tests.command_line import finished_trials
 
 VIEW = ("run", "--policy", "oracle", "--recording.no-enabled", "--out", "out", "--view")
 
@@ -16,30 +16,28 @@ VIEW = ("run", "--policy", "oracle", "--recording.no-enabled", "--out", "out", "
 class Window:
     """Counts what it shows, and is closed after some of it."""
 
-    def __init__(self, patience: int) -> None:
+    def __init__(self, patience):
         self.shown, self.patience = 0, patience
         self.cam = mujoco.MjvCamera()
 
-    def sync(self) -> None:
+    def sync(self):
         self.shown += 1
 
-    def is_running(self) -> bool:
+    def is_running(self):
         return self.shown < self.patience
 
-    def lock(self) -> threading.Lock:
+    def lock(self):
         return threading.Lock()
 
-    def close(self) -> None:
+    def close(self):
         """Nothing was opened."""
 
 
 @pytest.mark.parametrize(("patience", "trials"), [(100_000, 1), (100, 0)])
-def test_trials_are_shown_until_they_are_done_or_the_window_is_closed(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, patience: int, trials: int
-) -> None:
+def test_trials_are_shown_until_they_are_done_or_the_window_is_closed(palpate, monkeypatch, patience, trials):
     window, shown = Window(patience), list[Any]()
 
-    def launch(model: Any, data: Any, **others: bool) -> Window:
+    def launch(model, data, **others):
         shown.append(data)
         return window
 
@@ -55,7 +53,7 @@ def test_trials_are_shown_until_they_are_done_or_the_window_is_closed(
         assert finished_trials(Path("out")) == trials
 
 
-def test_without_a_display_it_is_refused(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_display_it_is_refused(palpate, monkeypatch):
     for name in viewer.DISPLAYS:
         monkeypatch.delenv(name, raising=False)
     assert "there is no display" in palpate.refusal(*VIEW)

@@ -1,13 +1,12 @@
 """What the benches of arms on an emulated bus have in common."""
 
 from abc import ABC, abstractmethod
-from typing import Any, Final
 
 from palpate.adapters.hardware.arm_client import ArmClient
 from tests.virtual_lines import Cable, VirtualDesk
 
-DIVIDER: Final = 2
-LONG_NS: Final = 3_600 * 10**9
+DIVIDER = 2
+LONG_NS = 3_600 * 10**9
 """A set-point time-out that no clause waits for."""
 
 
@@ -17,19 +16,19 @@ class BusBench(ABC):
     arm: ArmClient
     cable: Cable
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.desk = VirtualDesk()
         self.clock = self.desk.clock
 
     @abstractmethod
-    def fail(self) -> None:
+    def fail(self):
         """A device fails; returns when the adapter has noticed."""
 
-    def advance(self, ticks: int) -> None:
+    def advance(self, ticks):
         # The arm's own ticks, one bus cycle each.
         self.clock.sleep(ticks * DIVIDER / 140)
 
-    def knobs(self) -> dict[str, Any]:
+    def knobs(self):
         """Of encoder and arm alike."""
         return {
             "device": self.arm,

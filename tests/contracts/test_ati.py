@@ -1,7 +1,5 @@
 """The adapter of ATI's Net F/T keeps the contract of a force sensor, against an emulated box in virtual time."""
 
-from collections.abc import Callable
-
 import pytest
 
 from palpate.adapters.contracts import ForceSensorContract, ForceSensorRig
@@ -16,24 +14,24 @@ from tests.virtual_time import VirtualTime
 class Bench(VirtualBox):
     """An adapter, and the box that it talks to."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.load = [0.3, -0.2, 5.0, 0.01, 0.02, 0.03]
         super().__init__(VirtualTime(), EmulatedBox(lambda now_ns: tuple(self.load)))
         self.sensor = NetFtForceSensor(NetFtTable(start_timeout_s=1.0), self.clock, self.open)
 
-    def ticks(self, count: int) -> None:
+    def ticks(self, count):
         self.clock.sleep(count / 140)
 
-    def push(self, first: int) -> Callable[[float, float, float], None]:
-        def act(x: float, y: float, z: float) -> None:
+    def push(self, first):
+        def act(x, y, z):
             self.load[first : first + 3] = (x, y, z)
 
         return act
 
-    def fall_silent(self) -> None:
+    def fall_silent(self):
         self.box.network = lambda datagrams: []
 
-    def fail(self) -> None:
+    def fail(self):
         self.box.status = 0x8000_0020
         self.ticks(1)
         with pytest.raises(DeviceError, match="supply voltage too low"):
@@ -42,7 +40,7 @@ class Bench(VirtualBox):
 
 
 class TestNetFt(ForceSensorContract):
-    def make(self) -> ForceSensorRig:
+    def make(self):
         bench = Bench()
         return ForceSensorRig(
             device=bench.sensor, clock=bench.clock, advance=bench.ticks, max_age_ns=50_000_000 + 10**9 // 140,
@@ -55,7 +53,7 @@ class TestNetFt(ForceSensorContract):
 
 
 @pytest.mark.parametrize("way", ["silent", "unplugged"])
-def test_silence_is_stale_at_first_a_cut_cable_a_fault_and_both_name_their_cause(way: str) -> None:
+def test_silence_is_stale_at_first_a_cut_cable_a_fault_and_both_name_their_cause(way):
     bench = Bench()
     with bench.sensor as sensor:
         network = bench.box.network
@@ -76,7 +74,7 @@ def test_silence_is_stale_at_first_a_cut_cable_a_fault_and_both_name_their_cause
         assert sensor.read().validity is Validity.VALID
 
 
-def test_a_box_that_nobody_configured_for_us_does_not_open() -> None:
+def test_a_box_that_nobody_configured_for_us_does_not_open():
     bench = Bench()
     page = bench.box.page().replace(b"<scfgfu>N<", b"<scfgfu>lbf<")
     bench.box.page = lambda: page  # type: ignore[method-assign]

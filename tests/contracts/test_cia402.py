@@ -1,14 +1,11 @@
 """The adapter of the CiA 402 arm keeps the contracts of encoder and arm, against emulated drives in virtual time."""
 
-from typing import Any
-
 import pytest
 
 from palpate.adapters.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
 from palpate.adapters.hardware.plugins import RigContext, arm_maker
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion.arm import arm_named
-from palpate.core.ports import JointVector
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.motors.plant import DirectMotors
 from tests.contracts.bus_bench import DIVIDER, LONG_NS, BusBench
@@ -25,37 +22,37 @@ SCALE = (30_000.0, -20_000.0, 10_000.0)
 class Following(DirectMotors):
     """Motors whose joints stand at their set-points at once."""
 
-    def set_motor_counts(self, axis: int, counts: float) -> None:
+    def set_motor_counts(self, axis, counts):
         super().set_motor_counts(axis, counts)
         self.measured_rad(self.targets_rad())
 
-    def turn(self, position_rad: JointVector) -> None:
+    def turn(self, position_rad):
         """By hand: where nothing holds the joints, they are where they were brought."""
         for axis, (q, k) in enumerate(zip(position_rad, SCALE, strict=True)):
             self.set_motor_counts(axis, q * k)
 
 
 class Bench(BusBench):
-    def __init__(self, timeout_ns: int = LONG_NS) -> None:
+    def __init__(self, timeout_ns=LONG_NS):
         super().__init__()
         self.motors = Following(SCALE, HOME)
         self.drives = [CanopenDrive(axis + 1, self.motors, axis) for axis in range(3)]
         self.cable = Cable(self.clock, self.desk.can("can0", *self.drives), 0.3)
         self.clock.sleep(0.05)  # the drives boot
         context = RigContext(self.clock, arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 3)
-        table: dict[str, Any] = {
+        table = {
             "interface": "virtual", "channel": "can0", "nodes": [1, 2, 3], "counts_per_rad": list(SCALE),
             "divider": DIVIDER, "max_age_ms": 200.0,
         }  # fmt: skip
         self.arm = arm_in_thread(driver_arm("cia402", table, context), self.clock, timeout_ns)
 
-    def fail(self) -> None:
+    def fail(self):
         self.drives[0].fail(0x4210)
         self.advance(2)
 
 
 class TestCia402Encoder(JointEncoderContract):
-    def make(self) -> JointEncoderRig:
+    def make(self):
         bench = Bench()
         return JointEncoderRig(
             max_age_ns=250_000_000,
@@ -67,7 +64,7 @@ class TestCia402Encoder(JointEncoderContract):
 
 
 class TestCia402Arm(ArmCommandContract):
-    def make(self) -> ArmCommandRig:
+    def make(self):
         bench = Bench()
         return ArmCommandRig(
             home_rad=HOME,
@@ -94,7 +91,7 @@ class TestCia402Arm(ArmCommandContract):
         ({"counts_per_rad": [1e4] * 3, "patience": 0.0}, "arm.patience"),
     ],
 )
-def test_settings_that_cannot_work_are_refused(settings: dict[str, Any], field: str) -> None:
+def test_settings_that_cannot_work_are_refused(settings, field):
     context = RigContext(VirtualTime(), arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 3)
     with pytest.raises(ConfigurationError) as told:
         arm_maker("cia402")({"nodes": [1, 2, 3], **settings}, context)

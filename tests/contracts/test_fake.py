@@ -1,7 +1,7 @@
 """The fakes keep the contracts of the four ports."""
 
 from dataclasses import replace
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 from palpate.adapters.contracts import (
     ArmCommandContract,
@@ -22,7 +22,7 @@ LOWER_RAD = (-1.0, -1.0, -1.0)
 UPPER_RAD = (1.0, 1.0, 0.5)
 
 
-def make_arm(clock: FakeClock, kind: type[FakeArm] = FakeArm) -> FakeArm:
+def make_arm(clock, kind=FakeArm):
     return kind(clock, HOME_RAD, lower_rad=LOWER_RAD, upper_rad=UPPER_RAD, max_step_rad=0.02)
 
 
@@ -33,7 +33,7 @@ class OfKind:
     knobs: ClassVar[dict[str, Any]] = {}
 
     @classmethod
-    def trying(cls, kind: Any = None, **knobs: Any) -> Self:
+    def trying(cls, kind=None, **knobs):
         suite = cls()
         suite.kind = kind or cls.kind
         suite.knobs = knobs  # type: ignore[misc]
@@ -43,14 +43,14 @@ class OfKind:
 class TestFakeClock(OfKind, ClockContract):
     kind = FakeClock
 
-    def make(self) -> ClockRig:
+    def make(self):
         return ClockRig(**{"clock": self.kind(start_ns=7), "step_ns": 5_000_000, **self.knobs})
 
 
 class TestFakeForceSensor(OfKind, ForceSensorContract):
     kind = FakeForceSensor
 
-    def make(self) -> ForceSensorRig:
+    def make(self):
         clock = FakeClock()
         sensor = self.kind(clock)
         knobs = {
@@ -71,7 +71,7 @@ class TestFakeForceSensor(OfKind, ForceSensorContract):
 class TestFakeJointEncoder(OfKind, JointEncoderContract):
     kind = FakeJointEncoder
 
-    def make(self) -> JointEncoderRig:
+    def make(self):
         clock = FakeClock()
         arm = make_arm(clock)
         encoder = self.kind(clock, arm.position_rad)
@@ -92,7 +92,7 @@ class TestFakeJointEncoder(OfKind, JointEncoderContract):
 class TestFakeArm(OfKind, ArmCommandContract):
     kind = FakeArm
 
-    def make(self) -> ArmCommandRig:
+    def make(self):
         clock = FakeClock()
         arm = make_arm(clock, self.kind)
         knobs = {
@@ -110,6 +110,6 @@ class TestFakeArm(OfKind, ArmCommandContract):
 class TestGuardedArm(ArmCommandContract):
     """Under the operator's stop an arm keeps the contract as it does without."""
 
-    def make(self) -> ArmCommandRig:
+    def make(self):
         rig = TestFakeArm().make()
         return replace(rig, device=GuardedArm(rig.device, OperatorStop(rig.device)))

@@ -1,14 +1,11 @@
 """The JR3 adapter keeps the contract of a force sensor, over CAN, against a board in virtual time."""
 
-from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
 from palpate.adapters.contracts import ForceSensorContract, ForceSensorRig
-from palpate.adapters.hardware.jr3 import Jr3ForceSensor
 from palpate.adapters.hardware.plugins import RigContext, force_sensor_maker
 from palpate.core.errors import DeviceError
 from palpate.core.motion.arm import arm_named
@@ -22,28 +19,28 @@ MAX_AGE_MS = 200.0
 BOOT_NS = 1_000_000
 
 
-def context(clock: VirtualTime) -> RigContext:
+def context(clock):
     return RigContext(clock, arm_named("zebra-zero"), (), (), ())
 
 
 class Load:
     """What presses on the emulated sensor."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.wrench = (0.0,) * 6
 
-    def __call__(self, now_ns: int) -> tuple[float, ...]:
+    def __call__(self, now_ns):
         return self.wrench
 
-    def push_N(self, fx: float, fy: float, fz: float) -> None:
+    def push_N(self, fx, fy, fz):
         self.wrench = (fx, fy, fz, 0.0, 0.0, 0.0)
 
 
-def rig(desk: VirtualDesk, wire: Any, sensor: Jr3ForceSensor, load: Load, firmware: Any) -> ForceSensorRig:
+def rig(desk, wire, sensor, load, firmware):
     # It cannot tell a cable that is cut from silence, and bears that for ten times as long as a sample may be old.
     cable = Cable(desk.clock, wire, 0.011 * MAX_AGE_MS)
 
-    def fall_silent() -> None:
+    def fall_silent():
         firmware.silent = True
 
     return ForceSensorRig(
@@ -65,7 +62,7 @@ def rig(desk: VirtualDesk, wire: Any, sensor: Jr3ForceSensor, load: Load, firmwa
     )
 
 
-def can_rig() -> ForceSensorRig:
+def can_rig():
     load, desk = Load(), VirtualDesk()
     node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS))
     bus = desk.can("can0", node)
@@ -74,11 +71,11 @@ def can_rig() -> ForceSensorRig:
 
 
 class TestJr3Can(ForceSensorContract):
-    def make(self) -> ForceSensorRig:
+    def make(self):
         return can_rig()
 
 
-def test_after_a_long_pause_a_living_sensor_gives_what_it_feels_now() -> None:
+def test_after_a_long_pause_a_living_sensor_gives_what_it_feels_now():
     made = can_rig()
     try:
         with made.device as sensor:
@@ -97,7 +94,7 @@ def test_after_a_long_pause_a_living_sensor_gives_what_it_feels_now() -> None:
 @pytest.mark.parametrize(
     "settings", [{"interface": "slcan", "channel": "/dev/no-such-port"}, {"interface": "no such interface"}]
 )
-def test_port_that_is_not_there_is_an_error_of_configure(settings: dict[str, Any]) -> None:
+def test_port_that_is_not_there_is_an_error_of_configure(settings):
     sensor = force_sensor_maker("jr3-can")(settings, context(VirtualTime()))
     with pytest.raises(DeviceError, match="cannot be opened"):
         sensor.configure()
@@ -106,13 +103,13 @@ def test_port_that_is_not_there_is_an_error_of_configure(settings: dict[str, Any
 
 
 @pytest.fixture
-def desk() -> Iterator[VirtualDesk]:
+def desk():
     with VirtualDesk() as desk:
         yield desk
 
 
 @contextmanager
-def reading(desk: VirtualDesk, load: Load) -> Iterator[tuple[Any, Jr3CanNode, Any]]:
+def reading(desk, load):
     """An active sensor, its board, and the bus between them."""
     node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS))
     bus = desk.can("can0", node)
@@ -122,7 +119,7 @@ def reading(desk: VirtualDesk, load: Load) -> Iterator[tuple[Any, Jr3CanNode, An
         yield sensor, node, bus
 
 
-def test_board_that_restarts_in_mid_run_latches_a_fault(desk: VirtualDesk) -> None:
+def test_board_that_restarts_in_mid_run_latches_a_fault(desk):
     with reading(desk, Load()) as (sensor, node, _):
         node.reboot(desk.clock.now_ns())
         desk.clock.sleep(0.04)
@@ -135,7 +132,7 @@ def test_board_that_restarts_in_mid_run_latches_a_fault(desk: VirtualDesk) -> No
         assert sensor.read().validity is Validity.VALID
 
 
-def test_zero_that_another_client_sets_in_mid_run_latches_a_fault(desk: VirtualDesk) -> None:
+def test_zero_that_another_client_sets_in_mid_run_latches_a_fault(desk):
     load = Load()
     load.push_N(1.0, -2.0, 9.0)
     with reading(desk, load) as (sensor, _, bus):
@@ -146,7 +143,7 @@ def test_zero_that_another_client_sets_in_mid_run_latches_a_fault(desk: VirtualD
         assert sensor.life is Life.FAULTED
 
 
-def test_board_that_was_silent_activates_as_soon_as_its_fault_is_acknowledged(desk: VirtualDesk) -> None:
+def test_board_that_was_silent_activates_as_soon_as_its_fault_is_acknowledged(desk):
     with reading(desk, Load()) as (sensor, node, _):
         node.firmware.silent = True
         desk.clock.sleep(1.4)

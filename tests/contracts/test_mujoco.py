@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from typing import Self
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from palpate.adapters.contracts import (
 )
 from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
 from palpate.core.motion import Kinematics, arm_named
-from palpate.core.ports import CONTROL_RATE_HZ, JointVector, ManagedDevice
+from palpate.core.ports import CONTROL_RATE_HZ, JointVector
 from palpate.core.trial import find_ready_pose, goal_in_base
 from palpate.simulation.work_cell.cell import WorkCell
 from tests.support.tool import TOOL
@@ -33,7 +32,7 @@ ROOM_RAD = 0.15
 
 
 @cache
-def the_cell() -> WorkCell:
+def the_cell():
     """One work cell for all rigs, because compiling its model costs more than a clause."""
     config = RunConfig()
     sensor = replace(config.cell.sensor, force_noise_N=NOISE_N, torque_noise_Nm=NOISE_N / 10)
@@ -55,50 +54,50 @@ class Bench:
     home_rad: JointVector
 
     @classmethod
-    def fresh(cls) -> Self:
+    def fresh(cls):
         cell = the_cell()
         cell.reset(0, 0)
         return cls(cell, MujocoClock(cell), cell.joint_angles())
 
-    def advance(self, ticks: int) -> None:
+    def advance(self, ticks):
         for _ in range(ticks):
             self.cell.advance()
 
-    def push_N(self, fx: float, fy: float, fz: float) -> None:
+    def push_N(self, fx, fy, fz):
         """A force on the peg, given in the sensor frame."""
         rotation = self.cell.data.body("sensor").xmat.reshape(3, 3)
         self.cell.data.body("peg").xfrc_applied[:3] = rotation @ np.array([fx, fy, fz])
 
     @property
-    def lower_rad(self) -> JointVector:
+    def lower_rad(self):
         return tuple(q - ROOM_RAD for q in self.home_rad)
 
     @property
-    def upper_rad(self) -> JointVector:
+    def upper_rad(self):
         return tuple(q + ROOM_RAD for q in self.home_rad)
 
     @property
-    def speed_rad_s(self) -> JointVector:
+    def speed_rad_s(self):
         kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
         return tuple(kinematics.velocity_limit_rad_s.tolist())
 
-    def arm(self) -> MujocoArm:
+    def arm(self):
         return MujocoArm(self.cell, self.lower_rad, self.upper_rad, self.speed_rad_s)
 
 
-def fault_of(device: ManagedDevice) -> partial[None]:
+def fault_of(device):
     """The simulation itself never fails; its adapters must behave all the same once something did."""
     return partial(device._latch, "fault on demand")
 
 
 class TestMujocoClock(ClockContract):
-    def make(self) -> ClockRig:
+    def make(self):
         # Time goes on by whole ticks: a sleep may return up to one tick late.
         return ClockRig(clock=Bench.fresh().clock, tolerance_ns=TICK_NS + 1, step_ns=50_000_000, deadlines=50)
 
 
 class TestMujocoForceSensor(ForceSensorContract):
-    def make(self) -> ForceSensorRig:
+    def make(self):
         bench = Bench.fresh()
         sensor = MujocoForceSensor(bench.cell)
         return ForceSensorRig(
@@ -115,7 +114,7 @@ class TestMujocoForceSensor(ForceSensorContract):
 
 
 class TestMujocoJointEncoder(JointEncoderContract):
-    def make(self) -> JointEncoderRig:
+    def make(self):
         bench = Bench.fresh()
         encoder = MujocoJointEncoder(bench.cell)
         half_a_count_rad = max(arm_named("zebra-zero").encoder_step_rad) / 2
@@ -133,7 +132,7 @@ class TestMujocoJointEncoder(JointEncoderContract):
 
 
 class TestMujocoArm(ArmCommandContract):
-    def make(self) -> ArmCommandRig:
+    def make(self):
         bench = Bench.fresh()
         arm = bench.arm()
         return ArmCommandRig(
@@ -152,7 +151,7 @@ class TestMujocoArm(ArmCommandContract):
         )
 
 
-def test_time_is_exact_however_long_it_runs() -> None:
+def test_time_is_exact_however_long_it_runs():
     bench = Bench.fresh()
     first = bench.cell.ticks
     bench.clock.sleep_until(bench.clock.now_ns() + 10**9)
@@ -160,7 +159,7 @@ def test_time_is_exact_however_long_it_runs() -> None:
     assert bench.clock.now_ns() == bench.cell.ticks * 10**9 // CONTROL_RATE_HZ
 
 
-def test_noise_is_drawn_anew_for_each_tick() -> None:
+def test_noise_is_drawn_anew_for_each_tick():
     bench = Bench.fresh()
     with MujocoForceSensor(bench.cell) as sensor:
         first = sensor.read()

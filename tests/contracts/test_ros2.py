@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -15,7 +14,6 @@ from palpate.adapters.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
-from palpate.adapters.hardware.arm_client import ArmClient
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.ros2 import Ros2ArmTable, Ros2ForceSensor, Ros2WrenchTable, ros2_arm
 from palpate.core.errors import ConfigurationError, DeviceError
@@ -35,17 +33,17 @@ class Bench(VirtualDomain):
 
     reader: Ros2ForceSensor | None = None
 
-    def arm(self, table: Ros2ArmTable = TABLE) -> ArmClient:
+    def arm(self, table=TABLE):
         context = replace(RigContext.of("ur5", self.clock), lower_rad=LOWER, upper_rad=UPPER,
                           velocity_limit_rad_s=(1.0,) * 6)  # fmt: skip
         return arm_in_thread(ros2_arm(table, context, self.link), self.clock, LONG_NS)
 
-    def sensor(self, **settings: Any) -> Ros2ForceSensor:
+    def sensor(self, **settings):
         table = Ros2WrenchTable(**{"start_timeout_s": 0.5} | settings)
         self.reader = Ros2ForceSensor(lambda: self.link(table.topic, WRENCH, ""), self.clock, table)
         return self.reader
 
-    def fail(self) -> None:
+    def fail(self):
         self.publishers = 2
         self.ticks(3)
         if self.reader is not None:
@@ -53,10 +51,10 @@ class Bench(VirtualDomain):
                 self.reader.read()
         self.publishers = 1
 
-    def fall_silent(self) -> None:
+    def fall_silent(self):
         self.network = lambda message: None
 
-    def knobs(self) -> dict[str, Any]:
+    def knobs(self):
         # A cut cable cannot be told from silence, so there is no knob for it.
         return {
             "clock": self.clock, "advance": self.ticks, "provoke_fault": self.fail, "runs_by_itself": True,
@@ -65,7 +63,7 @@ class Bench(VirtualDomain):
 
 
 class TestRos2Encoder(JointEncoderContract):
-    def make(self) -> JointEncoderRig:
+    def make(self):
         bench = Bench()
         arm = bench.arm()
         return JointEncoderRig(
@@ -78,7 +76,7 @@ class TestRos2Arm(ArmCommandContract):
     table = TABLE
     tolerance_rad = 1e-9
 
-    def make(self) -> ArmCommandRig:
+    def make(self):
         bench = Bench(velocities=self.table.mode == "velocities")
         return ArmCommandRig(
             device=bench.arm(self.table), home_rad=HOME, lower_rad=LOWER, upper_rad=UPPER, step_rad=4e-3,
@@ -93,13 +91,13 @@ class TestRos2VelocityArm(TestRos2Arm):
 
 
 class TestRos2Wrench(ForceSensorContract):
-    def make(self) -> ForceSensorRig:
+    def make(self):
         bench = Bench()
 
-        def push(x: float, y: float, z: float) -> None:
+        def push(x, y, z):
             bench.load[:3] = (x, y, z)
 
-        def twist(x: float, y: float, z: float) -> None:
+        def twist(x, y, z):
             bench.load[3:] = (x, y, z)
 
         return ForceSensorRig(
@@ -108,7 +106,7 @@ class TestRos2Wrench(ForceSensorContract):
         )  # fmt: skip
 
 
-def test_sign_turns_a_wrench_that_the_tool_exerts() -> None:
+def test_sign_turns_a_wrench_that_the_tool_exerts():
     bench = Bench()
     with bench.sensor(sign=-1) as sensor:
         assert sensor.read().force_N == (0.0, 0.0, 5.0)
@@ -122,7 +120,7 @@ def test_sign_turns_a_wrench_that_the_tool_exerts() -> None:
         (replace(TABLE, joints=(*NAMES[:5], NAMES[0])), "6 names, one a joint of ur5"),
     ],
 )
-def test_table_that_cannot_work_is_refused_before_anything_opens(table: Ros2ArmTable, problem: str) -> None:
+def test_table_that_cannot_work_is_refused_before_anything_opens(table, problem):
     with pytest.raises(ConfigurationError, match=problem):
         Bench().arm(table)
 
@@ -130,14 +128,14 @@ def test_table_that_cannot_work_is_refused_before_anything_opens(table: Ros2ArmT
 @pytest.mark.parametrize(
     "path", sorted((Path(__file__).parents[2] / "examples" / "rigs").glob("*ros2.toml")), ids=lambda path: path.stem
 )
-def test_rig_files_of_the_examples_have_settings_that_exist(path: Path) -> None:
+def test_rig_files_of_the_examples_have_settings_that_exist(path):
     file = RigFile.load(path)
     overlay(Ros2ArmTable(), file.arm.settings)
     overlay(Ros2WrenchTable(), file.force_sensor.settings)
     assert file.facts.noise_N is None, "a run is refused until the noise is measured"
 
 
-def test_joints_without_names_have_those_of_the_model() -> None:
+def test_joints_without_names_have_those_of_the_model():
     bench = Bench()
     with pytest.raises(DeviceError, match="has no joint shoulder_pan_joint, shoulder_lift_joint"):
         bench.arm(replace(TABLE, joints=())).configure()

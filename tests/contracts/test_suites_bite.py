@@ -1,7 +1,5 @@
 """The contract suites can fail: each unsafe adapter breaks a clause, and that clause says so."""
 
-from typing import Any
-
 import pytest
 
 from palpate.adapters.contracts import (
@@ -18,12 +16,12 @@ from tests.fake_devices import FakeForceSensor
 SUITES = (FORCE, ENCODER, ARM, CLOCK)
 
 
-def failed(suite: object) -> dict[str, str]:
+def failed(suite):
     return {r.clause.name: r.message for r in run_clauses(suite) if r.outcome is ClauseOutcome.FAILED}
 
 
 @pytest.mark.parametrize("number", range(len(UNSAFE)), ids=lambda k: UNSAFE[k][1].__name__)
-def test_unsafe_adapter_fails_its_clause(number: int) -> None:
+def test_unsafe_adapter_fails_its_clause(number):
     suite, kind, name = UNSAFE[number]
     (clause,) = [one.name for one in clauses(suite) if one.name.startswith(f"test_{name}")]
     with pytest.raises(Exception, match=r".") as caught:
@@ -31,7 +29,7 @@ def test_unsafe_adapter_fails_its_clause(number: int) -> None:
     assert not isinstance(caught.value, ClauseNotApplicable)
 
 
-def test_without_any_one_clause_something_gets_through() -> None:
+def test_without_any_one_clause_something_gets_through():
     needed = set[str]()
     for suite, kind, name in UNSAFE:
         if not any(clause.startswith(f"test_{name}") for clause in needed):
@@ -40,7 +38,7 @@ def test_without_any_one_clause_something_gets_through() -> None:
     assert {clause.name for suite in SUITES for clause in clauses(suite)} - needed == set()
 
 
-def test_a_violation_says_what_was_seen_and_what_is_wanted() -> None:
+def test_a_violation_says_what_was_seen_and_what_is_wanted():
     suite = FORCE.trying(Mirrors)
     with pytest.raises(ContractViolation) as caught:
         suite.test_load_has_its_sign_axis_and_unit()
@@ -49,7 +47,7 @@ def test_a_violation_says_what_was_seen_and_what_is_wanted() -> None:
     )
 
 
-def test_a_life_that_fails_is_shortened_and_told_step_by_step() -> None:
+def test_a_life_that_fails_is_shortened_and_told_step_by_step():
     kind = next(kind for _, kind, _ in UNSAFE if kind.__name__ == "AcknowledgeActivates")
     with pytest.raises(ContractViolation) as caught:
         FORCE.trying(kind).test_life_follows_the_table()
@@ -58,7 +56,7 @@ def test_a_life_that_fails_is_shortened_and_told_step_by_step() -> None:
     assert message.endswith(", fault, acknowledge_fault()): observed Life.ACTIVE; the contract wants Life.CONFIGURED")
 
 
-def test_a_missing_knob_is_not_a_pass() -> None:
+def test_a_missing_knob_is_not_a_pass():
     suite = FORCE.trying(go_silent=None, push_N=None, disconnect=None, provoke_fault=None, is_open=None)
     outcomes = {r.clause.name: r for r in run_clauses(suite)}
     silence = outcomes["test_silence_is_marked"]
@@ -68,8 +66,8 @@ def test_a_missing_knob_is_not_a_pass() -> None:
     assert all(r.outcome is not ClauseOutcome.FAILED for r in outcomes.values())
 
 
-def test_a_sensor_slower_than_the_loop_keeps_the_contract() -> None:
-    def every_third_tick(self: Any) -> Any:
+def test_a_sensor_slower_than_the_loop_keeps_the_contract():
+    def every_third_tick(self):
         last = self._sample
         self.silent = last is not None and self.clock.now_ns() < last.source_time_ns + 3 * TICK_NS
         return FakeForceSensor.read(self)
@@ -78,12 +76,12 @@ def test_a_sensor_slower_than_the_loop_keeps_the_contract() -> None:
     assert failed(suite) == {}
 
 
-def test_a_rig_whose_clock_stands_still_is_told_so() -> None:
+def test_a_rig_whose_clock_stands_still_is_told_so():
     silence = failed(FORCE.trying(advance=lambda ticks: None))["test_silence_is_marked"]
     assert "advance() to pass time" in silence
 
 
-def test_every_clause_states_itself_in_one_sentence() -> None:
+def test_every_clause_states_itself_in_one_sentence():
     for suite in SUITES:
         for clause in clauses(suite):
             assert clause.statement.endswith("."), clause

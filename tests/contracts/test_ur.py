@@ -10,7 +10,6 @@ from palpate.adapters.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
-from palpate.adapters.hardware.arm_client import ArmClient
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.ur import UrTable, UrToolForceSensor, UrToolTable, ur_arm
 from palpate.core.errors import DeviceError
@@ -29,21 +28,21 @@ class Bench(VirtualUr):
 
     reader: UrToolForceSensor | None = None
 
-    def arm(self, timeout_ns: int = LONG_NS) -> ArmClient:
+    def arm(self, timeout_ns=LONG_NS):
         context = RigContext(self.clock, arm_named("ur5"), LOWER, UPPER, (1.0,) * 6, accept_kinematics=True)
         return arm_in_thread(ur_arm(UrTable(), context, lambda: self), self.clock, timeout_ns)
 
-    def sensor(self) -> UrToolForceSensor:
+    def sensor(self):
         self.reader = UrToolForceSensor(lambda: self, self.clock, UrToolTable(start_timeout_s=1.0))
         return self.reader
 
-    def fail(self) -> None:
+    def fail(self):
         self.controller.emergency_stop()
         self.ticks(3)
         self.controller.release()
         self.controller.robot_mode = type(self.controller.robot_mode).RUNNING
 
-    def cut(self) -> None:
+    def cut(self):
         assert self.reader is not None
         self.is_plugged = False
         self.ticks(1)
@@ -51,18 +50,18 @@ class Bench(VirtualUr):
             self.reader.read()
         self.is_plugged = True
 
-    def unplug(self) -> None:
+    def unplug(self):
         self.is_plugged = False
 
-    def plug(self) -> None:
+    def plug(self):
         self.is_plugged = True
 
-    def fall_silent(self) -> None:
+    def fall_silent(self):
         self.is_silent = True
 
 
 class TestUrEncoder(JointEncoderContract):
-    def make(self) -> JointEncoderRig:
+    def make(self):
         bench = Bench()
         arm = bench.arm()
         return JointEncoderRig(
@@ -74,7 +73,7 @@ class TestUrEncoder(JointEncoderContract):
 
 
 class TestUrArm(ArmCommandContract):
-    def make(self) -> ArmCommandRig:
+    def make(self):
         bench = Bench()
         return ArmCommandRig(
             device=bench.arm(), clock=bench.clock, advance=bench.ticks, home_rad=HOME, lower_rad=LOWER,
@@ -86,13 +85,13 @@ class TestUrArm(ArmCommandContract):
 
 
 class TestUrToolForce(ForceSensorContract):
-    def make(self) -> ForceSensorRig:
+    def make(self):
         bench = Bench()
 
-        def push(x: float, y: float, z: float) -> None:
+        def push(x, y, z):
             bench.load[:3] = (x, y, z)
 
-        def twist(x: float, y: float, z: float) -> None:
+        def twist(x, y, z):
             bench.load[3:] = (x, y, z)
 
         return ForceSensorRig(
@@ -103,13 +102,13 @@ class TestUrToolForce(ForceSensorContract):
         )  # fmt: skip
 
 
-def test_an_arm_of_seven_joints_is_refused() -> None:
+def test_an_arm_of_seven_joints_is_refused():
     context = RigContext.of("panda", VirtualUr().clock)
     with pytest.raises(Exception, match="an arm of 6 joints"):
         ur_arm(UrTable(), context, VirtualUr)
 
 
-def test_a_tool_force_that_was_silent_activates_as_soon_as_its_fault_is_acknowledged() -> None:
+def test_a_tool_force_that_was_silent_activates_as_soon_as_its_fault_is_acknowledged():
     bench = Bench()
     with bench.sensor() as sensor:
         bench.cut()

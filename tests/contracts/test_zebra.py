@@ -1,7 +1,5 @@
 """The Zebra Zero adapter keeps the contracts of encoder and arm, against emulated modules in virtual time."""
 
-from typing import Any
-
 from palpate.adapters.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.core.motion.arm import arm_named
@@ -20,7 +18,7 @@ SETTLE_TICKS = 10
 
 
 class Bench(BusBench):
-    def __init__(self, timeout_ns: int = LONG_NS, **settings: Any) -> None:
+    def __init__(self, timeout_ns=LONG_NS, **settings):
         super().__init__()
         self.plant = IdealPlant()
         self.bus = NmcChain(self.plant)
@@ -38,20 +36,20 @@ class Bench(BusBench):
         }
         self.arm = arm_in_thread(driver_arm("zebra-nmc", table, context), self.clock, timeout_ns)
 
-    def fail(self) -> None:
+    def fail(self):
         """The first motor draws too much current."""
         self.bus.modules[0].servo.overcurrent = True
         self.advance(3)
 
 
 class TestZebraEncoder(JointEncoderContract):
-    def make(self) -> JointEncoderRig:
+    def make(self):
         bench = Bench()
         return JointEncoderRig(max_age_ns=150_000_000, joints=6, expected_rad=HOME_RAD, arm=bench.arm, **bench.knobs())
 
 
 class TestZebraArm(ArmCommandContract):
-    def make(self) -> ArmCommandRig:
+    def make(self):
         bench = Bench()
         return ArmCommandRig(
             home_rad=HOME_RAD,

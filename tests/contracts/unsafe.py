@@ -1,14 +1,13 @@
 """Unsafe adapters, each a sound fake with one thing overridden, and the clause that has to find it."""
 
 from collections import deque
-from collections.abc import Callable
 from dataclasses import replace
 from threading import Event, Thread, get_ident
 from time import sleep
 from typing import Any
 
 from palpate.adapters.contracts import TICK_NS, FakeClock
-from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector, Life, Validity, WrenchKind
+from palpate.core.ports import AppliedCommand, CommandReason, Life, Validity, WrenchKind
 
 # As a module: a suite that is imported by name would be run here once more as it is.
 from tests.contracts import test_fake as fake
@@ -18,10 +17,10 @@ STEP_NS = 5_000_000
 ZERO = (0.0, 0.0, 0.0)
 
 
-def altered(base: Any, /, **changes: Callable[[Any], Any]) -> Any:
+def altered(base, /, **changes):
     """A kind of device whose samples differ from the true ones in some fields."""
 
-    def read(device: Any) -> Any:
+    def read(device):
         sample = base.read(device)
         return replace(sample, **{name: change(sample) for name, change in changes.items()})
 
@@ -32,13 +31,13 @@ def altered(base: Any, /, **changes: Callable[[Any], Any]) -> Any:
 
 
 class OpensBeforeItAsks(FakeForceSensor):
-    def _on_configure(self) -> None:
+    def _on_configure(self):
         self.is_open = True
         super()._on_configure()
 
 
 class AcknowledgeActivates(FakeForceSensor):
-    def acknowledge_fault(self) -> None:
+    def acknowledge_fault(self):
         super().acknowledge_fault()
         self.activate()
 
@@ -49,16 +48,16 @@ class ResumesPlugged(FakeArm):
     cut, asked_rad = False, None
 
     @property
-    def disconnected(self) -> bool:
+    def disconnected(self):
         return self.cut
 
     @disconnected.setter
-    def disconnected(self, value: bool) -> None:
+    def disconnected(self, value):
         again, self.cut = self.cut and not value, value
         if again and self.asked_rad:
             self._target_rad, self._target_since_ns = self.asked_rad, self.clock.now_ns()
 
-    def send(self, command: JointCommand) -> AppliedCommand:
+    def send(self, command):
         applied = super().send(command)
         if not self._stopped:
             self.asked_rad = applied.position_rad
@@ -68,7 +67,7 @@ class ResumesPlugged(FakeArm):
 class DropsEverySecond(FakeArm):
     sent = 0
 
-    def send(self, command: JointCommand) -> Any:
+    def send(self, command):
         before = self._target_rad, self._target_since_ns
         applied = super().send(command)
         self.sent += 1
@@ -80,25 +79,25 @@ class DropsEverySecond(FakeArm):
 class ClosesMoving(FakeArm):
     """``close`` leaves the command under way."""
 
-    def _on_close(self) -> None:
+    def _on_close(self):
         self.is_open = False
 
 
 class HidesDisconnection(FakeForceSensor):
-    def _require_connection(self) -> None:
+    def _require_connection(self):
         if self._life is not Life.ACTIVE:
             super()._require_connection()
 
 
 class StaysOpenAfterFault(FakeForceSensor):
-    def close(self) -> None:
+    def close(self):
         was_faulted = self._life is Life.FAULTED
         super().close()
         self.is_open = was_faulted
 
 
 class LeavesThread(FakeForceSensor):
-    def _on_configure(self) -> None:
+    def _on_configure(self):
         super()._on_configure()
         Thread(target=Event().wait, args=(5.0,), daemon=True).start()
 
@@ -106,7 +105,7 @@ class LeavesThread(FakeForceSensor):
 class AwaitsNews(FakeForceSensor):
     """Reading a second time waits for the next sample."""
 
-    def read(self) -> Any:
+    def read(self):
         if self._sample is not None and self._sample.source_time_ns == self.clock.now_ns() and not self.silent:
             sleep(0.01)
         return super().read()
@@ -116,25 +115,25 @@ class AwaitsNews(FakeForceSensor):
 
 
 class LosesJoint(FakeJointEncoder):
-    def read(self) -> Any:
+    def read(self):
         sample = super().read()
         return replace(sample, position_rad=sample.position_rad[:2]) if sample.sequence % 70 == 69 else sample
 
 
 class StaleIsZero(FakeForceSensor):
-    def read(self) -> Any:
+    def read(self):
         sample = super().read()
         return replace(sample, force_N=(1.0, 0.0, 0.0)) if self.silent else sample
 
 
-def never_stale(clock: FakeClock) -> FakeForceSensor:
+def never_stale(clock):
     return FakeForceSensor(clock, max_age_ns=10**18)
 
 
 class Mirrors(FakeForceSensor):
     """Whose range is marked, at least."""
 
-    def read(self) -> Any:
+    def read(self):
         sample = super().read()
         validity = Validity.SATURATED if max(map(abs, sample.force_N)) > 50.0 else sample.validity
         return replace(sample, force_N=tuple(-x for x in sample.force_N), validity=validity)
@@ -143,7 +142,7 @@ class Mirrors(FakeForceSensor):
 class ClipsTorque(FakeForceSensor):
     """What it clips is not marked."""
 
-    def _measured(self, now_ns: int, sequence: int) -> Any:
+    def _measured(self, now_ns, sequence):
         sample = super()._measured(now_ns, sequence)
         return replace(sample, torque_Nm=tuple(max(-1.1, min(1.1, t)) for t in sample.torque_Nm))
 
@@ -151,11 +150,11 @@ class ClipsTorque(FakeForceSensor):
 class TaresOnConfigure(FakeForceSensor):
     zero_N = ZERO
 
-    def _on_configure(self) -> None:
+    def _on_configure(self):
         super()._on_configure()
         self.zero_N = self.load_N
 
-    def read(self) -> Any:
+    def read(self):
         sample = super().read()
         return replace(sample, force_N=tuple(f - zero for f, zero in zip(sample.force_N, self.zero_N, strict=True)))
 
@@ -165,7 +164,7 @@ class MeasuresTarget(FakeJointEncoder):
 
     arm: FakeArm
 
-    def read(self) -> Any:
+    def read(self):
         self._position_rad = lambda: self.arm._target_rad
         return super().read()
 
@@ -178,11 +177,11 @@ class GoesBackWhenActivated(FakeArm):
 
     was_rad: Any = None
 
-    def _on_deactivate(self) -> None:
+    def _on_deactivate(self):
         super()._on_deactivate()
         self.was_rad = self._target_rad
 
-    def _on_activate(self) -> None:
+    def _on_activate(self):
         super()._on_activate()
         self._target_rad, self.was_rad = self.was_rad or self._target_rad, None
 
@@ -190,7 +189,7 @@ class GoesBackWhenActivated(FakeArm):
 class ClampsSilently(FakeArm):
     hushed = CommandReason.POSITION_LIMIT
 
-    def send(self, command: JointCommand) -> AppliedCommand:
+    def send(self, command):
         applied = super().send(command)
         return applied._replace(reason=CommandReason.AS_ASKED) if applied.reason is self.hushed else applied
 
@@ -200,7 +199,7 @@ class SlowsSilently(ClampsSilently):
 
 
 class NoLowerLimit(FakeArm):
-    def _on_configure(self) -> None:
+    def _on_configure(self):
         super()._on_configure()
         self._lower_rad = (*self._lower_rad[:2], -9.0)
 
@@ -208,7 +207,7 @@ class NoLowerLimit(FakeArm):
 class CannotLeaveItsLimit(FakeArm):
     """At a limit it refuses every further move, away from it too."""
 
-    def send(self, command: JointCommand) -> Any:
+    def send(self, command):
         applied, here = super().send(command), self.position_rad()
         limits = zip(here, self._lower_rad, self._upper_rad, strict=True)
         if not self._stopped and any(q in (lower, upper) for q, lower, upper in limits):
@@ -220,21 +219,21 @@ class CannotLeaveItsLimit(FakeArm):
 class AddsUpWithinATick(FakeArm):
     """The velocity limit counts from the last command, not from the tick."""
 
-    def send(self, command: JointCommand) -> Any:
+    def send(self, command):
         here, self._here_rad = self._here_rad, self._target_rad
         try:
             return super().send(command)
         finally:
             self._here_rad = here
 
-    def position_rad(self) -> JointVector:
+    def position_rad(self):
         return self._here_rad if self.clock.now_ns() == self._target_since_ns else super().position_rad()
 
 
 class MovesUnasked(FakeArm):
     """Passes on what it refuses."""
 
-    def send(self, command: JointCommand) -> Any:
+    def send(self, command):
         if len(command.position_rad) != 3:
             self._target_rad, self._target_since_ns = (*command.position_rad, 0.0)[:3], self.clock.now_ns()
         return super().send(command)
@@ -243,28 +242,28 @@ class MovesUnasked(FakeArm):
 class Queues(FakeArm):
     """Works off its commands one tick after the other."""
 
-    def _on_configure(self) -> None:
+    def _on_configure(self):
         super()._on_configure()
-        self.queue: deque[JointVector] = deque()
+        self.queue = deque()
         self.last_ns = self.clock.now_ns()
 
-    def position_rad(self) -> JointVector:
+    def position_rad(self):
         if self.clock.now_ns() > self.last_ns and self.queue:
             self._here_rad, self.last_ns = self.queue.popleft(), self.clock.now_ns()
         return self._here_rad
 
-    def send(self, command: JointCommand) -> AppliedCommand:
+    def send(self, command):
         applied = super().send(command)
         self.queue.append(applied.position_rad)
         self.last_ns = self.clock.now_ns()
         return applied
 
-    def _halt(self) -> None:
+    def _halt(self):
         self.queue = deque()
 
 
 class StopsOnlyAlive(FakeArm):
-    def stop(self) -> None:
+    def stop(self):
         if self._life is Life.CLOSED:
             raise RuntimeError("not now")
         super().stop()
@@ -273,35 +272,35 @@ class StopsOnlyAlive(FakeArm):
 class StopsForItsThreadOnly(FakeArm):
     thread = 0
 
-    def _on_configure(self) -> None:
+    def _on_configure(self):
         super()._on_configure()
         self.thread = get_ident()
 
-    def stop(self) -> None:
+    def stop(self):
         if self.thread not in (0, get_ident()):
             raise RuntimeError("used from another thread")
         super().stop()
 
 
 class StopSendsNothing(FakeArm):
-    def stop(self) -> None:
+    def stop(self):
         self._stopped = True
 
 
 class StopWearsOff(FakeArm):
     stopped_ns = 0
 
-    def stop(self) -> None:
+    def stop(self):
         super().stop()
         self.stopped_ns = self.clock.now_ns()
 
-    def send(self, command: JointCommand) -> Any:
+    def send(self, command):
         self._stopped = self._stopped and self.clock.now_ns() < self.stopped_ns + 50 * TICK_NS
         return super().send(command)
 
 
 class HidesStop(FakeArm):
-    def send(self, command: JointCommand) -> AppliedCommand:
+    def send(self, command):
         applied = super().send(command)
         return AppliedCommand(applied.position_rad) if self._stopped else applied
 
@@ -310,12 +309,12 @@ class HidesStop(FakeArm):
 
 
 class TellsSeconds(FakeClock):
-    def now_ns(self) -> int:
+    def now_ns(self):
         return float(super().now_ns())  # type: ignore[return-value]
 
 
 class TurnsBack(FakeClock):
-    def sleep_until(self, deadline_ns: int) -> None:
+    def sleep_until(self, deadline_ns):
         self._now_ns = deadline_ns
 
 
@@ -324,7 +323,7 @@ class Drifts(FakeClock):
 
     late_ns = 0
 
-    def sleep_until(self, deadline_ns: int) -> None:
+    def sleep_until(self, deadline_ns):
         self.late_ns += 1
         super().sleep_until(deadline_ns + self.late_ns if deadline_ns > self.now_ns() else deadline_ns)
 
@@ -337,7 +336,7 @@ FORCE, ENCODER, ARM, CLOCK = (
 )
 LIFE, SOUND, SILENT, LOAD = "life_follows_the_table", "every_sample_is_sound", "silence_is_marked", "load_has_its_sign"
 BOUNDS, SPEED, STILL = "position_limit", "velocity_limit", "after_stop_the_arm_holds_still"
-UNSAFE: list[tuple[Any, Any, str]] = [
+UNSAFE = [
     (FORCE, OpensBeforeItAsks, "only_configure_opens"),
     (FORCE, AcknowledgeActivates, LIFE),
     *((ARM, kind, LIFE) for kind in (ResumesPlugged, DropsEverySecond, ClosesMoving)),

@@ -9,11 +9,9 @@ import shlex
 import shutil
 from glob import glob
 from itertools import groupby
-from pathlib import Path
 
 import pytest
 
-from tests.command_line import CommandLine
 from tests.integration.test_docs import PAGES, ROOT, commands_in
 from tests.support.graphics import require_graphics
 
@@ -54,7 +52,7 @@ RUN = [pair for pair in COMMANDS_SHOWN if not any(re.match(need, pair[1]) for ne
 
 
 @pytest.mark.parametrize("page", [page for page, _ in groupby(RUN, lambda pair: pair[0])], ids=lambda page: page.stem)
-def test_the_commands_of_a_page_run(palpate: CommandLine, desk: None, page: Path) -> None:
+def test_the_commands_of_a_page_run(palpate, desk, page):
     for line in (line for where, line in RUN if where == page):
         assert line.startswith("palpate "), f"no test runs {line!r} of {page.name}: list what it needs in NEEDS"
         # Patterns are a shell's to fill in.
@@ -64,7 +62,7 @@ def test_the_commands_of_a_page_run(palpate: CommandLine, desk: None, page: Path
         assert done.code in ((0, 1) if re.search("--set|--policy other", line) else (0,)), (line, done)
 
 
-def short(line: str) -> str:
+def short(line):
     """The same command with the words that keep it short."""
     words = FEW.get(line.split()[1], ())
     for flag in words[::2]:
@@ -73,7 +71,7 @@ def short(line: str) -> str:
 
 
 @pytest.fixture
-def desk(palpate: CommandLine, tmp_path: Path) -> None:
+def desk(palpate, tmp_path):
     """What the pages take to be there: a run, logs, a torn one, a policy, an automaton's strings."""
     require_graphics()
     golden = ROOT / "tests" / "golden"

@@ -1,15 +1,13 @@
 """The corpora of the fuzz harnesses, through codecs and whole drivers, and how each input must end."""
 
 from collections import Counter
-from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
 from tests.support import fuzz_cia402, fuzz_jr3, fuzz_nmc
 from tests.support.fuzzing import CORPORA
 
-HARNESSES: dict[str, Callable[[bytes], object]] = {
+HARNESSES = {
     "cia402": fuzz_cia402.once,
     "nmc": fuzz_nmc.once,
     "jr3_can": fuzz_jr3.once,
@@ -20,7 +18,7 @@ SILENT = {"heartbeat", "orphans", "kinds", "other_node", "host", "short", "bad_s
 
 
 @pytest.mark.parametrize(("name", "path"), INPUTS, ids=lambda value: getattr(value, "name", value))
-def test_inputs_of_the_corpora(name: str, path: Path) -> None:
+def test_inputs_of_the_corpora(name, path):
     came_of_it = HARNESSES[name](path.read_bytes())
     if name == "cia402":
         assert came_of_it == ("faulted" if path.name in FAULTED else "enabled")
@@ -28,6 +26,6 @@ def test_inputs_of_the_corpora(name: str, path: Path) -> None:
         assert bool(came_of_it) is (path.name not in SILENT)
 
 
-def test_the_corpora_are_there() -> None:
+def test_the_corpora_are_there():
     assert all(10 <= count <= 40 for count in Counter(name for name, _ in INPUTS).values())
     assert [HARNESSES[name](b"") for name in ("cia402", "jr3_can")] == ["enabled", []]

@@ -2,41 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Final
-
-EXPLORING: Final = 150
+EXPLORING = 150
 """A tick at which trial 0 explores."""
-SOON: Final = {"tare_ticks": 8, "start_uncertainty_mm": 0.0}
+SOON = {"tare_ticks": 8, "start_uncertainty_mm": 0.0}
 """Settings of the task for a short way to the hole."""
 
 
-def force(kind: str, tick: int, **plan: Any) -> Mapping[str, Any]:
+def force(kind, tick, **plan):
     """Fault of the force sensor, from a tick on."""
     return {"kind": kind, "port": "force_sensor", "first_tick": tick, **plan}
 
 
-def joints(kind: str, tick: int, **plan: Any) -> Mapping[str, Any]:
+def joints(kind, tick, **plan):
     """Fault of the encoders."""
     return {"kind": kind, "port": "joint_encoder", "first_tick": tick, **plan}
 
 
-def arm(kind: str, tick: int, **plan: Any) -> Mapping[str, Any]:
+def arm(kind, tick, **plan):
     """Fault of the arm."""
     return {"kind": kind, "port": "arm", "first_tick": tick, **plan}
 
 
-def clock(kind: str, tick: int, **plan: Any) -> Mapping[str, Any]:
+def clock(kind, tick, **plan):
     """Fault of the clock."""
     return {"kind": kind, "port": "clock", "first_tick": tick, **plan}
 
 
-def weak(**limits: Any) -> dict[str, Any]:
+def weak(**limits):
     """Limits of the supervisor, some of them weaker."""
     return {"supervision": limits}
 
 
-def square(**options: float) -> dict[str, Any]:
+def square(**options):
     """Settings of a square peg, inserted in six degrees of freedom."""
     task = {"name": "insertion-6dof", "tare_ticks": 7, "ready_height_mm": 1.0, "time_limit_s": 4.0}
     own = {"corners": 4.0, "corner_mm": 20.5, "inside_mm": 2.0} | options
@@ -46,7 +43,7 @@ def square(**options: float) -> dict[str, Any]:
     }
 
 
-def dead(tick: int) -> tuple[Mapping[str, Any], ...]:
+def dead(tick):
     """Force sensor that gives its noise and nothing else."""
     return (
         force("unit", tick, factor=1e-4),

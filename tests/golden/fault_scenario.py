@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
-from palpate.adapters.config import RunConfig, overlay, scenario
+from palpate.adapters.config import overlay, scenario
 from palpate.adapters.experiments import (
     baseline,
     build_perception,
@@ -28,17 +28,13 @@ from palpate.core.ports import (
     CommandReason,
     DeviceDecorator,
     ForceSensor,
-    JointCommand,
-    Rig,
     WrenchKind,
-    WrenchSample,
 )
 from palpate.core.supervision import weaker_settings
-from palpate.core.trial import Task
 from tests.support.faults import FaultPlan, faulty
 from tests.support.memory_sink import MemorySink
 
-_MAX_AGE_NS: Final = 10**12
+_MAX_AGE_NS = 10**12
 """Ports do not mark delayed samples as stale: the supervisor has to notice."""
 
 
@@ -72,11 +68,11 @@ class FaultScenario:
 class _AnsweringArm(DeviceDecorator, ArmCommand):
     """Arm that reports another applied command in some ticks."""
 
-    def __init__(self, arm: ArmCommand, answers: Mapping[int, tuple[int, float, CommandReason]]) -> None:
+    def __init__(self, arm, answers):
         super().__init__(arm)
         self._arm, self._answers, self._sends = arm, answers, -1
 
-    def send(self, command: JointCommand) -> AppliedCommand:
+    def send(self, command):
         self._sends += 1
         applied = self._arm.send(command)
         if self._sends not in self._answers:
@@ -86,18 +82,18 @@ class _AnsweringArm(DeviceDecorator, ArmCommand):
         angles[joint] = angle_rad
         return AppliedCommand(tuple(angles), reason)
 
-    def stop(self) -> None:
+    def stop(self):
         self._arm.stop()
 
 
 class _OddSensor(DeviceDecorator, ForceSensor):
     """Force sensor that marks samples as tared, or whose clock is ahead in some ticks."""
 
-    def __init__(self, sensor: ForceSensor, one: FaultScenario) -> None:
+    def __init__(self, sensor, one):
         super().__init__(sensor)
         self._sensor, self._first, self._ahead, self._reads = sensor, one.tared_from, one.ahead, -1
 
-    def read(self) -> WrenchSample:
+    def read(self):
         self._reads += 1
         sample = self._sensor.read()
         if self._reads in self._ahead:
@@ -109,10 +105,10 @@ class _OddSensor(DeviceDecorator, ForceSensor):
 class _Outside(LoopObserver):
     """Events from outside the core."""
 
-    def __init__(self, at: tuple[int, str] | None, rig: Rig, task: Task) -> None:
+    def __init__(self, at, rig, task):
         self._at, self._rig, self._task = at, rig, task
 
-    def waited(self, tick: int, deadline_ns: int) -> None:
+    def waited(self, tick, deadline_ns):
         if self._at is None or tick != self._at[0]:
             return
         if self._at[1] == "stop":
@@ -123,7 +119,7 @@ class _Outside(LoopObserver):
             raise DeviceError("operator", "the run was ended")
 
 
-def configured(one: FaultScenario) -> RunConfig:
+def configured(one):
     """Return its settings: a short trial and a short retraction."""
     supervision = {"retract_mm": 0.5} | one.settings.get("supervision", {})
     table = {"task": {"time_limit_s": 0.5}, **one.settings}
@@ -131,7 +127,7 @@ def configured(one: FaultScenario) -> RunConfig:
     return overlay(replace(scenario("paper"), seed=17), table)
 
 
-def recorded(one: FaultScenario) -> bytes:
+def recorded(one):
     """Run the trial and return its log."""
     config, sink = configured(one), MemorySink()
     ready = ready_pose(config)

@@ -14,7 +14,7 @@ from io import StringIO
 from pathlib import Path
 
 from palpate.adapters.cli.main import main
-from palpate.adapters.log import TrialLog, read_log
+from palpate.adapters.log import read_log
 from tests.golden.fault_scenario import recorded
 from tests.golden.scenarios import SCENARIOS
 
@@ -26,7 +26,7 @@ _SHORT = ("--task.time-limit-s", "1.5", *_QUICK)
 _SHALLOW = ("--task.insertion-depth-mm", "2", "--cell.peg.hole-depth-mm", "2", *_QUICK)
 _CORNER = ("--task", "insertion-6dof", "--policy", "corner-first", "--trials", "1")
 
-COMMANDS: dict[str, tuple[str, ...]] = {
+COMMANDS = {
     # Learners, each with what it learned in the trials before: the log is that of the last trial.
     "train-paper": ("train", "--trials", "8", "--seed", "11", *_SHORT),
     "train-sarsa": (
@@ -105,7 +105,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     ),
 }  # fmt: skip
 
-CLAIMS: dict[str, str] = {
+CLAIMS = {
     "train-hmm": "time limit",
     "train-sarsa": "inserted",
     "train-belief": "inserted",
@@ -118,11 +118,11 @@ CLAIMS: dict[str, str] = {
 }
 """Outcome and trip reason that logs must have; other recipes show a learner, however its trial ends."""
 
-NAMES: tuple[str, ...] = (*COMMANDS, *SCENARIOS)
+NAMES = (*COMMANDS, *SCENARIOS)
 """All golden logs."""
 
 
-def shown(log: TrialLog) -> str:
+def shown(log):
     """Return outcome and trip reason of a log, or what raised the error that ended it."""
     if log.end is None:
         return "cut short"
@@ -130,7 +130,7 @@ def shown(log: TrialLog) -> str:
     return ", ".join([log.end.outcome or f"error, {log.end.raised_by}", *trips])
 
 
-def record(name: str, to: Path) -> None:
+def record(name, to):
     """Run the fault scenario of that name, or the command, and keep the log of its last trial."""
     if name in SCENARIOS:
         to.write_bytes(recorded(SCENARIOS[name]))
@@ -140,7 +140,7 @@ def record(name: str, to: Path) -> None:
         shutil.copyfile(sorted((out / "logs").glob("*.mcap"))[-1], to)
 
 
-def _run(name: str, folder: Path) -> Path:
+def _run(name, folder):
     """Run the command of that name; return its run folder.
 
     A policy with the name of a command is the one that this command saves.
@@ -156,7 +156,7 @@ def _run(name: str, folder: Path) -> Path:
     return out
 
 
-def record_all(names: list[str]) -> int:
+def record_all(names):
     """Record these logs and report those that do not show what their recipes claim."""
     wrong = 0
     for name in names:

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
-
 from tests.golden.fault_plans import EXPLORING, SOON, arm, clock, dead, force, joints, square, weak
 from tests.golden.fault_scenario import FaultScenario
 from tests.golden.scenarios_supervision import COMMANDS, LIMITS, SAMPLES
 
-_LONG: Final = {"task": {"time_limit_s": 4.0}}
+_LONG = {"task": {"time_limit_s": 4.0}}
 
 
-def _shallow(depth_mm: float, hole_mm: float, arm: str = "zebra-zero", **task: Any) -> dict[str, Any]:
+def _shallow(depth_mm, hole_mm, arm="zebra-zero", **task):
     """A short insertion."""
     peg = {"hole_depth_mm": hole_mm}
     return {"arm": arm, "task": {"time_limit_s": 4.0, "insertion_depth_mm": depth_mm} | task, "cell": {"peg": peg}}
 
 
-INSERTIONS: Final[dict[str, FaultScenario]] = {
+INSERTIONS = {
     "straight-in": FaultScenario(
         "inserted",
         settings=_shallow(1.0, 1.0, **SOON, surface_uncertainty_mm=0.0),
@@ -76,7 +74,7 @@ INSERTIONS: Final[dict[str, FaultScenario]] = {
 }
 """Insertions without a sensor fault: outcomes and arms."""
 
-SENSOR_FAULTS: Final[dict[str, FaultScenario]] = {
+SENSOR_FAULTS = {
     "fault-dead-early": FaultScenario("safety trip, PLATE_NOT_FELT", dead(0)),
     "fault-dead": FaultScenario("safety trip, CONTACT_MISMATCH", dead(EXPLORING), _LONG),
     "fault-dead-6dof": FaultScenario("safety trip, CONTACT_MISMATCH", dead(60), square(), policy="corner-first"),
@@ -115,4 +113,4 @@ SENSOR_FAULTS: Final[dict[str, FaultScenario]] = {
 }
 """Sensor faults that have a mechanism."""
 
-SCENARIOS: Final[dict[str, FaultScenario]] = {**SAMPLES, **LIMITS, **COMMANDS, **INSERTIONS, **SENSOR_FAULTS}
+SCENARIOS = {**SAMPLES, **LIMITS, **COMMANDS, **INSERTIONS, **SENSOR_FAULTS}

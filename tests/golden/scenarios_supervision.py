@@ -3,26 +3,25 @@
 from __future__ import annotations
 
 from math import nan
-from typing import Final
 
 from palpate.core.ports import CommandReason
 from tests.golden.fault_plans import EXPLORING, arm, clock, force, joints, square, weak
 from tests.golden.fault_scenario import FaultScenario
 
 _VELOCITY, _POSITION = CommandReason.VELOCITY_LIMIT, CommandReason.POSITION_LIMIT
-_EARLY: Final = {"task": {"tare_ticks": 8, "ready_height_mm": 0.5}}
+_EARLY = {"task": {"tare_ticks": 8, "ready_height_mm": 0.5}}
 """With these it explores in tick 84."""
-_JUMPS: Final = {"max_tracking_error_mrad": 500.0, "max_joint_velocity_share": 5.0}
+_JUMPS = {"max_tracking_error_mrad": 500.0, "max_joint_velocity_share": 5.0}
 """Encoders may jump, so that the tip's place trips."""
 
 
-def _walled(tick: int, joint: int, jump_rad: float, **margins: float) -> FaultScenario:
+def _walled(tick, joint, jump_rad, **margins):
     """Encoders place the tip outside the workspace."""
     fault = joints("spike", tick, magnitude=jump_rad, channels=(joint,))
     return FaultScenario("safety trip, WORKSPACE", (fault,), weak(**_JUMPS, **margins))
 
 
-SAMPLES: Final[dict[str, FaultScenario]] = {
+SAMPLES = {
     "trip-invalid": FaultScenario("sensor fault, SAMPLE_INVALID", (force("nan", 20),)),
     "trip-joints-invalid": FaultScenario("sensor fault, SAMPLE_INVALID", (joints("nan", 20),)),
     "trip-force-stale": FaultScenario("safety trip, SAMPLE_STALE", (force("delay", 20, delay_ticks=9),)),
@@ -45,7 +44,7 @@ SAMPLES: Final[dict[str, FaultScenario]] = {
 }
 """Samples that are invalid, late, repeated, flat or missing."""
 
-LIMITS: Final[dict[str, FaultScenario]] = {
+LIMITS = {
     "trip-force-tared": FaultScenario(
         "safety trip, FORCE_LIMIT", settings=weak(max_force_N=4.0, unexpected_contact_N=2.0)
     ),
@@ -105,7 +104,7 @@ LIMITS: Final[dict[str, FaultScenario]] = {
 }
 """Forces, torques, joints and places beyond their limits."""
 
-COMMANDS: Final[dict[str, FaultScenario]] = {
+COMMANDS = {
     "command-not-finite": FaultScenario("error, port", (arm("nan", 20),)),
     "answer-not-finite": FaultScenario("sensor fault, COMMAND_NOT_FINITE", answers={20: (4, nan, _POSITION)}),
     "trip-command-jumps": FaultScenario("safety trip, COMMAND_JUMP", answers={20: (4, 9.0, _POSITION)}),

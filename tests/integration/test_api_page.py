@@ -15,14 +15,14 @@ EXAMPLES = [re.findall(r"```python\n(.*?)```", text, re.DOTALL)[0] for text in P
 TABLE = [re.findall(r"`(palpate[\w.]+)`: (.*)", line) for line in PAGE.splitlines() if line.startswith("|")]
 
 
-def test_the_examples_run_one_after_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_examples_run_one_after_the_other(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("examples").symlink_to(ROOT / "examples")
     for number, example in enumerate(EXAMPLES):
         exec(compile(example, f"example {number + 1}", "exec"), {"__name__": f"example_{number}"})
 
 
-def test_the_examples_are_typed(tmp_path: Path) -> None:
+def test_the_examples_are_typed(tmp_path):
     for number, example in enumerate(EXAMPLES):
         (tmp_path / f"example_{number}.py").write_text(example, encoding="utf-8")
     # In the project's folder, so that what make lint has found out about the sources is not found out again.
@@ -34,6 +34,6 @@ def test_the_examples_are_typed(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("line", [pair for pairs in TABLE for pair in pairs], ids=lambda pair: pair[0])
-def test_every_name_on_the_page_is_there(line: tuple[str, str]) -> None:
+def test_every_name_on_the_page_is_there(line):
     module, names = import_module(line[0]), re.findall(r"`(\w+)`", line[1].split(";")[0])
     assert [name for name in names if not hasattr(module, name)] == []

@@ -1,10 +1,8 @@
 """Trials under conditions that were drawn: told in table and log, equal in a resumed run, and set up again."""
 
 import csv
-from pathlib import Path
 
 from palpate.adapters.log import describe, info_of, read_log
-from tests.command_line import CommandLine
 
 DRAWN = ("tilt_heading_deg", "zero_heading_deg", "clearance_mm")
 CHANGING = (
@@ -13,7 +11,7 @@ CHANGING = (
 )  # fmt: skip
 
 
-def test_what_was_drawn_is_told_and_the_same_again(palpate: CommandLine, tmp_path: Path) -> None:
+def test_what_was_drawn_is_told_and_the_same_again(palpate, tmp_path):
     palpate.succeed("train", *CHANGING, "--trials", 3, "--out", "whole")
     palpate.succeed("train", *CHANGING, "--trials", 1, "--out", "parts")
     palpate.succeed("train", "--resume", "--trials", 3, "--out", "parts")

@@ -9,7 +9,7 @@ from tests.support.tool import TOOL
 POSES = 2000
 
 
-def test_the_tip_is_where_the_counts_say() -> None:
+def test_the_tip_is_where_the_counts_say():
     kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
     transmission = Transmission()
     rng = np.random.default_rng(0)

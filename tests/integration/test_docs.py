@@ -5,11 +5,9 @@ import re
 import shlex
 import sys
 import tomllib
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
@@ -17,21 +15,21 @@ from docs.site.notebook import BEGIN, notebook_of
 from palpate.adapters.cli.arguments import flags_of
 from palpate.adapters.cli.commands import COMMANDS, GROUPS, options_of
 from palpate.adapters.config import RunConfig, overlay
-from tests.command_line import QUICK, CommandLine
+from tests.command_line import QUICK
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = [*sorted(DOCS.rglob("*.md")), *sorted(ROOT.glob("*.md"))]
 
 
-def blocks(page: Path) -> list[tuple[str, list[str]]]:
+def blocks(page):
     """Fenced blocks of a page: language and lines."""
     found = re.findall(r"^```(\w*)\n(.*?)^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
     return [(language, text.splitlines()) for language, text in found]
 
 
 @cache
-def anchors(page: Path) -> set[str]:
+def anchors(page):
     """What links can point at within a page."""
     text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
     titles = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
@@ -42,7 +40,7 @@ OURS = ("palpate ", "python ", "pytest ", "make ")
 """Beginnings of lines that are about palpate; a shell's other words are not tried."""
 
 
-def commands_in(page: Path) -> Iterator[str]:
+def commands_in(page):
     """Commands of a page, whole and without comments."""
     for language, lines in blocks(page):
         text = "\n".join(lines).replace("\\\n", " ")
@@ -52,12 +50,12 @@ def commands_in(page: Path) -> Iterator[str]:
                     yield line
 
 
-def shape(line: str) -> str:
+def shape(line):
     """A line without its numbers: another machine may be a little quicker, or have other versions."""
     return " ".join(re.sub(r"\d[\d.]*", "#", line).split())
 
 
-def test_every_link_leads_somewhere() -> None:
+def test_every_link_leads_somewhere():
     lost = []
     for page in PAGES:
         for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
@@ -70,7 +68,7 @@ def test_every_link_leads_somewhere() -> None:
     assert lost == []
 
 
-def shortened(line: str) -> str:
+def shortened(line):
     """The same command, but quick."""
     if line.startswith("palpate train"):
         return shlex.join([*shlex.split(line), *QUICK, "--trials", "2"])
@@ -79,16 +77,16 @@ def shortened(line: str) -> str:
     return line
 
 
-def test_the_tutorial(palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_tutorial(palpate, tmp_path, monkeypatch):
     """Its notebook, cell by cell in this process; the page has the same text and commands."""
     written = (DOCS / "tutorial.ipynb").read_text(encoding="utf-8")
     assert written == notebook_of((DOCS / "tutorial.md").read_text(encoding="utf-8")), "python -m docs.site.notebook"
-    shown: list[bytes] = []
+    shown = []
     monkeypatch.setitem(sys.modules, "IPython.display", SimpleNamespace(Image=bytes, display=shown.append))
     printed, short, what_ifs = "", False, 0
-    names: dict[str, Any] = {}
+    names = {}
 
-    def run(line: str) -> None:
+    def run(line):
         nonlocal printed, short, what_ifs
         quick = shortened(f"palpate {line}").removeprefix("palpate ")
         done = palpate(*shlex.split(quick))
@@ -115,13 +113,13 @@ def test_the_tutorial(palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.
     assert (tmp_path / "runs" / "used" / "report.html").is_file()
 
 
-def test_a_notebook_without_what_it_needs_says_so_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_notebook_without_what_it_needs_says_so_in_a_line(monkeypatch):
     monkeypatch.setitem(sys.modules, "IPython", None)
     with pytest.raises(SystemExit, match=r"pip install 'palpate\[notebook\]' \(.*IPython"):
         exec(BEGIN, {})
 
 
-def test_policies_of_ones_own(palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_policies_of_ones_own(palpate, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(DOCS.parent / "examples" / "strange_policies"))
     for language, lines in blocks(DOCS / "how-to" / "your-own-policy.md"):
         if language == "toml":
@@ -140,14 +138,14 @@ def test_policies_of_ones_own(palpate: CommandLine, tmp_path: Path, monkeypatch:
 @pytest.mark.parametrize(
     "page", [DOCS / "how-to" / "your-own-policy.md", DOCS / "commands.md"], ids=lambda page: page.stem
 )
-def test_settings_that_are_shown_are_settings(page: Path) -> None:
+def test_settings_that_are_shown_are_settings(page):
     shown = [lines for language, lines in blocks(page) if language == "toml"]
     assert shown
     for lines in shown:
         overlay(RunConfig(), tomllib.loads("\n".join(lines)))
 
 
-def test_every_shown_command_and_option_exists() -> None:
+def test_every_shown_command_and_option_exists():
     lost = []
     for page in PAGES:
         for line in (line for line in commands_in(page) if line.startswith("palpate ")):

@@ -26,10 +26,10 @@ class Example:
     In this process, because loading simulator and learners would take longer than the examples do.
     """
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+    def __init__(self, monkeypatch, capfd):
         self._monkeypatch, self._capfd = monkeypatch, capfd
 
-    def code(self, name: str, *words: object) -> int:
+    def code(self, name, *words):
         """The exit code of a call."""
         path = EXAMPLES / f"{name}.py"
         with self._monkeypatch.context() as patched:
@@ -43,7 +43,7 @@ class Example:
                 return end.code if isinstance(end.code, int) else int(end.code is not None)
         return 0
 
-    def printed(self, name: str, out: Path) -> str:
+    def printed(self, name, out):
         """What the quick form prints; it must go well, and end by telling where to look.
 
         A call with a slip of the pen must do nothing before.
@@ -60,7 +60,7 @@ class Example:
         assert [str(place) for place in found if not place.exists()] == []
         return printed
 
-    def complaint(self, name: str, *words: object) -> str:
+    def complaint(self, name, *words):
         """The last line of what a refused call says."""
         assert self.code(name, *words) == 2
         printed, complaint = self._capfd.readouterr()
@@ -70,16 +70,16 @@ class Example:
 
 
 @pytest.fixture
-def example(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Example:
+def example(monkeypatch, capfd):
     return Example(monkeypatch, capfd)
 
 
-def test_every_example_is_here() -> None:
+def test_every_example_is_here():
     # A policy, which tests/cli/test_ask_a_person.py runs.
     assert {path.stem for path in EXAMPLES.glob("*.py")} == {*ALL, "ask_a_person"}
 
 
-def test_train_and_look(example: Example, tmp_path: Path) -> None:
+def test_train_and_look(example, tmp_path):
     out = tmp_path / "out"
     printed = example.printed("train_and_look", out)
     assert printed.count(" s of exploration, ") == 3
@@ -90,34 +90,34 @@ def test_train_and_look(example: Example, tmp_path: Path) -> None:
     assert "already holds a run" in example.complaint("train_and_look", "--quick", "--out", out)
 
 
-def test_own_policy(example: Example, tmp_path: Path) -> None:
+def test_own_policy(example, tmp_path):
     printed = example.printed("own_policy", tmp_path / "out")
     assert re.search(r"^torque: \d of 3 inserted, median \d+\.\d\d s$", printed, re.MULTILINE)
     (inserted,) = re.findall(r"^homing: (\d) of 3 inserted", printed, re.MULTILINE)
     assert int(inserted) >= 2
 
 
-def test_clearance_study(example: Example, tmp_path: Path) -> None:
+def test_clearance_study(example, tmp_path):
     printed = example.printed("clearance_study", tmp_path / "out")
     assert "2 of 2 conditions are finished" in printed
     assert re.search(r"^torque, hole of 29.3 mm: \d+% inserted, median \d\.\d\d s$", printed, re.MULTILINE)
 
 
-def test_replay_gate(example: Example, tmp_path: Path) -> None:
+def test_replay_gate(example, tmp_path):
     printed = example.printed("replay_gate", tmp_path / "out")
     assert "2 of 2 equal in every bit" in printed
     assert "the core's code is not the one that recorded" in printed
     assert re.findall(r"^exit code (\d)$", printed, re.MULTILINE) == ["0", "1"]
 
 
-def test_infer_automaton(example: Example, tmp_path: Path) -> None:
+def test_infer_automaton(example, tmp_path):
     printed = example.printed("infer_automaton", tmp_path / "out")
     (letters,) = re.findall(r"^letters: 4 states, (\S+) steps", printed, re.MULTILINE)
     (automaton,) = re.findall(r"^automaton: \d+ states, (\S+) steps", printed, re.MULTILINE)
     assert float(automaton) < float(letters)
 
 
-def test_system_identification(example: Example, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_system_identification(example, tmp_path, capfd):
     """A cell with friction 0.35 for 0.2, springs of 0.7, a wrench 20 ms late and a plate that is 0.8 mm higher."""
     config = replace(scenario("paper"), seed=11)
     other = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0, plate_mm=0.8)
@@ -133,5 +133,5 @@ def test_system_identification(example: Example, tmp_path: Path, capfd: pytest.C
     assert found["plate_mm"] == pytest.approx(1.8, abs=0.15)
 
 
-def test_system_identification_refuses_what_holds_no_contact(example: Example, tmp_path: Path) -> None:
+def test_system_identification_refuses_what_holds_no_contact(example, tmp_path):
     assert example.code("system_identification", tmp_path) == 2

@@ -1,7 +1,5 @@
 """Simulated trials with injected faults: every fault stops the trial in time, or does no harm."""
 
-from collections.abc import Callable
-
 import pytest
 
 from palpate.adapters.config import RunConfig
@@ -12,7 +10,6 @@ from tests.support.fault_trials import (
     Bench,
     Case,
     Fault,
-    FaultRun,
     Verdict,
     cases,
     device_faults,
@@ -25,14 +22,14 @@ CONFIG = RunConfig()
 DEVICES = device_faults(CONFIG.supervision)
 
 
-def run(keep: Callable[[Case], bool], config: RunConfig = CONFIG, *, supervised: bool = True) -> list[FaultRun]:
+def run(keep, config=CONFIG, *, supervised=True):
     return [
         run for runs in run_cases(config, cases(config, [0], keep), "torque", supervised=supervised) for run in runs
     ]
 
 
 @pytest.mark.parametrize("fault", DEVICES[::3], ids=lambda fault: fault.name)
-def test_a_device_that_fails_stops_the_trial_in_time_or_does_no_harm(fault: Fault) -> None:
+def test_a_device_that_fails_stops_the_trial_in_time_or_does_no_harm(fault):
     [one] = run(lambda case: case.fault == fault and case.phase == "explore")
     assert one.delivered
     assert one.safe_stop
@@ -40,13 +37,13 @@ def test_a_device_that_fails_stops_the_trial_in_time_or_does_no_harm(fault: Faul
     assert bool(one.cause) is (one.verdict is Verdict.DETECTED)
 
 
-def test_without_the_supervisor_faults_do_harm() -> None:
+def test_without_the_supervisor_faults_do_harm():
     spike = "joint_encoder spike 0.1 rad"
     [one] = run(lambda case: case.fault.name == spike and case.phase == "explore", supervised=False)
     assert one.verdict is Verdict.FAILED
 
 
-def test_a_tilted_corner_is_not_pushed_on_when_the_sensor_shows_a_tenth_of_the_force_inverted() -> None:
+def test_a_tilted_corner_is_not_pushed_on_when_the_sensor_shows_a_tenth_of_the_force_inverted():
     config = config_of("square", "asked", "zebra-zero", {})
     [fault] = [each for each in sensor_faults() if each.name == "sign flipped and times 0.1"]
     [[one]] = run_cases(config, [Case(fault, "explore", 0)], "corner-first")
@@ -70,9 +67,7 @@ BACKLOG = {"kind": "lag", "time_s": 0.05, "honest": False}
     ],
 )
 @pytest.mark.parametrize("phase", ["approach", "explore"])
-def test_what_comes_late_under_new_times_or_does_not_follow_is_found(
-    name: str, plan: dict[str, object], phase: str
-) -> None:
+def test_what_comes_late_under_new_times_or_does_not_follow_is_found(name, plan, phase):
     with SimulatedRig(CONFIG, ready_pose(CONFIG)) as rig:
         bench = Bench(CONFIG, rig, "torque", supervised=True)
         ticks = bench.ticks(1)[phase]
@@ -81,7 +76,7 @@ def test_what_comes_late_under_new_times_or_does_not_follow_is_found(
     assert one.peak_force_N < 60.0
 
 
-def test_fresh_noise_is_added_after_the_fault_on_every_channel() -> None:
+def test_fresh_noise_is_added_after_the_fault_on_every_channel():
     noisy = [fault for fault in sensor_faults() if fault.name.endswith("fresh noise")]
     for fault in noisy:
         *_, force, torque = fault.at(5, 0, SensorFacts(0.1, 0.004))

@@ -17,33 +17,33 @@ ELSEWHERE = {Outcome.DONE, Outcome.OUT_OF_TOLERANCE, Outcome.NO_CONTACT}
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_golden_log_replays(name: str) -> None:
+def test_golden_log_replays(name):
     one = replay_file(GOLDEN / f"{name}.mcap", Rebuilder())
     told = explanation(one, Changes(), strict=False)
     assert one.verdict in (Verdict.EQUAL, Verdict.NOT_BIT_COMPARABLE), told
 
 
-def test_there_are_no_others() -> None:
+def test_there_are_no_others():
     logs = sorted(GOLDEN.glob("*.mcap"))
     assert sorted(log.stem for log in logs) == sorted(NAMES)
 
 
-def test_golden_logs_show_what_their_recipes_claim() -> None:
+def test_golden_logs_show_what_their_recipes_claim():
     assert {name: shown(read_log(GOLDEN / f"{name}.mcap")) for name in CLAIMS} == CLAIMS
 
 
-def test_golden_logs_show_every_outcome_and_trip_reason() -> None:
+def test_golden_logs_show_every_outcome_and_trip_reason():
     claimed = {word for claim in CLAIMS.values() for word in claim.split(", ")}
     assert {one.value for one in set(Outcome) - ELSEWHERE} <= claimed
     assert {reason.name for reason in TripReason} <= claimed
 
 
-def test_no_two_golden_logs_are_alike() -> None:
+def test_no_two_golden_logs_are_alike():
     ticks = {name: b"".join(read_log(GOLDEN / f"{name}.mcap").ticks) for name in NAMES}
     assert len(set(ticks.values())) == len(NAMES)
 
 
 @pytest.mark.parametrize("name", ["first-joints-invalid", "first-kind", "trip-invalid"])
-def test_one_rebuilder_replays_what_a_latch_ended_and_what_comes_after(name: str) -> None:
+def test_one_rebuilder_replays_what_a_latch_ended_and_what_comes_after(name):
     rebuilder = Rebuilder()
     assert [replay_file(GOLDEN / f"{name}.mcap", rebuilder).verdict for _ in range(2)] == [Verdict.EQUAL] * 2

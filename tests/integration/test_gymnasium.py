@@ -6,7 +6,7 @@ import re
 import runpy
 import subprocess
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +19,8 @@ from palpate.adapters import gymnasium_envs
 from palpate.adapters.experiments import build_perception, learning_policy
 from palpate.adapters.gymnasium_envs import PEG_INSERTION, PEG_INSERTION_6DOF
 from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
-from palpate.core.policy import Observation, Policy, Transition, learner_of
+from palpate.core.policy import Observation, Transition, learner_of
 from palpate.core.trial.report import Purpose, generator
-from tests.command_line import CommandLine
 
 NOWHERE = (0.0, 0.0, 0.0)
 SHORT = {"task": {"time_limit_s": 0.5}}
@@ -30,7 +29,7 @@ SQUARE = {
     "scenario": "blind-square",
     "config": {"learner": "skills", "task": {"time_limit_s": 2.5, "options": CORNERS}},
 }
-KINDS: list[tuple[str, dict[str, Any]]] = [
+KINDS = [
     (PEG_INSERTION, {"config": SHORT}),
     (PEG_INSERTION, {"config": SHORT, "actions": "continuous"}),
     (PEG_INSERTION, {"config": SHORT, "observations": "raw", "scenario": "blind", "arm": "ur5"}),
@@ -41,7 +40,7 @@ kinds = pytest.mark.parametrize(("name", "arguments"), KINDS)
 
 
 @kinds
-def test_gymnasiums_own_checker_finds_nothing(name: str, arguments: dict[str, Any]) -> None:
+def test_gymnasiums_own_checker_finds_nothing(name, arguments):
     # Warnings are errors here.
     env = gymnasium.make(name, **arguments)
     check_env(env.unwrapped)
@@ -50,7 +49,7 @@ def test_gymnasiums_own_checker_finds_nothing(name: str, arguments: dict[str, An
     env.close()
 
 
-def test_an_environment_can_be_made_by_its_name_alone_and_names_load_nothing_heavy() -> None:
+def test_an_environment_can_be_made_by_its_name_alone_and_names_load_nothing_heavy():
     program = (
         "import gymnasium, sys\n"
         "import palpate.adapters.gymnasium_envs\n"
@@ -66,14 +65,14 @@ def test_an_environment_can_be_made_by_its_name_alone_and_names_load_nothing_hea
     assert (done.stdout, done.stderr) == (f"[]\n{PEG_INSERTION} True\n", "")
 
 
-def test_without_gymnasium_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_gymnasium_the_remedy_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "gymnasium", None)
     monkeypatch.setitem(sys.modules, "gymnasium.envs.registration", None)
     with pytest.raises(ModuleNotFoundError, match=r"need Gymnasium: pip install 'palpate\[gymnasium\]'"):
         runpy.run_path(str(gymnasium_envs.__file__))
 
 
-def in_bytes(*parts: Any) -> bytes:
+def in_bytes(*parts):
     """Everything that an environment returned, to the last bit; floats too, and types."""
     return b"|".join(
         part.dtype.str.encode() + part.tobytes() if isinstance(part, (np.ndarray, np.generic))
@@ -84,7 +83,7 @@ def in_bytes(*parts: Any) -> bytes:
     )  # fmt: skip
 
 
-def episodes(env: gymnasium.Env[Any, Any], seed: int, count: int, steps: int = 4) -> list[bytes]:
+def episodes(env, seed, count, steps=4):
     """Episodes under random actions, the same for the same seed."""
     env.action_space.seed(seed)
     said = []
@@ -99,7 +98,7 @@ def episodes(env: gymnasium.Env[Any, Any], seed: int, count: int, steps: int = 4
 
 
 @pytest.mark.parametrize(("name", "arguments"), [KINDS[1], KINDS[2], KINDS[4]])
-def test_equal_seeds_and_actions_give_equal_bytes_whatever_was_before(name: str, arguments: dict[str, Any]) -> None:
+def test_equal_seeds_and_actions_give_equal_bytes_whatever_was_before(name, arguments):
     env, other = gymnasium.make(name, **arguments), gymnasium.make(name, **arguments)
     first = episodes(env, 7, 2)
     between = episodes(env, 8, 1)
@@ -112,7 +111,7 @@ def test_equal_seeds_and_actions_give_equal_bytes_whatever_was_before(name: str,
     other.close()
 
 
-def test_example_of_the_guide_inserts_a_square_peg_by_options(capsys: pytest.CaptureFixture[str]) -> None:
+def test_example_of_the_guide_inserts_a_square_peg_by_options(capsys):
     guide = (Path(__file__).parents[2] / "docs/how-to/use-gymnasium.md").read_text(encoding="utf-8")
     section = guide.partition("## palpate/PegInsertion6Dof-v0")[2]
     exec(section.split("```python\n")[1].partition("```")[0], {})
@@ -122,7 +121,7 @@ def test_example_of_the_guide_inserts_a_square_peg_by_options(capsys: pytest.Cap
 Told = Callable[[int, bool, dict[str, Any]], None]
 
 
-def learn_outside(env: Any, policy: Policy, seed: int, trials: Iterable[int], tell: Told) -> None:
+def learn_outside(env, policy, seed, trials, tell):
     """Let a policy of palpate act and learn through the environment, by what any agent is told."""
     for trial in trials:
         state, info = env.reset(seed=seed, options={"trial": trial})
@@ -151,9 +150,7 @@ def learn_outside(env: Any, policy: Policy, seed: int, trials: Iterable[int], te
         ),
     ],
 )
-def test_a_learner_has_the_same_trials_through_the_environment(
-    palpate: CommandLine, tmp_path: Path, arguments: dict[str, Any], words: str, outcomes: set[str]
-) -> None:
+def test_a_learner_has_the_same_trials_through_the_environment(palpate, tmp_path, arguments, words, outcomes):
     seed, trials = 18, 3
     always = ("--trials", trials, "--seed", seed, "--recording.no-enabled", "--out", tmp_path)
     palpate.succeed("train", *words.split(), *always)
@@ -164,7 +161,7 @@ def test_a_learner_has_the_same_trials_through_the_environment(
     policy = learning_policy(run, build_perception(run))
     rows = []
 
-    def tell(trial: int, terminated: bool, info: dict[str, Any]) -> None:
+    def tell(trial, terminated, info):
         rows.append(
             {
                 "trial": str(trial),

@@ -2,8 +2,8 @@
 
 import pytest
 
-from palpate.adapters.config import RunConfig, compose
-from palpate.adapters.experiments import Run, TrialRow, ready_pose
+from palpate.adapters.config import compose
+from palpate.adapters.experiments import Run, ready_pose
 
 
 @pytest.mark.parametrize(
@@ -17,16 +17,16 @@ from palpate.adapters.experiments import Run, TrialRow, ready_pose
     ],
     ids=["turned sensor", "bent tool", "long tool", "inclined plate", "hole in a wall"],
 )
-def test_the_torque_rule_inserts_whatever_the_poses_are(tool: object, place: object) -> None:
+def test_the_torque_rule_inserts_whatever_the_poses_are(tool, place):
     config = compose("job", "q-learning", {"arm": "ur10"}, job={"part": {}, "tool": tool, "place": place})
     assert [row.success for row in rows(config)] == [True, True]
 
 
-def test_a_longer_tool_keeps_the_flange_farther_from_the_plate() -> None:
+def test_a_longer_tool_keeps_the_flange_farther_from_the_plate():
     short = compose("job", job={"part": {}, "tool": {"tip_mm": (0.0, 0.0, 140.0)}})
     long = compose("job", job={"part": {}, "tool": {"tip_mm": (0.0, 0.0, 200.0)}})
     assert ready_pose(short).q_rad.tolist() != ready_pose(long).q_rad.tolist()
 
 
-def rows(config: RunConfig) -> list[TrialRow]:
+def rows(config):
     return Run(config).evaluate(2, "torque").rows

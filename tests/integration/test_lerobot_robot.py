@@ -8,16 +8,14 @@ import importlib
 import importlib.util
 import sys
 import tomllib
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
 
-from palpate.adapters.log import DecisionEntry, EndRecord, ReinforcementEntry, TickRecord, read_log
+from palpate.adapters.log import DecisionEntry, EndRecord, ReinforcementEntry, read_log
 from palpate.core.errors import LogError
 from palpate.core.ports import JointSample, Validity, WrenchSample
 from tests.unit.adapters.log.made_logs import POSTURE, start, tick, write_log
@@ -32,8 +30,8 @@ class StandInConfig:
     kinds: dict[str, type]
 
     @classmethod
-    def register_subclass(cls, name: str) -> Any:
-        def register(kind: type) -> type:
+    def register_subclass(cls, name):
+        def register(kind):
             cls.kinds[name] = kind
             return kind
 
@@ -43,22 +41,22 @@ class StandInConfig:
 class StandInRobot:
     """Of LeRobot's ``Robot`` nothing but that it takes a configuration."""
 
-    def __init__(self, config: StandInConfig) -> None:
+    def __init__(self, config):
         self.robot_type = self.name  # type: ignore[attr-defined]
 
 
 class StandInDataset:
     """Of LeRobot's ``LeRobotDataset`` that it takes only frames that are as their features say."""
 
-    def __init__(self, features: dict[str, Any]) -> None:
+    def __init__(self, features):
         self.features, self.frames, self.episodes, self.finished = features, [], 0, False
         made.append(self)
 
     @classmethod
-    def create(cls, repo_id: str, fps: int, features: dict[str, Any], **_: Any) -> Any:
+    def create(cls, repo_id, fps, features, **_):
         return cls(features)
 
-    def add_frame(self, frame: dict[str, Any]) -> None:
+    def add_frame(self, frame):
         assert frame.keys() == {*self.features, "task"}
         for name, feature in self.features.items():
             value = frame[name]
@@ -72,18 +70,18 @@ class StandInDataset:
         }
         self.frames.append({**plain, "episode_index": self.episodes})
 
-    def save_episode(self) -> None:
+    def save_episode(self):
         self.episodes += 1
 
-    def finalize(self) -> None:
+    def finalize(self):
         self.finished = True
 
 
-made: list[StandInDataset] = []
+made = []
 
 
 @pytest.fixture
-def plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+def plugin(monkeypatch):
     """The package, over LeRobot or the stand-in."""
     if importlib.util.find_spec("lerobot") is None:
         parts = {
@@ -106,14 +104,14 @@ def plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
         del sys.modules[name]
 
 
-def test_lerobot_finds_it_by_its_name_and_its_module_by_that() -> None:
+def test_lerobot_finds_it_by_its_name_and_its_module_by_that():
     project = tomllib.loads((PACKAGE / "pyproject.toml").read_text())["project"]
     # LeRobot imports what a distribution is called, when that begins with lerobot_robot_.
     assert project["name"] == NAME
     assert (PACKAGE / NAME / "__init__.py").is_file()
 
 
-def test_it_records_wrench_source_times_and_the_applied_command(plugin: Any, tmp_path: Path) -> None:
+def test_it_records_wrench_source_times_and_the_applied_command(plugin, tmp_path):
     settings = tmp_path / "quick.toml"
     settings.write_text("[task]\ntime_limit_s = 0.6\n[cell]\nhole_uncertainty_mm = 3.0\n")
     config = plugin.PalpateConfig(settings=str(settings), seed=3)
@@ -147,13 +145,13 @@ def test_it_records_wrench_source_times_and_the_applied_command(plugin: Any, tmp
 
 
 @pytest.fixture
-def dataset(plugin: Any) -> Any:
+def dataset(plugin):
     """The module that writes and reads datasets."""
     made.clear()
     return importlib.import_module(f"{NAME}.dataset")
 
 
-def exact(number: int, **changes: Any) -> TickRecord:
+def exact(number, **changes):
     """A tick at the very time of the control rate, with a wrench of 2 ms before."""
     now = 123 + number * 1_000_000_000 // 140
     wrench = WrenchSample((0.1 * number, -1.0, 3.0), (0.01, 0.02, 0.03), now - 2_000_000, now, number)
@@ -161,11 +159,11 @@ def exact(number: int, **changes: Any) -> TickRecord:
     return tick(number, time_ns=now, deadline_ns=now, wrench=wrench, joints=joints, **changes)
 
 
-def frames(dataset: Any, folder: Path, ticks: list[TickRecord], fps: int, **more: Any) -> Any:
+def frames(dataset, folder, ticks, fps, **more):
     return dataset.frames_of(read_log(write_log(folder / "a.mcap", ticks, **more)), fps)
 
 
-def test_fewer_frames_take_the_newest_tick_and_interpolate_nothing(dataset: Any, tmp_path: Path) -> None:
+def test_fewer_frames_take_the_newest_tick_and_interpolate_nothing(dataset, tmp_path):
     found = frames(dataset, tmp_path, [exact(k) for k in range(141)], 30)
     assert found["tick"].tolist() == [k * 140 // 30 for k in range(31)]
     assert found["observation.wrench"][:, 0] == pytest.approx(0.1 * found["tick"])
@@ -174,7 +172,7 @@ def test_fewer_frames_take_the_newest_tick_and_interpolate_nothing(dataset: Any,
     assert found["observation.wrench_age_s"] == pytest.approx(ages_s + 0.002, abs=1e-8)
 
 
-def test_an_invalid_sample_leaves_the_one_before(dataset: Any, tmp_path: Path) -> None:
+def test_an_invalid_sample_leaves_the_one_before(dataset, tmp_path):
     bad = WrenchSample((0.0,) * 3, (0.0,) * 3, 5, 5, 9, Validity.INVALID)  # type: ignore[arg-type]
     silent = replace(exact(0), wrench=None, asked_rad=None, applied=None)
     found = frames(dataset, tmp_path, [silent, exact(1), replace(exact(2), wrench=bad), exact(3)], 140)
@@ -186,7 +184,7 @@ def test_an_invalid_sample_leaves_the_one_before(dataset: Any, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("fps", [7, 30, 140, 400])
-def test_rewards_are_neither_lost_nor_counted_twice(dataset: Any, tmp_path: Path, fps: int) -> None:
+def test_rewards_are_neither_lost_nor_counted_twice(dataset, tmp_path, fps):
     earned = [ReinforcementEntry(tick=k, number=k, reinforcement=-1.0 - k) for k in (0, 1, 14, 28, 28, 59)]
     found = frames(dataset, tmp_path, [exact(k) for k in range(60)], fps, others=earned)
     assert found["next.reward"].sum() == sum(entry.reinforcement for entry in earned)
@@ -201,14 +199,12 @@ def test_rewards_are_neither_lost_nor_counted_twice(dataset: Any, tmp_path: Path
         (EndRecord(tick=1, error="DeviceError"), False, False),
     ],
 )
-def test_success_by_truth_or_else_by_outcome(
-    dataset: Any, tmp_path: Path, end: EndRecord | None, success: bool, ended: bool
-) -> None:
+def test_success_by_truth_or_else_by_outcome(dataset, tmp_path, end, success, ended):
     found = frames(dataset, tmp_path, [exact(0), exact(1)], 140, end=end)
     assert (found["next.success"].tolist(), found["next.done"].tolist()) == ([False, success], [False, ended])
 
 
-def test_a_log_is_an_episode_and_its_examples_come_back(dataset: Any, tmp_path: Path) -> None:
+def test_a_log_is_an_episode_and_its_examples_come_back(dataset, tmp_path):
     told = [
         DecisionEntry(tick=14 * (k + 1), number=k, symbol="s", state="s", action=action, source="learned", index=index)
         for k, (action, index) in enumerate((("-x", 4), ("rest", None), ("+y", 2)))
@@ -230,7 +226,7 @@ def test_a_log_is_an_episode_and_its_examples_come_back(dataset: Any, tmp_path: 
         dataset.examples_in(made[0].frames)
 
 
-def test_logs_of_two_arms_are_refused(dataset: Any, tmp_path: Path) -> None:
+def test_logs_of_two_arms_are_refused(dataset, tmp_path):
     paths = [
         write_log(tmp_path / "a.mcap", [exact(0)]),
         write_log(tmp_path / "b.mcap", [exact(0)], begin=start(arm="ur5")),

@@ -3,10 +3,7 @@
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
-from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
@@ -14,13 +11,13 @@ from palpate.adapters.replay import pytest_plugin
 from tests.support.log_surgery import changed, indices, messages_of, one_ulp, write_log
 
 
-def run_pytest(laboratory: Path, *words: object) -> subprocess.CompletedProcess[str]:
+def run_pytest(laboratory, *words):
     call = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *map(str, words)]
     return subprocess.run(call, cwd=laboratory, capture_output=True, text=True, check=False, timeout=120)
 
 
 @pytest.fixture
-def laboratory(tmp_path: Path, golden_here: Callable[[str], Path]) -> Path:
+def laboratory(tmp_path, golden_here):
     """Someone's repository with two recorded trials and no tests of its own."""
     (tmp_path / "trials").mkdir()
     for name in ("train-paper", "torque-ur5"):
@@ -28,7 +25,7 @@ def laboratory(tmp_path: Path, golden_here: Callable[[str], Path]) -> Path:
     return tmp_path
 
 
-def test_every_log_is_a_test_beside_others_and_one_that_differs_fails_in_one_line(laboratory: Path) -> None:
+def test_every_log_is_a_test_beside_others_and_one_that_differs_fails_in_one_line(laboratory):
     (laboratory / "test_own.py").write_text("def test_own():\n    pass\n")
     sound = laboratory / "trials" / "torque-ur5.mcap"
     messages = messages_of(sound)
@@ -44,7 +41,7 @@ def test_every_log_is_a_test_beside_others_and_one_that_differs_fails_in_one_lin
     assert "Traceback" not in done.stdout
 
 
-def test_a_folder_that_is_not_there_is_a_wrong_call(request: pytest.FixtureRequest) -> None:
-    config: Any = SimpleNamespace(getoption={"palpate_logs": ["nowhere"]}.get)
+def test_a_folder_that_is_not_there_is_a_wrong_call(request):
+    config = SimpleNamespace(getoption={"palpate_logs": ["nowhere"]}.get)
     with pytest.raises(pytest.UsageError, match="--palpate-logs: nowhere: is not there"):
         pytest_plugin.pytest_collection_modifyitems(request.session, config, [])

@@ -14,14 +14,14 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
-def pages(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+def pages(tmp_path_factory):
     """All pages, and the navigation as TOML."""
     folder = tmp_path_factory.mktemp("site") / "pages"
     nav = build.write_pages(folder)
     return folder, build.toml(nav)
 
 
-def test_every_page_is_in_the_navigation_and_every_link_leads_to_one(pages: tuple[Path, str]) -> None:
+def test_every_page_is_in_the_navigation_and_every_link_leads_to_one(pages):
     folder, nav = pages
     written = sorted(folder.rglob("*.md"))
     assert len(written) > 90
@@ -35,7 +35,7 @@ def test_every_page_is_in_the_navigation_and_every_link_leads_to_one(pages: tupl
 
 
 @pytest.mark.parametrize("address", ["", "https://code.example/palpate"])
-def test_links_follow_the_one_setting(address: str) -> None:
+def test_links_follow_the_one_setting(address):
     text = "![a](docs/a.png) [b](docs/b.md#c) [d](#e) [f](https://g)\n```md\n[h](i.md)\n```\n"
     led = relinked(text, "README.md", lambda path: in_repository(address, path, picture=path.endswith("png")))
     blob = f"[b]({address}/blob/main/docs/b.md#c)" if address else "b"
@@ -43,9 +43,7 @@ def test_links_follow_the_one_setting(address: str) -> None:
     assert led == f"{picture} {blob} [d](#e) [f](https://g)\n```md\n[h](i.md)\n```\n"
 
 
-def test_without_the_extra_one_line_says_what_to_install(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_without_the_extra_one_line_says_what_to_install(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(build, "find_spec", lambda name: None)
     monkeypatch.setattr(sys, "argv", ["build", "--out", str(tmp_path / "site")])
     assert build.main() == 2
@@ -61,5 +59,5 @@ def test_without_the_extra_one_line_says_what_to_install(
         ("The manifold reports it.", []),
     ],
 )
-def test_odd_word_is_found_outside_code_and_addresses(text: str, words: list[tuple[int, str]]) -> None:
+def test_odd_word_is_found_outside_code_and_addresses(text, words):
     assert [(line, word) for line, word, _ in found(text)] == words

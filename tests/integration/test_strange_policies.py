@@ -3,31 +3,30 @@
 import importlib
 import struct
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from palpate.adapters.files import load_policy
-from palpate.adapters.log import RawMessage, read_log
+from palpate.adapters.log import read_log
 from palpate.adapters.replay.batch import not_checked, replay_file
-from palpate.adapters.replay.engine import Replay, Verdict
+from palpate.adapters.replay.engine import Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
 from tests.command_line import CommandLine, shared_folder
-from tests.support.log_surgery import Change, changed, indices, messages_of, one_ulp, write_log
+from tests.support.log_surgery import changed, indices, messages_of, one_ulp, write_log
 
 PACKAGE = Path(__file__).parents[2] / "examples" / "strange_policies"
 DRIFT = "strange_policies.drift:Drift"
 
 
-def forget() -> None:
+def forget():
     for name in [name for name in sys.modules if name.startswith(("strange_policies", "badly_made", "ill_made"))]:
         del sys.modules[name]
     importlib.invalidate_caches()
 
 
 @pytest.fixture(autouse=True)
-def forgetful() -> Iterator[None]:
+def forgetful():
     """No test finds modules that one before has left, or leaves some behind."""
     forget()
     yield
@@ -35,16 +34,16 @@ def forgetful() -> Iterator[None]:
 
 
 @pytest.fixture
-def installed(monkeypatch: pytest.MonkeyPatch) -> None:
+def installed(monkeypatch):
     """The package can be imported, as one that pip has installed can."""
     monkeypatch.syspath_prepend(str(PACKAGE))
 
 
 @pytest.fixture(scope="module")
-def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def trained(tmp_path_factory):
     """A training of two trials by the stranger's learner."""
 
-    def make(out: Path) -> None:
+    def make(out):
         with pytest.MonkeyPatch.context() as patched:
             patched.syspath_prepend(str(PACKAGE))
             CommandLine().succeed("train", "--policy", DRIFT, "--trials", 2, "--out", out)
@@ -53,14 +52,14 @@ def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return shared_folder(tmp_path_factory, "strange", make)
 
 
-def replayed(messages: list[RawMessage], folder: Path) -> Replay:
+def replayed(messages, folder):
     path = folder / "changed.mcap"
     path.unlink(missing_ok=True)
     return replay_file(write_log(path, messages), Rebuilder())
 
 
 @pytest.mark.usefixtures("installed")
-def test_it_is_trained_run_shown_and_compared(palpate: CommandLine, trained: Path) -> None:
+def test_it_is_trained_run_shown_and_compared(palpate, trained):
     document = load_policy(trained / "policy.json")
     assert document.foreign is not None
     assert document.foreign.trials_learned == 2
@@ -81,9 +80,7 @@ def test_it_is_trained_run_shown_and_compared(palpate: CommandLine, trained: Pat
     assert learned[0] == learned[1]
 
 
-def test_trials_replay_with_its_code_and_without_it(
-    palpate: CommandLine, trained: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_trials_replay_with_its_code_and_without_it(palpate, trained, monkeypatch):
     without = palpate.succeed("replay", trained)
     assert "2 of 2 equal in every bit" in without
     assert "of 2 of them the decisions were taken from the log" in without
@@ -97,13 +94,13 @@ def test_trials_replay_with_its_code_and_without_it(
     assert "taken from the log" not in with_code
 
 
-def turned(values: list[float], place: int) -> None:
+def turned(values, place):
     """One of the bits in the middle of a number; the last ones of a sample may be lost in rounding."""
     (bits,) = struct.unpack("<q", struct.pack("<d", values[place]))
     (values[place],) = struct.unpack("<d", struct.pack("<q", bits ^ 1 << 30))
 
 
-ALTERED: list[tuple[str, Change]] = [
+ALTERED = [
     ("/tick", lambda made: one_ulp("asked_rad", 2)(made)),
     ("/tick", lambda made: turned(made.wrench.force_N, 2)),
     ("/decision", one_ulp("displacement_m", 0)),
@@ -116,9 +113,7 @@ ALTERED: list[tuple[str, Change]] = [
 
 
 @pytest.mark.parametrize("code", [True, False])
-def test_one_changed_bit_is_found_in_either_way(
-    trained: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: bool
-) -> None:
+def test_one_changed_bit_is_found_in_either_way(trained, tmp_path, monkeypatch, code):
     if code:
         monkeypatch.syspath_prepend(str(PACKAGE))
     messages = messages_of(trained / "logs" / "trial-00000.mcap")
@@ -130,7 +125,7 @@ def test_one_changed_bit_is_found_in_either_way(
         altered = changed(messages, places[len(places) // 2], change)
         assert replayed(altered, tmp_path).verdict is not Verdict.EQUAL, topic
 
-    def elsewhere(made: object) -> None:
+    def elsewhere(made):
         made.policy_json = made.policy_json.replace("Drift", "Drifs")  # type: ignore[attr-defined]
 
     assert replayed(changed(messages, 0, elsewhere), tmp_path).verdict is Verdict.REFUSED
@@ -163,9 +158,7 @@ class Stillborn(Bad):
 """
 
 
-def test_one_that_fails_in_a_trial_stops_the_arm_and_leaves_a_log_that_says_whose_fault_it_was(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_one_that_fails_in_a_trial_stops_the_arm_and_leaves_a_log_that_says_whose_fault_it_was(palpate, monkeypatch):
     monkeypatch.syspath_prepend(str(Path.cwd()))
     Path("badly_made.py").write_text(BAD.format(does="raise ZeroDivisionError('oh')"))
     words = ("run", "--policy", "badly_made:Bad", "--cell.hole-uncertainty-mm", 3, "--seed", 3, "--out")
@@ -188,9 +181,7 @@ def test_one_that_fails_in_a_trial_stops_the_arm_and_leaves_a_log_that_says_whos
     assert (alone.verdict, "ended by PolicyError" in alone.note) == (Verdict.EQUAL, True)
 
 
-def test_one_that_changes_the_working_folder_moves_no_result(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_one_that_changes_the_working_folder_moves_no_result(palpate, monkeypatch):
     monkeypatch.syspath_prepend(str(Path.cwd()))
     Path("badly_made.py").write_text(BAD.format(does="pass"))
     quick = ("--policy", "badly_made:Wanderer", "--task.time-limit-s", 0.5)
@@ -201,9 +192,7 @@ def test_one_that_changes_the_working_folder_moves_no_result(
     assert "2 of 2 equal in every bit" in printed
 
 
-def test_one_that_cannot_even_begin_is_refused_before_a_folder_is_made(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_one_that_cannot_even_begin_is_refused_before_a_folder_is_made(palpate, monkeypatch):
     monkeypatch.syspath_prepend(str(Path.cwd()))
     Path("ill_made.py").write_text(BAD.format(does="pass"))
     Path("broken.py").write_text("1 / 0\n")
@@ -223,9 +212,7 @@ def test_one_that_cannot_even_begin_is_refused_before_a_folder_is_made(
 
 
 @pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
-def test_a_network_of_torchscript_is_run_and_replayed(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_a_network_of_torchscript_is_run_and_replayed(palpate, monkeypatch, tmp_path):
     torch = importlib.import_module("torch")
     layer = torch.nn.Linear(12, 8)
     with torch.no_grad():
@@ -242,7 +229,7 @@ def test_a_network_of_torchscript_is_run_and_replayed(
     assert "another network than the one of this log" in palpate("replay", "net").stdout
 
 
-def field(number: int, value: int | bytes | str) -> bytes:
+def field(number, value):
     """A field of a Protocol Buffers message, with numbers and lengths below 128 in one byte, others in two."""
     if isinstance(value, int):
         return bytes([number << 3, value])
@@ -251,10 +238,10 @@ def field(number: int, value: int | bytes | str) -> bytes:
     return bytes([number << 3 | 2, *([size] if size < 128 else [size & 127 | 128, size >> 7])]) + content
 
 
-def onnx_file(weights: list[float]) -> bytes:
+def onnx_file(weights):
     """A network of twelve inputs and eight outputs, one matrix, as an ONNX file; no package for that is installed."""
 
-    def vector(size: int) -> bytes:
+    def vector(size):
         shape = b"".join(field(1, field(1, length)) for length in (1, size))
         return field(2, field(1, field(1, 1) + field(2, shape)))
 
@@ -267,7 +254,7 @@ def onnx_file(weights: list[float]) -> bytes:
 
 
 @pytest.fixture
-def onnx_network(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> tuple[object, ...]:
+def onnx_network(monkeypatch, tmp_path):
     (tmp_path / "net.onnx").write_bytes(onnx_file([k / 96 - 0.5 for k in range(96)]))
     monkeypatch.syspath_prepend(str(PACKAGE))
     monkeypatch.setenv("STRANGE_NETWORK", str(tmp_path / "net.onnx"))
@@ -275,13 +262,11 @@ def onnx_network(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> tuple[objec
     return ("run", "--policy", "strange_policies.network:Network", *quick, "--out", "net")
 
 
-def test_a_network_of_onnx_is_run_and_replayed(palpate: CommandLine, onnx_network: tuple[object, ...]) -> None:
+def test_a_network_of_onnx_is_run_and_replayed(palpate, onnx_network):
     palpate.succeed(*onnx_network)
     assert "1 of 1 equal in every bit" in palpate.succeed("replay", "net")
 
 
-def test_without_onnxruntime_a_line_says_what_to_install(
-    palpate: CommandLine, onnx_network: tuple[object, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_onnxruntime_a_line_says_what_to_install(palpate, onnx_network, monkeypatch):
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
     assert "net.onnx needs onnxruntime: pip install onnxruntime" in palpate.refusal(*onnx_network)

@@ -2,7 +2,6 @@
 
 import importlib
 import sys
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,18 +9,16 @@ import pytest
 
 from palpate.adapters.config import task_kind
 from palpate.core.control_loop import run_trial
-from palpate.core.ports import WrenchSample
-from palpate.core.trial import ControlConfig, Outcome, TaskConfig, TrialReport
-from tests.command_line import CommandLine
+from palpate.core.trial import ControlConfig, Outcome, TaskConfig
 from tests.unit.core.fake_world import FakeWorld, measurement, tip_motion
 
 PACKAGE = Path(__file__).parents[2] / "examples" / "surface_follow"
 TASK = "surface_follow:SURFACE_FOLLOW"
-WAY: dict[str, float] = {"stroke_mm": 6.0, "way_mm": 9.0}
+WAY = {"stroke_mm": 6.0, "way_mm": 9.0}
 
 
 @pytest.fixture(autouse=True)
-def installed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def installed(monkeypatch):
     """The package can be imported, as an installed one can."""
     monkeypatch.syspath_prepend(str(PACKAGE))
     yield
@@ -29,21 +26,21 @@ def installed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     task_kind.cache_clear()
 
 
-def followed(world: FakeWorld, **options: float) -> TrialReport:
+def followed(world, **options):
     task, example = TaskConfig(name=TASK, options=WAY | options), importlib.import_module("surface_follow")
     follow = example.FollowTask(task, ControlConfig(damping_N_s_per_m=100.0), measurement(), tip_motion())
     with world:
         return run_trial(follow, world.ports, example.SURFACE_FOLLOW.setup(task, 1, 0))
 
 
-def sloping(slope: float) -> FakeWorld:
+def sloping(slope):
     world = FakeWorld()
     world.slope = slope
     return world
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.1, -0.1])
-def test_a_slope_is_led_ahead_of_the_force(slope: float) -> None:
+def test_a_slope_is_led_ahead_of_the_force(slope):
     led, yielding = (followed(sloping(slope), lead_ahead=lead) for lead in (1.0, 0.0))
     assert (led.outcome, yielding.outcome) == (Outcome.DONE, Outcome.DONE)
     rms_N = [float(report.events[-1].detail.split(" m, ")[1].split()[0]) for report in (led, yielding)]
@@ -53,16 +50,16 @@ def test_a_slope_is_led_ahead_of_the_force(slope: float) -> None:
     assert [event.name for event in led.events].count("verified") >= 2
 
 
-def test_an_error_above_the_tolerance_is_no_success() -> None:
+def test_an_error_above_the_tolerance_is_no_success():
     report = followed(sloping(0.1), lead_ahead=0.0, tolerance_N=0.1)
     assert report.outcome is Outcome.OUT_OF_TOLERANCE
 
 
-def stuck() -> Callable[[WrenchSample], WrenchSample]:
+def stuck():
     """Shows what is asked for from the first time on that it was felt."""
     pressed = False
 
-    def spoil(sample: WrenchSample) -> WrenchSample:
+    def spoil(sample):
         nonlocal pressed
         fx, fy, fz = sample.force_N
         pressed = pressed or fz < 6.0 - 4.8
@@ -71,15 +68,13 @@ def stuck() -> Callable[[WrenchSample], WrenchSample]:
     return spoil
 
 
-def halved(sample: WrenchSample) -> WrenchSample:
+def halved(sample):
     fx, fy, fz = sample.force_N
     return replace(sample, force_N=(fx, fy, 6.0 + 0.5 * (fz - 6.0)))
 
 
 @pytest.mark.parametrize(("spoil", "stiffness_N_per_mm"), [(stuck(), 0.0), (halved, 2.5)])
-def test_a_faulty_sensor_is_named_before_a_stroke(
-    spoil: Callable[[WrenchSample], WrenchSample], stiffness_N_per_mm: float
-) -> None:
+def test_a_faulty_sensor_is_named_before_a_stroke(spoil, stiffness_N_per_mm):
     world = FakeWorld()
     world.spoil = spoil
     report = followed(world)
@@ -88,7 +83,7 @@ def test_a_faulty_sensor_is_named_before_a_stroke(
     assert measured == pytest.approx(stiffness_N_per_mm, abs=0.8)
 
 
-def test_a_surface_that_is_not_there_ends_the_trial() -> None:
+def test_a_surface_that_is_not_there_ends_the_trial():
     report = followed(FakeWorld(height_m=0.012))
     assert report.outcome is Outcome.NO_CONTACT
     assert followed(sloping(0.3), relief_mm=0.5).outcome is Outcome.CONTACT_MISMATCH
@@ -97,9 +92,7 @@ def test_a_surface_that_is_not_there_ends_the_trial() -> None:
 SHORT = f"--task {TASK} --task.options stroke_mm 10 way_mm 12"
 
 
-def test_it_is_run_recorded_and_replayed_and_a_replay_without_the_package_is_refused(
-    palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_it_is_run_recorded_and_replayed_and_a_replay_without_the_package_is_refused(palpate, tmp_path, monkeypatch):
     out = tmp_path / "run"
     told = palpate.succeed("run", *SHORT.split(), "--arm", "ur5", "--trials", 1, "--out", out)
     assert told.startswith(f"{TASK}, ur5, scenario paper")
@@ -128,5 +121,5 @@ def test_it_is_run_recorded_and_replayed_and_a_replay_without_the_package_is_ref
         (f"compare {SHORT}", "asks no policy"),
     ],
 )
-def test_what_does_not_go_with_it_is_one_line(palpate: CommandLine, words: str, told: str) -> None:
+def test_what_does_not_go_with_it_is_one_line(palpate, words, told):
     palpate.refuses(words, told)

@@ -3,12 +3,10 @@
 import socket
 from pathlib import Path
 
-import pytest
-
 from palpate.adapters.contracts import FakeClock
 
 
-def test_a_client_that_leaves_within_a_tick_does_not_keep_the_next_one_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_client_that_leaves_within_a_tick_does_not_keep_the_next_one_waiting(monkeypatch):
     monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "examples" / "third_party_rig"))
     from third_party_rig.fake import FakeDevice
 

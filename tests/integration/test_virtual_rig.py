@@ -1,9 +1,7 @@
 """Rigs in virtual time: real drivers and emulated devices, and how old angles are that come over their wires."""
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -32,9 +30,7 @@ LATE = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
         ("ur10e", "ros2", "ros2", (0.0, 1.0)),
     ],
 )
-def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are(
-    kind: str, arm: str, force: str, age_ticks: tuple[float, float], tmp_path: Path
-) -> None:
+def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are(kind, arm, force, age_ticks, tmp_path):
     springs = {"control": {"axial_stiffness_N_per_mm": 3.5}}
     config = overlay(replace(scenario("paper"), seed=3, arm=kind), springs)
     run = Run(config, make_rig=lambda *parts: VirtualRig(*parts, arm, force, LATE, phase=0.4))
@@ -49,14 +45,14 @@ def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are
     assert age_ticks[0] < age < age_ticks[1]
 
 
-def struck(arm: str, force: str, strike: Callable[[VirtualRig], None], at_ns: int = 900_000_000) -> str:
+def struck(arm, force, strike, at_ns=900_000_000):
     """How a trial ends that is struck some time after its beginning."""
     config = replace(scenario("paper"), seed=3, arm="ur5" if arm == "ur-rtde" else "zebra-zero")
     run = Run(config, make_rig=lambda *parts: VirtualRig(*parts, arm, force, HiddenValues(), phase=0.4))
     with run.opened() as rig:
         prepare, timer = rig.prepare, Timer(rig.desk.clock)
 
-        def then(trial: int) -> None:
+        def then(trial):
             prepare(trial)
             timer.after(at_ns, lambda: strike(rig))
 
@@ -68,12 +64,12 @@ def struck(arm: str, force: str, strike: Callable[[VirtualRig], None], at_ns: in
     return "went on"
 
 
-def box_silent(rig: VirtualRig) -> None:
+def box_silent(rig):
     until_ns = rig.desk.clock.now_ns() + 200_000_000
     rig.cell.box.box.network = lambda datagrams: [] if rig.desk.clock.now_ns() < until_ns else datagrams
 
 
-def test_a_trial_that_ends_for_its_samples_says_which_device_and_what_its_wire_gave() -> None:
+def test_a_trial_that_ends_for_its_samples_says_which_device_and_what_its_wire_gave():
     said = struck("ur-rtde", "ati-netft", box_silent)
     told = r"stale \(ATI Net F/T: has sent nothing for 5. ms; check its power"
     assert re.search(f"^rig: trial 0: .*{told}", said), said
@@ -92,20 +88,18 @@ def test_a_trial_that_ends_for_its_samples_says_which_device_and_what_its_wire_g
         ("zebra-nmc", "jr3-can", "sensor-cable", "see that the sensor is plugged into its board"),
     ],
 )
-def test_a_rehearsed_fault_ends_a_trial_in_words_that_say_what_to_do(
-    arm: str, force: str, event: str, told: str
-) -> None:
+def test_a_rehearsed_fault_ends_a_trial_in_words_that_say_what_to_do(arm, force, event, told):
     assert told in struck(arm, force, lambda rig: rig.cell._faults[event]())
 
 
-def test_replies_of_a_motor_that_come_again_are_not_taken_for_another_s() -> None:
+def test_replies_of_a_motor_that_come_again_are_not_taken_for_another_s():
     """They carry no address: a trial in four ended as if a joint had moved at 4 rad/s."""
 
-    def again(rig: VirtualRig) -> None:
+    def again(rig):
         port, timer = rig.desk.port("arm"), Timer(rig.desk.clock)
         step = port.line.step
 
-        def twice(now_ns: int) -> list[bytes]:
+        def twice(now_ns):
             came = step(now_ns)
             for data in came:
                 timer.after(1_000_000, lambda data=data: port.put(data))
@@ -118,7 +112,7 @@ def test_replies_of_a_motor_that_come_again_are_not_taken_for_another_s() -> Non
     assert struck("zebra-nmc", "jr3-can", again, 540_000_000) == "went on"
 
 
-def test_squares_go_in_one_after_the_other_on_an_arm_that_lags(tmp_path: Path) -> None:
+def test_squares_go_in_one_after_the_other_on_an_arm_that_lags(tmp_path):
     """The second begins in the hole, with a turned tool; each pushes at walls with an arm 20 to 35 ms behind."""
     config = overlay(
         overlay(scenario("paper"), task_kind("insertion-6dof").preset),

@@ -23,7 +23,7 @@ sys.path[:] = [site, *(folder for folder in sys.path if folder not in roots)]
 """
 
 
-def call(*words: object, cwd: Path) -> str:
+def call(*words, cwd):
     done = subprocess.run(
         [sys.executable, *map(str, words)], cwd=cwd, capture_output=True, text=True, timeout=120, check=False
     )
@@ -32,7 +32,7 @@ def call(*words: object, cwd: Path) -> str:
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def wheel(tmp_path_factory):
     folder = tmp_path_factory.mktemp("wheel")
     call("-m", "hatchling", "build", "-t", "wheel", "-d", folder, cwd=ROOT)
     (path,) = folder.glob("*.whl")
@@ -40,7 +40,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def site(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def site(wheel, tmp_path_factory):
     """The wheel as pip installs it."""
     folder = tmp_path_factory.mktemp("site")
     words = ("--quiet", "--disable-pip-version-check", "--no-deps", "--no-index", "--target", folder)
@@ -48,12 +48,12 @@ def site(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def names_in(wheel: Path) -> set[str]:
+def names_in(wheel):
     with zipfile.ZipFile(wheel) as archive:
         return set(archive.namelist())
 
 
-def test_every_source_file_is_in_it(wheel: Path) -> None:
+def test_every_source_file_is_in_it(wheel):
     sources = {
         path.relative_to(ROOT / layer).as_posix()
         for layer in LAYERS
@@ -70,7 +70,7 @@ def test_every_source_file_is_in_it(wheel: Path) -> None:
     }
 
 
-def test_nothing_else_is_in_it(wheel: Path) -> None:
+def test_nothing_else_is_in_it(wheel):
     paths = [PurePosixPath(name) for name in names_in(wheel)]
     assert {path.parts[0] for path in paths} == {"palpate", f"palpate-{version('palpate')}.dist-info"}
     assert not [path for path in paths if path.stem.startswith("test_") or "tests" in path.parts]
@@ -78,7 +78,7 @@ def test_nothing_else_is_in_it(wheel: Path) -> None:
     assert PurePosixPath("palpate/__init__.py") not in paths
 
 
-def test_it_says_what_it_is(wheel: Path) -> None:
+def test_it_says_what_it_is(wheel):
     info = f"palpate-{version('palpate')}.dist-info"
     with zipfile.ZipFile(wheel) as archive:
         metadata = archive.read(f"{info}/METADATA").decode()
@@ -92,7 +92,7 @@ def test_it_says_what_it_is(wheel: Path) -> None:
     assert f"version: {version('palpate')}\n" in (ROOT / "CITATION.cff").read_text()
 
 
-def test_installed_it_is_on_its_own_and_trains(site: Path, tmp_path: Path) -> None:
+def test_installed_it_is_on_its_own_and_trains(site, tmp_path):
     train = ["train", "--trials", "1", "--task.time-limit-s", "0.3", "--out", "run"]
     calls = (["--version"], train, ["show", "run/policy.json"], ["rig", "new", "--job"])
     code = FROM_WHEEL + (

@@ -4,10 +4,8 @@ import json
 import os
 import subprocess
 import time
-from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -38,7 +36,7 @@ SETTINGS = Ros2ArmSettings(
 
 
 @pytest.fixture(params=DOMAINS)
-def distribution(request: pytest.FixtureRequest) -> str:
+def distribution(request):
     if not (PEERS / request.param / "installed").exists():
         pytest.skip(f"no rclpy of {request.param}: make ros2-check installs it where its wheels can be had")
     return str(request.param)
@@ -47,21 +45,21 @@ def distribution(request: pytest.FixtureRequest) -> str:
 class Peer:
     """A process of rclpy."""
 
-    def __init__(self, distribution: str, role: str, domain: int) -> None:
+    def __init__(self, distribution, role, domain):
         call = [str(PEERS / distribution / "bin" / "python"), str(Path(__file__).with_name("rclpy_peer.py")), role]
         env = {**os.environ, "ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(call, env=env, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, text=True)
 
-    def ended(self) -> dict[str, Any]:
+    def ended(self):
         """What it has seen."""
         seen, _ = self.process.communicate(timeout=20)
-        found: dict[str, Any] = json.loads(seen)
+        found = json.loads(seen)
         return found
 
 
 @contextmanager
-def peer(distribution: str, role: str, domain: int) -> Iterator[Peer]:
+def peer(distribution, role, domain):
     made = Peer(distribution, role, domain)
     try:
         yield made
@@ -71,7 +69,7 @@ def peer(distribution: str, role: str, domain: int) -> Iterator[Peer]:
 
 
 @contextmanager
-def opened(domain: int) -> Iterator[Ros2Arm]:
+def opened(domain):
     arm = Ros2Arm(link(domain, "/joint_states", JOINT_STATE), SETTINGS, now_ns=time.monotonic_ns, sleep=time.sleep)
     try:
         arm.open()
@@ -80,12 +78,12 @@ def opened(domain: int) -> Iterator[Ros2Arm]:
         arm.close()
 
 
-def link(domain: int, topic: str, kind: str) -> Ros2Link:
+def link(domain, topic, kind):
     network = Ros2Network(domain, "127.0.0.1", ("127.0.0.1",))
     return Ros2Link(network, (topic, kind), "/forward_position_controller/commands")
 
 
-def lead(arm: Ros2Arm, ticks: int) -> tuple[float, ...]:
+def lead(arm, ticks):
     goal = list(HOME)
     for _ in range(ticks):
         goal[5] += 0.001
@@ -94,7 +92,7 @@ def lead(arm: Ros2Arm, ticks: int) -> tuple[float, ...]:
     return tuple(goal)
 
 
-def test_rclpy_robot_is_driven_until_it_leaves(distribution: str) -> None:
+def test_rclpy_robot_is_driven_until_it_leaves(distribution):
     way = link(DOMAINS[distribution], "/force_torque_sensor_broadcaster/wrench", WRENCH)
     wrench = Ros2Wrench(way, "tool0")
     with peer(distribution, "robot", DOMAINS[distribution]) as robot, opened(DOMAINS[distribution]) as arm:
@@ -120,14 +118,14 @@ def test_rclpy_robot_is_driven_until_it_leaves(distribution: str) -> None:
     way.close()
 
 
-def test_subscriber_that_wants_another_quality_of_service_is_named(distribution: str) -> None:
+def test_subscriber_that_wants_another_quality_of_service_is_named(distribution):
     with peer(distribution, "picky", DOMAINS[distribution]), opened(DOMAINS[distribution]) as arm:
         problem = "wants std_msgs/msg/Float64MultiArray, .*TransientLocal.*; offered is .* volatile"
         with pytest.raises(DriverError, match=problem):
             arm.enable()
 
 
-def test_rclpy_client_drives_the_emulated_robot(distribution: str) -> None:
+def test_rclpy_client_drives_the_emulated_robot(distribution):
     robot = Ros2Robot(NAMES, HOME)
     with Ros2Server(robot, lambda now_ns: (1.0, 2.0, 3.0, 0.0, 0.0, 0.0), rate_Hz=140.0) as server:
         with peer(distribution, "client", server.domain) as client:
@@ -142,7 +140,7 @@ def test_rclpy_client_drives_the_emulated_robot(distribution: str) -> None:
     assert min(seen["joints"], seen["wrenches"]) > 10
 
 
-def test_rclpy_robot_that_is_killed_is_silence(distribution: str) -> None:
+def test_rclpy_robot_that_is_killed_is_silence(distribution):
     # One that was killed counts as a publisher for a while.
     domain = DOMAINS[distribution] - len(DOMAINS)
     with peer(distribution, "robot", domain) as robot, opened(domain) as arm:

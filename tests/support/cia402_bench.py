@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 from palpate.drivers.cia402 import ArmSettings, CanopenLink, Cia402Arm, JointDrive
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.lines.can_bus import BusFrame
@@ -16,68 +13,68 @@ PERIOD_NS = 1_000_000_000 // 140
 
 
 class FakeNotifier:
-    def __init__(self) -> None:
-        self.exception: Exception | None = None
+    def __init__(self):
+        self.exception = None
         self.stopped = False
 
 
 class FakeNetwork:
     """Looks like ``canopen.Network`` as far as the driver uses it."""
 
-    def __init__(self, nodes: list[CanopenDrive]) -> None:
+    def __init__(self, nodes):
         self.nodes = nodes
-        self.subscribers: dict[int, list[Callable[[int, bytearray, float], None]]] = {}
+        self.subscribers = {}
         self.notifier = FakeNotifier()
         self.now_ns = 1_000_000
-        self.sent: list[tuple[int, bytes]] = []
-        self.broken: Exception | None = None
+        self.sent = []
+        self.broken = None
 
-    def subscribe(self, can_id: int, callback: Callable[[int, bytearray, float], None]) -> None:
+    def subscribe(self, can_id, callback):
         self.subscribers.setdefault(can_id, []).append(callback)
 
-    def unsubscribe(self, can_id: int) -> None:
+    def unsubscribe(self, can_id):
         del self.subscribers[can_id]
 
-    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+    def send_message(self, can_id, data, remote=False):
         if self.broken is not None:
             raise self.broken
         self.sent.append((can_id, bytes(data)))
         for node in self.nodes:
             self.deliver(node.feed(can_id, bytes(data), self.now_ns))
 
-    def deliver(self, frames: list[BusFrame]) -> None:
+    def deliver(self, frames):
         for frame in frames:
             for callback in self.subscribers.get(frame.arbitration_id, []):
                 callback(frame.arbitration_id, bytearray(frame.data), 0.0)
 
-    def clock(self) -> int:
+    def clock(self):
         self.now_ns += 1_000
         return self.now_ns
 
-    def sleep(self, duration_s: float) -> None:
+    def sleep(self, duration_s):
         self.wait_until(self.now_ns + round(duration_s * 1e9))
 
-    def wait_until(self, end_ns: int) -> None:
+    def wait_until(self, end_ns):
         while self.now_ns < end_ns:
             self.now_ns = min(end_ns, self.now_ns + 500_000)
             for node in self.nodes:
                 self.deliver(node.advance(self.now_ns))
 
-    def disconnect(self) -> None:
+    def disconnect(self):
         self.notifier.stopped = True
 
 
-def mute(drive: CanopenDrive) -> None:
+def mute(drive):
     """It hears and obeys, and is heard no more."""
     drive.outgoing = lambda frames: []
 
 
-def on_answers(drive: CanopenDrive, change: Callable[[BusFrame], list[BusFrame]], times: int = 1 << 30) -> None:
+def on_answers(drive, change, times=1 << 30):
     """Have the next so many of its process data changed."""
     left = [times]
 
-    def outgoing(frames: list[BusFrame]) -> list[BusFrame]:
-        out: list[BusFrame] = []
+    def outgoing(frames):
+        out = []
         for frame in frames:
             is_answer = frame.arbitration_id == 0x180 + drive.node and left[0] > 0
             left[0] -= is_answer
@@ -87,22 +84,22 @@ def on_answers(drive: CanopenDrive, change: Callable[[BusFrame], list[BusFrame]]
     drive.outgoing = outgoing
 
 
-def lost(frame: BusFrame) -> list[BusFrame]:
+def lost(frame):
     return []
 
 
-def twice(frame: BusFrame) -> list[BusFrame]:
+def twice(frame):
     return [frame, frame]
 
 
-def short(frame: BusFrame) -> list[BusFrame]:
+def short(frame):
     return [BusFrame(frame.arbitration_id, frame.data[:-1])]
 
 
-def flipped(bit: int) -> Callable[[BusFrame], list[BusFrame]]:
+def flipped(bit):
     """A bit of the statusword the other way round."""
 
-    def change(frame: BusFrame) -> list[BusFrame]:
+    def change(frame):
         word = int.from_bytes(frame.data[:2], "little") ^ 1 << bit
         return [BusFrame(frame.arbitration_id, word.to_bytes(2, "little") + frame.data[2:])]
 
@@ -112,13 +109,13 @@ def flipped(bit: int) -> Callable[[BusFrame], list[BusFrame]]:
 class Delay:
     """Lets a drive's process data leave later."""
 
-    def __init__(self, network: FakeNetwork, drive: CanopenDrive, by_ns: int = 0) -> None:
+    def __init__(self, network, drive, by_ns=0):
         self.by_ns = by_ns
         self._network, self._identifier = network, 0x180 + drive.node
-        self._waiting: list[tuple[int, BusFrame]] = []
+        self._waiting = []
         drive.outgoing = self._outgoing
 
-    def _outgoing(self, frames: list[BusFrame]) -> list[BusFrame]:
+    def _outgoing(self, frames):
         now_ns = self._network.now_ns
         at_once = [frame for frame in frames if frame.arbitration_id != self._identifier]
         self._waiting += [(now_ns + self.by_ns, frame) for frame in frames if frame.arbitration_id == self._identifier]
@@ -130,7 +127,7 @@ class Delay:
 class Bench:
     """Six emulated drives and the arm that drives them."""
 
-    def __init__(self, **settings: Any) -> None:
+    def __init__(self, **settings):
         self.plant = IdealPlant()
         self.drives = [CanopenDrive(node, self.plant, axis) for axis, node in enumerate(NODES)]
         self.network = FakeNetwork(self.drives)
@@ -142,12 +139,12 @@ class Bench:
         # Waiting is what lets this bus go on; the lock is re-entrant, so frames may come in meanwhile.
         self.arm._exchange._mailbox._all_here.wait = self.network.sleep  # type: ignore[method-assign, assignment]
 
-    def enabled(self) -> Bench:
+    def enabled(self):
         self.arm.open()
         self.arm.enable()
         return self
 
-    def cycle(self, setpoint: float | tuple[float, ...] | None = None, times: int = 1) -> Any:
+    def cycle(self, setpoint=None, times=1):
         asked = (setpoint,) * 6 if isinstance(setpoint, float) else setpoint
         for _ in range(times):
             # Time goes on to the next tick, not by a period after however long the last one took.
@@ -155,13 +152,13 @@ class Bench:
             measured = self.arm.cycle(asked)
         return measured
 
-    def words(self) -> list[int]:
+    def words(self):
         """Controlwords sent to the first drive, in order, without repetitions."""
         words = [int.from_bytes(data[:2], "little") for can_id, data in self.network.sent if can_id == 0x201]
         return [word for i, word in enumerate(words) if i == 0 or words[i - 1] != word]
 
 
-def joints(scale: float = SCALE) -> tuple[JointDrive, ...]:
+def joints(scale=SCALE):
     return tuple(
         JointDrive(node=node, counts_per_rad=scale, lower_rad=-1.0, upper_rad=1.0, velocity_rad_per_s=1.0)
         for node in NODES

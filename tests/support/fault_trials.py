@@ -1,15 +1,15 @@
 """Simulated trials with injected faults: the list of faults, one trial with one of them, and its verdict."""
 
 import enum
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import tau
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from typing_extensions import override
 
-from palpate.adapters.config import RunConfig, task_kind
+from palpate.adapters.config import task_kind
 from palpate.adapters.experiments import (
     ChosenPolicy,
     build_supervisor,
@@ -25,23 +25,16 @@ from palpate.core.errors import PalpateError, PolicyError
 from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
-    AppliedCommand,
-    JointCommand,
-    SensorFacts,
-    Snapshot,
 )
-from palpate.core.supervision import SupervisionConfig, Supervisor
-from palpate.core.trial import Outcome, Phase, Task
+from palpate.core.trial import Outcome, Phase
 from tests.support.faults import FaultPlan, FaultyArm, faulty
 from tests.support.tool import TOOL
 
-HARDWARE_LIMIT_N: Final = 60.0
+HARDWARE_LIMIT_N = 60.0
 """A true force above this counts as damage: the paper's sensor saturates there."""
-PHASES: Final = tuple(
-    phase.value for phase in (Phase.TRANSFER, Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT)
-)
+PHASES = tuple(phase.value for phase in (Phase.TRANSFER, Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT))
 """Phases in which a fault can strike in every trial of an insertion."""
-_LATE_TICKS: Final = 3
+_LATE_TICKS = 3
 """Ticks that a stop may take after the first sign of a fault."""
 
 
@@ -65,7 +58,7 @@ class Fault:
     adversarial: bool = False
     noise_share: float = 0.0
 
-    def at(self, tick: int, seed: int, sensor: SensorFacts) -> list[FaultPlan]:
+    def at(self, tick, seed, sensor):
         """Return the plans for a fault that begins at a tick."""
         noise = [
             {"kind": "noise", "port": "force_sensor", "magnitude": self.noise_share * deviation, "channels": channels}
@@ -77,11 +70,11 @@ class Fault:
         ]
 
 
-def device_faults(config: SupervisionConfig) -> list[Fault]:
+def device_faults(config):
     """List faults of every kind on every port."""
     quiet_ticks, faults = config.max_repeats, list[Fault]()
 
-    def add(name: str, silent_ticks: int | None, *, plausible: bool = False, **plan: Any) -> None:
+    def add(name, silent_ticks, *, plausible=False, **plan):
         faults.append(Fault(name, (plan,), silent_ticks, plausible))
 
     for port in ("force_sensor", "joint_encoder"):
@@ -93,9 +86,9 @@ def device_faults(config: SupervisionConfig) -> list[Fault]:
         add(f"{port} repeats", quiet_ticks, kind="repeat", port=port)
         add(f"{port} not a number", 0, kind="nan", port=port)
         add(f"{port} disconnected", 0, kind="disconnect", port=port)
-    force: dict[str, Any] = {"port": "force_sensor"}
-    axial: dict[str, Any] = {**force, "channels": (2,)}
-    joints: dict[str, Any] = {"port": "joint_encoder"}
+    force = {"port": "force_sensor"}
+    axial = {**force, "channels": (2,)}
+    joints = {"port": "joint_encoder"}
     add("force_sensor frozen", config.max_equal_samples, kind="freeze", **force)
     add("force_sensor drifts 5 N/s", None, plausible=True, kind="bias-drift", magnitude=5.0, **axial)
     add("force_sensor spike 100 N", 0, kind="spike", magnitude=100.0, duration_ticks=1, **axial)
@@ -122,7 +115,7 @@ def device_faults(config: SupervisionConfig) -> list[Fault]:
     return faults
 
 
-def sensor_faults() -> list[Fault]:
+def sensor_faults():
     """List faults whose every sample could be true, alone and two at once; each lasts to the end of the trial."""
     force, joints = {"port": "force_sensor"}, {"port": "joint_encoder"}
     frozen, turned = {"kind": "freeze"} | force, {"kind": "unit", "factor": -1.0} | force
@@ -177,23 +170,23 @@ def sensor_faults() -> list[Fault]:
     ]  # fmt: skip
 
 
-def _sensor_fault(name: str, *plans: Mapping[str, Any], adversarial: bool = False, noise_share: float = 0.0) -> Fault:
+def _sensor_fault(name, *plans, adversarial=False, noise_share=0.0):
     return Fault(name, plans, plausible=True, adversarial=adversarial, noise_share=noise_share)
 
 
-def _noisy(name: str, *plans: Mapping[str, Any], adversarial: bool = False, share: float = 1.0) -> Fault:
+def _noisy(name, *plans, adversarial=False, share=1.0):
     return _sensor_fault(f"{name}, fresh noise", *plans, adversarial=adversarial, noise_share=share)
 
 
-def _scaled(factor: float) -> dict[str, Any]:
+def _scaled(factor):
     return {"kind": "unit", "port": "force_sensor", "factor": factor}
 
 
-def _swapped(one: int, other: int) -> dict[str, Any]:
+def _swapped(one, other):
     return {"kind": "swap", "port": "force_sensor", "channels": (one, other)}
 
 
-def all_faults(config: SupervisionConfig) -> list[Fault]:
+def all_faults(config):
     """List device faults, then sensor faults. A fault's place is part of the seed of its ticks."""
     return device_faults(config) + sensor_faults()
 
@@ -243,16 +236,16 @@ class FaultRun:
 class _Course(LoopObserver):
     """Keeps the newest tick, and whether a joint was outside its limits."""
 
-    def __init__(self, kinematics: Kinematics) -> None:
+    def __init__(self, kinematics):
         self.tick, self.left_limits = 0, False
         self._lower_rad, self._upper_rad = kinematics.lower_rad.tolist(), kinematics.upper_rad.tolist()
 
     @override
-    def waited(self, tick: int, deadline_ns: int) -> None:
+    def waited(self, tick, deadline_ns):
         self.tick = tick
 
     @override
-    def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
+    def sent(self, snapshot, command, applied):
         inside = map(lambda low, q, high: low <= q <= high, self._lower_rad, applied.position_rad, self._upper_rad)
         self.left_limits = self.left_limits or not all(inside)
 
@@ -264,11 +257,11 @@ class Bench:
         supervised: False lets every command through.
     """
 
-    def __init__(self, config: RunConfig, rig: SimulatedRig, policy: str, *, supervised: bool = True) -> None:
+    def __init__(self, config, rig, policy, *, supervised=True):
         self.config, self._rig, self._supervised = config, rig, supervised
         self._chosen, self._ready = ChosenPolicy(policy, config), ready_pose(config)
 
-    def ticks(self, seed: int) -> dict[str, list[int]]:
+    def ticks(self, seed):
         """Return the ticks of each phase of the trial of a seed without faults; a phase may come again."""
         task, _ = self._parts()
         self._rig.prepare(seed)
@@ -280,7 +273,7 @@ class Bench:
             phases.setdefault(phase, []).extend(range(tick, end))
         return phases
 
-    def run(self, fault: Fault, phase: str, tick: int, seed: int) -> FaultRun:
+    def run(self, fault, phase, tick, seed):
         """Run a trial with a fault from a tick on."""
         task, supervisor = self._parts()
         struck, error = list[int](), None
@@ -324,7 +317,7 @@ class Bench:
             verdict=verdict,
         )
 
-    def _parts(self) -> tuple[Task, Supervisor | None]:
+    def _parts(self):
         config = self.config
         task = build_task(config, self._ready, self._chosen.perception, self._chosen.on(self._rig))
         # A supervisor of its own for each trial, so that a latched trip does not hold up the next one.
@@ -332,9 +325,7 @@ class Bench:
         return task, supervisor
 
 
-def _stop_tick(
-    newest: int, supervisor: Supervisor | None, outcome: Outcome | None, error: PalpateError | None
-) -> int | None:
+def _stop_tick(newest, supervisor, outcome, error):
     """Return the tick in which the trial was stopped for a fault; None when it ended in the ordinary way."""
     if supervisor is not None and supervisor.trip is not None:
         return supervisor.trip.tick
@@ -342,13 +333,13 @@ def _stop_tick(
     return newest if error is not None or stopped else None
 
 
-def _cause(supervisor: Supervisor | None, error: PalpateError | None, task: Task) -> str:
+def _cause(supervisor, error, task):
     if supervisor is not None and supervisor.trip is not None:
         return supervisor.trip.text
     return str(error) if error is not None else task.report.events[-1].detail
 
 
-def _verdict(fault: Fault, ticks: int | None, lived: int, *, damage: bool, harmless: bool) -> Verdict:
+def _verdict(fault, ticks, lived, *, damage, harmless):
     """Judge a trial in which the fault struck.
 
     Args:
@@ -378,7 +369,7 @@ class Case:
     seed: int
 
 
-def cases(config: RunConfig, seeds: Sequence[int], keep: Callable[[Case], bool]) -> list[Case]:
+def cases(config, seeds, keep):
     """List every fault in every phase for every seed; sensor faults also from the first tick on."""
     every = (
         Case(fault, phase, seed)
@@ -390,11 +381,9 @@ def cases(config: RunConfig, seeds: Sequence[int], keep: Callable[[Case], bool])
     return [case for case in every if keep(case)]
 
 
-def run_cases(
-    config: RunConfig, chosen: Sequence[Case], policy: str, *, jobs: int = 1, supervised: bool = True
-) -> Iterator[list[FaultRun]]:
+def run_cases(config, chosen, policy, *, jobs=1, supervised=True):
     """Run trials, seed by seed; results do not depend on the number of processes."""
-    by_seed: dict[int, list[Case]] = {}
+    by_seed = {}
     for case in chosen:
         by_seed.setdefault(case.seed, []).append(case)
     work = [(config, own, policy, supervised) for own in by_seed.values()]
@@ -405,7 +394,7 @@ def run_cases(
     yield from in_processes(_one_seed, work, jobs)
 
 
-def _one_seed(config: RunConfig, own: Sequence[Case], policy: str, supervised: bool) -> list[FaultRun]:
+def _one_seed(config, own, policy, supervised):
     names, places = [fault.name for fault in all_faults(config.supervision)], (*PHASES, Phase.LIFT.value)
     with SimulatedRig(config, ready_pose(config)) as rig:
         bench = Bench(config, rig, policy, supervised=supervised)

@@ -12,10 +12,10 @@ ticks count from a port's first use.
 import zlib
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import copysign, nan
-from typing import Any, ClassVar, Final, Generic, NamedTuple, TypeAlias
+from typing import ClassVar, Generic, NamedTuple
 
 import numpy as np
 from typing_extensions import override
@@ -32,17 +32,15 @@ from palpate.core.ports import (
     JointCommand,
     JointEncoder,
     JointSample,
-    JointVector,
     Ports,
     SampleT,
-    Sensor,
     Validity,
     WrenchSample,
 )
 
-MAX_AGE_NS: Final = 5 * 1_000_000_000 // CONTROL_RATE_HZ
+MAX_AGE_NS = 5 * 1_000_000_000 // CONTROL_RATE_HZ
 """Age above which a sample that a fault holds back is marked ``STALE``, unless another is given: five ticks."""
-_NS: Final = 1_000_000_000
+_NS = 1_000_000_000
 
 
 @dataclass(frozen=True)
@@ -92,18 +90,18 @@ class Moment(NamedTuple):
     time_ns: int
 
 
-Notify: TypeAlias = Callable[[Moment], object]
+Notify = Callable[[Moment], object]
 """Called whenever a fault has changed something."""
 
 
 class Ticker:
     """Counts the ticks of one port: a use at a later time than the previous one begins a tick."""
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock):
         self._clock, self._tick = clock, 0
-        self._last_ns: int | None = None
+        self._last_ns = None
 
-    def moment(self) -> Moment:
+    def moment(self):
         now_ns = self._clock.now_ns()
         if self._last_ns is not None and now_ns > self._last_ns:
             self._tick += 1
@@ -114,16 +112,16 @@ class Ticker:
 class Schedule:
     """Decides in each tick whether a fault strikes."""
 
-    def __init__(self, plan: FaultPlan, notify: Notify | None) -> None:
+    def __init__(self, plan, notify):
         self.plan, self._notify = plan, notify
         # Without the name, losses on two ports with equal seeds would fall on the same ticks.
         name = zlib.crc32(f"{plan.port}.{plan.kind}".encode())
         self.rng = np.random.default_rng(np.random.SeedSequence(plan.seed, spawn_key=(name,)))
-        self._tick: int | None = None
-        self._begin: int | None = None
+        self._tick = None
+        self._begin = None
         self._strikes = False
 
-    def strikes(self, moment: Moment) -> bool:
+    def strikes(self, moment):
         """Return the same answer throughout a tick."""
         if moment.tick != self._tick:
             self._tick = moment.tick
@@ -132,37 +130,37 @@ class Schedule:
             self._strikes = self._lasts(moment.tick) and self._chance()
         return self._strikes
 
-    def delivered(self, moment: Moment) -> None:
+    def delivered(self, moment):
         if self._notify is not None:
             self._notify(moment)
 
-    def _lasts(self, tick: int) -> bool:
+    def _lasts(self, tick):
         duration = self.plan.duration_ticks
         return self._begin is not None and (duration == 0 or tick - self._begin < duration)
 
-    def _chance(self) -> bool:
+    def _chance(self):
         return self.plan.probability >= 1.0 or self.rng.random() < self.plan.probability
 
 
 # Faults of samples.
 
-_Change: TypeAlias = Callable[[int, float], float]
+_Change = Callable[[int, float], float]
 """A function of a channel's number and value."""
 
 
-def channels_of(sample: WrenchSample | JointSample) -> tuple[float, ...]:
+def channels_of(sample):
     """Return Fx Fy Fz Tx Ty Tz in N and Nm, or the joint angles in rad."""
     return (*sample.force_N, *sample.torque_Nm) if isinstance(sample, WrenchSample) else sample.position_rad
 
 
-def with_channels(sample: SampleT, values: Sequence[float], validity: Validity) -> SampleT:
+def with_channels(sample, values, validity):
     if isinstance(sample, WrenchSample):
         fx, fy, fz, tx, ty, tz = values
         return replace(sample, force_N=(fx, fy, fz), torque_Nm=(tx, ty, tz), validity=validity)
     return replace(sample, position_rad=tuple(values), validity=validity)
 
 
-def changed(values: JointVector, channels: Sequence[int], change: _Change) -> JointVector:
+def changed(values, channels, change):
     """Return the values with a change made to some of them, or to all where no channels are given."""
     chosen = channels or range(len(values))
     return tuple(change(i, value) if i in chosen else value for i, value in enumerate(values))
@@ -171,23 +169,23 @@ def changed(values: JointVector, channels: Sequence[int], change: _Change) -> Jo
 class SampleFault(ABC, Generic[SampleT]):
     """A fault between a sensor and its reader; each tick it either strikes or lets the sample pass."""
 
-    def __init__(self, plan: FaultPlan, rng: np.random.Generator) -> None:
+    def __init__(self, plan, rng):
         self.plan, self._rng = plan, rng
-        self._last: SampleT | None = None
+        self._last = None
 
-    def pass_by(self, sample: SampleT) -> None:
+    def pass_by(self, sample):
         self._last = sample
 
     @abstractmethod
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample, moment):
         """Return the sample that is read instead; the same object if there is nothing to change."""
 
-    def _required(self, sample: SampleT | None) -> SampleT:
+    def _required(self, sample):
         if sample is None:
             raise DeviceError(self.plan.port, "has not delivered a sample yet")
         return sample
 
-    def _instead_of(self, sample: SampleT, old: SampleT) -> SampleT:
+    def _instead_of(self, sample, old):
         """Return an older sample, with the number and times of the new measurement if the fault is not honest."""
         if self.plan.honest:
             return old
@@ -199,26 +197,26 @@ class Drop(SampleFault[SampleT]):
     """The new sample is lost."""
 
     @override
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample, moment):
         return self._required(self._last)
 
 
 class Delay(SampleFault[SampleT]):
     """Every sample comes late, with its true times; if not honest, the sensor falls back at once instead."""
 
-    def __init__(self, plan: FaultPlan, rng: np.random.Generator) -> None:
+    def __init__(self, plan, rng):
         super().__init__(plan, rng)
-        self._under_way: deque[tuple[int, SampleT]] = deque()
-        self._shown: deque[SampleT] = deque(maxlen=plan.delay_ticks + 1)
+        self._under_way = deque()
+        self._shown = deque(maxlen=plan.delay_ticks + 1)
 
     @override
-    def pass_by(self, sample: SampleT) -> None:
+    def pass_by(self, sample):
         self._last = sample
         self._shown.append(sample)
         self._under_way.clear()
 
     @override
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample, moment):
         if not self.plan.honest:
             self._shown.append(sample)
             return self._instead_of(sample, self._shown[0])
@@ -232,7 +230,7 @@ class Duplicate(SampleFault[SampleT]):
     """The previous sample comes again instead of the new one; never the same one three times."""
 
     @override
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample, moment):
         last, self._last = self._last, None
         if last is None:
             self._last = sample
@@ -243,18 +241,18 @@ class Duplicate(SampleFault[SampleT]):
 class Repeat(SampleFault[SampleT]):
     """The samples before the fault come again and again."""
 
-    def __init__(self, plan: FaultPlan, rng: np.random.Generator) -> None:
+    def __init__(self, plan, rng):
         super().__init__(plan, rng)
-        self._stretch: deque[SampleT] = deque(maxlen=plan.span_ticks)
+        self._stretch = deque(maxlen=plan.span_ticks)
         self._next = 0
 
     @override
-    def pass_by(self, sample: SampleT) -> None:
+    def pass_by(self, sample):
         self._stretch.append(sample)
         self._next = 0
 
     @override
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample, moment):
         if not self._stretch:
             return sample
         old = self._stretch[self._next % len(self._stretch)]
@@ -265,18 +263,18 @@ class Repeat(SampleFault[SampleT]):
 class Lag(SampleFault[SampleT]):
     """Samples come later and later, as through a buffer that fills."""
 
-    def __init__(self, plan: FaultPlan, rng: np.random.Generator) -> None:
+    def __init__(self, plan, rng):
         super().__init__(plan, rng)
-        self._under_way: deque[SampleT] = deque()
-        self._since_ns: int | None = None
+        self._under_way = deque()
+        self._since_ns = None
 
     @override
-    def pass_by(self, sample: SampleT) -> None:
+    def pass_by(self, sample):
         self._last, self._since_ns = sample, None
         self._under_way.clear()
 
     @override
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample, moment):
         if self._since_ns is None:
             self._since_ns = moment.time_ns
         late_ns = round(self.plan.time_s * (moment.time_ns - self._since_ns))
@@ -290,7 +288,7 @@ class Disconnect(SampleFault[SampleT]):
     """The device is gone."""
 
     @override
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample, moment):
         raise DeviceError(self.plan.port, "does not answer")
 
 
@@ -309,17 +307,17 @@ class Struck(NamedTuple):
     lasted_ns: int
 
 
-def _spike(struck: Struck) -> _Change:
+def _spike(struck):
     error = struck.plan.magnitude if struck.rng.random() < 0.5 else -struck.plan.magnitude
     return lambda i, value: value + error
 
 
-def _swap(struck: Struck) -> _Change:
+def _swap(struck):
     one, other = struck.plan.channels
     return lambda i, value: struck.values[other if i == one else one]
 
 
-_CHANGES: Final[dict[str, Callable[[Struck], _Change]]] = {
+_CHANGES = {
     "freeze": lambda struck: lambda i, value: struck.held[i],
     "bias-drift": lambda struck: lambda i, value: value + struck.plan.magnitude * struck.lasted_ns / _NS,
     # After "freeze": the noise of an amplifier whose gauges are dead.
@@ -339,7 +337,7 @@ class Changed(SampleFault[SampleT]):
     _since_ns: int | None = None
 
     @override
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample, moment):
         self._since_ns = moment.time_ns if self._since_ns is None else self._since_ns
         self._last = sample if self._last is None else self._last
         plan, values, lasted_ns = self.plan, channels_of(sample), moment.time_ns - self._since_ns
@@ -350,7 +348,7 @@ class Changed(SampleFault[SampleT]):
         return with_channels(sample, changed(values, plan.channels, change), validity)
 
 
-SAMPLE_FAULTS: Final[dict[str, type[SampleFault[Any]]]] = {
+SAMPLE_FAULTS = {
     "drop": Drop,
     "delay": Delay,
     "duplicate": Duplicate,
@@ -368,23 +366,23 @@ class _FaultySensor(DeviceDecorator, Generic[SampleT]):
 
     def __init__(
         self,
-        sensor: Sensor[SampleT],
-        clock: Clock,
-        plans: Sequence[FaultPlan],
-        notify: Notify | None = None,
+        sensor,
+        clock,
+        plans,
+        notify=None,
         *,
-        max_age_ns: int = MAX_AGE_NS,
-    ) -> None:
+        max_age_ns=MAX_AGE_NS,
+    ):
         super().__init__(sensor)
         self._read, self._ticker, self._max_age_ns = sensor.read, Ticker(clock), max_age_ns
         schedules = [Schedule(plan, notify) for plan in plans if plan.port == self.PORT]
-        self._stages: list[tuple[Schedule, SampleFault[SampleT]]] = [
+        self._stages = [
             (schedule, SAMPLE_FAULTS[schedule.plan.kind](schedule.plan, schedule.rng)) for schedule in schedules
         ]
-        self._tick: int | None = None
-        self._outcome: SampleT | DeviceError | None = None
+        self._tick = None
+        self._outcome = None
 
-    def read(self) -> SampleT:
+    def read(self):
         fresh = self._read()
         if not self._stages:
             return fresh
@@ -396,7 +394,7 @@ class _FaultySensor(DeviceDecorator, Generic[SampleT]):
             raise self._outcome
         return self._outcome
 
-    def _struck(self, fresh: SampleT, moment: Moment) -> SampleT | DeviceError:
+    def _struck(self, fresh, moment):
         sample = fresh
         for schedule, fault in self._stages:
             if not schedule.strikes(moment):
@@ -434,16 +432,16 @@ class FaultyJointEncoder(_FaultySensor[JointSample], JointEncoder):
 class CommandFault:
     """A fault between the task and the arm. None stands for a command that does not arrive."""
 
-    def __init__(self, plan: FaultPlan) -> None:
+    def __init__(self, plan):
         self._plan = plan
-        self._under_way: deque[tuple[int, JointCommand]] = deque()
+        self._under_way = deque()
 
     @property
-    def acknowledges(self) -> bool:
+    def acknowledges(self):
         """Whether the command is answered as if it was applied as requested, as by a bus that only queues it."""
         return self._plan.kind != "unit"
 
-    def strike(self, command: JointCommand | None, moment: Moment, held_rad: JointVector | None) -> JointCommand | None:
+    def strike(self, command, moment, held_rad):
         """Return what arrives instead of a command.
 
         Args:
@@ -462,13 +460,13 @@ class CommandFault:
         factor = nan if plan.kind == "nan" else plan.factor
         return command and JointCommand(changed(command.position_rad, plan.channels, lambda i, value: factor * value))
 
-    def clear(self) -> None:
+    def clear(self):
         self._under_way.clear()
 
-    def _late(self, command: JointCommand | None, tick: int) -> JointCommand | None:
+    def _late(self, command, tick):
         if command is not None:
             self._under_way.append((tick + self._plan.delay_ticks, command))
-        arrived: JointCommand | None = None
+        arrived = None
         while self._under_way and self._under_way[0][0] <= tick:
             arrived = self._under_way.popleft()[1]
         return arrived
@@ -481,15 +479,15 @@ class FaultyArm(DeviceDecorator, ArmCommand):
         stopped: Whether it was stopped.
     """
 
-    def __init__(self, arm: ArmCommand, clock: Clock, plans: Sequence[FaultPlan], notify: Notify | None = None) -> None:
+    def __init__(self, arm, clock, plans, notify=None):
         super().__init__(arm)
         self._arm, self._ticker, self.stopped = arm, Ticker(clock), False
         schedules = [Schedule(plan, notify) for plan in plans if plan.port == "arm"]
         self._stages = [(schedule, CommandFault(schedule.plan)) for schedule in schedules]
-        self._held: JointVector | None = None
+        self._held = None
 
     @override
-    def send(self, command: JointCommand) -> AppliedCommand:
+    def send(self, command):
         if self.stopped:
             return self._arm.send(command)
         arriving, acknowledged = self._struck(command)
@@ -501,14 +499,14 @@ class FaultyArm(DeviceDecorator, ArmCommand):
         return AppliedCommand(command.position_rad) if hidden else applied
 
     @override
-    def stop(self) -> None:
+    def stop(self):
         self.stopped = True
         self._arm.stop()
 
-    def _struck(self, command: JointCommand) -> tuple[JointCommand | None, bool]:
+    def _struck(self, command):
         """Return what arrives at the arm, and whether the answer hides it."""
         moment, acknowledged = self._ticker.moment(), False
-        on_way: JointCommand | None = command
+        on_way = command
         for schedule, fault in self._stages:
             if not schedule.strikes(moment):
                 fault.clear()
@@ -531,15 +529,15 @@ class FaultyClock(Clock):
     After a jump backwards the clock stands still until time has caught up, because the port forbids less.
     """
 
-    def __init__(self, clock: Clock, plans: Sequence[FaultPlan], notify: Notify | None = None) -> None:
+    def __init__(self, clock, plans, notify=None):
         self._clock, self._schedules = clock, [Schedule(plan, notify) for plan in plans if plan.port == "clock"]
         self._tick = -1
         self._offset_ns = 0
-        self._floor_ns: int | None = None
-        self._jumped: set[int] = set()
+        self._floor_ns = None
+        self._jumped = set()
 
     @override
-    def now_ns(self) -> int:
+    def now_ns(self):
         shown_ns = self._clock.now_ns() + self._offset_ns
         if self._floor_ns is not None:
             shown_ns = max(shown_ns, self._floor_ns)
@@ -547,7 +545,7 @@ class FaultyClock(Clock):
         return shown_ns
 
     @override
-    def sleep_until(self, deadline_ns: int) -> None:
+    def sleep_until(self, deadline_ns):
         if self.now_ns() < deadline_ns:
             self._clock.sleep_until(deadline_ns - self._offset_ns)
         self._tick += 1
@@ -560,7 +558,7 @@ class FaultyClock(Clock):
                 self._clock.sleep_until(self._clock.now_ns() + round(schedule.plan.time_s * _NS))
                 schedule.delivered(moment)
 
-    def _jump(self, number: int, schedule: Schedule, moment: Moment, strikes: bool) -> None:
+    def _jump(self, number, schedule, moment, strikes):
         if strikes == (number in self._jumped):
             return
         self._jumped ^= {number}
@@ -570,9 +568,7 @@ class FaultyClock(Clock):
         schedule.delivered(moment)
 
 
-def faulty(
-    ports: Ports, plans: Sequence[FaultPlan], notify: Notify | None = None, *, max_age_ns: int = MAX_AGE_NS
-) -> Ports:
+def faulty(ports, plans, notify=None, *, max_age_ns=MAX_AGE_NS):
     """Decorate the four ports. Faults of one port meet what passes in the order of the plans."""
     clock = ports.clock
     return Ports(

@@ -19,7 +19,7 @@ _SYNC = 0x80
 _KEPT = 65
 
 
-def frames_in(data: bytes) -> list[tuple[bool, bool, int, bytes]]:
+def frames_in(data):
     """Whether a cycle ends after the frame, whether the drives are mute in it, identifier and payload."""
     frames, at = [], 0
     while at + 2 <= len(data):
@@ -32,14 +32,14 @@ def frames_in(data: bytes) -> list[tuple[bool, bool, int, bytes]]:
     return frames
 
 
-def once(data: bytes) -> str:
+def once(data):
     """One enabled arm and what it hears; returns the state that it ended in, before the acknowledgement."""
     bench = Bench().enabled()
     network, arm = bench.network, bench.arm
     send, mute, malformed = network.send_message, False, 0
-    heard: list[tuple[int, bytes]] = []
+    heard = []
 
-    def send_among_strangers(can_id: int, payload: bytes, remote: bool = False) -> None:
+    def send_among_strangers(can_id, payload, remote=False):
         nonlocal malformed
         if can_id != _SYNC:
             send(can_id, payload, remote)

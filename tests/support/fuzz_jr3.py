@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from palpate.drivers.can import CanFrame, FrameKind
 from palpate.drivers.jr3.codec import CanDecoder, Reassembly
-from palpate.drivers.jr3.messages import Ack, Forces, FullScales, Message, Moments, Reading, Scaling
+from palpate.drivers.jr3.messages import Ack, Forces, FullScales, Moments, Reading, Scaling
 from palpate.drivers.jr3.sampling import FrameCounter
 from tests.support.fuzzing import require
 
@@ -13,7 +13,7 @@ _KINDS = tuple(FrameKind)
 _SCALING = Scaling(FullScales((115, 111, 185), (56, 52, 61)))
 
 
-def check_messages(messages: list[Message]) -> None:
+def check_messages(messages):
     """What every message promises, whatever it was made of."""
     counter, last = FrameCounter(PERIOD_US), 0
     for message in messages:
@@ -28,10 +28,10 @@ def check_messages(messages: list[Message]) -> None:
             require(len(message.scales) in (0, 3, 6), "length of full scales")
 
 
-def once(data: bytes) -> list[Message]:
+def once(data):
     """Frames of 3 bytes (kind and length, identifier) and a payload, through decoder and joiner."""
     decoder, joiner = CanDecoder(1), Reassembly()
-    messages: list[Message] = []
+    messages = []
     frames, at = 0, 0
     while at + 3 <= len(data):
         size = data[at] & 0x0F

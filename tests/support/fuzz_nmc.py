@@ -23,21 +23,21 @@ CYCLES = 8
 class NonsenseLine:
     """Answers every read with the next piece of the input, whose length the input says as well."""
 
-    def __init__(self, data: bytes) -> None:
+    def __init__(self, data):
         self.baudrate, self.timeout = 9600, None
         self.data, self.ns, self.reads = data, 0, 0
 
-    def clock_ns(self) -> int:
+    def clock_ns(self):
         return self.ns
 
-    def sleep_s(self, duration_s: float) -> None:
+    def sleep_s(self, duration_s):
         self.ns += round(duration_s * 1e9)
 
     @property
-    def in_waiting(self) -> int:
+    def in_waiting(self):
         return self.data[0] & 7 if self.data and self.data[0] >= 0xF8 else 0
 
-    def read(self, size: int = 1, /) -> bytes:
+    def read(self, size=1, /):
         self.reads += 1
         if self.reads > MAX_READS:
             raise OSError("end of the script")
@@ -55,14 +55,14 @@ class NonsenseLine:
             piece, self.data = piece[:-1] + bytes((sum(piece[:-1]) & 0xFF,)), self.data[1:]
         return piece
 
-    def write(self, data: bytes, /) -> int:
+    def write(self, data, /):
         return len(data)
 
-    def reset_input_buffer(self) -> None:
+    def reset_input_buffer(self):
         pass
 
 
-def once(data: bytes) -> None:
+def once(data):
     """All targets on one input; raises what the driver should not have raised."""
     mask, raw = StatusItem(data[0] if data else 0), data[1:]
     if isinstance(decode_reply(raw, mask), Reply):

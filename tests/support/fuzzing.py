@@ -5,6 +5,6 @@ from pathlib import Path
 CORPORA = Path(__file__).parents[1] / "fuzz"
 
 
-def require(condition: bool, what: str) -> None:
+def require(condition, what):
     if not condition:
         raise AssertionError(what)

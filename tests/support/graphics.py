@@ -14,7 +14,7 @@ INSERTION = GOLDEN / "oracle-blind.mcap"
 
 
 @cache
-def _problem() -> str:
+def _problem():
     try:
         working_library()
     except UsageError as error:
@@ -22,7 +22,7 @@ def _problem() -> str:
     return ""
 
 
-def require_graphics() -> None:
+def require_graphics():
     """Skip the test where no graphics library draws off screen, as on machines that only run tests."""
     if _problem():
         pytest.skip(_problem())

@@ -1,19 +1,18 @@
 """Takes logs apart, changes one thing, and puts them together again with valid checksums."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from math import inf, nextafter
-from pathlib import Path
 from typing import Any
 
-from palpate.adapters.log.container import LogFile, RawMessage, read_messages
+from palpate.adapters.log.container import LogFile, read_messages
 from palpate.adapters.log.schema import BY_ID, BY_TOPIC, message_class
 
 Change = Callable[[Any], None]
 _BATCH = 14
 
 
-def messages_of(path: Path) -> list[RawMessage]:
+def messages_of(path):
     """All messages of a sound log."""
     messages, damage = read_messages(str(path), path.read_bytes())
     if damage:
@@ -21,7 +20,7 @@ def messages_of(path: Path) -> list[RawMessage]:
     return messages
 
 
-def write_log(path: Path, messages: Sequence[RawMessage]) -> Path:
+def write_log(path, messages):
     """A sound log of these messages, numbered again."""
     with path.open("xb") as file:
         log = LogFile(file, {})
@@ -32,15 +31,15 @@ def write_log(path: Path, messages: Sequence[RawMessage]) -> Path:
     return path
 
 
-def indices(messages: Sequence[RawMessage], topic: str) -> list[int]:
+def indices(messages, topic):
     """Where the messages of a channel are."""
     return [i for i, message in enumerate(messages) if message.channel == BY_TOPIC[topic].id]
 
 
-def changed(messages: Sequence[RawMessage], index: int, change: Change) -> list[RawMessage]:
+def changed(messages, index, change):
     """The messages, with one of them changed."""
     message = messages[index]
-    made: Any = message_class(BY_ID[message.channel].message)()
+    made = message_class(BY_ID[message.channel].message)()
     made.ParseFromString(message.payload)
     change(made)
     copy = list(messages)
@@ -48,11 +47,11 @@ def changed(messages: Sequence[RawMessage], index: int, change: Change) -> list[
     return copy
 
 
-def one_ulp(field: str, place: int | None = None, upwards: bool = True) -> Change:
+def one_ulp(field, place=None, upwards=True):
     """A change of a number by one unit in the last place; of one number of a vector, if a place is given."""
     towards = inf if upwards else -inf
 
-    def change(made: Any) -> None:
+    def change(made):
         if place is None:
             setattr(made, field, nextafter(getattr(made, field), towards))
         else:
@@ -62,10 +61,10 @@ def one_ulp(field: str, place: int | None = None, upwards: bool = True) -> Chang
     return change
 
 
-def in_start(**fields: Any) -> Change:
+def in_start(**fields):
     """Other values for fields of the start; those that end in ``_json`` are written as JSON."""
 
-    def change(made: Any) -> None:
+    def change(made):
         for name, value in fields.items():
             setattr(made, name, json.dumps(value) if name.endswith("_json") else value)
 

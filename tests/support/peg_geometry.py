@@ -5,9 +5,6 @@ from math import hypot, nan
 
 import numpy as np
 
-from palpate.simulation.work_cell.config import PegConfig
-from tests.support.physics_bench import Bench
-
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 721)
 
 
@@ -30,7 +27,7 @@ class Overlap:
     depth_mm: float
 
 
-def overlap(bench: Bench) -> Overlap:
+def overlap(bench):
     """That of the peg in its hole, from the true pose of both."""
     peg, data = bench.rig.cell.config.peg, bench.rig.cell.data
     plate, tip = data.body("plate"), data.site("tip")
@@ -54,5 +51,5 @@ def overlap(bench: Bench) -> Overlap:
     )
 
 
-def _hole_m(peg: PegConfig) -> float:
+def _hole_m(peg):
     return (peg.diameter_mm * 0.5 + peg.clearance_mm) * 1e-3

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-from palpate.adapters.config import RunConfig, compose, overlay
+from palpate.adapters.config import compose, overlay
 from palpate.adapters.experiments import ChosenPolicy, Run
 from palpate.core.errors import DeviceError
 from palpate.core.job import SIDES
@@ -13,7 +10,7 @@ from palpate.core.job import SIDES
 TASK = "insertion-6dof"
 FIRST = 500_000
 SHAPES = ("round", *SIDES)
-CONDITIONS: Mapping[str, Mapping[str, Any]] = {
+CONDITIONS = {
     "asked": {},
     "friction": {"cell": {"peg": {"friction": 0.4}}},
     "tight": {"part": {"hole_mm": 29.08}},
@@ -22,7 +19,7 @@ CONDITIONS: Mapping[str, Mapping[str, Any]] = {
 }
 
 
-def config_of(shape: str, conditions: str, arm: str, options: Mapping[str, Any]) -> RunConfig:
+def config_of(shape, conditions, arm, options):
     """Compose the job of a shape: a round peg in a tilted grip, others in a hole that is turned, too."""
     name = "paper" if shape == "round" else f"blind-{shape}"
     own = {"place": {"tilt_uncertainty_mrad": 4.0}} if shape == "round" else {}
@@ -33,7 +30,7 @@ def config_of(shape: str, conditions: str, arm: str, options: Mapping[str, Any])
 Row = tuple[int, str, bool, float, float, int, str]
 
 
-def trials(config: RunConfig, policy: str, seed: int, numbers: range) -> list[Row]:
+def trials(config, policy, seed, numbers):
     """Trial, outcome, success, time, true peak force, actions, last event; a trip ends one trial and no more."""
     config = overlay(config, {"seed": seed})
     rows = []

@@ -6,8 +6,6 @@ of the wrist sensor are off; the encoders keep their steps. Positions are in the
 
 from functools import cache
 from math import atan2, cos, degrees, hypot, pi, radians, remainder, sin, sqrt
-from types import TracebackType
-from typing import Any, Self
 
 import numpy as np
 import pinocchio as pin
@@ -16,12 +14,12 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.control_loop import tick_time_ns
 from palpate.core.motion.arm import arm_named
-from palpate.core.motion.laws import ControlLaw, DampingControl, HybridControl, PositionControl
+from palpate.core.motion.laws import DampingControl, HybridControl, PositionControl
 from palpate.core.motion.model import Kinematics
 from palpate.core.motion.tip_motion import TipMotion
 from palpate.core.perception import SignalProcessor
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Snapshot, Vector3, WrenchSample
-from palpate.core.trial import N_PER_KGF, Measurement, ReadyPose, find_ready_pose, goal_in_base
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Snapshot
+from palpate.core.trial import N_PER_KGF, Measurement, find_ready_pose, goal_in_base
 from palpate.simulation.work_cell.config import CellConfig, ComplianceConfig, PegConfig, SensorConfig
 from palpate.simulation.work_cell.model import quaternion
 from tests.support.tool import TOOL
@@ -35,34 +33,34 @@ _PUSH_M = 75e-6  # so far into the wall: the springs then push the peg against i
 
 
 def quiet(
-    arm: str = "zebra-zero",
+    arm="zebra-zero",
     *,
-    peg: PegConfig | None = None,
-    compliance: ComplianceConfig | None = None,
-    **settings: Any,
-) -> RunConfig:
+    peg=None,
+    compliance=None,
+    **settings,
+):
     """A run whose wrist sensor has neither noise nor bias, and whose cell has these settings."""
     cell = CellConfig(peg or PegConfig(), compliance or ComplianceConfig(), _SILENT, **settings)
     return RunConfig(arm=arm, cell=cell)
 
 
-def headings(count: int) -> list[float]:
+def headings(count):
     """Headings spread round the circle by the golden angle: evenly, and never in step with facets of peg or hole."""
     return [k * pi * (3.0 - sqrt(5.0)) for k in range(count)]
 
 
-def offsets_m(count: int) -> list[float]:
+def offsets_m(count):
     """Offsets spread over their range by the golden section, for the same reason: they fall in step as headings do."""
     share = (sqrt(5.0) - 1.0) / 2.0
     return [LEAST_OFFSET_M + (MOST_OFFSET_M - LEAST_OFFSET_M) * ((k + 0.5) * share % 1.0) for k in range(count)]
 
 
-def rms(values: list[float]) -> float:
+def rms(values):
     return float(np.sqrt(np.mean(np.square(values))))
 
 
 @cache
-def ready_pose(arm: str) -> ReadyPose:
+def ready_pose(arm):
     """The ready pose over the default goal; the same for every cell."""
     return find_ready_pose(arm, RunConfig().tool.geometry, RunConfig().task)
 
@@ -76,7 +74,7 @@ class Bench:
         press_N: Pressing force.
     """
 
-    def __init__(self, config: RunConfig) -> None:
+    def __init__(self, config):
         arm, goal, ready = arm_named(config.arm), goal_in_base(config.task.goal), ready_pose(config.arm)
         control, travel = config.control, config.task.travel_speed_mm_s * 1e-3
         signal = SignalProcessor(CONTROL_RATE_HZ, config.perception.cutoff_Hz, config.perception.filter_order)
@@ -101,18 +99,16 @@ class Bench:
         self._back_m = self._clearance_m * (2.0 if config.cell.peg.cross_section == "triangle" else 1.0)
         self._start_ns = self._tick = 0
 
-    def __enter__(self) -> Self:
+    def __enter__(self):
         self.rig.__enter__()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind, error, trace):
         self.rig.__exit__(kind, error, trace)
 
     # Moves.
 
-    def hang_above(self, x_m: float, y_m: float) -> WrenchSample:
+    def hang_above(self, x_m, y_m):
         """Start anew: go above (x, y), come to rest, tare there. Returns the raw sample at rest."""
         self.rig.prepare(0)
         self._start_ns, self._tick = self.rig.ports.clock.now_ns(), 0
@@ -122,29 +118,29 @@ class Bench:
         self.measurement.tare((*sample.force_N, *sample.torque_Nm))
         return sample
 
-    def press(self, x_m: float, y_m: float, ticks: int = 120) -> None:
+    def press(self, x_m, y_m, ticks=120):
         """Start anew and come down with the peg's axis at (x, y); the default presses until all is steady."""
         self.hang_above(x_m, y_m)
         self._run(self._press, (x_m, y_m, 0.0), ticks)
 
-    def enter_hole(self, depth_m: float, ticks: int = 100) -> None:
+    def enter_hole(self, depth_m, ticks=100):
         """Start anew and go straight down into the hole, not as far as its floor; the default is for 8 mm at most."""
         self.hang_above(0.0, 0.0)
         self._run(self._free, (0.0, 0.0, depth_m), ticks)
 
-    def press_into_hole(self, ticks: int) -> None:
+    def press_into_hole(self, ticks):
         """Start anew and come down on the hole's axis with the pressing force, until the peg stops or time is up."""
         self.hang_above(0.0, 0.0)
         self._run(self._press, (0.0, 0.0, 0.0), ticks)
 
-    def push_to(self, x_m: float, y_m: float, ticks: int = 60) -> Vector3:
+    def push_to(self, x_m, y_m, ticks=60):
         """Push sideways at the present depth; returns where the true tip then is."""
         self._run(self._free, (x_m, y_m, self._motion.reference_m[2]), ticks)
         return self.rig.truth().tip_in_task_m
 
     # Figures.
 
-    def cue_error_deg(self, offset_m: float, heading: float, step_heading: float | None = None) -> float:
+    def cue_error_deg(self, offset_m, heading, step_heading=None):
         """Angle between the direction in which the torque tells the hole to be, and the truth.
 
         Args:
@@ -162,16 +158,16 @@ class Bench:
         _, (tx, ty, _) = self.measurement.filtered_wrench_at_tip()
         return degrees(remainder(atan2(tx, -ty) - (heading + pi), 2 * pi))
 
-    def cue_lever_m(self) -> float:
+    def cue_lever_m(self):
         """Distance of the centre of pressure from the tip's centre."""
         (_, _, fz), (tx, ty, _) = self.measurement.filtered_wrench_at_tip()
         return hypot(tx, ty) / -fz
 
-    def penetration_m(self) -> float:
+    def penetration_m(self):
         """How far the deepest contact point of the peg is inside the plate."""
         return -min((float(contact.dist) for contact in self.rig.cell.data.contact), default=0.0)
 
-    def ripple_N(self, ticks: int = 100) -> float:
+    def ripple_N(self, ticks=100):
         """Standard deviation of the force along the tool axis while pressing goes on."""
         forces = []
         for _ in range(ticks):
@@ -179,14 +175,14 @@ class Bench:
             forces.append(self.measurement.force_N[2])
         return float(np.std(forces))
 
-    def play_m(self, heading: float) -> float:
+    def play_m(self, heading):
         """The clearance, by the way that the peg has from wall to wall of its hole; a triangle's heading is 0."""
         c, s, there_m, back_m = cos(heading), sin(heading), self._clearance_m + _PUSH_M, self._back_m + _PUSH_M
         x1, y1, _ = self.push_to(there_m * c, there_m * s)
         x2, y2, _ = self.push_to(-back_m * c, -back_m * s)
         return (c * (x1 - x2) + s * (y1 - y2)) * self._clearance_m / (self._clearance_m + self._back_m)
 
-    def capture_half_width_m(self, heading: float, resolution_m: float = 1e-5) -> float:
+    def capture_half_width_m(self, heading, resolution_m=1e-5):
         """The largest distance at which the peg's axis may pass the hole's at 5 mm/s and still drop in."""
         caught, missed = 0.0, self._clearance_m + 1e-3
         while missed - caught > resolution_m:
@@ -197,12 +193,12 @@ class Bench:
                 missed = miss
         return 0.5 * (caught + missed)
 
-    def turn_hole(self, yaw_rad: float) -> None:
+    def turn_hole(self, yaw_rad):
         """From the next start on the hole is turned by that about its axis."""
         cell, turned = self.rig.cell, pin.exp3(np.array([0.0, 0.0, yaw_rad]))
         cell.model.body_quat[cell.model.body("plate").id] = quaternion(self._goal.rotation @ turned)
 
-    def capture_in_yaw_deg(self, resolution_deg: float = 0.01) -> float:
+    def capture_in_yaw_deg(self, resolution_deg=0.01):
         """The largest yaw of the hole at which the peg, pressed down on its axis, drops in."""
         caught, missed = 0.0, 4.0
         while missed - caught > resolution_deg:
@@ -213,7 +209,7 @@ class Bench:
         self.turn_hole(0.0)
         return 0.5 * (caught + missed)
 
-    def _drops_when_passing(self, heading: float, miss_m: float, run_up_m: float = 1.5e-3) -> bool:
+    def _drops_when_passing(self, heading, miss_m, run_up_m=1.5e-3):
         c, s = cos(heading), sin(heading)
         self.press(-run_up_m * c - miss_m * s, -run_up_m * s + miss_m * c, 70)
         end = (run_up_m * c - miss_m * s, run_up_m * s + miss_m * c, 0.0)
@@ -223,7 +219,7 @@ class Bench:
                 return True
         return False
 
-    def _run(self, law: ControlLaw, target_m: Vector3, ticks: int) -> WrenchSample:
+    def _run(self, law, target_m, ticks):
         ports = self.rig.ports
         for _ in range(ticks):
             ports.clock.sleep_until(tick_time_ns(self._start_ns, self._tick))

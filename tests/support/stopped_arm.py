@@ -3,12 +3,11 @@
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from palpate.core.errors import DeviceError
-from palpate.core.ports import Clock, JointCommand
+from palpate.core.ports import JointCommand
 from tests.fake_devices import FakeArm
 
 PATIENCE_S = 30.0
@@ -18,26 +17,26 @@ HERE = JointCommand((0.0,))
 class StoppedArm(FakeArm):
     """Counts its stops, and by which threads they came; may be gone, so that even ``stop`` fails."""
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock):
         super().__init__(clock, (0.0,), lower_rad=(-1.0,), upper_rad=(1.0,), max_step_rad=0.1)
-        self.stops: list[str] = []
+        self.stops = []
         self.gone = False
 
-    def stop(self) -> None:
+    def stop(self):
         self.stops.append(threading.current_thread().name)
         if self.gone:
             raise DeviceError("arm", "is gone")
         super().stop()
 
 
-def active_arm(clock: Clock) -> StoppedArm:
+def active_arm(clock):
     arm = StoppedArm(clock)
     arm.configure()
     arm.activate()
     return arm
 
 
-def wait_for(condition: Callable[[], object]) -> None:
+def wait_for(condition):
     """Until it holds; fails only after a time that no busy machine needs."""
     deadline = time.monotonic() + PATIENCE_S
     while not condition():
@@ -46,7 +45,7 @@ def wait_for(condition: Callable[[], object]) -> None:
 
 
 @contextmanager
-def nothing_left_behind() -> Iterator[None]:
+def nothing_left_behind():
     """No thread and no open file more than before."""
     threads, files = threading.active_count(), open_files()
     yield
@@ -55,7 +54,7 @@ def nothing_left_behind() -> Iterator[None]:
     assert open_files() == files
 
 
-def open_files() -> dict[str, str]:
+def open_files():
     found = {}
     for entry in Path("/proc/self/fd").iterdir():
         try:

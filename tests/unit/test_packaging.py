@@ -8,7 +8,6 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -19,7 +18,7 @@ HEAVY = ("mujoco", "torch", "sklearn", "minisom", "matplotlib", "scipy.signal", 
 layers = pytest.mark.parametrize("layer", LAYERS)
 
 
-def imported_by(code: str) -> dict[str, Any]:
+def imported_by(code):
     """What a fresh interpreter has loaded after some code: the heavy modules, and the number of palpate's own."""
     program = (
         f"import sys, json\nsys.path[:0] = {[str(ROOT / layer) for layer in LAYERS]!r}\n{code}\n"
@@ -31,12 +30,12 @@ def imported_by(code: str) -> dict[str, Any]:
         [sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, timeout=60, check=False
     )
     assert done.returncode == 0, done.stderr
-    loaded: dict[str, Any] = json.loads(done.stdout)
+    loaded = json.loads(done.stdout)
     return loaded
 
 
 @layers
-def test_a_root_holds_its_own_layer_only(layer: str) -> None:
+def test_a_root_holds_its_own_layer_only(layer):
     # With one __init__.py in palpate/ the other three roots would vanish.
     assert [p.name for p in (ROOT / layer).iterdir() if p.suffix == ".py"] == []
     packages = {p.name for p in (ROOT / layer / "palpate").iterdir() if p.name != "__pycache__"}
@@ -45,18 +44,18 @@ def test_a_root_holds_its_own_layer_only(layer: str) -> None:
 
 
 @layers
-def test_every_layer_is_marked_as_typed(layer: str) -> None:
+def test_every_layer_is_marked_as_typed(layer):
     assert (ROOT / layer / "palpate" / layer / "py.typed").is_file()
 
 
-def test_the_wheel_takes_all_layers() -> None:
+def test_the_wheel_takes_all_layers():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     wheel = project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
     assert sorted(wheel) == sorted(f"{layer}/palpate" for layer in LAYERS)
     assert sorted(project["tool"]["hatch"]["build"]["dev-mode-dirs"]) == sorted(LAYERS)
 
 
-def test_importing_every_module_of_the_core_loads_nothing_heavy() -> None:
+def test_importing_every_module_of_the_core_loads_nothing_heavy():
     loaded = imported_by(
         "import importlib, pkgutil, palpate.core\n"
         "for module in pkgutil.walk_packages(palpate.core.__path__, 'palpate.core.'):\n"
@@ -67,7 +66,7 @@ def test_importing_every_module_of_the_core_loads_nothing_heavy() -> None:
     assert {name.split(".")[1] for name in loaded["own"]} == {"core"}
 
 
-def imports_in(path: Path) -> list[tuple[str, str]]:
+def imports_in(path):
     """Module and name of every import from palpate in a file."""
     found = []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -76,7 +75,7 @@ def imports_in(path: Path) -> list[tuple[str, str]]:
     return found
 
 
-def faces() -> dict[str, Path]:
+def faces():
     """The stubs of all rooms that have a face, by the room's dotted name."""
     found = {}
     for layer in LAYERS:
@@ -85,7 +84,7 @@ def faces() -> dict[str, Path]:
     return found
 
 
-def test_nobody_imports_past_the_face_of_a_room() -> None:
+def test_nobody_imports_past_the_face_of_a_room():
     past = []
     rooms = faces()
     assert len(rooms) > 20
@@ -99,13 +98,13 @@ def test_nobody_imports_past_the_face_of_a_room() -> None:
     assert past == [], "\n".join(past)
 
 
-def test_every_name_of_a_face_is_there() -> None:
+def test_every_name_of_a_face_is_there():
     modules = [importlib.import_module(room) for room in faces()]
     assert [module.__name__ for module in modules if not module.__all__] == []
     assert [name for module in modules for name in module.__all__ if getattr(module, name) is None] == []
 
 
-def test_the_slim_install_pins_what_palpate_needs_but_for_what_it_leaves_out() -> None:
+def test_the_slim_install_pins_what_palpate_needs_but_for_what_it_leaves_out():
     lines = (ROOT / "requirements" / "robot.txt").read_text().splitlines()
     pins = dict(line.lower().replace("_", "-").split("==") for line in lines if line and not line.startswith("#"))
     constraints = (ROOT / "constraints.txt").read_text().lower().replace("_", "-")

@@ -1,7 +1,6 @@
 """Settings for the tests that need the wall clock."""
 
 import os
-from collections.abc import Iterator
 
 import pytest
 
@@ -11,7 +10,7 @@ PRIORITY = 20
 
 
 @pytest.fixture
-def real_time() -> Iterator[None]:
+def real_time():
     """Driver and emulated devices in this process are not held up by other work, where the system grants it.
 
     Not for what computes for long: the kernel puts the whole class aside when it takes more than 95 % of a second.

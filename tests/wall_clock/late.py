@@ -2,7 +2,6 @@
 
 import re
 import time
-from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 
@@ -10,7 +9,7 @@ class TooLateError(AssertionError):
     """Something did not come about in time."""
 
 
-def wait_for(condition: Callable[[], object], within_s: float = 10.0) -> None:
+def wait_for(condition, within_s=10.0):
     """Wait until something has come about.
 
     Raises:
@@ -24,7 +23,7 @@ def wait_for(condition: Callable[[], object], within_s: float = 10.0) -> None:
 
 
 @contextmanager
-def late_if(match: str, *kinds: type[Exception]) -> Iterator[None]:
+def late_if(match, *kinds):
     """An error in here of one of these kinds, and that says so, comes of lateness. A wrong value never is of them."""
     try:
         yield

@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -75,13 +74,13 @@ class Bench(NamedTuple):
     arm: Path
     notes: Path
 
-    def said(self) -> str:
+    def said(self):
         assert self.loop.stdout is not None
         return self.loop.stdout.readline()
 
 
 @pytest.fixture
-def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+def bench(tmp_path, monkeypatch):
     described = tmp_path / "strange-1.0.dist-info"
     described.mkdir()
     (described / "METADATA").write_text("Metadata-Version: 2.1\nName: strange\nVersion: 1.0\n")
@@ -101,7 +100,7 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
         loop.communicate()
 
 
-def stopped_after_ms(bench: Bench) -> int:
+def stopped_after_ms(bench):
     """Between the last set-point and the stop of the arm."""
     # The file is there before its line is.
     wait_for(lambda: bench.notes.exists() and bench.notes.read_text().endswith("\n"))
@@ -109,7 +108,7 @@ def stopped_after_ms(bench: Bench) -> int:
 
 
 @pytest.mark.parametrize("way", [signal.SIGSTOP, signal.SIGUSR2], ids=["stopped", "hanging in C"])
-def test_a_loop_that_falls_silent_has_its_arm_stopped_in_time(way: signal.Signals, bench: Bench) -> None:
+def test_a_loop_that_falls_silent_has_its_arm_stopped_in_time(way, bench):
     bench.loop.send_signal(way)
     after_ms = stopped_after_ms(bench)
     if after_ms > TIMEOUT_MS + ALLOWED_MS:
@@ -122,7 +121,7 @@ def test_a_loop_that_falls_silent_has_its_arm_stopped_in_time(way: signal.Signal
     wait_for(lambda: not bench.arm.exists())
 
 
-def test_a_loop_that_is_killed_leaves_the_arm_at_rest_and_nobody_behind(bench: Bench) -> None:
+def test_a_loop_that_is_killed_leaves_the_arm_at_rest_and_nobody_behind(bench):
     bench.loop.kill()
     after_ms = stopped_after_ms(bench)
     if after_ms > ALLOWED_MS:
@@ -141,7 +140,7 @@ def test_a_loop_that_is_killed_leaves_the_arm_at_rest_and_nobody_behind(bench: B
     ],
     ids=["killed", "stopped", "hanging in C"],
 )
-def test_a_loop_whose_arm_s_process_fails_knows_and_ends_it(way: signal.Signals, told: str, bench: Bench) -> None:
+def test_a_loop_whose_arm_s_process_fails_knows_and_ends_it(way, told, bench):
     os.kill(int(bench.arm.name), way)
     assert f"fake arm: stopped by a fault (the arm's process {told}" in bench.said()
     assert bench.loop.wait(10) == 0

@@ -12,25 +12,25 @@ from tests.wall_clock.late import late_if
 class Kept(ClockContract):
     """Its clauses; not collected by itself."""
 
-    def make(self) -> ClockRig:
+    def make(self):
         return ClockRig(clock=MonotonicClock(), tolerance_ns=15_000_000, step_ns=20_000_000, deadlines=10)
 
 
 @pytest.mark.parametrize("clause", [clause.name for clause in clauses(Kept)])
-def test_it_keeps_the_contract(clause: str) -> None:
+def test_it_keeps_the_contract(clause):
     # An ordinary kernel on a busy machine wakes a sleeper late; it never wakes it early.
     with late_if("^(past deadline|drift)", ContractViolation):
         getattr(Kept(), clause)()
 
 
-def test_time_is_the_system_s_own() -> None:
+def test_time_is_the_system_s_own():
     clock = MonotonicClock()
     before = time.monotonic_ns()
     now = clock.now_ns() + clock.origin_ns
     assert before <= now <= time.monotonic_ns()
 
 
-def test_a_deadline_that_is_past_is_no_sleep() -> None:
+def test_a_deadline_that_is_past_is_no_sleep():
     clock = MonotonicClock()
     clock.sleep_until(-(10**15))
     assert clock.now_ns() < 10**10

@@ -3,9 +3,7 @@
 import os
 import subprocess
 import threading
-from collections.abc import Iterator
 from contextlib import suppress
-from pathlib import Path
 
 import pytest
 
@@ -19,12 +17,12 @@ from tests.wall_clock.test_rigs import PATIENT, logs, relax, require_in_time
 
 
 @pytest.fixture
-def stops(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+def stops(monkeypatch):
     """Every stop command that reaches an emulated motor adds an entry."""
-    seen: list[int] = []
+    seen = []
     stop = PicServo.stop
 
-    def noted(self: PicServo, *words: int) -> None:
+    def noted(self, *words):
         seen.append(1)
         stop(self, *words)
 
@@ -33,7 +31,7 @@ def stops(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 @pytest.fixture
-def rig(tmp_path: Path, stops: list[int]) -> Iterator[Path]:
+def rig(tmp_path, stops):
     """The rig file of an emulated arm and force sensor that live in this process."""
     config, ended = scenario("paper"), threading.Event()
     with EmulatedCell(config, ready_pose(config), EmulationConfig(), str(tmp_path / "counts.json")) as cell:
@@ -47,7 +45,7 @@ def rig(tmp_path: Path, stops: list[int]) -> Iterator[Path]:
         life.join()
 
 
-def test_a_closed_terminal_stops_the_arm_and_leaves_a_whole_log(tmp_path: Path, rig: Path, stops: list[int]) -> None:
+def test_a_closed_terminal_stops_the_arm_and_leaves_a_whole_log(tmp_path, rig, stops):
     out = tmp_path / "out"
     words = ("run", "--rig", rig, "--policy", "random", "--trials", 9, "--out", out, *PATIENT)
     master, slave = os.openpty()
@@ -76,7 +74,7 @@ def test_a_closed_terminal_stops_the_arm_and_leaves_a_whole_log(tmp_path: Path, 
     assert "equal in every bit" in CommandLine().succeed("replay", *logs(out), "--jobs", 1)
 
 
-def _printed(terminal_fd: int) -> str:
+def _printed(terminal_fd):
     """What the terminal still holds of an ended process."""
     os.set_blocking(terminal_fd, False)
     with suppress(OSError):

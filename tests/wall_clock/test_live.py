@@ -9,13 +9,13 @@ from palpate.adapters.visualisation.live import LiveView
 STARTED_S = 60.0
 
 
-def listened_on(port: int) -> set[str]:
+def listened_on(port):
     """Return the addresses on which anybody listens at this port, as the kernel writes them."""
     lines = [line.split() for kind in ("tcp", "tcp6") for line in Path(f"/proc/net/{kind}").read_text().splitlines()]
     return {line[1].partition(":")[0] for line in lines if line[1].endswith(f":{port:04X}") and line[3] == "0A"}
 
 
-def test_rerun_serves_this_computer_alone_and_not_for_longer_than_the_view() -> None:
+def test_rerun_serves_this_computer_alone_and_not_for_longer_than_the_view():
     with socket.socket() as found:
         found.bind(("127.0.0.1", 0))
         port = int(found.getsockname()[1])

@@ -15,11 +15,11 @@ from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
 LOAD = (1.5, -2.0, -10.0, 0.1, 0.2, -0.3)
 
 
-def table(server: NetFtServer) -> dict[str, object]:
+def table(server):
     return {"host": server.host, "port": server.port, "http_port": server.http_port, "max_age_ms": 500.0}
 
 
-def test_the_adapter_reads_a_box_and_is_told_that_it_has_gone() -> None:
+def test_the_adapter_reads_a_box_and_is_told_that_it_has_gone():
     context = RigContext.of("zebra-zero", MonotonicClock())
     with NetFtServer(EmulatedBox(lambda now_ns: LOAD)) as server:
         sensor = force_sensor_maker("ati-netft")(table(server), context)
@@ -38,7 +38,7 @@ def test_the_adapter_reads_a_box_and_is_told_that_it_has_gone() -> None:
     sensor.close()
 
 
-def test_the_public_client_reads_the_same() -> None:
+def test_the_public_client_reads_the_same():
     client_of = pytest.importorskip("NetFT").Sensor
     with NetFtServer(EmulatedBox(lambda now_ns: LOAD)) as server:
         client = client_of(server.host)
@@ -53,6 +53,6 @@ def test_the_public_client_reads_the_same() -> None:
 
 
 @pytest.mark.parametrize("host", ["a..b", "a" * 70 + ".net"])
-def test_a_name_that_no_host_can_have_is_one_error(host: str) -> None:
+def test_a_name_that_no_host_can_have_is_one_error(host):
     with pytest.raises(DriverError, match="cannot be fetched"):
         read_box(host, 80, 1.0)

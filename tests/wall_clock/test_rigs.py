@@ -5,11 +5,8 @@ import json
 import re
 import signal
 import subprocess
-from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-
-import pytest
 
 from tests.command_line import RT_EMULATOR, CommandLine, command, finished_trials, wait_until
 from tests.wall_clock.late import TooLateError
@@ -30,7 +27,7 @@ An emulated world that other work has held up goes on with a jerk: the tool's ow
 """
 
 
-def relax(rig: Path) -> None:
+def relax(rig):
     """Allow for a machine that is busy with other tests: what is tested here is not how fast it is."""
     text = rig.read_text()
     arm, sensor = text.split("[force_sensor]\n")
@@ -42,7 +39,7 @@ def relax(rig: Path) -> None:
 
 
 @contextmanager
-def emulated(rig: Path, *words: object) -> Iterator[subprocess.Popen[str]]:
+def emulated(rig, *words):
     """An emulated rig that is served; its rig file is at ``rig``."""
     call = command("emulate", "--rig-file", rig, *RT_EMULATOR, *words)
     process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -55,7 +52,7 @@ def emulated(rig: Path, *words: object) -> Iterator[subprocess.Popen[str]]:
         process.communicate()
 
 
-def inserted(out: Path) -> bool:
+def inserted(out):
     """Whether a trial has gone well.
 
     In a world that the host holds up again and again a trial may run out of time with nothing wrong; not three of them.
@@ -69,12 +66,12 @@ def inserted(out: Path) -> bool:
     return "inserted" in outcomes
 
 
-def logs(out: Path) -> list[Path]:
+def logs(out):
     """In the order of their trials; the last is of the one that is under way, or was when the run ended."""
     return sorted((out / "logs").glob("trial-*.mcap"))
 
 
-def is_to_be_cut(out: Path) -> bool:
+def is_to_be_cut(out):
     """Whether a trial has gone well and there is a second of the next one on disk."""
     return inserted(out) and len(logs(out)) > finished_trials(out) and logs(out)[-1].stat().st_size > 30_000
 
@@ -84,7 +81,7 @@ LATE = re.compile("fault|silent|no set-point for|no new|age|gap|late|a force of 
 MOST_OUT_OF_TIME = 2
 
 
-def require_in_time(complaint: str) -> None:
+def require_in_time(complaint):
     """Nothing that a host may bring about which came late.
 
     Raises:
@@ -96,7 +93,7 @@ def require_in_time(complaint: str) -> None:
 
 
 @contextmanager
-def running(rig: Path, out: Path, policy: str) -> Iterator[subprocess.Popen[str]]:
+def running(rig, out, policy):
     """A run that has inserted the peg, in the middle of its next trial.
 
     That trial has left the peg in the hole: the next one draws it out straight before it goes anywhere.
@@ -117,7 +114,7 @@ def running(rig: Path, out: Path, policy: str) -> Iterator[subprocess.Popen[str]
         process.communicate()
 
 
-def require_equal(out: Path, last: str) -> str:
+def require_equal(out, last):
     """What was recorded over real wires, to the cut, comes out of the core again, bit for bit.
 
     Returns:
@@ -129,9 +126,7 @@ def require_equal(out: Path, last: str) -> str:
     return replayed
 
 
-def test_a_stranger_s_policy_inserts_and_a_cable_pulled_in_mid_motion_ends_the_run_with_a_log(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_stranger_s_policy_inserts_and_a_cable_pulled_in_mid_motion_ends_the_run_with_a_log(tmp_path, monkeypatch):
     rig, out = tmp_path / "rig.toml", tmp_path / "out"
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2] / "examples" / "strange_policies"))
     with emulated(rig, "--wires", "zebra-nmc", "--force", "jr3-can") as devices:
@@ -149,7 +144,7 @@ def test_a_stranger_s_policy_inserts_and_a_cable_pulled_in_mid_motion_ends_the_r
     assert taken in require_equal(out, last)
 
 
-def test_cia402_inserts_and_the_operator_s_signal_ends_the_run_and_its_log_names_it(tmp_path: Path) -> None:
+def test_cia402_inserts_and_the_operator_s_signal_ends_the_run_and_its_log_names_it(tmp_path):
     rig, out = tmp_path / "rig.toml", tmp_path / "out"
     with emulated(rig, "--wires", "cia402", "--force", "jr3-can"):
         with running(rig, out, "torque") as process:
@@ -175,9 +170,7 @@ class Sleepy(FixedPolicy):
 """
 
 
-def test_doctor_finds_both_devices_and_a_policy_that_takes_a_second_is_stopped_and_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_doctor_finds_both_devices_and_a_policy_that_takes_a_second_is_stopped_and_named(tmp_path, monkeypatch):
     rig, out = tmp_path / "rig.toml", tmp_path / "out"
     (tmp_path / "sleepy.py").write_text(SLEEPY)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))

@@ -2,15 +2,13 @@
 
 import signal
 import time
-from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import Any
 
 import pytest
 
 from palpate.adapters.config import DeviceEntry, RealTimeConfig
 from palpate.adapters.hardware import MonotonicClock, RigContext
-from palpate.adapters.hardware.arm_client import ArmClient, arm_in_process
+from palpate.adapters.hardware.arm_client import arm_in_process
 from palpate.adapters.hardware.plugins import force_sensor_maker
 from palpate.core.errors import DeviceError
 from palpate.core.ports import JointCommand
@@ -26,43 +24,43 @@ WRENCH = (1.5, -2.0, -10.0, 0.1, 0.2, -0.3)
 class Following(Ros2Robot):
     """Joints that stand at their set-points at once; notes what the last one was sent to, and when."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         super().__init__(NAMES, HOME)
-        self.came: list[tuple[int, float]] = []
+        self.came = []
 
-    def command(self, data: Sequence[float], now_ns: int) -> None:
+    def command(self, data, now_ns):
         super().command(data, now_ns)
         self.came.append((now_ns, data[5]))
 
-    def step(self, now_ns: int) -> None:
+    def step(self, now_ns):
         super().step(now_ns)
         self.measured_rad(self.targets_rad())
 
 
 @pytest.fixture
-def robot() -> Following:
+def robot():
     return Following()
 
 
 @pytest.fixture
-def server(robot: Following) -> Iterator[Ros2Server]:
+def server(robot):
     with Ros2Server(robot, lambda now_ns: WRENCH, rate_Hz=250.0) as served:
         yield served
 
 
-def table(server: Ros2Server, **settings: Any) -> dict[str, Any]:
+def table(server, **settings):
     network = {"domain": server.domain, "address": server.address, "peers": (server.address,), "max_age_ms": 500.0}
     return network | settings
 
 
-def owned(server: Ros2Server) -> ArmClient:
+def owned(server):
     """The arm in a process of its own."""
     context = RigContext.of("ur5e", MonotonicClock())
     settings = table(server, joints=NAMES, commands=f"/{server.commands}", patience=10.0)
     return arm_in_process(DeviceEntry("ros2", settings), context, RealTimeConfig(), 10**9)
 
 
-def lead(arm: ArmClient, seconds: float) -> None:
+def lead(arm, seconds):
     end_s = time.monotonic() + seconds
     while time.monotonic() < end_s:
         arm.send(JointCommand(THERE))
@@ -72,10 +70,10 @@ def lead(arm: ArmClient, seconds: float) -> None:
 
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGSTOP])
 @pytest.mark.usefixtures("real_time")
-def test_arm_is_led_and_held_where_its_process_ends(server: Ros2Server, robot: Following, end: signal.Signals) -> None:
+def test_arm_is_led_and_held_where_its_process_ends(server, robot, end):
     with owned(server) as arm, late_if("no message|has not run", DeviceError):
         lead(arm, 0.2)
-        process: Any = arm._host
+        process = arm._host
         process._process.send_signal(end)
         ended_ns = time.monotonic_ns()
         with pytest.raises(DeviceError, match=r"arm's process (was killed by SIGKILL|has not run for)"):
@@ -87,7 +85,7 @@ def test_arm_is_led_and_held_where_its_process_ends(server: Ros2Server, robot: F
         raise TooLateError(f"it was held {(held_ns - ended_ns) * 1e-6:.0f} ms after its process had ended")
 
 
-def test_wrench_is_read_and_one_that_ends_is_named(server: Ros2Server) -> None:
+def test_wrench_is_read_and_one_that_ends_is_named(server):
     context = RigContext.of("ur5e", MonotonicClock())
     with force_sensor_maker("ros2")(table(server, max_age_ms=200.0), context) as sensor:
         assert (*sensor.read().force_N, *sensor.read().torque_Nm) == WRENCH
@@ -100,7 +98,7 @@ def test_wrench_is_read_and_one_that_ends_is_named(server: Ros2Server) -> None:
             sensor.read()
 
 
-REFUSALS: dict[str, tuple[dict[str, Any], str]] = {
+REFUSALS = {
     "another topic": ({"topic": "/wrench"}, "nobody publishes /wrench in domain"),
     "wrong type": (
         {"topic": "/joint_states"}, "/joint_states carries sensor_msgs/msg/JointState, not geometry_msgs/msg/Wrench",
@@ -109,7 +107,7 @@ REFUSALS: dict[str, tuple[dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("case", REFUSALS)
-def test_sensor_that_is_not_there_is_refused(server: Ros2Server, case: str) -> None:
+def test_sensor_that_is_not_there_is_refused(server, case):
     settings, problem = REFUSALS[case]
     sensor = force_sensor_maker("ros2")(
         table(server, start_timeout_s=1.0, **settings), RigContext.of("ur5e", MonotonicClock())
@@ -118,7 +116,7 @@ def test_sensor_that_is_not_there_is_refused(server: Ros2Server, case: str) -> N
         sensor.configure()
 
 
-def test_without_the_library_one_line_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_library_one_line_names_the_extra(monkeypatch):
     monkeypatch.setattr("palpate.drivers.ros2.link.find_spec", lambda name: None)
     sensor = force_sensor_maker("ros2")({}, RigContext.of("ur5e", MonotonicClock()))
     with pytest.raises(Exception, match=r"cyclonedds is not installed.*pip install 'palpate\[ros2\]'"):

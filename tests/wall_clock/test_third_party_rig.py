@@ -7,7 +7,6 @@ import subprocess
 import sys
 import time
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,7 +15,7 @@ from palpate.adapters.gymnasium_envs.agent import LateAgentError
 from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
 from palpate.core.errors import DeviceError, FaultLatchedError
 from palpate.core.ports import Life
-from tests.command_line import CommandLine, wait_until
+from tests.command_line import wait_until
 from tests.wall_clock.late import TooLateError, late_if
 from tests.wall_clock.test_rigs import PATIENT
 
@@ -26,7 +25,7 @@ PACKAGE = Path(__file__).parents[2] / "examples" / "third_party_rig"
 
 
 @pytest.fixture
-def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def installed(tmp_path, monkeypatch):
     """The package with its entry points, as pip leaves it: nothing that lies beside it comes along."""
     project = tomllib.loads((PACKAGE / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     info = tmp_path / "site" / "third_party_rig-1.0.0.dist-info"
@@ -43,7 +42,7 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def rig(tmp_path: Path, installed: Path) -> Iterator[Path]:
+def rig(tmp_path, installed):
     """The rig file of devices that are served; the arm by its place, the sensor by its entry point."""
     path = tmp_path / "rig.toml"
     words = [sys.executable, "-W", "error", "-m", "third_party_rig.fake", "--rig-file", str(path)]
@@ -59,7 +58,7 @@ def rig(tmp_path: Path, installed: Path) -> Iterator[Path]:
         process.communicate()
 
 
-def test_doctor_a_trial_and_an_agent_that_finds_it_latched_when_it_hangs(palpate: CommandLine, rig: Path) -> None:
+def test_doctor_a_trial_and_an_agent_that_finds_it_latched_when_it_hangs(palpate, rig):
     with late_if(LATE, DeviceError):
         done = palpate("rig", "doctor", "--rig", rig, "--seconds", "0.3")
         assert "which gives angles only when it is switched on: add --move" in done.stdout

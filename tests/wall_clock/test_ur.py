@@ -2,11 +2,8 @@
 
 import sys
 import time
-from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -17,7 +14,7 @@ from palpate.core.ports import JointCommand, Life
 from palpate.drivers.errors import DriverError
 from palpate.drivers.ur import UrLink
 from palpate.simulation.emulators.ur import ControllerConfig, UrController, UrServer
-from tests.command_line import JOB, CommandLine
+from tests.command_line import JOB
 from tests.support.arm_thread import arm_in_thread
 from tests.support.arms import driver_arm
 from tests.virtual_ur import HOME
@@ -30,30 +27,30 @@ THERE = (*HOME[:5], HOME[5] + 0.3)
 class Following(UrController):
     """Joints that stand at their set-points at once."""
 
-    def step(self, now_ns: int) -> None:
+    def step(self, now_ns):
         super().step(now_ns)
         self.measured_rad(self.targets_rad())
 
 
 @contextmanager
-def served(**settings: Any) -> Iterator[UrServer]:
+def served(**settings):
     controller = Following(HOME, lambda now_ns: (0.0, 0.0, -5.0, 0.0, 0.0, 0.0), ControllerConfig(**settings))
     with UrServer(controller) as server:
         yield server
 
 
 @pytest.fixture
-def context() -> RigContext:
+def context():
     return replace(RigContext.of("ur5", MonotonicClock()), accept_kinematics=True)
 
 
-def wait_for(awaited: Callable[[], object]) -> None:
+def wait_for(awaited):
     end_s = time.monotonic() + 5.0
     while not awaited() and time.monotonic() < end_s:
         time.sleep(0.005)
 
 
-def lead(arm: Any, seconds: float) -> None:
+def lead(arm, seconds):
     end_s = time.monotonic() + seconds
     while time.monotonic() < end_s:
         arm.send(JointCommand(THERE))
@@ -62,7 +59,7 @@ def lead(arm: Any, seconds: float) -> None:
 
 
 @pytest.mark.usefixtures("real_time")
-def test_it_is_led_stops_and_is_there_again_after_a_broken_connection(context: RigContext) -> None:
+def test_it_is_led_stops_and_is_there_again_after_a_broken_connection(context):
     with served() as server:
         made = driver_arm("ur-rtde", {"host": server.host, "patience": 4.0, "max_age_ms": 400.0}, context)
         arm = arm_in_thread(made, context.clock, TIMEOUT_NS)
@@ -84,7 +81,7 @@ def test_it_is_led_stops_and_is_there_again_after_a_broken_connection(context: R
             lead(arm, 0.1)
 
 
-def test_the_tool_force_is_read_and_a_controller_that_is_gone_is_named(context: RigContext) -> None:
+def test_the_tool_force_is_read_and_a_controller_that_is_gone_is_named(context):
     with served() as server:
         sensor = force_sensor_maker("ur-rtde")({"host": server.host, "max_age_ms": 400.0}, context)
         sensor.configure()
@@ -102,9 +99,7 @@ def test_the_tool_force_is_read_and_a_controller_that_is_gone_is_named(context: 
     ids=["silence", "garbage"],
 )
 @pytest.mark.usefixtures("real_time")
-def test_wire_trouble_ends_in_a_named_fault_with_the_arm_at_rest_within_two_seconds(
-    context: RigContext, network: Callable[[bytes], bytes]
-) -> None:
+def test_wire_trouble_ends_in_a_named_fault_with_the_arm_at_rest_within_two_seconds(context, network):
     with served() as server:
         arm = arm_in_thread(
             driver_arm("ur-rtde", {"host": server.host, "patience": 2.0}, context), context.clock, TIMEOUT_NS
@@ -123,7 +118,7 @@ def test_wire_trouble_ends_in_a_named_fault_with_the_arm_at_rest_within_two_seco
 
 @pytest.mark.parametrize("way", ["no set-points", "the client is killed"])
 @pytest.mark.usefixtures("real_time")
-def test_without_set_points_or_without_the_client_the_controller_stops_the_arm(way: str) -> None:
+def test_without_set_points_or_without_the_client_the_controller_stops_the_arm(way):
     with served() as server:
         link = UrLink(server.host, 500.0)
         link.open(5.0)
@@ -144,9 +139,7 @@ def test_without_set_points_or_without_the_client_the_controller_stops_the_arm(w
         link.close()
 
 
-def test_without_the_client_one_line_names_the_extra(
-    palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_the_client_one_line_names_the_extra(palpate, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "rtde_control", None)
     (tmp_path / "rig.toml").write_text(
         "[arm]\nname = 'ur5'\nadapter = 'ur-rtde'\nhost = '127.0.0.9'\n[force_sensor]\nadapter = 'ur-rtde'\n"
@@ -156,7 +149,7 @@ def test_without_the_client_one_line_names_the_extra(
     assert "pip install 'palpate[ur]'" in done.stderr.splitlines()[-1]
 
 
-def test_insertion_by_the_tool_force_is_refused_with_the_figures(palpate: CommandLine, tmp_path: Path) -> None:
+def test_insertion_by_the_tool_force_is_refused_with_the_figures(palpate, tmp_path):
     with served() as server:
         sensor = (
             f"[force_sensor]\nadapter = 'ur-rtde'\nhost = '{server.host}'\nfacts = {{noise_N = 1.75, noise_Nm = 0.1}}"

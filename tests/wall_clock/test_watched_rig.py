@@ -4,7 +4,6 @@ import os
 import threading
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -13,9 +12,8 @@ from palpate.adapters.config.rig import OperatorTable, WatchdogTable
 from palpate.adapters.hardware import ArmAdapter, FaultFile, HardwareRig, RigContext, find_approach
 from palpate.adapters.hardware import rig as hardware_rig
 from palpate.adapters.hardware.adapter_arm import AdapterArm
-from palpate.adapters.hardware.arm_client import ArmClient
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
-from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Life, WrenchSample
+from palpate.core.ports import CommandReason, JointCommand, Life
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 from tests.support.arm_thread import arm_in_thread
 from tests.support.stopped_arm import nothing_left_behind, wait_for
@@ -33,12 +31,12 @@ class CountedArm(FakeArm):
     sent = 0
     fail_on_activation = ""
 
-    def _on_activate(self) -> None:
+    def _on_activate(self):
         super()._on_activate()
         if self.fail_on_activation:
             self._latch(self.fail_on_activation)
 
-    def send(self, command: JointCommand) -> AppliedCommand:
+    def send(self, command):
         self.sent += 1
         return super().send(command)
 
@@ -46,7 +44,7 @@ class CountedArm(FakeArm):
 class NoisyForceSensor(FakeForceSensor):
     """No sample is like the one before."""
 
-    def _measured(self, now_ns: int, sequence: int) -> WrenchSample:
+    def _measured(self, now_ns, sequence):
         sample = super()._measured(now_ns, sequence)
         return replace(sample, force_N=(0.1 * (sequence % 2), 0.0, 0.0))
 
@@ -65,10 +63,10 @@ FACTS = SensorFactsTable(0.1, 0.004, (100.0,) * 3, (5.0,) * 3, 140.0)
 
 
 @pytest.fixture
-def rig_of(monkeypatch: pytest.MonkeyPatch) -> Make:
+def rig_of(monkeypatch):
     devices = Devices()
 
-    def arm(_: object, context: RigContext, *_more: object) -> ArmClient:
+    def arm(_, context, *_more):
         devices.context = context
         devices.arm = CountedArm(
             context.clock, READY, lower_rad=context.lower_rad, upper_rad=context.upper_rad, max_step_rad=0.1
@@ -76,7 +74,7 @@ def rig_of(monkeypatch: pytest.MonkeyPatch) -> Make:
         encoder = FakeJointEncoder(context.clock, devices.arm.position_rad, max_age_ns=LONG_NS)
         return arm_in_thread(AdapterArm(ArmAdapter(encoder, devices.arm), context), context.clock, LONG_NS)
 
-    def force(_: object, context: RigContext) -> FakeForceSensor:
+    def force(_, context):
         devices.sensor = NoisyForceSensor(context.clock, max_age_ns=LONG_NS)
         return devices.sensor
 
@@ -84,12 +82,12 @@ def rig_of(monkeypatch: pytest.MonkeyPatch) -> Make:
     monkeypatch.setattr(hardware_rig, "force_sensor_maker", lambda _: force)
 
     def make(
-        watchdog: WatchdogTable,
-        operator: OperatorTable,
-        config: RunConfig = CONFIG,
-        facts: SensorFactsTable = FACTS,
-        latch: FaultFile | None = None,
-    ) -> tuple[HardwareRig, Devices]:
+        watchdog,
+        operator,
+        config=CONFIG,
+        facts=FACTS,
+        latch=None,
+    ):
         entry = DeviceEntry("fake", {})
         file = RigFile("fakes", entry, entry, 2.0, operator, watchdog, facts)
         return HardwareRig(file, config, find_approach(config, ready_pose()), latch), devices
@@ -97,7 +95,7 @@ def rig_of(monkeypatch: pytest.MonkeyPatch) -> Make:
     return make
 
 
-def test_the_arm_walks_to_the_ready_pose_once_and_again_on_request(rig_of: Make) -> None:
+def test_the_arm_walks_to_the_ready_pose_once_and_again_on_request(rig_of):
     rig, devices = rig_of(WatchdogTable(), NO_KEYS)
     with nothing_left_behind(), rig:
         for trial, walks in ((0, True), (1, False)):
@@ -112,9 +110,7 @@ def test_the_arm_walks_to_the_ready_pose_once_and_again_on_request(rig_of: Make)
         assert rig.stopped_by() == ""
 
 
-def test_a_fault_is_kept_until_it_is_acknowledged_and_no_device_reports_one(
-    rig_of: Make, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_fault_is_kept_until_it_is_acknowledged_and_no_device_reports_one(rig_of, tmp_path, capsys):
     quiet = WatchdogTable(), NO_KEYS, CONFIG, FACTS
     path = tmp_path / "rig.toml"
     rig, _ = rig_of(*quiet, FaultFile(path))
@@ -134,12 +130,12 @@ def test_a_fault_is_kept_until_it_is_acknowledged_and_no_device_reports_one(
     FaultFile(path)
 
 
-def test_what_a_run_asks_of_the_system_reaches_the_threads_of_its_adapters(rig_of: Make) -> None:
+def test_what_a_run_asks_of_the_system_reaches_the_threads_of_its_adapters(rig_of):
     loops_cpu = max(os.sched_getaffinity(0))
     _, devices = rig_of(WatchdogTable(), NO_KEYS, RunConfig(real_time=RealTimeConfig(cpu=loops_cpu)))
-    seen: list[set[int]] = []
+    seen = []
 
-    def adapters_thread() -> None:
+    def adapters_thread():
         devices.context.hurry()
         seen.append(os.sched_getaffinity(0))
 
@@ -149,7 +145,7 @@ def test_what_a_run_asks_of_the_system_reaches_the_threads_of_its_adapters(rig_o
     assert seen == [{loops_cpu}]
 
 
-def test_a_sensor_that_falls_silent_ends_the_way_to_the_ready_pose_and_latches(rig_of: Make) -> None:
+def test_a_sensor_that_falls_silent_ends_the_way_to_the_ready_pose_and_latches(rig_of):
     rig, devices = rig_of(WatchdogTable(), NO_KEYS)
     with rig:
         rig.ports.force_sensor.read()
@@ -159,7 +155,7 @@ def test_a_sensor_that_falls_silent_ends_the_way_to_the_ready_pose_and_latches(r
         assert "SAMPLE_STALE" in rig.latch.cause
 
 
-def test_a_rig_whose_sensor_facts_nobody_states_is_refused_before_anything_gets_power(rig_of: Make) -> None:
+def test_a_rig_whose_sensor_facts_nobody_states_is_refused_before_anything_gets_power(rig_of):
     rig, devices = rig_of(WatchdogTable(), NO_KEYS, facts=replace(FACTS, noise_N=None))
     with (
         nothing_left_behind(),

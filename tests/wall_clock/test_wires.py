@@ -29,14 +29,14 @@ LATE = "silent|missing|does not answer|answers|unanswered|too late|kept the driv
 class Following(DirectMotors):
     """Motors whose joints stand at their set-points at once."""
 
-    def set_motor_counts(self, axis: int, counts: float) -> None:
+    def set_motor_counts(self, axis, counts):
         super().set_motor_counts(axis, counts)
         self.measured_rad(self.targets_rad())
 
 
 @pytest.mark.usefixtures("real_time")
 @pytest.mark.parametrize("line", [b"t181501234567zz\r", None], ids=["ends receiving", "unplugged"])
-def test_serial_adapter_that_fails_is_noticed(line: bytes | None) -> None:
+def test_serial_adapter_that_fails_is_noticed(line):
     motors = Following(SCALE, HOME_RAD)
     context = RigContext(MonotonicClock(), arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 6)
     with SlcanServer(EmulatedCanBus([CanopenDrive(axis + 1, motors, axis) for axis in range(6)])) as server:

@@ -12,7 +12,7 @@ FLAT_M = 6e-3
 
 
 @pytest.mark.parametrize("arm", ARMS)
-def test_the_pressed_peg_sinks_by_at_most_5_micrometres(arm: str) -> None:
+def test_the_pressed_peg_sinks_by_at_most_5_micrometres(arm):
     with Bench(quiet(arm)) as bench:
         for offset_m in (*offsets_m(4), FLAT_M):
             bench.press(offset_m, 0.0)
@@ -23,7 +23,7 @@ def test_the_pressed_peg_sinks_by_at_most_5_micrometres(arm: str) -> None:
 
 
 @pytest.mark.parametrize("arm", ARMS)
-def test_pressing_is_steady(arm: str) -> None:
+def test_pressing_is_steady(arm):
     with Bench(quiet(arm)) as bench:
         for offset_m in (1e-3, FLAT_M):
             bench.press(offset_m, 0.0)
@@ -33,14 +33,14 @@ def test_pressing_is_steady(arm: str) -> None:
 
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize("depth_m", [4e-3, 9.5e-3])
-def test_the_play_in_the_hole_is_the_clearance(arm: str, depth_m: float) -> None:
+def test_the_play_in_the_hole_is_the_clearance(arm, depth_m):
     with Bench(quiet(arm)) as bench:
         bench.enter_hole(depth_m)
         assert [bench.play_m(heading) for heading in headings(4)] == pytest.approx([75e-6] * 4, abs=20e-6)
 
 
 @pytest.mark.parametrize("arm", ARMS)
-def test_the_peg_does_not_chatter_on_the_wall(arm: str) -> None:
+def test_the_peg_does_not_chatter_on_the_wall(arm):
     with Bench(quiet(arm)) as bench:
         for heading in headings(4):
             bench.enter_hole(4e-3)
@@ -66,9 +66,7 @@ def test_the_peg_does_not_chatter_on_the_wall(arm: str) -> None:
         ("ur5", "keyed", 0.075, 5.0),
     ],
 )
-def test_other_pegs_touch_as_hard_up_to_the_edge_of_the_plate(
-    arm: str, section: str, clearance_mm: float, tilt_mrad: float
-) -> None:
+def test_other_pegs_touch_as_hard_up_to_the_edge_of_the_plate(arm, section, clearance_mm, tilt_mrad):
     peg = PegConfig(cross_section=section, clearance_mm=clearance_mm)
     with Bench(quiet(arm, peg=peg, tilt_mrad=tilt_mrad, tilt_heading_deg=70.0)) as bench:
         for aside_m, heading in zip((clearance_mm * 1e-3 + 1e-3, 5e-3, PLATE_REACH_M), headings(3), strict=True):
@@ -82,8 +80,8 @@ def test_other_pegs_touch_as_hard_up_to_the_edge_of_the_plate(
 
 
 @pytest.mark.parametrize("arm", ARMS)
-def test_weight_pulls_out_of_the_tool_and_pressing_pushes_into_it(arm: str) -> None:
-    def at_rest(mass_kg: float) -> tuple[float, ...]:
+def test_weight_pulls_out_of_the_tool_and_pressing_pushes_into_it(arm):
+    def at_rest(mass_kg):
         with Bench(quiet(arm, compliance=ComplianceConfig(moving_mass_kg=mass_kg))) as bench:
             return bench.hang_above(0.0, 0.0).force_N
 
@@ -96,8 +94,8 @@ def test_weight_pulls_out_of_the_tool_and_pressing_pushes_into_it(arm: str) -> N
 
 
 @pytest.mark.parametrize("arm", ["zebra-zero", "panda"])
-def test_the_capture_width_does_not_hang_on_the_time_step(arm: str) -> None:
-    def capture_m(substeps: int) -> float:
+def test_the_capture_width_does_not_hang_on_the_time_step(arm):
+    def capture_m(substeps):
         with Bench(quiet(arm, substeps=substeps)) as bench:
             return bench.capture_half_width_m(0.5)
 
@@ -108,7 +106,7 @@ def test_the_capture_width_does_not_hang_on_the_time_step(arm: str) -> None:
 
 
 @pytest.mark.parametrize("section", ["square", "triangle"])
-def test_half_the_time_step_changes_capture_in_yaw_by_less_than_a_fifth(section: str) -> None:
+def test_half_the_time_step_changes_capture_in_yaw_by_less_than_a_fifth(section):
     yaw_deg = []
     for substeps in (4, 8):
         with Bench(quiet(peg=PegConfig(cross_section=section), substeps=substeps)) as bench:

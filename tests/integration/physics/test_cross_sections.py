@@ -17,11 +17,11 @@ from tests.support.physics_bench import ready_pose
 CASES = [(section, "zebra-zero") for section in ("round", *SIDES)] + [(KEYED, arm) for arm in list(ARMS)[1:]]
 
 
-def config_of(arm: str, section: str) -> RunConfig:
+def config_of(arm, section):
     return RunConfig(arm=arm, cell=CellConfig(peg=PegConfig(cross_section=section)))
 
 
-def gaps_m(rig: SimulatedRig) -> list[float]:
+def gaps_m(rig):
     """Distance from each wall of the hole to the nearest sphere, or corner, of the centred peg."""
     model, data = rig.cell.model, rig.cell.data
     mujoco.mj_kinematics(model, data)
@@ -40,7 +40,7 @@ def gaps_m(rig: SimulatedRig) -> list[float]:
 
 
 @pytest.mark.parametrize(("section", "arm"), CASES)
-def test_the_gap_is_the_clearance_on_every_side(section: str, arm: str) -> None:
+def test_the_gap_is_the_clearance_on_every_side(section, arm):
     config = config_of(arm, section)
     with SimulatedRig(config, ready_pose(arm)) as rig:
         gaps = gaps_m(rig)
@@ -49,7 +49,7 @@ def test_the_gap_is_the_clearance_on_every_side(section: str, arm: str) -> None:
 
 
 @pytest.mark.parametrize(("section", "arm"), CASES)
-def test_a_centred_peg_goes_in_to_10_mm(section: str, arm: str) -> None:
+def test_a_centred_peg_goes_in_to_10_mm(section, arm):
     config = config_of(arm, section)
     with SimulatedRig(config, ready_pose(arm)) as rig:
         report = random_walk(rig, config, 0, (0.0, 0.0))

@@ -15,7 +15,7 @@ from tests.support.tool import TOOL
 
 
 @pytest.mark.parametrize("arm", ARMS)
-def test_the_tip_is_where_forward_kinematics_puts_it(arm: str) -> None:
+def test_the_tip_is_where_forward_kinematics_puts_it(arm):
     kinematics = Kinematics(arm_named(arm), TOOL)
     rng = np.random.default_rng(1)
     with SimulatedRig(RunConfig(arm=arm), ready_pose(arm)) as rig:
@@ -35,7 +35,7 @@ def test_the_tip_is_where_forward_kinematics_puts_it(arm: str) -> None:
 
 
 @pytest.mark.parametrize("arm", ARMS)
-def test_every_joint_is_limited_as_the_urdf_says(arm: str) -> None:
+def test_every_joint_is_limited_as_the_urdf_says(arm):
     urdf = ET.parse(arm_named(arm).find_urdf()).getroot()
     kinematics = Kinematics(arm_named(arm), TOOL)
     ranges = {

@@ -15,7 +15,7 @@ from palpate.simulation.work_cell.config import PegConfig
 from tests.integration.physics.trials import digests
 
 
-def short_run(arm: str) -> RunConfig:
+def short_run(arm):
     config = RunConfig(arm=arm, seed=7)
     # A hole that lies elsewhere in every trial, and time enough for some tens of steps.
     return replace(
@@ -26,11 +26,11 @@ def short_run(arm: str) -> RunConfig:
 
 
 @cache
-def digests_here(arm: str) -> list[str]:
+def digests_here(arm):
     return digests(short_run(arm), range(2))
 
 
-def digests_of_a_fresh_process(arm: str, **processor: str) -> list[str]:
+def digests_of_a_fresh_process(arm, **processor):
     program = (
         "from tests.integration.physics import test_reproducible as t\n"
         f"print(*t.digests(t.short_run({arm!r}), range(2)))"
@@ -40,14 +40,14 @@ def digests_of_a_fresh_process(arm: str, **processor: str) -> list[str]:
     return done.stdout.split()
 
 
-def test_a_fresh_process_repeats_every_command_and_sample() -> None:
+def test_a_fresh_process_repeats_every_command_and_sample():
     assert len(set(digests_here("panda"))) == 2
     assert digests_of_a_fresh_process("panda") == digests_here("panda")
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="these are the kernels of x86-64 processors")
 @pytest.mark.parametrize(("kernels", "needed"), [("Prescott", "pni"), ("Haswell", "avx2"), ("SkylakeX", "avx512bw")])
-def test_kernels_that_are_chosen_by_the_processor_play_no_part(kernels: str, needed: str) -> None:
+def test_kernels_that_are_chosen_by_the_processor_play_no_part(kernels, needed):
     if needed not in Path("/proc/cpuinfo").read_text().split():
         pytest.skip(f"this processor has no {needed}: its kernels would end the process")
     vectors = {"NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4"} if kernels == "Prescott" else {}
@@ -55,7 +55,7 @@ def test_kernels_that_are_chosen_by_the_processor_play_no_part(kernels: str, nee
     assert there == digests_here("zebra-zero")
 
 
-def test_a_trial_alone_equals_the_trial_in_a_sequence() -> None:
+def test_a_trial_alone_equals_the_trial_in_a_sequence():
     config = short_run("zebra-zero")
     sequence = digests(config, range(3))
     assert len(set(sequence)) == 3
@@ -66,9 +66,7 @@ def test_a_trial_alone_equals_the_trial_in_a_sequence() -> None:
     ("arm", "section", "tilt_mrad"),
     [("zebra-zero", "round", 0.0), ("ur5", "round", 20.0), ("zebra-zero", "hexagon", 5.0)],
 )
-def test_a_trial_with_listed_contacts_is_that_with_all_of_them_searched(
-    arm: str, section: str, tilt_mrad: float
-) -> None:
+def test_a_trial_with_listed_contacts_is_that_with_all_of_them_searched(arm, section, tilt_mrad):
     run = short_run(arm)
     found = set()
     for contacts in ("listed", "searched"):

@@ -14,7 +14,7 @@ from tests.support.physics_bench import Bench, headings, offsets_m, quiet, rms
     ("arm", "offset_m"),
     [*product(ARMS, [None]), *product(("zebra-zero", "ur10", "panda"), (0.5e-3, 1.5e-3, 2.7e-3))],
 )
-def test_the_direction_to_the_hole_errs_by_at_most_5_degrees_rms(arm: str, offset_m: float | None) -> None:
+def test_the_direction_to_the_hole_errs_by_at_most_5_degrees_rms(arm, offset_m):
     # Offsets spread like the headings, and those at which the errors of ``python -m benchmarks.physics`` are largest.
     count = 18 if offset_m is None else 9
     offsets = offsets_m(count) if offset_m is None else [offset_m] * count
@@ -24,7 +24,7 @@ def test_the_direction_to_the_hole_errs_by_at_most_5_degrees_rms(arm: str, offse
 
 
 @pytest.mark.parametrize("heading", headings(3))
-def test_signs_of_force_and_torque(heading: float) -> None:
+def test_signs_of_force_and_torque(heading):
     # The hole is in the direction e from the tip. The plate pushes from the other side of the tip, upwards (-z).
     ex, ey = -cos(heading), -sin(heading)
     with Bench(quiet()) as bench:
@@ -35,8 +35,8 @@ def test_signs_of_force_and_torque(heading: float) -> None:
     assert (tx / -fz, ty / -fz) == pytest.approx((lever_m * ey, -lever_m * ex), abs=0.1 * lever_m)
 
 
-def test_friction_turns_the_cue_unless_the_gripper_pivots_at_the_tip() -> None:
-    def after_steps(centre_above_tip_mm: float) -> float:
+def test_friction_turns_the_cue_unless_the_gripper_pivots_at_the_tip():
+    def after_steps(centre_above_tip_mm):
         compliance = ComplianceConfig(centre_above_tip_mm=centre_above_tip_mm)
         with Bench(quiet(compliance=compliance)) as bench:
             return rms([bench.cue_error_deg(1e-3, h, step_heading=2.1 * h + 1.0) for h in headings(6)])

@@ -7,28 +7,25 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import (
     FIRST_EVALUATION_TRIAL,
     NOT_RECORDED,
-    Recording,
     ScoredTrial,
     TrialRow,
     Trials,
     build_perception,
 )
-from palpate.core.perception import Perception
-from palpate.core.policy import Observation, Policy
-from palpate.core.ports import Rig
+from palpate.core.policy import Observation
 from palpate.core.ports.rig import Truth
-from palpate.core.trial import DecisionRecord, Outcome, ReadyPose, TaskConfig, TrialReport, TrialSetup, find_ready_pose
+from palpate.core.trial import DecisionRecord, Outcome, TaskConfig, TrialReport, TrialSetup, find_ready_pose
 
 QUICK = RunConfig(task=TaskConfig(time_limit_s=1.0))
 
 
 @cache
-def ready_pose() -> ReadyPose:
+def ready_pose():
     """The ready pose of the default arm and goal."""
     return find_ready_pose(RunConfig().arm, RunConfig().tool.geometry, RunConfig().task)
 
 
-def scored_trial(index: int, *, success: bool = True, decisions: int = 2) -> ScoredTrial:
+def scored_trial(index, *, success=True, decisions=2):
     """A trial with figures that tell it from others."""
     report = TrialReport(
         TrialSetup(index, 7, (0.001 * index, -0.002)),
@@ -48,22 +45,22 @@ def scored_trial(index: int, *, success: bool = True, decisions: int = 2) -> Sco
     )
 
 
-def trial_rows(*times_s: float, success: bool = True) -> list[TrialRow]:
+def trial_rows(*times_s, success=True):
     """Lines of ``trials.csv`` that differ in number and time only."""
     plain = TrialRow.of(scored_trial(0, success=success))
     return [replace(plain, trial=k, exploration_time_s=time) for k, time in enumerate(times_s)]
 
 
 def run_policy(
-    config: RunConfig,
-    rig: Rig,
-    policy: Policy,
-    trials: int,
-    recording: Recording = NOT_RECORDED,
+    config,
+    rig,
+    policy,
+    trials,
+    recording=NOT_RECORDED,
     *,
-    perception: Perception | None = None,
-    name: str = "",
-) -> list[TrialRow]:
+    perception=None,
+    name="",
+):
     """Run trials of a policy on an open rig; what they were."""
     first, rows = FIRST_EVALUATION_TRIAL, list[TrialRow]()
     perception = perception or build_perception(config)
@@ -73,12 +70,12 @@ def run_policy(
 
 
 def observation(
-    x_m: float = 0.0,
-    y_m: float = 0.0,
+    x_m=0.0,
+    y_m=0.0,
     *,
-    torque_Nm: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    action_number: int = 0,
-) -> Observation:
+    torque_Nm=(0.0, 0.0, 0.0),
+    action_number=0,
+):
     """What a policy sees with the tip commanded to (x, y)."""
     # The measured tip lies elsewhere, so that who confuses the two is found out.
     return Observation(0, (9.0, 9.0, 9.0), (x_m, y_m, 0.0), (0.0, 0.0, -5.0), torque_Nm, action_number)

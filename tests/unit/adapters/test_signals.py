@@ -14,14 +14,14 @@ HARMLESS = ("SIGCHLD", "SIGCONT", "SIGTSTP", "SIGTTIN", "SIGTTOU", "SIGURG", "SI
 NOT_CAUGHT = ("SIGKILL", "SIGSTOP")
 
 
-def test_every_signal_that_ends_a_process_is_on_the_list() -> None:
+def test_every_signal_that_ends_a_process_is_on_the_list():
     others = {signal.Signals[name] for name in (*CRASHES, *OF_PYTHON, *HARMLESS, *NOT_CAUGHT)}
     assert set(ENDING) == signal.valid_signals() - others
 
 
-def test_each_of_them_is_handled_and_the_innermost_handler_counts() -> None:
-    outer: list[int] = []
-    inner: list[int] = []
+def test_each_of_them_is_handled_and_the_innermost_handler_counts():
+    outer = []
+    inner = []
     # The time limit of the tests serves SIGALRM.
     numbers = [number for number in ENDING if number != signal.SIGALRM]
     before = [signal.getsignal(number) for number in ENDING]
@@ -35,8 +35,8 @@ def test_each_of_them_is_handled_and_the_innermost_handler_counts() -> None:
 
 
 @pytest.mark.parametrize("meaning", [signal.SIG_IGN, lambda number, frame: None])
-def test_what_is_ignored_or_served_by_another_handler_stays(meaning: object) -> None:
-    seen: list[int] = []
+def test_what_is_ignored_or_served_by_another_handler_stays(meaning):
+    seen = []
     before = signal.signal(signal.SIGHUP, meaning)  # type: ignore[arg-type]
     try:
         with on_ending_signal(seen.append):
@@ -46,7 +46,7 @@ def test_what_is_ignored_or_served_by_another_handler_stays(meaning: object) -> 
     assert seen == []
 
 
-def test_a_process_that_works_for_another_outlives_them_all() -> None:
+def test_a_process_that_works_for_another_outlives_them_all():
     program = (
         "import signal\n"
         "from palpate.adapters.signals import ENDING, ignore_ending_signals\n"

@@ -11,14 +11,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from math import hypot
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 import pinocchio as pin
 
 from palpate.adapters.contracts import FakeClock
-from palpate.core.motion import Array, InverseKinematics, Kinematics, TipMotion, arm_named
+from palpate.core.motion import InverseKinematics, Kinematics, TipMotion, arm_named
 from palpate.core.perception import (
     GatedThresholds,
     IdentityState,
@@ -34,11 +32,10 @@ from palpate.core.policy import (
     Hindsight,
     Observation,
     Policy,
-    Reinforcement,
     Transition,
     compass_actions,
 )
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointVector, Ports, Vector3, WrenchSample
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Ports
 from palpate.core.tasks.insertion import Agent, InsertionTask
 from palpate.core.trial import N_PER_KGF, ControlConfig, GoalConfig, Measurement, TaskConfig, goal_in_base
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
@@ -47,8 +44,8 @@ from tests.support.tool import TOOL
 STIFFNESS_N_PER_M = 5e3
 LATERAL_N_PER_M = 4e4
 LEVER_M = 2e-3
-WEIGHT_AND_BIAS_N: Vector3 = (0.7, -0.4, 6.0)
-WEIGHT_AND_BIAS_NM: Vector3 = (0.05, -0.02, 0.01)
+WEIGHT_AND_BIAS_N = (0.7, -0.4, 6.0)
+WEIGHT_AND_BIAS_NM = (0.05, -0.02, 0.01)
 ACTIONS = compass_actions(0.5e-3)
 
 
@@ -71,7 +68,7 @@ class Pit:
 
 
 @cache
-def ready_pose(arm: str = "zebra-zero") -> tuple[JointVector, tuple[tuple[float, ...], ...]]:
+def ready_pose(arm="zebra-zero"):
     """Joint angles 3 mm above the nominal goal, tool pointing into the hole, and the tool's orientation there."""
     kinematics = Kinematics(arm_named(arm), TOOL)
     goal = goal_in_base(GoalConfig())
@@ -85,11 +82,11 @@ def ready_pose(arm: str = "zebra-zero") -> tuple[JointVector, tuple[tuple[float,
 class PlateSensor(FakeForceSensor):
     """Feels the world below it at the moment it is read."""
 
-    def __init__(self, world: FakeWorld) -> None:
+    def __init__(self, world):
         super().__init__(world.clock)
         self._world = world
 
-    def read(self) -> WrenchSample:
+    def read(self):
         self.load_N, self.load_Nm = self._world.load()
         sample = super().read()
         return sample if self._world.spoil is None else self._world.spoil(sample)
@@ -110,15 +107,15 @@ class FakeWorld:
         force_N: Contact force on the tip then, task frame.
     """
 
-    def __init__(self, *pits: Pit, height_m: float = 0.0) -> None:
+    def __init__(self, *pits, height_m=0.0):
         self.clock = FakeClock()
         self.pits, self.height_m, self.slope = pits, height_m, 0.0
         self.stiffness_N_per_m = STIFFNESS_N_PER_M
         self.mass_kg, self._heights_m = 0.0, (-3e-3, -3e-3)
-        self.spoil: Callable[[WrenchSample], WrenchSample] | None = None
-        self.tip_m: Vector3 = (0.0, 0.0, 0.0)
-        self.force_N: Vector3 = (0.0, 0.0, 0.0)
-        self._inside: Pit | None = None
+        self.spoil = None
+        self.tip_m = (0.0, 0.0, 0.0)
+        self.force_N = (0.0, 0.0, 0.0)
+        self._inside = None
         self._held_N = 0.0
         self._kinematics = kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
         self._task = goal_in_base(GoalConfig())
@@ -134,18 +131,16 @@ class FakeWorld:
         self.encoder = FakeJointEncoder(self.clock, self.arm.position_rad)
         self.ports = Ports(self.clock, self.sensor, self.encoder, self.arm)
 
-    def __enter__(self) -> Self:
+    def __enter__(self):
         for device in (self.sensor, self.encoder, self.arm):
             device.__enter__()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind, error, trace):
         for device in (self.arm, self.encoder, self.sensor):
             device.close()
 
-    def load(self) -> tuple[Vector3, Vector3]:
+    def load(self):
         """What the sensor carries now: contact, weight and bias, sensor frame."""
         kinematics = self._kinematics
         kinematics.update(self.arm.position_rad())
@@ -161,7 +156,7 @@ class FakeWorld:
         torque_in_sensor = to_sensor @ torque + lever
         return _plus(force_in_sensor, WEIGHT_AND_BIAS_N), _plus(torque_in_sensor, WEIGHT_AND_BIAS_NM)
 
-    def _contact(self, x: float, y: float, z: float) -> tuple[Array, Array]:
+    def _contact(self, x, y, z):
         """Force on the tip and torque about it, task frame."""
         height = self.height_m + self.slope * x
         if z <= height:
@@ -183,7 +178,7 @@ class FakeWorld:
             across *= max(1.0 - pit.play_m / max(far_m, 1e-9), 0.0)
         return np.array([across * (pit.x_m - x), across * (pit.y_m - y), -push]), np.zeros(3)
 
-    def _cue(self, x: float, y: float, push: float) -> Array:
+    def _cue(self, x, y, push):
         if not self.pits:
             return np.zeros(3)
         dx, dy = min(((p.x_m - x, p.y_m - y) for p in self.pits), key=lambda d: hypot(*d))
@@ -191,7 +186,7 @@ class FakeWorld:
         return np.array([-dy / far, dx / far, 0.0]) * (LEVER_M * push)
 
 
-def _plus(a: Array, b: Vector3) -> Vector3:
+def _plus(a, b):
     x, y, z = (a + np.array(b)).tolist()
     return x, y, z
 
@@ -215,15 +210,15 @@ class FollowTorque(Policy):
     before: Callable[[], None] = lambda: None
     temperature: float | None = None
 
-    def serves(self, state: int) -> bool:
+    def serves(self, state):
         return True
 
-    def begin_trial(self, trial: int, rng: np.random.Generator) -> None: ...
+    def begin_trial(self, trial, rng): ...
 
-    def foresee(self, place_m: tuple[float, float]) -> None:
+    def foresee(self, place_m):
         self.foreseen.append(place_m)
 
-    def choose(self, observation: Observation) -> Decision:
+    def choose(self, observation):
         self.before()
         self.seen.append(observation)
         tx, ty, _ = observation.torque_Nm
@@ -231,10 +226,10 @@ class FollowTorque(Policy):
         index = along.index(max(along))
         return Decision(ACTIONS[index], index, "torque")
 
-    def learn(self, transition: Transition) -> None:
+    def learn(self, transition):
         self.learned.append(transition)
 
-    def end_trial(self, hindsight: Hindsight) -> None:
+    def end_trial(self, hindsight):
         self.ended.append(hindsight)
 
 
@@ -244,7 +239,7 @@ class Steps(FollowTorque):
 
     displacements_m: Sequence[tuple[float, float]] = ()
 
-    def choose(self, observation: Observation) -> Decision:
+    def choose(self, observation):
         self.before()
         self.seen.append(observation)
         n = observation.action_number
@@ -252,7 +247,7 @@ class Steps(FollowTorque):
         return Decision(Action("given", step), None, "given")
 
 
-def paper_perception() -> Perception:
+def paper_perception():
     """The paper's 17 states."""
     torque = 0.7e-3 * N_PER_KGF
     symboliser = GatedThresholds(
@@ -261,14 +256,14 @@ def paper_perception() -> Perception:
     return Perception(SelectedChannels(("x", "y", "tx", "ty")), symboliser, IdentityState(symboliser.symbols))
 
 
-def measurement() -> Measurement:
+def measurement():
     """The zebra-zero's, above the goal that comes with palpate."""
     signal = SignalProcessor(CONTROL_RATE_HZ, 4.0)
     kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
     return Measurement(kinematics, goal_in_base(GoalConfig()), signal, STIFFNESS_N_PER_M)
 
 
-def tip_motion() -> TipMotion:
+def tip_motion():
     """The same arm's, the tool upright."""
     _, rotation = ready_pose()
     kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
@@ -276,11 +271,11 @@ def tip_motion() -> TipMotion:
 
 
 def build_task(
-    policy: Policy,
-    task: TaskConfig | None = None,
-    control: ControlConfig | None = None,
-    reinforcement: Reinforcement | None = None,
-) -> InsertionTask:
+    policy,
+    task=None,
+    control=None,
+    reinforcement=None,
+):
     """The core over the zebra-zero, with every part its own; the gripper is an ideal spring."""
     return InsertionTask(
         task or TaskConfig(),

@@ -2,20 +2,20 @@
 
 import json
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any
 
 import pytest
 
 from palpate.core.errors import ConfigurationError
 
-Change: TypeAlias = Callable[[Any], None]
+Change = Callable[[Any], None]
 
 
-def put(*keys_and_value: Any) -> Change:
+def put(*keys_and_value):
     """The last one is put where the others lead to."""
     *keys, last, value = keys_and_value
 
-    def change(made: Any) -> None:
+    def change(made):
         for key in keys:
             made = made[key]
         made[last] = value
@@ -23,7 +23,7 @@ def put(*keys_and_value: Any) -> Change:
     return change
 
 
-def require_refused(read: Callable[[str], object], made: Any, field: str) -> None:
+def require_refused(read, made, field):
     """The text is refused in one line that names the field."""
     with pytest.raises(ConfigurationError) as refused:
         read(json.dumps(made))

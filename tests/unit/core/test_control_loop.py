@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from palpate.adapters.contracts import FakeClock
 from palpate.core.control_loop import (
     LoopObserver,
-    UnfinishedTick,
     next_slot,
     next_snapshot,
     run_trial,
@@ -23,15 +22,13 @@ from palpate.core.control_loop import (
 from palpate.core.errors import DeviceError, LifecycleError
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
-    AppliedCommand,
     JointCommand,
     Life,
     Ports,
-    Snapshot,
     Validity,
     WrenchSample,
 )
-from palpate.core.trial import Outcome, Supervised, TrialReport
+from palpate.core.trial import Outcome
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 from tests.unit.core.supervision.bench import supervisor
 from tests.unit.core.watched_task import HOLE, SETUP, Watch, assert_stopped, run
@@ -43,11 +40,11 @@ class UnwellError(Exception):
 
 class TestLoop:
     @given(start=st.integers(-(2**60), 2**60), tick=st.integers(0, 10**12))
-    def test_tick_is_never_a_nanosecond_off(self, start: int, tick: int) -> None:
+    def test_tick_is_never_a_nanosecond_off(self, start, tick):
         exact = start + Fraction(tick * 10**9, CONTROL_RATE_HZ)
         assert 0 <= exact - tick_time_ns(start, tick) < 1
 
-    def test_ticks_come_at_their_times_and_with_their_samples(self) -> None:
+    def test_ticks_come_at_their_times_and_with_their_samples(self):
         world = FakeWorld(HOLE)
         world.clock.sleep_until(987_654_321)
         watch = Watch(world)
@@ -60,11 +57,11 @@ class TestLoop:
             assert snapshot.wrench.source_time_ns == snapshot.joints.source_time_ns == snapshot.time_ns
             assert snapshot.wrench.sequence == snapshot.joints.sequence == snapshot.tick
 
-    def test_slots_missed_are_left_out_and_the_schedule_keeps_its_phase(self) -> None:
+    def test_slots_missed_are_left_out_and_the_schedule_keeps_its_phase(self):
         world = FakeWorld(HOLE)
         watch = Watch(world)
 
-        def dawdle(tick: int) -> None:
+        def dawdle(tick):
             if tick == 10:
                 world.clock.advance(4)
 
@@ -79,7 +76,7 @@ class TestLoop:
         assert [s.tick for s in watch.snapshots] == list(range(len(times)))
 
     @given(start=st.integers(0, 2**40), slot=st.integers(0, 10**6), late_ns=st.integers(0, 10**10))
-    def test_next_slot_is_the_first_that_has_not_begun(self, start: int, slot: int, late_ns: int) -> None:
+    def test_next_slot_is_the_first_that_has_not_begun(self, start, slot, late_ns):
         now = tick_time_ns(start, slot) + late_ns
         following = next_slot(start, slot, now)
         assert following > slot
@@ -88,11 +85,11 @@ class TestLoop:
 
     @pytest.mark.parametrize("error", [UnwellError, KeyboardInterrupt, SystemExit, StopIteration])
     @pytest.mark.parametrize("tick", [0, 1, 100])
-    def test_arm_is_stopped_when_the_task_fails(self, error: type[BaseException], tick: int) -> None:
+    def test_arm_is_stopped_when_the_task_fails(self, error, tick):
         world = FakeWorld(HOLE)
         watch = Watch(world)
 
-        def fail(now: int) -> None:
+        def fail(now):
             if now == tick:
                 raise error
 
@@ -102,19 +99,19 @@ class TestLoop:
                 run(world, watch)
             assert_stopped(world)
 
-    def test_arm_is_stopped_when_a_trial_cannot_begin(self) -> None:
+    def test_arm_is_stopped_when_a_trial_cannot_begin(self):
         arm, task = Mock(), Mock()
         task.begin.side_effect = UnwellError
         with pytest.raises(UnwellError):
             run_trial(task, Ports(FakeClock(), Mock(), Mock(), arm), SETUP)
         arm.stop.assert_called_once_with()
 
-    def test_ports_that_are_not_active_are_refused(self) -> None:
+    def test_ports_that_are_not_active_are_refused(self):
         world = FakeWorld(HOLE)
         with pytest.raises(LifecycleError):
             run(world, Watch(world))
 
-    def test_caller_who_steps_the_task_itself_has_the_same_trial(self) -> None:
+    def test_caller_who_steps_the_task_itself_has_the_same_trial(self):
         whole, halves = FakeWorld(HOLE), FakeWorld(HOLE)
         with whole:
             report = run_trial(build_task(FollowTorque()), whole.ports, SETUP)
@@ -136,13 +133,13 @@ class TestLoop:
         assert task.report == report
         assert choices == report.actions > 1
 
-    def test_sensor_that_fails_while_the_tool_is_drawn_back_does_not_leave_it_there(self) -> None:
+    def test_sensor_that_fails_while_the_tool_is_drawn_back_does_not_leave_it_there(self):
         drawn_back_to = []
         for fails in (False, True):
             world = FakeWorld(HOLE)
             read, last = world.ports.force_sensor.read, list[WrenchSample]()
 
-            def read_on(read=read, last=last, fails=fails) -> WrenchSample:  # type: ignore[no-untyped-def]
+            def read_on(read=read, last=last, fails=fails):  # type: ignore[no-untyped-def]
                 if fails and len(last) > 260:
                     raise DeviceError("sensor", "is gone")
                 last.append(read())
@@ -157,12 +154,12 @@ class TestLoop:
         assert drawn_back_to[0] == drawn_back_to[1]
 
     @pytest.mark.parametrize("tripped", [False, True])
-    def test_what_a_trial_came_to_is_told_once_all_of_it_is_known(self, tripped: bool) -> None:
+    def test_what_a_trial_came_to_is_told_once_all_of_it_is_known(self, tripped):
         world, policy = FakeWorld(Pit(0.3e-3, -0.2e-3)), FollowTorque()
         guard = supervisor()
 
         class Last(Watch):
-            def act(self) -> JointCommand:
+            def act(self):
                 assert policy.ended == []
                 command = super().act()
                 # The supervisor trips in the tick in which the task says that the peg is in.
@@ -181,23 +178,23 @@ class TestLoop:
 class Diary(LoopObserver):
     """Keeps the names of all events but ``ended``, and what some of them brought."""
 
-    def __init__(self, world: FakeWorld) -> None:
-        self.events: list[str] = []
-        self.ticks: list[tuple[int, int]] = []
-        self.sends: list[tuple[JointCommand, AppliedCommand]] = []
-        self.failures: list[tuple[BaseException, UnfinishedTick]] = []
-        self.stops: list[BaseException | None] = []
+    def __init__(self, world):
+        self.events = []
+        self.ticks = []
+        self.sends = []
+        self.failures = []
+        self.stops = []
         self._world = world
 
-    def begun(self, start_ns: int, report: TrialReport) -> None:
+    def begun(self, start_ns, report):
         self.events.append("begun")
         self.report = report
 
-    def waited(self, tick: int, deadline_ns: int) -> None:
+    def waited(self, tick, deadline_ns):
         self.events.append("waited")
         self.ticks.append((tick, deadline_ns))
 
-    def _note(self, event: str, *_: object) -> None:
+    def _note(self, event, *_):
         self.events.append(event)
 
     clock_read = partialmethod(_note, "clock_read")
@@ -207,20 +204,20 @@ class Diary(LoopObserver):
     chosen = partialmethod(_note, "chosen")
     acted = partialmethod(_note, "acted")
 
-    def supervised(self, supervised: Supervised) -> None:
+    def supervised(self, supervised):
         self.events.append("supervised")
         assert supervised.command is not None
 
-    def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
+    def sent(self, snapshot, command, applied):
         self.events.append("sent")
         self.sends.append((command, applied))
 
-    def failed(self, error: BaseException, tick: UnfinishedTick) -> None:
+    def failed(self, error, tick):
         self.events.append("failed")
         self.failures.append((error, tick))
         assert_stopped(self._world)
 
-    def stopped(self, error: BaseException | None) -> None:
+    def stopped(self, error):
         self.events.append("stopped")
         self.stops.append(error)
         assert_stopped(self._world)
@@ -229,14 +226,14 @@ class Diary(LoopObserver):
 PLAIN_TICK = ["waited", "clock_read", "force_read", "joints_read", "sensed", "acted", "sent"]
 
 
-def split(events: list[str]) -> list[list[str]]:
+def split(events):
     """Tick by tick."""
     starts = [at for at, name in enumerate(events) if name == "waited"]
     return [events[a:b] for a, b in pairwise([*starts, len(events)])]
 
 
 class TestObservers:
-    def test_observers_are_called_in_order_and_change_nothing(self) -> None:
+    def test_observers_are_called_in_order_and_change_nothing(self):
         world, alone = FakeWorld(HOLE), FakeWorld(HOLE)
         diary, again = Diary(world), Diary(world)
         task = build_task(FollowTorque())
@@ -254,12 +251,12 @@ class TestObservers:
         assert len(ticks) == report.ticks == len(diary.sends)
         assert diary.ticks == [(tick, tick_time_ns(0, tick)) for tick in range(report.ticks)]
 
-    def test_retreat_is_observed_without_anything_asked(self) -> None:
+    def test_retreat_is_observed_without_anything_asked(self):
         world = FakeWorld(HOLE)
         diary, guard = Diary(world), supervisor()
 
         class Jumpy(Watch):
-            def act(self) -> JointCommand:
+            def act(self):
                 command = super().act()
                 return (
                     command if len(self.commands) < 50 else JointCommand(tuple(q + 1.0 for q in command.position_rad))
@@ -276,7 +273,7 @@ class TestObservers:
         assert len(ticks) > report.ticks
 
     @pytest.mark.parametrize(("device", "calling"), [("sensor", "force_sensor"), ("encoder", "joint_encoder")])
-    def test_what_failed_is_observed_with_the_tick_as_far_as_it_came(self, device: str, calling: str) -> None:
+    def test_what_failed_is_observed_with_the_tick_as_far_as_it_came(self, device, calling):
         world = FakeWorld(HOLE)
         diary, watch = Diary(world), Watch(world)
         watch.on_step = lambda tick: setattr(getattr(world, device), "disconnected", tick == 50)
@@ -288,7 +285,7 @@ class TestObservers:
         assert (tick.wrench is None, tick.joints, tick.command) == (device == "sensor", None, None)
         assert diary.events[-2:] == ["failed", "stopped"]
 
-    def test_arm_is_stopped_when_it_refuses_a_command_and_that_is_observed(self) -> None:
+    def test_arm_is_stopped_when_it_refuses_a_command_and_that_is_observed(self):
         world = FakeWorld(HOLE)
         policy = FollowTorque()
         diary, watch = Diary(world), Watch(world, policy)
@@ -306,12 +303,12 @@ class TestObservers:
         # A trial that an error ended came to nothing.
         assert policy.ended == []
 
-    def test_observer_that_raises_ends_the_trial_and_is_no_port(self) -> None:
+    def test_observer_that_raises_ends_the_trial_and_is_no_port(self):
         world = FakeWorld(HOLE)
         diary = Diary(world)
 
         class Strict(LoopObserver):
-            def clock_read(self, deadline_ns: int, time_ns: int) -> None:
+            def clock_read(self, deadline_ns, time_ns):
                 raise DeviceError("control loop", "late")
 
         with world, pytest.raises(DeviceError, match="late"):
@@ -320,11 +317,11 @@ class TestObservers:
         assert (tick.calling, tick.wrench) == ("", None)
         assert diary.events == ["begun", "waited", "clock_read", "failed", "stopped"]
 
-    def test_arm_that_cannot_be_stopped_is_observed_too(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_arm_that_cannot_be_stopped_is_observed_too(self, monkeypatch):
         world, error = FakeWorld(HOLE), DeviceError("arm", "cable cut")
         diary = Diary(world)
 
-        def fail() -> None:
+        def fail():
             raise error
 
         monkeypatch.setattr(Diary, "stopped", lambda self, error: self.stops.append(error))
@@ -336,7 +333,7 @@ class TestObservers:
         assert diary.stops == [error]
         assert diary.failures == []
 
-    def test_ticks_that_are_let_go_are_observed(self) -> None:
+    def test_ticks_that_are_let_go_are_observed(self):
         world = FakeWorld(HOLE)
         diary, task = Diary(world), build_task(FollowTorque())
         with world:

@@ -3,8 +3,6 @@
 import importlib
 import pickle
 from math import nan
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -13,13 +11,13 @@ from palpate.core.errors import ConfigurationError, require_one_of, require_whol
 
 
 @pytest.mark.parametrize("value", [0, 11, 2.0, 2.5, nan, True, "2", None])
-def test_what_is_not_a_whole_number_of_the_range_is_refused(value: Any) -> None:
+def test_what_is_not_a_whole_number_of_the_range_is_refused(value):
     with pytest.raises(ConfigurationError, match="a whole number from 1 to 10") as caught:
         require_whole("task.tare_ticks", value, 1, 10)
     assert caught.value.field == "task.tare_ticks"
 
 
-def test_a_long_value_is_cut_short_in_the_message() -> None:
+def test_a_long_value_is_cut_short_in_the_message():
     with pytest.raises(ConfigurationError) as caught:
         require_one_of("a.b", "x" * 1000, ("disc",))
     assert len(str(caught.value)) < 150
@@ -39,19 +37,19 @@ ERRORS = [
 
 
 @pytest.mark.parametrize("error", ERRORS, ids=lambda error: type(error).__name__)
-def test_error_passes_between_processes(error: errors.PalpateError) -> None:
+def test_error_passes_between_processes(error):
     """A pool waits for ever for a worker whose error cannot be read."""
     copied = pickle.loads(pickle.dumps(error))
     assert (type(copied), str(copied), vars(copied)) == (type(error), str(error), vars(error))
 
 
 def test_the_place_of_an_error_is_in_the_package_that_was_called_and_not_in_the_libraries_that_it_uses(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    tmp_path, monkeypatch
+):
     (tmp_path / "own_policy.py").write_text("import own_library\n\n\ndef act():\n    own_library.fail()\n")
     (tmp_path / "own_library.py").write_text("def fail():\n    {}['key']\n")
     code = "def call(function):\n    function()\n"
-    caller: dict[str, Any] = {"__name__": "palpate.core.caller"}
+    caller = {"__name__": "palpate.core.caller"}
     exec(code, caller)
     monkeypatch.syspath_prepend(str(tmp_path))
     act = importlib.import_module("own_policy").act

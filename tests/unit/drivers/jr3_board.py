@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
 
 from palpate.drivers.can.link import CanFrame
 from palpate.drivers.errors import SilentError
-from palpate.drivers.jr3 import CanTransport, Jr3, Jr3Sample, Jr3Settings
+from palpate.drivers.jr3 import CanTransport, Jr3, Jr3Settings
 from palpate.drivers.jr3.phases import Jr3Phase
 
 MS = 1_000_000
@@ -15,11 +14,11 @@ FORCES_N, MOMENTS_DNM = (115, 111, 185), (56, 52, 61)
 OPS = {0x200: "start", 0x280: "stop", 0x300: "zero", 0x400: "state", 0x480: "force scales", 0x500: "moment scales"}
 
 
-def forces(counter: int, x: int = 0, y: int = 0, z: int = 1000, node: int = 1) -> CanFrame:
+def forces(counter, x=0, y=0, z=1000, node=1):
     return CanFrame(0x600 + node, struct.pack("<3hH", x, y, z, counter))
 
 
-def moments(counter: int, x: int = 0, y: int = 0, z: int = 0, node: int = 1) -> CanFrame:
+def moments(counter, x=0, y=0, z=0, node=1):
     return CanFrame(0x680 + node, struct.pack("<3hH", x, y, z, counter))
 
 
@@ -29,22 +28,22 @@ class FakeCanLink:
     ``mute`` names requests that are not answered, ``state`` is what acknowledgements say, ``answer`` may replace them.
     """
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.garbled = self.bus_offs = self.send_failures = 0
-        self.inbox: list[CanFrame] = []
-        self.asked: list[str] = []
-        self.mute: set[str] = set()
+        self.inbox = []
+        self.asked = []
+        self.mute = set()
         self.state = 0
         self.broken = False
-        self.answer: Callable[[str], list[CanFrame] | None] = lambda _: None
+        self.answer = lambda _: None
 
-    def receive(self) -> list[CanFrame]:
+    def receive(self):
         if self.broken:
             raise SilentError("fake", "cable pulled", "plug it in")
         frames, self.inbox = self.inbox, []
         return frames
 
-    def send(self, frame: CanFrame) -> bool:
+    def send(self, frame):
         name = OPS[frame.can_id & 0x780]
         self.asked.append(name)
         if name in self.mute:
@@ -53,7 +52,7 @@ class FakeCanLink:
         self.inbox += self.ack(name) if scripted is None else scripted
         return True
 
-    def ack(self, name: str) -> list[CanFrame]:
+    def ack(self, name):
         scales = {"force scales": FORCES_N, "moment scales": MOMENTS_DNM}.get(name, ())
         return [CanFrame(0x101, bytes([self.state]) + struct.pack(f"<{len(scales)}H", *scales))]
 
@@ -61,32 +60,32 @@ class FakeCanLink:
 class Bench:
     """A sensor on a fake link, with a clock of its own."""
 
-    def __init__(self, settings: Jr3Settings | None = None) -> None:
+    def __init__(self, settings=None):
         self.link = FakeCanLink()
         self.device = Jr3(CanTransport(self.link), settings or Jr3Settings(cutoff_Hz=50.0, period_us=10_000))
         self.now_ns = 1_000 * MS
         self.counter = 0
 
-    def clock_ns(self) -> int:
+    def clock_ns(self):
         return self.now_ns
 
-    def sleep(self, seconds: float) -> None:
+    def sleep(self, seconds):
         self.now_ns += round(seconds * 1e9)
 
-    def poll(self, after_ms: float = 1.0) -> list[Jr3Sample]:
+    def poll(self, after_ms=1.0):
         self.now_ns += round(after_ms * MS)
         return self.device.poll(self.now_ns)
 
-    def polls(self, times: int, after_ms: float = 1.0) -> list[Jr3Sample]:
+    def polls(self, times, after_ms=1.0):
         return [sample for _ in range(times) for sample in self.poll(after_ms)]
 
-    def read(self, z: int = 1000, step: int = 78) -> list[Jr3Sample]:
+    def read(self, z=1000, step=78):
         """The board's next reading, 10 ms later."""
         self.counter = (self.counter + step) % 0x10000
         self.link.inbox += [forces(self.counter, z=z), moments(self.counter)]
         return self.poll(10.0)
 
-    def streaming(self) -> Bench:
+    def streaming(self):
         self.device.open()
         self.polls(8)
         assert self.device.phase is Jr3Phase.AWAITING

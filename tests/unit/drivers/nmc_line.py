@@ -4,7 +4,6 @@ Written against the protocol's tables, not against the driver: it shares no code
 """
 
 import struct
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 RATES = {63: 19_200, 20: 57_600, 10: 115_200, 5: 230_400, 4: 250_000}
@@ -12,14 +11,14 @@ FIELDS = ((0x01, 4), (0x02, 1), (0x04, 2), (0x08, 1), (0x10, 4), (0x20, 2), (0x4
 
 
 class Clock:
-    def __init__(self) -> None:
+    def __init__(self):
         self.ns = 1_000_000_000
-        self.slept_s: list[float] = []
+        self.slept_s = []
 
-    def __call__(self) -> int:
+    def __call__(self):
         return self.ns
 
-    def sleep(self, duration_s: float) -> None:
+    def sleep(self, duration_s):
         self.slept_s.append(duration_s)
         self.ns += round(duration_s * 1e9)
 
@@ -47,14 +46,14 @@ class Module:
     seen: list[tuple[int, bytes]] = field(default_factory=list)
     resets: int = 0
 
-    def reset(self) -> None:
+    def reset(self):
         self.address, self.group, self.mask, self.baud = 0, 0xFF, 0, 19_200
         self.counts = self.target = 0
         self.is_on, self.pos_error, self.overcurrent, self.overrun = False, True, False, False
         self.resets += 1
 
     @property
-    def status(self) -> int:
+    def status(self):
         is_done = self.counts == self.target or not self.is_on
         return (
             is_done
@@ -65,10 +64,10 @@ class Module:
         )
 
     @property
-    def aux(self) -> int:
+    def aux(self):
         return self.is_on << 2 | self.overrun << 5
 
-    def reply(self, mask: int) -> bytes:
+    def reply(self, mask):
         body = bytes((self.status,))
         values = {
             0x01: struct.pack("<i", self.counts),
@@ -83,7 +82,7 @@ class Module:
         body += b"".join(values[bit] for bit, _ in FIELDS if mask & bit)
         return body + bytes((sum(body) % 256,))
 
-    def obey(self, code: int, data: bytes) -> bytes | None:
+    def obey(self, code, data):
         self.seen.append((code, data))
         reply = None
         if code == 0xF:
@@ -110,7 +109,7 @@ class Module:
         self._move()
         return reply
 
-    def _stop(self, data: bytes) -> None:
+    def _stop(self, data):
         control = data[0]
         if control & 0x02:
             self.is_on = False
@@ -119,7 +118,7 @@ class Module:
         elif control & 0x0C:
             self.is_on, self.target = True, self.counts
 
-    def _move(self) -> None:
+    def _move(self):
         if not self.is_on or not self.power:
             return
         gap = self.target - self.counts
@@ -130,29 +129,29 @@ class Module:
 class Line:
     """Byte stream of the host. ``mangle`` gets every reply and says what arrives of it, and when."""
 
-    def __init__(self, modules: list[Module] | None = None, clock: Clock | None = None) -> None:
+    def __init__(self, modules=None, clock=None):
         self.modules = [Module() for _ in range(6)] if modules is None else modules
         self.clock = Clock() if clock is None else clock
         self.baudrate = 9600
-        self.timeout: float | None = None
-        self.arriving: list[tuple[int, bytes]] = []
-        self.sent: list[bytes] = []
+        self.timeout = None
+        self.arriving = []
+        self.sent = []
         self.rest = b""
-        self.mangle: Callable[[bytes], list[tuple[float, bytes]]] = lambda reply: [(0.0, reply)]
-        self.gone: Exception | None = None
+        self.mangle = lambda reply: [(0.0, reply)]
+        self.gone = None
         self.is_echo = False
         self.turnaround_s = 0.0005
         self.flushes = 0
 
-    def _buffer(self) -> bytes:
+    def _buffer(self):
         return b"".join(data for when, data in self.arriving if when <= self.clock.ns)
 
     @property
-    def in_waiting(self) -> int:
+    def in_waiting(self):
         self._check()
         return len(self._buffer())
 
-    def read(self, size: int = 1, /) -> bytes:
+    def read(self, size=1, /):
         self._check()
         deadline = self.clock.ns + round((self.timeout or 0.0) * 1e9)
         while len(self._buffer()) < size and self.clock.ns < deadline:
@@ -164,12 +163,12 @@ class Line:
             self.arriving.insert(0, (0, arrived[size:]))
         return arrived[:size]
 
-    def reset_input_buffer(self) -> None:
+    def reset_input_buffer(self):
         self._check()
         self.flushes += 1
         self.arriving = [entry for entry in self.arriving if entry[0] > self.clock.ns]
 
-    def write(self, data: bytes, /) -> int:
+    def write(self, data, /):
         self._check()
         self.sent.append(data)
         if self.is_echo:
@@ -188,10 +187,10 @@ class Line:
                 self._deliver(frame[1], frame[2] & 0x0F, frame[3:-1])
         return len(data)
 
-    def put(self, data: bytes, after_s: float = 0.0) -> None:
+    def put(self, data, after_s=0.0):
         self.arriving.append((self.clock.ns + round(after_s * 1e9), data))
 
-    def _deliver(self, address: int, code: int, data: bytes) -> None:
+    def _deliver(self, address, code, data):
         heard = [m for m in self.modules if m.baud == self.baudrate]
         single = next((m for m in heard if m.address == address), None)
         if address >= 0x80:
@@ -204,6 +203,6 @@ class Line:
                 for after_s, part in self.mangle(reply):
                     self.put(part, self.turnaround_s + after_s)
 
-    def _check(self) -> None:
+    def _check(self):
         if self.gone is not None:
             raise self.gone

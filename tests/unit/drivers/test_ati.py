@@ -20,7 +20,7 @@ PAGE = b"""<?xml version="1.0"?><netft>
 </netft>"""
 
 
-def test_page_of_a_box_is_read() -> None:
+def test_page_of_a_box_is_read():
     box = parse_box(PAGE)
     assert (box.counts_per_N, box.counts_per_Nm, box.rate_Hz) == (1e6, 1e6, 100.0)
     assert (box.range_N, box.range_Nm) == ((330.0, 330.0, 990.0), (30.0, 30.0, 30.0))
@@ -40,13 +40,13 @@ def test_page_of_a_box_is_read() -> None:
         (b"<comrdtrate>100", b"<comrdtrate>nan", "comrdtrate"),
     ],
 )
-def test_box_that_does_not_fit_says_what_to_change(old: bytes, new: bytes, words: str) -> None:
+def test_box_that_does_not_fit_says_what_to_change(old, new, words):
     with pytest.raises(SettingError, match=words):
         parse_box(PAGE.replace(old, new))
 
 
 @given(st.binary(max_size=30), st.integers(0, len(PAGE)), st.integers(0, len(PAGE)))
-def test_no_page_raises_anything_else(noise: bytes, begin: int, end: int) -> None:
+def test_no_page_raises_anything_else(noise, begin, end):
     try:
         parse_box(PAGE[:begin] + noise + PAGE[end:])
     except DriverError:
@@ -57,34 +57,34 @@ BOX = NetFtBox(1e6, 1e5, (330.0, 330.0, 990.0), (30.0, 30.0, 30.0), 1000.0)
 START, STOP = bytes.fromhex("1234000200000000"), bytes.fromhex("1234000000000000")
 
 
-def record(number: int, ft: int | None = None, status: int = 0, fz: int = 0) -> bytes:
+def record(number, ft=None, status=0, fz=0):
     return struct.pack(">3I6i", number % 2**32, (7 * number if ft is None else ft) % 2**32, status, 0, 0, fz, 0, 0, fz)
 
 
 class Wire:
-    def __init__(self) -> None:
-        self.sent: list[bytes] = []
-        self.waiting: list[bytes] = []
+    def __init__(self):
+        self.sent = []
+        self.waiting = []
         self.broken = False
 
-    def send(self, datagram: bytes) -> None:
+    def send(self, datagram):
         self.sent.append(datagram)
 
-    def receive(self) -> list[bytes]:
+    def receive(self):
         if self.broken:
             raise OSError("is gone")
         found, self.waiting = self.waiting, []
         return found
 
 
-def streaming() -> tuple[NetFt, Wire]:
+def streaming():
     wire = Wire()
     device = NetFt(wire, BOX)  # type: ignore[arg-type]
     device.start(0)
     return device, wire
 
 
-def fed(*datagrams: bytes) -> tuple[list[int], NetFt]:
+def fed(*datagrams):
     """Numbers of the samples that come of these, one poll each."""
     device, wire = streaming()
     numbers = []
@@ -111,20 +111,20 @@ def fed(*datagrams: bytes) -> tuple[list[int], NetFt]:
          {"old": 1}),
     ],
 )  # fmt: skip
-def test_lost_and_old_records_are_counted(sent: list[bytes], taken: list[int], errors: dict[str, int]) -> None:
+def test_lost_and_old_records_are_counted(sent, taken, errors):
     numbers, device = fed(*sent)
     assert (numbers, device.received, +device.errors) == (taken, len(taken), Counter(errors))
 
 
 @given(st.lists(st.integers(0, 60), max_size=60))
-def test_samples_go_forward_whatever_the_network_does(sent: list[int]) -> None:
+def test_samples_go_forward_whatever_the_network_does(sent):
     numbers, device = fed(*map(record, sent))
     assert numbers == sorted(set(numbers))
     assert device.received + device.errors["old"] == len(sent)
     assert device.received + device.errors["lost"] == (max(sent) - sent[0] + 1 if sent else 0)
 
 
-def test_sample_has_scales_marks_and_range() -> None:
+def test_sample_has_scales_marks_and_range():
     device, wire = streaming()
     wire.waiting = [record(1, fz=2_000_000), record(2, status=0x8002_0000), record(3, fz=-(2**31))]
     plain, saturated, beyond = device.poll(5)
@@ -134,7 +134,7 @@ def test_sample_has_scales_marks_and_range() -> None:
     device.check()
 
 
-def test_fault_has_its_name_and_waits_for_a_person() -> None:
+def test_fault_has_its_name_and_waits_for_a_person():
     _, device = fed(record(1, status=0x8000_0020), record(2))
     for _ in range(2):
         with pytest.raises(DeviceFaultError, match="analog supply voltage too low"):
@@ -143,7 +143,7 @@ def test_fault_has_its_name_and_waits_for_a_person() -> None:
     device.check()
 
 
-def test_request_that_was_lost_is_sent_again_until_the_stream_begins() -> None:
+def test_request_that_was_lost_is_sent_again_until_the_stream_begins():
     device, wire = streaming()
     for ms in (50, 100, 150, 200):
         device.poll(ms * 1_000_000)
@@ -155,7 +155,7 @@ def test_request_that_was_lost_is_sent_again_until_the_stream_begins() -> None:
     assert wire.sent == [START] * 3 + [STOP]
 
 
-def test_new_stream_continues_the_count_and_drops_what_waited() -> None:
+def test_new_stream_continues_the_count_and_drops_what_waited():
     device, wire = streaming()
     wire.waiting = [record(1), record(2)]
     device.poll(1)
@@ -166,7 +166,7 @@ def test_new_stream_continues_the_count_and_drops_what_waited() -> None:
     assert +device.errors == Counter()
 
 
-def test_dead_network_is_an_error_and_not_silence() -> None:
+def test_dead_network_is_an_error_and_not_silence():
     device, wire = streaming()
     wire.broken = True
     assert device.poll(1) == []
@@ -183,7 +183,7 @@ def test_dead_network_is_an_error_and_not_silence() -> None:
         ([bytes(35)], r"but records: malformed \(1\)"),
     ],
 )
-def test_silence_tells_what_came_instead_of_news_until_there_is_some(datagrams: list[bytes], told: str) -> None:
+def test_silence_tells_what_came_instead_of_news_until_there_is_some(datagrams, told):
     device, wire = streaming()
     wire.waiting = [record(500)]
     device.poll(1_000_000)
@@ -197,7 +197,7 @@ def test_silence_tells_what_came_instead_of_news_until_there_is_some(datagrams: 
 
 
 @given(st.lists(st.binary(max_size=200), max_size=5))
-def test_no_datagram_raises(datagrams: list[bytes]) -> None:
+def test_no_datagram_raises(datagrams):
     numbers, device = fed(*datagrams)
     assert numbers == sorted(set(numbers))
     assert device.errors["malformed"] == sum(not data or len(data) % 36 > 0 for data in datagrams)
@@ -216,7 +216,7 @@ def test_no_datagram_raises(datagrams: list[bytes]) -> None:
         (0x0000_8000, ["unknown fault (bit 15)"]),
     ],
 )
-def test_status_word_names_its_faults(status: int, words: list[str]) -> None:
+def test_status_word_names_its_faults(status, words):
     faults = faults_in(status)
     assert len(faults) == len(words)
     assert all(word in fault for word, fault in zip(words, faults, strict=True))

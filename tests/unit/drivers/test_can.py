@@ -7,9 +7,7 @@ import select
 import threading
 import time
 import tty
-from collections.abc import Callable, Iterator
 from contextlib import suppress
-from typing import Any
 
 import can
 import pytest
@@ -31,34 +29,34 @@ FRAME = CanFrame(0x201, bytes(8))
 class ScriptedBus:
     """Gives what is in the script: a message, None, or an exception to raise."""
 
-    def __init__(self, *script: Any) -> None:
+    def __init__(self, *script):
         self.script = list(script)
         self.flushed = 0
 
-    def recv(self, timeout: float) -> Any:
+    def recv(self, timeout):
         assert timeout == 0.0
         step = self.script.pop(0) if self.script else None
         if isinstance(step, Exception):
             raise step
         return step
 
-    def send(self, message: can.Message) -> None:
+    def send(self, message):
         self.recv(0.0)
 
-    def flush(self) -> None:
+    def flush(self):
         self.flushed += 1
 
 
-def link_to(*script: Any) -> CanLink:
+def link_to(*script):
     return CanLink(ScriptedBus(*script))  # type: ignore[arg-type]
 
 
-def caused(error: Exception, cause: Exception) -> Exception:
+def caused(error, cause):
     error.__cause__ = cause
     return error
 
 
-def test_frames_of_each_kind_come_in_and_data_frames_go_out() -> None:
+def test_frames_of_each_kind_come_in_and_data_frames_go_out():
     with (
         can.Bus(interface="virtual", channel="jr3-links") as ours,
         can.Bus(interface="virtual", channel="jr3-links") as board,
@@ -77,7 +75,7 @@ def test_frames_of_each_kind_come_in_and_data_frames_go_out() -> None:
         assert kinds == [FrameKind.DATA, FrameKind.EXTENDED, FrameKind.REMOTE, FrameKind.FD]
 
 
-def test_bus_off_is_counted() -> None:
+def test_bus_off_is_counted():
     link = link_to(can.Message(arbitration_id=0x40, is_error_frame=True, dlc=8, data=bytes(8), is_extended_id=False))
     assert link.receive() == [CanFrame(0x40, bytes(8), FrameKind.ERROR)]
     assert link.bus_offs == 1
@@ -91,7 +89,7 @@ def test_bus_off_is_counted() -> None:
         (caused(can.CanOperationError("read"), UnicodeDecodeError("utf-8", b"\xff", 0, 1, "bad")), 1),
     ],
 )
-def test_malformed_line_does_not_end_the_reception(error: Exception, flushed: int) -> None:
+def test_malformed_line_does_not_end_the_reception(error, flushed):
     link = link_to(error, error, can.Message(arbitration_id=0x701, is_extended_id=False))
     assert link.receive() == [CanFrame(0x701)]
     assert (link.garbled, link._bus.flushed) == (2, 2 * flushed)  # type: ignore[attr-defined]
@@ -107,12 +105,12 @@ def test_malformed_line_does_not_end_the_reception(error: Exception, flushed: in
         TypeError("port closed"),
     ],
 )
-def test_interface_that_is_gone_is_silent(error: Exception) -> None:
+def test_interface_that_is_gone_is_silent(error):
     with pytest.raises(SilentError, match="interface fails"):
         link_to(error).receive()
 
 
-def test_full_queue_passes_but_a_dead_interface_does_not() -> None:
+def test_full_queue_passes_but_a_dead_interface_does_not():
     link = link_to(can.CanOperationError("Transmit buffer full"))
     assert not link.send(CanFrame(0x401))
     assert link.send_failures == 1
@@ -120,7 +118,7 @@ def test_full_queue_passes_but_a_dead_interface_does_not() -> None:
         link_to(OSError(errno.ENODEV, "gone")).send(CanFrame(0x401))
 
 
-def test_flood_is_taken_in_portions() -> None:
+def test_flood_is_taken_in_portions():
     link = link_to(*[can.Message(arbitration_id=0x701, is_extended_id=False)] * (MAX_FRAMES + 3))
     assert [len(link.receive()) for _ in range(2)] == [MAX_FRAMES, 3]
 
@@ -128,18 +126,18 @@ def test_flood_is_taken_in_portions() -> None:
 class Cable:
     """A pseudo-terminal in place of the adapter; nobody reads the far end."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.far, self.near = pty.openpty()
         tty.setraw(self.near)
         self.channel = os.ttyname(self.near)
 
-    def drain(self) -> None:
+    def drain(self):
         os.set_blocking(self.far, False)
         with suppress(BlockingIOError):
             while True:
                 os.read(self.far, 65536)
 
-    def pull(self) -> None:
+    def pull(self):
         if self.far >= 0:
             os.close(self.far)
             os.close(self.near)
@@ -147,13 +145,13 @@ class Cable:
 
 
 @pytest.fixture
-def cable() -> Iterator[Cable]:
+def cable():
     ends = Cable()
     yield ends
     ends.pull()
 
 
-def require_end(call: Callable[[], object]) -> None:
+def require_end(call):
     """A call comes to its end; it is given time that also a computer has that is held up for seconds."""
     thread = threading.Thread(target=call, daemon=True)
     thread.start()
@@ -161,14 +159,14 @@ def require_end(call: Callable[[], object]) -> None:
     assert not thread.is_alive(), "hangs"
 
 
-def until_refused(send: Callable[[], bool]) -> None:
+def until_refused(send):
     for _ in range(FILLING):
         if not send():
             return
     raise AssertionError("everything was taken")
 
 
-def test_frames_that_no_adapter_takes_are_refused_in_time_until_it_takes_bytes_again(cable: Cable) -> None:
+def test_frames_that_no_adapter_takes_are_refused_in_time_until_it_takes_bytes_again(cable):
     bus = open_bus("slcan", cable.channel, 1_000_000, sleep_after_open=0.0)
     link = CanLink(bus)
     require_end(lambda: until_refused(lambda: link.send(FRAME)))
@@ -190,16 +188,14 @@ def test_frames_that_no_adapter_takes_are_refused_in_time_until_it_takes_bytes_a
     assert not bus.serialPortOrig.is_open  # type: ignore[attr-defined]
 
 
-def test_frame_that_was_taken_is_not_refused_because_this_program_was_held_up(cable: Cable) -> None:
+def test_frame_that_was_taken_is_not_refused_because_this_program_was_held_up(cable):
     bus = open_bus("slcan", cable.channel, 1_000_000, sleep_after_open=0.0)
     # Such a write counts as late as soon as time goes on at all.
     bus.send(can.Message(arbitration_id=0x201, is_extended_id=False, data=bytes(8)), timeout=1e-9)
     bus.shutdown()
 
 
-def test_adapter_that_is_held_up_while_it_is_opened_is_waited_for(
-    cable: Cable, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_adapter_that_is_held_up_while_it_is_opened_is_waited_for(cable, monkeypatch):
     # Whoever makes room in this test may be held up himself.
     monkeypatch.setattr(link_module, "OPEN_TIMEOUT_S", 20.0 * link_module.OPEN_TIMEOUT_S)
     os.set_blocking(cable.near, False)
@@ -214,11 +210,11 @@ def test_adapter_that_is_held_up_while_it_is_opened_is_waited_for(
     drain.join()
 
 
-def test_canopen_bus_that_takes_nothing_is_silent_in_time(cable: Cable) -> None:
-    raised: list[SilentError] = []
+def test_canopen_bus_that_takes_nothing_is_silent_in_time(cable):
+    raised = []
     with CanopenLink.open(interface="slcan", channel=cable.channel, bitrate=1_000_000, sleep_after_open=0.0) as link:
 
-        def send() -> bool:
+        def send():
             try:
                 link.send(0x201, bytes(8))
             except SilentError as error:
@@ -230,9 +226,7 @@ def test_canopen_bus_that_takes_nothing_is_silent_in_time(cable: Cable) -> None:
     assert "does not take frames" in str(raised[0])
 
 
-def test_cable_that_is_pulled_ends_the_receive_thread_without_a_traceback(
-    cable: Cable, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_cable_that_is_pulled_ends_the_receive_thread_without_a_traceback(cable, monkeypatch, capfd):
     monkeypatch.setattr(threading, "excepthook", threading.__excepthook__)
     with CanopenLink.open(interface="slcan", channel=cable.channel, bitrate=1_000_000, sleep_after_open=0.0) as link:
         receiver = next(thread for thread in threading.enumerate() if thread.name.startswith("Notifier"))
@@ -247,11 +241,11 @@ def test_cable_that_is_pulled_ends_the_receive_thread_without_a_traceback(
     assert capfd.readouterr().err == ""
 
 
-def test_other_serial_interfaces_do_not_wait_for_ever_either(cable: Cable) -> None:
+def test_other_serial_interfaces_do_not_wait_for_ever_either(cable):
     bus = open_bus("serial", cable.channel, 1_000_000)
     message = can.Message(arbitration_id=0x201, data=bytes(8), is_extended_id=False)
 
-    def send() -> bool:
+    def send():
         try:
             bus.send(message)
         except can.CanError:

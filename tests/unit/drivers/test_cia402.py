@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from math import nan
-from typing import Any
 
 import can
 import pytest
@@ -40,11 +38,11 @@ WORDS = {
 }
 
 
-def sdo_of(bench: Bench) -> list[str]:
+def sdo_of(bench):
     return [data.hex().upper() for can_id, data in bench.network.sent if can_id == 0x601]
 
 
-def test_set_up_is_the_golden_one() -> None:
+def test_set_up_is_the_golden_one():
     bench = Bench()
     bench.arm.open()
     assert sdo_of(bench) == [*golden.IDENTIFY, *golden.SET_UP]
@@ -52,7 +50,7 @@ def test_set_up_is_the_golden_one() -> None:
     assert nmt == [f"80{node:02x}" for node in range(1, 7)] + [f"01{node:02x}" for node in range(1, 7)]
 
 
-def test_watchdog_is_armed_before_power_and_fed_by_the_cycle() -> None:
+def test_watchdog_is_armed_before_power_and_fed_by_the_cycle():
     bench = Bench()
     bench.arm.open()
     bench.network.sent.clear()
@@ -68,7 +66,7 @@ def test_watchdog_is_armed_before_power_and_fed_by_the_cycle() -> None:
     assert sdo_of(bench) == list(golden.WATCHDOG_OFF)
 
 
-def test_cycle_sends_targets_and_then_sync() -> None:
+def test_cycle_sends_targets_and_then_sync():
     bench = Bench(host_watchdog_ms=0).enabled()
     bench.cycle()
     bench.network.sent.clear()
@@ -80,7 +78,7 @@ def test_cycle_sends_targets_and_then_sync() -> None:
 
 
 @pytest.mark.parametrize("state", WORDS)
-def test_statusword_is_read_by_mask(state: DriveState | None) -> None:
+def test_statusword_is_read_by_mask(state):
     assert {state_of(word) for word in WORDS[state]} == {state}
     assert all(sum(word & mask == value for _, mask, value in PATTERNS) <= 1 for word in range(0x80))
 
@@ -88,11 +86,11 @@ def test_statusword_is_read_by_mask(state: DriveState | None) -> None:
 class Clock:
     now_ns = 0
 
-    def __call__(self) -> int:
+    def __call__(self):
         return self.now_ns
 
 
-def test_mailbox_counts_malformed_frames_which_change_nothing() -> None:
+def test_mailbox_counts_malformed_frames_which_change_nothing():
     mailbox = Mailbox((1, 2), 6, Clock())
     mailbox.begin()
     mailbox.on_tpdo(0x181, bytearray(5), 0.0)
@@ -102,7 +100,7 @@ def test_mailbox_counts_malformed_frames_which_change_nothing() -> None:
     assert (first.malformed, first.answers, first.tpdo, first.nmt_state, first.active) == (3, 0, None, None, ())
 
 
-def test_mailbox_keeps_the_newest_heartbeat_and_counts_boots() -> None:
+def test_mailbox_keeps_the_newest_heartbeat_and_counts_boots():
     clock = Clock()
     mailbox = Mailbox((1, 2), 6, clock)
     for time_ns, state in ((100, 0x7F), (250, 0x05), (300, 0x85), (301, 0x00)):
@@ -115,7 +113,7 @@ def test_mailbox_keeps_the_newest_heartbeat_and_counts_boots() -> None:
     assert (mailbox.look()[1].boots, mailbox.look()[1].nmt_state) == (0, None)
 
 
-def test_emergency_stays_until_the_node_takes_it_back_and_a_flood_is_bounded() -> None:
+def test_emergency_stays_until_the_node_takes_it_back_and_a_flood_is_bounded():
     mailbox = Mailbox((1, 2), 6, Clock())
     for _ in range(1000):
         mailbox.on_emcy(0x081, bytearray(b"\x11\x86\x21\x01\x02\x03\x04\x05"), 0.0)
@@ -126,11 +124,11 @@ def test_emergency_stays_until_the_node_takes_it_back_and_a_flood_is_bounded() -
     assert mailbox.look()[0].active == ()
 
 
-def hold_up_syncs(bench: Bench, share_of_cycle: Callable[[int], float]) -> None:
+def hold_up_syncs(bench, share_of_cycle):
     """Let some SYNCs reach the bus late, as after a host that lost its processor, or an adapter that was busy."""
     send, sent = bench.network.send_message, 0
 
-    def late(identifier: int, data: bytes, remote: bool = False) -> None:
+    def late(identifier, data, remote=False):
         nonlocal sent
         if identifier == SYNC:
             sent += 1
@@ -140,14 +138,14 @@ def hold_up_syncs(bench: Bench, share_of_cycle: Callable[[int], float]) -> None:
     bench.network.send_message = late  # type: ignore[method-assign]
 
 
-def put_cell_before(bench: Bench, phase: float) -> None:
+def put_cell_before(bench, phase):
     """Motors that go on in steps of a control tick, as those of the emulated cell do."""
     motors, wait_until = DirectMotors((SCALE,) * 6, (0.0,) * 6), bench.network.wait_until
     for drive in bench.drives:
         drive._motors = drive._servo._motors = motors
     step_ns = round(phase * PERIOD_NS)
 
-    def wait(end_ns: int) -> None:
+    def wait(end_ns):
         nonlocal step_ns
         while step_ns <= end_ns:
             wait_until(step_ns)
@@ -158,7 +156,7 @@ def put_cell_before(bench: Bench, phase: float) -> None:
     bench.network.wait_until = wait  # type: ignore[method-assign]
 
 
-def fastest_rad_s(bench: Bench, cycles: int = 200) -> float:
+def fastest_rad_s(bench, cycles=200):
     """Move at the limit, back and forth, and return the greatest speed that was seen."""
     fastest, goal_rad = 0.0, 0.9
     for _ in range(cycles):
@@ -178,13 +176,13 @@ def fastest_rad_s(bench: Bench, cycles: int = 200) -> float:
     ],
     ids=["every second", "hardly in time", "irregular", "longer than a cycle"],
 )
-def test_syncs_that_are_held_up_make_no_drive_too_fast(late: Callable[[int], float]) -> None:
+def test_syncs_that_are_held_up_make_no_drive_too_fast(late):
     bench = Bench().enabled()
     hold_up_syncs(bench, late)
     assert fastest_rad_s(bench) < 1.4 * LIMIT_RAD_S
 
 
-def test_answers_that_come_after_the_next_sync_make_no_drive_too_fast() -> None:
+def test_answers_that_come_after_the_next_sync_make_no_drive_too_fast():
     bench = Bench().enabled()
     second, third = Delay(bench.network, bench.drives[1]), Delay(bench.network, bench.drives[2])
     for _ in range(10):
@@ -198,7 +196,7 @@ def test_answers_that_come_after_the_next_sync_make_no_drive_too_fast() -> None:
 
 
 @pytest.mark.parametrize("phase", [0.0, 0.1, 0.2, 0.3])
-def test_motors_that_move_in_steps_are_not_too_fast_where_two_fall_between_two_syncs(phase: float) -> None:
+def test_motors_that_move_in_steps_are_not_too_fast_where_two_fall_between_two_syncs(phase):
     bench = Bench()
     put_cell_before(bench, phase)
     bench.enabled()
@@ -207,12 +205,12 @@ def test_motors_that_move_in_steps_are_not_too_fast_where_two_fall_between_two_s
 
 
 @pytest.mark.parametrize("late", [0.0, 0.45], ids=["in time", "held up"])
-def test_drive_that_is_twice_too_fast_stops_the_arm_within_four_cycles(late: float) -> None:
+def test_drive_that_is_twice_too_fast_stops_the_arm_within_four_cycles(late):
     bench = Bench().enabled()
     bench.cycle(0.0, times=10)
     hold_up_syncs(bench, lambda n: late * (n % 2))
 
-    def run_on(elapsed_ns: int, *, stopping: bool) -> None:
+    def run_on(elapsed_ns, *, stopping):
         bench.plant.push(1, 2.0 * LIMIT_RAD_S * SCALE * elapsed_ns * 1e-9)
 
     bench.drives[1]._servo.advance = run_on  # type: ignore[method-assign]
@@ -220,7 +218,7 @@ def test_drive_that_is_twice_too_fast_stops_the_arm_within_four_cycles(late: flo
         bench.cycle(times=4)
 
 
-def test_drive_that_jumps_stops_the_arm_at_once() -> None:
+def test_drive_that_jumps_stops_the_arm_at_once():
     bench = Bench().enabled()
     bench.cycle(0.0, times=10)
     bench.plant.push(1, 0.04 * SCALE)
@@ -229,18 +227,18 @@ def test_drive_that_jumps_stops_the_arm_at_once() -> None:
         bench.cycle()
 
 
-def wait_for(condition: object) -> None:
+def wait_for(condition):
     end = time.monotonic() + 5.0
     while not condition():  # type: ignore[operator]
         assert time.monotonic() < end
         time.sleep(0.001)
 
 
-def test_link_sends_frames_and_hears_them() -> None:
-    heard: list[tuple[int, bytes]] = []
-    receivers: list[str] = []
+def test_link_sends_frames_and_hears_them():
+    heard = []
+    receivers = []
 
-    def told() -> None:
+    def told():
         receivers.append(threading.current_thread().name)
 
     with (
@@ -264,14 +262,14 @@ def test_link_sends_frames_and_hears_them() -> None:
     assert receivers[0] != threading.main_thread().name
 
 
-def test_bus_that_does_not_exist_is_a_wiring_error() -> None:
+def test_bus_that_does_not_exist_is_a_wiring_error():
     with pytest.raises(WiringError, match="slcan /dev/no-such-adapter"):
         CanopenLink.open(interface="slcan", channel="/dev/no-such-adapter", bitrate=1_000_000)
     with pytest.raises(WiringError, match="no-such-interface"):
         CanopenLink.open(interface="no-such-interface", channel="can0", bitrate=1_000_000)
 
 
-def test_closed_bus_is_not_alive_and_takes_nothing() -> None:
+def test_closed_bus_is_not_alive_and_takes_nothing():
     link = CanopenLink.open(channel="link-closed", **BUS)  # type: ignore[arg-type]
     link.close()
     link.close()
@@ -281,10 +279,10 @@ def test_closed_bus_is_not_alive_and_takes_nothing() -> None:
         link.send(0x80, b"")
 
 
-def test_death_of_the_receive_thread_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_death_of_the_receive_thread_is_noticed(monkeypatch):
     with CanopenLink.open(channel="link-death", **BUS) as link:  # type: ignore[arg-type]
 
-        def fail(_timeout: float) -> None:
+        def fail(_timeout):
             raise ValueError("malformed line")
 
         monkeypatch.setattr(link.network.bus, "recv", fail)
@@ -295,10 +293,10 @@ def test_death_of_the_receive_thread_is_noticed(monkeypatch: pytest.MonkeyPatch)
             link.send(0x80, b"")
 
 
-def test_failing_subscriber_does_not_end_receiving() -> None:
-    heard: list[int] = []
+def test_failing_subscriber_does_not_end_receiving():
+    heard = []
 
-    def fail(_can_id: int, _data: bytearray, _time: float) -> None:
+    def fail(_can_id, _data, _time):
         heard.append(1)
         raise ValueError("bug")
 
@@ -313,7 +311,7 @@ def test_failing_subscriber_does_not_end_receiving() -> None:
         link.require_alive()
 
 
-def test_sdo_errors_become_driver_errors() -> None:
+def test_sdo_errors_become_driver_errors():
     with (
         CanopenLink.open(channel="link-sdo", **BUS) as link,  # type: ignore[arg-type]
         can.Bus(interface="virtual", channel="link-sdo") as peer,
@@ -323,7 +321,7 @@ def test_sdo_errors_become_driver_errors() -> None:
             objects.read(0x1018, 1)
         patient = link.objects(6, 2.0)
 
-        def answer_with(code: int) -> None:
+        def answer_with(code):
             data = b"\x80\x18\x10\x01" + code.to_bytes(4, "little")
             peer.send(can.Message(arbitration_id=0x586, data=data, is_extended_id=False))
 
@@ -336,17 +334,17 @@ def test_sdo_errors_become_driver_errors() -> None:
 
 
 class _OnRequest(can.Listener):
-    def __init__(self, identifier: int, answer: object, codes: list[int]) -> None:
+    def __init__(self, identifier, answer, codes):
         self._identifier, self._answer, self._codes = identifier, answer, codes
 
-    def on_message_received(self, msg: can.Message) -> None:
+    def on_message_received(self, msg):
         if msg.arbitration_id == self._identifier:
             self._answer(self._codes.pop(0))  # type: ignore[operator]
 
-    def stop(self) -> None: ...
+    def stop(self): ...
 
 
-def test_budget_of_six_drives() -> None:
+def test_budget_of_six_drives():
     assert bits_per_cycle(6) == 6 * (115 + 125) + 55
     budget = bus_budget(6, 1_000_000, 0.05)
     # 80 % of the bus, less seven heartbeats of 65 bits twenty times a second.
@@ -354,7 +352,7 @@ def test_budget_of_six_drives() -> None:
     budget.require(140, 1)
 
 
-def test_rate_that_does_not_fit_is_refused_with_the_numbers() -> None:
+def test_rate_that_does_not_fit_is_refused_with_the_numbers():
     with pytest.raises(SettingError, match=r"1495 bits.*125000 bit/s, so 60\.8 Hz at most.*140 Hz: 46\.67, 35"):
         bus_budget(6, 125_000, 0.05).require(140, 1)
     bus_budget(6, 125_000, 0.05).require(140, 3)
@@ -362,7 +360,7 @@ def test_rate_that_does_not_fit_is_refused_with_the_numbers() -> None:
         bus_budget(6, 10_000, 0.05).require(140, 14)
 
 
-def test_counts_become_angles_and_back() -> None:
+def test_counts_become_angles_and_back():
     joint = JointDrive(
         node=1, counts_per_rad=-1000.0, lower_rad=-1.0, upper_rad=2.0, velocity_rad_per_s=1.0, zero_counts=50
     )
@@ -384,7 +382,7 @@ def test_counts_become_angles_and_back() -> None:
         {"counts_per_rad": 1e10},
     ],
 )
-def test_joint_that_cannot_work_is_refused(wrong: dict[str, Any]) -> None:
+def test_joint_that_cannot_work_is_refused(wrong):
     with pytest.raises(SettingError):
         replace(joints()[0], **wrong)
 
@@ -405,10 +403,10 @@ def test_joint_that_cannot_work_is_refused(wrong: dict[str, Any]) -> None:
         {"quick_stop_rad_per_s2": nan},
     ],
 )
-def test_arm_that_cannot_work_is_refused(wrong: dict[str, Any]) -> None:
+def test_arm_that_cannot_work_is_refused(wrong):
     with pytest.raises(SettingError):
         ArmSettings(**({"joints": joints(), "control_rate_Hz": 140} | wrong))
 
 
-def test_reasons_are_those_of_the_core() -> None:
+def test_reasons_are_those_of_the_core():
     assert [r.name for r in AppliedReason] == [r.name for r in CommandReason]

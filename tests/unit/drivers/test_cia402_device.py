@@ -1,7 +1,6 @@
 """The arm of CiA 402 drives: life, cycles, stops; every fault stops it and stays until a person acknowledges it."""
 
 import itertools
-from collections.abc import Callable
 from functools import partial
 from math import nan
 
@@ -26,13 +25,13 @@ from tests.support.cia402_bench import SCALE, Bench, Delay, flipped, lost, mute,
 AT_REST = {PowerState.QUICK_STOP, PowerState.SWITCH_ON_DISABLED, PowerState.FAULT, PowerState.FAULT_REACTION}
 
 
-def test_drives_say_who_they_are() -> None:
+def test_drives_say_who_they_are():
     bench = Bench()
     bench.arm.open()
     assert bench.arm.diagnostics()["drives"].startswith("1 EMU1 (4097), 2 EMU1 (4098), ")
 
 
-def test_drive_left_under_power_by_a_dead_program_is_stopped_first() -> None:
+def test_drive_left_under_power_by_a_dead_program_is_stopped_first():
     bench = Bench(host_watchdog_ms=0).enabled()
     again = Bench()
     again.drives = again.network.nodes = bench.drives
@@ -42,7 +41,7 @@ def test_drive_left_under_power_by_a_dead_program_is_stopped_first() -> None:
     assert {drive.machine.state for drive in bench.drives} == {PowerState.SWITCH_ON_DISABLED}
 
 
-def test_enabling_goes_step_by_step_and_moves_nothing() -> None:
+def test_enabling_goes_step_by_step_and_moves_nothing():
     bench = Bench()
     for axis in range(6):
         bench.plant.set_motor_counts(axis, 1000.0 * axis - 2000.0)
@@ -56,7 +55,7 @@ def test_enabling_goes_step_by_step_and_moves_nothing() -> None:
     assert [bench.plant.motor_counts(axis) for axis in range(6)] == start
 
 
-def test_joint_outside_its_limits_is_not_enabled() -> None:
+def test_joint_outside_its_limits_is_not_enabled():
     bench = Bench()
     bench.plant.set_motor_counts(2, 1.1 * SCALE)
     bench.arm.open()
@@ -67,7 +66,7 @@ def test_joint_outside_its_limits_is_not_enabled() -> None:
     bench.arm.enable()
 
 
-def test_ramp_is_followed() -> None:
+def test_ramp_is_followed():
     bench = Bench().enabled()
     for tick in range(140):
         measured = bench.cycle(0.5 * tick / 140)
@@ -75,7 +74,7 @@ def test_ramp_is_followed() -> None:
     assert measured.position_rad[0] == pytest.approx(0.5, abs=2 / SCALE)
 
 
-def test_cycles_that_come_sooner_than_a_period_make_shorter_steps() -> None:
+def test_cycles_that_come_sooner_than_a_period_make_shorter_steps():
     bench = Bench().enabled()
     begin_ns = bench.network.now_ns
     for _ in range(50):
@@ -85,7 +84,7 @@ def test_cycles_that_come_sooner_than_a_period_make_shorter_steps() -> None:
     assert max(applied.position_rad) <= took_s + 1 / 140
 
 
-def test_preview_sends_nothing() -> None:
+def test_preview_sends_nothing():
     bench = Bench().enabled()
     sent = len(bench.network.sent)
     assert bench.arm.preview((0.005,) * 6).reason is AppliedReason.AS_ASKED
@@ -94,7 +93,7 @@ def test_preview_sends_nothing() -> None:
 
 
 @pytest.mark.parametrize("bad", [(nan,) * 6, (0.0,) * 5, (0.0,) * 7])
-def test_setpoint_that_no_drive_may_get_is_refused_and_nothing_is_sent(bad: tuple[float, ...]) -> None:
+def test_setpoint_that_no_drive_may_get_is_refused_and_nothing_is_sent(bad):
     bench = Bench().enabled()
     sent = len(bench.network.sent)
     with pytest.raises(RefusedError):
@@ -103,7 +102,7 @@ def test_setpoint_that_no_drive_may_get_is_refused_and_nothing_is_sent(bad: tupl
     assert bench.arm.state is ArmState.ENABLED
 
 
-def test_stop_slows_down_smoothly_and_holds() -> None:
+def test_stop_slows_down_smoothly_and_holds():
     bench = Bench(quick_stop_rad_per_s2=5.0).enabled()
     for tick in range(1, 71):
         bench.cycle(0.5 * tick / 70)
@@ -118,7 +117,7 @@ def test_stop_slows_down_smoothly_and_holds() -> None:
     assert path[30:] == [path[-1]] * 30
 
 
-def test_stop_works_when_the_bus_is_gone() -> None:
+def test_stop_works_when_the_bus_is_gone():
     bench = Bench().enabled()
     bench.network.broken = OSError("no such device")
     bench.arm.stop()
@@ -130,11 +129,11 @@ def test_stop_works_when_the_bus_is_gone() -> None:
     assert bench.arm.state is ArmState.CLOSED
 
 
-def test_interruption_stops_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interruption_stops_the_arm(monkeypatch):
     bench = Bench().enabled()
     send = bench.network.send_message
 
-    def interrupted(can_id: int, data: bytes, remote: bool = False) -> None:
+    def interrupted(can_id, data, remote=False):
         monkeypatch.undo()
         raise KeyboardInterrupt
 
@@ -146,7 +145,7 @@ def test_interruption_stops_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
     assert {drive.machine.state for drive in bench.drives} == {PowerState.QUICK_STOP}
 
 
-def test_closing_takes_the_power_away_without_alarm() -> None:
+def test_closing_takes_the_power_away_without_alarm():
     bench = Bench().enabled()
     bench.cycle(0.005, times=5)
     bench.arm.close()
@@ -157,7 +156,7 @@ def test_closing_takes_the_power_away_without_alarm() -> None:
     assert 0x181 not in bench.network.subscribers
 
 
-def test_dead_drive_does_not_keep_the_others_under_power() -> None:
+def test_dead_drive_does_not_keep_the_others_under_power():
     bench = Bench().enabled()
     mute(bench.drives[2])
     bench.arm.close()
@@ -165,7 +164,7 @@ def test_dead_drive_does_not_keep_the_others_under_power() -> None:
     assert alive == {PowerState.SWITCH_ON_DISABLED}
 
 
-def test_host_that_dies_leaves_an_arm_at_rest() -> None:
+def test_host_that_dies_leaves_an_arm_at_rest():
     bench = Bench().enabled()
     for tick in range(1, 30):
         bench.cycle(0.5 * tick / 140)
@@ -176,7 +175,7 @@ def test_host_that_dies_leaves_an_arm_at_rest() -> None:
     assert bench.plant.motor_counts(0) == before
 
 
-def test_drive_that_is_not_there_is_named() -> None:
+def test_drive_that_is_not_there_is_named():
     bench = Bench()
     mute(bench.drives[3])
     with pytest.raises(WiringError, match="drive 4"):
@@ -185,7 +184,7 @@ def test_drive_that_is_not_there_is_named() -> None:
     bench.arm.open()
 
 
-def test_device_of_another_profile_is_refused() -> None:
+def test_device_of_another_profile_is_refused():
     bench = Bench()
     bench.drives[1].objects[0x1000] = 0x0001_0191
     with pytest.raises(WiringError, match="drive 2: is a device of profile 401"):
@@ -193,8 +192,8 @@ def test_device_of_another_profile_is_refused() -> None:
 
 
 @pytest.mark.parametrize("index", [0x605A, 0x6085, 0x6007, 0x1016])
-def test_object_that_a_drive_may_lack_is_done_without_and_noted(index: int) -> None:
-    def without(bench: Bench) -> Bench:
+def test_object_that_a_drive_may_lack_is_done_without_and_noted(index):
+    def without(bench):
         objects = bench.drives[1].objects
         objects.set_data = partial(_write_without, objects.set_data, index)  # type: ignore[method-assign]
         return bench
@@ -206,15 +205,13 @@ def test_object_that_a_drive_may_lack_is_done_without_and_noted(index: int) -> N
     bench.arm.disable()
 
 
-def _write_without(
-    write: Callable[..., None], missing: int, index: int, sub: int, data: bytes, *, check_writable: bool
-) -> None:
+def _write_without(write, missing, index, sub, data, *, check_writable):
     if index == missing:
         raise SdoAbortedError(ABORT_NO_OBJECT)
     write(index, sub, data)
 
 
-def test_answers_that_are_missing_twice_or_cut_short_are_counted() -> None:
+def test_answers_that_are_missing_twice_or_cut_short_are_counted():
     bench = Bench().enabled()
     on_answers(bench.drives[2], lost, 1)
     measured = bench.cycle()
@@ -230,44 +227,44 @@ def test_answers_that_are_missing_twice_or_cut_short_are_counted() -> None:
     ]
 
 
-def obey_nothing(bench: Bench) -> None:
+def obey_nothing(bench):
     bench.drives[1].machine.apply = lambda word: None  # type: ignore[method-assign]
 
 
-def put(bench: Bench, angle_rad: float) -> None:
+def put(bench, angle_rad):
     """The second joint is elsewhere all at once."""
     bench.plant.set_motor_counts(1, angle_rad * SCALE)
     bench.drives[1]._servo.engage()
 
 
-def astray(bench: Bench) -> None:
+def astray(bench):
     bench.drives[1].objects[0x6060] = 0
     put(bench, 1.1)
 
 
-def jammed(bench: Bench) -> None:
+def jammed(bench):
     bench.plant.jam(1)
     bench.drives[1].objects[0x6065] = 10
 
 
-def strange_state(bench: Bench) -> None:
+def strange_state(bench):
     bench.drives[1].machine.state = PowerState.SWITCHED_ON
     obey_nothing(bench)
 
 
-def status(bit: int) -> Callable[[Bench], None]:
-    def provoke(bench: Bench) -> None:
+def status(bit):
+    def provoke(bench):
         bench.cycle(times=3)
         on_answers(bench.drives[1], flipped(bit))
 
     return provoke
 
 
-def heartless(bench: Bench) -> None:
+def heartless(bench):
     bench.drives[1].outgoing = lambda frames: [frame for frame in frames if frame.arbitration_id != 0x702]
 
 
-CASES: dict[str, tuple[Callable[[Bench], object], type[DriverError], str]] = {
+CASES = {
     "fault": (lambda b: b.drives[1]._fault(), DeviceFaultError, "drive 2: is in fault"),
     "EMCY": (
         lambda b: b.drives[1].emergency(0x4210, b"\x01\x02"),
@@ -336,7 +333,7 @@ CASES: dict[str, tuple[Callable[[Bench], object], type[DriverError], str]] = {
 
 
 @pytest.mark.parametrize(("provoke", "kind", "told"), CASES.values(), ids=CASES)
-def test_fault_stops_the_arm_and_stays(provoke: Callable[[Bench], object], kind: type[DriverError], told: str) -> None:
+def test_fault_stops_the_arm_and_stays(provoke, kind, told):
     bench = Bench().enabled()
     bench.cycle(0.001)
     provoke(bench)
@@ -355,7 +352,7 @@ def test_fault_stops_the_arm_and_stays(provoke: Callable[[Bench], object], kind:
 
 
 @pytest.mark.parametrize("case", ["fault", "EMCY", "restart", "no answers"])
-def test_fault_that_a_person_clears_leaves_the_arm_without_power(case: str) -> None:
+def test_fault_that_a_person_clears_leaves_the_arm_without_power(case):
     bench = Bench().enabled()
     CASES[case][0](bench)
     with pytest.raises(DriverError):
@@ -369,7 +366,7 @@ def test_fault_that_a_person_clears_leaves_the_arm_without_power(case: str) -> N
     assert bench.cycle(0.001).applied is not None
 
 
-def test_fault_that_does_not_go_away_stays_latched() -> None:
+def test_fault_that_does_not_go_away_stays_latched():
     bench = Bench().enabled()
     bench.drives[0].fail(0x3210)
     machine = bench.drives[0].machine
@@ -383,7 +380,7 @@ def test_fault_that_does_not_go_away_stays_latched() -> None:
     bench.arm.acknowledge()
 
 
-def test_dead_drive_cannot_be_acknowledged() -> None:
+def test_dead_drive_cannot_be_acknowledged():
     bench = Bench().enabled()
     mute(bench.drives[0])
     with pytest.raises(SilentError):
@@ -393,7 +390,7 @@ def test_dead_drive_cannot_be_acknowledged() -> None:
     assert bench.arm.state is ArmState.FAULTED
 
 
-def test_drive_in_fault_is_not_enabled() -> None:
+def test_drive_in_fault_is_not_enabled():
     bench = Bench()
     bench.arm.open()
     bench.drives[5]._fault()
@@ -405,7 +402,7 @@ def test_drive_in_fault_is_not_enabled() -> None:
     bench.arm.enable()
 
 
-def test_single_lost_answer_is_no_fault() -> None:
+def test_single_lost_answer_is_no_fault():
     bench = Bench().enabled()
     for _ in range(5):
         on_answers(bench.drives[3], lost, 2)
@@ -413,14 +410,14 @@ def test_single_lost_answer_is_no_fault() -> None:
     assert bench.arm.state is ArmState.ENABLED
 
 
-def test_drive_that_never_says_that_it_follows_is_believed() -> None:
+def test_drive_that_never_says_that_it_follows_is_believed():
     bench = Bench()
     on_answers(bench.drives[1], flipped(12))
     bench.enabled().cycle(0.001, times=10)
     assert bench.arm.state is ArmState.ENABLED
 
 
-def test_drive_under_local_control_is_named_when_it_does_not_get_ready() -> None:
+def test_drive_under_local_control_is_named_when_it_does_not_get_ready():
     bench = Bench()
     bench.arm.open()
     on_answers(bench.drives[1], flipped(9))
@@ -429,7 +426,7 @@ def test_drive_under_local_control_is_named_when_it_does_not_get_ready() -> None
         bench.arm.enable()
 
 
-def test_drive_that_does_not_obey_a_stop_is_a_fault() -> None:
+def test_drive_that_does_not_obey_a_stop_is_a_fault():
     bench = Bench().enabled()
     obey_nothing(bench)
     bench.arm.stop()
@@ -437,7 +434,7 @@ def test_drive_that_does_not_obey_a_stop_is_a_fault() -> None:
         bench.cycle(times=10)
 
 
-def test_lost_answer_while_stopping_is_no_fault() -> None:
+def test_lost_answer_while_stopping_is_no_fault():
     bench = Bench().enabled()
     on_answers(bench.drives[1], lost, 1)
     bench.arm.stop()

@@ -33,7 +33,7 @@ COUNTS = st.tuples(COUNT, COUNT, COUNT)
 U16 = st.integers(0, 0xFFFF)
 
 
-def frame(vector: tuple[int, str]) -> CanFrame:
+def frame(vector):
     return CanFrame(vector[0], bytes.fromhex(vector[1]))
 
 
@@ -47,7 +47,7 @@ def frame(vector: tuple[int, str]) -> CanFrame:
         (Request(Op.GET_MOMENT_SCALES), golden.GET_MOMENT_SCALES),
     ],
 )
-def test_request_becomes_a_golden_frame(asked: Request, vector: tuple[int, str]) -> None:
+def test_request_becomes_a_golden_frame(asked, vector):
     assert encode_can(asked, 1) == frame(vector)
     assert encode_can(asked, 2).can_id == vector[0] + 1
 
@@ -61,12 +61,12 @@ def test_request_becomes_a_golden_frame(asked: Request, vector: tuple[int, str])
         (Request(Op.START, period_us=-1), 1),
     ],
 )
-def test_request_that_no_board_may_get_is_refused(asked: Request, node: int) -> None:
+def test_request_that_no_board_may_get_is_refused(asked, node):
     with pytest.raises(RefusedError):
         encode_can(asked, node)
 
 
-def test_golden_frames_are_decoded() -> None:
+def test_golden_frames_are_decoded():
     decoder = CanDecoder(1)
     for vector, message in (
         (golden.READY, Ack(True)),
@@ -82,7 +82,7 @@ def test_golden_frames_are_decoded() -> None:
 
 
 @given(COUNTS, COUNTS, U16, st.integers(1, 127))
-def test_readings_come_back(force: tuple[int, ...], moment: tuple[int, ...], counter: int, node: int) -> None:
+def test_readings_come_back(force, moment, counter, node):
     decoder = CanDecoder(node)
     assert decoder.decode(CanFrame(0x600 + node, struct.pack("<3hH", *force, counter))) == Forces(force, counter)
     assert decoder.decode(CanFrame(0x680 + node, struct.pack("<3hH", *moment, counter))) == Moments(moment, counter)
@@ -106,7 +106,7 @@ def test_readings_come_back(force: tuple[int, ...], moment: tuple[int, ...], cou
         (CanFrame(0x801 + 0x600, bytes(8)), "garbage"),
     ],
 )
-def test_frame_that_is_not_ours_is_counted(heard: CanFrame, counted: str) -> None:
+def test_frame_that_is_not_ours_is_counted(heard, counted):
     decoder = CanDecoder(1)
     assert decoder.decode(heard) is None
     assert getattr(decoder.counts, counted) == 1
@@ -114,22 +114,22 @@ def test_frame_that_is_not_ours_is_counted(heard: CanFrame, counted: str) -> Non
 
 
 @given(st.integers(-1, 1 << 29), st.binary(max_size=64), st.sampled_from(FrameKind))
-def test_no_frame_raises_and_each_is_counted_once(can_id: int, data: bytes, kind: FrameKind) -> None:
+def test_no_frame_raises_and_each_is_counted_once(can_id, data, kind):
     decoder = CanDecoder(1)
     decoder.decode(CanFrame(can_id, data, kind))
     counts = decoder.counts
     assert counts.good + counts.foreign + counts.garbage == 1
 
 
-def f(counter: int) -> Forces:
+def f(counter):
     return Forces((1, 2, 3), counter)
 
 
-def m(counter: int) -> Moments:
+def m(counter):
     return Moments((4, 5, 6), counter)
 
 
-def joined(*halves: Forces | Moments) -> tuple[list[int], int, int]:
+def joined(*halves):
     joiner = Reassembly()
     whole = [reading for half in halves if (reading := joiner.add(half)) is not None]
     assert all((r.forces, r.moments) == ((1, 2, 3), (4, 5, 6)) for r in whole)
@@ -150,14 +150,12 @@ def joined(*halves: Forces | Moments) -> tuple[list[int], int, int]:
         ([f(7)], ([], 1, 0)),
     ],
 )
-def test_halves_with_equal_counters_are_joined(
-    halves: list[Forces | Moments], result: tuple[list[int], int, int]
-) -> None:
+def test_halves_with_equal_counters_are_joined(halves, result):
     assert joined(*halves) == result
 
 
 @given(st.lists(st.builds(f, st.integers(0, 3)) | st.builds(m, st.integers(0, 3)), max_size=40))
-def test_every_half_is_accounted_for(halves: list[Forces | Moments]) -> None:
+def test_every_half_is_accounted_for(halves):
     whole, orphans, duplicates = joined(*halves)
     assert 2 * len(whole) + orphans + duplicates == len(halves)
 
@@ -177,13 +175,13 @@ def test_every_half_is_accounted_for(halves: list[Forces | Moments]) -> None:
     ],
     ids=["gap", "bit", "damage", "restart", "long gap", "wrap"],
 )
-def test_counter_becomes_a_sequence(raws: list[int], sequence: list[int | None], counted: dict[str, int]) -> None:
+def test_counter_becomes_a_sequence(raws, sequence, counted):
     counter = FrameCounter(10_000)
     assert [counter.accept(raw) for raw in raws] == sequence
     assert {name: getattr(counter, name) for name in counted} == counted
 
 
-def test_counter_after_silence_may_be_any_but_the_old_one() -> None:
+def test_counter_after_silence_may_be_any_but_the_old_one():
     counter = FrameCounter(10_000)
     counter.accept(30_000)
     counter.resume()
@@ -192,14 +190,14 @@ def test_counter_after_silence_may_be_any_but_the_old_one() -> None:
 
 
 @given(st.lists(st.integers(0, 0xFFFF), max_size=60), st.integers(500, 1_000_000))
-def test_sequence_only_ever_increases(raws: list[int], period_us: int) -> None:
+def test_sequence_only_ever_increases(raws, period_us):
     counter = FrameCounter(period_us)
     sequence = [number for raw in raws if (number := counter.accept(raw)) is not None]
     assert all(after > before for before, after in itertools.pairwise(sequence))
 
 
 @given(COUNTS, COUNTS)
-def test_counts_become_newtons_in_right_handed_axes(force: tuple[int, int, int], moment: tuple[int, int, int]) -> None:
+def test_counts_become_newtons_in_right_handed_axes(force, moment):
     reading = Reading(force, moment, 0)
     force_N, torque_Nm = Scaling(WRIST, RIGHT_HANDED).wrench(reading)
     assert force_N == pytest.approx([x * full / 16384 for x, full in zip(force, (115, 111, 185), strict=True)])
@@ -217,18 +215,18 @@ def test_counts_become_newtons_in_right_handed_axes(force: tuple[int, int, int],
         {"signs": (1, 1, 1)},
     ],
 )  # fmt: skip
-def test_setting_that_cannot_work_is_refused(wrong: dict[str, object]) -> None:
+def test_setting_that_cannot_work_is_refused(wrong):
     with pytest.raises(SettingError, match=rf"{next(iter(wrong))} = .*must be"):
         Jr3Settings(**wrong)  # type: ignore[arg-type]
 
 
-def test_filter_has_the_board_s_units() -> None:
+def test_filter_has_the_board_s_units():
     assert [Jr3Settings(cutoff_Hz=hz).cutoff_cHz for hz in (0.0, 0.01, 2.0, 10.25, 655.35)] == [0, 1, 200, 1025, 65535]
     assert settling_ns(200) == pytest.approx(398e6, rel=1e-3)
     assert settling_ns(0) == 0
 
 
-def test_node_of_a_canopen_device_is_refused() -> None:
+def test_node_of_a_canopen_device_is_refused():
     check_node(1)
     check_node(10, range(1, 7))
     with pytest.raises(SettingError, match="for example 127"):

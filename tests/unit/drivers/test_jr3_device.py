@@ -1,14 +1,12 @@
 """The conversation with a JR3 board: from the first ping to the first reading, restarts, silence, and its end."""
 
 import re
-from typing import Any
 
 import pytest
 
 from palpate.drivers.can import CanFrame
 from palpate.drivers.errors import (
     DeviceFaultError,
-    DriverError,
     GarbledError,
     SettingError,
     SilentError,
@@ -24,13 +22,13 @@ from tests.unit.drivers.jr3_board import FORCES_N, MOMENTS_DNM, Bench, FakeCanLi
 BOOTUP = CanFrame(0x701)
 
 
-def test_requests_come_in_their_order() -> None:
+def test_requests_come_in_their_order():
     bench = Bench().streaming()
     assert bench.link.asked == ["state", "force scales", "moment scales", "stop", "start"]
     assert bench.device.full_scales == FullScales(FORCES_N, MOMENTS_DNM)
 
 
-def test_request_in_flight_is_the_only_one() -> None:
+def test_request_in_flight_is_the_only_one():
     bench = Bench()
     bench.link.mute = {"force scales"}
     bench.device.open()
@@ -38,7 +36,7 @@ def test_request_in_flight_is_the_only_one() -> None:
     assert bench.link.asked == ["state", "force scales"]
 
 
-def test_late_acknowledgement_counts_once() -> None:
+def test_late_acknowledgement_counts_once():
     bench = Bench()
     bench.link.mute = {"state"}
     bench.device.open()
@@ -51,7 +49,7 @@ def test_late_acknowledgement_counts_once() -> None:
     assert bench.device.errors["answers without a request"] == 1
 
 
-def test_late_answer_for_forces_is_not_taken_for_moments() -> None:
+def test_late_answer_for_forces_is_not_taken_for_moments():
     bench = Bench()
     bench.link.mute = {"force scales"}
     bench.device.open()
@@ -65,7 +63,7 @@ def test_late_answer_for_forces_is_not_taken_for_moments() -> None:
     assert bench.device.full_scales == FullScales(FORCES_N, MOMENTS_DNM)
 
 
-def test_missing_board_is_a_wiring_error() -> None:
+def test_missing_board_is_a_wiring_error():
     bench = Bench()
     bench.link.mute = {"state"}
     with pytest.raises(WiringError, match=r"no answer \("):
@@ -92,9 +90,7 @@ def test_missing_board_is_a_wiring_error() -> None:
     ],
     ids=["garbage", "no sensor", "full scales of zero", "no stream"],
 )
-def test_board_with_which_nothing_can_begin_is_named(
-    board: dict[str, Any], error: type[DriverError], told: str
-) -> None:
+def test_board_with_which_nothing_can_begin_is_named(board, error, told):
     bench = Bench()
     vars(bench.link).update(board)
     with pytest.raises(error, match=told):
@@ -102,7 +98,7 @@ def test_board_with_which_nothing_can_begin_is_named(
 
 
 @pytest.mark.parametrize("request_name", ["stop", "start", "moment scales"])
-def test_board_that_falls_silent_while_it_is_set_up_is_asked_again(request_name: str) -> None:
+def test_board_that_falls_silent_while_it_is_set_up_is_asked_again(request_name):
     bench = Bench()
     bench.link.mute = {request_name}
     with pytest.raises(SilentError, match="no answer"):
@@ -110,7 +106,7 @@ def test_board_that_falls_silent_while_it_is_set_up_is_asked_again(request_name:
     assert bench.link.asked.count(request_name) in (3, 4)
 
 
-def test_full_scales_of_a_sensor_that_is_not_initialised_are_ignored() -> None:
+def test_full_scales_of_a_sensor_that_is_not_initialised_are_ignored():
     bench = Bench()
     stale = CanFrame(0x101, b"\x01" + b"\xff" * 6)
     answers = {"force scales": [stale]}
@@ -120,7 +116,7 @@ def test_full_scales_of_a_sensor_that_is_not_initialised_are_ignored() -> None:
     assert bench.device.full_scales == FullScales(FORCES_N, MOMENTS_DNM)
 
 
-def test_board_that_boots_meanwhile_is_waited_for() -> None:
+def test_board_that_boots_meanwhile_is_waited_for():
     bench = Bench()
     bench.link.state = 1
     bench.device.open()
@@ -132,11 +128,11 @@ def test_board_that_boots_meanwhile_is_waited_for() -> None:
     assert "0 time-outs" in bench.device.diagnostics()["wire"]
 
 
-def test_helpers_wait_for_the_stream_and_for_its_end() -> None:
+def test_helpers_wait_for_the_stream_and_for_its_end():
     bench = Bench()
     sleep = bench.sleep
 
-    def sleep_and_stream(seconds: float) -> None:
+    def sleep_and_stream(seconds):
         sleep(seconds)
         if "start" in bench.link.asked:
             bench.counter += 16
@@ -151,21 +147,21 @@ def test_helpers_wait_for_the_stream_and_for_its_end() -> None:
     assert bench.device.phase is Jr3Phase.CLOSED
 
 
-def test_wait_has_an_end() -> None:
+def test_wait_has_an_end():
     bench = Bench()
     bench.link.mute = {"state"}
     with pytest.raises(SilentError, match="still asking for the state"):
         start_up(bench.device, bench.clock_ns, bench.sleep, timeout_s=1.0)
 
 
-def test_board_that_does_not_answer_can_be_left() -> None:
+def test_board_that_does_not_answer_can_be_left():
     bench = Bench().streaming()
     bench.link.mute = {"stop"}
     shut_down(bench.device, bench.clock_ns, bench.sleep)
     assert bench.device.phase is Jr3Phase.CLOSED
 
 
-def test_requests_out_of_order_are_refused() -> None:
+def test_requests_out_of_order_are_refused():
     bench = Bench()
     for wish in (bench.device.stop, lambda: bench.device.full_scales):
         with pytest.raises(StateError):
@@ -175,12 +171,12 @@ def test_requests_out_of_order_are_refused() -> None:
         bench.device.open()
 
 
-def test_period_that_the_wire_does_not_carry_is_refused() -> None:
+def test_period_that_the_wire_does_not_carry_is_refused():
     with pytest.raises(SettingError, match="or more on this wire"):
         Jr3(CanTransport(FakeCanLink()), Jr3Settings(period_us=500))
 
 
-def test_sample_has_values_counter_and_time() -> None:
+def test_sample_has_values_counter_and_time():
     bench = Bench().streaming()
     bench.polls(4, 5.0)
     (sample,) = bench.read(z=-16384, step=78 * 3)
@@ -191,7 +187,7 @@ def test_sample_has_values_counter_and_time() -> None:
     assert not any((sample.over_range, sample.near_saturated, sample.saturated, sample.after_boot))
 
 
-def test_bootup_in_mid_run_starts_again_and_marks_samples() -> None:
+def test_bootup_in_mid_run_starts_again_and_marks_samples():
     bench = Bench().streaming()
     last = bench.device.latest
     bench.link.asked.clear()
@@ -212,7 +208,7 @@ def test_bootup_in_mid_run_starts_again_and_marks_samples() -> None:
     assert bench.device.diagnostics()["restarts"] == "1"
 
 
-def test_bootup_before_the_first_start_is_no_event() -> None:
+def test_bootup_before_the_first_start_is_no_event():
     bench = Bench()
     bench.link.mute = {"state"}
     bench.device.open()
@@ -224,7 +220,7 @@ def test_bootup_before_the_first_start_is_no_event() -> None:
     assert not sample.after_boot
 
 
-def test_board_that_keeps_restarting_is_a_fault() -> None:
+def test_board_that_keeps_restarting_is_a_fault():
     bench = Bench().streaming()
     for _ in range(MAX_BOOTS + 1):
         bench.link.inbox.append(BOOTUP)
@@ -233,7 +229,7 @@ def test_board_that_keeps_restarting_is_a_fault() -> None:
         bench.device.check()
 
 
-def test_restarts_with_readings_between_are_no_fault() -> None:
+def test_restarts_with_readings_between_are_no_fault():
     bench = Bench().streaming()
     for _ in range(MAX_BOOTS + 1):
         bench.link.inbox.append(BOOTUP)
@@ -242,7 +238,7 @@ def test_restarts_with_readings_between_are_no_fault() -> None:
     bench.device.check()
 
 
-def test_half_of_a_reading_does_not_survive_a_restart() -> None:
+def test_half_of_a_reading_does_not_survive_a_restart():
     bench = Bench().streaming()
     bench.link.inbox += [forces(156), BOOTUP]
     bench.polls(8)
@@ -250,7 +246,7 @@ def test_half_of_a_reading_does_not_survive_a_restart() -> None:
     assert bench.poll() == []
 
 
-def test_counter_that_goes_back_is_a_restart() -> None:
+def test_counter_that_goes_back_is_a_restart():
     bench = Bench().streaming()
     bench.counter = 20_000
     bench.read()
@@ -262,7 +258,7 @@ def test_counter_that_goes_back_is_a_restart() -> None:
     assert bench.device.errors["counters that began again"] == 1
 
 
-def test_samples_are_settling_after_a_start() -> None:
+def test_samples_are_settling_after_a_start():
     bench = Bench(Jr3Settings(cutoff_Hz=2.0, period_us=10_000)).streaming()
     flags = [bench.read()[0].settling for _ in range(60)]
     assert flags[0]
@@ -274,12 +270,12 @@ def test_samples_are_settling_after_a_start() -> None:
     ("counts", "flags"),
     [(16384, "000"), (16385, "100"), (-16385, "100"), (26215, "110"), (-32752, "111"), (32767, "111")],
 )
-def test_saturation(counts: int, flags: str) -> None:
+def test_saturation(counts, flags):
     (sample,) = Bench().streaming().read(z=counts)
     assert f"{sample.over_range:d}{sample.near_saturated:d}{sample.saturated:d}" == flags
 
 
-def test_silence_ends_with_a_reading() -> None:
+def test_silence_ends_with_a_reading():
     bench = Bench().streaming()
     bench.polls(200)
     bench.device.check()
@@ -293,7 +289,7 @@ def test_silence_ends_with_a_reading() -> None:
 
 
 @pytest.mark.parametrize(("counts", "answers", "zeroed"), [(5, 1, True), (5, 0, False), (100, 1, False)])
-def test_zero_of_another_client_is_noticed_by_the_board_s_answer(counts: int, answers: int, zeroed: bool) -> None:
+def test_zero_of_another_client_is_noticed_by_the_board_s_answer(counts, answers, zeroed):
     bench = Bench().streaming()
     bench.link.inbox += [CanFrame(0x101, b"\x00")] * answers
     bench.read(z=counts)
@@ -316,7 +312,7 @@ def test_zero_of_another_client_is_noticed_by_the_board_s_answer(counts: int, an
         ("jumps", r"readings whose counter jumped \(\d+\) came instead; see what else talks"),
     ],
 )
-def test_silence_tells_from_the_first_moment_what_came_instead(what: str, told: str) -> None:
+def test_silence_tells_from_the_first_moment_what_came_instead(what, told):
     bench = Bench().streaming()
     halves = {
         "silence": lambda n: [],
@@ -334,7 +330,7 @@ def test_silence_tells_from_the_first_moment_what_came_instead(what: str, told: 
         bench.device.check()
 
 
-def test_cable_that_is_plugged_in_again_needs_an_open() -> None:
+def test_cable_that_is_plugged_in_again_needs_an_open():
     bench = Bench().streaming()
     bench.link.broken = True
     assert bench.poll() == []

@@ -3,7 +3,6 @@
 import os
 import pty
 import select
-from collections.abc import Iterator
 
 import pytest
 import serial
@@ -12,7 +11,7 @@ from palpate.drivers.errors import WiringError
 from palpate.drivers.serial_port import close_serial, open_serial, write_unless_stuck
 
 
-def test_a_port_that_is_in_use_is_refused() -> None:
+def test_a_port_that_is_in_use_is_refused():
     master, slave = pty.openpty()
     name = os.ttyname(slave)
     first = open_serial(name, 9600, "arm")
@@ -25,7 +24,7 @@ def test_a_port_that_is_in_use_is_refused() -> None:
 
 
 @pytest.fixture
-def ends() -> Iterator[tuple[int, serial.Serial]]:
+def ends():
     """Both ends of a line; the port counts as late as soon as time goes on at all."""
     master, slave = pty.openpty()
     port = open_serial(os.ttyname(slave), 9600, "arm")
@@ -36,7 +35,7 @@ def ends() -> Iterator[tuple[int, serial.Serial]]:
     os.close(slave)
 
 
-def test_a_program_that_was_held_up_has_written_all_the_same(ends: tuple[int, serial.Serial]) -> None:
+def test_a_program_that_was_held_up_has_written_all_the_same(ends):
     master, port = ends
     with pytest.raises(serial.SerialTimeoutException):
         port.write(b"as pyserial has it")
@@ -49,10 +48,10 @@ def test_a_program_that_was_held_up_has_written_all_the_same(ends: tuple[int, se
     assert came == written
 
 
-def test_a_port_that_takes_no_bytes_is_late(ends: tuple[int, serial.Serial]) -> None:
+def test_a_port_that_takes_no_bytes_is_late(ends):
     _, port = ends
 
-    def fill() -> None:
+    def fill():
         for _ in range(1000):
             write_unless_stuck(port, bytes(1024))
 

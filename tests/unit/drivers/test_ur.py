@@ -1,8 +1,6 @@
 """The arm behind its link, in virtual time: refusals, faults by name, a connection that breaks and is made again."""
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
@@ -19,24 +17,24 @@ SETTINGS = UrSettings(
 )  # fmt: skip
 
 
-def made(ur: VirtualUr, **settings: Any) -> UrArm:
+def made(ur, **settings):
     return UrArm(ur, replace(SETTINGS, **settings), now_ns=ur.clock.now_ns, sleep=ur.clock.sleep)
 
 
-def enabled(ur: VirtualUr) -> UrArm:
+def enabled(ur):
     arm = made(ur)
     arm.open()
     arm.enable()
     return arm
 
 
-def lead(arm: UrArm, ur: VirtualUr, ticks: int, to: tuple[float, ...] | None = None) -> None:
+def lead(arm, ur, ticks, to=None):
     for _ in range(ticks):
         arm.cycle(to)
         ur.ticks(1)
 
 
-def test_arm_goes_where_it_is_led_no_faster_than_allowed_and_stops() -> None:
+def test_arm_goes_where_it_is_led_no_faster_than_allowed_and_stops():
     ur = VirtualUr()
     arm, there = enabled(ur), (*HOME[:5], HOME[5] + 0.1)
     assert arm.preview(there).reason is AppliedReason.VELOCITY_LIMIT
@@ -49,7 +47,7 @@ def test_arm_goes_where_it_is_led_no_faster_than_allowed_and_stops() -> None:
         arm.cycle((float("nan"),) * 6)
 
 
-TROUBLES: list[tuple[Callable[[VirtualUr], object], str]] = [
+TROUBLES = [
     (
         lambda ur: ur.controller.protective_stop(),
         "protective stop; clear what the arm has met, and unlock it on the pendant",
@@ -71,7 +69,7 @@ TROUBLES: list[tuple[Callable[[VirtualUr], object], str]] = [
 ]
 
 
-def test_trouble_of_a_stopped_arm_is_latched_too() -> None:
+def test_trouble_of_a_stopped_arm_is_latched_too():
     ur = VirtualUr()
     arm = enabled(ur)
     lead(arm, ur, 5)
@@ -84,9 +82,7 @@ def test_trouble_of_a_stopped_arm_is_latched_too() -> None:
 
 
 @pytest.mark.parametrize(("strike", "told"), TROUBLES, ids=[told for _, told in TROUBLES])
-def test_trouble_stops_the_arm_within_a_second_is_latched_and_named(
-    strike: Callable[[VirtualUr], object], told: str
-) -> None:
+def test_trouble_stops_the_arm_within_a_second_is_latched_and_named(strike, told):
     ur = VirtualUr()
     arm = enabled(ur)
     lead(arm, ur, 5, (*HOME[:5], 2.0))
@@ -104,7 +100,7 @@ def test_trouble_stops_the_arm_within_a_second_is_latched_and_named(
         arm.cycle()
 
 
-def test_protective_stop_is_unlocked_by_a_person_when_the_controller_allows_it() -> None:
+def test_protective_stop_is_unlocked_by_a_person_when_the_controller_allows_it():
     ur = VirtualUr()
     arm = enabled(ur)
     ur.controller.protective_stop()
@@ -119,7 +115,7 @@ def test_protective_stop_is_unlocked_by_a_person_when_the_controller_allows_it()
     lead(arm, ur, 5)
 
 
-def test_connection_that_breaks_at_rest_is_made_again_and_one_in_motion_waits_for_a_person() -> None:
+def test_connection_that_breaks_at_rest_is_made_again_and_one_in_motion_waits_for_a_person():
     ur = VirtualUr()
     arm = enabled(ur)
     arm.stop()
@@ -146,12 +142,12 @@ def test_connection_that_breaks_at_rest_is_made_again_and_one_in_motion_waits_fo
         ({"version": (10, 7, 0, 1)}, "10.7.0.1.*untried"),
     ],
 )
-def test_controller_that_is_set_up_otherwise_is_refused(controller: dict[str, Any], told: str) -> None:
+def test_controller_that_is_set_up_otherwise_is_refused(controller, told):
     with pytest.raises(SettingError, match=told):
         made(VirtualUr(**controller)).open()
 
 
-def test_controller_in_local_control_without_power_or_beyond_its_limits_is_refused() -> None:
+def test_controller_in_local_control_without_power_or_beyond_its_limits_is_refused():
     ur = VirtualUr()
     ur.controller.remote = False
     with pytest.raises(SettingError, match="local control; switch the pendant"):
@@ -166,7 +162,7 @@ def test_controller_in_local_control_without_power_or_beyond_its_limits_is_refus
         arm.enable()
 
 
-def test_controller_ends_the_program_of_a_host_that_is_gone() -> None:
+def test_controller_ends_the_program_of_a_host_that_is_gone():
     ur = VirtualUr()
     arm = enabled(ur)
     lead(arm, ur, 20, (*HOME[:5], 2.0))

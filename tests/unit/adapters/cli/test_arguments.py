@@ -1,19 +1,17 @@
 """How flags, TOML files and presets come together, and how one line says what is wrong with them."""
 
 import re
-from pathlib import Path
 
 import pytest
 
 from palpate.adapters.cli.arguments import flags_of, parse
 from palpate.adapters.cli.options import CompareOptions, ExploreOptions, ReplayOptions, RunOptions, TrainOptions
 from palpate.adapters.config.compose import scenario
-from palpate.adapters.config.run import RunConfig
 from palpate.core.errors import ConfigurationError, UsageError
 
 
 @pytest.fixture
-def toml(tmp_path: Path) -> str:
+def toml(tmp_path):
     path = tmp_path / "my.toml"
     path.write_text(
         'scenario = "blind"\nseed = 5\n[task]\nstep_mm = 0.25\n[cell]\nhole_uncertainty_mm = 2.0\n'
@@ -22,35 +20,35 @@ def toml(tmp_path: Path) -> str:
     return str(path)
 
 
-def config(*words: str) -> RunConfig:
+def config(*words):
     return parse(TrainOptions, "train", words).run
 
 
-def test_a_preset_is_where_the_rest_starts_from() -> None:
+def test_a_preset_is_where_the_rest_starts_from():
     assert config("--scenario", "blind") == scenario("blind")
     assert config("--scenario=blind", "--cell.hole-uncertainty-mm", "1").cell.hole_uncertainty_mm == 1.0
 
 
-def test_the_file_wins_over_the_preset(toml: str) -> None:
+def test_the_file_wins_over_the_preset(toml):
     found = config("--config", toml)
     assert (found.scenario, found.cell.hole_uncertainty_mm) == ("blind", 2.0)
     assert (found.seed, found.task.step_mm) == (5, 0.25)
 
 
-def test_flags_win_over_the_file(toml: str) -> None:
+def test_flags_win_over_the_file(toml):
     found = config(f"--config={toml}", "--seed", "6", "--task.step-mm", "0.3")
     assert (found.seed, found.task.step_mm) == (6, 0.3)
     # Not of the flags but of the file: it still counts.
     assert found.cell.hole_uncertainty_mm == 2.0
 
 
-def test_a_scenario_other_than_the_file_s_is_refused(toml: str) -> None:
+def test_a_scenario_other_than_the_file_s_is_refused(toml):
     # The file's settings would win over the preset's, and the scenario would be so in name only.
     with pytest.raises(ConfigurationError, match="'blind', as in"):
         config("--config", toml, "--scenario", "paper")
 
 
-def test_a_file_s_settings_of_another_learner_are_refused_but_not_a_record_s(tmp_path: Path) -> None:
+def test_a_file_s_settings_of_another_learner_are_refused_but_not_a_record_s(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text('learner = "sarsa"\n[learning]\nrule_lead = 3.0\n')
     with pytest.raises(ConfigurationError, match="skills, which learning"):
@@ -75,19 +73,19 @@ def test_a_file_s_settings_of_another_learner_are_refused_but_not_a_record_s(tmp
         ),
     ],
 )
-def test_a_setting_given_twice_is_refused(words: str, message: str) -> None:
+def test_a_setting_given_twice_is_refused(words, message):
     with pytest.raises(UsageError) as caught:
         parse(TrainOptions, "train", words.split())
     assert str(caught.value).startswith(message)
     assert "\n" not in str(caught.value)
 
 
-def test_several_values_go_after_one_flag() -> None:
+def test_several_values_go_after_one_flag():
     with pytest.raises(UsageError, match=r"--policy is given twice: .*; list all values after one --policy"):
         parse(CompareOptions, "compare", ["--policy", "a", "--policy", "b"])
 
 
-def test_what_may_be_given_several_times_may() -> None:
+def test_what_may_be_given_several_times_may():
     words = ["log", "--set", "task.step_mm=1", "--set", "task.step_mm=2"]
     assert parse(ReplayOptions, "replay", words).set == ("task.step_mm=1", "task.step_mm=2")
 
@@ -100,21 +98,21 @@ def test_what_may_be_given_several_times_may() -> None:
         ("--fps 3", "--fps is not an option of palpate run, but of palpate render"),
     ],
 )
-def test_a_setting_of_another_command_is_told_where_it_belongs(words: str, message: str) -> None:
+def test_a_setting_of_another_command_is_told_where_it_belongs(words, message):
     with pytest.raises(UsageError) as caught:
         parse(RunOptions, "run", words.split())
     assert str(caught.value).startswith(message)
 
 
 @pytest.mark.parametrize("kind", [TrainOptions, ReplayOptions, ExploreOptions])
-def test_the_flags_are_those_of_the_help(kind: type, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_flags_are_those_of_the_help(kind, capsys):
     with pytest.raises(SystemExit):
         parse(kind, "x", ["--help"])
     told = set(re.findall(r"(?<=[ |│])--[a-zA-Z][\w.-]*", capsys.readouterr().out))
     assert told - {"--help", "--task"} <= set(flags_of(kind))  # --task is short for --task.name
 
 
-def test_a_run_toml_of_another_format_is_refused(tmp_path: Path) -> None:
+def test_a_run_toml_of_another_format_is_refused(tmp_path):
     path = tmp_path / "run.toml"
     for told, found in (('format = "palpate.run/0"\n', "'palpate.run/0'"), ("", "None")):
         path.write_text(f'seed = 3\n[run]\n{told}command = "train"\n')
@@ -122,7 +120,7 @@ def test_a_run_toml_of_another_format_is_refused(tmp_path: Path) -> None:
             config("--config", str(path))
 
 
-def test_a_run_toml_repeats_trials_and_policy_of_the_same_command(tmp_path: Path) -> None:
+def test_a_run_toml_repeats_trials_and_policy_of_the_same_command(tmp_path):
     path = tmp_path / "run.toml"
     path.write_text('[run]\nformat = "palpate.run/1"\ncommand = "compare"\ntrials = 7\npolicy = ["a", "b"]\n')
     again = parse(CompareOptions, "compare", ["--config", str(path)])
@@ -130,7 +128,7 @@ def test_a_run_toml_repeats_trials_and_policy_of_the_same_command(tmp_path: Path
     assert parse(RunOptions, "run", ["--config", str(path)]).trials == RunOptions().trials
 
 
-def test_all_commands_take_the_same_settings(toml: str) -> None:
+def test_all_commands_take_the_same_settings(toml):
     expected = config("--config", toml)
     assert parse(RunOptions, "run", ["--config", toml, "--policy", "torque"]).run == expected
     assert parse(CompareOptions, "compare", ["--config", toml, "--policy", "a", "b"]).run == expected
@@ -151,7 +149,7 @@ def test_all_commands_take_the_same_settings(toml: str) -> None:
         (["--trials"], "--trials"),
     ],
 )
-def test_words_that_make_no_sense_are_named_in_one_line(words: list[str], message: str) -> None:
+def test_words_that_make_no_sense_are_named_in_one_line(words, message):
     with pytest.raises((UsageError, ConfigurationError)) as caught:
         parse(TrainOptions, "train", words)
     assert message in str(caught.value)
@@ -160,7 +158,7 @@ def test_words_that_make_no_sense_are_named_in_one_line(words: list[str], messag
     assert not set("│╭╮╰╯─") & set(str(caught.value))
 
 
-def test_settings_as_flags_are_those_of_a_file(tmp_path: Path) -> None:
+def test_settings_as_flags_are_those_of_a_file(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text(
         "[task]\nmax_force_N = 20\n[recording]\nenabled = false\n[perception]\nchannels = ['tx', 'ty']\n"

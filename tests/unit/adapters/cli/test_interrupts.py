@@ -5,9 +5,6 @@ import io
 import json
 import signal
 import sys
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -17,16 +14,15 @@ from palpate.adapters.cli.interrupts import QUIET_S, Interrupts
 from palpate.adapters.experiments import BLOCK, RunFolder
 from palpate.adapters.log import TrialRecorder
 from palpate.simulation.work_cell import WorkCell
-from tests.command_line import CommandLine
 
 
-def press(times: int = 1, number: signal.Signals = signal.SIGINT) -> None:
+def press(times=1, number=signal.SIGINT):
     for _ in range(times):
         signal.raise_signal(number)
 
 
 @pytest.fixture
-def now(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+def now(monkeypatch):
     """The clock's reading in s, to be set by a test."""
     reading = [1000.0]
     monkeypatch.setattr(interrupts, "monotonic", lambda: reading[0])
@@ -34,10 +30,10 @@ def now(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
-def test_what_is_closed_meanwhile_is_not_interrupted(number: signal.Signals, now: list[float]) -> None:
+def test_what_is_closed_meanwhile_is_not_interrupted(number, now):
     closed = []
 
-    def work() -> None:
+    def work():
         try:
             press(1, number)
         finally:
@@ -50,7 +46,7 @@ def test_what_is_closed_meanwhile_is_not_interrupted(number: signal.Signals, now
     assert seen.raised
 
 
-def test_who_still_waits_is_heard_again(now: list[float]) -> None:
+def test_who_still_waits_is_heard_again(now):
     with Interrupts():
         with pytest.raises(KeyboardInterrupt):
             press()
@@ -59,13 +55,13 @@ def test_who_still_waits_is_heard_again(now: list[float]) -> None:
             press()
 
 
-def put_in(monkeypatch: pytest.MonkeyPatch, name: str, function: Callable[[object], object]) -> None:
+def put_in(monkeypatch, name, function):
     """A command of that name that calls a function."""
     monkeypatch.setitem(COMMANDS, name, Command("for a test", "here:here"))
     monkeypatch.setattr(main, "loaded", lambda place: function)
 
 
-def test_the_end_of_the_interpreter_is_not_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_end_of_the_interpreter_is_not_interrupted(monkeypatch):
     monkeypatch.setattr(sys, "argv", ["palpate", "ending"])
     put_in(monkeypatch, "ending", lambda _: press())
     before = signal.getsignal(signal.SIGINT)
@@ -76,10 +72,8 @@ def test_the_end_of_the_interpreter_is_not_interrupted(monkeypatch: pytest.Monke
         signal.signal(signal.SIGINT, before)
 
 
-def test_an_import_that_is_interrupted_is_no_error_of_its_own(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def half_imported(_: object) -> None:
+def test_an_import_that_is_interrupted_is_no_error_of_its_own(palpate, monkeypatch):
+    def half_imported(_):
         # As extension modules have it.
         try:
             press()
@@ -91,9 +85,9 @@ def test_an_import_that_is_interrupted_is_no_error_of_its_own(
     assert (done.code, done.stderr) == (130, "\npalpate: stopped at once; what was finished is kept\n")
 
 
-def test_a_closed_terminal_hides_the_last_line_only(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_closed_terminal_hides_the_last_line_only(monkeypatch):
     class Gone(io.StringIO):
-        def write(self, text: str) -> int:
+        def write(self, text):
             raise OSError(errno.EIO, "Input/output error")
 
     put_in(monkeypatch, "hanging", lambda _: press(1, signal.SIGHUP))
@@ -101,19 +95,17 @@ def test_a_closed_terminal_hides_the_last_line_only(monkeypatch: pytest.MonkeyPa
     assert main.main(["hanging"]) == 130
 
 
-def test_ctrl_c_again_and_again_leaves_one_line_and_a_log_that_replays(
-    palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ctrl_c_again_and_again_leaves_one_line_and_a_log_that_replays(palpate, tmp_path, monkeypatch):
     passed, advance_once, fail_once = 0, WorkCell.advance, TrialRecorder.fail
 
-    def advance(self: WorkCell) -> None:
+    def advance(self):
         nonlocal passed
         passed += 1
         if passed == 600:
             press(2)
         advance_once(self)
 
-    def fail(self: TrialRecorder, *told: Any) -> None:
+    def fail(self, *told):
         press(2)
         fail_once(self, *told)
         press(2)
@@ -130,12 +122,10 @@ def test_ctrl_c_again_and_again_leaves_one_line_and_a_log_that_replays(
     assert f"{len(logs)} of {len(logs)} equal" in palpate.succeed("replay", *logs, "--jobs", 1)
 
 
-def test_ctrl_c_while_a_block_of_trials_is_written_loses_none_of_it(
-    palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ctrl_c_while_a_block_of_trials_is_written_loses_none_of_it(palpate, tmp_path, monkeypatch):
     append_once = RunFolder.append_trial
 
-    def append(self: RunFolder, *scored: Any) -> None:
+    def append(self, *scored):
         press()
         append_once(self, *scored)
 

@@ -1,11 +1,9 @@
 """A bar on a terminal, plain lines elsewhere."""
 
-import pytest
-
 from palpate.adapters.cli.progress import progress
 
 
-def test_without_a_terminal_there_is_a_line_at_every_tenth(capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_terminal_there_is_a_line_at_every_tenth(capsys):
     with progress(30, "trial", "torque", initial=2) as bar:
         for number in range(28):
             bar.set_postfix_str(f"time {number} s")
@@ -18,7 +16,7 @@ def test_without_a_terminal_there_is_a_line_at_every_tenth(capsys: pytest.Captur
     assert capsys.readouterr().err == ""
 
 
-def test_on_a_terminal_there_is_a_bar(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_on_a_terminal_there_is_a_bar(capsys, monkeypatch):
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
     with progress(2, "trial") as bar:
         bar.update()

@@ -5,7 +5,6 @@ import re
 from dataclasses import replace
 from pathlib import Path
 from tomllib import loads
-from typing import Any
 
 import pytest
 
@@ -54,7 +53,7 @@ PAGE = Path(__file__).parents[4] / "docs" / "how-to" / "choose-conditions.md"
         ("perception.components", {"symbols": "clusters", "features": "pca", "components": 5}),
     ],
 )
-def test_setting_that_does_not_go_with_the_others_is_named(field: str, value: Any) -> None:
+def test_setting_that_does_not_go_with_the_others_is_named(field, value):
     table = nested(field, value) if not isinstance(value, dict) else {"perception": value}
     with pytest.raises(ConfigurationError) as caught:
         # Gains are checked by the control laws themselves, when a task is built.
@@ -63,12 +62,12 @@ def test_setting_that_does_not_go_with_the_others_is_named(field: str, value: An
 
 
 @pytest.mark.parametrize("name", ["insertion", "insertion-6dof"])
-def test_force_that_ends_a_trial_is_the_supervisor_s(name: str) -> None:
+def test_force_that_ends_a_trial_is_the_supervisor_s(name):
     config = overlay(RunConfig(), task_kind(name).preset)
     assert config.supervision.max_force_N <= config.task.max_force_N
 
 
-def test_blind_differs_from_paper_by_where_the_hole_is() -> None:
+def test_blind_differs_from_paper_by_where_the_hole_is():
     paper, blind = scenario("paper"), scenario("blind")
     assert paper == RunConfig()
     assert (paper.cell.hole_uncertainty_mm, blind.cell.hole_uncertainty_mm) == (0.0, 3.0)
@@ -79,7 +78,7 @@ def test_blind_differs_from_paper_by_where_the_hole_is() -> None:
 
 
 @pytest.mark.parametrize("learner", ["q-learning", "belief"])
-def test_tool_presses_harder_where_the_sensor_is_noisy(learner: str) -> None:
+def test_tool_presses_harder_where_the_sensor_is_noisy(learner):
     noisy, quiet = scenario("blind-noise", learner), scenario("blind", learner)
     require_usable(noisy, ready_pose_of(noisy))
     assert noisy.task.press_kgf > quiet.task.press_kgf
@@ -93,7 +92,7 @@ TURNED_MRAD = 10.0
 
 
 @pytest.mark.parametrize("name", PRESETS)
-def test_preset_can_be_run_differs_from_the_others_and_is_documented(name: str) -> None:
+def test_preset_can_be_run_differs_from_the_others_and_is_documented(name):
     config = scenario(name)
     usable = compose(name, task="insertion-6dof") if config.place.tilt_uncertainty_mrad > TURNED_MRAD else config
     require_usable(usable, ready_pose_of(usable))
@@ -105,13 +104,13 @@ def test_preset_can_be_run_differs_from_the_others_and_is_documented(name: str) 
     assert f"| `{name}` |" in PAGE.read_text(encoding="utf-8")
 
 
-def test_hole_deeper_than_the_preset_is_used_by_policies_without_states_of_their_own() -> None:
+def test_hole_deeper_than_the_preset_is_used_by_policies_without_states_of_their_own():
     config = overlay(RunConfig(), {"cell": {"peg": {"hole_depth_mm": 18.0}}})
     config = overlay(config, {"task": {"insertion_depth_mm": 18.0}})
     require_usable(config, ready_pose_of(config))
 
 
-def test_arguments_win_over_settings_and_settings_over_the_preset() -> None:
+def test_arguments_win_over_settings_and_settings_over_the_preset():
     table = {"scenario": "blind", "arm": "ur5", "cell": {"hole_uncertainty_mm": 1.5}}
     config = configured(settings=table)
     assert (config.scenario, config.arm, config.cell.hole_uncertainty_mm) == ("blind", "ur5", 1.5)
@@ -120,7 +119,7 @@ def test_arguments_win_over_settings_and_settings_over_the_preset() -> None:
     assert table["scenario"] == "blind"  # the caller's own table is left as it is
 
 
-def test_file_of_a_run_serves_as_settings(tmp_path: Path) -> None:
+def test_file_of_a_run_serves_as_settings(tmp_path):
     config = configured(scenario="blind", arm="ur5", settings={"task": {"time_limit_s": 7.0}, "seed": 3})
     path = tmp_path / "run.toml"
     path.write_text(run_toml(config, "train", trials=3), encoding="utf-8")

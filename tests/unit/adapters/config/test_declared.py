@@ -6,11 +6,10 @@ After a change on purpose write the copy again with ``PALPATE_SNAPSHOT=write``, 
 
 import json
 import os
-from collections.abc import Iterator
 from dataclasses import replace
 from math import inf, isfinite, nan, nextafter
 from pathlib import Path
-from typing import Any, get_args, get_origin
+from typing import get_args, get_origin
 
 import pytest
 
@@ -35,7 +34,7 @@ from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.policy import SarsaParameters, TemperatureSchedule
 from palpate.core.ports.settings import OneOf, Range, Settings, kinds_of, optional_of, parts_of
 
-TABLES: dict[str, Settings] = {
+TABLES = {
     "run": RunConfig(),
     "policy": SarsaParameters(alpha=0.5, gamma=1.0, temperature=TemperatureSchedule(1.0, 1.0, 0.0)),
     "explore": GridLearning(),
@@ -52,7 +51,7 @@ TABLES: dict[str, Settings] = {
 }
 
 
-def leaves(base: Settings) -> Iterator[tuple[Settings, str, Any]]:
+def leaves(base):
     """Every setting that holds no others: the table that it stands in, its field, and its annotation."""
     for name, kind in kinds_of(type(base)).items():
         value = getattr(base, name)
@@ -62,12 +61,12 @@ def leaves(base: Settings) -> Iterator[tuple[Settings, str, Any]]:
             yield base, name, kind
 
 
-def wrong_values(kind: Any) -> list[Any]:
+def wrong_values(kind):
     """Values that a setting of that kind must refuse, whatever other settings are."""
     base, marks = parts_of(kind)
     if (inner := optional_of(base)) is not None:
         return [value for value in wrong_values(inner) if value is not None]
-    wrong: list[Any] = [None, b"bytes"]
+    wrong = [None, b"bytes"]
     origin = get_origin(base) or base
     if origin is float:
         wrong += [nan, inf, -inf, "wide", True, [1.0], 10**400]
@@ -91,7 +90,7 @@ def wrong_values(kind: Any) -> list[Any]:
     return wrong
 
 
-def _beyond(mark: Range, *, whole: bool) -> list[tuple[bool, Any]]:
+def _beyond(mark, *, whole):
     if whole:
         return [(True, mark.low - 1), (True, mark.high + 1)]
     low = mark.low if mark.above else nextafter(mark.low, -inf)
@@ -99,7 +98,7 @@ def _beyond(mark: Range, *, whole: bool) -> list[tuple[bool, Any]]:
     return [(isfinite(mark.low), low), (isfinite(mark.high), high)]
 
 
-def ends(kind: Any) -> list[Any]:
+def ends(kind):
     """The outermost values of a setting's range."""
     base, marks = parts_of(kind)
     kind = optional_of(base)
@@ -117,14 +116,14 @@ def ends(kind: Any) -> list[Any]:
 tables = pytest.mark.parametrize("base", TABLES.values(), ids=TABLES)
 
 
-def nested(name: str, value: Any) -> dict[str, Any]:
+def nested(name, value):
     """The table that sets one field, given by its dotted name."""
     for part in reversed(name.split(".")):
         value = {part: value}
     return value
 
 
-def refusal(make: Any) -> ConfigurationError:
+def refusal(make):
     with pytest.raises(ConfigurationError) as caught:
         make()
     assert "\n" not in str(caught.value)
@@ -132,7 +131,7 @@ def refusal(make: Any) -> ConfigurationError:
 
 
 @tables
-def test_what_is_wrong_is_refused_by_name_in_python_and_toml(base: Settings) -> None:
+def test_what_is_wrong_is_refused_by_name_in_python_and_toml(base):
     for table, field, kind in leaves(base):
         for value in wrong_values(kind):
             error = refusal(lambda t=table, f=field, v=value: replace(t, **{f: v}))
@@ -143,7 +142,7 @@ def test_what_is_wrong_is_refused_by_name_in_python_and_toml(base: Settings) -> 
             assert str(laid) == str(error)
 
 
-def test_the_whole_tree_is_reached_by_dotted_names() -> None:
+def test_the_whole_tree_is_reached_by_dotted_names():
     for table, field, kind in leaves(RunConfig()):
         name = table.dotted(field)
         value = wrong_values(kind)[0]
@@ -153,14 +152,14 @@ def test_the_whole_tree_is_reached_by_dotted_names() -> None:
 
 
 @tables
-def test_the_ends_of_a_range_are_in_it(base: Settings) -> None:
+def test_the_ends_of_a_range_are_in_it(base):
     for table, field, kind in leaves(base):
         for value in ends(kind):
             field_value(table, field, value)
 
 
 @tables
-def test_an_unknown_key_is_refused_in_every_table(base: Settings) -> None:
+def test_an_unknown_key_is_refused_in_every_table(base):
     for table in {type(one): one for one, _, _ in leaves(base)}.values():
         name = table.dotted("no_such_setting")
         assert refusal(lambda t=table: overlay(t, {"no_such_setting": 1})).field == name
@@ -168,7 +167,7 @@ def test_an_unknown_key_is_refused_in_every_table(base: Settings) -> None:
             replace(table, no_such_setting=1)
 
 
-def test_a_flag_is_refused_by_the_same_words() -> None:
+def test_a_flag_is_refused_by_the_same_words():
     # One setting of each table: the way from flag to field is the parser's, and the same for all.
     one_each = {type(table): (table, field, kind) for table, field, kind in leaves(RunConfig()) if ends(kind)}
     for table, field, kind in one_each.values():
@@ -184,7 +183,7 @@ def test_a_flag_is_refused_by_the_same_words() -> None:
 SNAPSHOT = Path(__file__).parents[3] / "golden" / "settings.json"
 
 
-def declared(table: Settings) -> dict[str, Any]:
+def declared(table):
     """Each setting of a table as a line, or as a table of its own."""
     found = {}
     for name, kind in kinds_of(type(table)).items():
@@ -193,7 +192,7 @@ def declared(table: Settings) -> dict[str, Any]:
     return found
 
 
-def _kind(kind: Any) -> str:
+def _kind(kind):
     base, marks = parts_of(kind)
     if (inner := optional_of(base)) is not None:
         return f"{_kind(inner)}, or none"
@@ -201,14 +200,14 @@ def _kind(kind: Any) -> str:
     return ", ".join([_named(base), *(mark.words(base) for mark in marks), *units])
 
 
-def _named(base: Any) -> str:
+def _named(base):
     if get_origin(base) not in (tuple, dict):
         return " or ".join(one.__name__ for one in get_args(base) or (base,))
     items = ("..." if item is ... else _kind(item) for item in get_args(base))
     return f"{base.__name__}[{'; '.join(items)}]"
 
 
-def test_the_declared_settings_are_those_of_the_snapshot() -> None:
+def test_the_declared_settings_are_those_of_the_snapshot():
     found = {name: declared(base) for name, base in TABLES.items()}
     text = json.dumps(found, indent=1, ensure_ascii=False) + "\n"
     if os.environ.get("PALPATE_SNAPSHOT") == "write":

@@ -1,11 +1,9 @@
 """A job file: numbers in other units, relations between values, and what must be stated."""
 
 import tomllib
-from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from math import inf, nan
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -19,7 +17,7 @@ JOBS = {path.stem: tomllib.loads(path.read_text()) for path in Path("examples/jo
 TASKS = {"square-20": "insertion-6dof", "connector-16": "insertion-6dof"}
 
 
-def whole(name: str) -> dict[str, Any]:
+def whole(name):
     """A job with every field of its four tables, also those that its file leaves as they are."""
     job = deepcopy(JOBS[name])
     for table in JOB_TABLES:
@@ -29,13 +27,13 @@ def whole(name: str) -> dict[str, Any]:
     return job
 
 
-def usable(name: str, job: Mapping[str, Any]) -> None:
+def usable(name, job):
     """All that a run looks at before anything moves."""
     config = compose("job", task=TASKS.get(name, "insertion"), job=read_job(job))
     require_usable(config, ready_pose(config))
 
 
-def numbers(job: dict[str, Any]) -> Iterator[tuple[str, str, int | None, float]]:
+def numbers(job):
     """Table, field, place in a list, and value of each number of the four tables."""
     for table in JOB_TABLES:
         for field, value in job[table].items():
@@ -44,7 +42,7 @@ def numbers(job: dict[str, Any]) -> Iterator[tuple[str, str, int | None, float]]
 
 
 @pytest.mark.parametrize("table", JOB_TABLES)
-def test_number_that_is_none_or_in_another_unit_is_refused_by_its_name(table: str) -> None:
+def test_number_that_is_none_or_in_another_unit_is_refused_by_its_name(table):
     for name in ("paper-peg", "square-20"):
         for _, field, place, value in [number for number in numbers(whole(name)) if number[0] == table]:
             # Micrometres for millimetres, newtons per metre for newtons per millimetre, grams for kilograms.
@@ -64,7 +62,7 @@ def test_number_that_is_none_or_in_another_unit_is_refused_by_its_name(table: st
 
 
 @pytest.mark.parametrize("name", JOBS)
-def test_the_example_jobs_can_be_used_as_they_are_and_state_the_simulator_s_friction(name: str) -> None:
+def test_the_example_jobs_can_be_used_as_they_are_and_state_the_simulator_s_friction(name):
     usable(name, JOBS[name])
     usable(name, whole(name))
 
@@ -90,7 +88,7 @@ def test_the_example_jobs_can_be_used_as_they_are_and_state_the_simulator_s_fric
         ("arm", {"lower_rad": [0.0]}, "6 numbers, one a joint"),
     ],
 )
-def test_relations_are_refused_with_the_bound_and_what_to_do(table: str, fields: dict[str, Any], told: str) -> None:
+def test_relations_are_refused_with_the_bound_and_what_to_do(table, fields, told):
     job = deepcopy(JOBS["paper-peg"])
     job[table] = {**job.get(table, {}), **fields}
     with pytest.raises(ConfigurationError) as caught:
@@ -99,14 +97,14 @@ def test_relations_are_refused_with_the_bound_and_what_to_do(table: str, fields:
 
 
 @pytest.mark.parametrize("table", STATED)
-def test_what_no_default_is_safe_for_must_be_stated(table: str) -> None:
+def test_what_no_default_is_safe_for_must_be_stated(table):
     job = deepcopy(JOBS["paper-peg"])
     del job[table]
     with pytest.raises(ConfigurationError, match=", ".join(f"{table}.{field}" for field in STATED[table])):
         read_job(job)
 
 
-def test_another_table_is_refused_with_the_nearest_name() -> None:
+def test_another_table_is_refused_with_the_nearest_name():
     with pytest.raises(ConfigurationError, match="did you mean part"):
         read_job({**JOBS["paper-peg"], "parts": {}})
     with pytest.raises(ConfigurationError, match="other settings belong in --config"):

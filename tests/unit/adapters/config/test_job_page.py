@@ -4,8 +4,6 @@ import os
 import runpy
 from pathlib import Path
 
-import pytest
-
 from palpate.adapters.config import texts_of
 from palpate.core.job import JOB_TABLES, STATED, Job
 from palpate.core.ports import accepted_by, kinds_of
@@ -14,7 +12,7 @@ PAGE = Path(__file__).parents[4] / "docs" / "job-file.md"
 BEGIN, END = "<!-- fields -->\n", "<!-- end of fields -->\n"
 
 
-def fields() -> str:
+def fields():
     lines = []
     for name in JOB_TABLES:
         table = getattr(Job(), name)
@@ -30,7 +28,7 @@ def fields() -> str:
     return "\n".join(lines[:-1]) + "\n"
 
 
-def test_the_page_lists_every_field_as_it_is_declared() -> None:
+def test_the_page_lists_every_field_as_it_is_declared():
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
     listed, _, after = rest.partition(END)
     if os.environ.get("PALPATE_SNAPSHOT") == "write":
@@ -39,7 +37,7 @@ def test_the_page_lists_every_field_as_it_is_declared() -> None:
     assert listed == fields()
 
 
-def test_the_example_on_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_example_on_the_page_runs(tmp_path, monkeypatch):
     text = PAGE.read_text(encoding="utf-8")
     script = tmp_path / "example.py"
     script.write_text(text.partition("```python\n")[2].partition("```")[0], encoding="utf-8")

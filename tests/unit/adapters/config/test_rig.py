@@ -1,7 +1,5 @@
 """A rig file: what it says of its arm, and what a commissioning writes into it."""
 
-from pathlib import Path
-
 import pytest
 
 from palpate.adapters.config import CalibrationTable, RigFile, compose, remeasured, write_into
@@ -26,13 +24,13 @@ URDF = 'urdf = "arms/bench.urdf"\nflange = "tool"\nposture_rad = [0, 1, 0, 1, 0,
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
+def path(tmp_path):
     path = tmp_path / "rig.toml"
     path.write_text(RIG)
     return path
 
 
-def test_arm_of_a_urdf_is_parted_from_the_settings_of_its_adapter(path: Path) -> None:
+def test_arm_of_a_urdf_is_parted_from_the_settings_of_its_adapter(path):
     path.write_text(RIG + URDF)
     rig = RigFile.load(path)
     assert rig.arm.settings == {"bitrate": 500000}
@@ -41,7 +39,7 @@ def test_arm_of_a_urdf_is_parted_from_the_settings_of_its_adapter(path: Path) ->
     assert len(rig.model.encoder_step_rad) == 7
 
 
-def test_arm_is_named_in_the_file_or_by_the_caller_and_not_by_both(path: Path) -> None:
+def test_arm_is_named_in_the_file_or_by_the_caller_and_not_by_both(path):
     with pytest.raises(ConfigurationError, match=r"in the rig file \[arm\] name = "):
         RigFile.load(path).arm_model()
     assert RigFile.load(path).arm_model("ur5e") == "ur5e"
@@ -63,13 +61,13 @@ def test_arm_is_named_in_the_file_or_by_the_caller_and_not_by_both(path: Path) -
         (RIG + "[calibration]\nmounting_deg = 400.0\n", r"calibration\.mounting_deg = 400.0 is refused"),
     ],
 )
-def test_rig_file_that_is_wrong_is_refused(path: Path, text: str, refused: str) -> None:
+def test_rig_file_that_is_wrong_is_refused(path, text, refused):
     path.write_text(text)
     with pytest.raises(ConfigurationError, match=refused):
         RigFile.load(path)
 
 
-def test_results_are_put_in_and_nothing_is_lost(path: Path) -> None:
+def test_results_are_put_in_and_nothing_is_lost(path):
     write_into(path, {"force_sensor.facts": {"noise_N": 0.08}, "calibration": {"plate_mm": 21.5, "mounting_deg": 3.0}})
     write_into(path, {"calibration": {"plate_mm": 21.25, "hole_mm": (401.0, -1.5)}})
     assert [line for line in RIG.splitlines() if line not in path.read_text().splitlines()] == []
@@ -82,7 +80,7 @@ def test_results_are_put_in_and_nothing_is_lost(path: Path) -> None:
 
 @pytest.mark.parametrize("text", ['arm = {adapter = "a"}\nforce_sensor = {adapter = "f"}\n',
                                   'arm.adapter = "a"\nforce_sensor.adapter = "f"\n'])  # fmt: skip
-def test_tables_may_be_inline_and_the_file_a_link(tmp_path: Path, text: str) -> None:
+def test_tables_may_be_inline_and_the_file_a_link(tmp_path, text):
     (tmp_path / "bench.toml").write_text(text)
     path = tmp_path / "rig.toml"
     path.symlink_to("bench.toml")
@@ -93,7 +91,7 @@ def test_tables_may_be_inline_and_the_file_a_link(tmp_path: Path, text: str) -> 
 
 
 @pytest.mark.parametrize("text", ["[arm\n", "calibration = 3\n", None])
-def test_file_that_was_spoiled_meanwhile_stays_as_it_is(path: Path, text: str | None) -> None:
+def test_file_that_was_spoiled_meanwhile_stays_as_it_is(path, text):
     path.unlink()
     if text is not None:
         path.write_text(text)
@@ -102,7 +100,7 @@ def test_file_that_was_spoiled_meanwhile_stays_as_it_is(path: Path, text: str | 
     assert (path.read_text() if path.exists() else None) == text
 
 
-def test_step_continues_with_what_the_previous_one_has_found() -> None:
+def test_step_continues_with_what_the_previous_one_has_found():
     stated = {"task": {"contact_kgf": 0.123}}
     config = compose("job", "q-learning", stated, job={"part": {}, "tool": {}})
     found = CalibrationTable(weight_N=9.81, plate_mm=21.5, axial_stiffness_N_per_mm=30.0)

@@ -6,7 +6,7 @@ from palpate.adapters.config import RunConfig, overlay, require_corners, scenari
 from palpate.core.errors import ConfigurationError
 
 
-def test_all_options_of_a_task_are_told_and_an_insertion_has_none() -> None:
+def test_all_options_of_a_task_are_told_and_an_insertion_has_none():
     config = overlay(RunConfig(), {"task": {"name": "insertion-6dof", "options": {"corners": 4.0}}})
     told = with_options(config).task.options
     assert (told["corners"], told["down_share"]) == (4.0, 0.9)
@@ -25,7 +25,7 @@ def test_all_options_of_a_task_are_told_and_an_insertion_has_none() -> None:
         ("blind-keyed", {"flat_deg": 37.5, "corner_mm": 11.5}, ""),
     ],
 )
-def test_corners_that_the_peg_of_the_cell_lacks_are_refused(world: str, options: dict[str, float], told: str) -> None:
+def test_corners_that_the_peg_of_the_cell_lacks_are_refused(world, options, told):
     task = {"name": "insertion-6dof", "options": options, "area_half_width_mm": 11.0}
     config = overlay(scenario(world), {"task": task})
     if not told:
@@ -45,7 +45,7 @@ def test_corners_that_the_peg_of_the_cell_lacks_are_refused(world: str, options:
         ("no_such_package:KIND", "No module named 'no_such_package'"),
     ],
 )
-def test_what_is_no_kind_of_task_is_refused(name: str, told: str) -> None:
+def test_what_is_no_kind_of_task_is_refused(name, told):
     with pytest.raises(ConfigurationError, match=r"task\.name") as refused:
         task_kind(name)
     assert told in str(refused.value)

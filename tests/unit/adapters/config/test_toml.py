@@ -1,9 +1,7 @@
 """Configurations to TOML and back, and how wrong tables are refused."""
 
 from dataclasses import replace
-from pathlib import Path
 from tomllib import loads
-from typing import Any
 
 import pytest
 from hypothesis import given
@@ -37,31 +35,31 @@ OWN = ArmDescription("/a.urdf", "tool", (0.0,) * 7, lower_rad=(-1.0,) * 7)
 
 
 @pytest.mark.parametrize("config", [RunConfig(), scenario("blind"), CHANGED, RunConfig(arm=OWN)])
-def test_a_configuration_comes_back_from_its_text(config: RunConfig) -> None:
+def test_a_configuration_comes_back_from_its_text(config):
     assert overlay(RunConfig(), loads(to_toml(config))) == config
     assert overlay(CHANGED, loads(f"arm = {literal(config.arm)}")).arm == config.arm
 
 
 @given(name=st.text(), action=st.text())
-def test_any_text_comes_back(name: str, action: str) -> None:
+def test_any_text_comes_back(name, action):
     learning = LearningConfig(programmed={name: action}, examples=name)
     assert overlay(LearningConfig(), loads(to_toml(learning))) == learning
 
 
-def test_only_what_the_table_names_changes() -> None:
+def test_only_what_the_table_names_changes():
     config = overlay(CHANGED, {"task": {"goal": {"y_mm": 5}}, "seed": 1})
     assert config.task.goal == GoalConfig(x_mm=-1e-7, y_mm=5.0)
     assert config == replace(CHANGED, seed=1, task=replace(CHANGED.task, goal=config.task.goal))
 
 
 @pytest.mark.parametrize("table", [{"task": 3}, {"task": {"goal": [1.0]}}])
-def test_a_value_where_a_table_belongs_is_named(table: dict[str, Any]) -> None:
+def test_a_value_where_a_table_belongs_is_named(table):
     with pytest.raises(ConfigurationError, match=r"^task(\.goal)? = .* is refused: a table$"):
         overlay(RunConfig(), table)
 
 
 @pytest.mark.parametrize("content", [None, b"a = [", b"a = '\xff'", b"a = " + b"[" * 2000 + b"]" * 2000])
-def test_a_file_that_cannot_be_read_is_named(tmp_path: Path, content: bytes | None) -> None:
+def test_a_file_that_cannot_be_read_is_named(tmp_path, content):
     path = tmp_path / "run.toml"
     if content is not None:
         path.write_bytes(content)

@@ -9,7 +9,7 @@ import pytest
 
 from palpate.adapters.experiments.baselines import Oracle, OraclePose, Spiral, TorqueFollowing
 from palpate.core.motion import orientation
-from palpate.core.policy import Law, Policy, compass_actions
+from palpate.core.policy import Law, compass_actions
 from tests.unit.adapters.samples import observation
 
 ACTIONS = compass_actions(0.5e-3)
@@ -17,7 +17,7 @@ PITCH_M = 0.36e-3
 STEP_M = 0.5e-3
 
 
-def walk(policy: Policy, start_m: tuple[float, float], steps: int) -> np.ndarray:
+def walk(policy, start_m, steps):
     """Where the tip is commanded to, action by action, (steps + 1, 2)."""
     places = [start_m]
     for k in range(steps):
@@ -26,11 +26,11 @@ def walk(policy: Policy, start_m: tuple[float, float], steps: int) -> np.ndarray
     return np.array(places)
 
 
-def spiral() -> Spiral:
+def spiral():
     return Spiral("spiral-5", PITCH_M, STEP_M)
 
 
-def test_the_oracle_goes_straight_to_the_hole_and_stays() -> None:
+def test_the_oracle_goes_straight_to_the_hole_and_stays():
     hole = np.array([1e-3, -2e-3])
     places = walk(Oracle(lambda: (*hole, 0.0), STEP_M), (-1e-3, 1e-3), 12)
     lengths = np.hypot(*np.diff(places, axis=0).T)
@@ -43,7 +43,7 @@ def test_the_oracle_goes_straight_to_the_hole_and_stays() -> None:
 
 
 @pytest.mark.parametrize("index", range(8))
-def test_the_torque_tells_the_heading_of_the_hole(index: int) -> None:
+def test_the_torque_tells_the_heading_of_the_hole(index):
     # Beside the hole the plate supports the far side only. With the hole towards (hx, hy), the force (0, 0, -F)
     # acts at the lever -(hx, hy): torque = lever x force = F (hy, -hx), so the hole is at (-ty, tx).
     hx, hy = ACTIONS[index].displacement_m
@@ -54,7 +54,7 @@ def test_the_torque_tells_the_heading_of_the_hole(index: int) -> None:
 
 
 @pytest.mark.parametrize("off_rad", [-pi / 8 + 0.01, pi / 8 - 0.01])
-def test_the_nearest_compass_step_is_taken(off_rad: float) -> None:
+def test_the_nearest_compass_step_is_taken(off_rad):
     policy = TorqueFollowing(ACTIONS, 0.01)
     for index, action in enumerate(ACTIONS):
         heading = atan2(*reversed(action.displacement_m)) + off_rad
@@ -62,7 +62,7 @@ def test_the_nearest_compass_step_is_taken(off_rad: float) -> None:
         assert policy.choose(observation(torque_Nm=torque)).index == index
 
 
-def test_only_a_torque_below_the_threshold_is_left_to_chance() -> None:
+def test_only_a_torque_below_the_threshold_is_left_to_chance():
     policy = TorqueFollowing(ACTIONS, 0.01)
     rng = np.random.default_rng(5)
     policy.begin_trial(0, rng)
@@ -74,7 +74,7 @@ def test_only_a_torque_below_the_threshold_is_left_to_chance() -> None:
     assert {policy.choose(quiet).index for _ in range(200)} == set(range(8))
 
 
-def test_the_spiral_leaves_no_gap() -> None:
+def test_the_spiral_leaves_no_gap():
     # As fine as the tip really moves: along the chords.
     corners = walk(spiral(), (0.0, 0.0), 200)
     share = np.linspace(0.0, 1.0, 10, endpoint=False)[:, None, None]
@@ -89,7 +89,7 @@ def test_the_spiral_leaves_no_gap() -> None:
     assert gaps.max() > 0.45 * PITCH_M  # or it would search more closely than it says
 
 
-def test_the_spiral_goes_on_from_where_it_should_be() -> None:
+def test_the_spiral_goes_on_from_where_it_should_be():
     # At the border of the area a step is cut short; the spiral must not be bent by that.
     free = walk(spiral(), (0.0, 0.0), 11)
     policy = spiral()
@@ -100,7 +100,7 @@ def test_the_spiral_goes_on_from_where_it_should_be() -> None:
 
 
 @pytest.mark.parametrize("heading_deg", [-130.0, 20.0])
-def test_the_oracle_pose_is_that_of_a_leaning_peg_in_line_with_the_hole(heading_deg: float) -> None:
+def test_the_oracle_pose_is_that_of_a_leaning_peg_in_line_with_the_hole(heading_deg):
     hole = np.array([0.012, -0.014, 0.08])
     policy = OraclePose(lambda: (1e-3, -2e-3, 0.0, *hole, heading_deg), 4e-3, 0.0, 2e-3, 0.035)
     place, turn, actions = np.zeros(2), np.zeros(3), []

@@ -13,7 +13,7 @@ from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import ConfigurationError, UnreachableError
 from palpate.core.motion import Kinematics, arm_named
-from palpate.core.ports import CommandReason, JointCommand, Life, SensorFacts
+from palpate.core.ports import CommandReason, JointCommand, Life
 from palpate.core.trial import N_PER_KGF, GoalConfig, TaskConfig, find_ready_pose, goal_in_base
 from palpate.simulation.work_cell import SensorConfig
 from tests.support.tool import TOOL
@@ -21,7 +21,7 @@ from tests.unit.adapters.samples import QUICK, ready_pose
 
 
 @pytest.mark.parametrize("arm", ["zebra-zero", "ur5"])
-def test_the_ready_pose_is_above_the_hole_and_points_into_it(arm: str) -> None:
+def test_the_ready_pose_is_above_the_hole_and_points_into_it(arm):
     config = RunConfig(arm=arm)
     ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
     kinematics = Kinematics(arm_named(arm), TOOL)
@@ -31,9 +31,9 @@ def test_the_ready_pose_is_above_the_hole_and_points_into_it(arm: str) -> None:
     assert kinematics.tip_rotation[:, 2] == pytest.approx(goal.rotation[:, 2], abs=1e-6)
 
 
-def test_a_hole_whose_surroundings_are_out_of_reach_is_refused() -> None:
+def test_a_hole_whose_surroundings_are_out_of_reach_is_refused():
     # The furthest goal that is reachable itself; the corners of a large area round it are not.
-    def reachable(x_mm: float, half_width_mm: float) -> bool:
+    def reachable(x_mm, half_width_mm):
         task = TaskConfig(goal=GoalConfig(x_mm=x_mm), area_half_width_mm=half_width_mm, start_uncertainty_mm=0.0)
         try:
             find_ready_pose("zebra-zero", TOOL, task)
@@ -48,13 +48,13 @@ def test_a_hole_whose_surroundings_are_out_of_reach_is_refused() -> None:
     assert not reachable(inside, 40.0)
 
 
-def test_thresholds_are_converted_to_si() -> None:
+def test_thresholds_are_converted_to_si():
     perception = build_perception(
         RunConfig(perception=PerceptionConfig(position_threshold_mm=2.0, torque_threshold_kgf_mm=1.0))
     )
     assert len(perception.states) == 17
 
-    def state_of(x_m: float, tx_Nm: float) -> str:
+    def state_of(x_m, tx_Nm):
         perception.reset()
         _, state = perception.observe((x_m, 0.0, 0.0, 0.0, 0.0, 0.0, tx_Nm, 0.0, 0.0))
         return perception.states[state]
@@ -65,7 +65,7 @@ def test_thresholds_are_converted_to_si() -> None:
     assert state_of(1.99e-3, 0.99 * limit_Nm) == "tx0 ty0"
 
 
-def test_a_rig_is_freed_from_its_last_stop_and_ends_closed() -> None:
+def test_a_rig_is_freed_from_its_last_stop_and_ends_closed():
     with SimulatedRig(QUICK, ready_pose()) as rig:
         home = JointCommand(rig.cell.joint_angles())
         rig.ports.arm.stop()
@@ -76,10 +76,10 @@ def test_a_rig_is_freed_from_its_last_stop_and_ends_closed() -> None:
         assert device.life is Life.CLOSED
 
 
-def test_preparing_a_trial_gives_what_its_number_says() -> None:
+def test_preparing_a_trial_gives_what_its_number_says():
     blind = replace(QUICK, cell=replace(QUICK.cell, hole_uncertainty_mm=3.0))
 
-    def prepared(trial: int) -> tuple[object, ...]:
+    def prepared(trial):
         rig.prepare(trial)
         return rig.truth().hole_in_task_m, rig.ports.force_sensor.read().force_N
 
@@ -94,11 +94,11 @@ class Narrow(SimulatedRig):
     """A cell whose sensor is said to end early."""
 
     @property
-    def sensor_facts(self) -> SensorFacts:
+    def sensor_facts(self):
         return replace(super().sensor_facts, range_N=(115.0, 111.0, 28.0))
 
 
-def test_limits_are_held_against_the_facts_of_the_rig_whatever_the_cell_is_set_to() -> None:
+def test_limits_are_held_against_the_facts_of_the_rig_whatever_the_cell_is_set_to():
     silent = replace(QUICK, cell=replace(QUICK.cell, sensor=SensorConfig(force_noise_N=0.0, torque_noise_Nm=0.0)))
     with Narrow(silent, ready_pose()) as rig:
         with pytest.raises(
@@ -124,15 +124,13 @@ def test_limits_are_held_against_the_facts_of_the_rig_whatever_the_cell_is_set_t
         ({"clearance_mm": 0.5, "cross_section": "square"}, 0.0, 0.6, 1.2),
     ],
 )
-def test_walls_are_looked_for_as_far_as_the_shapes_of_peg_and_hole_leave_play(
-    peg: dict[str, object], wear_mm: float, said_mm: float, expected_mm: float
-) -> None:
+def test_walls_are_looked_for_as_far_as_the_shapes_of_peg_and_hole_leave_play(peg, wear_mm, said_mm, expected_mm):
     cell = {"peg": peg, "conditions": {"wear_mm": wear_mm}}
     config = overlay(RunConfig(), {"task": {"play_mm": said_mm}, "cell": cell})
     assert play_mm(config) == pytest.approx(expected_mm, abs=1e-4)
 
 
-def test_a_peg_that_its_chamfer_let_in_far_aside_is_found_in_the_hole() -> None:
+def test_a_peg_that_its_chamfer_let_in_far_aside_is_found_in_the_hole():
     # Eleven of fifteen such trials ended: no wall was looked for so far from where the peg sank in.
     config = overlay(scenario("paper"), {"seed": 5, "cell": {"peg": {"chamfer_mm": 0.9, "hole_depth_mm": 14.0}}})
     with SimulatedRig(config, ready_pose()) as rig:
@@ -141,7 +139,7 @@ def test_a_peg_that_its_chamfer_let_in_far_aside_is_found_in_the_hole() -> None:
         assert run_scored_trial(config, rig, task, 0).success
 
 
-def test_a_hole_of_any_play_answers_within_its_play_and_what_the_gripper_bends() -> None:
+def test_a_hole_of_any_play_answers_within_its_play_and_what_the_gripper_bends():
     # In this trial the peg is pushed from one wall to the other, where it was said to be in no hole: 9 of 150 were.
     config = overlay(scenario("paper"), {"seed": 5, "cell": {"peg": {"clearance_mm": 0.6}}})
     with SimulatedRig(config, ready_pose()) as rig:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from palpate.adapters.config import RunConfig, scenario
+from palpate.adapters.config import scenario
 from palpate.adapters.experiments import ChosenPolicy, dry_trial
 from palpate.adapters.experiments.evaluation import warm_up
 from palpate.adapters.hardware.rig import NoArm
@@ -16,7 +16,7 @@ from tests.unit.adapters.samples import ready_pose
 AWAY_RAD = (0.3, 1.0, -1.2, 0.1, 0.5, 0.2)
 
 
-def dry_rig(q_rad: tuple[float, ...], monkeypatch: pytest.MonkeyPatch) -> tuple[SimulatedRig, RunConfig]:
+def dry_rig(q_rad, monkeypatch):
     config = scenario("paper")
     rig = SimulatedRig(config, ready_pose())
     rig.__enter__()
@@ -29,9 +29,7 @@ def dry_rig(q_rad: tuple[float, ...], monkeypatch: pytest.MonkeyPatch) -> tuple[
 
 
 @pytest.mark.parametrize("q_rad", [tuple(ready_pose().q_rad.tolist()), AWAY_RAD], ids=["ready", "anywhere"])
-def test_the_arm_stays_where_it_is_and_the_task_decides(
-    q_rad: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_arm_stays_where_it_is_and_the_task_decides(q_rad, monkeypatch):
     rig, config = dry_rig(q_rad, monkeypatch)
     scored, lines = dry_trial(ChosenPolicy("torque", config), config, ready_pose(), rig)
     assert [scored.report.outcome, scored.trip] == [Outcome.INTERRUPTED, ""]
@@ -46,7 +44,7 @@ def test_the_arm_stays_where_it_is_and_the_task_decides(
     assert not asked.startswith("the task did not")
 
 
-def test_a_dry_run_that_trips_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_dry_run_that_trips_ends(monkeypatch):
     rig, config = dry_rig(AWAY_RAD, monkeypatch)
     measure, loads = rig.cell.measure_wrench, iter(range(1000))
     monkeypatch.setattr(rig.cell, "measure_wrench", lambda: [value + 60.0 * (next(loads) > 60) for value in measure()])
@@ -55,7 +53,7 @@ def test_a_dry_run_that_trips_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     assert lines
 
 
-def test_warm_up_goes_through_every_phase_and_finds_out_what_logs_state() -> None:
+def test_warm_up_goes_through_every_phase_and_finds_out_what_logs_state():
     """In the first trial, that kept every other thread of the program from running for half a second."""
     processor.cache_clear()
     report = warm_up(scenario("paper"), ready_pose())

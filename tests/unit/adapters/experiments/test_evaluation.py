@@ -3,11 +3,9 @@
 import json
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
-from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import (
     NOT_RECORDED,
     Recording,
@@ -38,11 +36,11 @@ from tests.unit.adapters.samples import QUICK, ready_pose, run_policy
     ],
 )
 def test_after_a_trip_or_a_device_s_error_nothing_moves_on_the_same_rig_until_it_is_acknowledged(
-    tmp_path: Path, broken: FaultPlan | None, cause: str
-) -> None:
+    tmp_path, broken, cause
+):
     strict = replace(QUICK, supervision=replace(QUICK.supervision, max_force_N=5.5))
 
-    def run(config: RunConfig, recording: Recording = NOT_RECORDED) -> None:
+    def run(config, recording=NOT_RECORDED):
         walk = baseline("random", config, lambda: (0.0, 0.0))
         run_policy(config, rig, walk, 1, recording, name="random")
 
@@ -72,7 +70,7 @@ def test_after_a_trip_or_a_device_s_error_nothing_moves_on_the_same_rig_until_it
 
 
 @pytest.mark.parametrize("learning", [True, False])
-def test_a_policy_is_recorded_as_what_it_is(tmp_path: Path, learning: bool) -> None:
+def test_a_policy_is_recorded_as_what_it_is(tmp_path, learning):
     perception = build_perception(QUICK)
     policy = learning_policy(QUICK, perception)
     if not learning:

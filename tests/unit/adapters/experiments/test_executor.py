@@ -6,7 +6,6 @@ import subprocess
 import sys
 from concurrent.futures import BrokenExecutor
 from contextlib import closing
-from pathlib import Path
 
 from palpate.adapters.experiments.executor import LocalWorkers, completed, in_processes, interrupts_wait
 
@@ -19,7 +18,7 @@ for _ in in_processes(divmod, [(7, 2), (9, 2)], 2):
 """
 
 
-def die(mark: Path | None, interrupted: bool = False) -> None:
+def die(mark, interrupted=False):
     """End the worker: once where a mark says so, else always."""
     if mark is None or not mark.exists():
         if mark is not None:
@@ -29,13 +28,13 @@ def die(mark: Path | None, interrupted: bool = False) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_workers_do_not_outlive_a_process_that_was_killed() -> None:
+def test_workers_do_not_outlive_a_process_that_was_killed():
     # They hold its output: reading ends with the last of them.
     done = subprocess.run([sys.executable, "-c", KILLED], stdout=subprocess.PIPE, text=True, timeout=60, check=False)
     assert (done.returncode, done.stdout) == (-signal.SIGKILL, "[(3, 1), (4, 1)]\n")
 
 
-def test_a_process_that_is_begun_meanwhile_does_not_see_ctrl_c() -> None:
+def test_a_process_that_is_begun_meanwhile_does_not_see_ctrl_c():
     program = "import signal; print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))"
     with interrupts_wait():
         held = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
@@ -43,7 +42,7 @@ def test_a_process_that_is_begun_meanwhile_does_not_see_ctrl_c() -> None:
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
 
 
-def test_a_call_runs_once_more_when_its_worker_died_and_no_other_call_does(tmp_path: Path) -> None:
+def test_a_call_runs_once_more_when_its_worker_died_and_no_other_call_does(tmp_path):
     calls = [(None,), (tmp_path / "killed",), (tmp_path / "interrupted", True), (tmp_path,)]
     with closing(LocalWorkers(2)) as workers:
         ends = {number: future.exception() for number, future in completed(workers, die, calls)}
@@ -51,5 +50,5 @@ def test_a_call_runs_once_more_when_its_worker_died_and_no_other_call_does(tmp_p
     assert ends == {1: None, 2: None, 3: None}
 
 
-def test_results_come_in_the_order_of_the_calls() -> None:
+def test_results_come_in_the_order_of_the_calls():
     assert list(in_processes(pow, [(n, 2) for n in range(7)], 2)) == [n * n for n in range(7)]

@@ -1,9 +1,7 @@
 """The learning curve is a picture that opens, and equal trials give equal pictures."""
 
 import io
-from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,18 +13,18 @@ from tests.unit.adapters.samples import trial_rows
 SIZE = (504, 960, 3)
 
 
-def pixels(png: bytes) -> np.ndarray:
+def pixels(png):
     return (imread(io.BytesIO(png), format="png") * 255).round().astype(int)[..., :3]
 
 
-def bluish_and_reddish(picture: np.ndarray) -> tuple[int, int]:
+def bluish_and_reddish(picture):
     """How many pixels have the hue of an insertion, and how many that of a failure; all else is grey."""
     red, _, blue = np.moveaxis(picture, 2, 0)
     return int((blue - red > 20).sum()), int((red - blue > 20).sum())
 
 
 @pytest.mark.parametrize("success", [True, False])
-def test_one_kind_alone_is_seen_alone(success: bool) -> None:
+def test_one_kind_alone_is_seen_alone(success):
     rows = trial_rows(*np.linspace(8.0, 2.0, 30), success=success)
     blue, red = bluish_and_reddish(pixels(learning_curve(rows, "one")))
     assert (blue > 100, red > 100) == (success, not success)
@@ -34,18 +32,18 @@ def test_one_kind_alone_is_seen_alone(success: bool) -> None:
 
 
 @pytest.mark.parametrize("trials", [0, 1])
-def test_hardly_any_trials_still_give_a_picture(trials: int) -> None:
+def test_hardly_any_trials_still_give_a_picture(trials):
     assert pixels(learning_curve(trial_rows(*[3.0] * trials), "few")).shape == SIZE
 
 
 def test_times_and_forces_of_a_run_and_a_moving_average_only_where_there_are_so_many_trials(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    drawn: list[Any] = []
+    monkeypatch,
+):
+    drawn = []
     real = figure.drawing
 
     @contextmanager
-    def kept(*words: Any, **settings: Any) -> Iterator[Any]:
+    def kept(*words, **settings):
         with real(*words, **settings) as canvas:
             yield canvas
             drawn.extend(canvas.figure.axes)

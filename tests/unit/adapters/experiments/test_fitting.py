@@ -2,22 +2,19 @@
 
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
-from typing import Any
 
 import pytest
 
-from palpate.adapters.config.run import PerceptionConfig, RunConfig
+from palpate.adapters.config.run import PerceptionConfig
 from palpate.adapters.experiments import trials
 from palpate.adapters.experiments.fitting import configured_perception, fitted_perception
 from palpate.adapters.experiments.policies import learning_policy, loaded_policy, perception_of
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
-from palpate.adapters.experiments.trial import ScoredTrial, run_scored_trial
+from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.files import load_policy
 from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.core.perception import Perception, perception_to_dict
-from palpate.core.tasks.insertion.task import InsertionTask
+from palpate.core.perception import perception_to_dict
 from tests.unit.adapters.samples import QUICK, ready_pose, run_policy
 
 STAGES = {
@@ -29,30 +26,30 @@ STAGES = {
 each_stage = pytest.mark.parametrize("stages", STAGES)
 
 
-def config_of(stages: str) -> RunConfig:
+def config_of(stages):
     return replace(QUICK, perception=STAGES[stages])
 
 
-def fit(config: RunConfig) -> Perception:
+def fit(config):
     with SimulatedRig(config, ready_pose()) as rig:
         return fitted_perception(config, ready_pose(), rig)
 
 
 @cache
-def fitted(stages: str) -> dict[str, Any]:
+def fitted(stages):
     return perception_to_dict(fit(config_of(stages)))
 
 
-def test_fitting_depends_on_the_seed() -> None:
+def test_fitting_depends_on_the_seed():
     # That it depends on nothing else shows below, where each is fitted once more.
     other = replace(config_of("pca+clusters"), seed=1)
     assert perception_to_dict(fit(other)) != fitted("pca+clusters")
 
 
-def test_fitting_shares_no_random_stream_with_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    numbers: list[int] = []
+def test_fitting_shares_no_random_stream_with_the_run(monkeypatch):
+    numbers = []
 
-    def record(config: RunConfig, rig: SimulatedRig, task: InsertionTask, trial: int, *more: Any) -> ScoredTrial:
+    def record(config, rig, task, trial, *more):
         numbers.append(trial)
         return run_scored_trial(config, rig, task, trial, *more)
 
@@ -63,7 +60,7 @@ def test_fitting_shares_no_random_stream_with_the_run(monkeypatch: pytest.Monkey
 
 
 @each_stage
-def test_fitted_perception_trains_and_its_policy_runs(stages: str, tmp_path: Path) -> None:
+def test_fitted_perception_trains_and_its_policy_runs(stages, tmp_path):
     config, ready = config_of(stages), ready_pose()
     folder = RunFolder(tmp_path)
     with SimulatedRig(config, ready) as rig:

@@ -1,8 +1,6 @@
 """Policies by name and from files, and what does not fit together."""
 
-from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,19 +24,19 @@ from tests.unit.adapters.samples import observation
 DEFAULT = RunConfig()
 
 
-def document(config: RunConfig = DEFAULT) -> PolicyDocument:
+def document(config=DEFAULT):
     perception = build_perception(config)
     policy = learning_policy(config, perception)
     return document_of(policy, created_with=made_with(), perception=perception_settings(config, perception))
 
 
-def no_hole() -> Sequence[float]:
+def no_hole():
     raise AssertionError("only the oracle one may ask where the hole is")
 
 
 @pytest.mark.parametrize(("name", "speed_m_s"), [("spiral-10", 0.010), ("spiral-5", 0.005)])
 @pytest.mark.parametrize("ticks", [7, 14])
-def test_spirals_have_their_speed_whatever_an_action_lasts(name: str, speed_m_s: float, ticks: int) -> None:
+def test_spirals_have_their_speed_whatever_an_action_lasts(name, speed_m_s, ticks):
     policy = baseline(name, RunConfig(task=TaskConfig(ticks_per_action=ticks)), no_hole)
     x = y = 0.0
     for k in range(200):
@@ -48,13 +46,13 @@ def test_spirals_have_their_speed_whatever_an_action_lasts(name: str, speed_m_s:
     assert np.hypot(dx, dy) == pytest.approx(speed_m_s * ticks / 140, rel=0.01)
 
 
-def test_the_torque_rule_has_the_threshold_of_perception() -> None:
+def test_the_torque_rule_has_the_threshold_of_perception():
     config = RunConfig(perception=PerceptionConfig(torque_threshold_kgf_mm=2.0))
     limit_Nm = 2e-3 * N_PER_KGF
     policy = baseline("torque", config, no_hole)
     policy.begin_trial(0, np.random.default_rng(0))
 
-    def choices(torque_Nm: float) -> int:
+    def choices(torque_Nm):
         seen = observation(torque_Nm=(torque_Nm, 0.0, 0.0))
         return len({policy.choose(seen).index for _ in range(50)})
 
@@ -63,7 +61,7 @@ def test_the_torque_rule_has_the_threshold_of_perception() -> None:
 
 
 @pytest.mark.parametrize("learner", ["q-learning", "skills"])
-def test_the_torque_rule_steps_to_the_nearest_side_where_a_task_has_other_actions_besides(learner: str) -> None:
+def test_the_torque_rule_steps_to_the_nearest_side_where_a_task_has_other_actions_besides(learner):
     config = overlay(scenario("blind-square", learner), {"task": {"name": "insertion-6dof"}})
     policy = baseline("torque", config, no_hole)
     policy.begin_trial(0, np.random.default_rng(0))
@@ -71,7 +69,7 @@ def test_the_torque_rule_steps_to_the_nearest_side_where_a_task_has_other_action
     assert (decision.action.name, decision.index) == ("-y", 6)
 
 
-def test_learning_settings_reach_the_learner() -> None:
+def test_learning_settings_reach_the_learner():
     settings = LearningConfig(temperature=2.0, temperature_floor=0.5, temperature_decay=0.5)
     policy = learning_policy(RunConfig(learning=settings), build_perception(DEFAULT))
     assert isinstance(policy, QLearning)
@@ -84,7 +82,7 @@ def test_learning_settings_reach_the_learner() -> None:
 
 
 @pytest.mark.parametrize(("in_use", "temperature"), [(0.1, 0.1), (0.0, 0.0), (0.5, 0.5), (3.0, 0.5)])
-def test_a_policy_in_use_is_colder_than_in_training_through_its_file(in_use: float, temperature: float) -> None:
+def test_a_policy_in_use_is_colder_than_in_training_through_its_file(in_use, temperature):
     config = RunConfig(learning=LearningConfig(temperature_floor=0.5, temperature_in_use=in_use))
     perception = build_perception(DEFAULT)
     policy = learning_policy(config, perception)
@@ -95,7 +93,7 @@ def test_a_policy_in_use_is_colder_than_in_training_through_its_file(in_use: flo
     assert loaded.temperature == temperature
 
 
-def test_a_learner_is_chosen_by_name_and_learns_on_as_what_it_is() -> None:
+def test_a_learner_is_chosen_by_name_and_learns_on_as_what_it_is():
     config = RunConfig(learner="sarsa", learning=LearningConfig(trace_decay=0.4))
     policy, perception = learning_policy(config, build_perception(DEFAULT)), build_perception(DEFAULT)
     assert isinstance(policy, Sarsa)
@@ -106,7 +104,7 @@ def test_a_learner_is_chosen_by_name_and_learns_on_as_what_it_is() -> None:
         loaded_policy(file, DEFAULT, perception, frozen=False)
 
 
-def test_skills_are_learned_where_they_may_begin_and_only_by_tasks_that_have_some() -> None:
+def test_skills_are_learned_where_they_may_begin_and_only_by_tasks_that_have_some():
     config = overlay(
         scenario("blind-square", "skills"), {"task": {"name": "insertion-6dof", "options": {"corners": 4.0}}}
     )
@@ -123,7 +121,7 @@ def test_skills_are_learned_where_they_may_begin_and_only_by_tasks_that_have_som
         build_perception(scenario("blind", "skills"))
 
 
-def test_programmed_and_example_states_stand_beside_learned_ones(tmp_path: Path) -> None:
+def test_programmed_and_example_states_stand_beside_learned_ones(tmp_path):
     examples = tmp_path / "decisions.csv"
     examples.write_text("trial,state,action\n0,x+ y0,-x\n0,x+ y+,-x-y\n")
     learning = LearningConfig(programmed={"x+ y0": "+y"}, examples=str(examples))
@@ -131,7 +129,7 @@ def test_programmed_and_example_states_stand_beside_learned_ones(tmp_path: Path)
     policy = learning_policy(RunConfig(learning=learning), perception)
     policy.begin_trial(0, np.random.default_rng(0))
 
-    def source_and_action(state: str) -> tuple[str, str]:
+    def source_and_action(state):
         decision = policy.choose(replace(observation(), state=perception.states.index(state)))
         return decision.source, decision.action.name
 
@@ -150,7 +148,7 @@ def test_programmed_and_example_states_stand_beside_learned_ones(tmp_path: Path)
         (PerceptionConfig(torque_threshold_kgf_mm=0.8), "inner.thresholds = [[-0.0078"),
     ],
 )
-def test_a_file_of_another_perception_is_refused(perception: PerceptionConfig, difference: str) -> None:
+def test_a_file_of_another_perception_is_refused(perception, difference):
     with pytest.raises(ConfigurationError) as caught:
         perception_of(document(RunConfig(perception=perception)), DEFAULT, build_perception(DEFAULT))
     assert difference in str(caught.value)

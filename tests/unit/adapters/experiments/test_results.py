@@ -2,7 +2,6 @@
 
 import csv
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -12,17 +11,17 @@ from tests.unit.adapters.samples import scored_trial
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> RunFolder:
+def folder(tmp_path):
     made = RunFolder(tmp_path / "runs" / "one")
     made.create()
     return made
 
 
-def content(folder: RunFolder) -> dict[str, bytes]:
+def content(folder):
     return {path.name: path.read_bytes() for path in folder.path.iterdir()}
 
 
-def test_a_trial_in_the_units_of_its_columns() -> None:
+def test_a_trial_in_the_units_of_its_columns():
     row = TrialRow.of(scored_trial(3))
     assert (row.trial, row.outcome, row.success, row.ticks) == (3, "inserted", True, 303)
     assert (row.start_x_mm, row.start_y_mm, row.hole_x_mm, row.hole_y_mm) == (3.0, -2.0, 0.1, -0.2)
@@ -31,7 +30,7 @@ def test_a_trial_in_the_units_of_its_columns() -> None:
     assert (row.peak_force_N, row.measured_peak_force_N) == (6.25, 5.5)
 
 
-def test_trials_read_back(folder: RunFolder) -> None:
+def test_trials_read_back(folder):
     assert folder.read_trials() == []
     trials = [scored_trial(0), scored_trial(1, success=False, decisions=0), scored_trial(2)]
     trials[2].report.temperature = None
@@ -40,7 +39,7 @@ def test_trials_read_back(folder: RunFolder) -> None:
     assert folder.read_trials() == [TrialRow.of(scored) for scored in trials]
 
 
-def test_what_was_drawn_has_columns_of_its_own(folder: RunFolder) -> None:
+def test_what_was_drawn_has_columns_of_its_own(folder):
     drawn = {"tilt_heading_deg": -12.5, "clearance_mm": 0.08}
     plain = scored_trial(0)
     assert plain.truth is not None
@@ -51,7 +50,7 @@ def test_what_was_drawn_has_columns_of_its_own(folder: RunFolder) -> None:
     assert folder.read_trials() == [TrialRow.of(scored)]
 
 
-def test_decisions_say_which_trial_and_what_came_of_them(folder: RunFolder) -> None:
+def test_decisions_say_which_trial_and_what_came_of_them(folder):
     for k in range(2):
         folder.append_trial(scored_trial(k))
     with (folder.path / "decisions.csv").open(newline="") as stream:
@@ -62,7 +61,7 @@ def test_decisions_say_which_trial_and_what_came_of_them(folder: RunFolder) -> N
     assert {(line["state"], line["action"], line["source"]) for line in lines} == {("x+ y0", "-x", "learned")}
 
 
-def test_only_the_first_trials_are_kept(folder: RunFolder) -> None:
+def test_only_the_first_trials_are_kept(folder):
     for k in range(2):
         folder.append_trial(scored_trial(k))
     before = content(folder)
@@ -73,7 +72,7 @@ def test_only_the_first_trials_are_kept(folder: RunFolder) -> None:
 
 
 @pytest.mark.parametrize("remains", ["1", "1,inserted,Tr", "11,inserted,True,1.0"])
-def test_a_line_that_was_cut_short_is_dropped(folder: RunFolder, remains: str) -> None:
+def test_a_line_that_was_cut_short_is_dropped(folder, remains):
     folder.append_trial(scored_trial(0))
     before = content(folder)
     for name in ("trials.csv", "decisions.csv"):
@@ -84,7 +83,7 @@ def test_a_line_that_was_cut_short_is_dropped(folder: RunFolder, remains: str) -
 
 
 @pytest.mark.parametrize("remains", ["", "trial,outc"])
-def test_a_header_that_was_cut_short_is_written_again(folder: RunFolder, remains: str) -> None:
+def test_a_header_that_was_cut_short_is_written_again(folder, remains):
     for name in ("trials.csv", "decisions.csv"):
         (folder.path / name).write_text(remains)
     folder.truncate(0)
@@ -92,7 +91,7 @@ def test_a_header_that_was_cut_short_is_written_again(folder: RunFolder, remains
     assert folder.read_trials() == [TrialRow.of(scored_trial(0))]
 
 
-def test_damaged_trials_are_reported(folder: RunFolder) -> None:
+def test_damaged_trials_are_reported(folder):
     folder.append_trial(scored_trial(0))
     path = folder.path / "trials.csv"
     path.write_text(path.read_text().replace("6.25", "much"))
@@ -101,14 +100,14 @@ def test_damaged_trials_are_reported(folder: RunFolder) -> None:
 
 
 @pytest.mark.parametrize("name", RUN_FILES)
-def test_a_folder_that_holds_a_run_is_not_free(folder: RunFolder, name: str) -> None:
+def test_a_folder_that_holds_a_run_is_not_free(folder, name):
     folder.require_free()
     (folder.path / name).write_text("")
     with pytest.raises(OutputError, match=f"already holds a run .{name}"):
         folder.require_free()
 
 
-def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
+def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
     (tmp_path / "file").write_text("mine")
     with pytest.raises(OutputError, match="is a file"):
         RunFolder(tmp_path / "file").require_free()
@@ -118,7 +117,7 @@ def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
         below.create()
 
 
-def test_a_folder_for_logs_without_any_is_not_in_the_way(folder: RunFolder) -> None:
+def test_a_folder_for_logs_without_any_is_not_in_the_way(folder):
     logs = folder.path / "logs"
     logs.mkdir()
     folder.create()

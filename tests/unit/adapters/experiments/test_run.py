@@ -1,35 +1,31 @@
 """A run opens its rig when it needs it, closes it on every way out, and leaves nothing behind where it is refused."""
 
-from pathlib import Path
-
 import pytest
 
-from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import Run, baseline
 from palpate.adapters.log import read_log
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import ConfigurationError, DeviceError, LifecycleError, OutputError
 from palpate.core.ports import Life
-from palpate.core.trial import ReadyPose
 from tests.unit.adapters.samples import QUICK
 
 
 class Rigs:
     """Makes simulated rigs, and keeps them."""
 
-    def __init__(self) -> None:
-        self.made: list[SimulatedRig] = []
+    def __init__(self):
+        self.made = []
 
-    def __call__(self, config: RunConfig, ready: ReadyPose) -> SimulatedRig:
+    def __call__(self, config, ready):
         self.made.append(SimulatedRig(config, ready))
         return self.made[-1]
 
     @property
-    def closed(self) -> list[bool]:
+    def closed(self):
         return [rig.ports.arm.life is Life.CLOSED for rig in self.made]
 
 
-def test_each_call_has_a_rig_of_its_own_and_a_block_has_one(tmp_path: Path) -> None:
+def test_each_call_has_a_rig_of_its_own_and_a_block_has_one(tmp_path):
     rigs = Rigs()
     run = Run(QUICK, policy="torque", make_rig=rigs)
     with pytest.raises(LifecycleError, match="use it in a with block"):
@@ -45,7 +41,7 @@ def test_each_call_has_a_rig_of_its_own_and_a_block_has_one(tmp_path: Path) -> N
     assert rigs.closed == [True] * 3
 
 
-def test_what_is_kept_is_in_the_folder_and_only_there(tmp_path: Path) -> None:
+def test_what_is_kept_is_in_the_folder_and_only_there(tmp_path):
     run = Run(QUICK)
     trained = run.train(2, tmp_path / "trained")
     found = run.evaluate(1, out=tmp_path / "run")
@@ -58,7 +54,7 @@ def test_what_is_kept_is_in_the_folder_and_only_there(tmp_path: Path) -> None:
         run.evaluate(1).logs  # noqa: B018
 
 
-def test_a_policy_object_runs_and_is_recorded_by_its_name(tmp_path: Path) -> None:
+def test_a_policy_object_runs_and_is_recorded_by_its_name(tmp_path):
     walk = baseline("random", QUICK, tuple)
     with pytest.raises(ConfigurationError, match="jobs = 2"):
         Run(QUICK).evaluate(1, walk, jobs=2)
@@ -67,16 +63,14 @@ def test_a_policy_object_runs_and_is_recorded_by_its_name(tmp_path: Path) -> Non
     assert found.summary["policy"] == type(walk).__name__
 
 
-def test_a_refused_run_leaves_no_folder_and_a_failed_one_a_closed_rig(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_refused_run_leaves_no_folder_and_a_failed_one_a_closed_rig(tmp_path, monkeypatch):
     rigs = Rigs()
     run = Run(QUICK, make_rig=rigs)
     with pytest.raises(ConfigurationError, match=r"policy = 'nowhere\.json'"):
         run.evaluate(1, "nowhere.json", tmp_path / "run")
     assert rigs.made == []
 
-    def broken(self: SimulatedRig) -> SimulatedRig:
+    def broken(self):
         raise DeviceError("arm", "no answer")
 
     with monkeypatch.context() as cable:
@@ -94,9 +88,9 @@ def test_a_refused_run_leaves_no_folder_and_a_failed_one_a_closed_rig(
         run.evaluate(1, "torque", tmp_path / "run")
 
 
-def test_lines_for_a_person_are_for_a_rig(capsys: pytest.CaptureFixture[str]) -> None:
+def test_lines_for_a_person_are_for_a_rig(capsys):
     Run(QUICK, policy="torque").evaluate(1)
     assert capsys.readouterr() == ("", "")
-    lines: list[str] = []
+    lines = []
     Run(QUICK, policy="torque", notify=lines.append).evaluate(1)
     assert lines[0] == QUICK.part.describe()

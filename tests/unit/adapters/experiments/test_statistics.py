@@ -23,7 +23,7 @@ from tests.unit.adapters.samples import trial_rows
 
 
 @given(st.lists(st.floats(0.0, 100.0), max_size=60), st.integers(1, 30))
-def test_moving_average_is_the_mean_of_the_last_values(values: list[float], window: int) -> None:
+def test_moving_average_is_the_mean_of_the_last_values(values, window):
     plain = [np.mean(values[max(0, i + 1 - window) : i + 1]) for i in range(len(values))]
     assert moving_average(values, window) == pytest.approx(plain, abs=1e-9)
 
@@ -40,12 +40,12 @@ def test_moving_average_is_the_mean_of_the_last_values(values: list[float], wind
         (0, 0, 0.0, 1.0),
     ],
 )
-def test_exact_interval(successes: int, trials: int, low: float, high: float) -> None:
+def test_exact_interval(successes, trials, low, high):
     assert exact_interval(successes, trials) == pytest.approx((low, high), abs=1e-4)
 
 
 @pytest.mark.parametrize("quantile", [0.5, 0.95])
-def test_an_interval_of_a_quantile_ends_at_the_order_statistics_of_exact_binomial_chances(quantile: float) -> None:
+def test_an_interval_of_a_quantile_ends_at_the_order_statistics_of_exact_binomial_chances(quantile):
     count = 101
     values = list(np.random.default_rng(1).exponential(2.0, count))
     interval = quantile_interval(values, quantile)
@@ -59,7 +59,7 @@ def test_an_interval_of_a_quantile_ends_at_the_order_statistics_of_exact_binomia
 
 
 @pytest.mark.parametrize(("quantile", "fewest"), [(0.5, 6), (0.95, 72)])
-def test_no_interval_is_stated_where_there_are_too_few_values(quantile: float, fewest: int) -> None:
+def test_no_interval_is_stated_where_there_are_too_few_values(quantile, fewest):
     values = [float(n) for n in range(fewest)]
     interval = quantile_interval(values, quantile)
     assert interval is not None
@@ -68,12 +68,12 @@ def test_no_interval_is_stated_where_there_are_too_few_values(quantile: float, f
     assert quantile_interval([], quantile) is None
 
 
-def test_an_interval_is_shown_where_there_is_one() -> None:
+def test_an_interval_is_shown_where_there_is_one():
     assert shown_interval(1.234, 1.0, 2.0) == "1.23 [1.00, 2.00]"
     assert shown_interval(1.234, None, None) == "1.23"
 
 
-def test_summary_counts_failures_with_their_time() -> None:
+def test_summary_counts_failures_with_their_time():
     rows = [*trial_rows(1.0, 3.0), *trial_rows(20.0, success=False)]
     rows[1] = replace(rows[1], peak_force_N=9.5)
     summary = summary_of(rows)
@@ -87,18 +87,18 @@ def test_summary_counts_failures_with_their_time() -> None:
     assert summary["median_95_s"] == summary["p95_95_s"] == [None, None]
 
 
-def test_summary_states_intervals_that_hold() -> None:
+def test_summary_states_intervals_that_hold():
     summary = summary_of(trial_rows(*range(1, 73)))
     assert summary["median_95_s"] == [28.0, 45.0]
     assert summary["p95_95_s"] == [64.0, 72.0]
 
 
-def test_summary_of_no_trials_is_plain_json() -> None:
+def test_summary_of_no_trials_is_plain_json():
     # A run that is ended in its first trial has a summary, too.
     assert json.dumps(summary_of([]), allow_nan=False)
 
 
-def test_learning_shows_in_windows_of_trials_counted_from_one() -> None:
+def test_learning_shows_in_windows_of_trials_counted_from_one():
     times = [8.0] * 25 + [5.0] * 100 + [2.0] * 25 + [3.0] * 25
     summary = learning_summary(trial_rows(*times))
     assert summary == {
@@ -110,12 +110,12 @@ def test_learning_shows_in_windows_of_trials_counted_from_one() -> None:
     }
 
 
-def test_windows_that_are_not_full_are_left_out() -> None:
+def test_windows_that_are_not_full_are_left_out():
     assert learning_summary(trial_rows(*[8.0] * 24)) == {}
     assert learning_summary(trial_rows(*[8.0] * 149)) == {"mean_s_1_25": 8.0}
 
 
-def test_trials_that_are_marked_are_counted_by_reason_and_told() -> None:
+def test_trials_that_are_marked_are_counted_by_reason_and_told():
     rows = trial_rows(1.0, 1.0, 1.0, 1.0)
     rows[1] = replace(rows[1], marked="slots skipped (30)")
     rows[3] = replace(rows[3], marked="a tick too late (21.0 ms); slots skipped (7)")
@@ -126,14 +126,14 @@ def test_trials_that_are_marked_are_counted_by_reason_and_told() -> None:
     assert marked_line(summary_of(rows[:1]), learned=False) == ""
 
 
-def test_three_values_by_hand() -> None:
+def test_three_values_by_hand():
     # t(0.975, 2 degrees of freedom) = 4.3027 in any table; the standard deviation is 1.
     mean, low, high = mean_with_interval([2.0, 3.0, 4.0])
     assert mean == 3.0
     assert (low, high) == pytest.approx((3.0 - 4.3027 / 3**0.5, 3.0 + 4.3027 / 3**0.5), abs=1e-4)
 
 
-def test_times_are_not_negative() -> None:
+def test_times_are_not_negative():
     # Two values have an interval far beyond all that can be.
     assert mean_with_interval([15.0, 18.0], 20.0)[1:] == (0.0, 20.0)
     _, low, high = mean_with_interval([0.1, 3.0])
@@ -142,12 +142,12 @@ def test_times_are_not_negative() -> None:
     assert high > 3.0
 
 
-def test_one_value_has_no_interval() -> None:
+def test_one_value_has_no_interval():
     assert mean_with_interval([2.5]) == (2.5, None, None)
     with pytest.raises(ValueError, match="two values"):
         t_half_width(np.ones((1, 4)))
 
 
-def test_trials_that_took_no_time_give_no_speed_up() -> None:
+def test_trials_that_took_no_time_give_no_speed_up():
     rows = trial_rows(*[0.0] * 150)
     assert learning_summary(rows)["speed_up"] is None

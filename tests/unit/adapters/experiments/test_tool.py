@@ -1,12 +1,11 @@
 """A touch model is of one peg; another one's is refused, or taken as a beginning where that is asked."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 
-from palpate.adapters.config import RunConfig, overlay, scenario
+from palpate.adapters.config import overlay, scenario
 from palpate.adapters.experiments import build_perception, learning_policy, loaded_policy, perception_of, tool_in
 from palpate.adapters.experiments.policies import perception_settings
 from palpate.core.errors import ConfigurationError
@@ -17,7 +16,7 @@ ROUND = scenario("blind", "belief")
 
 
 @pytest.fixture(scope="module")
-def learned() -> PolicyDocument:
+def learned():
     """The policy file of a belief after one trial."""
     perception = build_perception(ROUND)
     policy = learning_policy(ROUND, perception)
@@ -29,7 +28,7 @@ def learned() -> PolicyDocument:
     return PolicyDocument.from_json_text(made.to_json_text())
 
 
-def load(document: PolicyDocument, config: RunConfig) -> Any:
+def load(document, config):
     perception = perception_of(document, config, build_perception(config))
     return loaded_policy(document, config, perception, frozen=True)
 
@@ -42,9 +41,7 @@ def load(document: PolicyDocument, config: RunConfig) -> Any:
         ({"chamfer_mm": 1.0}, "cell.peg.chamfer_mm = 1.0 is refused: 0.0"),
     ],
 )
-def test_a_touch_model_of_another_peg_is_refused_unless_it_is_asked_for(
-    learned: PolicyDocument, peg: dict[str, Any], told: str
-) -> None:
+def test_a_touch_model_of_another_peg_is_refused_unless_it_is_asked_for(learned, peg, told):
     other = overlay(ROUND, {"cell": {"peg": peg}})
     with pytest.raises(ConfigurationError) as refused:
         load(learned, other)
@@ -53,11 +50,11 @@ def test_a_touch_model_of_another_peg_is_refused_unless_it_is_asked_for(
     load(learned, overlay(other, {"learning": {"belief": {"other_tool": True}}}))
 
 
-def test_another_arm_or_clearance_may_begin_with_it(learned: PolicyDocument) -> None:
+def test_another_arm_or_clearance_may_begin_with_it(learned):
     load(learned, replace(overlay(ROUND, {"cell": {"peg": {"clearance_mm": 0.04}}}), arm="ur5"))
 
 
-def test_a_table_is_of_no_tool() -> None:
+def test_a_table_is_of_no_tool():
     config = scenario("blind")
     perception = build_perception(config)
     made = document_of(

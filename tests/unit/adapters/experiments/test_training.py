@@ -1,9 +1,7 @@
 """Training can be ended at any time, and goes on as if it had not been."""
 
 import signal
-from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -13,9 +11,6 @@ from palpate.adapters.experiments.training import Trainer, require_sound
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import ConfigurationError, DeviceError, OutputError
 from palpate.core.policy import (
-    Action,
-    Decision,
-    Observation,
     QLearning,
     QParameters,
     RandomWalkPolicy,
@@ -30,19 +25,19 @@ FILES = ("trials.csv", "decisions.csv", "checkpoint.json", "policy.json")
 class CtrlC(QLearning):
     """A learner whose operator presses Ctrl-C at a certain choice, the first being 1."""
 
-    def __init__(self, states: Sequence[str], actions: Sequence[Action], at_choice: int) -> None:
+    def __init__(self, states, actions, at_choice):
         schedule = TemperatureSchedule(5.0, 0.96, 0.3)
         super().__init__(states, actions, QParameters(alpha=0.3, gamma=1.0, temperature=schedule))
         self.at_choice, self.choices = at_choice, 0
 
-    def choose(self, observation: Observation) -> Decision:
+    def choose(self, observation):
         self.choices += 1
         if self.choices == self.at_choice:
             signal.raise_signal(signal.SIGINT)
         return super().choose(observation)
 
 
-def trained(folder: RunFolder, trials: int, *, interrupt_at: int = 0) -> Trainer:
+def trained(folder, trials, *, interrupt_at=0):
     """Train, or go on training where the folder's checkpoint stands."""
     perception = build_perception(QUICK)
     policy = CtrlC(perception.states, task_actions(QUICK), interrupt_at)
@@ -60,18 +55,18 @@ def trained(folder: RunFolder, trials: int, *, interrupt_at: int = 0) -> Trainer
     return trainer
 
 
-def content(folder: RunFolder) -> dict[str, bytes]:
+def content(folder):
     return {name: (folder.path / name).read_bytes() for name in FILES}
 
 
-def folder_in(path: Path, name: str) -> RunFolder:
+def folder_in(path, name):
     folder = RunFolder(path / name)
     folder.create()
     return folder
 
 
 @pytest.fixture(scope="module")
-def straight(tmp_path_factory: pytest.TempPathFactory) -> dict[int, dict[str, bytes]]:
+def straight(tmp_path_factory):
     """What uninterrupted runs of one and of three trials leave."""
     path = tmp_path_factory.mktemp("straight")
     contents = {}
@@ -82,7 +77,7 @@ def straight(tmp_path_factory: pytest.TempPathFactory) -> dict[int, dict[str, by
     return contents
 
 
-def test_an_interrupted_trial_leaves_no_trace(tmp_path: Path, straight: dict[int, dict[str, bytes]]) -> None:
+def test_an_interrupted_trial_leaves_no_trace(tmp_path, straight):
     folder = folder_in(tmp_path, "run")
     # A quick trial has some nine choices: this one falls into the second.
     trainer = trained(folder, 3, interrupt_at=13)
@@ -93,9 +88,7 @@ def test_an_interrupted_trial_leaves_no_trace(tmp_path: Path, straight: dict[int
     assert content(folder) == straight[3]
 
 
-def test_a_run_that_was_killed_between_two_files_goes_on_as_if_it_had_not(
-    tmp_path: Path, straight: dict[int, dict[str, bytes]]
-) -> None:
+def test_a_run_that_was_killed_between_two_files_goes_on_as_if_it_had_not(tmp_path, straight):
     folder = folder_in(tmp_path, "run")
     trained(folder, 1)
     # The trial after the checkpoint had been written in part.
@@ -107,14 +100,14 @@ def test_a_run_that_was_killed_between_two_files_goes_on_as_if_it_had_not(
     assert content(folder) == straight[3]
 
 
-def test_a_policy_without_a_learner_cannot_be_trained(tmp_path: Path) -> None:
+def test_a_policy_without_a_learner_cannot_be_trained(tmp_path):
     perception = build_perception(QUICK)
     walk = RandomWalkPolicy(task_actions(QUICK))
     with SimulatedRig(QUICK, ready_pose()) as rig, pytest.raises(ConfigurationError, match="a learner"):
         Trainer(QUICK, folder_in(tmp_path, "run"), ready_pose(), rig, perception, walk)
 
 
-def test_the_second_ctrl_c_does_not_wait() -> None:
+def test_the_second_ctrl_c_does_not_wait():
     asked = []
     with interrupting(lambda: asked.append(1)):
         signal.raise_signal(signal.SIGINT)
@@ -123,7 +116,7 @@ def test_the_second_ctrl_c_does_not_wait() -> None:
     assert asked == [1]
 
 
-def test_a_handler_that_was_set_since_stays() -> None:
+def test_a_handler_that_was_set_since_stays():
     before, left = signal.getsignal(signal.SIGINT), interrupting(lambda: None)
     left.__enter__()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -134,7 +127,7 @@ def test_a_handler_that_was_set_since_stays() -> None:
         signal.signal(signal.SIGINT, before)
 
 
-def test_sigterm_ends_in_order_too() -> None:
+def test_sigterm_ends_in_order_too():
     asked = []
     with interrupting(lambda: asked.append(1)):
         signal.raise_signal(signal.SIGTERM)
@@ -142,7 +135,7 @@ def test_sigterm_ends_in_order_too() -> None:
 
 
 @pytest.mark.parametrize("text", [None, "", "[]", "{}", '{"next_trial": 1}'])
-def test_a_damaged_checkpoint_is_refused(tmp_path: Path, text: str | None) -> None:
+def test_a_damaged_checkpoint_is_refused(tmp_path, text):
     folder = folder_in(tmp_path, "run")
     if text is not None:
         (folder.path / "checkpoint.json").write_text(text)
@@ -150,7 +143,7 @@ def test_a_damaged_checkpoint_is_refused(tmp_path: Path, text: str | None) -> No
         Checkpoint.load(folder)
 
 
-def test_on_a_rig_a_trial_with_untrustworthy_data_ends_the_run() -> None:
+def test_on_a_rig_a_trial_with_untrustworthy_data_ends_the_run():
     scored, rig = scored_trial(4), SimulatedRig(QUICK, ready_pose())
     rig.simulated = False
     require_sound(rig, scored)

@@ -1,14 +1,10 @@
 """In the simulator a trip is a result: a failure at the time limit's cost, after which the next trial begins."""
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import pytest
 
-from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import (
     RunFolder,
     ScoredTrial,
@@ -21,7 +17,6 @@ from palpate.adapters.experiments.checkpoint import Checkpoint, resume_from
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import DeviceError
 from palpate.core.policy import QLearning, QParameters, TemperatureSchedule
-from palpate.core.ports import AppliedCommand, JointCommand
 from palpate.core.trial import Outcome
 from tests.support.faults import FaultPlan, faulty
 from tests.unit.adapters.samples import QUICK, ready_pose, run_policy
@@ -30,18 +25,18 @@ STRICT = replace(QUICK, supervision=replace(QUICK.supervision, max_force_N=5.5))
 """Some trials press harder than this while they explore; the task itself would not mind."""
 
 
-def learner(config: RunConfig) -> QLearning:
+def learner(config):
     parameters = QParameters(alpha=0.3, gamma=1.0, temperature=TemperatureSchedule(5.0, 0.96, 0.3))
     return QLearning(build_perception(config).states, task_actions(config), parameters)
 
 
 def trained(
-    path: Path,
-    trials: int,
-    policy: QLearning,
-    config: RunConfig = STRICT,
-    breaking: Callable[[Any], Any] = lambda ports: ports,
-) -> list[ScoredTrial]:
+    path,
+    trials,
+    policy,
+    config=STRICT,
+    breaking=lambda ports: ports,
+):
     """Train, or resume from the folder's checkpoint."""
     folder, done = RunFolder(path), list[ScoredTrial]()
     with SimulatedRig(config, ready_pose()) as rig:
@@ -57,7 +52,7 @@ def trained(
     return done
 
 
-def test_on_a_rig_of_devices_the_same_trip_ends_the_run() -> None:
+def test_on_a_rig_of_devices_the_same_trip_ends_the_run():
     walk = baseline("random", STRICT, lambda: (0.0, 0.0))
     with SimulatedRig(STRICT, ready_pose()) as rig:
         rig.simulated = False
@@ -66,7 +61,7 @@ def test_on_a_rig_of_devices_the_same_trip_ends_the_run() -> None:
         assert rig.latch.cause.startswith("FORCE_LIMIT: ")
 
 
-def test_training_resumes_across_trips_as_if_it_had_not_been_interrupted(tmp_path: Path) -> None:
+def test_training_resumes_across_trips_as_if_it_had_not_been_interrupted(tmp_path):
     policies = learner(STRICT), learner(STRICT), learner(STRICT)
     done = trained(tmp_path / "whole", 4, policies[0])
     assert any(scored.trip for scored in done[:3])
@@ -76,7 +71,7 @@ def test_training_resumes_across_trips_as_if_it_had_not_been_interrupted(tmp_pat
         assert (tmp_path / "whole" / name).read_bytes() == (tmp_path / "parts" / name).read_bytes()
 
 
-def test_an_exceeded_limit_costs_the_last_action_the_rest_of_the_time_limit(tmp_path: Path) -> None:
+def test_an_exceeded_limit_costs_the_last_action_the_rest_of_the_time_limit(tmp_path):
     config = replace(STRICT, task=replace(STRICT.task, time_limit_s=20.0))
     policy = learner(config)
     (scored,) = trained(tmp_path / "run", 1, policy, config)
@@ -90,7 +85,7 @@ def test_an_exceeded_limit_costs_the_last_action_the_rest_of_the_time_limit(tmp_
     assert policy.q[policy.states.index(last.state)][last.index] == pytest.approx(-0.3 * left, abs=2.0)
 
 
-def test_nothing_is_learned_from_a_trial_with_a_sensor_fault(tmp_path: Path) -> None:
+def test_nothing_is_learned_from_a_trial_with_a_sensor_fault(tmp_path):
     policy = learner(QUICK)
     before = policy.get_state()
     frozen = FaultPlan("freeze", "force_sensor", 150)
@@ -101,16 +96,14 @@ def test_nothing_is_learned_from_a_trial_with_a_sensor_fault(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(("stopped_by", "latched"), [("key: a key was pressed", True), ("", False)])
-def test_on_a_rig_a_person_s_stop_is_a_fault_and_the_program_s_own_is_not(
-    monkeypatch: pytest.MonkeyPatch, stopped_by: str, latched: bool
-) -> None:
+def test_on_a_rig_a_person_s_stop_is_a_fault_and_the_program_s_own_is_not(monkeypatch, stopped_by, latched):
     walk = baseline("random", QUICK, lambda: (0.0, 0.0))
     with SimulatedRig(QUICK, ready_pose()) as rig:
         rig.simulated = False
         monkeypatch.setattr(rig, "stopped_by", lambda: stopped_by)
         send, sent = rig.ports.arm.send, list[int]()
 
-        def stop_in_the_middle(command: JointCommand) -> AppliedCommand:
+        def stop_in_the_middle(command):
             sent.append(1)
             if len(sent) == 100:
                 rig.ports.arm.stop()

@@ -5,7 +5,6 @@ import signal
 import socket
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -22,7 +21,7 @@ with only_writer(Path(sys.argv[1])):
 """
 
 
-def holder(folder: Path) -> subprocess.Popen[str]:
+def holder(folder):
     """Another process that writes into the folder."""
     process = subprocess.Popen([sys.executable, "-c", HOLDER, str(folder)], stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
@@ -30,7 +29,7 @@ def holder(folder: Path) -> subprocess.Popen[str]:
     return process
 
 
-def test_a_second_writer_is_refused_and_told_whose_it_is(tmp_path: Path) -> None:
+def test_a_second_writer_is_refused_and_told_whose_it_is(tmp_path):
     other = holder(tmp_path)
     try:
         with pytest.raises(OutputError) as told, only_writer(tmp_path):
@@ -43,7 +42,7 @@ def test_a_second_writer_is_refused_and_told_whose_it_is(tmp_path: Path) -> None
     assert str(tmp_path) in line
 
 
-def test_a_writer_that_was_killed_blocks_nobody_and_is_told_of(tmp_path: Path) -> None:
+def test_a_writer_that_was_killed_blocks_nobody_and_is_told_of(tmp_path):
     other = holder(tmp_path)
     os.kill(other.pid, signal.SIGKILL)
     other.communicate()
@@ -54,7 +53,7 @@ def test_a_writer_that_was_killed_blocks_nobody_and_is_told_of(tmp_path: Path) -
         assert before == ""
 
 
-def test_a_lock_of_another_host_is_a_persons_affair(tmp_path: Path) -> None:
+def test_a_lock_of_another_host_is_a_persons_affair(tmp_path):
     (tmp_path / LOCK).write_text("process 7 on elsewhere since 2026-01-01 00:00:00 UTC: palpate train\n")
     with pytest.raises(OutputError, match=r"process 7 on elsewhere since 2026-01-01.*take away"), only_writer(tmp_path):
         pass

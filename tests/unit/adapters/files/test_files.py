@@ -26,7 +26,7 @@ from palpate.core.errors import ConfigurationError, LogError, OutputError
 from tests.unit.core.policy.bench import EIGHT, refuse
 
 
-def test_file_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_file_without_end_is_refused(monkeypatch):
     monkeypatch.setattr("palpate.adapters.files.whole._MOST_BYTES", 5 << 20)
     with pytest.raises(OSError, match="more than 5 MiB"):
         whole_text("/dev/zero")
@@ -34,7 +34,7 @@ def test_file_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         read_text(Path("/dev/zero"), "map")
 
 
-def test_pipe_or_device_that_ends_is_read_whole(tmp_path: Path) -> None:
+def test_pipe_or_device_that_ends_is_read_whole(tmp_path):
     end, begin = os.pipe()
     os.write(begin, b"a\r\nb")
     os.close(begin)
@@ -44,11 +44,11 @@ def test_pipe_or_device_that_ends_is_read_whole(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("durable", [True, False])
-def test_file_is_replaced_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, durable: bool) -> None:
-    synced: list[bool] = []
+def test_file_is_replaced_whole(tmp_path, monkeypatch, durable):
+    synced = []
     fsync = os.fsync
 
-    def noted(descriptor: int) -> None:
+    def noted(descriptor):
         synced.append(stat.S_ISDIR(os.fstat(descriptor).st_mode))
         fsync(descriptor)
 
@@ -64,13 +64,11 @@ def test_file_is_replaced_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
 
 @pytest.mark.parametrize("fails", ["fsync", "replace"])
 @pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
-def test_write_that_fails_leaves_the_old_file_and_nothing_else(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fails: str, error: BaseException
-) -> None:
+def test_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch, fails, error):
     path = tmp_path / "a.txt"
     path.write_text("old")
 
-    def full(*_: object) -> None:
+    def full(*_):
         raise error
 
     monkeypatch.setattr(f"os.{fails}", full)
@@ -81,7 +79,7 @@ def test_write_that_fails_leaves_the_old_file_and_nothing_else(
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_complete_folder_is_on_the_disk_before_it_has_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_complete_folder_is_on_the_disk_before_it_has_its_name(tmp_path, monkeypatch):
     path, synced = tmp_path / "out", list[str]()
     monkeypatch.setattr(os, "fsync", lambda fd: synced.append(os.path.basename(os.readlink(f"/proc/self/fd/{fd}"))))
     with new_folder(path) as passing:
@@ -94,7 +92,7 @@ def test_complete_folder_is_on_the_disk_before_it_has_its_name(tmp_path: Path, m
 
 
 @pytest.mark.parametrize("fails", [False, True])
-def test_file_is_there_only_when_it_is_complete(tmp_path: Path, fails: bool) -> None:
+def test_file_is_there_only_when_it_is_complete(tmp_path, fails):
     path = tmp_path / "a.png"
     with suppress(LogError), new_file(path) as passing:
         passing.write_bytes(b"half")
@@ -104,7 +102,7 @@ def test_file_is_there_only_when_it_is_complete(tmp_path: Path, fails: bool) -> 
     assert [(each, each.read_bytes()) for each in tmp_path.iterdir()] == ([] if fails else [(path, b"half")])
 
 
-def test_what_came_in_between_is_not_overwritten(tmp_path: Path) -> None:
+def test_what_came_in_between_is_not_overwritten(tmp_path):
     path = tmp_path / "a.png"
     with pytest.raises(OutputError, match="never overwritten"), new_file(path):
         path.write_bytes(b"theirs")
@@ -112,7 +110,7 @@ def test_what_came_in_between_is_not_overwritten(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_link_that_leads_nowhere_is_in_the_way(tmp_path: Path) -> None:
+def test_link_that_leads_nowhere_is_in_the_way(tmp_path):
     link = tmp_path / "a.png"
     link.symlink_to(tmp_path / "nowhere")
     with pytest.raises(OutputError), new_file(link):
@@ -123,7 +121,7 @@ def test_link_that_leads_nowhere_is_in_the_way(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("there", [False, True])
-def test_folder_takes_the_place_of_nothing_or_of_an_empty_one(tmp_path: Path, there: bool) -> None:
+def test_folder_takes_the_place_of_nothing_or_of_an_empty_one(tmp_path, there):
     path = tmp_path / "above" / "out"
     if there:
         path.mkdir(parents=True)
@@ -134,13 +132,13 @@ def test_folder_takes_the_place_of_nothing_or_of_an_empty_one(tmp_path: Path, th
     assert list(path.parent.iterdir()) == [path]
 
 
-def test_after_an_error_no_folder_stays_and_none_above_it(tmp_path: Path) -> None:
+def test_after_an_error_no_folder_stays_and_none_above_it(tmp_path):
     with pytest.raises(KeyboardInterrupt), new_folder(tmp_path / "x" / "y" / "out"):
         raise KeyboardInterrupt
     assert list(tmp_path.iterdir()) == []
 
 
-def test_folder_that_holds_something_is_refused(tmp_path: Path) -> None:
+def test_folder_that_holds_something_is_refused(tmp_path):
     (tmp_path / "a").write_text("mine")
     with pytest.raises(OutputError, match="holds something"), new_folder(tmp_path):
         pass
@@ -152,7 +150,7 @@ def test_folder_that_holds_something_is_refused(tmp_path: Path) -> None:
     assert len(list(tmp_path.iterdir())) == 1
 
 
-def test_whether_a_folder_can_be_made_is_known_beforehand(tmp_path: Path) -> None:
+def test_whether_a_folder_can_be_made_is_known_beforehand(tmp_path):
     for place in (tmp_path, tmp_path / "new", tmp_path / "above" / "new"):
         require_free_folder(place)
     for place in (tmp_path / ("x" * 300), Path("/proc/new")):
@@ -161,7 +159,7 @@ def test_whether_a_folder_can_be_made_is_known_beforehand(tmp_path: Path) -> Non
     assert list(tmp_path.iterdir()) == []
 
 
-def test_names_that_no_file_system_takes(tmp_path: Path) -> None:
+def test_names_that_no_file_system_takes(tmp_path):
     with pytest.raises(OSError, match="too long"), new_folder(tmp_path / ("x" * 300)):
         pass
     with pytest.raises(OSError, match="too long"), new_file(tmp_path / ("x" * 300)) as passing:
@@ -169,26 +167,26 @@ def test_names_that_no_file_system_takes(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_letters_together() -> None:
+def test_letters_together():
     strings = strings_of("# walks of a Monday\nABBA\n\n  CAB \nB\n")
     assert strings == Strings.of(["ABBA", "CAB", "B"])
 
 
-def test_one_blank_makes_every_line_a_list_of_names() -> None:
+def test_one_blank_makes_every_line_a_list_of_names():
     assert strings_of("NE N SW\nSW\nN N\n") == Strings.of([("NE", "N", "SW"), ("SW",), ("N", "N")])
 
 
-def test_a_tab_makes_labels() -> None:
+def test_a_tab_makes_labels():
     text = "1\t0101\n0\t1\n1\t\n1\n"
     assert strings_of(text) == Strings.of(["0101", "1", "", ""], [True, False, True, True])
     assert strings_of("1\tx- y0\n0\ty0\n") == Strings.of([("x-", "y0"), ("y0",)], [True, False])
 
 
-def test_lines_may_end_as_elsewhere() -> None:
+def test_lines_may_end_as_elsewhere():
     assert strings_of("1\tAB\r\n0\tBA\r\n") == Strings.of(["AB", "BA"], [True, False])
 
 
-def test_the_alphabet_may_be_named_and_decides_on_names() -> None:
+def test_the_alphabet_may_be_named_and_decides_on_names():
     assert strings_of("# alphabet: B A C\nAB\n").alphabet == ("B", "A", "C")
     assert strings_of("# alphabet: up down\nup\ndown\n") == Strings.of([("up",), ("down",)], alphabet=("up", "down"))
 
@@ -211,12 +209,12 @@ def test_the_alphabet_may_be_named_and_decides_on_names() -> None:
         ("AAA\nA\n", "two symbols or more"),
     ],
 )
-def test_bad_files_are_refused_with_their_line(text, said) -> None:
+def test_bad_files_are_refused_with_their_line(text, said):
     with pytest.raises(ConfigurationError, match=said):
         strings_of(text)
 
 
-def test_digits_with_blanks_are_symbols_if_the_alphabet_says_so() -> None:
+def test_digits_with_blanks_are_symbols_if_the_alphabet_says_so():
     assert strings_of("# alphabet: 0 1\n1 0\n0 1 1\n") == Strings.of(["10", "011"])
 
 
@@ -224,7 +222,7 @@ letters = st.sampled_from([("A", "B", "C"), ("0", "1"), ("x- y0", "x0 y+", "tx-"
 
 
 @given(letters, st.data(), st.booleans())
-def test_what_is_written_is_read_as_it_was(alphabet, data, labelled) -> None:
+def test_what_is_written_is_read_as_it_was(alphabet, data, labelled):
     symbols = st.integers(0, len(alphabet) - 1)
     least = 0 if labelled else 1
     words = data.draw(st.lists(st.lists(symbols, min_size=least, max_size=5).map(tuple), max_size=8, unique=True))
@@ -234,7 +232,7 @@ def test_what_is_written_is_read_as_it_was(alphabet, data, labelled) -> None:
     assert strings_of(text_of(strings)) == strings
 
 
-def test_files(tmp_path) -> None:
+def test_files(tmp_path):
     strings = Strings.of(["01", "", "1"], [True, False, True])
     path = tmp_path / "strings.txt"
     write_strings(strings, path)
@@ -250,7 +248,7 @@ def test_files(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("name", ["#", "a~b", " a", "a  b", "a\tb", "a\nb"])
-def test_names_that_would_be_misread_are_not_written(name) -> None:
+def test_names_that_would_be_misread_are_not_written(name):
     with pytest.raises(ConfigurationError, match="names without"):
         text_of(Strings.of([(name, "B")]))
 
@@ -259,7 +257,7 @@ STATES = ("a", "b", "c")
 
 
 @pytest.mark.parametrize("load", [load_automaton, load_policy])
-def test_a_refusal_names_the_file(tmp_path: Path, load):
+def test_a_refusal_names_the_file(tmp_path, load):
     path = tmp_path / "sample.json"
     path.write_text('{"schema": "s"}')
     with pytest.raises(ConfigurationError) as refused:

@@ -1,7 +1,6 @@
 """The loop and a slow agent, in virtual time and one thread: an observer plays the agent."""
 
 import pickle
-from collections.abc import Iterator
 
 import pytest
 
@@ -13,8 +12,7 @@ from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError
 from palpate.core.policy import Decision
 from palpate.core.ports import CommandReason, JointCommand
-from palpate.core.tasks.insertion import InsertionTask
-from palpate.core.trial import Outcome, TaskConfig, TrialReport, find_ready_pose
+from palpate.core.trial import Outcome, TaskConfig, find_ready_pose
 
 CONFIG = RunConfig(task=TaskConfig(time_limit_s=1.0))
 MS = 1_000_000
@@ -23,24 +21,24 @@ MS = 1_000_000
 class SlowAgent(LoopObserver):
     """Answers so many ms after it was shown something."""
 
-    def __init__(self, desk: Agent, think_ms: int) -> None:
+    def __init__(self, desk, think_ms):
         self._desk, self._think_ns = desk, think_ms * MS
-        self._shown_ns: int | None = None
+        self._shown_ns = None
         self._now_ns = 0
         self.shown = 0
         desk.look = self._look
 
-    def _look(self) -> None:
+    def _look(self):
         self._shown_ns, self.shown = self._now_ns, self.shown + 1
         if not self._think_ns:
             self._answer()
 
-    def clock_read(self, deadline_ns: int, time_ns: int) -> None:
+    def clock_read(self, deadline_ns, time_ns):
         self._now_ns = time_ns
         if self._shown_ns is not None and time_ns - self._shown_ns >= self._think_ns:
             self._answer()
 
-    def _answer(self) -> None:
+    def _answer(self):
         self._shown_ns = None
         self._desk.give(Decision(task_actions(CONFIG)[0], 0, "agent"))
 
@@ -48,27 +46,27 @@ class SlowAgent(LoopObserver):
 class Bench:
     """A simulated cell with an agent at the desk."""
 
-    def __init__(self, rig: SimulatedRig, think_ms: int) -> None:
+    def __init__(self, rig, think_ms):
         self.rig, self.desk = rig, Agent(0.3, grace_s=0.0)
         self.agent = SlowAgent(self.desk, think_ms)
         ready = find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task)
-        self.task: InsertionTask = build_task(CONFIG, ready, build_perception(CONFIG), self.desk)
+        self.task = build_task(CONFIG, ready, build_perception(CONFIG), self.desk)
         rig.prepare(0)
         self._supervisor = supervisor_of(rig, CONFIG, ready)
 
-    def run(self) -> TrialReport:
+    def run(self):
         observers = (self.agent, self.desk)
         return run_trial(self.task, self.rig.ports, trial_setup(CONFIG, 0), self._supervisor, observers)
 
 
 @pytest.fixture
-def rig() -> Iterator[SimulatedRig]:
+def rig():
     with SimulatedRig(CONFIG, find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task)) as made:
         yield made
 
 
 @pytest.mark.parametrize(("think_ms", "sources"), [(0, ["agent"] * 3), (150, [LATE, LATE, "agent", LATE, LATE])])
-def test_the_loop_goes_on_and_counts_what_was_late(rig: SimulatedRig, think_ms: int, sources: list[str]) -> None:
+def test_the_loop_goes_on_and_counts_what_was_late(rig, think_ms, sources):
     bench = Bench(rig, think_ms)
     report = bench.run()
     told = [record.source for record in report.decisions]
@@ -80,7 +78,7 @@ def test_the_loop_goes_on_and_counts_what_was_late(rig: SimulatedRig, think_ms: 
     assert {record.displacement_m for record in report.decisions if record.source == LATE} <= {(0.0, 0.0)}
 
 
-def test_an_agent_that_takes_too_long_finds_the_arm_stopped_and_the_rig_latched(rig: SimulatedRig) -> None:
+def test_an_agent_that_takes_too_long_finds_the_arm_stopped_and_the_rig_latched(rig):
     bench = Bench(rig, 400)
     with pytest.raises(LateAgentError, match=r"agent: no decision for 0\.30\d s; 0\.3 s are allowed") as caught:
         bench.run()

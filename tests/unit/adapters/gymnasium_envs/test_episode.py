@@ -1,7 +1,5 @@
 """Trials decision by decision: left in the middle, begun again, and after an error."""
 
-from collections.abc import Iterator
-
 import pytest
 
 from palpate.adapters.config.run import RunConfig
@@ -16,23 +14,23 @@ from palpate.core.trial import Outcome, TaskConfig
 EAST = Decision(task_actions(RunConfig())[0], 0, "test")
 
 
-def simulated(config: RunConfig) -> Episodes:
+def simulated(config):
     return Episodes(Run(config))
 
 
 @pytest.fixture
-def episodes() -> Iterator[Episodes]:
+def episodes():
     made = simulated(RunConfig(task=TaskConfig(time_limit_s=0.5)))
     yield made
     made.close()
 
 
-def stopped(episodes: Episodes) -> bool:
+def stopped(episodes):
     here = episodes.rig.cell.joint_angles()
     return episodes.rig.ports.arm.send(JointCommand(here)).reason is CommandReason.STOPPED
 
 
-def test_at_its_end_the_arm_is_stopped_and_nothing_can_be_decided(episodes: Episodes) -> None:
+def test_at_its_end_the_arm_is_stopped_and_nothing_can_be_decided(episodes):
     episodes.begin(3, 0)
     while episodes.running:
         assert not stopped(episodes)
@@ -43,9 +41,7 @@ def test_at_its_end_the_arm_is_stopped_and_nothing_can_be_decided(episodes: Epis
         episodes.decide(EAST)
 
 
-def test_an_error_in_mid_trial_stops_the_arm_and_the_next_trial_begins(
-    episodes: Episodes, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_error_in_mid_trial_stops_the_arm_and_the_next_trial_begins(episodes, monkeypatch):
     episodes.begin(3, 0)
     with monkeypatch.context() as broken:
         broken.setattr(episodes.rig.cell, "measure_joints", lambda: 1 / 0)
@@ -57,9 +53,7 @@ def test_an_error_in_mid_trial_stops_the_arm_and_the_next_trial_begins(
     assert episodes.decide(EAST) == -1.0
 
 
-def test_a_sensor_fault_ends_the_trial_and_earns_the_plain_reinforcement(
-    episodes: Episodes, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_sensor_fault_ends_the_trial_and_earns_the_plain_reinforcement(episodes, monkeypatch):
     episodes.begin(3, 0)
     with monkeypatch.context() as broken:
         # What the supervisor takes for a frozen sensor.
@@ -73,7 +67,7 @@ def test_a_sensor_fault_ends_the_trial_and_earns_the_plain_reinforcement(
     assert earned == episodes.plain_reinforcement == -1.0
 
 
-def test_trials_without_any_decision_are_not_searched_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_trials_without_any_decision_are_not_searched_for_ever(monkeypatch):
     monkeypatch.setattr(episode, "MOST_SKIPPED", 4)
     made = simulated(RunConfig(task=TaskConfig(start_uncertainty_mm=0.0)))
     with pytest.raises(DeviceError, match="work cell: 4 trials without any decision: inserted"):

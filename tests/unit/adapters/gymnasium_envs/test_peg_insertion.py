@@ -2,10 +2,8 @@
 
 import contextlib
 import pickle
-from collections.abc import Iterator
 from math import nan
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,24 +16,24 @@ from palpate.core.errors import ConfigurationError
 EAST, WEST = 0, 4
 
 
-def cell(**arguments: Any) -> PegInsertionEnv:
+def cell(**arguments):
     return PegInsertionEnv(**arguments)
 
 
 @pytest.fixture
-def env() -> Iterator[PegInsertionEnv]:
+def env():
     made = cell(observations="raw", config={"task": {"time_limit_s": 1.0}})
     yield made
     made.close()
 
 
-def towards_hole(info: dict[str, Any]) -> Any:
+def towards_hole(info):
     """The free step that leads to the hole, as far as one step can."""
     away = (info["true_hole_m"] - info["true_tip_m"])[:2] / 0.7e-3
     return (away / max(np.linalg.norm(away), 1.0)).astype(np.float32)
 
 
-def test_free_steps_lead_into_the_hole_and_that_terminates() -> None:
+def test_free_steps_lead_into_the_hole_and_that_terminates():
     env = cell(actions="continuous")
     _, info = env.reset(seed=4)
     rewards, terminated, truncated = [], False, False
@@ -52,7 +50,7 @@ def test_free_steps_lead_into_the_hole_and_that_terminates() -> None:
     env.close()
 
 
-def crash(**arguments: Any) -> tuple[float, bool, bool, dict[str, Any]]:
+def crash(**arguments):
     """An episode whose force limit is little above the pressing force, so that its first steps end it."""
     config = {"task": {"max_force_N": 6.5, "time_limit_s": 4.0}, "learning": {"reinforcement": "action-penalty"}}
     env = cell(config=config, **arguments)
@@ -65,7 +63,7 @@ def crash(**arguments: Any) -> tuple[float, bool, bool, dict[str, Any]]:
     return total, terminated, truncated, info
 
 
-def test_a_failure_terminates_and_is_no_way_to_save_reward() -> None:
+def test_a_failure_terminates_and_is_no_way_to_save_reward():
     total, terminated, truncated, info = crash()
     assert (terminated, truncated, info["outcome"]) == (True, False, "force limit")
     assert not info["is_success"]
@@ -75,13 +73,13 @@ def test_a_failure_terminates_and_is_no_way_to_save_reward() -> None:
 
 
 @pytest.mark.parametrize("penalty", [0.0, 7.5])
-def test_the_penalty_of_a_failure_may_be_given(penalty: float) -> None:
+def test_the_penalty_of_a_failure_may_be_given(penalty):
     total, _, _, info = crash(failure_penalty=penalty)
     assert info["outcome"] == "force limit"
     assert total == -info["decisions"] - penalty
 
 
-def test_a_trial_that_goes_straight_into_the_hole_is_skipped() -> None:
+def test_a_trial_that_goes_straight_into_the_hole_is_skipped():
     # The starts are so near that some trials hit the hole at once.
     env = cell(config={"task": {"start_uncertainty_mm": 0.3}})
     _, info = env.reset(seed=0)
@@ -97,7 +95,7 @@ def test_a_trial_that_goes_straight_into_the_hole_is_skipped() -> None:
 
 
 @pytest.mark.parametrize("action", [8, -1, nan, None])
-def test_a_refused_action_does_nothing(env: PegInsertionEnv, action: Any) -> None:
+def test_a_refused_action_does_nothing(env, action):
     env.reset(seed=5)
     expected = env.step(WEST)
     env.reset(seed=5)
@@ -107,7 +105,7 @@ def test_a_refused_action_does_nothing(env: PegInsertionEnv, action: Any) -> Non
     assert again[0].tobytes() == expected[0].tobytes()
 
 
-def test_a_step_needs_an_episode_and_an_open_environment() -> None:
+def test_a_step_needs_an_episode_and_an_open_environment():
     env = cell()
     with pytest.raises(NotRunningError, match="before the first step"):
         env.step(EAST)
@@ -135,13 +133,13 @@ def test_a_step_needs_an_episode_and_an_open_environment() -> None:
         ({"config": {"control": {"damping_N_s_per_m": 1.0}}}, "control.damping_N_s_per_m = 1.0 is refused"),
     ],
 )
-def test_what_there_is_not_is_refused(arguments: dict[str, Any], message: str) -> None:
+def test_what_there_is_not_is_refused(arguments, message):
     with pytest.raises(ConfigurationError) as caught:
         cell(**arguments)
     assert str(caught.value).startswith(message)
 
 
-def test_a_job_is_stated_by_its_file_or_its_tables_and_other_arguments_win() -> None:
+def test_a_job_is_stated_by_its_file_or_its_tables_and_other_arguments_win():
     path = Path("examples/jobs/dowel-12-h7.toml").resolve()
     made = cell(job=path)
     config = made._episodes.config
@@ -155,7 +153,7 @@ def test_a_job_is_stated_by_its_file_or_its_tables_and_other_arguments_win() -> 
         env.reset(seed=0)
 
 
-def test_a_copy_begins_anew_with_the_same_arguments(env: PegInsertionEnv) -> None:
+def test_a_copy_begins_anew_with_the_same_arguments(env):
     first = env.reset(seed=5)[0]
     copied = pickle.loads(pickle.dumps(env))
     with pytest.raises(NotRunningError):
@@ -167,11 +165,11 @@ def test_a_copy_begins_anew_with_the_same_arguments(env: PegInsertionEnv) -> Non
 # Episodes after a seed are its trials in order, whatever happened before.
 
 
-def rng() -> np.random.Generator:
+def rng():
     return np.random.default_rng(1)
 
 
-def test_the_episodes_of_a_seed_are_its_trials_in_order() -> None:
+def test_the_episodes_of_a_seed_are_its_trials_in_order():
     numbering = Numbering()
     seen = []
     for seed in (5, None, None, 9, None, 5):
@@ -180,7 +178,7 @@ def test_the_episodes_of_a_seed_are_its_trials_in_order() -> None:
     assert seen == [(5, 0), (5, 1), (5, 2), (9, 0), (9, 1), (5, 0)]
 
 
-def test_a_trial_may_be_named_and_those_after_it_follow() -> None:
+def test_a_trial_may_be_named_and_those_after_it_follow():
     numbering = Numbering()
     assert numbering.next(5, {"trial": 7}, rng()) == (5, 7)
     numbering.passed(8)  # the seventh had no decision
@@ -198,7 +196,7 @@ def test_a_trial_may_be_named_and_those_after_it_follow() -> None:
         (2**63, None, "seed = 9223372036854775808 is refused"),
     ],
 )
-def test_what_is_refused_changes_nothing(seed: int | None, options: Any, message: str) -> None:
+def test_what_is_refused_changes_nothing(seed, options, message):
     numbering = Numbering()
     numbering.next(4, None, rng())
     numbering.passed(0)

@@ -1,7 +1,6 @@
 """Pictures of an episode show the cell as it stands, and change nothing in it."""
 
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from tests.support.graphics import require_graphics
 EAST, WEST = 0, 4
 
 
-def walk(env: PegInsertionEnv, *, look: bool) -> tuple[list[Any], list[Any]]:
+def walk(env, *, look):
     seen, pictures = [env.reset(seed=2)[0].tobytes()], []
     for action in (EAST, EAST, WEST, EAST):
         if look:
@@ -22,7 +21,7 @@ def walk(env: PegInsertionEnv, *, look: bool) -> tuple[list[Any], list[Any]]:
     return seen, pictures
 
 
-def test_the_cell_that_is_drawn_stands_where_the_simulated_one_does() -> None:
+def test_the_cell_that_is_drawn_stands_where_the_simulated_one_does():
     env = PegInsertionEnv(scenario="blind")
     env.reset(seed=2)
     digest = env.cell.model_sha256()
@@ -40,7 +39,7 @@ def test_the_cell_that_is_drawn_stands_where_the_simulated_one_does() -> None:
     env.close()
 
 
-def test_pictures_show_how_the_peg_moves_and_looking_changes_nothing() -> None:
+def test_pictures_show_how_the_peg_moves_and_looking_changes_nothing():
     require_graphics()
     looked, unseen = (PegInsertionEnv(observations="raw", render_mode=mode) for mode in ("rgb_array", None))
     seen, pictures = walk(looked, look=True)

@@ -6,7 +6,6 @@ import os
 import pickle
 import signal
 import threading
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -38,12 +37,12 @@ HERE = (0.0,) * 6
 EAST = Decision(task_actions(RunConfig())[0], 0, "environment")
 
 
-def on_rig(config: RunConfig, out: str = "") -> Episodes:
+def on_rig(config, out=""):
     return Episodes(Run(config, rig="rig.toml", make_rig=SimulatedRig), out, 60.0)
 
 
 @pytest.fixture
-def episodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Episodes]:
+def episodes(tmp_path, monkeypatch):
     monkeypatch.setattr("palpate.adapters.experiments.run.warm_up", lambda config, ready: None)
     # Drawing takes longer than all the rest; the tests of real wires do it.
     monkeypatch.setattr("palpate.adapters.gymnasium_envs.episode.write_evaluation", lambda *words: None)
@@ -54,12 +53,12 @@ def episodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Episod
     made.close()
 
 
-def stopped(episodes: Episodes) -> bool:
+def stopped(episodes):
     arm = episodes.rig.ports.arm
     return arm.life is Life.CLOSED or arm.send(JointCommand(HERE)).reason is CommandReason.STOPPED
 
 
-def test_trials_are_recorded_as_a_run_leaves_them_and_replay_equal(episodes: Episodes) -> None:
+def test_trials_are_recorded_as_a_run_leaves_them_and_replay_equal(episodes):
     assert episodes.folder is not None
     folder = episodes.folder.path
     episodes.begin(5, 3)
@@ -84,7 +83,7 @@ def test_trials_are_recorded_as_a_run_leaves_them_and_replay_equal(episodes: Epi
         on_rig(RunConfig(), str(folder))
 
 
-def test_skills_are_decided_once_earn_once_and_replay_equal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_skills_are_decided_once_earn_once_and_replay_equal(tmp_path, monkeypatch):
     monkeypatch.setattr("palpate.adapters.experiments.run.warm_up", lambda config, ready: None)
     monkeypatch.setattr("palpate.adapters.gymnasium_envs.episode.write_evaluation", lambda *words: None)
     table = {"learner": "skills", "task": {"time_limit_s": 3.0, "options": {"corners": 4.0, "corner_mm": 20.5}}}
@@ -105,10 +104,10 @@ def test_skills_are_decided_once_earn_once_and_replay_equal(tmp_path: Path, monk
     assert replay(read_log(log), Rebuilder()).verdict is Verdict.EQUAL
 
 
-def test_a_fault_is_a_typed_error_and_latches(episodes: Episodes, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fault_is_a_typed_error_and_latches(episodes, monkeypatch):
     episodes.begin(5, 0)
 
-    def broken() -> None:
+    def broken():
         raise DeviceError("encoder", "gone")
 
     with monkeypatch.context() as cable:
@@ -127,13 +126,11 @@ def test_a_fault_is_a_typed_error_and_latches(episodes: Episodes, monkeypatch: p
     ("number", "error"),
     [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit), (signal.SIGHUP, SystemExit)],
 )
-def test_a_signal_while_a_step_is_waited_for_leaves_the_arm_stopped(
-    episodes: Episodes, monkeypatch: pytest.MonkeyPatch, number: signal.Signals, error: type[BaseException]
-) -> None:
+def test_a_signal_while_a_step_is_waited_for_leaves_the_arm_stopped(episodes, monkeypatch, number, error):
     episodes.begin(5, 0)
     measure, came = episodes.rig.cell.measure_joints, threading.Event()
 
-    def press() -> object:
+    def press():
         if not came.is_set():
             came.set()
             os.kill(os.getpid(), number)
@@ -161,9 +158,7 @@ def test_a_signal_while_a_step_is_waited_for_leaves_the_arm_stopped(
     assert stopped(episodes)
 
 
-def test_an_environment_that_is_let_go_stops_the_arm_and_can_be_neither_copied_nor_drawn(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_environment_that_is_let_go_stops_the_arm_and_can_be_neither_copied_nor_drawn(tmp_path, monkeypatch):
     monkeypatch.setattr("palpate.adapters.gymnasium_envs.episode.write_evaluation", lambda *words: None)
     monkeypatch.setattr(
         "palpate.adapters.experiments.run.open_rig",
@@ -191,7 +186,7 @@ def test_an_environment_that_is_let_go_stops_the_arm_and_can_be_neither_copied_n
     assert arm.life is Life.CLOSED
 
 
-def test_the_loop_s_own_thread_can_close_it_as_a_garbage_collector_does(episodes: Episodes) -> None:
+def test_the_loop_s_own_thread_can_close_it_as_a_garbage_collector_does(episodes):
     episodes.observe = lambda task: episodes.close()
     episodes.begin(5, 0)
     with pytest.raises(LifecycleError):
@@ -199,10 +194,10 @@ def test_the_loop_s_own_thread_can_close_it_as_a_garbage_collector_does(episodes
     assert stopped(episodes)
 
 
-def test_it_belongs_to_the_main_thread(episodes: Episodes) -> None:
-    said: list[str] = []
+def test_it_belongs_to_the_main_thread(episodes):
+    said = []
 
-    def make() -> None:
+    def make():
         try:
             on_rig(RunConfig())
         except LifecycleError as error:

@@ -24,7 +24,7 @@ class Sensed:
     wrench_at_tip: Any = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
-def test_the_symbolic_observation_is_the_number_of_the_state() -> None:
+def test_the_symbolic_observation_is_the_number_of_the_state():
     states = StateIndex(17)
     for percept, expected in ((None, 0), ((3, 5), 5), ((3, 16), 16)):
         seen = states.of(Sensed(percept))  # type: ignore[arg-type]
@@ -32,7 +32,7 @@ def test_the_symbolic_observation_is_the_number_of_the_state() -> None:
         assert states.space.contains(seen)
 
 
-def test_the_raw_observation_is_tip_force_and_torque_in_this_order() -> None:
+def test_the_raw_observation_is_tip_force_and_torque_in_this_order():
     raw = TipWrench(RunConfig())
     sensed = Sensed(None, (1e-3, -2e-3, 3e-3), ((0.5, -0.25, -4.5), (0.0625, -0.125, 0.03125)))
     seen = raw.of(sensed)  # type: ignore[arg-type]
@@ -42,7 +42,7 @@ def test_the_raw_observation_is_tip_force_and_torque_in_this_order() -> None:
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
-def test_what_is_beyond_the_bounds_is_cut_off_there(sign: float) -> None:
+def test_what_is_beyond_the_bounds_is_cut_off_there(sign):
     raw = TipWrench(RunConfig())
     far = (sign, sign, sign)
     seen = raw.of(Sensed(None, far, ((99 * sign,) * 3, (99 * sign,) * 3)))  # type: ignore[arg-type]
@@ -58,7 +58,7 @@ SHARES = st.floats(-1.0, 1.0, allow_nan=False)
 
 
 @pytest.mark.parametrize("kind", [int, np.int64, np.int32, np.array, lambda k: np.array([k])])
-def test_a_discrete_action_is_the_compass_step_of_that_number(kind: Any) -> None:
+def test_a_discrete_action_is_the_compass_step_of_that_number(kind):
     actions = NumberedActions(STEPS)
     decisions = [actions.decision(kind(k)) for k in range(8)]
     assert [d.action for d in decisions] == list(STEPS)
@@ -67,13 +67,13 @@ def test_a_discrete_action_is_the_compass_step_of_that_number(kind: Any) -> None
 
 
 @pytest.mark.parametrize("action", [-1, 8, 1.0, np.float32(1), nan, "1", None, True, [1], np.array([1, 2])])
-def test_a_discrete_action_out_of_range_or_of_another_kind_is_refused(action: Any) -> None:
+def test_a_discrete_action_out_of_range_or_of_another_kind_is_refused(action):
     with pytest.raises(ActionRefusedError, match="is refused: a whole number from 0 to 7"):
         NumberedActions(STEPS).decision(action)
 
 
 @given(x=SHARES, y=SHARES)
-def test_a_free_step_keeps_its_direction_and_is_never_longer_than_the_longest(x: float, y: float) -> None:
+def test_a_free_step_keeps_its_direction_and_is_never_longer_than_the_longest(x, y):
     decision = FreeSteps(2e-3).decision((x, y))
     dx, dy = decision.action.displacement_m
     assert decision.index is None  # no table may learn from it
@@ -89,7 +89,7 @@ def test_a_free_step_keeps_its_direction_and_is_never_longer_than_the_longest(x:
 @pytest.mark.parametrize(
     "action", [(1.0001, 0.0), (0.0, -1.5), (nan, 0.0), (0.0, inf), (0.0,), (0.0, 0.0, 0.0), 3, None, "ab", [[0.0, 1.0]]]
 )
-def test_a_free_step_out_of_range_or_of_another_shape_is_refused(action: Any) -> None:
+def test_a_free_step_out_of_range_or_of_another_shape_is_refused(action):
     with pytest.raises(ActionRefusedError, match="is refused: two finite numbers from -1 to 1"):
         FreeSteps(1e-3).decision(action)
 
@@ -101,14 +101,14 @@ def test_a_free_step_out_of_range_or_of_another_shape_is_refused(action: Any) ->
         ((0.6, 0.8, 1.0, 0.0, 0.0, 0.0), Law.STEP, 0.0, (1.2e-3, 1.6e-3)),
     ],
 )
-def test_a_twist_lifts_or_presses(shares: Any, law: Law, rise_m: float, step_m: Any) -> None:
+def test_a_twist_lifts_or_presses(shares, law, rise_m, step_m):
     action = Twists(2e-3, 0.1).decision(shares).action
     assert action.spatial is not None
     assert (action.spatial.law, action.spatial.rise_m) == (law, rise_m)
     assert action.displacement_m == pytest.approx(step_m)
 
 
-def test_a_twist_turns_by_no_more_than_the_longest_turn() -> None:
+def test_a_twist_turns_by_no_more_than_the_longest_turn():
     spatial = Twists(2e-3, 0.1).decision((0.0, 0.0, 0.0, 0.5, 0.0, -1.0)).action.spatial
     assert spatial is not None
     assert degrees(hypot(*spatial.turn_rad)) == pytest.approx(1.1)

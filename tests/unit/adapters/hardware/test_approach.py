@@ -1,6 +1,5 @@
 """The way of an arm to its ready pose."""
 
-from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
 from itertools import count, pairwise
@@ -18,17 +17,15 @@ from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError
 from palpate.core.motion import InverseKinematics, Kinematics
 from palpate.core.ports.decorator import DeviceDecorator, SensorDecorator
-from palpate.core.ports.devices import ArmCommand, ForceSensor, JointEncoder, Ports
+from palpate.core.ports.devices import ArmCommand, ForceSensor, JointEncoder
 from palpate.core.ports.rig import SensorFacts
 from palpate.core.ports.values import (
     CONTROL_RATE_HZ,
     AppliedCommand,
     CommandReason,
     JointCommand,
-    JointSample,
     JointVector,
     Validity,
-    WrenchSample,
 )
 from palpate.core.supervision import SampleWatch
 from palpate.core.trial import find_ready_pose, goal_in_base
@@ -39,20 +36,20 @@ CONFIG = RunConfig()
 APPROACH = find_approach(CONFIG, ready_pose())
 
 
-def way(ports: Ports, speed_rad_s: float = 0.8, limit_N: float = CONFIG.task.max_force_N) -> None:
+def way(ports, speed_rad_s=0.8, limit_N=CONFIG.task.max_force_N):
     """The way, under the watch of a rig with such a sensor."""
     walk(APPROACH, ports, speed_rad_s, limit_N, SampleWatch(CONFIG.supervision, SensorFacts(0.1, 0.004)))
 
 
-def tip_m(q_rad: JointVector) -> np.ndarray:
+def tip_m(q_rad):
     """The tip in the frame of the goal, z into the hole, (3,)."""
     kinematics = Kinematics(APPROACH.arm, TOOL)
     kinematics.update(q_rad)
-    tip: np.ndarray = goal_in_base(CONFIG.task.goal).actInv(kinematics.tip_position_m)
+    tip = goal_in_base(CONFIG.task.goal).actInv(kinematics.tip_position_m)
     return tip
 
 
-def a_turn_off(sample: JointSample) -> JointSample:
+def a_turn_off(sample):
     q = sample.position_rad
     return replace(sample, position_rad=(*q[:4], q[4] + tau, q[5]))
 
@@ -64,19 +61,19 @@ class Altered(SensorDecorator[Any], ForceSensor, JointEncoder):
 class SentCommands(DeviceDecorator, ArmCommand):
     """Keeps what was asked."""
 
-    def __init__(self, arm: ArmCommand) -> None:
+    def __init__(self, arm):
         super().__init__(arm)
         self._arm, self.asked = arm, list[JointVector]()
 
-    def send(self, command: JointCommand) -> AppliedCommand:
+    def send(self, command):
         self.asked.append(command.position_rad)
         return self._arm.send(command)
 
-    def stop(self) -> None:
+    def stop(self):
         self._arm.stop()
 
 
-def test_a_peg_left_in_its_hole_is_drawn_out_before_the_arm_goes_anywhere() -> None:
+def test_a_peg_left_in_its_hole_is_drawn_out_before_the_arm_goes_anywhere():
     policy = baseline("torque", CONFIG, tuple)
     with SimulatedRig(CONFIG, ready_pose()) as rig:
         task = build_task(CONFIG, ready_pose(), build_perception(CONFIG), policy)
@@ -97,7 +94,7 @@ def test_a_peg_left_in_its_hole_is_drawn_out_before_the_arm_goes_anywhere() -> N
     assert dist(there, APPROACH.poses_rad[-1]) < 5e-3
 
 
-def test_an_arm_that_is_clear_or_points_elsewhere_is_not_drawn_back() -> None:
+def test_an_arm_that_is_clear_or_points_elsewhere_is_not_drawn_back():
     above, ready = APPROACH.poses_rad
     assert withdrawal(APPROACH, above) == []
     aside = (*ready[:4], ready[4] + 0.4, ready[5])
@@ -116,9 +113,7 @@ def test_an_arm_that_is_clear_or_points_elsewhere_is_not_drawn_back() -> None:
         ("ur5", 2, tau, True),
     ],
 )
-def test_an_encoder_that_lost_a_turn_is_refused_before_the_arm_moves(
-    arm: str, joint: int, off_rad: float, refused: bool
-) -> None:
+def test_an_encoder_that_lost_a_turn_is_refused_before_the_arm_moves(arm, joint, off_rad, refused):
     config = replace(CONFIG, arm=arm)
     approach = find_approach(config, find_ready_pose(arm, config.tool.geometry, config.task))
     read = list(approach.poses_rad[-1])
@@ -142,9 +137,7 @@ def test_an_encoder_that_lost_a_turn_is_refused_before_the_arm_moves(
     ],
     ids=["a lost turn", "another frame"],
 )
-def test_sample_that_would_mislead_is_refused_before_the_arm_moves(
-    altered: Callable[[Ports], dict[str, Any]], told: str
-) -> None:
+def test_sample_that_would_mislead_is_refused_before_the_arm_moves(altered, told):
     with SimulatedRig(CONFIG, ready_pose()) as rig:
         rig.prepare(0)
         sent = SentCommands(rig.ports.arm)
@@ -153,7 +146,7 @@ def test_sample_that_would_mislead_is_refused_before_the_arm_moves(
     assert sent.asked == []
 
 
-def test_sensor_that_passes_silence_off_as_news_ends_the_way() -> None:
+def test_sensor_that_passes_silence_off_as_news_ends_the_way():
     with SimulatedRig(CONFIG, ready_pose()) as rig:
         rig.prepare(0)
         first, reads = rig.ports.force_sensor.read(), count()
@@ -164,7 +157,7 @@ def test_sensor_that_passes_silence_off_as_news_ends_the_way() -> None:
         assert rig.ports.clock.now_ns() - begin_ns < 500_000_000
 
 
-def test_something_in_the_way_stops_the_arm() -> None:
+def test_something_in_the_way_stops_the_arm():
     with SimulatedRig(CONFIG, ready_pose()) as rig:
         rig.prepare(0)
         with pytest.raises(DeviceError, match="N on the way"):
@@ -173,7 +166,7 @@ def test_something_in_the_way_stops_the_arm() -> None:
     assert reason is CommandReason.STOPPED
 
 
-def test_an_arm_that_was_left_pressing_may_let_go_of_more_than_the_limit() -> None:
+def test_an_arm_that_was_left_pressing_may_let_go_of_more_than_the_limit():
     limit_N, kinematics = CONFIG.task.max_force_N, Kinematics(APPROACH.arm, TOOL)
     inverse = InverseKinematics(kinematics, 1.0 / CONTROL_RATE_HZ)
     with SimulatedRig(CONFIG, ready_pose()) as rig:
@@ -201,12 +194,12 @@ def test_an_arm_that_was_left_pressing_may_let_go_of_more_than_the_limit() -> No
 @pytest.mark.parametrize(
     ("first", "many", "arrives"), [(0, 10, True), (100, 30, True), (0, 40, False), (99, 40, False)]
 )
-def test_a_blind_arm_waits_where_it_is_and_not_for_ever(first: int, many: int, arrives: bool) -> None:
+def test_a_blind_arm_waits_where_it_is_and_not_for_ever(first, many, arrives):
     with SimulatedRig(CONFIG, ready_pose()) as rig:
         rig.prepare(0)
         reads = count(1)
 
-        def dozing(sample: WrenchSample) -> WrenchSample:
+        def dozing(sample):
             return replace(sample, validity=Validity.STALE) if next(reads) in range(first, first + many) else sample
 
         sensor = Altered(rig.ports.force_sensor, dozing)
@@ -225,22 +218,22 @@ def test_a_blind_arm_waits_where_it_is_and_not_for_ever(first: int, many: int, a
 class HeldUpArm(DeviceDecorator, ArmCommand):
     """Does nothing for so many commands, from the given one on, and then goes on with the newest at once."""
 
-    def __init__(self, arm: ArmCommand, first: int, many: int) -> None:
+    def __init__(self, arm, first, many):
         super().__init__(arm)
         self._arm, self._held, self.sent, self._last = arm, range(first, first + many), 0, AppliedCommand(())
 
-    def send(self, command: JointCommand) -> AppliedCommand:
+    def send(self, command):
         self.sent += 1
         if self.sent not in self._held:
             self._last = self._arm.send(command)
         return self._last
 
-    def stop(self) -> None:
+    def stop(self):
         self._arm.stop()
 
 
 @pytest.mark.parametrize("before_the_end", [5, 25])
-def test_the_way_ends_where_the_arm_stands_and_not_where_it_passes_by(before_the_end: int) -> None:
+def test_the_way_ends_where_the_arm_stands_and_not_where_it_passes_by(before_the_end):
     held = 20
     with SimulatedRig(CONFIG, ready_pose()) as rig:
         rig.prepare(0)

@@ -5,9 +5,6 @@ import mmap
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -38,27 +35,27 @@ END_S = 2.0
 class SlowDriver(ArmDriver):
     """Its stops take half a second, and it fails on demand."""
 
-    def __init__(self, clock: VirtualTime) -> None:
+    def __init__(self, clock):
         self.clock, self.is_dead, self.hangs = clock, False, False
         self.stops = 0
 
-    def open(self) -> None: ...
-    def enable(self) -> None: ...
-    def disable(self) -> None: ...
-    def acknowledge(self) -> None: ...
-    def close(self) -> None: ...
+    def open(self): ...
+    def enable(self): ...
+    def disable(self): ...
+    def acknowledge(self): ...
+    def close(self): ...
 
-    def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
+    def preview(self, setpoint_rad, /):
         return Applied(tuple(setpoint_rad))
 
-    def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
+    def cycle(self, setpoint_rad=None, /):
         while self.hangs:
             self.clock.sleep(0.1)
         if self.is_dead:
             raise SilentError("drive 3", "is dead", "bury it")
         return Measured(position_rad=(0.0,), is_fresh=(True,), applied=None, time_ns=self.clock.now_ns())
 
-    def stop(self) -> None:
+    def stop(self):
         self.stops += 1
         self.clock.sleep(0.5)
 
@@ -66,7 +63,7 @@ class SlowDriver(ArmDriver):
 class Desk:
     """The slow arm, active."""
 
-    def __init__(self, divider: int = 1) -> None:
+    def __init__(self, divider=1):
         self.clock = VirtualTime()
         self.driver = SlowDriver(self.clock)
         self.closed = 0
@@ -77,37 +74,37 @@ class Desk:
         self.arm.configure()
         self.arm.activate()
 
-    def close(self) -> None:
+    def close(self):
         self.closed += 1
 
 
 class Fakes:
     """A stranger's fake arm, active."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.clock = VirtualTime()
         self.servos = FakeArm(self.clock, (0.0,), lower_rad=(-1.0,), upper_rad=(1.0,), max_step_rad=0.1)
         self.encoder = FakeJointEncoder(self.clock, self.servos.position_rad)
-        self.started: list[ArmThread] = []
+        self.started = []
         context = RigContext(self.clock, arm_named("zebra-zero"), (-1.0,), (1.0,), (1.0,))
         self.served = AdapterArm(ArmAdapter(self.encoder, self.servos), context)
         self.arm = ArmClient(self.served, self.start, self.clock, TIMEOUT_NS)
         self.arm.configure()
         self.arm.activate()
 
-    def start(self) -> ArmThread:
+    def start(self):
         self.started.append(ArmThread(self.served, self.clock, TIMEOUT_NS))
         return self.started[-1]
 
-    def send(self, angle: float = 0.05, *more: float) -> CommandReason:
+    def send(self, angle=0.05, *more):
         return self.arm.send(JointCommand((angle, *more))).reason
 
-    def pass_ms(self, ms: float) -> None:
+    def pass_ms(self, ms):
         self.clock.sleep(ms * 1e-3)
 
 
 @pytest.fixture
-def desk() -> Iterator[Desk]:
+def desk():
     made = Desk()
     yield made
     made.driver.hangs = False
@@ -116,14 +113,14 @@ def desk() -> Iterator[Desk]:
 
 
 @pytest.fixture
-def fakes() -> Iterator[Fakes]:
+def fakes():
     made = Fakes()
     yield made
     made.arm.close()
     gone(made.clock)
 
 
-def gone(clock: VirtualTime) -> None:
+def gone(clock):
     """Let time go on until no arm's thread is left."""
     for thread in threading.enumerate():
         if thread.name.endswith(" bus"):
@@ -131,24 +128,24 @@ def gone(clock: VirtualTime) -> None:
             assert not thread.is_alive()
 
 
-def seconds_since(clock: VirtualTime, begin_ns: int) -> float:
+def seconds_since(clock, begin_ns):
     return (clock.now_ns() - begin_ns) * 1e-9
 
 
-def zebra() -> tuple[Any, Any]:
+def zebra():
     bench = test_zebra.Bench(TIMEOUT_NS)
     return bench, bench.plant.joints_rad
 
 
-def cia402() -> tuple[Any, Any]:
+def cia402():
     bench = test_cia402.Bench(TIMEOUT_NS)
     return bench, bench.motors.targets_rad
 
 
 @pytest.mark.parametrize("make", [zebra, cia402])
 def test_an_arm_on_a_bus_goes_on_no_longer_than_its_loop_and_only_a_person_sets_it_free(
-    make: Callable[[], tuple[Any, Any]],
-) -> None:
+    make,
+):
     bench, where = make()
     with bench.desk, bench.arm as arm:
         begin_rad = where()
@@ -178,7 +175,7 @@ def test_an_arm_on_a_bus_goes_on_no_longer_than_its_loop_and_only_a_person_sets_
         assert arm.send(JointCommand(tuple(angles))).reason is not CommandReason.STOPPED
 
 
-def test_a_universal_robot_goes_on_no_longer_than_its_loop() -> None:
+def test_a_universal_robot_goes_on_no_longer_than_its_loop():
     bench = test_ur.Bench()
     with bench.arm(TIMEOUT_NS) as arm:
         angles = list(arm.read().position_rad)
@@ -193,7 +190,7 @@ def test_a_universal_robot_goes_on_no_longer_than_its_loop() -> None:
         assert "set-point time-out" in str(arm.fault)
 
 
-def test_a_loop_that_keeps_sending_or_has_stopped_the_arm_need_not_fear_the_time_out(fakes: Fakes) -> None:
+def test_a_loop_that_keeps_sending_or_has_stopped_the_arm_need_not_fear_the_time_out(fakes):
     for _ in range(30):
         assert fakes.send() is CommandReason.AS_ASKED
         fakes.clock.sleep_until(fakes.clock.now_ns() + TICK_NS)
@@ -203,7 +200,7 @@ def test_a_loop_that_keeps_sending_or_has_stopped_the_arm_need_not_fear_the_time
     assert fakes.arm.life is Life.ACTIVE
 
 
-def test_a_loop_that_is_gone_leaves_an_arm_at_rest_and_nobody_behind(fakes: Fakes) -> None:
+def test_a_loop_that_is_gone_leaves_an_arm_at_rest_and_nobody_behind(fakes):
     fakes.send(0.1)
     fakes.started[0].line.close()
     fakes.pass_ms(1)
@@ -213,7 +210,7 @@ def test_a_loop_that_is_gone_leaves_an_arm_at_rest_and_nobody_behind(fakes: Fake
     assert not fakes.started[0].is_alive()
 
 
-def test_a_process_that_dies_is_a_fault_at_once_and_acknowledging_it_starts_another(fakes: Fakes) -> None:
+def test_a_process_that_dies_is_a_fault_at_once_and_acknowledging_it_starts_another(fakes):
     fakes.send()
     fakes.started[0].loop._closed = True
     fakes.pass_ms(2)
@@ -229,9 +226,7 @@ def test_a_process_that_dies_is_a_fault_at_once_and_acknowledging_it_starts_anot
     assert (fakes.send(), len(fakes.started)) == (CommandReason.AS_ASKED, 2)
 
 
-def test_a_process_that_hangs_keeps_nobody_waiting_and_is_a_fault(
-    fakes: Fakes, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_process_that_hangs_keeps_nobody_waiting_and_is_a_fault(fakes, monkeypatch):
     assert fakes.send(0.05) is CommandReason.AS_ASKED
     fakes.pass_ms(5)
     monkeypatch.setattr(fakes.servos, "send", lambda _: fakes.pass_ms(1500))
@@ -250,7 +245,7 @@ def test_a_process_that_hangs_keeps_nobody_waiting_and_is_a_fault(
     assert (fakes.started[0].is_alive(), fakes.servos.life) == (False, Life.CLOSED)
 
 
-def test_an_arm_of_another_number_of_joints_is_named(fakes: Fakes) -> None:
+def test_an_arm_of_another_number_of_joints_is_named(fakes):
     with pytest.raises(CommandError, match="the arm has 1 joints"):
         fakes.send(0.0, 0.0)
     fakes.encoder._position_rad = lambda: (0.0, 0.0)
@@ -259,7 +254,7 @@ def test_an_arm_of_another_number_of_joints_is_named(fakes: Fakes) -> None:
         fakes.arm.read()
 
 
-def test_angles_that_are_none_stop_the_arm(fakes: Fakes) -> None:
+def test_angles_that_are_none_stop_the_arm(fakes):
     fakes.send(0.1)
     fakes.encoder._position_rad = lambda: (float("nan"),)
     fakes.pass_ms(5)
@@ -267,13 +262,11 @@ def test_angles_that_are_none_stop_the_arm(fakes: Fakes) -> None:
     assert fakes.servos.send(JointCommand((0.2,))).reason is CommandReason.STOPPED
 
 
-def test_what_waited_while_its_process_stood_still_is_not_made_up_for(
-    fakes: Fakes, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    sent: list[float] = []
+def test_what_waited_while_its_process_stood_still_is_not_made_up_for(fakes, monkeypatch):
+    sent = []
     send = fakes.servos.send
 
-    def noted(command: JointCommand) -> AppliedCommand:
+    def noted(command):
         sent.append(command.position_rad[0])
         fakes.clock.sleep(0.03)
         return send(command)
@@ -285,7 +278,7 @@ def test_what_waited_while_its_process_stood_still_is_not_made_up_for(
     assert sent == [0.01, 0.04]
 
 
-def test_a_dead_arm_is_told_once_whoever_asks_and_soon_over(desk: Desk) -> None:
+def test_a_dead_arm_is_told_once_whoever_asks_and_soon_over(desk):
     begin_ns = desk.clock.now_ns()
     desk.driver.is_dead = True
     # A key, named so that virtual time waits for it, and the loop.
@@ -300,7 +293,7 @@ def test_a_dead_arm_is_told_once_whoever_asks_and_soon_over(desk: Desk) -> None:
     assert seconds_since(desk.clock, begin_ns) < 0.7
 
 
-def test_a_driver_that_hangs_keeps_nobody_waiting(desk: Desk) -> None:
+def test_a_driver_that_hangs_keeps_nobody_waiting(desk):
     desk.driver.hangs = True
     desk.clock.sleep(0.05)
     begin_ns = desk.clock.now_ns()
@@ -309,7 +302,7 @@ def test_a_driver_that_hangs_keeps_nobody_waiting(desk: Desk) -> None:
     assert desk.driver.stops == 0
 
 
-def test_a_stop_does_not_wait_for_the_next_cycle() -> None:
+def test_a_stop_does_not_wait_for_the_next_cycle():
     desk = Desk(divider=14)
     desk.clock.sleep(0.01)
     begin_ns = desk.clock.now_ns()
@@ -320,7 +313,7 @@ def test_a_stop_does_not_wait_for_the_next_cycle() -> None:
     gone(desk.clock)
 
 
-def test_what_is_kept_of_an_arm_is_where_it_came_to_rest_and_not_where_it_swung(tmp_path: Path) -> None:
+def test_what_is_kept_of_an_arm_is_where_it_came_to_rest_and_not_where_it_swung(tmp_path):
     counts = tmp_path / "counts.json"
     bench = test_zebra.Bench(counts_file=str(counts))
     with bench.desk:
@@ -336,8 +329,8 @@ def test_what_is_kept_of_an_arm_is_where_it_came_to_rest_and_not_where_it_swung(
 
 
 @pytest.mark.parametrize("arm", ["zebra", "cia402"])
-def test_a_line_that_goes_dead_under_a_moving_arm_is_over_in_time(arm: str) -> None:
-    bench: Any = test_zebra.Bench() if arm == "zebra" else test_cia402.Bench()
+def test_a_line_that_goes_dead_under_a_moving_arm_is_over_in_time(arm):
+    bench = test_zebra.Bench() if arm == "zebra" else test_cia402.Bench()
     clock, device = bench.clock, bench.arm
     try:
         device.configure()
@@ -363,7 +356,7 @@ def test_a_line_that_goes_dead_under_a_moving_arm_is_over_in_time(arm: str) -> N
         bench.desk.close()
 
 
-def test_the_newest_whole_note_counts() -> None:
+def test_the_newest_whole_note_counts():
     memory = mmap.mmap(-1, ArmMemory.BYTES)
     writer, reader = ArmMemory(memory), ArmMemory(memory)
     assert reader.setpoint.read() is None
@@ -396,7 +389,7 @@ while True:
 """
 
 
-def test_a_time_that_another_process_writes_is_never_read_as_one_that_it_was_not(tmp_path: Path) -> None:
+def test_a_time_that_another_process_writes_is_never_read_as_one_that_it_was_not(tmp_path):
     path = tmp_path / "memory"
     path.write_bytes(bytes(ArmMemory.BYTES))
     with path.open("r+b") as file:

@@ -1,7 +1,5 @@
 """What a rig file gives to python-can, and what comes of interfaces that are not there."""
 
-from typing import Any
-
 import can
 import pytest
 from can.interfaces.virtual import VirtualBus
@@ -14,10 +12,10 @@ from palpate.drivers.can.link import CanFrame, CanLink, open_bus
 from palpate.drivers.errors import SilentError, WiringError
 
 
-def test_the_table_can_goes_to_python_can_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    given: list[dict[str, Any]] = []
+def test_the_table_can_goes_to_python_can_as_it_is(monkeypatch):
+    given = []
 
-    def opened(**options: Any) -> can.BusABC:
+    def opened(**options):
         given.append(options)
         return VirtualBus("any")
 
@@ -30,7 +28,7 @@ def test_the_table_can_goes_to_python_can_as_it_is(monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize("rate", ["fast", 0, -500_000])
-def test_a_bit_rate_must_be_one(rate: object) -> None:
+def test_a_bit_rate_must_be_one(rate):
     for given in ({"bitrate": rate}, {"can": {"bitrate": rate}}):
         with pytest.raises(ConfigurationError, match=rf"bitrate = '?{rate}'? is refused: a whole number"):
             overlay(Cia402Table(), given)
@@ -44,24 +42,22 @@ def test_a_bit_rate_must_be_one(rate: object) -> None:
         ("socketcand", "give python-can what .* .arm.can."),
     ],
 )
-def test_an_interface_that_is_not_there_is_one_line(
-    interface: str, told: str, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_an_interface_that_is_not_there_is_one_line(interface, told, capfd):
     with pytest.raises(WiringError, match=told) as caught:
         open_bus(interface, "0", 1_000_000)
     assert "\n" not in str(caught.value)
     assert capfd.readouterr() == ("", "")
 
 
-def test_whatever_a_back_end_raises_ends_as_one_error() -> None:
+def test_whatever_a_back_end_raises_ends_as_one_error():
     class Strange(can.BusABC):
-        def __init__(self) -> None:
+        def __init__(self):
             super().__init__("any")
 
-        def _recv_internal(self, timeout: float | None) -> Any:
+        def _recv_internal(self, timeout):
             raise NameError("canRead is not defined")
 
-        def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        def send(self, msg, timeout=None):
             raise RuntimeError("icsneo")
 
     bus = Strange()

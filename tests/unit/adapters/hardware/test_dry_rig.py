@@ -1,11 +1,9 @@
 """A dry run's rig: sensors and encoders are read, and no arm is ever commanded."""
 
-from typing import Any
-
 import pytest
 
 from palpate.adapters.config import DeviceEntry, RigFile, RunConfig, SensorFactsTable
-from palpate.adapters.hardware import ArmAdapter, DryRig, RigContext
+from palpate.adapters.hardware import ArmAdapter, DryRig
 from palpate.adapters.hardware import rig as hardware_rig
 from palpate.adapters.hardware.adapter_arm import AdapterArm
 from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
@@ -25,28 +23,26 @@ class NeverTold(FakeArm):
 
     activations = 0
 
-    def _on_activate(self) -> None:
+    def _on_activate(self):
         self.activations += 1
 
-    def send(self, command: JointCommand) -> Any:
+    def send(self, command):
         pytest.fail("was commanded")
 
-    def read(self) -> JointSample:
+    def read(self):
         """Encoders and servos in one object, which must be active to be read."""
         self._require_active("read()")
         return JointSample(HOME, self.clock.now_ns(), self.clock.now_ns(), self.clock.now_ns())
 
 
 @pytest.mark.parametrize("is_one", [False, True])
-def test_arm_gets_no_command_and_power_only_where_it_gives_no_angles_without(
-    monkeypatch: pytest.MonkeyPatch, is_one: bool
-) -> None:
-    made: list[Any] = []
+def test_arm_gets_no_command_and_power_only_where_it_gives_no_angles_without(monkeypatch, is_one):
+    made = []
 
-    def arm(_: object, context: RigContext, *_more: object) -> Any:
+    def arm(_, context, *_more):
         clock = context.clock
         servos = NeverTold(clock, HOME, lower_rad=(-3.0,) * 6, upper_rad=(3.0,) * 6, max_step_rad=0.1)
-        encoder: Any = servos if is_one else FakeJointEncoder(clock, lambda: HOME)
+        encoder = servos if is_one else FakeJointEncoder(clock, lambda: HOME)
         made.extend((servos, encoder))
         return arm_in_thread(AdapterArm(ArmAdapter(encoder, servos), context), clock, TIMEOUT_NS)
 
@@ -64,15 +60,15 @@ def test_arm_gets_no_command_and_power_only_where_it_gives_no_angles_without(
     assert {device.life for device in made} == {Life.CLOSED}
 
 
-def test_arm_on_a_bus_that_listens_gets_no_power_and_no_set_point() -> None:
+def test_arm_on_a_bus_that_listens_gets_no_power_and_no_set_point():
     class Mute(SlowDriver):
-        def enable(self) -> None:
+        def enable(self):
             pytest.fail("got power")
 
-        def preview(self, setpoint_rad: Any, /) -> Any:
+        def preview(self, setpoint_rad, /):
             pytest.fail("was commanded")
 
-        def cycle(self, setpoint_rad: Any = None, /) -> Any:
+        def cycle(self, setpoint_rad=None, /):
             assert setpoint_rad is None
             return super().cycle(None)
 

@@ -17,13 +17,13 @@ _S = 10**9
 _TICK_NS = _S // CONTROL_RATE_HZ
 
 
-def emulated(arm: str, *events: str, **devices: str) -> EmulatedCell:
+def emulated(arm, *events, **devices):
     config = RunConfig(arm=arm)
     ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
     return EmulatedCell(config, ready, EmulationConfig(**devices), events=events)  # type: ignore[arg-type]
 
 
-def test_emulated_drives_are_waited_for_longer_than_real_ones() -> None:
+def test_emulated_drives_are_waited_for_longer_than_real_ones():
     with emulated("zebra-zero", wires="cia402") as cell:
         written = cell.rig_toml()
         assert written.startswith("format = 1\n")
@@ -35,7 +35,7 @@ def test_emulated_drives_are_waited_for_longer_than_real_ones() -> None:
     arm_maker("cia402")(table, RigContext.of("zebra-zero", VirtualTime()))
 
 
-def test_a_wrench_is_as_old_at_any_moment_between_two_ticks_of_the_cell(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wrench_is_as_old_at_any_moment_between_two_ticks_of_the_cell(monkeypatch):
     """Held until the next it was up to one older, by chance: a latency of 20 ms was one of 22.5 between two sets."""
     monkeypatch.setattr(emulated_cell, "_HUM", (0.0,) * 6)
     cell = emulated("zebra-zero", wires="cia402")
@@ -50,7 +50,7 @@ def test_a_wrench_is_as_old_at_any_moment_between_two_ticks_of_the_cell(monkeypa
         assert cell._wrench_source(round((2.0 + share) * _TICK_NS)) == pytest.approx(error - line, abs=1e-6)
 
 
-def test_a_sensor_s_noise_goes_on_where_the_cell_is_held_up() -> None:
+def test_a_sensor_s_noise_goes_on_where_the_cell_is_held_up():
     """Readings that are equal in each digit are those of a sensor that is stuck, and end a run."""
     cell = emulated("zebra-zero", wires="cia402")
     cell.tick(_TICK_NS)
@@ -59,7 +59,7 @@ def test_a_sensor_s_noise_goes_on_where_the_cell_is_held_up() -> None:
     assert len(np.unique(felt[:, 2])) == len(felt)
 
 
-def test_an_event_counts_from_the_start_or_from_the_first_motion() -> None:
+def test_an_event_counts_from_the_start_or_from_the_first_motion():
     names = ("program-end", "cable-pulled")
     from_motion, from_start = (PlannedEvent.of(text, names) for text in ("2s:program-end", "start+3.5s:cable-pulled"))
     assert [from_start.due(5 * _S + late, 5 * _S, 0) for late in (0, 34 * _S // 10, 35 * _S // 10)] == [0, 0, 1]
@@ -69,12 +69,12 @@ def test_an_event_counts_from_the_start_or_from_the_first_motion() -> None:
 
 
 @pytest.mark.parametrize("text", ["12:program-end", "s:program-end", "12s:fire", "-1s:program-end", "12s"])
-def test_what_is_no_event_is_refused(text: str) -> None:
+def test_what_is_no_event_is_refused(text):
     with pytest.raises(ConfigurationError, match="as in 12s:program-end or start\\+12s:program-end, with one of"):
         PlannedEvent.of(text, ("program-end",))
 
 
-def test_a_rig_has_the_events_that_its_devices_can_show() -> None:
+def test_a_rig_has_the_events_that_its_devices_can_show():
     every = {name: emulated("ur5", f"1s:{name}") for name in EVENTS}
     assert list(every) == list(EVENTS)
     with pytest.raises(ConfigurationError, match="one of emergency-stop, cable-pulled, sensor-silent, sensor-cable,"):
@@ -83,8 +83,8 @@ def test_a_rig_has_the_events_that_its_devices_can_show() -> None:
         emulated("ur5", "1s:sensor-silent", force="ur-rtde")
 
 
-def test_events_happen_while_the_cell_lives() -> None:
-    happened: list[str] = []
+def test_events_happen_while_the_cell_lives():
+    happened = []
     made = emulated("ur5", "start+0.05s:protective-stop")
     with made:
         made.run(lambda: bool(happened), lambda truth: None, lambda event: happened.append(event.name))

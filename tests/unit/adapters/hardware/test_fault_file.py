@@ -2,7 +2,6 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -12,16 +11,16 @@ from palpate.core.ports import Acknowledgement
 
 
 @pytest.fixture
-def rig(tmp_path: Path) -> Path:
+def rig(tmp_path):
     return tmp_path / "rig.toml"
 
 
-def faults(rig: Path) -> list[dict[str, Any]]:
-    found: list[dict[str, Any]] = json.loads(Path(f"{rig}.fault.json").read_text())["faults"]
+def faults(rig):
+    found = json.loads(Path(f"{rig}.fault.json").read_text())["faults"]
     return found
 
 
-def tripped(rig: Path, cause: str = "FORCE_LIMIT: force 31.00 N, limit 30 N") -> None:
+def tripped(rig, cause="FORCE_LIMIT: force 31.00 N, limit 30 N"):
     latch = FaultFile(rig)
     latch.begin()
     latch.set(cause)
@@ -29,14 +28,12 @@ def tripped(rig: Path, cause: str = "FORCE_LIMIT: force 31.00 N, limit 30 N") ->
     latch.end()
 
 
-def test_a_new_rig_has_no_fault_and_a_file_before_it_moves(rig: Path) -> None:
+def test_a_new_rig_has_no_fault_and_a_file_before_it_moves(rig):
     FaultFile(rig).begin()
     assert faults(rig) == []
 
 
-def test_a_fault_outlives_its_program_and_names_the_option_to_copy(
-    rig: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_fault_outlives_its_program_and_names_the_option_to_copy(rig, capsys):
     tripped(rig)
     option = '--acknowledge "1 NAME: why"'
     told = capsys.readouterr().err
@@ -48,7 +45,7 @@ def test_a_fault_outlives_its_program_and_names_the_option_to_copy(
     assert str(refused.value).endswith(option)
 
 
-def test_an_acknowledgement_clears_that_fault_only_and_once(rig: Path) -> None:
+def test_an_acknowledgement_clears_that_fault_only_and_once(rig):
     tripped(rig)
     for words in ("2 Ada: fixed", "0 Ada: fixed"):
         with pytest.raises(ConfigurationError, match="the open fault, 1 "):
@@ -70,7 +67,7 @@ def test_an_acknowledgement_clears_that_fault_only_and_once(rig: Path) -> None:
     assert (second["number"], second["by"]) == (2, "")
 
 
-def test_the_acknowledgement_counts_only_once_the_rig_is_open(rig: Path) -> None:
+def test_the_acknowledgement_counts_only_once_the_rig_is_open(rig):
     tripped(rig)
     latch = FaultFile(rig, "1 Ada: fixed")
     assert faults(rig)[0]["by"] == ""
@@ -83,14 +80,14 @@ def test_the_acknowledgement_counts_only_once_the_rig_is_open(rig: Path) -> None
 
 
 @pytest.mark.parametrize("words", ["1", "Ada: fixed", "1 Ada", "1 Ada:", "1 : mended", "1 NAME: why", "1 Ada: why"])
-def test_words_without_a_number_a_name_or_a_reason_are_refused(rig: Path, words: str) -> None:
+def test_words_without_a_number_a_name_or_a_reason_are_refused(rig, words):
     tripped(rig)
     with pytest.raises(ConfigurationError, match='"1 NAME: why", with your name and the reason'):
         FaultFile(rig, words)
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"format": 2, "faults": []}', '{"format": 1, "faults": [{}]}'])
-def test_a_file_that_cannot_be_read_keeps_the_rig_still_and_is_left_alone(rig: Path, content: str) -> None:
+def test_a_file_that_cannot_be_read_keeps_the_rig_still_and_is_left_alone(rig, content):
     path = Path(f"{rig}.fault.json")
     path.write_text(content)
     with pytest.raises(OutputError, match=r"fault\.json: cannot be read .*does not move"):
@@ -98,13 +95,11 @@ def test_a_file_that_cannot_be_read_keeps_the_rig_still_and_is_left_alone(rig: P
     assert path.read_text() == content
 
 
-def test_a_file_that_cannot_be_written_keeps_the_rig_still(
-    rig: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_that_cannot_be_written_keeps_the_rig_still(rig, monkeypatch, capsys):
     tripped(rig)
     before = Path(f"{rig}.fault.json").read_bytes()
 
-    def full(*_: object) -> None:
+    def full(*_):
         raise OSError(28, "No space left on device", "rig.toml.fault.json")
 
     monkeypatch.setattr("palpate.adapters.hardware.fault_file.write_whole", full)
@@ -123,7 +118,7 @@ def test_a_file_that_cannot_be_written_keeps_the_rig_still(
     assert "not kept: No space left" in capsys.readouterr().err.splitlines()[-1]
 
 
-def test_a_fault_that_another_program_met_meanwhile_counts(rig: Path) -> None:
+def test_a_fault_that_another_program_met_meanwhile_counts(rig):
     latch = FaultFile(rig)
     tripped(rig)
     with pytest.raises(FaultLatchedError, match="FORCE_LIMIT"):

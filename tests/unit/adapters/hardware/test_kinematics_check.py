@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 from math import cos, hypot, pi, sin
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -27,16 +25,16 @@ TCP = (0.0, 0.0, 0.17, 0.0, 0.0, 0.0)
 CENTRE = (0.0, 0.0, (0.35 * 0.107142857 + 0.15 * 0.015) / 0.5)
 
 
-def reported(arm: str = "ur5e", q: tuple[float, ...] = HOME, **changes: Any) -> ReportedPose:
+def reported(arm="ur5e", q=HOME, **changes):
     given = {"tool_on_flange": TCP, "payload_kg": 0.5, "payload_centre_m": CENTRE, **changes}
     return ReportedPose(q, tool_pose(arm, q, given["tool_on_flange"]), **given)
 
 
-def context(arm: Any = "ur5e", **changes: Any) -> RigContext:
+def context(arm="ur5e", **changes):
     return replace(RigContext.of(arm, VirtualUr().clock), **changes)
 
 
-def test_the_emulated_controller_reports_a_pose_that_was_computed_by_hand() -> None:
+def test_the_emulated_controller_reports_a_pose_that_was_computed_by_hand():
     # All joints at zero: x = a2 + a3, y = -d4 - d6 and a tool along -y, z = d1 - d5.
     pose = tool_pose("ur10e", (0.0,) * 6, (0.0, 0.0, 0.1, 0.0, 0.0, 0.0))
     assert pose[:3] == pytest.approx((-1.18425, -0.17415 - 0.11655 - 0.1, 0.1807 - 0.11985))
@@ -48,7 +46,7 @@ def test_the_emulated_controller_reports_a_pose_that_was_computed_by_hand() -> N
 
 
 @pytest.mark.parametrize("name", LENGTHS_M)
-def test_every_arm_of_universal_robots_agrees_with_its_controller(name: str) -> None:
+def test_every_arm_of_universal_robots_agrees_with_its_controller(name):
     rng = np.random.default_rng(2)
     for q in rng.uniform(-pi, pi, (20, 6)):
         mm, mrad = disagreement(arm_named(name), reported(name, tuple(q.tolist())))
@@ -56,18 +54,18 @@ def test_every_arm_of_universal_robots_agrees_with_its_controller(name: str) -> 
 
 
 @pytest.mark.parametrize(("model", "real"), [("ur10", "ur5"), ("ur5", "ur5e"), ("ur16e", "ur10e"), ("ur5e", "ur20")])
-def test_the_model_of_another_arm_is_refused_even_where_a_nominal_one_is_accepted(model: str, real: str) -> None:
+def test_the_model_of_another_arm_is_refused_even_where_a_nominal_one_is_accepted(model, real):
     with pytest.raises(ConfigurationError, match=r"the model of this arm; its flange is [0-9.]+ mm") as caught:
         judge_kinematics(context(model, accept_kinematics=True), reported(real))
     assert (caught.value.field, caught.value.value) == ("arm", model)
 
 
-def moved(pose: ReportedPose, mm: float) -> ReportedPose:
+def moved(pose, mm):
     x, *rest = pose.tool_in_base
     return replace(pose, tool_in_base=(x + mm * 1e-3, *rest))
 
 
-def test_a_nominal_model_is_accepted_by_a_person_up_to_ten_millimetres() -> None:
+def test_a_nominal_model_is_accepted_by_a_person_up_to_ten_millimetres():
     with pytest.raises(ConfigurationError, match=r"--accept-kinematics: its nominal model is 9\.0 mm"):
         judge_kinematics(context(), moved(reported(), 9.0))
     accepted = context(accept_kinematics=True)
@@ -78,7 +76,7 @@ def test_a_nominal_model_is_accepted_by_a_person_up_to_ten_millimetres() -> None
         judge_kinematics(accepted, moved(reported(), float("nan")))
 
 
-def test_a_calibrated_model_needs_nobody_and_is_refused_from_one_millimetre_on(tmp_path: Path) -> None:
+def test_a_calibrated_model_needs_nobody_and_is_refused_from_one_millimetre_on(tmp_path):
     arm = replace(arm_named("ur5e"), calibration=calibration(tmp_path / "own.yaml"))
     assert judge_kinematics(context(arm), moved(reported(), 0.9)).startswith("the calibrated model of ur5e is 0.9 mm")
     with pytest.raises(ConfigurationError, match="at most 1 mm and 5 mrad"):
@@ -90,7 +88,7 @@ def test_a_calibrated_model_needs_nobody_and_is_refused_from_one_millimetre_on(t
         judge_kinematics(context(arm), replace(off, tool_on_flange=(0.0,) * 6))
 
 
-def test_the_tool_of_the_job_is_compared_with_what_is_entered_at_the_controller() -> None:
+def test_the_tool_of_the_job_is_compared_with_what_is_entered_at_the_controller():
     told = "payload of the controller and tool agree, and so does its tool centre point"
     assert judge_tool(context(), TOOL, reported()) == told
     assert "it has no tool centre point" in judge_tool(context(), TOOL, reported(tool_on_flange=(0.0,) * 6))
@@ -106,14 +104,14 @@ def test_the_tool_of_the_job_is_compared_with_what_is_entered_at_the_controller(
         ({"payload_centre_m": (0.05, 0.0, 0.08)}, "tool.centre_of_mass_mm", "the payload's centre at (50, 0, 80) mm"),
     ],
 )  # fmt: skip
-def test_another_tool_than_the_controller_has_is_refused(changes: dict[str, Any], field: str, accepted: str) -> None:
+def test_another_tool_than_the_controller_has_is_refused(changes, field, accepted):
     with pytest.raises(ConfigurationError) as caught:
         judge_tool(context(), TOOL, reported(**changes))
     assert caught.value.field == field
     assert accepted in str(caught.value)
 
 
-def test_an_arm_is_compared_before_it_gets_power() -> None:
+def test_an_arm_is_compared_before_it_gets_power():
     stated = {"payload_kg": 0.5, "payload_cog_m": CENTRE, "tcp_offset": TCP}
     link = VirtualUr(arm="ur5e", **stated)
     table = UrTable()
@@ -133,11 +131,11 @@ def test_an_arm_is_compared_before_it_gets_power() -> None:
     ("emulated", "accept", "accepted"), [(False, False, False), (True, False, True), (False, True, True)]
 )
 def test_a_nominal_model_is_accepted_by_the_option_or_on_an_emulated_rig(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, emulated: bool, accept: bool, accepted: bool
-) -> None:
-    made: list[RigContext] = []
+    tmp_path, monkeypatch, emulated, accept, accepted
+):
+    made = []
 
-    def arm(_: object, context: RigContext, *_more: object) -> None:
+    def arm(_, context, *_more):
         made.append(context)
         raise ConfigurationError("arm", "", "no more")
 

@@ -5,8 +5,6 @@ import pty
 import signal
 import termios
 import threading
-from collections.abc import Iterator
-from typing import Any
 
 import pytest
 
@@ -14,23 +12,23 @@ from palpate.adapters.contracts import FakeClock
 from palpate.adapters.hardware.operator_stop import GuardedArm, OperatorStop
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
 from palpate.core.ports.values import CommandReason
-from tests.support.stopped_arm import HERE, StoppedArm, active_arm, nothing_left_behind, wait_for
+from tests.support.stopped_arm import HERE, active_arm, nothing_left_behind, wait_for
 
 
 class Bench:
-    def __init__(self, **settings: Any) -> None:
-        self.arm: StoppedArm = active_arm(FakeClock())
-        self.told: list[str] = []
+    def __init__(self, **settings):
+        self.arm = active_arm(FakeClock())
+        self.told = []
         self.stop = OperatorStop(self.arm, tell=self.told.append, **{"keys": False, **settings})
 
-    def require_stop(self, text: str) -> None:
+    def require_stop(self, text):
         wait_for(lambda: self.told)
         assert (self.told, self.stop.tripped) == ([text], text)
         assert self.arm.send(HERE).reason is CommandReason.STOPPED
 
 
 @pytest.fixture
-def terminal() -> Iterator[tuple[int, int]]:
+def terminal():
     master, slave = pty.openpty()
     yield master, slave
     for fd in (master, slave):
@@ -40,7 +38,7 @@ def terminal() -> Iterator[tuple[int, int]]:
             continue  # the test has closed it
 
 
-def test_a_key(terminal: tuple[int, int]) -> None:
+def test_a_key(terminal):
     master, slave = terminal
     before = termios.tcgetattr(slave)
     bench = Bench(keys=True, terminal_fd=slave)
@@ -56,7 +54,7 @@ def test_a_key(terminal: tuple[int, int]) -> None:
     assert termios.tcgetattr(slave) == before
 
 
-def test_a_terminal_that_goes_away(terminal: tuple[int, int]) -> None:
+def test_a_terminal_that_goes_away(terminal):
     master, slave = terminal
     bench = Bench(keys=True, terminal_fd=slave)
     with bench.stop:
@@ -64,7 +62,7 @@ def test_a_terminal_that_goes_away(terminal: tuple[int, int]) -> None:
         bench.require_stop("key: the terminal is gone")
 
 
-def test_without_a_terminal_there_are_no_keys() -> None:
+def test_without_a_terminal_there_are_no_keys():
     read_fd, write_fd = os.pipe()
     for is_open in (True, False):
         with Bench(keys=True, terminal_fd=read_fd).stop as stop:
@@ -75,7 +73,7 @@ def test_without_a_terminal_there_are_no_keys() -> None:
             os.close(write_fd)
 
 
-def test_the_signal_stops_from_its_handler_again_and_again_and_is_told_once() -> None:
+def test_the_signal_stops_from_its_handler_again_and_again_and_is_told_once():
     before = signal.getsignal(signal.SIGUSR1)
     bench = Bench()
     with nothing_left_behind(), bench.stop:
@@ -87,10 +85,10 @@ def test_the_signal_stops_from_its_handler_again_and_again_and_is_told_once() ->
     assert signal.getsignal(signal.SIGUSR1) is before
 
 
-def test_it_belongs_to_the_main_thread() -> None:
-    refused: list[Exception] = []
+def test_it_belongs_to_the_main_thread():
+    refused = []
 
-    def enter() -> None:
+    def enter():
         try:
             Bench().stop.__enter__()
         except ConfigurationError as error:
@@ -103,7 +101,7 @@ def test_it_belongs_to_the_main_thread() -> None:
     assert "main thread" in str(refused[0])
 
 
-def test_it_latches_until_a_person_acknowledges() -> None:
+def test_it_latches_until_a_person_acknowledges():
     bench = Bench()
     guarded = GuardedArm(bench.arm, bench.stop)
     with bench.stop:
@@ -122,7 +120,7 @@ def test_it_latches_until_a_person_acknowledges() -> None:
         assert guarded.send(HERE).reason is CommandReason.AS_ASKED
 
 
-def test_an_arm_that_cannot_be_told_is_latched_all_the_same() -> None:
+def test_an_arm_that_cannot_be_told_is_latched_all_the_same():
     bench = Bench()
     bench.arm.gone = True
     bench.stop.stop("program: asked for")

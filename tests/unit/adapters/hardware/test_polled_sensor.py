@@ -1,6 +1,5 @@
 """A polled force sensor on a computer that is slower than its readings come."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from typing_extensions import override
@@ -15,16 +14,16 @@ from palpate.drivers.errors import SilentError
 class Busy(PolledSensor):
     """A poll takes longer than a reading: each finds a new one."""
 
-    def __init__(self, clock: FakeClock) -> None:
+    def __init__(self, clock):
         super().__init__()
         self.clock, self.count = clock, 0
 
     @override
-    def silence(self, now_ns: int) -> SilentError:
+    def silence(self, now_ns):
         return SilentError("sensor", "is silent", "wait")
 
     @override
-    def poll(self, now_ns: int) -> Sequence[ForceSample]:
+    def poll(self, now_ns):
         self.clock.sleep_until(now_ns + 6_000_000)
         self.count += 1
         zero = (0.0, 0.0, 0.0)
@@ -32,7 +31,7 @@ class Busy(PolledSensor):
         return [self.latest]
 
     @override
-    def check(self) -> None: ...
+    def check(self): ...
 
 
 @dataclass
@@ -45,14 +44,14 @@ class Sensor(PolledForceSensor[Busy]):
     period_ns = 5_000_000
 
     @override
-    def _connect(self) -> None:
+    def _connect(self):
         self.device = Busy(self._clock)  # type: ignore[arg-type]
 
     @override
-    def _leave(self, device: Busy) -> None: ...
+    def _leave(self, device): ...
 
 
-def test_sensor_whose_readings_come_faster_than_they_are_taken_is_activated() -> None:
+def test_sensor_whose_readings_come_faster_than_they_are_taken_is_activated():
     clock = FakeClock()
     with Sensor("sensor", clock, Table()) as sensor:
         assert clock.now_ns() < 2 * 10**9

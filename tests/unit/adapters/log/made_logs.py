@@ -1,10 +1,7 @@
 """Small logs made for a test: everything in them is said by the test itself."""
 
-from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from io import BytesIO
-from pathlib import Path
-from typing import Any
 
 import pytest
 from mcap.writer import CompressionType, Writer
@@ -19,7 +16,6 @@ from palpate.adapters.log import (
     RawMessage,
     StartRecord,
     TickRecord,
-    TrialLog,
     encode,
 )
 from palpate.adapters.log.container import read_messages
@@ -33,7 +29,7 @@ POSTURE = (0.0, 1.0752755, -1.4561609, 0.0, 0.6101755, 0.0)
 """The zebra-zero above its goal."""
 
 
-def start(**changes: Any) -> StartRecord:
+def start(**changes):
     """What a trial of the paper's scenario starts with."""
     record = StartRecord(
         schema=SCHEMA, command="train", config_toml=to_toml(scenario("paper")), arm="zebra-zero", model_sha256="",
@@ -48,7 +44,7 @@ STARTING = start()
 ENDING = EndRecord(tick=39, outcome="inserted", exploration_time_s=0.5, actions=2, ticks=40, success=True)
 
 
-def tick(number: int, **changes: Any) -> TickRecord:
+def tick(number, **changes):
     """A whole tick; the numbers in it tell its own number."""
     now = number * PERIOD_NS
     record = TickRecord(
@@ -63,7 +59,7 @@ def tick(number: int, **changes: Any) -> TickRecord:
     return replace(record, **changes)
 
 
-def messages_of(records: Iterable[Any]) -> list[RawMessage]:
+def messages_of(records):
     """The messages of records, each at the time of its tick."""
     return [
         RawMessage(BY_RECORD[type(each)].id, max(getattr(each, "tick", 0), 0) * PERIOD_NS, encode(each), number)
@@ -71,9 +67,9 @@ def messages_of(records: Iterable[Any]) -> list[RawMessage]:
     ]
 
 
-def messages(ticks: int = 40, begin: StartRecord | None = STARTING, end: EndRecord | None = ENDING) -> list[RawMessage]:
+def messages(ticks=40, begin=STARTING, end=ENDING):
     """Those of one trial: ticks with a decision after every 14, an event, and its end."""
-    records: list[Any] = [] if begin is None else [begin]
+    records = [] if begin is None else [begin]
     for number in range(ticks):
         records.append(tick(number))
         if number % 14 == 13:
@@ -83,7 +79,7 @@ def messages(ticks: int = 40, begin: StartRecord | None = STARTING, end: EndReco
     return messages_of([*records, end] if end is not None else records)
 
 
-def log_bytes(content: Sequence[RawMessage] | None = None) -> bytes:
+def log_bytes(content=None):
     """A log as our recorder writes it, but for the numbers of messages, which are as given."""
     stream, left = BytesIO(), list(messages() if content is None else content)
     log = LogFile(stream, {"schema": SCHEMA})
@@ -94,15 +90,15 @@ def log_bytes(content: Sequence[RawMessage] | None = None) -> bytes:
 
 
 def write_log(
-    path: Path,
-    ticks: Sequence[TickRecord],
+    path,
+    ticks,
     *,
-    begin: StartRecord | None = None,
-    others: Sequence[Any] = (),
-    end: EndRecord | None = None,
-) -> Path:
+    begin=None,
+    others=(),
+    end=None,
+):
     """A sound log with these messages; those besides the ticks come when their tick does."""
-    records: list[Any] = [begin or STARTING]
+    records = [begin or STARTING]
     left = sorted(others, key=lambda entry: entry.tick)
     for record in ticks:
         records.append(record)
@@ -112,11 +108,11 @@ def write_log(
     return path
 
 
-def rewritten(content: Sequence[RawMessage] | None = None, *, foreign: bool = False, **settings: Any) -> bytes:
+def rewritten(content=None, *, foreign=False, **settings):
     """The same messages as another tool would write them: channels numbered otherwise, one more in between."""
     stream = BytesIO()
     options = {"compression": CompressionType.ZSTD} | settings
-    writer: Any = Writer(stream, **options)
+    writer = Writer(stream, **options)
     writer.start(profile="other", library="other tool")
     note = writer.register_schema("Note", "jsonschema", b"{}")
     channels = {0: writer.register_channel("/note", "json", note)}
@@ -132,14 +128,14 @@ def rewritten(content: Sequence[RawMessage] | None = None, *, foreign: bool = Fa
     return stream.getvalue()
 
 
-def read(data: bytes) -> TrialLog:
+def read(data):
     """As :func:`read_log` reads a file, its ticks too."""
     log = assemble("x.mcap", data, *read_messages("x.mcap", data))
     list(log.records())
     return log
 
 
-def complaint(data: bytes) -> str:
+def complaint(data):
     """What reading it is refused with."""
     with pytest.raises(LogError) as caught:
         read(data)

@@ -6,8 +6,6 @@ from contextlib import suppress
 from dataclasses import replace
 from io import BytesIO
 from itertools import pairwise
-from pathlib import Path
-from typing import Any
 
 import pytest
 from hypothesis import given
@@ -47,7 +45,7 @@ DATA = log_bytes(CONTENT)
 SMALL = messages(6)
 
 
-def kept(data: bytes) -> int:
+def kept(data):
     """How many messages are read of a damaged log; each must be as it was. -1 for a log that is refused."""
     try:
         log = read(data)
@@ -62,7 +60,7 @@ def kept(data: bytes) -> int:
     return count
 
 
-def test_sound_log_reads_as_it_was_recorded(tmp_path: Path) -> None:
+def test_sound_log_reads_as_it_was_recorded(tmp_path):
     path = tmp_path / "a.mcap"
     path.write_bytes(log_bytes())
     log = read_log(path)
@@ -74,7 +72,7 @@ def test_sound_log_reads_as_it_was_recorded(tmp_path: Path) -> None:
     assert log_bytes() == log_bytes()
 
 
-def test_other_tools_see_topics_metadata_and_times() -> None:
+def test_other_tools_see_topics_metadata_and_times():
     reader = make_reader(BytesIO(log_bytes()), validate_crcs=True)
     summary = reader.get_summary()
     assert summary is not None
@@ -87,7 +85,7 @@ def test_other_tools_see_topics_metadata_and_times() -> None:
     assert [message.log_time for _, _, message in found] == expected
 
 
-def test_messages_lie_in_chunks_with_checksums() -> None:
+def test_messages_lie_in_chunks_with_checksums():
     records = list(StreamReader(BytesIO(log_bytes()), emit_chunks=True, validate_crcs=True).records)
     chunks = [record for record in records if isinstance(record, Chunk)]
     assert len(chunks) == -(-len(messages()) // 14)
@@ -95,7 +93,7 @@ def test_messages_lie_in_chunks_with_checksums() -> None:
     assert all(before.message_end_time <= after.message_start_time for before, after in pairwise(chunks))
 
 
-def test_log_without_its_end_holds_all_that_was_added() -> None:
+def test_log_without_its_end_holds_all_that_was_added():
     stream = BytesIO()
     log = LogFile(stream, {})
     for number, message in enumerate(messages(), start=1):
@@ -106,18 +104,18 @@ def test_log_without_its_end_holds_all_that_was_added() -> None:
 
 
 @pytest.mark.parametrize("path", [None, "a\0b", "none.mcap", "/"])
-def test_name_that_leads_to_no_file_is_refused(path: Any) -> None:
+def test_name_that_leads_to_no_file_is_refused(path):
     with pytest.raises(LogError, match=r"cannot be read|is no file"):
         read_log(path)
 
 
-def test_all_complete_chunks_of_a_cut_log_are_kept() -> None:
+def test_all_complete_chunks_of_a_cut_log_are_kept():
     counts = [kept(DATA[:length]) for length in range(0, len(DATA), 23)]
     assert counts == sorted(counts)
     assert set(counts) == {-1, *range(14, len(CONTENT), 14), len(CONTENT)}
 
 
-def test_any_flipped_bit_is_found() -> None:
+def test_any_flipped_bit_is_found():
     counts = set()
     for bit in random.Random(1).sample(range(8 * len(DATA)), 1000):
         broken = bytearray(DATA)
@@ -127,13 +125,13 @@ def test_any_flipped_bit_is_found() -> None:
 
 
 @given(st.binary(max_size=300))
-def test_any_other_bytes_are_refused(noise: bytes) -> None:
+def test_any_other_bytes_are_refused(noise):
     for data in (noise, MCAP0_MAGIC + noise, MCAP0_MAGIC + noise + MCAP0_MAGIC):
         with pytest.raises(LogError):
             read(data)
 
 
-def chunk_at(number: int) -> int:
+def chunk_at(number):
     """Where a chunk of the log begins."""
     at = len(MCAP0_MAGIC)
     for _ in range(1000):
@@ -147,13 +145,13 @@ def chunk_at(number: int) -> int:
 
 
 @pytest.mark.parametrize("kind", range(16))
-def test_chunk_that_looks_like_something_else_ends_what_is_kept(kind: int) -> None:
+def test_chunk_that_looks_like_something_else_ends_what_is_kept(kind):
     broken = bytearray(DATA)
     broken[chunk_at(2)] = kind if kind != Opcode.CHUNK else 0x86
     assert kept(bytes(broken)) in (28, 28 + len(CONTENT[42:]))
 
 
-def test_damage_is_named() -> None:
+def test_damage_is_named():
     broken = bytearray(DATA)
     broken[chunk_at(1) + 80] ^= 1
     assert read(bytes(broken)).damage.startswith("offset ")
@@ -164,7 +162,7 @@ def test_damage_is_named() -> None:
     assert "bytes follow the end of the log" in read(DATA + b"x").damage
 
 
-def test_false_size_of_a_chunk_is_refused() -> None:
+def test_false_size_of_a_chunk_is_refused():
     for claimed in (3, 2**40):
         head = struct.pack("<QQQII", 0, 0, claimed, 0, 4) + b"zstd" + struct.pack("<Q", 3) + b"abc"
         assert "can be read" in complaint(MCAP0_MAGIC + struct.pack("<BQ", Opcode.CHUNK, len(head)) + head)
@@ -191,11 +189,11 @@ def test_false_size_of_a_chunk_is_refused() -> None:
     ],
     ids=lambda value: value[:40] if isinstance(value, str) else "",
 )
-def test_file_that_is_no_log_of_one_trial_is_refused(data: bytes, expected: str) -> None:
+def test_file_that_is_no_log_of_one_trial_is_refused(data, expected):
     assert expected in complaint(data)
 
 
-REWRITINGS: list[dict[str, Any]] = [
+REWRITINGS = [
     {},
     {"compression": CompressionType.LZ4},
     {"compression": CompressionType.NONE},
@@ -208,12 +206,12 @@ REWRITINGS: list[dict[str, Any]] = [
 
 
 @pytest.mark.parametrize("settings", REWRITINGS, ids=str)
-def test_log_that_another_tool_has_rewritten_reads_the_same(settings: dict[str, Any]) -> None:
+def test_log_that_another_tool_has_rewritten_reads_the_same(settings):
     ours, theirs = read(log_bytes()), read(rewritten(**settings))
     assert replace(theirs, size_bytes=0) == replace(ours, size_bytes=0)
 
 
-def test_bits_flipped_under_valid_checksums_raise_nothing_else() -> None:
+def test_bits_flipped_under_valid_checksums_raise_nothing_else():
     # As a program with an error would write it: what checksums cannot tell, the decoding must.
     chance = random.Random(3)
     for _ in range(500):
@@ -227,18 +225,18 @@ def test_bits_flipped_under_valid_checksums_raise_nothing_else() -> None:
             read(log_bytes(content))
 
 
-def test_log_sorted_by_topic_is_put_in_order_again() -> None:
+def test_log_sorted_by_topic_is_put_in_order_again():
     by_topic = sorted(messages(), key=lambda message: message.channel)
     for data in (log_bytes(by_topic), rewritten(by_topic)):
         assert replace(read(data), size_bytes=0) == replace(read(log_bytes()), size_bytes=0)
 
 
-def test_log_of_a_tool_that_writes_no_numbers_is_read_as_it_lies() -> None:
+def test_log_of_a_tool_that_writes_no_numbers_is_read_as_it_lies():
     bare = [message._replace(sequence=0) for message in messages()]
     assert replace(read(rewritten(bare)), size_bytes=0) == replace(read(log_bytes()), size_bytes=0)
 
 
-def test_missing_message_is_named_with_its_tick() -> None:
+def test_missing_message_is_named_with_its_tick():
     content = messages()
     gone = [place for place, message in enumerate(content) if message.channel == DECISION.id]
     log = read(log_bytes(content[: gone[0]] + content[gone[0] + 1 :]))
@@ -248,11 +246,11 @@ def test_missing_message_is_named_with_its_tick() -> None:
     assert len(log.ticks) == 40
 
 
-def test_messages_of_other_tools_in_between_are_passed_over() -> None:
+def test_messages_of_other_tools_in_between_are_passed_over():
     content = [*SMALL[:3], RawMessage(EVENT.id, 0, encode(EventEntry(tick=2, name="note"))), *SMALL[3:]]
     assert read(rewritten(content)).events[0].name == "note"
 
 
-def test_learner_is_empty_where_nothing_learns() -> None:
+def test_learner_is_empty_where_nothing_learns():
     assert learner_of_json("") is None
     assert learner_of_json('{"a": 1}') == {"a": 1}

@@ -5,7 +5,6 @@ import json
 import math
 import struct
 import tomllib
-from pathlib import Path
 
 import pytest
 
@@ -21,16 +20,16 @@ from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, w
 AWKWARD = (0.1 + 0.2, -0.0, 5e-324, 1.7976931348623157e308, math.pi, 1 / 3)
 
 
-def rows(path: Path) -> list[dict[str, str]]:
+def rows(path):
     with path.open(newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
 
 
-def bits(value: float) -> bytes:
+def bits(value):
     return struct.pack("<d", value)
 
 
-def test_every_number_reads_back_to_the_bit(tmp_path: Path) -> None:
+def test_every_number_reads_back_to_the_bit(tmp_path):
     wrench = WrenchSample(AWKWARD[:3], AWKWARD[3:], 2**62 + 1, 2**62 + 3, 2**53 + 1)  # type: ignore[arg-type]
     first = tick(0, wrench=wrench, asked_rad=AWKWARD, applied=AppliedCommand(AWKWARD[::-1], CommandReason.STOPPED))
     out = tmp_path / "out"
@@ -51,7 +50,7 @@ def test_every_number_reads_back_to_the_bit(tmp_path: Path) -> None:
     assert float(second["joints_position_rad_2"]) == POSTURE[1] + 1e-4
 
 
-def test_what_was_not_there_is_an_empty_cell(tmp_path: Path) -> None:
+def test_what_was_not_there_is_an_empty_cell(tmp_path):
     nan = WrenchSample((math.nan, math.inf, 0.0), (0.0, 0.0, 0.0), 0, 0, 0, Validity.INVALID)
     export_csv(
         [write_log(tmp_path / "a.mcap", [tick(0, wrench=nan), tick(1, wrench=None, asked_rad=None, applied=None)])],
@@ -66,7 +65,7 @@ def test_what_was_not_there_is_an_empty_cell(tmp_path: Path) -> None:
     assert not empty & {"tick", "time_ns", "joints_position_rad_1", "joints_validity"}
 
 
-def test_everything_else_of_a_trial(tmp_path: Path) -> None:
+def test_everything_else_of_a_trial(tmp_path):
     others = [
         DecisionEntry(
             tick=1, number=0, symbol="x+ y0", state='a "b", c', action="-x", source="learned", temperature=4.5
@@ -103,12 +102,12 @@ def test_everything_else_of_a_trial(tmp_path: Path) -> None:
     assert (ended["outcome"], ended["learner"], ended["depth_m"]) == ("inserted", {"q": [1]}, None)
 
 
-def test_a_log_without_an_end(tmp_path: Path) -> None:
+def test_a_log_without_an_end(tmp_path):
     export_csv([write_log(tmp_path / "a.mcap", [tick(0)])], tmp_path / "out")
     assert not (tmp_path / "out" / "end.json").exists()
 
 
-def test_several_logs_get_a_folder_each(tmp_path: Path) -> None:
+def test_several_logs_get_a_folder_each(tmp_path):
     paths = []
     for folder in ("one", "two"):
         (tmp_path / folder).mkdir()
@@ -120,7 +119,7 @@ def test_several_logs_get_a_folder_each(tmp_path: Path) -> None:
     assert [json.loads((f / "start.json").read_text())["trial"] for f in folders] == [0, 1]
 
 
-def test_files_folders_and_patterns_once_each(tmp_path: Path) -> None:
+def test_files_folders_and_patterns_once_each(tmp_path):
     for name in ("b.mcap", "a.mcap", "deep/c.mcap", "notes.txt", "d.mcap.cut-short-1"):
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)
@@ -131,7 +130,7 @@ def test_files_folders_and_patterns_once_each(tmp_path: Path) -> None:
     assert len(find_logs([str(tmp_path / "notes.txt")])) == 1
 
 
-def test_calls_that_are_none_are_refused(tmp_path: Path) -> None:
+def test_calls_that_are_none_are_refused(tmp_path):
     with pytest.raises(ConfigurationError, match="jobs = 0 is refused: a whole number from 1 to 1024"):
         next(replay_files([], WhatIf(), 0))
     with pytest.raises(LogError, match="nowhere: is not there"):

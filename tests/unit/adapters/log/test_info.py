@@ -2,12 +2,10 @@
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
 from palpate.adapters.log import CallEntry, EndRecord, EventEntry, LossEntry, describe, finite, info_of, read_log, table
-from palpate.adapters.log.info import LogInfo
 from palpate.core.errors import LogError
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
 from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log
@@ -15,11 +13,11 @@ from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, w
 MS = 1_000_000
 
 
-def info(path: Path, *words: object, **more: object) -> LogInfo:
+def info(path, *words, **more):
     return info_of(read_log(write_log(path / "a.mcap", *words, **more)))  # type: ignore[arg-type]
 
 
-def test_page_of_a_whole_trial(tmp_path: Path) -> None:
+def test_page_of_a_whole_trial(tmp_path):
     end = EndRecord(tick=140, outcome="inserted", ticks=141, success=True, exploration_time_s=0.5, depth_m=0.01)
     found = info(tmp_path, [tick(k) for k in range(141)], end=end)
     assert found.what["arm"] == "zebra-zero"
@@ -42,7 +40,7 @@ def test_page_of_a_whole_trial(tmp_path: Path) -> None:
     assert "missing ticks  none" in page
 
 
-def test_missing_ticks_are_counted_and_do_not_lower_the_rate(tmp_path: Path) -> None:
+def test_missing_ticks_are_counted_and_do_not_lower_the_rate(tmp_path):
     numbers = [*range(2, 50), *range(60, 101)]
     found = info(tmp_path, [tick(k) for k in numbers], end=EndRecord(tick=104, ticks=105))
     assert found.ticks.gaps == ((0, 1), (50, 59), (101, 104))
@@ -52,14 +50,14 @@ def test_missing_ticks_are_counted_and_do_not_lower_the_rate(tmp_path: Path) -> 
     assert "16: 0 to 1, 50 to 59, 101 to 104" in describe(found)
 
 
-def test_log_that_is_cut_short_lacks_no_tick_that_anyone_knows_of(tmp_path: Path) -> None:
+def test_log_that_is_cut_short_lacks_no_tick_that_anyone_knows_of(tmp_path):
     found = info(tmp_path, [tick(k) for k in range(5)])
     assert found.ticks.missing == 0
     assert found.end is None
     assert "the log ends before the trial did" in describe(found)
 
 
-def test_late_ticks_are_counted(tmp_path: Path) -> None:
+def test_late_ticks_are_counted(tmp_path):
     late = tick(3, time_ns=3 * PERIOD_NS + 2 * MS)
     nearly = tick(5, time_ns=5 * PERIOD_NS + MS)
     found = info(tmp_path, [tick(0), tick(1), tick(2), late, tick(4), nearly])
@@ -68,8 +66,8 @@ def test_late_ticks_are_counted(tmp_path: Path) -> None:
     assert found.ticks.interval.max_s == pytest.approx(PERIOD_NS * 1e-9 + 0.002)
 
 
-def test_sensor_slower_than_the_loop_gives_repeats(tmp_path: Path) -> None:
-    def held(k: int) -> WrenchSample:
+def test_sensor_slower_than_the_loop_gives_repeats(tmp_path):
+    def held(k):
         old = k // 2 * 2
         return WrenchSample((0, 0, 0), (0, 0, 0), old * PERIOD_NS - MS, k * PERIOD_NS, old)
 
@@ -84,8 +82,8 @@ def test_sensor_slower_than_the_loop_gives_repeats(tmp_path: Path) -> None:
     assert found.delivery.max_s == pytest.approx(0.001 + PERIOD_NS * 1e-9)
 
 
-def test_samples_are_counted_by_validity(tmp_path: Path) -> None:
-    def marked(k: int, validity: Validity) -> WrenchSample:
+def test_samples_are_counted_by_validity(tmp_path):
+    def marked(k, validity):
         return replace(tick(k).wrench, validity=validity)  # type: ignore[type-var]
 
     nan = JointSample((math.nan,) * 6, 0, 0, 9, Validity.INVALID)
@@ -96,7 +94,7 @@ def test_samples_are_counted_by_validity(tmp_path: Path) -> None:
     assert "force sensor: 1 saturated, 1 stale; encoders: 1 invalid" in describe(found)
 
 
-def test_altered_commands_are_counted(tmp_path: Path) -> None:
+def test_altered_commands_are_counted(tmp_path):
     limited = AppliedCommand(POSTURE, CommandReason.VELOCITY_LIMIT)
     stopped = AppliedCommand(POSTURE, CommandReason.STOPPED)
     ticks = [tick(0), tick(1, applied=limited), tick(2, applied=limited), tick(3, applied=stopped)]
@@ -105,14 +103,14 @@ def test_altered_commands_are_counted(tmp_path: Path) -> None:
     assert "2 joint velocity limit" in describe(found)
 
 
-def test_incomplete_ticks_are_counted(tmp_path: Path) -> None:
+def test_incomplete_ticks_are_counted(tmp_path):
     found = info(tmp_path, [tick(0), tick(1, applied=None, asked_rad=None), tick(2, time_ns=None, wrench=None)])
     assert found.ticks.incomplete == 2
     assert (found.force_sensor.samples, found.joint_encoder.samples) == (2, 3)
     assert found.ticks.duration_s == pytest.approx(PERIOD_NS * 1e-9)
 
 
-def test_errors_stops_and_losses_are_listed(tmp_path: Path) -> None:
+def test_errors_stops_and_losses_are_listed(tmp_path):
     others = [
         CallEntry(tick=1, port="force_sensor", call="read", error="DeviceError", text="cable\nout"),
         CallEntry(tick=1, port="arm", call="stop"),
@@ -129,7 +127,7 @@ def test_errors_stops_and_losses_are_listed(tmp_path: Path) -> None:
     assert "ended by DeviceError" in page
 
 
-def test_log_without_any_tick_has_no_rates(tmp_path: Path) -> None:
+def test_log_without_any_tick_has_no_rates(tmp_path):
     found = info(tmp_path, [], end=EndRecord(tick=-1, error="DeviceError", text="no arm"))
     assert (found.ticks.count, found.ticks.duration_s, found.ticks.rate_Hz) == (0, 0.0, None)
     assert found.bytes_per_minute is None
@@ -138,7 +136,7 @@ def test_log_without_any_tick_has_no_rates(tmp_path: Path) -> None:
     assert len(table([found]).splitlines()) == 2
 
 
-def test_what_if_is_said_to_be_one(tmp_path: Path) -> None:
+def test_what_if_is_said_to_be_one(tmp_path):
     found = info(tmp_path, [tick(0), tick(1, counterfactual=True)], begin=start(derived_from="x.mcap"))
     assert found.what["what_if"] is True
     assert found.ticks.counterfactual == 1
@@ -151,12 +149,12 @@ def test_what_if_is_said_to_be_one(tmp_path: Path) -> None:
     [({"versions_json": "{"}, "start.versions_json"), ({"versions_json": "[]"}, "start.versions_json"),
      ({"config_toml": "a = ["}, "start.config_toml")],
 )  # fmt: skip
-def test_malformed_text_is_refused(tmp_path: Path, changes: dict[str, str], where: str) -> None:
+def test_malformed_text_is_refused(tmp_path, changes, where):
     with pytest.raises(LogError, match=where):
         info(tmp_path, [tick(0)], begin=start(**changes))
 
 
-def test_number_that_json_does_not_know_is_null() -> None:
+def test_number_that_json_does_not_know_is_null():
     assert finite({"a": [math.nan, 1.0, (math.inf,)], "b": "nan"}) == {"a": [None, 1.0, [None]], "b": "nan"}
 
 
@@ -168,9 +166,7 @@ def test_number_that_json_does_not_know_is_null() -> None:
         ("sensor fault", ["end"], "sensor fault", "force sample stale, joint sample valid"),
     ],
 )
-def test_trip_or_sensor_fault_is_shown_with_its_reason(
-    tmp_path: Path, outcome: str, events: list[str], reason: str, text: str
-) -> None:
+def test_trip_or_sensor_fault_is_shown_with_its_reason(tmp_path, outcome, events, reason, text):
     entries = [EventEntry(tick=4, name=name, detail=f"{reason}: {text}") for name in events]
     found = info(tmp_path, [tick(k) for k in range(10)], others=entries, end=EndRecord(tick=9, outcome=outcome))
     assert found.trip == {"tick": 4, "reason": reason, "text": text}

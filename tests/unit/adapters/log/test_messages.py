@@ -5,7 +5,6 @@ import types
 import typing
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
@@ -21,7 +20,6 @@ from palpate.adapters.log.schema import (
     PACKAGE,
     REASONS,
     VALIDITIES,
-    ChannelKind,
     descriptor_set,
     message_class,
 )
@@ -32,7 +30,7 @@ WHOLE = st.integers(-(2**63), 2**63 - 1)
 VECTORS = st.lists(st.floats(), min_size=1, max_size=9).map(tuple)
 FINITE = st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1, max_size=7).map(tuple)
 THREE = st.tuples(*[st.floats()] * 3)
-VALUES: dict[Any, st.SearchStrategy[Any]] = {
+VALUES = {
     int: WHOLE,
     float: st.floats(),
     str: st.text(),
@@ -45,7 +43,7 @@ VALUES: dict[Any, st.SearchStrategy[Any]] = {
 }
 
 
-def values_of(hint: Any) -> st.SearchStrategy[Any]:
+def values_of(hint):
     """Any value of a field's type."""
     if isinstance(hint, types.UnionType):
         return st.one_of(*map(values_of, typing.get_args(hint)))
@@ -54,27 +52,27 @@ def values_of(hint: Any) -> st.SearchStrategy[Any]:
     return VECTORS if typing.get_origin(hint) is tuple else VALUES[hint]
 
 
-def records_of(kind: Any) -> st.SearchStrategy[Any]:
+def records_of(kind):
     hints = typing.get_type_hints(kind)
     return st.builds(kind, **{field.name: values_of(hints[field.name]) for field in dataclasses.fields(kind)})
 
 
 @pytest.mark.parametrize("kind", CHANNELS, ids=lambda kind: kind.message)
 @given(data=st.data())
-def test_every_bit_of_a_record_comes_back(kind: ChannelKind, data: st.DataObject) -> None:
+def test_every_bit_of_a_record_comes_back(kind, data):
     record = data.draw(records_of(kind.record))
     # Which tells -0.0 from 0.0, and takes a NaN for itself.
     assert repr(decode(kind.record, encode(record))) == repr(record)
 
 
 @pytest.mark.parametrize("kind", CHANNELS, ids=lambda kind: kind.message)
-def test_record_without_a_required_field_is_refused(kind: ChannelKind) -> None:
+def test_record_without_a_required_field_is_refused(kind):
     for field in dataclasses.fields(kind.record):
         if field.default is dataclasses.MISSING:
-            made: Any = message_class(kind.message).FromString(b"")
+            made = message_class(kind.message).FromString(b"")
             for other in dataclasses.fields(kind.record):
                 if other.default is dataclasses.MISSING and other.name != field.name:
-                    value: Any = {int: 1, str: "x", float: 1.0}.get(typing.get_type_hints(kind.record)[other.name])
+                    value = {int: 1, str: "x", float: 1.0}.get(typing.get_type_hints(kind.record)[other.name])
                     if value is None:
                         getattr(made, other.name).append(1.0)
                     else:
@@ -84,21 +82,21 @@ def test_record_without_a_required_field_is_refused(kind: ChannelKind) -> None:
 
 
 @pytest.mark.parametrize("field", ["validity", "kind"])
-def test_sample_that_does_not_say_how_far_to_trust_it_is_refused(field: str) -> None:
-    made: Any = message_class("Tick").FromString(encode(tick(3)))
+def test_sample_that_does_not_say_how_far_to_trust_it_is_refused(field):
+    made = message_class("Tick").FromString(encode(tick(3)))
     made.wrench.ClearField(field)
     with pytest.raises(ValueError, match="is missing, or unknown"):
         decode(TickRecord, made.SerializeToString())
 
 
-def test_applied_command_without_its_reason_is_refused() -> None:
-    made: Any = message_class("Tick").FromString(encode(tick(3)))
+def test_applied_command_without_its_reason_is_refused():
+    made = message_class("Tick").FromString(encode(tick(3)))
     made.ClearField("reason")
     with pytest.raises(ValueError, match="reason is missing, or unknown"):
         decode(TickRecord, made.SerializeToString())
 
 
-def test_other_bytes_are_refused() -> None:
+def test_other_bytes_are_refused():
     for kind in (EndRecord, CallEntry):
         with pytest.raises(DecodeError):
             decode(kind, b"\xff\xff\xff")
@@ -107,7 +105,7 @@ def test_other_bytes_are_refused() -> None:
         decode(EventEntry, encode(EventEntry(tick=0, name="a")) + b"\x1a\x01\xff")
 
 
-def test_field_of_another_version_is_passed_over() -> None:
+def test_field_of_another_version_is_passed_over():
     payload = encode(EventEntry(tick=1, name="hole")) + b"\xfa\x06\x01x"
     assert decode(EventEntry, payload) == EventEntry(tick=1, name="hole")
     # A call's sample, which is written no more.
@@ -115,7 +113,7 @@ def test_field_of_another_version_is_passed_over() -> None:
     assert decode(CallEntry, encode(call) + b"\x2a\x00") == call
 
 
-def foreign_class(message: str) -> Any:
+def foreign_class(message):
     """The message as a stranger makes it of what lies in the file."""
     files = descriptor_pb2.FileDescriptorSet.FromString(descriptor_set(message))
     pool = descriptor_pool.DescriptorPool()
@@ -124,7 +122,7 @@ def foreign_class(message: str) -> Any:
     return message_factory.GetMessageClass(pool.FindMessageTypeByName(f"{PACKAGE}.{message}"))
 
 
-def test_tick_is_read_with_the_file_alone() -> None:
+def test_tick_is_read_with_the_file_alone():
     made = foreign_class("Tick").FromString(encode(tick(5)))
     assert made.tick == 5
     assert made.wrench.force_N[2] == 3.0
@@ -136,7 +134,7 @@ def test_tick_is_read_with_the_file_alone() -> None:
     ("kind", "members", "every"),
     [("Validity", VALIDITIES, Validity), ("Kind", KINDS, WrenchKind), ("Reason", REASONS, CommandReason)],
 )
-def test_enumerations_have_the_members_of_the_ports(kind: str, members: tuple[Any, ...], every: Any) -> None:
+def test_enumerations_have_the_members_of_the_ports(kind, members, every):
     values = log_pb2.DESCRIPTOR.enum_types_by_name[kind].values_by_number
     assert {number: value.name for number, value in values.items()} == {
         number: f"{kind.upper()}_{member.name}" for number, member in enumerate(members)
@@ -144,8 +142,8 @@ def test_enumerations_have_the_members_of_the_ports(kind: str, members: tuple[An
     assert set(members) == set(every)
 
 
-def test_generated_module_is_that_of_the_proto_file(tmp_path: Path) -> None:
-    protoc: Any = pytest.importorskip("grpc_tools.protoc")
+def test_generated_module_is_that_of_the_proto_file(tmp_path):
+    protoc = pytest.importorskip("grpc_tools.protoc")
     source = Path(str(log_pb2.__file__)).with_name("log.proto")
     root = source.parents[3]
     name = source.relative_to(root).as_posix()
@@ -161,7 +159,7 @@ def test_generated_module_is_that_of_the_proto_file(tmp_path: Path) -> None:
     assert made.file[0] == ours
 
 
-def test_numbers_of_fields_never_change() -> None:
+def test_numbers_of_fields_never_change():
     # Bytes as they lie in logs that exist.
     event = decode(EventEntry, bytes.fromhex("0905000000000000001204686f6c651a0161"))
     assert event == EventEntry(tick=5, name="hole", detail="a")
@@ -170,5 +168,5 @@ def test_numbers_of_fields_never_change() -> None:
 
 
 @pytest.mark.parametrize(("index", "number"), [(0, 0), (349, 349), (500_000, 0), (500_003, 3)])
-def test_trial_is_numbered_as_its_file_and_the_tables_of_its_run(index: int, number: int) -> None:
+def test_trial_is_numbered_as_its_file_and_the_tables_of_its_run(index, number):
     assert replace(STARTING, trial=index).number == number

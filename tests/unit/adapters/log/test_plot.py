@@ -3,18 +3,15 @@
 import math
 import struct
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from palpate.adapters.config.compose import scenario
 from palpate.adapters.log.plot import timeline
-from palpate.adapters.log.reader import TrialLog, read_log
-from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry, TickRecord
+from palpate.adapters.log.reader import read_log
+from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry
 from palpate.adapters.log.series import series_of, tare_of
 from palpate.core.errors import LogError
 from palpate.core.motion import Kinematics, arm_named
@@ -26,47 +23,47 @@ from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, w
 TARE = EventEntry(tick=20, name="tare", detail="0.5 -1 2.5 N, 0.01 0.02 -3e-05 N m, sensor frame")
 
 
-def log(path: Path, ticks: list[TickRecord], **more: Any) -> TrialLog:
+def log(path, ticks, **more):
     return read_log(write_log(path / "a.mcap", ticks, **more))
 
 
 class Drawn:
     """What was drawn last: panels by the beginning of their label."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def __init__(self, monkeypatch):
         save = Figure.savefig
 
-        def keep(figure: Figure, *words: Any, **more: Any) -> None:
+        def keep(figure, *words, **more):
             self.figure = figure
             save(figure, *words, **more)
 
         monkeypatch.setattr(Figure, "savefig", keep)
 
-    def panel(self, label: str) -> Axes:
+    def panel(self, label):
         (found,) = [axes for axes in self.figure.axes if axes.get_ylabel().startswith(label)]
         return found
 
     @property
-    def labels(self) -> list[str]:
+    def labels(self):
         return [axes.get_ylabel().split("\n")[0] for axes in self.figure.axes]
 
     @property
-    def texts(self) -> list[str]:
+    def texts(self):
         return [text.get_text() for axes in self.figure.axes for text in axes.texts]
 
 
 @pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> Drawn:
+def drawn(monkeypatch):
     return Drawn(monkeypatch)
 
 
-def size_of(png: bytes) -> tuple[int, int]:
+def size_of(png):
     assert png.startswith(b"\x89PNG")
     width, height = struct.unpack(">II", png[16:24])
     return width, height
 
 
-def test_tare_event_is_taken_from_the_wrench(tmp_path: Path) -> None:
+def test_tare_event_is_taken_from_the_wrench(tmp_path):
     trial = log(tmp_path, [tick(k) for k in range(30)], others=[TARE])
     series = series_of(trial)
     assert series.tare.bias == (0.5, -1.0, 2.5, 0.01, 0.02, -3e-05)
@@ -74,7 +71,7 @@ def test_tare_event_is_taken_from_the_wrench(tmp_path: Path) -> None:
     assert series.wrench[4] == pytest.approx([0.4 - 0.5, 0.0, 0.5, 0.0, 0.0, 0.03003])
 
 
-def test_without_a_tare_event_the_mean_at_rest_serves(tmp_path: Path) -> None:
+def test_without_a_tare_event_the_mean_at_rest_serves(tmp_path):
     phases = [EventEntry(tick=10, name="phase", detail="settle"), EventEntry(tick=20, name="phase", detail="approach")]
     wrong = EventEntry(tick=20, name="tare", detail="a b c N, d e f N m, sensor frame")
     bad = replace(tick(12).wrench, validity=Validity.STALE, force_N=(99.0, 0, 0))  # type: ignore[type-var]
@@ -86,7 +83,7 @@ def test_without_a_tare_event_the_mean_at_rest_serves(tmp_path: Path) -> None:
     assert "mean of the settle phase, 9 samples" in tare.origin
 
 
-def test_tip_is_where_the_kinematics_say_in_the_task_frame(tmp_path: Path) -> None:
+def test_tip_is_where_the_kinematics_say_in_the_task_frame(tmp_path):
     series = series_of(log(tmp_path, [tick(0), tick(5)]))
     kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
     goal = goal_in_base(scenario("paper").task.goal)
@@ -98,7 +95,7 @@ def test_tip_is_where_the_kinematics_say_in_the_task_frame(tmp_path: Path) -> No
     assert series.tip_mm[0] == pytest.approx([0.0, 0.0, -3.0], abs=0.01)
 
 
-def test_samples_that_are_stale_invalid_or_missing_are_not_drawn(tmp_path: Path) -> None:
+def test_samples_that_are_stale_invalid_or_missing_are_not_drawn(tmp_path):
     nan = WrenchSample((math.nan,) * 3, (0.0,) * 3, 0, 0, 1, Validity.INVALID)  # type: ignore[arg-type]
     bad = JointSample((math.nan,) * 6, 0, 0, 2, Validity.INVALID)
     stale = {
@@ -119,7 +116,7 @@ def test_samples_that_are_stale_invalid_or_missing_are_not_drawn(tmp_path: Path)
     assert np.flatnonzero(np.isnan(series.tip_mm).all(axis=1)).tolist() == [2, 3, 5]
 
 
-def test_picture_has_forces_tip_actions_phases_and_events(tmp_path: Path, drawn: Drawn) -> None:
+def test_picture_has_forces_tip_actions_phases_and_events(tmp_path, drawn):
     others = [
         EventEntry(tick=0, name="phase", detail="settle"),
         TARE,
@@ -156,7 +153,7 @@ def test_picture_has_forces_tip_actions_phases_and_events(tmp_path: Path, drawn:
     assert "all commands applied as asked" in title
 
 
-def test_altered_commands_get_a_panel(tmp_path: Path, drawn: Drawn) -> None:
+def test_altered_commands_get_a_panel(tmp_path, drawn):
     limited = AppliedCommand((POSTURE[0] + 0.002, *POSTURE[1:]), CommandReason.VELOCITY_LIMIT)
     timeline(log(tmp_path, [tick(0), tick(1, applied=limited), tick(2)]))
     panel = drawn.panel("applied less")
@@ -165,13 +162,13 @@ def test_altered_commands_get_a_panel(tmp_path: Path, drawn: Drawn) -> None:
     assert "not always applied as asked" in drawn.figure.get_suptitle()
 
 
-def test_symbol_and_state_are_drawn_apart_where_they_differ(tmp_path: Path, drawn: Drawn) -> None:
+def test_symbol_and_state_are_drawn_apart_where_they_differ(tmp_path, drawn):
     made = DecisionEntry(tick=1, number=0, symbol="x+ y0", state="3", action="-x", source="learned")
     timeline(log(tmp_path, [tick(k) for k in range(20)], others=[made]))
     assert drawn.labels[3:] == ["symbol", "state", "action", "phase"]
 
 
-def test_gaps_are_grey_and_told(tmp_path: Path, drawn: Drawn) -> None:
+def test_gaps_are_grey_and_told(tmp_path, drawn):
     timeline(log(tmp_path, [tick(k) for k in (0, 1, 5, 6)]))
     assert "1 gap with missing ticks" in drawn.figure.get_suptitle()
     assert "the log ends before the trial did" in drawn.figure.get_suptitle()
@@ -189,12 +186,12 @@ def test_gaps_are_grey_and_told(tmp_path: Path, drawn: Drawn) -> None:
         ([tick(0)], start(config_toml="[task]\nunheard_of = 1\n"), "start.config_toml"),
     ],
 )
-def test_logs_that_cannot_be_drawn(tmp_path: Path, ticks: list[TickRecord], begin: Any, complaint: str) -> None:
+def test_logs_that_cannot_be_drawn(tmp_path, ticks, begin, complaint):
     with pytest.raises(LogError, match=complaint):
         timeline(log(tmp_path, ticks, begin=begin))
 
 
-def test_retraction_is_a_phase_and_the_title_has_the_reason_of_the_trip(tmp_path: Path, drawn: Drawn) -> None:
+def test_retraction_is_a_phase_and_the_title_has_the_reason_of_the_trip(tmp_path, drawn):
     events = [
         EventEntry(tick=10, name="phase", detail="insert"),
         EventEntry(tick=40, name="trip", detail="FORCE_LIMIT: force 31 N, limit 30 N"),

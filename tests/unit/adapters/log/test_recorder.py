@@ -1,14 +1,12 @@
 """What a log holds of a trial, in which order, and what it says of what it does not hold."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Self
 
 import pytest
 
 from palpate.adapters.contracts import FakeClock
-from palpate.adapters.log import CallEntry, EndRecord, LogMessage, StartRecord, TickRecord, TrialLog
+from palpate.adapters.log import CallEntry, EndRecord, TickRecord
 from palpate.adapters.log.container import read_messages
 from palpate.adapters.log.reader import assemble
 from palpate.adapters.log.recorder import FlightRecorder
@@ -28,7 +26,7 @@ HOME_RAD = (0.1, -0.2, 0.3)
 class Bench:
     """Fake ports, active, and the events of a loop over them."""
 
-    def __init__(self, begin: Callable[[], StartRecord] = lambda: STARTING, **more: Any) -> None:
+    def __init__(self, begin=lambda: STARTING, **more):
         self.sink = MemorySink()
         self.sink.open(Path(), {})
         self.recorder = FlightRecorder(self.sink, begin, **more)
@@ -43,14 +41,14 @@ class Bench:
         self.tick = 0
 
     @classmethod
-    def running(cls, ticks: int, **more: Any) -> Self:
+    def running(cls, ticks, **more):
         """In the middle of a trial."""
         bench = cls(**more)
         bench.recorder.begun(0, bench.report)
         bench.run(ticks)
         return bench
 
-    def run(self, ticks: int) -> None:
+    def run(self, ticks):
         """As the core's loop does."""
         for _ in range(ticks):
             self.clock.sleep_until(self.wait())
@@ -60,32 +58,32 @@ class Bench:
             self.recorder.sent(snapshot, command, self.arm.send(command))
             self.tick += 1
 
-    def wait(self) -> int:
+    def wait(self):
         """The next tick comes; its deadline."""
         deadline_ns = tick_time_ns(0, self.tick)
         self.recorder.waited(self.tick, deadline_ns)
         return deadline_ns
 
     @staticmethod
-    def command(tick: int) -> tuple[float, ...]:
+    def command(tick):
         return (0.1 + 1e-5 * tick, -0.2, 0.3)
 
-    def log(self, **facts: Any) -> TrialLog:
+    def log(self, **facts):
         """The log of the trial, which ends."""
         self.recorder.end(EndRecord(tick=self.tick - 1, **facts))
         self.sink.close()
         return log_of(self.sink.logs[-1])
 
 
-def log_of(data: bytes) -> TrialLog:
+def log_of(data):
     return assemble("x.mcap", data, *read_messages("x.mcap", data))
 
 
-def ticks_of(log: TrialLog) -> list[int]:
+def ticks_of(log):
     return [record.tick for record in log.records()]
 
 
-def test_tick_holds_what_passed_the_ports() -> None:
+def test_tick_holds_what_passed_the_ports():
     bench = Bench.running(3)
     record = list(bench.log().records())[2]
     now, command = bench.clock.now_ns(), bench.command(2)
@@ -94,10 +92,10 @@ def test_tick_holds_what_passed_the_ports() -> None:
     )
 
 
-def test_start_is_asked_for_when_the_task_has_begun() -> None:
+def test_start_is_asked_for_when_the_task_has_begun():
     asked = []
 
-    def begin() -> StartRecord:
+    def begin():
         asked.append(8)
         return start(trial=8)
 
@@ -119,11 +117,11 @@ def test_start_is_asked_for_when_the_task_has_begun() -> None:
     ],
 )
 @pytest.mark.parametrize("error", [DeviceError("cable", "cut"), ZeroDivisionError("oops")])
-def test_tick_that_fails_is_kept_as_far_as_it_came(calling: str, held: int, call: str | None, error: Exception) -> None:
+def test_tick_that_fails_is_kept_as_far_as_it_came(calling, held, call, error):
     bench = Bench.running(20)
     deadline_ns = bench.wait()
     command = JointCommand((0.1, -0.2, 0.3))
-    parts: list[Any] = [deadline_ns + 3, bench.sensor.read(), bench.encoder.read(), command]
+    parts = [deadline_ns + 3, bench.sensor.read(), bench.encoder.read(), command]
     parts[held:] = [None] * (4 - held)
     bench.recorder.failed(error, UnfinishedTick(calling, *parts))
     bench.recorder.stopped(None)
@@ -137,7 +135,7 @@ def test_tick_that_fails_is_kept_as_far_as_it_came(calling: str, held: int, call
     assert log.calls[1:] == ([failed, stop] if call and isinstance(error, DeviceError) else [stop])
 
 
-def test_arm_that_cannot_be_stopped_is_recorded() -> None:
+def test_arm_that_cannot_be_stopped_is_recorded():
     bench = Bench.running(0)
     bench.recorder.stopped(ZeroDivisionError("nothing is known of the arm then"))
     bench.recorder.stopped(DeviceError("arm", "cable cut"))
@@ -146,7 +144,7 @@ def test_arm_that_cannot_be_stopped_is_recorded() -> None:
 
 
 @pytest.mark.parametrize("unfinished", [False, True])
-def test_outcome_is_the_last_message(unfinished: bool) -> None:
+def test_outcome_is_the_last_message(unfinished):
     bench = Bench.running(40)
     if unfinished:
         bench.wait()
@@ -156,7 +154,7 @@ def test_outcome_is_the_last_message(unfinished: bool) -> None:
     assert ticks_of(log) == list(range(40 + unfinished))
 
 
-def test_trouble_ends_the_trial_only_where_that_is_configured() -> None:
+def test_trouble_ends_the_trial_only_where_that_is_configured():
     trouble = "x.mcap: cannot be written (No space left on device)"
     for stop in (True, False):
         bench = Bench.running(20, stop_on_trouble=stop)
@@ -170,7 +168,7 @@ def test_trouble_ends_the_trial_only_where_that_is_configured() -> None:
         assert ticks_of(bench.log()) == list(range(21))
 
 
-def test_value_that_no_log_can_hold_is_lost_and_the_trial_goes_on() -> None:
+def test_value_that_no_log_can_hold_is_lost_and_the_trial_goes_on():
     bench = Bench.running(5)
     good = bench.sensor.read
     bench.sensor.read = lambda: _with_sequence(bench, 2**64)  # type: ignore[method-assign]
@@ -187,16 +185,16 @@ def test_value_that_no_log_can_hold_is_lost_and_the_trial_goes_on() -> None:
     assert "a message on /end at tick 27 cannot be packed" in bench.sink.troubles[3]
 
 
-def _with_sequence(bench: Bench, sequence: int) -> WrenchSample:
+def _with_sequence(bench, sequence):
     now = bench.clock.now_ns()
     return WrenchSample((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), now, now, sequence)
 
 
 @pytest.mark.parametrize("call", ["ticks", "calls"])
-def test_messages_are_handed_over_within_a_quarter_of_a_second(call: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    batches: list[int] = []
+def test_messages_are_handed_over_within_a_quarter_of_a_second(call, monkeypatch):
+    batches = []
 
-    def put(sink: MemorySink, batch: Sequence[LogMessage]) -> None:
+    def put(sink, batch):
         batches.append(len(batch))
 
     monkeypatch.setattr(MemorySink, "put", put)
@@ -217,7 +215,7 @@ def test_messages_are_handed_over_within_a_quarter_of_a_second(call: str, monkey
         ("trip-invalid", ""),
     ],
 )
-def test_end_says_who_raised_the_error(name: str, by: str) -> None:
+def test_end_says_who_raised_the_error(name, by):
     end = log_of(recorded(SCENARIOS[name])).end
     assert end is not None
     assert end.raised_by == by

@@ -7,14 +7,11 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
 
 import pytest
 
 from palpate.adapters.contracts import ContractViolation, SinkContract
-from palpate.adapters.log import EndRecord, FileSink, LogFile, LogMessage, Sink, TrialLog, read_log
+from palpate.adapters.log import EndRecord, FileSink, LogFile, LogMessage, read_log
 from palpate.adapters.log import sink as module
 from palpate.adapters.log.container import read_messages
 from palpate.adapters.log.reader import assemble
@@ -26,68 +23,68 @@ from tests.unit.adapters.log.made_logs import STARTING, tick
 class OfLogs(SinkContract):
     """Batches of seven ticks; the end is in the last one."""
 
-    def batch(self, number: int, *, unfit: bool = False) -> list[LogMessage]:
+    def batch(self, number, *, unfit=False):
         begin = 7 * number
-        records: list[Any] = [STARTING] if number == 0 else [tick(begin)]
+        records = [STARTING] if number == 0 else [tick(begin)]
         records += [tick(at) for at in range(begin + 1, begin + 7)]
         messages = [LogMessage(record, 0, begin + place, begin + place) for place, record in enumerate(records)]
         # It takes the place of a tick.
         return [*messages[:-1], messages[-1]._replace(record=EndRecord(tick=2**64))] if unfit else messages
 
-    def kept(self, path: Path) -> tuple[list[int], bool]:
+    def kept(self, path):
         log = self.read(path)
         numbers = [0, *(record.tick // 7 for record in log.records() if record.tick % 7 == 0)]
         assert sum(log.counts.values()) == 7 * len(numbers)
         return numbers, not log.damage
 
-    def read(self, path: Path) -> TrialLog:
+    def read(self, path):
         return read_log(path)
 
 
 class TestFileSink(OfLogs):
-    def make(self) -> Sink:
+    def make(self):
         return FileSink()
 
 
 class TestMemorySink(OfLogs):
-    def make(self) -> Sink:
+    def make(self):
         self.made = self.broken()
         return self.made
 
-    def broken(self) -> MemorySink:
+    def broken(self):
         return MemorySink()
 
-    def read(self, path: Path) -> TrialLog:
+    def read(self, path):
         data = self.made.streams[path].getvalue()
         return assemble(str(path), data, *read_messages(str(path), data))
 
 
 class Forgetful(MemorySink):
-    def put(self, batch: Sequence[LogMessage]) -> None:
+    def put(self, batch):
         if batch[0].tick != 14:
             super().put(batch)
 
 
 class Unfinished(MemorySink):
-    def shut(self) -> None:
+    def shut(self):
         self._log = None
         self.streams.clear()
 
 
 class OneAtATime(MemorySink):
-    def open(self, path: Path, metadata: dict[str, str]) -> None:
+    def open(self, path, metadata):
         if self._log is None:
             super().open(path, metadata)
 
 
 class Silent(MemorySink):
-    def put(self, batch: Sequence[LogMessage]) -> None:
+    def put(self, batch):
         super().put(batch)
         self.troubles = []
 
 
 class Overwriting(MemorySink):
-    def open(self, path: Path, metadata: dict[str, str]) -> None:
+    def open(self, path, metadata):
         self.streams.pop(path, None)
         super().open(path, metadata)
 
@@ -95,7 +92,7 @@ class Overwriting(MemorySink):
 class ShutOnce(MemorySink):
     shutting = iter([None])
 
-    def shut(self) -> None:
+    def shut(self):
         next(self.shutting)
 
 
@@ -110,7 +107,7 @@ class ShutOnce(MemorySink):
         (ShutOnce, "shut_can_be"),
     ],
 )
-def test_each_clause_finds_a_sink_that_breaks_it(sink: type[MemorySink], clause: str, tmp_path: Path) -> None:
+def test_each_clause_finds_a_sink_that_breaks_it(sink, clause, tmp_path):
     suite = TestMemorySink()
     suite.broken = sink  # type: ignore[method-assign]
     (name,) = [name for name in dir(suite) if name.startswith("test_") and clause in name]
@@ -118,13 +115,13 @@ def test_each_clause_finds_a_sink_that_breaks_it(sink: type[MemorySink], clause:
         getattr(suite, name)(tmp_path)
 
 
-def batches(ticks: int) -> list[list[LogMessage]]:
+def batches(ticks):
     """A trial, seven messages at a time."""
     suite = TestFileSink()
     return [suite.batch(number) for number in range(ticks // 7)]
 
 
-def write(sink: FileSink, path: Path, ticks: int = 35) -> list[str]:
+def write(sink, path, ticks=35):
     """Write a small log; the troubles with it."""
     before = len(sink.troubles)
     sink.open(path, {})
@@ -134,13 +131,13 @@ def write(sink: FileSink, path: Path, ticks: int = 35) -> list[str]:
     return sink.troubles[before:]
 
 
-def test_no_thread_is_left() -> None:
+def test_no_thread_is_left():
     sink = FileSink()
     sink.shut()
     assert not [thread for thread in threading.enumerate() if thread.name == "log writer"]
 
 
-def test_link_that_leads_nowhere_is_not_followed(tmp_path: Path) -> None:
+def test_link_that_leads_nowhere_is_not_followed(tmp_path):
     (tmp_path / "link.mcap").symlink_to(tmp_path / "nowhere")
     sink = FileSink()
     trouble = f"{tmp_path / 'link.mcap'}: cannot be written (File exists); nothing after that is kept"
@@ -150,7 +147,7 @@ def test_link_that_leads_nowhere_is_not_followed(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("room", [0, 100, 4000, 12000, 16000])
-def test_full_disk_costs_only_what_came_after(tmp_path: Path, room: int) -> None:
+def test_full_disk_costs_only_what_came_after(tmp_path, room):
     sink, path = FileSink(), tmp_path / "a.mcap"
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (room, before[1]))
@@ -168,11 +165,11 @@ def test_full_disk_costs_only_what_came_after(tmp_path: Path, room: int) -> None
         assert "footer" in log.damage
 
 
-def test_disk_that_hangs_does_not_hold_up_the_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_disk_that_hangs_does_not_hold_up_the_loop(tmp_path, monkeypatch):
     hung, path = threading.Event(), tmp_path / "a.mcap"
 
     class Hanging(LogFile):
-        def add(self, *messages: Any) -> None:
+        def add(self, *messages):
             hung.wait(60.0)
 
     monkeypatch.setattr(module, "LogFile", Hanging)
@@ -199,7 +196,7 @@ time.sleep(100)
 """
 
 
-def test_run_that_is_killed_leaves_a_readable_log(tmp_path: Path) -> None:
+def test_run_that_is_killed_leaves_a_readable_log(tmp_path):
     path = tmp_path / "1.mcap"
     with subprocess.Popen([sys.executable, "-c", LOOP, str(path)], stdout=subprocess.PIPE) as child:
         assert child.stdout is not None

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from math import inf
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -19,8 +16,6 @@ from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import run_scored_trial, trial_setup
 from palpate.adapters.experiments.trials import Recording
 from palpate.adapters.log import (
-    Sink,
-    TrialLog,
     TrialRecorder,
     dump_json,
     recorded_sensor,
@@ -29,9 +24,7 @@ from palpate.adapters.log import (
 )
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import ConfigurationError, DeviceError, OutputError
-from palpate.core.policy import Policy
-from palpate.core.ports import SensorFacts, World, WrenchSample
-from palpate.core.tasks.insertion import InsertionTask
+from palpate.core.ports import SensorFacts, World
 from palpate.core.trial import TrialReport, TrialSetup
 from tests.support.memory_sink import MemorySink
 from tests.unit.adapters.log.test_recorder import log_of
@@ -40,7 +33,7 @@ from tests.unit.adapters.samples import QUICK, ready_pose
 FILES = ("trials.csv", "decisions.csv", "checkpoint.json", "policy.json")
 
 
-def trained(path: Path, recording: RecordingConfig) -> dict[str, bytes]:
+def trained(path, recording):
     """Two recorded trials; what they leave."""
     folder, perception = RunFolder(path), build_perception(QUICK)
     folder.create()
@@ -58,22 +51,22 @@ def trained(path: Path, recording: RecordingConfig) -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, bytes]]:
+def runs(tmp_path_factory):
     path = tmp_path_factory.mktemp("runs")
     settings = [RecordingConfig(), RecordingConfig(on_trouble="stop"), RecordingConfig(enabled=False)]
     return [trained(path / str(k), each) for k, each in enumerate(settings)]
 
 
-def test_recording_changes_no_result(runs: list[dict[str, bytes]]) -> None:
+def test_recording_changes_no_result(runs):
     assert {name: runs[0][name] for name in FILES} == runs[2]
 
 
-def test_equal_runs_give_equal_logs(runs: list[dict[str, bytes]]) -> None:
+def test_equal_runs_give_equal_logs(runs):
     assert runs[0] == runs[1]
     assert sorted(set(runs[0]) - set(FILES)) == ["trial-00000.mcap", "trial-00001.mcap"]
 
 
-def test_log_agrees_with_the_results(runs: list[dict[str, bytes]]) -> None:
+def test_log_agrees_with_the_results(runs):
     rows = runs[0]["trials.csv"].decode().splitlines()
     for number in (0, 1):
         log = log_of(runs[0][f"trial-{number:05d}.mcap"])
@@ -96,43 +89,43 @@ def test_log_agrees_with_the_results(runs: list[dict[str, bytes]]) -> None:
 class Setting:
     """A rig and a task under a recorder whose sink is given."""
 
-    def __init__(self, path: Path, sink: Sink, config: RecordingConfig | None = None) -> None:
+    def __init__(self, path, sink, config=None):
         self.sink = sink
         self.recorder = TrialRecorder(sink, path / "logs", config or RecordingConfig())
 
-    def __enter__(self) -> Setting:
+    def __enter__(self):
         self.rig = SimulatedRig(QUICK, ready_pose())
         self.rig.__enter__()
         self.recorder.__enter__()
         perception = build_perception(QUICK)
-        self.policy: Policy = baseline("torque", QUICK, lambda: self.rig.truth().hole_in_task_m)
-        self.task: InsertionTask = build_task(QUICK, ready_pose(), perception, self.policy)
+        self.policy = baseline("torque", QUICK, lambda: self.rig.truth().hole_in_task_m)
+        self.task = build_task(QUICK, ready_pose(), perception, self.policy)
         self.recorder.of("run", QUICK, ready_pose(), self.task, perception, self.policy, name="torque")
         return self
 
-    def __exit__(self, *_: Any) -> None:
+    def __exit__(self, *_):
         self.recorder.__exit__(None, None, None)
         self.rig.__exit__(None, None, None)
 
-    def run(self, trial: int = 0) -> None:
+    def run(self, trial=0):
         run_scored_trial(QUICK, self.rig, self.task, trial, self.recorder)
 
-    def log(self) -> TrialLog:
+    def log(self):
         assert isinstance(self.sink, MemorySink)
         return log_of(self.sink.logs[-1])
 
 
 @pytest.fixture
-def setting(tmp_path: Path) -> Iterator[Setting]:
+def setting(tmp_path):
     with Setting(tmp_path, MemorySink()) as made:
         yield made
 
 
-def spoil(setting: Setting, at_read: int, error: Exception) -> None:
+def spoil(setting, at_read, error):
     """The sensor fails in mid-trial."""
     read, reads = setting.rig.ports.force_sensor.read, iter(range(at_read))
 
-    def failing() -> WrenchSample:
+    def failing():
         if next(reads, None) is None:
             raise error
         return read()
@@ -141,7 +134,7 @@ def spoil(setting: Setting, at_read: int, error: Exception) -> None:
 
 
 @pytest.mark.parametrize("error", [DeviceError("sensor", "gone"), ZeroDivisionError("oops")])
-def test_end_of_a_trial_that_an_error_ends_says_so(setting: Setting, error: Exception) -> None:
+def test_end_of_a_trial_that_an_error_ends_says_so(setting, error):
     spoil(setting, 25, error)
     with pytest.raises(type(error)):
         setting.run()
@@ -152,14 +145,12 @@ def test_end_of_a_trial_that_an_error_ends_says_so(setting: Setting, error: Exce
     assert (log.end.error, log.end.outcome, log.end.ticks) == (type(error).__name__, "", 25)
 
 
-def test_trial_that_did_not_begin_is_not_taken_for_the_one_before(
-    setting: Setting, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_trial_that_did_not_begin_is_not_taken_for_the_one_before(setting, monkeypatch):
     setting.run()
     events = len(setting.log().events)
     assert events > 0
 
-    def refuse(setup: TrialSetup) -> None:
+    def refuse(setup):
         raise ValueError("not today")
 
     monkeypatch.setattr(setting.task, "begin", refuse)
@@ -172,7 +163,7 @@ def test_trial_that_did_not_begin_is_not_taken_for_the_one_before(
     assert (log.end.outcome, log.end.ticks, log.end.error) == ("", 0, "ValueError")
 
 
-def test_log_without_its_end_keeps_what_it_has(setting: Setting, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_log_without_its_end_keeps_what_it_has(setting, monkeypatch):
     monkeypatch.setattr("palpate.adapters.experiments.trial.score", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         setting.run()
@@ -182,18 +173,18 @@ def test_log_without_its_end_keeps_what_it_has(setting: Setting, monkeypatch: py
     assert len(log.ticks) == setting.task.report.ticks > 100
 
 
-def test_recorder_refuses_to_begin_before_of(tmp_path: Path) -> None:
+def test_recorder_refuses_to_begin_before_of(tmp_path):
     with TrialRecorder(MemorySink(), tmp_path / "logs", RecordingConfig()) as recorder:
         with pytest.raises(OutputError, match="of"):
             recorder.begin(trial_setup(QUICK, 0), World("simulator", {}), "trial-00000")
         recorder.fail(TrialReport(TrialSetup(0, 0, (0.0, 0.0))), ValueError())
 
 
-def test_logs_of_trials_that_run_again_are_set_aside(tmp_path: Path) -> None:
+def test_logs_of_trials_that_run_again_are_set_aside(tmp_path):
     names = ("trial-00000.mcap", "trial-00001.mcap", "trial-00002.mcap", "trial-x.mcap", "notes.txt")
     for name in names:
         (tmp_path / name).write_text(name)
-    first: Callable[[], list[str]] = lambda: [p.name for p in set_aside(tmp_path, 1)]  # noqa: E731
+    first = lambda: [p.name for p in set_aside(tmp_path, 1)]  # noqa: E731
     assert first() == ["trial-00001.mcap.cut-short-1", "trial-00002.mcap.cut-short-1"]
     (tmp_path / "trial-00001.mcap").write_text("again")
     assert first() == ["trial-00001.mcap.cut-short-2"]
@@ -208,11 +199,11 @@ class OtherSensor(SimulatedRig):
     facts = SensorFacts(0.05, 0.002, (100.0, 100.0, inf), (5.5, 5.5, 6.0), 200.0)
 
     @property
-    def sensor_facts(self) -> SensorFacts:
+    def sensor_facts(self):
         return self.facts
 
 
-def test_facts_of_the_force_sensor_come_back() -> None:
+def test_facts_of_the_force_sensor_come_back():
     with OtherSensor(QUICK, ready_pose()) as rig:
         rig.prepare(0)
         world = world_of(rig)
@@ -224,6 +215,6 @@ def test_facts_of_the_force_sensor_come_back() -> None:
 @pytest.mark.parametrize(
     "facts", ["null", "3", "{}", '{"noise_N": -1, "noise_Nm": 0, "range_N": [1], "range_Nm": [1]}']
 )
-def test_altered_facts_of_the_force_sensor_are_refused(facts: str) -> None:
+def test_altered_facts_of_the_force_sensor_are_refused(facts):
     with pytest.raises(ConfigurationError):
         recorded_sensor(f'{{"force_sensor_facts": {facts}}}')

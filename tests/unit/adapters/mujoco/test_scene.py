@@ -1,12 +1,11 @@
 """The drawn cell: it stands where encoders and sensor say, and appears where it is expected."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from palpate.adapters.log import EndRecord, TrialLog, read_log, series_of
+from palpate.adapters.log import EndRecord, read_log, series_of
 from palpate.adapters.mujoco.scene import DrawnCell, Moment, Stage, true_hole_m
 from palpate.adapters.visualisation.film.course import course_of
 from palpate.core.errors import LogError
@@ -17,17 +16,17 @@ REST = Moment(0, 0.0, POSTURE, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), "lift", None)
 
 
 @pytest.fixture(scope="module")
-def log() -> TrialLog:
+def log():
     return read_log(INSERTION)
 
 
 @pytest.fixture(scope="module")
-def cell(log: TrialLog) -> DrawnCell:
+def cell(log):
     return DrawnCell(log)
 
 
 @pytest.mark.parametrize("name", ["oracle-blind.mcap", "torque-ur5.mcap"])
-def test_the_tip_is_where_the_encoders_have_it(name: str) -> None:
+def test_the_tip_is_where_the_encoders_have_it(name):
     trial = read_log(GOLDEN / name)
     drawn = DrawnCell(trial)
     series = series_of(trial)
@@ -37,7 +36,7 @@ def test_the_tip_is_where_the_encoders_have_it(name: str) -> None:
         assert tip_mm == pytest.approx(series.tip_mm[moment.tick], abs=1e-3)
 
 
-def test_the_measured_force_bends_the_springs(cell: DrawnCell) -> None:
+def test_the_measured_force_bends_the_springs(cell):
     cell.pose(REST)
     before = cell.tip_m
     cell.pose(replace(REST, force_N=(0.0, 0.0, -5.0)))
@@ -49,7 +48,7 @@ def test_the_measured_force_bends_the_springs(cell: DrawnCell) -> None:
     assert np.linalg.norm(cell.tip_m - before) < 0.03
 
 
-def test_at_the_end_of_an_insertion_the_drawn_peg_is_in_the_drawn_hole(log: TrialLog, cell: DrawnCell) -> None:
+def test_at_the_end_of_an_insertion_the_drawn_peg_is_in_the_drawn_hole(log, cell):
     cell.pose(course_of(log).moments[-1])
     assert log.end is not None
     down = cell.tip_m - cell.mouth_m
@@ -57,23 +56,23 @@ def test_at_the_end_of_an_insertion_the_drawn_peg_is_in_the_drawn_hole(log: Tria
     assert np.abs(down[:2]).max() < 1.5e-4
 
 
-def test_while_it_presses_the_drawn_peg_is_on_the_plate_and_not_in_it(log: TrialLog, cell: DrawnCell) -> None:
+def test_while_it_presses_the_drawn_peg_is_on_the_plate_and_not_in_it(log, cell):
     cell.pose(course_of(log).moments[80])
     assert cell.tip_m[2] - cell.mouth_m[2] == pytest.approx(0.0, abs=2e-4)
 
 
-def test_an_unmeasured_force_is_none(cell: DrawnCell) -> None:
+def test_an_unmeasured_force_is_none(cell):
     cell.pose(REST)
     assert cell.force_in_base(replace(REST, force_N=None)) is None
 
 
-def test_another_number_of_joints_is_refused(cell: DrawnCell) -> None:
+def test_another_number_of_joints_is_refused(cell):
     with pytest.raises(LogError, match="7 joint angles, its arm 6 joints"):
         cell.pose(replace(REST, joints_rad=(0.0,) * 7))
 
 
-def test_the_hole_is_where_it_was_or_where_it_is_believed_to_be(tmp_path: Path) -> None:
-    def hole(world_json: str, end: EndRecord | None = None) -> tuple[float, ...] | None:
+def test_the_hole_is_where_it_was_or_where_it_is_believed_to_be(tmp_path):
+    def hole(world_json, end=None):
         path = tmp_path / f"{len(list(tmp_path.iterdir()))}.mcap"
         write_log(path, [tick(0)], begin=start(world_json=world_json), end=end)
         return true_hole_m(read_log(path))
@@ -91,12 +90,12 @@ def test_the_hole_is_where_it_was_or_where_it_is_believed_to_be(tmp_path: Path) 
 @pytest.mark.parametrize(
     "wrong", [{"tip_rotation": (1.0, 0.0)}, {"tip_rotation": (float("nan"),) * 9}, {"config_toml": 'arm = "puma"'}]
 )
-def test_a_start_that_does_not_tell_the_cell_is_refused(tmp_path: Path, wrong: dict[str, object]) -> None:
+def test_a_start_that_does_not_tell_the_cell_is_refused(tmp_path, wrong):
     with pytest.raises(LogError, match=r"a\.mcap"):
         DrawnCell(read_log(write_log(tmp_path / "a.mcap", [tick(0)], begin=start(**wrong))))
 
 
-def test_a_point_appears_where_the_view_says(cell: DrawnCell) -> None:
+def test_a_point_appears_where_the_view_says(cell):
     require_graphics()
     cell.pose(REST)
     close, _ = cell.views()
@@ -115,7 +114,7 @@ def test_a_point_appears_where_the_view_says(cell: DrawnCell) -> None:
     assert rows.max() > y
 
 
-def test_the_plate_is_cut_open_in_the_close_up_only(cell: DrawnCell) -> None:
+def test_the_plate_is_cut_open_in_the_close_up_only(cell):
     require_graphics()
     cell.pose(REST)
     close, _ = cell.views()

@@ -6,26 +6,25 @@ from collections.abc import Callable
 from itertools import count
 from math import nextafter
 from pathlib import Path
-from typing import Any, TypeAlias
 
 import pytest
 
 import palpate.core.control_loop as control_loop
 from palpate.adapters.log import RawMessage
 from palpate.adapters.replay.batch import exit_code, replay_file
-from palpate.adapters.replay.differences import Difference, close_enough, same_bits
+from palpate.adapters.replay.differences import close_enough, same_bits
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.motion.laws import DampingControl
 from palpate.core.ports import DeviceDecorator, FaultLatch
-from tests.support.log_surgery import Change, changed, in_start, indices, messages_of, one_ulp, write_log
+from tests.support.log_surgery import changed, in_start, indices, messages_of, one_ulp, write_log
 from tests.unit.adapters.log.made_logs import log_bytes
 
-Replayed: TypeAlias = Callable[[list[RawMessage]], Replay]
-Golden: TypeAlias = Callable[[str], Path]
+Replayed = Callable[[list[RawMessage]], Replay]
+Golden = Callable[[str], Path]
 
 
-def diverged(one: Replay) -> Difference:
+def diverged(one):
     """The first output that is not what was recorded."""
     assert one.verdict is Verdict.DIVERGED
     assert one.first is not None
@@ -33,37 +32,37 @@ def diverged(one: Replay) -> Difference:
 
 
 @pytest.fixture
-def messages(golden_here: Golden) -> list[RawMessage]:
+def messages(golden_here):
     return messages_of(golden_here("train-paper"))
 
 
 @pytest.fixture
-def replayed(tmp_path: Path) -> Replayed:
+def replayed(tmp_path):
     """Replays a log of these messages, with checksums and counts made good."""
     numbers = count()
     return lambda messages: replay_file(write_log(tmp_path / f"{next(numbers)}.mcap", messages), Rebuilder())
 
 
-def said(**fields: Any) -> Change:
+def said(**fields):
     """Other values for fields of a message."""
 
-    def change(made: Any) -> None:
+    def change(made):
         for name, value in fields.items():
             setattr(made, name, value)
 
     return change
 
 
-def in_wrench(**fields: Any) -> Change:
+def in_wrench(**fields):
     return lambda made: said(**fields)(made.wrench)
 
 
-def in_config(old: str, new: str) -> Change:
+def in_config(old, new):
     return lambda made: setattr(made, "config_toml", made.config_toml.replace(old, new, 1))
 
 
-def in_policy(**settings: Any) -> Change:
-    def change(made: Any) -> None:
+def in_policy(**settings):
+    def change(made):
         document = json.loads(made.policy_json)
         document["learner"]["parameters"].update(settings)
         made.policy_json = json.dumps(document)
@@ -71,10 +70,10 @@ def in_policy(**settings: Any) -> Change:
     return change
 
 
-def teach(place: str) -> Change:
+def teach(place):
     """One visit more in the learner's state."""
 
-    def change(made: Any) -> None:
+    def change(made):
         learner = json.loads(made.learner_json)
         learner[place][0][0] += 1
         made.learner_json = json.dumps(learner)
@@ -82,7 +81,7 @@ def teach(place: str) -> Change:
     return change
 
 
-def one_value(made: Any) -> None:
+def one_value(made):
     """One bit more in a value that was learned."""
     learner = json.loads(made.learner_json)
     learner["q"][3][1] = nextafter(learner["q"][3][1], 1.0)
@@ -138,9 +137,7 @@ def one_value(made: Any) -> None:
         ("/call", -1, said(error="DeviceError", text="no answer"), "error"),
     ],
 )
-def test_a_field_that_is_altered(
-    messages: list[RawMessage], replayed: Replayed, topic: str, number: int, change: Change, field: str
-) -> None:
+def test_a_field_that_is_altered(messages, replayed, topic, number, change, field):
     first = diverged(replayed(changed(messages, indices(messages, topic)[number], change)))
     assert first.field == field
     assert topic != "/tick" or first.tick == number
@@ -154,13 +151,13 @@ def test_a_field_that_is_altered(
         ("/end", "raised_by"),
     ],
 )
-def test_a_field_that_was_taken_away_is_missed(golden_here: Golden, replayed: Replayed, topic: str, field: str) -> None:
+def test_a_field_that_was_taken_away_is_missed(golden_here, replayed, topic, field):
     log = messages_of(golden_here("first-kind" if field == "raised_by" else "train-paper"))
     lacking = changed(log, indices(log, topic)[0], lambda made: made.ClearField(field))
     assert diverged(replayed(lacking)).field == field
 
 
-def test_a_log_that_lacks_a_message_is_refused_with_its_tick(messages: list[RawMessage], tmp_path: Path) -> None:
+def test_a_log_that_lacks_a_message_is_refused_with_its_tick(messages, tmp_path):
     gone = indices(messages, "/decision")[1]
     path = tmp_path / "filtered.mcap"
     path.write_bytes(log_bytes(messages[:gone] + messages[gone + 1 :]))
@@ -169,14 +166,14 @@ def test_a_log_that_lacks_a_message_is_refused_with_its_tick(messages: list[RawM
     assert re.search(rf"message {gone}, after tick \d+, is missing; a trial can only be replayed whole", one.problem)
 
 
-def test_a_log_sorted_by_topic_replays(messages: list[RawMessage], tmp_path: Path) -> None:
+def test_a_log_sorted_by_topic_replays(messages, tmp_path):
     path = tmp_path / "sorted.mcap"
     path.write_bytes(log_bytes(sorted(messages, key=lambda message: message.channel)))
     assert replay_file(path, Rebuilder()).verdict is Verdict.EQUAL
 
 
 @pytest.mark.parametrize("share", [0.3, 0.9, 0.99])
-def test_a_log_that_was_cut_replays_as_far_as_it_goes(golden_here: Golden, tmp_path: Path, share: float) -> None:
+def test_a_log_that_was_cut_replays_as_far_as_it_goes(golden_here, tmp_path, share):
     data, path = golden_here("train-paper").read_bytes(), tmp_path / "cut.mcap"
     path.write_bytes(data[: int(share * len(data))])
     one = replay_file(path, Rebuilder())
@@ -186,18 +183,18 @@ def test_a_log_that_was_cut_replays_as_far_as_it_goes(golden_here: Golden, tmp_p
     assert exit_code([one], strict=False) == 2
 
 
-def test_a_second_end_is_no_part_of_a_log(messages: list[RawMessage], replayed: Replayed) -> None:
+def test_a_second_end_is_no_part_of_a_log(messages, replayed):
     assert "is a second /end" in replayed([*messages, messages[indices(messages, "/end")[0]]]).problem
 
 
 @pytest.mark.parametrize(("topic", "field"), [("/end", "learner_json"), ("/start", "versions_json")])
-def test_a_field_that_is_no_json(messages: list[RawMessage], replayed: Replayed, topic: str, field: str) -> None:
+def test_a_field_that_is_no_json(messages, replayed, topic, field):
     for text in ("x", "3"):
         one = replayed(changed(messages, indices(messages, topic)[0], said(**{field: text})))
         assert (one.verdict, f"{topic} {field}: is no JSON" in one.problem) == (Verdict.REFUSED, True)
 
 
-def test_a_port_that_failed_without_a_failed_call(golden_here: Golden, replayed: Replayed) -> None:
+def test_a_port_that_failed_without_a_failed_call(golden_here, replayed):
     whole = messages_of(golden_here("force-sensor-gone"))
     failed = indices(whole, "/call")[1]
     assert diverged(replayed(whole[:failed] + whole[failed + 1 :])).field == "error"
@@ -207,17 +204,15 @@ def test_a_port_that_failed_without_a_failed_call(golden_here: Golden, replayed:
 
 @pytest.mark.parametrize("topic", ["/decision", "/event", "/reinforcement"])
 @pytest.mark.parametrize("number", [0, 1, -1])
-def test_a_message_that_is_missing(messages: list[RawMessage], replayed: Replayed, topic: str, number: int) -> None:
+def test_a_message_that_is_missing(messages, replayed, topic, number):
     del messages[indices(messages, topic)[number]]
     assert diverged(replayed(messages)).channel == topic
 
 
-def test_a_gain_in_the_core_that_is_other_by_one_part_in_a_million_million(
-    golden_here: Golden, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_gain_in_the_core_that_is_other_by_one_part_in_a_million_million(golden_here, monkeypatch):
     law = DampingControl.__init__
 
-    def changed_gain(self: DampingControl, damping: float, *others: object) -> None:
+    def changed_gain(self, damping, *others):
         law(self, damping * (1.0 + 1e-12), *others)  # type: ignore[arg-type]
 
     monkeypatch.setattr(DampingControl, "__init__", changed_gain)
@@ -226,13 +221,13 @@ def test_a_gain_in_the_core_that_is_other_by_one_part_in_a_million_million(
 
 
 @pytest.mark.parametrize("field", ["true_depth_m", "true_peak_force_N"])
-def test_a_truth_that_contradicts_the_score(golden_here: Golden, replayed: Replayed, field: str) -> None:
+def test_a_truth_that_contradicts_the_score(golden_here, replayed, field):
     whole = messages_of(golden_here("torque-ur5"))
     lie = said(**{field: 0.001 if "depth" in field else 99.0})
     assert diverged(replayed(changed(whole, indices(whole, "/end")[0], lie))).field == "success"
 
 
-def test_a_stop_that_is_missing_or_made_up(messages: list[RawMessage], replayed: Replayed) -> None:
+def test_a_stop_that_is_missing_or_made_up(messages, replayed):
     stop = indices(messages, "/call")[-1]
     for altered in (messages[:stop] + messages[stop + 1 :], [*messages[:stop], messages[stop], *messages[stop:]]):
         assert diverged(replayed(altered)).field == "number of port calls"
@@ -241,14 +236,14 @@ def test_a_stop_that_is_missing_or_made_up(messages: list[RawMessage], replayed:
 class _Unstoppable(DeviceDecorator):
     """An arm that no stop reaches."""
 
-    def __init__(self, arm: Any) -> None:
+    def __init__(self, arm):
         super().__init__(arm)
         self.send = arm.send
 
-    def stop(self) -> None: ...
+    def stop(self): ...
 
 
-def test_a_core_that_does_not_stop_the_arm(golden_here: Golden, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_core_that_does_not_stop_the_arm(golden_here, monkeypatch):
     stop = control_loop._stop
     monkeypatch.setattr(control_loop, "_stop", lambda arm, *others: stop(_Unstoppable(arm), *others))
     for name in ("train-paper", "torque-ur5", "spiral-force-limit"):
@@ -256,9 +251,7 @@ def test_a_core_that_does_not_stop_the_arm(golden_here: Golden, monkeypatch: pyt
         assert (first.field, first.recorded, first.replayed) == ("port call", "arm.stop", None)
 
 
-def test_a_log_cut_between_any_two_messages_is_judged_by_what_was_surely_written(
-    messages: list[RawMessage], replayed: Replayed
-) -> None:
+def test_a_log_cut_between_any_two_messages_is_judged_by_what_was_surely_written(messages, replayed):
     places = [place + more for place in indices(messages, "/decision")[:3] for more in range(-2, 3)]
     for place in places:
         one = replayed(messages[:place])
@@ -266,7 +259,7 @@ def test_a_log_cut_between_any_two_messages_is_judged_by_what_was_surely_written
         assert "before the trial did" in one.note
 
 
-def test_a_cut_log_that_lacks_what_was_surely_written(messages: list[RawMessage], replayed: Replayed) -> None:
+def test_a_cut_log_that_lacks_what_was_surely_written(messages, replayed):
     cut = indices(messages, "/decision")[2]
     missing = indices(messages, "/decision")[0]
     diverged(replayed([*messages[:missing], *messages[missing + 1 : cut]]))
@@ -281,16 +274,12 @@ def test_a_cut_log_that_lacks_what_was_surely_written(messages: list[RawMessage]
         ("WorkspaceWatch", "trip-workspace-y"),
     ],
 )
-def test_a_supervisor_with_a_watch_disarmed(
-    golden_here: Golden, monkeypatch: pytest.MonkeyPatch, watch: str, name: str
-) -> None:
+def test_a_supervisor_with_a_watch_disarmed(golden_here, monkeypatch, watch, name):
     monkeypatch.setattr(f"palpate.core.supervision.watches.{watch}.trip", lambda *_: None)
     assert replay_file(golden_here(name), Rebuilder()).verdict is Verdict.DIVERGED
 
 
-def test_an_error_of_the_core_s_own_that_it_raises_no_more(
-    golden_here: Golden, replayed: Replayed, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_error_of_the_core_s_own_that_it_raises_no_more(golden_here, replayed, monkeypatch):
     log = golden_here("first-kind")
     messages = messages_of(log)
     by_outside = diverged(replayed(changed(messages, indices(messages, "/end")[0], said(raised_by="outside"))))
@@ -303,9 +292,7 @@ def test_an_error_of_the_core_s_own_that_it_raises_no_more(
 @pytest.mark.parametrize(
     ("name", "word"), [("trip-frozen", "equal to the one before"), ("force-sensor-gone", "force_sensor")]
 )
-def test_a_rig_that_is_latched_otherwise(
-    golden_here: Golden, monkeypatch: pytest.MonkeyPatch, name: str, word: str
-) -> None:
+def test_a_rig_that_is_latched_otherwise(golden_here, monkeypatch, name, word):
     """Nothing else shows it: a trial ends the same way."""
     for latched in (lambda latch, cause: None, lambda latch, cause: setattr(latch, "cause", "it fell off")):
         monkeypatch.setattr(FaultLatch, "set", latched)
@@ -314,9 +301,7 @@ def test_a_rig_that_is_latched_otherwise(
         assert word in str(first.recorded)
 
 
-def test_observers_that_are_told_of_another_port_or_of_no_beginning(
-    golden_here: Golden, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_observers_that_are_told_of_another_port_or_of_no_beginning(golden_here, monkeypatch):
     monkeypatch.setattr(control_loop, "JOINT_ENCODER", "force_sensor")
     assert diverged(replay_file(golden_here("encoders-gone"), Rebuilder())).field == "port"
     monkeypatch.setattr(control_loop, "_listeners", lambda observers, event: ())
@@ -327,11 +312,11 @@ def test_observers_that_are_told_of_another_port_or_of_no_beginning(
     ("a", "b", "close"),
     [(1.0, 1.0 + 1e-10, True), (1.0, 1.0 + 1e-8, False), (0.0, 1e-13, True), (0.0, 1e-9, False)],
 )
-def test_what_another_processor_may_do(a: float, b: float, close: bool) -> None:
+def test_what_another_processor_may_do(a, b, close):
     assert close_enough(a, b) is close
 
 
-def test_bits_are_compared_not_values() -> None:
+def test_bits_are_compared_not_values():
     nan = float("nan")
     assert same_bits((nan,), (nan,))
     assert not same_bits((0.0,), (-0.0,))

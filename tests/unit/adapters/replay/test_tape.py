@@ -20,9 +20,7 @@ START = StartRecord(
 )  # fmt: skip
 
 
-def tick(
-    number: int, *, asked: tuple[float, ...] = (0.5, 0.0), reason: CommandReason = CommandReason.AS_ASKED
-) -> TickRecord:
+def tick(number, *, asked=(0.5, 0.0), reason=CommandReason.AS_ASKED):
     applied = asked if reason is CommandReason.AS_ASKED else tuple(a / 2 for a in asked)
     time_ns = 10 * number
     return TickRecord(
@@ -36,18 +34,18 @@ def tick(
     )
 
 
-def log_of(*ticks: TickRecord, calls: tuple[CallEntry, ...] = (), losses: tuple[LossEntry, ...] = ()) -> TrialLog:
+def log_of(*ticks, calls=(), losses=()):
     return TrialLog("a.mcap", 0, START, [encode(t) for t in ticks], list(calls), losses=list(losses))
 
 
-def arm_over(tape: Tape) -> ReplayArm:
+def arm_over(tape):
     arm = ReplayArm(tape)
     arm.configure()
     arm.activate()
     return arm
 
 
-def test_samples_come_in_their_order() -> None:
+def test_samples_come_in_their_order():
     tape = Tape(log_of(tick(0), tick(1)))
     with (
         ReplaySensor("force", tape.wrenches) as sensor,
@@ -59,7 +57,7 @@ def test_samples_come_in_their_order() -> None:
             sensor.read()
 
 
-def test_the_clock_reads_as_it_did() -> None:
+def test_the_clock_reads_as_it_did():
     before = CallEntry(tick=-1, port="clock", call="now_ns", time_ns=3)
     clock = ReplayClock(Tape(log_of(tick(0), tick(1), calls=(before,))))
     assert clock.now_ns() == 3
@@ -69,7 +67,7 @@ def test_the_clock_reads_as_it_did() -> None:
     assert clock.now_ns() == 10
 
 
-def test_a_port_that_failed_fails_again_with_the_same_words() -> None:
+def test_a_port_that_failed_fails_again_with_the_same_words():
     broken = replace(tick(1), wrench=None, joints=None, asked_rad=None, applied=None)
     call = CallEntry(tick=1, port="force_sensor", call="read", error="DeviceError", text="JR3: cable pulled")
     tape = Tape(log_of(tick(0), broken, calls=(call,)))
@@ -79,7 +77,7 @@ def test_a_port_that_failed_fails_again_with_the_same_words() -> None:
             sensor.read()
 
 
-def test_an_equal_command_is_answered_as_it_was() -> None:
+def test_an_equal_command_is_answered_as_it_was():
     tape = Tape(log_of(tick(0), tick(1, reason=CommandReason.VELOCITY_LIMIT)))
     arm = arm_over(tape)
     assert arm.send(JointCommand((0.5, 0.0))) == AppliedCommand((0.5, 0.0))
@@ -88,7 +86,7 @@ def test_an_equal_command_is_answered_as_it_was() -> None:
 
 
 @pytest.mark.parametrize("other", [(0.5, -0.0), (0.5000000000000001, 0.0)])
-def test_another_bit_is_another_command(other: tuple[float, float]) -> None:
+def test_another_bit_is_another_command(other):
     tape = Tape(log_of(tick(0), tick(1)))
     arm = arm_over(tape)
     tape.tick = 0
@@ -103,7 +101,7 @@ def test_another_bit_is_another_command(other: tuple[float, float]) -> None:
     assert arm.send(JointCommand((3.0, 3.0))) == AppliedCommand((3.0, 3.0))
 
 
-def test_a_command_applied_as_asked_must_be_the_one_asked_for() -> None:
+def test_a_command_applied_as_asked_must_be_the_one_asked_for():
     forged = replace(tick(0), applied=AppliedCommand((0.5, -0.0)))
     tape = Tape(log_of(forged))
     arm_over(tape).send(JointCommand((0.5, 0.0)))
@@ -111,7 +109,7 @@ def test_a_command_applied_as_asked_must_be_the_one_asked_for() -> None:
     assert tape.differences.first.field == "applied_rad[1]"
 
 
-def test_after_stop_the_arm_holds() -> None:
+def test_after_stop_the_arm_holds():
     tape = Tape(log_of(tick(0)))
     arm = arm_over(tape)
     arm.send(JointCommand((0.5, 0.0)))
@@ -120,7 +118,7 @@ def test_after_stop_the_arm_holds() -> None:
     assert arm.send(JointCommand((9.0, 9.0))) == AppliedCommand((0.5, 0.0), CommandReason.STOPPED)
 
 
-def test_ports_that_are_not_active_refuse() -> None:
+def test_ports_that_are_not_active_refuse():
     tape = Tape(log_of(tick(0)))
     for use in (
         ReplaySensor("force", tape.wrenches).read,
@@ -139,7 +137,7 @@ def test_ports_that_are_not_active_refuse() -> None:
         ((0, 1, 4), "tick 2: ticks 2 to 3 are missing"),
     ],
 )
-def test_missing_ticks_are_told(numbers: tuple[int, ...], line: str) -> None:
+def test_missing_ticks_are_told(numbers, line):
     lost = LossEntry(tick=4, problem="queue full", text="the writer was behind", dropped_messages=2)
     clock = ReplayClock(Tape(log_of(*map(tick, numbers), losses=(lost,))))
     readings = (clock.now_ns() for _ in numbers)
@@ -149,7 +147,7 @@ def test_missing_ticks_are_told(numbers: tuple[int, ...], line: str) -> None:
     assert "queue full" in str(told.value)
 
 
-def test_a_sleep_until_another_time_is_a_difference() -> None:
+def test_a_sleep_until_another_time_is_a_difference():
     tape = Tape(log_of(tick(0)))
     ReplayClock(tape).sleep_until(1)
     assert tape.differences.first is not None
@@ -160,7 +158,7 @@ GOLDEN = Path(__file__).parents[3] / "golden"
 
 
 @pytest.fixture
-def log() -> TrialLog:
+def log():
     return read_log(GOLDEN / "train-paper.mcap")
 
 
@@ -176,32 +174,32 @@ def log() -> TrialLog:
         ("task.goal.x_mm=1", {"task": {"goal": {"x_mm": 1}}}),
     ],
 )
-def test_settings_as_they_are_written(setting: str, table: dict[str, object]) -> None:
+def test_settings_as_they_are_written(setting, table):
     assert parse_setting(setting) == table
 
 
 @pytest.mark.parametrize(
     "setting", ["", "=", "task", "task.=1", ".x=1", "cell.substeps=2", "recording.enabled=false", "arm=ur5"]
 )
-def test_settings_that_are_none(setting: str) -> None:
+def test_settings_that_are_none(setting):
     with pytest.raises(ConfigurationError):
         parse_setting(setting)
 
 
-def test_settings_lie_over_the_log_s_own_configuration(log: TrialLog) -> None:
+def test_settings_lie_over_the_log_s_own_configuration(log):
     config = changed_config(log, Changes(settings=("task.press_kgf=0.4",)))
     assert config == replace(config_of(log), task=replace(config_of(log).task, press_kgf=0.4))
 
 
 @pytest.mark.parametrize(("limit_N", "weakened"), [(20, ()), (35, ("max_force_N",))])
-def test_a_limit_that_was_weak_may_be_set_stronger(log: TrialLog, limit_N: int, weakened: tuple[str, ...]) -> None:
+def test_a_limit_that_was_weak_may_be_set_stronger(log, limit_N, weakened):
     weak = overlay(config_of(log), {"supervision": {"max_force_N": 40.0, "weakened": ["max_force_N"]}})
     log.start = replace(log.start, config_toml=to_toml(weak))
     supervision = changed_config(log, Changes(settings=(f"supervision.max_force_N={limit_N}",))).supervision
     assert (supervision.max_force_N, supervision.weakened) == (limit_N, weakened)
 
 
-def test_one_rebuilder_serves_many_logs(log: TrialLog) -> None:
+def test_one_rebuilder_serves_many_logs(log):
     rebuilder = Rebuilder()
     first = rebuilder.rebuild(log)
     assert rebuilder.rebuild(log).task is first.task
@@ -226,13 +224,13 @@ def test_one_rebuilder_serves_many_logs(log: TrialLog) -> None:
     ],
     ids=str,
 )
-def test_a_start_that_was_altered_is_told_not_raised_through(log: TrialLog, fields: dict[str, object]) -> None:
+def test_a_start_that_was_altered_is_told_not_raised_through(log, fields):
     log.start = replace(log.start, **fields)  # type: ignore[arg-type]
     with pytest.raises(PalpateError):
         Rebuilder().rebuild(log)
 
 
-def test_omniscience_needs_to_know_the_hole() -> None:
+def test_omniscience_needs_to_know_the_hole():
     log = read_log(GOLDEN / "oracle-blind.mcap")
     world = {name: each for name, each in json.loads(log.start.world_json).items() if name != "hole_in_task_m"}
     log.start = replace(log.start, world_json=json.dumps(world))

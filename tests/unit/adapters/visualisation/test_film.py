@@ -1,15 +1,13 @@
 """A recorded trial as a film: its moments, what is written into them, whole pictures, and files."""
 
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import av
 import numpy as np
 import pytest
 from PIL import Image
 
-from palpate.adapters.log import DecisionEntry, EventEntry, TickRecord, read_log
+from palpate.adapters.log import DecisionEntry, EventEntry, read_log
 from palpate.adapters.mujoco import ACTION, FORCE, Moment
 from palpate.adapters.visualisation.film import Painter, captions, require_video, write_gif, write_mp4
 from palpate.adapters.visualisation.film.course import FORCE_TICKS, Course, course_of
@@ -23,14 +21,14 @@ DECISION = DecisionEntry(tick=3, number=0, symbol="x+ y0", state="seen", action=
 MOMENT = Moment(7, 1.234, POSTURE, (0.0, 0.0, -5.0), (0.0, 0.0, 0.0), "explore", DECISION)
 
 
-def test_picture_shows_time_phase_symbol_state_action_and_force() -> None:
+def test_picture_shows_time_phase_symbol_state_action_and_force():
     assert captions.now_lines(MOMENT, (0.04, -0.04, -5.06)) == [
         ("time", "1.23 s"), ("phase", "explore"), ("symbol", "x+ y0"), ("state", "seen"), ("action", "-x (learned)"),
         ("force", "5.1 N"), ("x y z", "+0.0 +0.0 -5.1 N"),
     ]  # fmt: skip
 
 
-def test_missing_value_is_a_dash() -> None:
+def test_missing_value_is_a_dash():
     bare = Moment(0, 0.0, POSTURE, None, None, "lift", None)
     lines = dict(captions.now_lines(bare, None))
     assert (lines["symbol"], lines["action"], lines["force"], lines["x y z"]) == ("-", "-", "not measured", "-")
@@ -38,7 +36,7 @@ def test_missing_value_is_a_dash() -> None:
     assert len(captions.now_lines(bare, None)) == len(captions.now_lines(MOMENT, (0.0, 0.0, 0.0)))
 
 
-def test_notes_say_whose_hole_it_is_and_whether_the_force_is_raw() -> None:
+def test_notes_say_whose_hole_it_is_and_whether_the_force_is_raw():
     tared, raw = Course((MOMENT,), True), Course((MOMENT,), False)
     assert captions.notes_of(tared, hole_known=True, world="simulator") == ["hole: where the simulator had it"]
     assert captions.notes_of(raw, hole_known=False, world="bench") == [
@@ -47,7 +45,7 @@ def test_notes_say_whose_hole_it_is_and_whether_the_force_is_raw() -> None:
 
 
 @pytest.mark.parametrize("size", [(120, 120), (640, 480), (320, 900), (1920, 1080)])
-def test_block_fits_into_a_picture_of_any_size(size: tuple[int, int]) -> None:
+def test_block_fits_into_a_picture_of_any_size(size):
     picture = Image.new("RGB", size, (0, 0, 0))
     longest = Moment(7, 99.99, POSTURE, None, None, "approach", DECISION)
     captions.write_block(picture, (2, 2), captions.now_lines(longest, (-11.1, -22.2, -33.3)), captions.font_px(*size))
@@ -57,15 +55,15 @@ def test_block_fits_into_a_picture_of_any_size(size: tuple[int, int]) -> None:
     assert not pixels[:, -1].any()
 
 
-def course(path: Path, ticks: list[TickRecord], *others: Any) -> Course:
+def course(path, ticks, *others):
     return course_of(read_log(write_log(path / "a.mcap", ticks, others=others)))
 
 
-def decision(at: int, action: str) -> DecisionEntry:
+def decision(at, action):
     return DecisionEntry(tick=at, number=at, symbol="s", state="q", action=action, source="learned")
 
 
-def test_phases_and_actions_run_until_the_next(tmp_path: Path) -> None:
+def test_phases_and_actions_run_until_the_next(tmp_path):
     trial = course(
         tmp_path,
         [tick(k) for k in range(40)],
@@ -82,7 +80,7 @@ def test_phases_and_actions_run_until_the_next(tmp_path: Path) -> None:
     assert trial.duration_s == pytest.approx(39 / 140, abs=1e-6)
 
 
-def test_forces_are_tared_means_over_the_last_ticks(tmp_path: Path) -> None:
+def test_forces_are_tared_means_over_the_last_ticks(tmp_path):
     tare = EventEntry(tick=0, name="tare", detail="0.5 -1 2.5 N, 0.01 0.02 0.03 N m, sensor frame")
     trial = course(tmp_path, [tick(k) for k in range(20)], tare)
     assert trial.tared
@@ -92,13 +90,13 @@ def test_forces_are_tared_means_over_the_last_ticks(tmp_path: Path) -> None:
     assert trial.moments[-1].torque_Nm == pytest.approx((0.0, 0.0, 0.0))
 
 
-def test_without_a_zero_forces_are_raw_and_it_is_known(tmp_path: Path) -> None:
+def test_without_a_zero_forces_are_raw_and_it_is_known(tmp_path):
     trial = course(tmp_path, [tick(0)])
     assert not trial.tared
     assert trial.moments[0].force_N == (0.0, -1.0, 3.0)
 
 
-def test_invalid_samples_are_not_drawn(tmp_path: Path) -> None:
+def test_invalid_samples_are_not_drawn(tmp_path):
     nan = float("nan")
     bad_wrench = WrenchSample((nan,) * 3, (nan,) * 3, 0, 0, 5, Validity.INVALID)
     bad_joints = JointSample((nan,) * 6, 0, 0, 5, Validity.INVALID)
@@ -111,24 +109,24 @@ def test_invalid_samples_are_not_drawn(tmp_path: Path) -> None:
     assert trial.moments[6].force_N == pytest.approx((0.6, -1.0, 3.0))
 
 
-def test_trial_begins_with_the_first_tick_that_has_joint_angles(tmp_path: Path) -> None:
+def test_trial_begins_with_the_first_tick_that_has_joint_angles(tmp_path):
     ticks = [replace(tick(0), joints=None), replace(tick(1), time_ns=None, deadline_ns=None), tick(2), tick(3)]
     trial = course(tmp_path, ticks)
     assert [moment.tick for moment in trial.moments] == [2, 3]
     assert trial.moments[0].time_s == 0.0
 
 
-def test_log_without_joint_angles_cannot_be_drawn(tmp_path: Path) -> None:
+def test_log_without_joint_angles_cannot_be_drawn(tmp_path):
     with pytest.raises(LogError, match="nothing to draw"):
         course(tmp_path, [replace(tick(k), joints=None) for k in range(3)])
 
 
 @pytest.fixture(scope="module")
-def recorded() -> Course:
+def recorded():
     return course_of(read_log(INSERTION))
 
 
-def test_film_shows_each_time_the_newest_tick(recorded: Course) -> None:
+def test_film_shows_each_time_the_newest_tick(recorded):
     moments = recorded.film(0.0, recorded.duration_s, 20.0, 1.0, 1000)
     assert [moment.tick for moment in moments[:4]] == [0, 7, 14, 21]
     # The last tick is always there, whether or not its time is due.
@@ -138,7 +136,7 @@ def test_film_shows_each_time_the_newest_tick(recorded: Course) -> None:
 SIZE = (160, 120)
 
 
-def pictures(count: int) -> list[Image.Image]:
+def pictures(count):
     """A bright square that wanders over a grey ground, and a little of the arrows' colours."""
     made = []
     for k in range(count):
@@ -150,7 +148,7 @@ def pictures(count: int) -> list[Image.Image]:
     return made
 
 
-def test_mp4_has_every_picture_and_rests_on_the_last(tmp_path: Path) -> None:
+def test_mp4_has_every_picture_and_rests_on_the_last(tmp_path):
     path = tmp_path / "film"
     made = pictures(6)
     write_mp4(path, made, 10.0)
@@ -164,7 +162,7 @@ def test_mp4_has_every_picture_and_rests_on_the_last(tmp_path: Path) -> None:
     assert np.abs(frames[-1].astype(float) - np.array(made[-1])).mean() < 4.0
 
 
-def test_gif_shows_every_picture_in_its_colours_for_its_time(tmp_path: Path) -> None:
+def test_gif_shows_every_picture_in_its_colours_for_its_time(tmp_path):
     made = pictures(5)
     write_gif(tmp_path / "film", made, 12.5, 5)
     with Image.open(tmp_path / "film") as film:
@@ -178,20 +176,20 @@ def test_gif_shows_every_picture_in_its_colours_for_its_time(tmp_path: Path) -> 
     assert durations == [80, 80, 80, 80, 1080]
 
 
-def test_rounding_of_a_gifs_times_does_not_add_up() -> None:
+def test_rounding_of_a_gifs_times_does_not_add_up():
     durations = gif_durations_ms(61, 30.0)
     assert set(durations[:-1]) == {30, 40}
     assert sum(durations[:60]) == 2000
     assert durations[-1] == 30 + 1000 * HOLD_S
 
 
-def test_pyav_without_the_encoder_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pyav_without_the_encoder_is_refused(monkeypatch):
     monkeypatch.setattr(av, "codecs_available", {"mpeg4"})
     with pytest.raises(UsageError, match="libx264"):
         require_video()
 
 
-def test_arrows_and_inset_are_in_the_picture() -> None:
+def test_arrows_and_inset_are_in_the_picture():
     require_graphics()
     log = read_log(INSERTION)
     course = course_of(log)
@@ -204,7 +202,7 @@ def test_arrows_and_inset_are_in_the_picture() -> None:
     assert there.shape == (240, 320, 3)
     assert (there == again).all()
 
-    def coloured(picture: np.ndarray, colour: tuple[int, int, int]) -> int:
+    def coloured(picture, colour):
         # Besides the text at the left, and the scale below.
         part = picture[95:200, 120:].astype(int)
         return int((np.abs(part - colour).max(axis=2) < 30).sum())

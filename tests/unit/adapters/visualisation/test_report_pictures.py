@@ -1,14 +1,11 @@
 """Pictures of reports: their descriptions say what the trials say."""
 
 import io
-from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from palpate.adapters.experiments import TrialRow
 from palpate.adapters.visualisation.report.page import share, success_of
 from palpate.adapters.visualisation.report.pictures import learning_picture, sweep_picture
 from palpate.adapters.visualisation.report.policy_picture import policy_picture
@@ -33,18 +30,18 @@ REGIONS = (
 )
 
 
-def rows(*times_s: float, wins: Sequence[bool] | None = None) -> list[TrialRow]:
+def rows(*times_s, wins=None):
     wins = wins or [True] * len(times_s)
     return [replace(row, success=win) for row, win in zip(trial_rows(*times_s), wins, strict=True)]
 
 
-def row(state: str, action: str, visits: int = 8) -> TableRow:
+def row(state, action, visits=8):
     best = NAMES.index(action)
     q = tuple(-2.0 if n == best else -3.0 for n in range(len(NAMES)))
     return TableRow(state, "learned", action, best, q, (visits // len(NAMES),) * len(NAMES))
 
 
-def policy(*table: TableRow) -> PolicyDocument:
+def policy(*table):
     state = {"q": [line.q for line in table], "visits": [line.visits_per_action for line in table]}
     learner = LearnerEntry("q-learning", PARAMETERS, state | {"trials_learned": 1})
     states = tuple(line.state for line in table)
@@ -53,28 +50,28 @@ def policy(*table: TableRow) -> PolicyDocument:
     )
 
 
-def pixels(png: bytes) -> np.ndarray:
+def pixels(png):
     return (imread(io.BytesIO(png), format="png") * 255).round().astype(int)[..., :3]
 
 
-def test_a_learning_curve_begins_where_its_window_is_full() -> None:
+def test_a_learning_curve_begins_where_its_window_is_full():
     picture = learning_picture({"learner": [rows(*[4.0] * 25, *[2.0] * 25)]}, {"torque": rows(1.0, 2.0)})
     assert "learner: 4 s at first, 2 s at the end; torque: 1.5 s" in picture.alt
     assert (pixels(picture.png) != 255).any()
 
 
-def test_curves_of_several_seeds_end_where_the_shortest_ends() -> None:
+def test_curves_of_several_seeds_end_where_the_shortest_ends():
     picture = learning_picture({"learner": [rows(3.0, 2.0), rows(1.0, 2.0, 9.0)]}, {})
     assert "learner: 2 s at first, 2 s at the end" in picture.alt
 
 
-def test_a_sweep_has_a_mean_over_seeds_for_each_value() -> None:
+def test_a_sweep_has_a_mean_over_seeds_for_each_value():
     points = {"0.5": [rows(1.0), rows(3.0)], "0.7": [rows(1.0)]}
     picture = sweep_picture("task.step_mm", ["0.5", "0.7"], {"torque": points})
     assert "against task.step_mm. torque at 0.5: 2 s; torque at 0.7: 1 s." in picture.alt
 
 
-def test_a_policy_of_regions_is_two_maps() -> None:
+def test_a_policy_of_regions_is_two_maps():
     picture = policy_picture(policy(*(row(state, "+x") for state in REGIONS)))
     assert "x- y-: +x; x- y0: +x" in picture.alt
     height, width, _ = pixels(picture.png).shape
@@ -82,7 +79,7 @@ def test_a_policy_of_regions_is_two_maps() -> None:
     assert width > 2 * height
 
 
-def test_of_many_states_the_most_visited_are_drawn() -> None:
+def test_of_many_states_the_most_visited_are_drawn():
     table = [row(f"state {k}", "+y", visits=8 * (k + 1)) for k in range(60)]
     picture = policy_picture(policy(*table, row("never", "-x", visits=0)))
     assert "The 48 most visited of 61 states" in picture.caption
@@ -92,9 +89,9 @@ def test_of_many_states_the_most_visited_are_drawn() -> None:
 @pytest.mark.parametrize(
     ("value", "text"), [(0.0, "0 %"), (0.001, "< 1 %"), (0.5, "50 %"), (0.999, "> 99 %"), (1.0, "100 %")]
 )
-def test_a_share_is_never_rounded_to_all_or_nothing(value: float, text: str) -> None:
+def test_a_share_is_never_rounded_to_all_or_nothing(value, text):
     assert share(value) == text
 
 
-def test_success_has_its_exact_interval() -> None:
+def test_success_has_its_exact_interval():
     assert success_of(rows(1.0, 1.0, wins=[True, False])) == "50 % [1.3%, 98.7%]"

@@ -2,8 +2,6 @@
 
 import socket
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -23,11 +21,11 @@ from tests.golden.record import HERE as GOLDEN
 LOG = GOLDEN / "train-paper.mcap"
 
 
-def columns(path: Path, entity: str, name: str) -> list[tuple[int, Any]]:
+def columns(path, entity, name):
     """Return times, ns, and values of a component."""
     from rerun.chunk import RrdReader
 
-    found: list[tuple[int, Any]] = []
+    found = []
     for chunk in RrdReader(path).stream().to_chunks():
         if chunk.entity_path == entity and not chunk.is_static:
             batch = chunk.to_record_batch()
@@ -37,7 +35,7 @@ def columns(path: Path, entity: str, name: str) -> list[tuple[int, Any]]:
     return found
 
 
-def test_an_exported_log_has_its_wrench_tip_events_and_decisions(tmp_path: Path) -> None:
+def test_an_exported_log_has_its_wrench_tip_events_and_decisions(tmp_path):
     (made,) = export_rerun([LOG], tmp_path / "out")
     log = read_log(LOG)
     series, records = series_of(log), list(log.records())
@@ -57,7 +55,7 @@ def test_an_exported_log_has_its_wrench_tip_events_and_decisions(tmp_path: Path)
 
 
 @pytest.mark.parametrize("section", SIDES)
-def test_a_peg_that_is_not_round_is_drawn_as_a_mesh_that_fits_the_rim_of_its_hole(section: str) -> None:
+def test_a_peg_that_is_not_round_is_drawn_as_a_mesh_that_fits_the_rim_of_its_hole(section):
     log = read_log(LOG)
     text = log.start.config_toml.replace('"round"', f'"{section}"')
     log = replace(log, start=replace(log.start, config_toml=text))
@@ -71,7 +69,7 @@ def test_a_peg_that_is_not_round_is_drawn_as_a_mesh_that_fits_the_rim_of_its_hol
     assert widest_m == pytest.approx(np.hypot(*rim_m[:, :2].T).max(), rel=0.03)
 
 
-def test_a_trial_that_is_watched_is_the_same_and_shows_what_its_log_shows(tmp_path: Path) -> None:
+def test_a_trial_that_is_watched_is_the_same_and_shows_what_its_log_shows(tmp_path):
     job, watched, alone = scenario("paper"), tmp_path / "watched", tmp_path / "alone"
     with LiveView(Recording.file(tmp_path / "live.rrd")) as view:
         Run(job, live=view).evaluate(2, "torque", watched)
@@ -86,7 +84,7 @@ def test_a_trial_that_is_watched_is_the_same_and_shows_what_its_log_shows(tmp_pa
     assert len(columns(tmp_path / "live.rrd", "/learning_curve", "BarChart:values")) == 2
 
 
-def test_a_port_that_is_taken_is_refused_in_one_line() -> None:
+def test_a_port_that_is_taken_is_refused_in_one_line():
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()

@@ -1,34 +1,31 @@
 """Machines for tests: random ones, any at all, and the slow but plain way to tell which states do the same."""
 
 import random
-from collections.abc import Hashable, Iterator, Sequence
 from itertools import product
 
 from hypothesis import strategies as st
 
-from palpate.core.automata.machine import Kind, Machine, Output
+from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import minimised
 
 KINDS = list(Kind)
-OUTPUTS: dict[Kind, list[Output]] = {
+OUTPUTS = {
     Kind.DFA: [False, True],
     Kind.MOORE: ["x", "y", ("x", "y")],
 }
 
 
-def dfa(
-    rows: Sequence[Sequence[int | None]], accepting: Sequence[int], start: int = 0, alphabet: str = "ab", labels=()
-):
+def dfa(rows, accepting, start=0, alphabet="ab", labels=()):
     outputs = tuple(state in accepting for state in range(len(rows)))
     return Machine(Kind.DFA, tuple(alphabet), tuple(map(tuple, rows)), outputs, start=start, labels=tuple(labels))
 
 
-def canonical(machine: Machine) -> Machine:
+def canonical(machine):
     """The same machine, nothing merged, its reachable states numbered breadth first from the start."""
     return minimised(machine, range(len(machine.transitions)))
 
 
-def random_machine(rng: random.Random, kind: Kind, states: int, symbols: int, missing: float = 0.0) -> Machine:
+def random_machine(rng, kind, states, symbols, missing=0.0):
     """Uniform targets and outputs, any start; each transition is missing with a probability."""
     rows = tuple(
         tuple(None if rng.random() < missing else rng.randrange(states) for _ in range(symbols)) for _ in range(states)
@@ -40,7 +37,7 @@ def random_machine(rng: random.Random, kind: Kind, states: int, symbols: int, mi
 
 
 @st.composite
-def machines(draw: st.DrawFn, kind: Kind | None = None, symbols: int | None = None) -> Machine:
+def machines(draw, kind=None, symbols=None):
     """Small machines of every sort, often with states that do the same."""
     kind = draw(st.sampled_from(KINDS)) if kind is None else kind
     states = draw(st.integers(1, 7))
@@ -49,17 +46,17 @@ def machines(draw: st.DrawFn, kind: Kind | None = None, symbols: int | None = No
     return random_machine(random.Random(draw(st.integers(0, 2**32))), kind, states, symbols, missing)
 
 
-def words(symbols: int, longest: int) -> Iterator[tuple[int, ...]]:
+def words(symbols, longest):
     """All words up to a length, shortest first, those of one length in the alphabet's order."""
     for length in range(longest + 1):
         yield from product(range(symbols), repeat=length)
 
 
-def classes_by_table(machine: Machine, apart: Sequence[Hashable] | None = None) -> set[frozenset[int]]:
+def classes_by_table(machine, apart=None):
     """Reachable states that do the same, by filling a table of the pairs that do not (E. F. Moore, 1956)."""
     states = machine.reachable()
 
-    def differ_at_once(one: int, other: int) -> bool:
+    def differ_at_once(one, other):
         if apart is not None and apart[one] != apart[other]:
             return True
         return machine.state_outputs[one] != machine.state_outputs[other]

@@ -5,7 +5,7 @@ from palpate.core.automata.elman import Architecture, Network, Readout
 LARGE = 20.0
 
 
-def parity() -> Network:
+def parity():
     """One second-order unit: 0 keeps it, 1 turns it over; accepts an even number of 1."""
     shape = Architecture(alphabet=("0", "1"), reading=Readout.ACCEPTANCE, hidden=1, order=2)
     return Network(
@@ -18,7 +18,7 @@ def parity() -> Network:
     )
 
 
-def last_symbol() -> Network:
+def last_symbol():
     """Two first-order units that hold the last symbol; a symbol is followed by the other one, or by the end after b."""
     shape = Architecture(alphabet=("a", "b"), reading=Readout.PREDICTION)
     return Network(
@@ -31,7 +31,7 @@ def last_symbol() -> Network:
     )
 
 
-def drift() -> Network:
+def drift():
     """One tanh unit that a moves up by little, so that it depends on q how many steps are told apart; b resets it."""
     shape = Architecture(alphabet=("a", "b"), reading=Readout.PREDICTION, hidden=1, activation="tanh", order=2)
     return Network(

@@ -23,19 +23,19 @@ from palpate.core.automata.choice import (
 )
 from palpate.core.automata.elman import END, RANGES, Architecture, Network, Readout
 from palpate.core.automata.infer import InferenceSettings, _acceptor, infer
-from palpate.core.automata.training import Progress, TrainedNetwork, TrainingSettings
+from palpate.core.automata.training import TrainedNetwork, TrainingSettings
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.networks import LARGE, drift, last_symbol, parity
 
 
-def one_by_one(network: Network, intervals: int, centres: bool) -> tuple[list[list[float]], list[list[int]]]:
+def one_by_one(network, intervals, centres):
     """The algorithm as it is written down, cell by cell."""
     low, high = RANGES[network.architecture.activation]
 
-    def cell_of(state: list[float]) -> tuple[int, ...]:
+    def cell_of(state):
         return tuple(min(floor((value - low) / ((high - low) / intervals)), intervals - 1) for value in state)
 
-    def held(state: list[float]) -> list[float]:
+    def held(state):
         return [low + (n + 0.5) * ((high - low) / intervals) for n in cell_of(state)] if centres else state
 
     start = network.start_state.tolist()
@@ -65,13 +65,13 @@ architectures = st.builds(
 )
 
 
-def drawn(shape: Architecture, seed: int) -> Network:
+def drawn(shape, seed):
     rng = np.random.default_rng(seed)
     return Network(shape, **{name: 2.0 * rng.normal(size=size) for name, size in shape.shapes.items()})
 
 
-def entered_by(machine: Machine) -> list[set[int]]:
-    found: list[set[int]] = [set() for _ in machine.transitions]
+def entered_by(machine):
+    found = [set() for _ in machine.transitions]
     for row in machine.transitions:
         for symbol, target in enumerate(row):
             assert target is not None
@@ -81,7 +81,7 @@ def entered_by(machine: Machine) -> list[set[int]]:
 
 class TestPartition:
     @given(architectures, st.integers(0, 10**6), st.integers(1, 9), st.booleans())
-    def test_level_at_once_is_one_after_the_other(self, shape, seed, intervals, centres) -> None:
+    def test_level_at_once_is_one_after_the_other(self, shape, seed, intervals, centres):
         network = drawn(shape, seed)
         found = bounded_partition(network, intervals, centres=centres)
         vectors, rows = one_by_one(network, intervals, centres)
@@ -91,19 +91,19 @@ class TestPartition:
     @given(architectures, st.integers(0, 10**6), st.integers(2, 9))
     def test_one_symbol_at_most_leads_into_each_state_also_where_several_lead_into_its_cell(
         self, shape, seed, intervals
-    ) -> None:
+    ):
         machine = bounded_partition(drawn(shape, seed), intervals, by_symbol=True).minimal()
         assert all(len(symbols) <= 1 for symbols in entered_by(machine))
 
     @given(architectures, st.integers(0, 10**6), st.integers(2, 9))
-    def test_with_strings_every_state_is_one_that_a_string_comes_to(self, shape, seed, intervals) -> None:
+    def test_with_strings_every_state_is_one_that_a_string_comes_to(self, shape, seed, intervals):
         tree = PrefixTree.of(Strings.of(["ab", "bba", "abb"], alphabet=shape.alphabet))
         found = bounded_partition(drawn(shape, seed), intervals, 100, tree=tree)
         assert found is not None
         assert set(tree.states(found.transitions).tolist()) == set(range(len(found.vectors)))
         assert sorted(found.machine().reachable()) == list(range(len(found.vectors)))
 
-    def test_threshold_decides_what_is_possible(self) -> None:
+    def test_threshold_decides_what_is_possible(self):
         shares = bounded_partition(last_symbol(), 2)
         assert shares.machine(0.4).state_outputs[0] == ("a", "b")
         assert shares.machine(0.6).state_outputs[0] == ()
@@ -120,7 +120,7 @@ AB_LABELLED = PrefixTree.of(Strings.of(["a", "b"], [True, False]))
 HELD = PrefixTree.of(Strings.of(["ab", "abab"]))
 
 
-def three_steps() -> Network:
+def three_steps():
     """Accepts when a came three times or more since the last b: too fine for few intervals."""
     one = drift()
     shape = Architecture(alphabet=("a", "b"), reading=Readout.ACCEPTANCE, hidden=1, activation="tanh", order=2)
@@ -128,7 +128,7 @@ def three_steps() -> Network:
 
 
 class TestChoice:
-    def test_smallest_consistent_q_is_taken(self) -> None:
+    def test_smallest_consistent_q_is_taken(self):
         words = ["", "a", "aa", "aaa", "aaaa", "aab", "aaba", "aaab"]
         tree = PrefixTree.of(Strings.of(words, [word.endswith("aaa") for word in words]))
         found = accepting_extract(three_steps(), tree, ExtractionSettings())
@@ -137,7 +137,7 @@ class TestChoice:
             only = ExtractionSettings(fewest_intervals=intervals, most_intervals=intervals)
             assert accepting_extract(three_steps(), tree, only).wrong == 0.25
 
-    def test_without_a_consistent_q_the_best_is_kept(self) -> None:
+    def test_without_a_consistent_q_the_best_is_kept(self):
         words = ["a", "b", "ab", "aa"]
         tree = PrefixTree.of(Strings.of(words, [True, False, False, True]))
         found = accepting_extract(three_steps(), tree, ExtractionSettings(most_intervals=9))
@@ -145,20 +145,20 @@ class TestChoice:
         assert found.intervals == 2
         assert found.cost == 0.5
 
-    def test_acceptor_that_lets_little_through_and_is_right_is_tighter(self) -> None:
+    def test_acceptor_that_lets_little_through_and_is_right_is_tighter(self):
         tree = PrefixTree.of(Strings.of(["aa", "aa", "ab"], [True, True, False]))
         only_a = Machine(Kind.DFA, ("a", "b"), ((0, 1), (1, 1)), (True, False))
         even_b = Machine(Kind.DFA, ("a", "b"), ((0, 1), (1, 0)), (True, False))
         assert looseness(only_a, tree) == pytest.approx(2.0 * np.log(0.25) + np.log(0.75))
         assert looseness(even_b, tree) == pytest.approx(3.0 * np.log(0.5))
 
-    def test_another_alphabet_is_refused(self) -> None:
+    def test_another_alphabet_is_refused(self):
         with pytest.raises(ConfigurationError, match=r"network\.alphabet"):
             accepting_extract(parity(), AB, ExtractionSettings())
         with pytest.raises(ConfigurationError, match=r"network\.alphabet"):
             predicting_extracts(last_symbol(), AB, ExtractionSettings(), EVEN)
 
-    def test_all_q_are_judged_for_prediction_and_the_smallest_of_equals_is_taken(self) -> None:
+    def test_all_q_are_judged_for_prediction_and_the_smallest_of_equals_is_taken(self):
         found = predicting_extracts(last_symbol(), AB, ExtractionSettings(most_intervals=6), HELD)
         assert [extract.intervals for extract in found] == [2, 3, 4, 5, 6]
         assert {extract.states for extract in found} == {3}
@@ -166,7 +166,7 @@ class TestChoice:
         assert chosen is found[0]
         assert chosen.cost == chosen.loss + chosen.price
 
-    def test_loss_is_that_of_counted_probabilities(self) -> None:
+    def test_loss_is_that_of_counted_probabilities(self):
         one_state = Machine(Kind.MOORE, ("a", "b"), ((0, 0),), (("a",),))
         # Training: a 4, b 5, end 4 times; half a count more of each for the symbol, and for the state as that has them.
         symbol = np.array([4.5, 5.5, 4.5]) / 14.5
@@ -175,17 +175,17 @@ class TestChoice:
         assert model_loss(one_state, AB, HELD) == pytest.approx(-(np.array([3, 3, 2]) @ np.log(shares)) / 8)
         assert price_of(one_state, AB) == pytest.approx(2 / 13)
 
-    def test_where_an_incomplete_automaton_is_lost_it_goes_on_as_its_follower_does(self) -> None:
+    def test_where_an_incomplete_automaton_is_lost_it_goes_on_as_its_follower_does(self):
         # After b there is no way on: all else is being lost, in one state of its own.
         lost = Machine(Kind.MOORE, ("a", "b"), ((0, None),), (("a",),))
         assert 0.0 < model_loss(lost, AB, HELD) < 2.0
         assert model_loss(last_symbols(AB, 1), AB, HELD) < model_loss(lost, AB, HELD)
 
-    def test_states_are_named_by_their_last_symbol_and_what_follows(self) -> None:
+    def test_states_are_named_by_their_last_symbol_and_what_follows(self):
         assert last_symbols(AB, 1).transitions == ((1, 2), (None, 2), (1, None))
         assert labelled(last_symbols(AB, 1), AB).labels == ("start > a b", "a > b", f"b > {END} a")
 
-    def test_q_of_too_many_states_is_left_out(self) -> None:
+    def test_q_of_too_many_states_is_left_out(self):
         # One tanh unit: three intervals give one state, four give four.
         long = PrefixTree.of(Strings.of(["aaab", "ab"]))
         found = predicting_extracts(
@@ -211,8 +211,8 @@ def walks():
 
 
 class TestInference:
-    def test_language_is_inferred_from_labelled_strings_and_held_out_ones_judge_it(self) -> None:
-        told: list[Progress] = []
+    def test_language_is_inferred_from_labelled_strings_and_held_out_ones_judge_it(self):
+        told = []
         training = TrainingSettings(restarts=32, steps=400, enough=4)
         found = infer(ODD_ZEROS, InferenceSettings(order=2, held_out=0.25, training=training), progress=told.append)
         assert difference(found.machine, Machine(Kind.DFA, ("0", "1"), ((1, 0), (0, 1)), (False, True))) is None
@@ -227,7 +227,7 @@ class TestInference:
         assert found.chosen.agreement == 1.0
         assert "agreement: 100.0% of the held-out strings (32 strings)" in found.summary
 
-    def test_of_automata_that_are_right_and_equally_small_the_tightest_is_taken(self) -> None:
+    def test_of_automata_that_are_right_and_equally_small_the_tightest_is_taken(self):
         even, words = parity(), ["", "0", "1", "00", "000", "01"]
         # Once a 1 came, all is rejected: only words with two of them would tell the two languages apart.
         never = replace(even, recurrent=[[[LARGE]], [[0.0]]])
@@ -237,7 +237,7 @@ class TestInference:
         assert chosen.network is never
         assert (extract.wrong, extract.states) == (0.0, 2)
 
-    def test_walks_give_a_machine_that_says_what_may_come_next(self, walks) -> None:
+    def test_walks_give_a_machine_that_says_what_may_come_next(self, walks):
         machine = walks.machine
         assert machine.kind is Kind.MOORE
         assert walks.consistent is None
@@ -247,7 +247,7 @@ class TestInference:
         assert machine.output_of(word) == ("b", END)
         assert (walks.strings, walks.held_out) == (288, 72)
 
-    def test_report_has_all_q_and_a_picture(self, walks) -> None:
+    def test_report_has_all_q_and_a_picture(self, walks):
         assert [extract.intervals for extract in walks.extracts] == list(range(2, 21))
         assert walks.chosen.cost == min(extract.cost for extract in walks.extracts)
         assert walks.hidden.shape == (len(walks.cells), 2)

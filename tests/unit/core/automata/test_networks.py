@@ -12,14 +12,14 @@ from palpate.core.automata import PrefixTree
 from palpate.core.automata.elman import END, Architecture, Network, Readout, network_text, network_to_dict
 from palpate.core.automata.restarts import Restarts, TrainingTask, levels_of
 from palpate.core.automata.strings import Strings
-from palpate.core.automata.training import Progress, Training, TrainingSettings, train
+from palpate.core.automata.training import TrainingSettings, train
 from palpate.core.errors import ConfigurationError
 
 texts = st.lists(st.lists(st.sampled_from("ABC"), min_size=1, max_size=6).map("".join), min_size=2, max_size=40)
 
 
 class TestStrings:
-    def test_empty_string_needs_a_label(self) -> None:
+    def test_empty_string_needs_a_label(self):
         with pytest.raises(ConfigurationError, match=r"strings\[1\].*at least one symbol"):
             Strings.of(["AB", ""])
 
@@ -39,13 +39,13 @@ class TestStrings:
             (["AB"], [], "ABA", "different names"),
         ],
     )
-    def test_what_cannot_be_learned_from_is_refused_in_one_line(self, texts, labels, alphabet, said) -> None:
+    def test_what_cannot_be_learned_from_is_refused_in_one_line(self, texts, labels, alphabet, said):
         with pytest.raises(ConfigurationError, match=said) as caught:
             Strings.of(texts, labels, alphabet=alphabet)
         assert "\n" not in str(caught.value)
 
     @given(texts, st.floats(0.01, 0.99), st.integers(0, 1000))
-    def test_split_loses_nothing_and_is_repeatable(self, listed, share, seed) -> None:
+    def test_split_loses_nothing_and_is_repeatable(self, listed, share, seed):
         strings = Strings(("A", "B", "C"), tuple((0, 1, *map("ABC".index, word)) for word in listed))
         kept, held = strings.split(share, seed)
         assert sorted(kept.words + held.words) == sorted(strings.words)
@@ -53,7 +53,7 @@ class TestStrings:
         assert kept.alphabet == held.alphabet == strings.alphabet
         assert abs(len(held.words) - share * len(strings.words)) <= 1.0
 
-    def test_split_keeps_labels_with_their_strings(self) -> None:
+    def test_split_keeps_labels_with_their_strings(self):
         strings = Strings.of([f"{n:04b}" for n in range(16)], [n % 3 == 0 for n in range(16)])
         for part in strings.split(0.25, 3):
             assert all(
@@ -63,13 +63,13 @@ class TestStrings:
         assert len(strings.split(0.25, 3)[1].words) == 4
 
     @pytest.mark.parametrize("share", [0.0, 1.0, -0.5])
-    def test_split_has_two_sides(self, share) -> None:
+    def test_split_has_two_sides(self, share):
         with pytest.raises(ConfigurationError, match="above 0 and below 1"):
             Strings.of(["AB", "BA"]).split(share, 0)
 
 
-def prefixes(tree: PrefixTree) -> list[tuple[int, ...]]:
-    found: list[tuple[int, ...]] = []
+def prefixes(tree):
+    found = []
     for parent, symbol in zip(tree.parents, tree.symbols, strict=True):
         found.append(() if parent < 0 else (*found[parent], int(symbol)))
     return found
@@ -79,7 +79,7 @@ words = st.lists(st.lists(st.integers(0, 2), min_size=1, max_size=7).map(tuple),
 
 
 class TestPrefixTree:
-    def test_small_tree(self) -> None:
+    def test_small_tree(self):
         tree = PrefixTree.of(Strings.of(["BA", "A", "BB", "BA"]))
         assert prefixes(tree) == [(), (0,), (1,), (1, 0), (1, 1)]
         assert tree.levels.tolist() == [0, 1, 3, 5]
@@ -90,7 +90,7 @@ class TestPrefixTree:
         assert list(tree.blocks()) == [[(0, 1, 2), (1, 2, 3)], [(0, 3, 4), (1, 4, 5)]]
 
     @given(words)
-    def test_tree_holds_each_prefix_once_and_counts_its_strings(self, listed) -> None:
+    def test_tree_holds_each_prefix_once_and_counts_its_strings(self, listed):
         strings = Strings(("a", "b", "c"), ((0, 1), *listed))
         tree = PrefixTree.of(strings)
         held = prefixes(tree)
@@ -103,7 +103,7 @@ class TestPrefixTree:
         assert tree.counts.sum() == strings.symbols + len(strings.words)
 
     @given(words, st.integers(0, 3))
-    def test_automaton_runs_over_all_prefixes_at_once(self, listed, start) -> None:
+    def test_automaton_runs_over_all_prefixes_at_once(self, listed, start):
         tree = PrefixTree.of(Strings(("a", "b", "c"), ((0, 1), *listed)))
         transitions = np.random.default_rng(len(listed)).integers(4, size=(4, 3))
         for prefix, state in zip(prefixes(tree), tree.states(transitions, start), strict=True):
@@ -113,7 +113,7 @@ class TestPrefixTree:
             assert state == expected
 
 
-def network(seed=0, *, alphabet=("a", "b", "c"), reading=Readout.PREDICTION, **shape) -> Network:
+def network(seed=0, *, alphabet=("a", "b", "c"), reading=Readout.PREDICTION, **shape):
     architecture = Architecture(alphabet=alphabet, reading=reading, **shape)
     rng = np.random.default_rng(seed)
     return Network(architecture, **{name: rng.normal(size=size) for name, size in architecture.shapes.items()})
@@ -122,7 +122,7 @@ def network(seed=0, *, alphabet=("a", "b", "c"), reading=Readout.PREDICTION, **s
 class TestElman:
     @pytest.mark.parametrize("order", [1, 2])
     @pytest.mark.parametrize("activation", ["sigmoid", "tanh"])
-    def test_all_ways_to_advance_agree(self, order, activation) -> None:
+    def test_all_ways_to_advance_agree(self, order, activation):
         one = network(1, order=order, activation=activation, hidden=3)
         strings = Strings(("a", "b", "c"), ((0, 1, 2, 2), (2, 1, 0), (2, 2), (0,)))
         tree = PrefixTree.of(strings)
@@ -137,7 +137,7 @@ class TestElman:
         for symbol in range(3):
             assert one.after(hidden, np.full(len(hidden), symbol)) == pytest.approx(one.advance(hidden, symbol))
 
-    def test_predictions_are_probabilities_even_of_huge_weights(self) -> None:
+    def test_predictions_are_probabilities_even_of_huge_weights(self):
         one = network(2)
         huge = Network(one.architecture, one.recurrent, one.inputs, one.start, 1e6 * one.output, one.bias)
         shares = huge.read(np.array([[0.0, 1.0], [1.0, 0.3]]))
@@ -145,11 +145,11 @@ class TestElman:
         assert shares.sum(axis=1) == pytest.approx(1.0)
         assert np.isfinite(shares).all()
 
-    def test_end_of_a_string_is_no_symbol(self) -> None:
+    def test_end_of_a_string_is_no_symbol(self):
         with pytest.raises(ConfigurationError, match="means the end of a string"):
             Architecture(alphabet=("a", END), reading=Readout.PREDICTION)
 
-    def test_another_alphabet_is_refused_also_in_another_order(self) -> None:
+    def test_another_alphabet_is_refused_also_in_another_order(self):
         one = network()
         one.require_alphabet(("a", "b", "c"))
         with pytest.raises(ConfigurationError, match="the network's own: a, b, c"):
@@ -159,7 +159,7 @@ class TestElman:
 
     @pytest.mark.parametrize("reading", list(Readout))
     @pytest.mark.parametrize("order", [1, 2])
-    def test_file_has_the_shape_and_every_weight_to_the_last_bit(self, reading, order) -> None:
+    def test_file_has_the_shape_and_every_weight_to_the_last_bit(self, reading, order):
         one = network(4, alphabet=("x- y0", "b"), reading=reading, hidden=3, activation="tanh", order=order)
         data = json.loads(network_text(one))
         assert data == network_to_dict(one)
@@ -180,7 +180,7 @@ SHAPES = [
 shapes = pytest.mark.parametrize("shape", SHAPES, ids=lambda s: f"{s.reading.value}-{s.activation}-{s.order}")
 
 
-def loss_string_by_string(network: Network, strings: Strings) -> tuple[float, bool]:
+def loss_string_by_string(network, strings):
     """The definition, without a tree: nats a symbol (with the end), or a string; and whether all is right."""
     total, drawn, right = 0.0, 0, True
     for place, word in enumerate(strings.words):
@@ -202,7 +202,7 @@ def loss_string_by_string(network: Network, strings: Strings) -> tuple[float, bo
 
 class TestRestarts:
     @shapes
-    def test_batch_does_what_its_networks_do_one_by_one(self, shape) -> None:
+    def test_batch_does_what_its_networks_do_one_by_one(self, shape):
         strings = LABELLED if shape.reading is Readout.ACCEPTANCE else POSITIVE
         tree = PrefixTree.of(strings)
         task, restarts = TrainingTask(tree, shape), Restarts(shape, 5, seed=3)
@@ -215,13 +215,13 @@ class TestRestarts:
             assert losses[place].item() == pytest.approx(loss, rel=1e-4)
             assert right is None or bool(right[place]) is all_right
 
-    def test_network_depends_on_the_seed_and_its_number_alone(self) -> None:
+    def test_network_depends_on_the_seed_and_its_number_alone(self):
         many, few = Restarts(SHAPES[0], 6, seed=5), Restarts(SHAPES[0], 2, seed=5, skip=3)
         for name in SHAPES[0].shapes:
             assert getattr(few.network(1), name).tobytes() == getattr(many.network(4), name).tobytes()
             assert getattr(many.network(3), name).tobytes() != getattr(many.network(4), name).tobytes()
 
-    def test_gradients_are_clipped_network_by_network(self) -> None:
+    def test_gradients_are_clipped_network_by_network(self):
         import torch
 
         restarts = Restarts(SHAPES[0], 3, seed=0)
@@ -236,7 +236,7 @@ class TestRestarts:
         assert bias[2].tolist() == [0.0] * 4
         assert torch.isfinite(restarts.parameters["start"].grad).all()
 
-    def test_noise_comes_from_its_generator(self) -> None:
+    def test_noise_comes_from_its_generator(self):
         import torch
 
         levels, restarts = levels_of(PrefixTree.of(POSITIVE)), Restarts(SHAPES[0], 2, seed=0)
@@ -258,12 +258,12 @@ PREDICTOR = Architecture(alphabet=("a", "b"), reading=Readout.PREDICTION)
 WALKS = Strings.of(["ab", "abab", "ab", "aab"])
 
 
-def parameters(training: Training) -> list[bytes]:
+def parameters(training):
     return [getattr(t.network, name).tobytes() for t in training.networks for name in t.network.architecture.shapes]
 
 
 class TestTraining:
-    def test_equal_seeds_give_equal_bytes_and_others_do_not(self) -> None:
+    def test_equal_seeds_give_equal_bytes_and_others_do_not(self):
         settings = TrainingSettings(restarts=6, batch=4, steps=30, noise=0.2, look_every=7)
         one, again = train(WALKS, PREDICTOR, settings), train(WALKS, PREDICTOR, settings)
         assert parameters(one) == parameters(again)
@@ -273,7 +273,7 @@ class TestTraining:
         )
         assert parameters(one) != parameters(other)
 
-    def test_threads_of_the_caller_are_left_as_they_were(self) -> None:
+    def test_threads_of_the_caller_are_left_as_they_were(self):
         import torch
 
         before = torch.get_num_threads()
@@ -284,8 +284,8 @@ class TestTraining:
         finally:
             torch.set_num_threads(before)
 
-    def test_batches_are_counted_on_and_progress_is_told(self) -> None:
-        told: list[Progress] = []
+    def test_batches_are_counted_on_and_progress_is_told(self):
+        told = []
         training = train(WALKS, PREDICTOR, TrainingSettings(restarts=5, batch=2, steps=10, look_every=4), told.append)
         assert [(point.restart, point.step) for point in told] == [(r, s) for r in (0, 2, 4) for s in (0, 4, 8, 10)]
         assert training.curve == tuple(told)
@@ -293,7 +293,7 @@ class TestTraining:
         assert all(point.best_loss <= point.median_loss and point.consistent == 0 for point in told)
         assert "5 networks, 10 steps; lowest loss" in training.summary
 
-    def test_best_is_kept_even_if_none_is_consistent(self) -> None:
+    def test_best_is_kept_even_if_none_is_consistent(self):
         # A step size that throws every network about: what was best is far from what is last.
         wild = TrainingSettings(restarts=4, batch=4, steps=40, learning_rate=30.0, look_every=1)
         training = train(EVEN_ONES, ACCEPTOR, wild)
@@ -302,14 +302,14 @@ class TestTraining:
         assert training.curve[-1].best_loss > training.best.loss
         assert "none is right about every training string" in training.summary
 
-    def test_no_more_batches_than_needed(self) -> None:
+    def test_no_more_batches_than_needed(self):
         training = train(EVEN_ONES, ACCEPTOR, TrainingSettings(restarts=320, batch=32, steps=400, enough=2))
         assert len(training.networks) < 320
         assert training.consistent >= 2
         losses = [network.loss for network in training.networks[: training.consistent]]
         assert losses == sorted(losses)
 
-    def test_training_lowers_the_loss_to_that_of_the_source(self) -> None:
+    def test_training_lowers_the_loss_to_that_of_the_source(self):
         # After an a comes a b with 3 in 4, an a otherwise; after a b the end.
         training = train(Strings.of(["ab"] * 3 + ["aab"]), PREDICTOR, TrainingSettings(restarts=8, batch=8, steps=300))
         choices = 3 * np.log(4 / 3) + np.log(4.0)
@@ -323,6 +323,6 @@ class TestTraining:
             (EVEN_ONES, Architecture(alphabet=BINARY, reading=Readout.PREDICTION), "acceptance for such strings"),
         ],
     )
-    def test_strings_must_suit_the_network(self, strings, shape, said) -> None:
+    def test_strings_must_suit_the_network(self, strings, shape, said):
         with pytest.raises(ConfigurationError, match=said):
             train(strings, shape)

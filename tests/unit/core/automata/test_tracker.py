@@ -21,33 +21,33 @@ PARTIAL = Machine(
 )
 
 
-def run(tracker: AutomatonState, word: str) -> list[str]:
+def run(tracker, word):
     tracker.reset()
     return [tracker.states[tracker.update(tracker.symbols.index(name))] for name in word]
 
 
 @given(st.lists(st.integers(0, 2), max_size=20))
-def test_it_follows_a_complete_machine(word) -> None:
+def test_it_follows_a_complete_machine(word):
     tracker = AutomatonState.of(COMPLETE)
     tracker.reset()
     for place, symbol in enumerate(word):
         assert tracker.update(symbol) == COMPLETE.state_after(word[: place + 1])
 
 
-def test_states_have_the_symbol_that_most_often_leads_into_them() -> None:
+def test_states_have_the_symbol_that_most_often_leads_into_them():
     a, b, c = range(3)
     assert AutomatonState.of(PARTIAL).symbol_of == (None, a, b, b, None)
     # Two lead into the first, from one state each; into the last all three, but c from most.
     assert AutomatonState.of(COMPLETE).symbol_of == (b, a, b, c, None)
 
 
-def test_it_stays_lost_as_long_as_nothing_fits() -> None:
+def test_it_stays_lost_as_long_as_nothing_fits():
     # c leads nowhere, so nothing is believed after it.
     tracker = AutomatonState.of(PARTIAL)
     assert run(tracker, "accaab") == ["after a", LOST, LOST, LOST, LOST, "after ab"]
 
 
-def test_strings_tell_what_is_known_and_what_is_usual() -> None:
+def test_strings_tell_what_is_known_and_what_is_usual():
     # No string takes c from the start, nor anything in s3; b leads to s2 once and to s0 three times.
     strings = Strings.of(["ab", "b", "bb", "abb", "abbabb"], alphabet=ALPHABET)
     tracker = AutomatonState.of(COMPLETE, strings)
@@ -59,13 +59,13 @@ def test_strings_tell_what_is_known_and_what_is_usual() -> None:
     assert all_known.anchors == (1, 2, 3)
 
 
-def test_where_nothing_is_assumed_it_stays_lost() -> None:
+def test_where_nothing_is_assumed_it_stays_lost():
     tracker = replace(AutomatonState.of(PARTIAL), anchors=(None, None, None))
     assert run(tracker, "aabab") == ["after a", LOST, LOST, LOST, LOST]
     assert run(tracker, "ab") == ["after a", "after ab"]
 
 
-def test_the_symbols_are_those_of_the_machine_in_any_order() -> None:
+def test_the_symbols_are_those_of_the_machine_in_any_order():
     tracker = AutomatonState.of(PARTIAL, symbols=("b", "a", "c"))
     assert [tracker.update(symbol) for symbol in (1, 2, 1, 0)] == [1, 4, 4, 2]
     for other in (("a", "c"), ("a", "b", "c", "new")):
@@ -74,7 +74,7 @@ def test_the_symbols_are_those_of_the_machine_in_any_order() -> None:
 
 
 @given(st.lists(st.integers(0, 2), max_size=12), st.lists(st.integers(0, 2), max_size=12))
-def test_its_memory_goes_on_elsewhere(before, after) -> None:
+def test_its_memory_goes_on_elsewhere(before, after):
     one, other = AutomatonState.of(PARTIAL), AutomatonState.of(PARTIAL)
     for symbol in before:
         one.update(symbol)
@@ -94,7 +94,7 @@ def test_its_memory_goes_on_elsewhere(before, after) -> None:
         [float("nan"), 0.0],
     ],
 )
-def test_other_memories_are_refused_and_change_nothing(state) -> None:
+def test_other_memories_are_refused_and_change_nothing(state):
     tracker = AutomatonState.of(PARTIAL)
     tracker.update(0)
     before = tracker.get_state()
@@ -103,7 +103,7 @@ def test_other_memories_are_refused_and_change_nothing(state) -> None:
     assert tracker.get_state() == before
 
 
-def test_it_is_written_and_read_like_other_stages() -> None:
+def test_it_is_written_and_read_like_other_stages():
     tracker = AutomatonState.of(PARTIAL)
     data = json.loads(json.dumps(stage_to_dict(tracker), allow_nan=False))
     assert data["kind"] == "automaton"
@@ -124,7 +124,7 @@ def test_it_is_written_and_read_like_other_stages() -> None:
         ("start", 4),
     ],
 )
-def test_bad_values_are_refused_by_name(key, value) -> None:
+def test_bad_values_are_refused_by_name(key, value):
     data = stage_to_dict(AutomatonState.of(PARTIAL)) | {key: value}
     with pytest.raises(ConfigurationError, match=key):
         stage_from_dict(data, "perception.identifier")

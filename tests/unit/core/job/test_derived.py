@@ -2,7 +2,6 @@
 
 from dataclasses import fields, replace
 from math import inf, pi, radians, sin, sqrt
-from typing import Any
 
 import pytest
 
@@ -36,11 +35,11 @@ DOWEL = replace(
 )  # fmt: skip
 
 
-def regime(job: Quantities, known: Constants = KNOWN, step_m: float = 1e-5) -> Any:
+def regime(job, known=KNOWN, step_m=1e-5):
     return regime_of(job, derive(job, known), step_m=step_m, known=known)
 
 
-def scaled(value: Any, length: float, mass: float, time: float) -> Any:
+def scaled(value, length, mass, time):
     """The same quantities in other units, by the units in their names."""
     force = mass * length / time**2
     powers = {
@@ -55,7 +54,7 @@ def scaled(value: Any, length: float, mass: float, time: float) -> Any:
 
 
 class TestRegime:
-    def test_wall_force_and_jam_number_by_hand(self) -> None:
+    def test_wall_force_and_jam_number_by_hand(self):
         # 4 c / theta = 9 mm is on the way: k theta^2 / (8 c) = 50 * 16e-6 / 72e-6 N on each wall.
         assert wall_force_N(DOWEL) == pytest.approx(50.0 * 16e-6 / 72e-6)
         assert jamming_force_N(DOWEL) == pytest.approx(0.8 * 11.1111, rel=1e-4)
@@ -65,33 +64,33 @@ class TestRegime:
         assert derive(DOWEL).insertion_press_N == pytest.approx(1.3 * found.held_N)
         assert found.held_N == pytest.approx(8.8889, rel=1e-4)
 
-    def test_short_hole_ends_before_the_walls_are_loaded_most(self) -> None:
+    def test_short_hole_ends_before_the_walls_are_loaded_most(self):
         short = replace(DOWEL, depth_m=6e-3)
         assert wall_force_N(short) == pytest.approx(50.0 * (4e-3 - 18e-6 / 6e-3) / 6e-3)
         assert wall_force_N(replace(DOWEL, depth_m=4.4e-3)) == 0.0
         assert wall_force_N(replace(DOWEL, tilt_rad=0.0)) == 0.0
 
     @pytest.mark.parametrize("depth_m", [6e-3, 20e-3])
-    def test_largest_tilt_jams_at_just_that_force(self, depth_m: float) -> None:
+    def test_largest_tilt_jams_at_just_that_force(self, depth_m):
         job = replace(DOWEL, depth_m=depth_m)
         tilt_rad = largest_tilt_rad(job, 4.9)
         assert jamming_force_N(replace(job, tilt_rad=tilt_rad)) == pytest.approx(4.9)
 
-    def test_peg_jams_where_friction_first_equals_the_press(self) -> None:
+    def test_peg_jams_where_friction_first_equals_the_press(self):
         found, press_N = regime(DOWEL), 4.903325
         depth_m = found.jam_depth_m
         assert 4.5e-3 < depth_m < 9e-3
         assert 0.8 * 50.0 * (4e-3 - 18e-6 / depth_m) / depth_m == pytest.approx(press_N)
         assert regime(replace(DOWEL, tilt_rad=1e-3)).jam_depth_m == float("inf")
 
-    def test_frequency_and_search_by_hand(self) -> None:
+    def test_frequency_and_search_by_hand(self):
         found = regime(DOWEL)
         assert found.natural_Hz == pytest.approx(sqrt(2e4 / 0.5) / (2 * pi))
         # Capture is c + 0.1 mm - 1.5625 ms * 16 mm/s = 0.084 mm; the square has a side of 7 mm.
         assert derive(DOWEL).capture_m == pytest.approx(84e-6)
         assert found.search_s == pytest.approx(49e-6 / (168e-6 * 0.016))
 
-    def test_standard_deviation_of_depth_by_hand(self) -> None:
+    def test_standard_deviation_of_depth_by_hand(self):
         found = regime(DOWEL)
         tau_s = 1.4 * sqrt(0.5 / 2e4)
         passed = sqrt((1 / 140) / (1 / 140 + 2 * tau_s))
@@ -100,7 +99,7 @@ class TestRegime:
         assert found.step_m == pytest.approx(sqrt(2) * 1e-5)
         assert found.depth_m == pytest.approx(sqrt(found.noise_m**2 + found.tilted_m**2 + found.step_m**2))
 
-    def test_time_of_a_verification_grows_with_the_noise(self) -> None:
+    def test_time_of_a_verification_grows_with_the_noise(self):
         quiet, noisy = regime(DOWEL), regime(replace(DOWEL, noise_N=1.0))
         assert quiet.dither_N == pytest.approx(0.3 * 4.903325)
         # Noise with that of encoders, 0.2 N, is 0.22 N: (2 * 0.22 / (0.5 * 1.47 * 0.5))^2 = 1.5 samples beyond 12.
@@ -112,7 +111,7 @@ class TestRegime:
         # Encoders hide the response of a stiff one.
         assert regime(replace(DOWEL, axial_N_per_m=1e6)).window_s == inf
 
-    def test_inertia_of_a_tool_is_no_unexpected_contact(self) -> None:
+    def test_inertia_of_a_tool_is_no_unexpected_contact(self):
         assert derive(DOWEL).unexpected_N == 3.0
         # 2 kg at 20 mm/s within 1/140 s, and 9.3 standard deviations of the force.
         heavy = derive(replace(DOWEL, mass_kg=2.0))
@@ -121,7 +120,7 @@ class TestRegime:
         slow = derive(replace(DOWEL, mass_kg=20.0))
         assert (slow.unexpected_N, slow.speed_m_s) == (pytest.approx(15.465), pytest.approx(14.535 / 20.0 / 140.0))
 
-    def test_what_lets_go_or_is_met_in_a_sample_is_no_fault(self) -> None:
+    def test_what_lets_go_or_is_met_in_a_sample_is_no_fault(self):
         straight = replace(DOWEL, tilt_rad=0.0)
         assert derive(straight).rate_N_s == 3000.0
         # 120 N/mm at 20 mm/s and its damper, and noise, within 1/140 s.
@@ -132,7 +131,7 @@ class TestRegime:
         assert derive(DOWEL).rate_N_s == pytest.approx(30.93 * 140.0)
 
     @pytest.mark.parametrize("units", [(1e3, 1.0, 1.0), (1e3, 1e3, 1e3), (39.37, 2.2, 60.0)])
-    def test_other_units_give_the_same_settings_and_regime(self, units: tuple[float, float, float]) -> None:
+    def test_other_units_give_the_same_settings_and_regime(self, units):
         """(1e3, 1e3, 1e3) are mm, g, ms, so mN is g m / s^2 in these: forces differ by their factor alone."""
         length, mass, _ = units
         job = replace(DOWEL, noise_N=0.3)
@@ -143,7 +142,7 @@ class TestRegime:
         assert vars(found) == pytest.approx(vars(scaled(regime(job), *units)))
         assert mass
 
-    def test_papers_job_gives_the_defaults(self) -> None:
+    def test_papers_job_gives_the_defaults(self):
         job = Job(place=replace(Job().place, start_uncertainty_mm=3.0))
         tables = derived_settings(job, QUIET, "insertion")
         classes = {"task": TaskConfig(), "control": ControlConfig(), "supervision": SupervisionConfig()}
@@ -161,14 +160,14 @@ SENSOR = SensorFacts(0.1, 0.004)
 
 
 class TestCell:
-    def test_light_peg_in_a_stiff_gripper_is_simulated_in_shorter_steps(self) -> None:
+    def test_light_peg_in_a_stiff_gripper_is_simulated_in_shorter_steps(self):
         stiff = replace(ToolConfig(), mass_kg=0.17, rigid_mass_kg=0.05, lateral_N_per_mm=52.4)
         cell = derived_settings(replace(Job(), tool=stiff), SENSOR, "insertion")["cell"]
         # 661 rad/s at 140 Hz, over 0.652 rad.
         assert (cell["substeps"], cell["leaning_impedance"]) == (8, 0.965)
         assert derived_settings(Job(), SENSOR, "insertion")["cell"]["substeps"] == 4
 
-    def test_peg_that_slips_further_than_its_clearance_is_simulated_in_shorter_steps(self) -> None:
+    def test_peg_that_slips_further_than_its_clearance_is_simulated_in_shorter_steps(self):
         job = Job()
         tight = replace(job, part=replace(job.part, peg_mm=4.2, hole_mm=4.224, friction_max=0.6))
         soft = replace(tight, tool=replace(job.tool, mass_kg=0.26, rigid_mass_kg=0.05, lateral_N_per_mm=22.8))
@@ -176,7 +175,7 @@ class TestCell:
         noisy = SensorFacts(0.37, 0.004)
         assert derived_settings(soft, noisy, "insertion")["cell"]["substeps"] == 10
 
-    def test_sensors_range_bounds_the_derived_torque_limit(self) -> None:
+    def test_sensors_range_bounds_the_derived_torque_limit(self):
         weak = replace(SENSOR, range_Nm=(8.0, 5.0, 8.0))
         limits = [
             derived_settings(Job(), sensor, "insertion")["supervision"]["max_torque_Nm"] for sensor in (SENSOR, weak)
@@ -187,9 +186,9 @@ class TestCell:
 TURNED = PlaceConfig(position_uncertainty_mm=3.0, yaw_uncertainty_deg=5.0)
 
 
-def options(part: PartConfig, **more: Any) -> dict[str, float]:
+def options(part, **more):
     job = replace(Job(part=part, place=TURNED), **more)
-    told: dict[str, float] = derived_settings(job, SensorFacts(0.1, 0.004), "insertion-6dof")["task"]["options"]
+    told = derived_settings(job, SensorFacts(0.1, 0.004), "insertion-6dof")["task"]["options"]
     return told
 
 
@@ -206,28 +205,26 @@ class TestSpatialOptions:
             ("keyed", 11.5, 9.267, 5.235),
         ],
     )
-    def test_lean_and_place_of_each_shape(
-        self, shape: str, corner_mm: float, lean_deg: float, inside_mm: float
-    ) -> None:
+    def test_lean_and_place_of_each_shape(self, shape, corner_mm, lean_deg, inside_mm):
         told = options(PartConfig(shape=shape))
         assert (told["corner_mm"], told["lean_deg"], told["inside_mm"]) == pytest.approx(
             (corner_mm, lean_deg, inside_mm), rel=5e-4
         )
         assert told["most_lean_deg"] == max(8.0, told["lean_deg"])
 
-    def test_corners_are_let_down_as_deep_whatever_the_size_where_the_lean_is_not_bounded(self) -> None:
+    def test_corners_are_let_down_as_deep_whatever_the_size_where_the_lean_is_not_bounded(self):
         for part in (PartConfig(shape="square"), PartConfig(shape="triangle", peg_mm=58.0, hole_mm=58.15),
                      PartConfig(shape="hexagon", peg_mm=40.0, hole_mm=40.15)):  # fmt: skip
             assert SpatialOptions(**options(part)).down_m == pytest.approx(0.9 * 0.15e-3 / 0.081, rel=1e-3)
         small = SpatialOptions(**options(PartConfig(shape="square", peg_mm=10.0, hole_mm=10.1)))
         assert small.down_m == pytest.approx(0.9 * 7.071e-3 * sin(radians(12.0)), rel=1e-3)
 
-    def test_corner_leans_over_the_tilt_of_the_hole(self) -> None:
+    def test_corner_leans_over_the_tilt_of_the_hole(self):
         tilted = replace(TURNED, tilt_uncertainty_mrad=70.0)
         # 4.01 degrees and 1.5.
         assert options(PartConfig(shape="triangle"), place=tilted)["lean_deg"] == pytest.approx(5.511, abs=1e-3)
 
-    def test_yaw_gives_way_by_the_stiffness_of_the_walls_and_wedged_corners_are_turned_against_friction(self) -> None:
+    def test_yaw_gives_way_by_the_stiffness_of_the_walls_and_wedged_corners_are_turned_against_friction(self):
         told = options(PartConfig(shape="square"))
         # 0.43 of 140 per second, over 50 N m/rad in series with 1.27 x 40 N/mm x (20.51 mm)^2.
         assert told["give_yaw_rad_per_Nms"] == pytest.approx(0.43 * 140.0 * (1 / 50.0 + 1 / 21.36), rel=1e-3)

@@ -1,7 +1,6 @@
 """The verdict on a job: what is refused, in which words, and the task and policy that it names."""
 
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
@@ -12,7 +11,6 @@ from palpate.core.job import (
     PartConfig,
     PlaceConfig,
     ToolConfig,
-    Verdict,
     derived_settings,
     judge,
     require_measurable,
@@ -23,21 +21,19 @@ QUIET = SensorFacts(0.1, 0.004)
 TIGHT = PartConfig(peg_mm=12.0, hole_mm=12.018, depth_mm=20.0, depth_tolerance_mm=0.3, friction_max=0.4)
 
 
-def verdict(
-    part: PartConfig = TIGHT, sensor: SensorFacts = QUIET, task: str = "", force_N: float = 30.0, **place: Any
-) -> Verdict:
+def verdict(part=TIGHT, sensor=QUIET, task="", force_N=30.0, **place):
     job = Job(part, ToolConfig(), PlaceConfig(**place), LimitsConfig(force_N=force_N))
     return judge(job, sensor, step_mm=0.005, task=task)
 
 
-def test_a_round_peg_that_fits_is_inserted_by_a_belief() -> None:
+def test_a_round_peg_that_fits_is_inserted_by_a_belief():
     found = verdict(position_uncertainty_mm=2.0)
     assert not found.reasons
     assert (found.choice.task, found.choice.learner, found.choice.policy) == ("insertion", "belief", "")
     assert found.choice.command == "palpate train --learner belief"
 
 
-def test_a_tilted_peg_that_no_press_frees_is_refused_with_what_would_be_right() -> None:
+def test_a_tilted_peg_that_no_press_frees_is_refused_with_what_would_be_right():
     refused = verdict(tilt_uncertainty_mrad=6.0)
     assert refused.regime.held_N > refused.derived.insertion_press_N
     (reason,) = refused.reasons
@@ -50,7 +46,7 @@ def test_a_tilted_peg_that_no_press_frees_is_refused_with_what_would_be_right() 
     assert not verdict(tilt_uncertainty_mrad=6.0, task="insertion", force_N=50.1).reasons
 
 
-def test_a_tolerance_below_four_standard_deviations_is_refused_with_both_figures() -> None:
+def test_a_tolerance_below_four_standard_deviations_is_refused_with_both_figures():
     noisy = SensorFacts(0.9, 0.004)
     (reason,) = verdict(sensor=noisy, task="insertion", part=replace(TIGHT, depth_tolerance_mm=0.2)).reasons
     assert reason.startswith("the tolerance of depth, 0.2 mm, is below four standard deviations of depth, 0.5")
@@ -59,21 +55,21 @@ def test_a_tolerance_below_four_standard_deviations_is_refused_with_both_figures
     assert not verdict(sensor=SensorFacts(0.34, 0.004), part=replace(TIGHT, depth_tolerance_mm=0.2)).reasons
 
 
-def test_the_remedy_names_the_largest_part_of_the_deviation() -> None:
+def test_the_remedy_names_the_largest_part_of_the_deviation():
     wide = PartConfig(peg_mm=60.0, hole_mm=61.0, depth_mm=10.0)
     (reason,) = verdict(wide, tilt_uncertainty_mrad=8.0).reasons
     assert "reduce the tilt to 5.5 mrad" in reason
     assert not verdict(wide, tilt_uncertainty_mrad=5.4).reasons
 
 
-def test_a_run_is_refused_by_the_tolerance_that_its_settings_have() -> None:
+def test_a_run_is_refused_by_the_tolerance_that_its_settings_have():
     job = Job()
     require_measurable(job, QUIET, step_mm=0.005, tolerance_mm=0.2, press_N=4.9)
     with pytest.raises(ConfigurationError, match=r"depth_tolerance_mm = 0\.05 is refused: at least 0\.063, four"):
         require_measurable(job, QUIET, step_mm=0.005, tolerance_mm=0.05, press_N=4.9)
 
 
-def test_a_contact_that_noise_hides_is_refused_with_three_figures_and_remedies_that_suffice() -> None:
+def test_a_contact_that_noise_hides_is_refused_with_three_figures_and_remedies_that_suffice():
     soft = Job(PartConfig(depth_tolerance_mm=2.0), replace(ToolConfig(), axial_N_per_mm=1.0))
     (reason,) = judge(soft, SensorFacts(0.5, 0.004), step_mm=0.005).reasons
     assert reason == (
@@ -89,7 +85,7 @@ def test_a_contact_that_noise_hides_is_refused_with_three_figures_and_remedies_t
     assert not judge(soft, SensorFacts(0.29, 0.004), step_mm=0.005).reasons
 
 
-def test_a_gripper_too_stiff_for_the_encoders_is_refused_also_before_a_run() -> None:
+def test_a_gripper_too_stiff_for_the_encoders_is_refused_also_before_a_run():
     stiff = replace(Job(), tool=replace(ToolConfig(), axial_N_per_mm=500.0))
     (reason,) = judge(stiff, QUIET, step_mm=0.005).reasons
     assert "mostly of the encoders' steps: use a gripper of at most" in reason
@@ -99,7 +95,7 @@ def test_a_gripper_too_stiff_for_the_encoders_is_refused_also_before_a_run() -> 
     require_measurable(stiff, QUIET, step_mm=0.005, tolerance_mm=0.2, press_N=20.0)
 
 
-def test_an_area_above_that_of_a_belief_is_left_to_the_torque_rule_where_it_can_see_the_hole() -> None:
+def test_an_area_above_that_of_a_belief_is_left_to_the_torque_rule_where_it_can_see_the_hole():
     loose = PartConfig()
     found = verdict(loose, position_uncertainty_mm=9.0)
     assert (found.choice.policy, found.reasons) == ("torque", ())
@@ -107,7 +103,7 @@ def test_an_area_above_that_of_a_belief_is_left_to_the_torque_rule_where_it_can_
     assert "locate the hole within 7.5 mm" in reason
 
 
-def test_shapes_are_inserted_corner_first_unless_their_corners_are_too_near() -> None:
+def test_shapes_are_inserted_corner_first_unless_their_corners_are_too_near():
     square = PartConfig(shape="square", peg_mm=20.0, hole_mm=20.1, depth_tolerance_mm=0.5)
     found = verdict(square, yaw_uncertainty_deg=5.0)
     assert found.choice.command == "palpate run --policy corner-first --task insertion-6dof"
@@ -118,12 +114,12 @@ def test_shapes_are_inserted_corner_first_unless_their_corners_are_too_near() ->
     assert "the flat is 3.6 mm from the axis" in reason
 
 
-def test_a_force_limit_too_low_for_the_noise_is_refused() -> None:
+def test_a_force_limit_too_low_for_the_noise_is_refused():
     (reason,) = verdict(PartConfig(depth_tolerance_mm=1.0), SensorFacts(0.6, 0.01), force_N=3.0).reasons
     assert "raise limits.force_N to 3.8 or" in reason
 
 
-def test_a_shape_whose_turn_is_not_known_is_not_pushed_straight_in() -> None:
+def test_a_shape_whose_turn_is_not_known_is_not_pushed_straight_in():
     square = PartConfig(shape="square", peg_mm=20.0, hole_mm=20.1, depth_tolerance_mm=0.5)
     (reason,) = verdict(square, task="insertion", yaw_uncertainty_deg=5.0).reasons
     # 0.05 mm over half a side of 10 mm.
@@ -131,7 +127,7 @@ def test_a_shape_whose_turn_is_not_known_is_not_pushed_straight_in() -> None:
     assert not verdict(square, task="insertion", yaw_uncertainty_deg=0.28).reasons
 
 
-def test_a_tight_hexagon_with_friction_has_a_caution() -> None:
+def test_a_tight_hexagon_with_friction_has_a_caution():
     hexagon = PartConfig(shape="hexagon", peg_mm=12.0, hole_mm=12.06, depth_tolerance_mm=0.5, friction_max=0.4)
     found = verdict(hexagon)
     assert not found.reasons
@@ -140,7 +136,7 @@ def test_a_tight_hexagon_with_friction_has_a_caution() -> None:
         assert verdict(replace(hexagon, **free)).caution == ""
 
 
-def test_a_wide_tilted_peg_with_friction_is_refused_where_it_wedges_and_cautioned_where_it_does_not_jam() -> None:
+def test_a_wide_tilted_peg_with_friction_is_refused_where_it_wedges_and_cautioned_where_it_does_not_jam():
     wide = PartConfig(peg_mm=45.5, hole_mm=45.53, depth_mm=39.0, depth_tolerance_mm=0.5, friction_max=0.6)
     (reason,) = verdict(wide, tilt_uncertainty_mrad=4.4).reasons
     # 0.6 * 4.4e-3 * 45.5 / 0.03
@@ -152,7 +148,7 @@ def test_a_wide_tilted_peg_with_friction_is_refused_where_it_wedges_and_cautione
     assert "W = 2.5): a tilt below 12 mrad helps" in short.caution
 
 
-def test_a_peg_that_is_tight_for_its_size_is_given_the_time_and_named() -> None:
+def test_a_peg_that_is_tight_for_its_size_is_given_the_time_and_named():
     square = PartConfig(shape="square", peg_mm=60.0, hole_mm=60.06, depth_tolerance_mm=0.9)
     assert verdict(square).caution == (
         "a play of 1 mrad is little for what a push shows of the turn: about 10 attempts, and a time limit to match;"

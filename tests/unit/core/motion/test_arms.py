@@ -23,20 +23,20 @@ arms = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
 
 
 class TestArms:
-    def test_arms_are_found_by_name(self) -> None:
+    def test_arms_are_found_by_name(self):
         own = {"ur3e", "ur5e", "ur10e", "ur16e", "ur20"}
         assert set(ARMS) == {"zebra-zero", "ur3", "ur5", "ur10", "panda", "z1", "xarm7", *own}
         for name, arm in ARMS.items():
             assert arm_named(name) is arm
             assert arm.name == name
 
-    def test_unknown_arm_is_refused_with_the_known_ones(self) -> None:
+    def test_unknown_arm_is_refused_with_the_known_ones(self):
         with pytest.raises(ConfigurationError, match="one of zebra-zero, ur3, ur5, ur10") as caught:
             arm_named("puma")
         assert (caught.value.field, caught.value.value) == ("arm", "puma")
 
     @arms
-    def test_description_fits_its_urdf(self, arm: ArmDescription) -> None:
+    def test_description_fits_its_urdf(self, arm):
         kinematics = Kinematics(arm, TOOL)
         assert kinematics.joints == 6 + (arm.name in ("panda", "xarm7"))
         for figures in (arm.posture_rad, arm.encoder_step_rad):
@@ -46,21 +46,19 @@ class TestArms:
         assert min(kinematics.velocity_limit_rad_s) > 0.0
         assert "assumed" in arm.evidence
 
-    def test_zebra_zero_counts_as_its_hardware_does(self) -> None:
+    def test_zebra_zero_counts_as_its_hardware_does(self):
         steps = [degrees(step) for step in arm_named("zebra-zero").encoder_step_rad]
         assert steps[:3] == pytest.approx([0.001875] * 3, rel=1e-12)  # 192 000 counts a turn
         assert steps[3:] == pytest.approx([360 / 69_332] * 3, rel=1e-12)
 
-    def test_missing_robot_data_package_is_named(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def test_missing_robot_data_package_is_named(self, monkeypatch, tmp_path):
         monkeypatch.setattr(sys, "path", [str(tmp_path)])
         with pytest.raises(AssetError, match="PyPI package example-robot-data must be installed") as caught:
             arm_named("ur5").find_urdf()
         assert (caught.value.field, caught.value.value) == ("arm", "ur5")
         assert "\n" not in str(caught.value)
 
-    def test_robot_data_package_is_found_wherever_the_path_leads(
-        self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-    ) -> None:
+    def test_robot_data_package_is_found_wherever_the_path_leads(self, monkeypatch, tmp_path):
         relative = "cmeel.prefix/share/example-robot-data/robots/ur_description/urdf/ur5_robot.urdf"
         urdf = tmp_path / "second" / relative
         urdf.parent.mkdir(parents=True)
@@ -68,7 +66,7 @@ class TestArms:
         monkeypatch.setattr(sys, "path", [str(tmp_path / "first"), str(tmp_path / "second")])
         assert arm_named("ur5").find_urdf() == urdf
 
-    def test_arm_of_another_package_is_found_by_its_entry_point(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_arm_of_another_package_is_found_by_its_entry_point(self, monkeypatch):
         bench = replace(ARMS["ur5"], name="bench")
         monkeypatch.setattr(sys.modules[__name__], "BENCH", bench, raising=False)
         entries = [
@@ -85,7 +83,7 @@ class TestArms:
 SIX = (0.1, 0.5, 0.2, 0.8, -0.1, 0.6)
 
 
-def urdf(path: Path, joints: int, kind: str = "revolute", more: str = "") -> str:
+def urdf(path, joints, kind="revolute", more=""):
     """An arm of that many joints, the third of another kind, that ends in the link ``tool``."""
     links = "".join(f'<link name="l{i}"/>' for i in range(joints + 1))
     chain = "".join(
@@ -99,7 +97,7 @@ def urdf(path: Path, joints: int, kind: str = "revolute", more: str = "") -> str
     return str(path)
 
 
-def altered(path: Path, *changes: tuple[str, str], encoding: str = "utf-8") -> ArmDescription:
+def altered(path, *changes, encoding="utf-8"):
     text = Path(urdf(path, 6)).read_text()
     for old, new in changes:
         assert old in text
@@ -108,7 +106,7 @@ def altered(path: Path, *changes: tuple[str, str], encoding: str = "utf-8") -> A
     return ArmDescription(str(path), "tool", SIX)
 
 
-def calibration(path: Path, **changes: float) -> str:
+def calibration(path, **changes):
     """The nominal UR5e in the format of the maker's ROS driver, with changes to its third joint."""
     origins = {
         "shoulder": (0, 0, 0.1625, 0, 0, 0), "upper_arm": (0, 0, 0, 1.570796327, 0, 0),
@@ -126,7 +124,7 @@ def calibration(path: Path, **changes: float) -> str:
 
 
 class TestUrdf:
-    def test_what_lies_beyond_the_flange_and_meshes_that_are_missing_do_not_matter(self, tmp_path: Path) -> None:
+    def test_what_lies_beyond_the_flange_and_meshes_that_are_missing_do_not_matter(self, tmp_path):
         more = (
             '<link name="finger"><visual><geometry><mesh filename="package://x/a.dae"/></geometry></visual></link>'
             '<joint name="g" type="continuous"><parent link="tool"/><child link="finger"/><axis xyz="1 0 0"/></joint>'
@@ -140,7 +138,7 @@ class TestUrdf:
             kinematics.update(SIX)
         assert gripper.tip_position_m.tolist() == plain.tip_position_m.tolist()
 
-    def test_file_that_was_written_anew_is_read_anew_and_each_arm_has_a_model_of_its_own(self, tmp_path: Path) -> None:
+    def test_file_that_was_written_anew_is_read_anew_and_each_arm_has_a_model_of_its_own(self, tmp_path):
         arm = ArmDescription(urdf(tmp_path / "a.urdf", 6), "tool", SIX)
         before, again = Kinematics(arm, TOOL), Kinematics(arm, ToolGeometry(tip_m=(0.0, 0.0, 0.5)))
         Path(arm.urdf).write_text(Path(arm.urdf).read_text().replace('upper="2.5"', 'upper="2.0"'))
@@ -151,7 +149,7 @@ class TestUrdf:
         assert before.tip_position_m.tolist() == after.tip_position_m.tolist() != again.tip_position_m.tolist()
 
     @pytest.mark.parametrize("axis", ["x", "y", "z"])
-    def test_tool_points_along_the_axis_that_is_named(self, tmp_path: Path, axis: str) -> None:
+    def test_tool_points_along_the_axis_that_is_named(self, tmp_path, axis):
         arm = ArmDescription(urdf(tmp_path / "a.urdf", 6), "tool", SIX, tool_axis=axis)
         kinematics = Kinematics(arm, TOOL)
         kinematics.update(SIX)
@@ -171,9 +169,7 @@ class TestUrdf:
             (6, "revolute", "hand", "a frame 'hand' for the flange"),
         ],
     )
-    def test_arm_that_cannot_be_used_is_refused(
-        self, tmp_path: Path, joints: int, kind: str, flange: str, accepted: str
-    ) -> None:
+    def test_arm_that_cannot_be_used_is_refused(self, tmp_path, joints, kind, flange, accepted):
         with pytest.raises(AssetError) as caught:
             Kinematics(ArmDescription(urdf(tmp_path / "a.urdf", joints, kind), flange, SIX), TOOL)
         assert accepted in str(caught.value)
@@ -193,8 +189,8 @@ class TestUrdf:
         ],
     )
     def test_joint_without_limits_is_refused_in_one_line_unless_the_table_has_them(
-        self, tmp_path: Path, limit: str, accepted: str, capfd: pytest.CaptureFixture[str]
-    ) -> None:
+        self, tmp_path, limit, accepted, capfd
+    ):
         path = tmp_path / "a.urdf"
         text = Path(urdf(path, 6)).read_text()
         path.write_text(text.replace('<limit lower="-2.5" upper="2.5" velocity="1" effort="1"/>', limit, 1))
@@ -216,9 +212,7 @@ class TestUrdf:
             ('xyz="0 0 0.15"', 'xyz="0 0 high"', "Unable to parse component [high] to a double"),
         ],
     )
-    def test_what_the_library_says_of_a_urdf_is_in_the_one_line(
-        self, tmp_path: Path, old: str, new: str, accepted: str, capfd: pytest.CaptureFixture[str]
-    ) -> None:
+    def test_what_the_library_says_of_a_urdf_is_in_the_one_line(self, tmp_path, old, new, accepted, capfd):
         path = Path(urdf(tmp_path / "a.urdf", 6))
         path.write_text(path.read_text().replace(old, new, 1))
         with pytest.raises(AssetError) as caught:
@@ -236,19 +230,15 @@ class TestUrdf:
             ("velocity_limit_rad_s", (0.0,) * 6, "arm.velocity_limit_rad_s[0]", "above 0"),
         ],
     )  # fmt: skip
-    def test_posture_and_limits_must_fit(
-        self, tmp_path: Path, field: str, vector: tuple[float, ...], named: str, accepted: str
-    ) -> None:
+    def test_posture_and_limits_must_fit(self, tmp_path, field, vector, named, accepted):
         given = {"urdf": urdf(tmp_path / "a.urdf", 6), "flange": "tool", "posture_rad": SIX, field: vector}
         with pytest.raises(ConfigurationError) as caught:
             Kinematics(ArmDescription(**given), TOOL)  # type: ignore[arg-type]
         assert caught.value.field == named
         assert accepted in str(caught.value)
 
-    def test_process_without_a_standard_error_has_its_arm(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        def closed(descriptor: int) -> int:
+    def test_process_without_a_standard_error_has_its_arm(self, tmp_path, monkeypatch):
+        def closed(descriptor):
             raise OSError(9, "Bad file descriptor")
 
         arm = ArmDescription(urdf(tmp_path / "arm.urdf", 6), "tool", SIX)
@@ -269,15 +259,15 @@ class TestUrdf:
         ],
     )  # fmt: skip
     def test_what_pinocchio_would_die_of_or_take_silently_is_refused_in_one_line(
-        self, tmp_path: Path, old: str, new: str, accepted: str, capfd: pytest.CaptureFixture[str]
-    ) -> None:
+        self, tmp_path, old, new, accepted, capfd
+    ):
         with pytest.raises(AssetError) as caught:
             Kinematics(altered(tmp_path / "a.urdf", (old, new)), TOOL)
         assert accepted in str(caught.value)
         assert "\n" not in str(caught.value)
         assert capfd.readouterr() == ("", "")
 
-    def test_link_and_a_joint_may_have_one_name_and_a_joint_none(self, tmp_path: Path) -> None:
+    def test_link_and_a_joint_may_have_one_name_and_a_joint_none(self, tmp_path):
         finger = (
             '<link name="grip"/><joint name="grip" type="revolute"><parent link="tool"/><child link="grip"/>'
             '<axis xyz="1 0 0"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint>'
@@ -290,16 +280,16 @@ class TestUrdf:
             each.update(SIX)
         assert kinematics.tip_position_m.tolist() == plain.tip_position_m.tolist()
 
-    def test_urdf_is_read_in_the_encoding_that_it_declares(self, tmp_path: Path) -> None:
+    def test_urdf_is_read_in_the_encoding_that_it_declares(self, tmp_path):
         declared = ("<robot ", '<?xml version="1.0" encoding="ISO-8859-1"?><robot ')
         arm = altered(tmp_path / "a.urdf", declared, ('name="j3"', 'name="Gr\u00f6\u00dfe"'), encoding="latin-1")
         assert list(Kinematics(arm, TOOL).model.names)[4] == "Gr\u00f6\u00dfe"
 
-    def test_joint_that_turns_faster_than_any_command_may_jump_is_led_more_slowly(self, tmp_path: Path) -> None:
+    def test_joint_that_turns_faster_than_any_command_may_jump_is_led_more_slowly(self, tmp_path):
         kinematics = Kinematics(altered(tmp_path / "a.urdf", ('velocity="1"', 'velocity="20"')), TOOL)
         assert kinematics.velocity_limit_rad_s.tolist() == [6.9, 1.0, 1.0, 1.0, 1.0, 1.0]
 
-    def test_calibration_of_a_controller_replaces_the_nominal_origins(self, tmp_path: Path) -> None:
+    def test_calibration_of_a_controller_replaces_the_nominal_origins(self, tmp_path):
         arm, q = arm_named("ur5e"), (0.1, -1.2, 1.3, -1.6, -1.5, 0.2)
         nominal = controller_frames(arm, q)[1]
         same = controller_frames(replace(arm, calibration=calibration(tmp_path / "same.yaml")), q)[1]
@@ -315,9 +305,7 @@ class TestUrdf:
             ("ur5e", {"yaw": float("nan")}, "x, y, z, roll, pitch and yaw of forearm"),
         ],
     )
-    def test_calibration_of_another_arm_is_refused(
-        self, tmp_path: Path, arm: str, changes: dict[str, float], accepted: str
-    ) -> None:
+    def test_calibration_of_another_arm_is_refused(self, tmp_path, arm, changes, accepted):
         other = replace(arm_named(arm), calibration=calibration(tmp_path / "c.yaml", **changes))
         with pytest.raises(AssetError, match=re.escape(accepted)):
             Kinematics(other, TOOL)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.errors import UnreachableError
-from palpate.core.motion import ArmDescription, Array, InverseKinematics, Kinematics, arm_named
+from palpate.core.motion import InverseKinematics, Kinematics, arm_named
 from palpate.core.motion.arm import ARMS
 from palpate.core.ports import PERIOD_S
 from palpate.core.trial import GoalConfig, goal_in_base
@@ -24,42 +24,42 @@ arms = pytest.mark.parametrize("arm", [arm_named(name) for name in SIX], ids=SIX
 class Bench:
     """An arm, its inverse kinematics, and a second work space to look at the result with."""
 
-    def __init__(self, arm: ArmDescription) -> None:
+    def __init__(self, arm):
         self.look = Kinematics(arm, TOOL)
         self.inverse = InverseKinematics(Kinematics(arm, TOOL), PERIOD_S)
-        self.posture: Array = np.array(arm.posture_rad)
-        self.reach: Array = self.look.velocity_limit_rad_s * PERIOD_S
+        self.posture = np.array(arm.posture_rad)
+        self.reach = self.look.velocity_limit_rad_s * PERIOD_S
 
-    def tip(self, q: Array) -> pin.SE3:
+    def tip(self, q):
         self.look.update(q)
         return self.look.tip_in_base
 
-    def shifted(self, q: Array, *offset_m: float) -> pin.SE3:
+    def shifted(self, q, *offset_m):
         """The tip placement at ``q``, moved in its own frame."""
         return self.tip(q) * pin.SE3(np.eye(3), np.array(offset_m))
 
-    def step(self, q: Array, target: pin.SE3) -> tuple[Array, bool]:
+    def step(self, q, target):
         """One with arrays, which tests reckon with."""
         q_rad, limited = self.inverse.step(tuple(q.tolist()), target)
         return np.array(q_rad), limited
 
-    def ready(self) -> Array:
+    def ready(self):
         goal = goal_in_base(GoalConfig())
         return self.inverse.solve(goal, free_yaw=True, seed_rad=self.posture, field="place")
 
 
 @pytest.fixture(params=SIX)
-def bench(request: pytest.FixtureRequest) -> Bench:
+def bench(request):
     return Bench(arm_named(request.param))
 
 
 @pytest.fixture(params=ARMS)
-def each(request: pytest.FixtureRequest) -> Bench:
+def each(request):
     return Bench(arm_named(request.param))
 
 
 @pytest.fixture
-def zebra() -> Bench:
+def zebra():
     return Bench(ZEBRA)
 
 
@@ -68,7 +68,7 @@ def zebra() -> Bench:
 
 @pytest.mark.parametrize("x_mm", [370.0, 400.0, 450.0])
 @pytest.mark.parametrize("y_mm", [-100.0, 0.0, 100.0])
-def test_a_hole_is_reached_with_the_tool_straight_down(each: Bench, x_mm: float, y_mm: float) -> None:
+def test_a_hole_is_reached_with_the_tool_straight_down(each, x_mm, y_mm):
     goal = goal_in_base(GoalConfig(x_mm, y_mm))
     q = each.inverse.solve(goal, free_yaw=True, seed_rad=each.posture, field="place")
     tip = each.tip(q)
@@ -78,7 +78,7 @@ def test_a_hole_is_reached_with_the_tool_straight_down(each: Bench, x_mm: float,
     assert within_limits(each.look, q)
 
 
-def test_a_seed_outside_the_limits_gives_a_solution_inside(zebra: Bench) -> None:
+def test_a_seed_outside_the_limits_gives_a_solution_inside(zebra):
     # A whole turn of the last joint: the seed has the very pose that is asked for, and may not be the answer.
     outside = zebra.posture + 2 * pi * np.eye(6)[5]
     target = zebra.tip(outside)
@@ -88,7 +88,7 @@ def test_a_seed_outside_the_limits_gives_a_solution_inside(zebra: Bench) -> None
         np.testing.assert_allclose(zebra.tip(q).translation, target.translation, atol=2e-6)
 
 
-def test_an_unreachable_pose_names_the_setting(bench: Bench) -> None:
+def test_an_unreachable_pose_names_the_setting(bench):
     goal = goal_in_base(GoalConfig(x_mm=1900.0))
     with pytest.raises(UnreachableError, match="reaches with its tool axis as asked") as caught:
         bench.inverse.solve(goal, free_yaw=True, seed_rad=bench.posture, field="place")
@@ -97,7 +97,7 @@ def test_an_unreachable_pose_names_the_setting(bench: Bench) -> None:
     assert bench.look.arm.name in str(caught.value)
 
 
-def test_a_solution_belongs_to_the_question(bench: Bench) -> None:
+def test_a_solution_belongs_to_the_question(bench):
     # A seed that is far off, so that the random restarts take part.
     target, seed = bench.tip(bench.posture), -0.9 * bench.posture
     first = bench.inverse.solve(target, free_yaw=False, seed_rad=seed, field="pose")
@@ -109,7 +109,7 @@ def test_a_solution_belongs_to_the_question(bench: Bench) -> None:
 # Single steps.
 
 
-def test_a_free_step_is_the_exact_gauss_newton_step(bench: Bench) -> None:
+def test_a_free_step_is_the_exact_gauss_newton_step(bench):
     rng = np.random.default_rng(5)
     for _ in range(50):
         q = bench.posture + rng.uniform(-0.2, 0.2, 6)
@@ -121,7 +121,7 @@ def test_a_free_step_is_the_exact_gauss_newton_step(bench: Bench) -> None:
         assert not limited
 
 
-def test_other_joints_share_the_work_of_one_at_its_limit(zebra: Bench) -> None:
+def test_other_joints_share_the_work_of_one_at_its_limit(zebra):
     q = zebra.posture.copy()
     q[1] = zebra.look.upper_rad[1]
     beyond = q.copy()
@@ -129,7 +129,7 @@ def test_other_joints_share_the_work_of_one_at_its_limit(zebra: Bench) -> None:
     target = zebra.tip(beyond)
     others = [0, 2, 3, 4, 5]
 
-    def error(q: Array) -> tuple[float, float]:
+    def error(q):
         """What is left, and how much of it the other joints could still take away."""
         left = pin.log6(zebra.tip(q).actInv(target)).vector
         slope = zebra.look.tip_jacobian(q)[:, others].T @ left
@@ -143,7 +143,7 @@ def test_other_joints_share_the_work_of_one_at_its_limit(zebra: Bench) -> None:
     assert error(q)[1] < 1e-3 * slope
 
 
-def test_a_joint_outside_its_limits_finds_the_way_back(bench: Bench) -> None:
+def test_a_joint_outside_its_limits_finds_the_way_back(bench):
     # An encoder's rounding can put an arm that stands at a limit just beyond it.
     q = bench.posture.copy()
     q[1] = bench.look.upper_rad[1] + 1e-4
@@ -158,7 +158,7 @@ def test_a_joint_outside_its_limits_finds_the_way_back(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("excess", [1.01, 1.5, 20.0])
-def test_the_velocity_limit_keeps_the_direction(bench: Bench, excess: float) -> None:
+def test_the_velocity_limit_keeps_the_direction(bench, excess):
     whole = excess * bench.reach * np.array([1.0, -0.5, 0.2, 0.7, -0.9, 0.3])
     target = bench.tip(bench.posture) * pin.exp6(bench.look.tip_jacobian(bench.posture) @ whole)
     after, limited = bench.step(bench.posture, target)
@@ -174,7 +174,7 @@ def test_the_velocity_limit_keeps_the_direction(bench: Bench, excess: float) -> 
     angles=st.lists(st.floats(0.0, 1.0), min_size=7, max_size=7),
     twist=st.lists(st.floats(-0.5, 0.5), min_size=6, max_size=6),
 )
-def test_no_step_breaks_a_limit_wherever_the_arm_stands(bench: Bench, angles: list[float], twist: list[float]) -> None:
+def test_no_step_breaks_a_limit_wherever_the_arm_stands(bench, angles, twist):
     lower, upper = bench.look.lower_rad, bench.look.upper_rad
     q = np.clip(lower + np.array(angles[: len(lower)]) * (upper - lower), lower, upper)
     after, _ = bench.step(q, bench.tip(q) * pin.exp6(np.array(twist)))
@@ -185,7 +185,7 @@ def test_no_step_breaks_a_limit_wherever_the_arm_stands(bench: Bench, angles: li
 
 @arms
 @pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 0), (0, 0, -1), (1, 1, -1)])
-def test_near_a_singularity_steps_stay_small(arm: ArmDescription, direction: tuple[int, int, int]) -> None:
+def test_near_a_singularity_steps_stay_small(arm, direction):
     bench = Bench(arm)
     straight = np.zeros(6)  # the zebra-zero straight up, the UR5 stretched out: elbow and wrist singular
     for bend in (0.0, 1e-9, 1e-6, 1e-3):
@@ -200,11 +200,11 @@ def test_near_a_singularity_steps_stay_small(arm: ArmDescription, direction: tup
 
 
 @pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 0), (0, 0, -1)])
-def test_damping_sets_in_gently(zebra: Bench, direction: tuple[int, int, int]) -> None:
-    def manipulability(bend: float) -> float:
+def test_damping_sets_in_gently(zebra, direction):
+    def manipulability(bend):
         return abs(float(np.linalg.det(zebra.look.tip_jacobian(elbow(bend)))))
 
-    def elbow(bend: float) -> Array:
+    def elbow(bend):
         return np.array([0.0, 0.3, -bend, 0.2, 0.4, 0.1])
 
     low, high = 0.0, 0.5
@@ -220,7 +220,7 @@ def test_damping_sets_in_gently(zebra: Bench, direction: tuple[int, int, int]) -
     assert np.linalg.norm(damped - free) < 0.05 * np.linalg.norm(free)
 
 
-def test_an_arm_of_seven_joints_is_served_too() -> None:
+def test_an_arm_of_seven_joints_is_served_too():
     bench = Bench(arm_named("panda"))
     target = bench.shifted(bench.posture, 1e-4, -1e-4, 2e-4)
     after, limited = bench.step(bench.posture, target)
@@ -246,7 +246,7 @@ def test_an_arm_of_seven_joints_is_served_too() -> None:
 
 
 @pytest.mark.parametrize("arm", ["panda", "xarm7"])
-def test_what_a_seventh_joint_leaves_free_goes_back_to_the_posture_and_the_tip_stays(arm: str) -> None:
+def test_what_a_seventh_joint_leaves_free_goes_back_to_the_posture_and_the_tip_stays(arm):
     bench = Bench(arm_named(arm))
     home = bench.ready()
     target, q = bench.tip(home), home

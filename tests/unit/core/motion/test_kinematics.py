@@ -1,9 +1,7 @@
 """Kinematics against tables and spatial algebra, and the commanded tip."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from math import cos, pi, sin
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -14,11 +12,10 @@ from hypothesis import strategies as st
 from palpate.adapters.config import scenario
 from palpate.core.errors import AssetError
 from palpate.core.motion import FASTEST_TURN_RAD_S, GivingWay, TipMotion, ToolGeometry, orientation, turn_of
-from palpate.core.motion.arm import ARMS, ArmDescription, arm_named
-from palpate.core.motion.model import Array, FixedFrame, Kinematics, wrench_about
+from palpate.core.motion.arm import ARMS, arm_named
+from palpate.core.motion.model import FixedFrame, Kinematics, wrench_about
 from palpate.core.motion.tip_motion import FASTEST_JOINT_RAD_S
-from palpate.core.ports import PERIOD_S, AppliedCommand, CommandReason, JointVector
-from palpate.core.ports.values import Vector3
+from palpate.core.ports import PERIOD_S, AppliedCommand, CommandReason
 from palpate.core.trial import GoalConfig, goal_in_base
 from tests.support.tool import TOOL
 from tests.unit.core.fake_world import ready_pose
@@ -49,7 +46,7 @@ UR_LENGTHS = {
 }
 
 
-def flange_by_table(q: Array, table: Sequence[tuple[float, float, float, float]] = ZEBRA_DH) -> Array:
+def flange_by_table(q, table=ZEBRA_DH):
     """Homogeneous transform of the flange, (4, 4), from a DH table alone."""
     placement = np.eye(4)
     for angle, (offset, d, a, alpha) in zip(q, table, strict=True):
@@ -60,7 +57,7 @@ def flange_by_table(q: Array, table: Sequence[tuple[float, float, float, float]]
     return placement
 
 
-def random_angles(kinematics: Kinematics, count: int) -> Array:
+def random_angles(kinematics, count):
     rng = np.random.default_rng(7)
     return rng.uniform(kinematics.lower_rad, kinematics.upper_rad, (count, kinematics.joints))
 
@@ -70,7 +67,7 @@ vectors = st.tuples(components, components, components)
 
 
 class TestKinematics:
-    def test_zebra_zero_follows_its_table_everywhere(self) -> None:
+    def test_zebra_zero_follows_its_table_everywhere(self):
         kinematics = Kinematics(ZEBRA, NO_TOOL)
         for q in random_angles(kinematics, 300):
             kinematics.update(q)
@@ -79,7 +76,7 @@ class TestKinematics:
             np.testing.assert_allclose(kinematics.tip_rotation, expected[:3, :3], atol=1e-12)
 
     @pytest.mark.parametrize("name", UR_LENGTHS)
-    def test_arms_of_universal_robots_follow_their_published_table_everywhere(self, name: str) -> None:
+    def test_arms_of_universal_robots_follow_their_published_table_everywhere(self, name):
         a2, a3, d1, d4, d5, d6 = UR_LENGTHS[name]
         table = (
             (0.0, d1, 0.0, pi / 2), (0.0, 0.0, a2, 0.0), (0.0, 0.0, a3, 0.0),
@@ -93,13 +90,13 @@ class TestKinematics:
             np.testing.assert_allclose(kinematics.tip_position_m, expected[:3, 3], atol=1e-9)
             np.testing.assert_allclose(kinematics.tip_rotation, expected[:3, :3], atol=1e-9)
 
-    def test_joint_limits_are_those_of_the_table(self) -> None:
+    def test_joint_limits_are_those_of_the_table(self):
         kinematics = Kinematics(ZEBRA, NO_TOOL)
         assert kinematics.lower_rad.tolist() == [-3.14, -1.07, -1.70, -3.14, -3.14, -3.14]
         assert kinematics.upper_rad.tolist() == [3.14, 1.70, 1.07, 3.14, 3.14, 3.14]
         assert kinematics.velocity_limit_rad_s.tolist() == [1.0] * 6
 
-    def test_tool_sits_on_the_flange_along_its_axis(self) -> None:
+    def test_tool_sits_on_the_flange_along_its_axis(self):
         tool = TOOL  # sensor 0.03 m beyond the flange, tip 0.14 m beyond that
         kinematics, bare = Kinematics(ZEBRA, tool), Kinematics(ZEBRA, NO_TOOL)
         for q in random_angles(kinematics, 20):
@@ -113,7 +110,7 @@ class TestKinematics:
             np.testing.assert_allclose(sensor.rotation, bare.tip_rotation, atol=1e-14)
 
     @arms
-    def test_jacobian_is_the_derivative_of_the_tip(self, arm: ArmDescription) -> None:
+    def test_jacobian_is_the_derivative_of_the_tip(self, arm):
         kinematics, step = Kinematics(arm, TOOL), 1e-6
         for q in random_angles(kinematics, 25):
             jacobian = kinematics.tip_jacobian(q)
@@ -128,7 +125,7 @@ class TestKinematics:
                 slope = pin.log6(placements[0].actInv(placements[1])).vector / (2 * step)
                 np.testing.assert_allclose(jacobian[:, joint], slope, atol=2e-9)
 
-    def test_views_follow_and_copies_stay(self) -> None:
+    def test_views_follow_and_copies_stay(self):
         kinematics = Kinematics(ZEBRA, TOOL)
         first, second = random_angles(kinematics, 2)
         kinematics.update(first)
@@ -140,13 +137,13 @@ class TestKinematics:
         assert sensor.translation.tolist() == sensor_before.tolist()
 
     @given(force=vectors, torque=vectors, point=vectors)
-    def test_wrench_transport_is_that_of_spatial_algebra(self, force: Vector3, torque: Vector3, point: Vector3) -> None:
+    def test_wrench_transport_is_that_of_spatial_algebra(self, force, torque, point):
         shift = pin.SE3(np.eye(3), np.array(point))
         expected = shift.actInv(pin.Force(np.array(force), np.array(torque)))
         np.testing.assert_allclose(wrench_about(force, torque, point), expected.angular, rtol=1e-12, atol=1e-9)
 
     @pytest.mark.parametrize("content", [None, "", "not a URDF", "<model/>"])
-    def test_urdf_that_cannot_be_read_is_an_asset_error(self, tmp_path: Path, content: str | None) -> None:
+    def test_urdf_that_cannot_be_read_is_an_asset_error(self, tmp_path, content):
         path = tmp_path / "arm.urdf"
         if content is not None:
             path.write_text(content)
@@ -155,7 +152,7 @@ class TestKinematics:
         assert (caught.value.field, caught.value.value) == ("arm", str(path))
         assert "\n" not in str(caught.value)
 
-    def test_task_frame_equals_pinocchio_to_the_bit(self) -> None:
+    def test_task_frame_equals_pinocchio_to_the_bit(self):
         goal = goal_in_base(scenario("paper").task.goal)
         frame = FixedFrame(goal)
         for place in np.random.default_rng(3).normal(size=(100, 3)):
@@ -164,11 +161,11 @@ class TestKinematics:
 
 
 TWO_ARMS = ("zebra-zero", "ur5")
-STILL: Vector3 = (0.0, 0.0, 0.0)
+STILL = (0.0, 0.0, 0.0)
 
 
 class Bench:
-    def __init__(self, name: str) -> None:
+    def __init__(self, name):
         self.look = Kinematics(arm_named(name), TOOL)
         self.task = goal_in_base(GoalConfig())
         self.home, rotation = ready_pose(name)
@@ -176,14 +173,14 @@ class Bench:
         self.motion = TipMotion(Kinematics(arm_named(name), TOOL), self.task, self.rotation, PERIOD_S)
         self.motion.start(self.home)
 
-    def tip_m(self, q: JointVector) -> list[float]:
+    def tip_m(self, q):
         self.look.update(q)
-        tip: list[float] = self.task.actInv(self.look.tip_in_base).translation.tolist()
+        tip = self.task.actInv(self.look.tip_in_base).translation.tolist()
         return tip
 
 
 @pytest.fixture(params=TWO_ARMS)
-def bench(request: pytest.FixtureRequest) -> Bench:
+def bench(request):
     return Bench(request.param)
 
 
@@ -191,7 +188,7 @@ angles = st.tuples(*[st.floats(-0.5, 0.5)] * 3)
 
 
 class TestTipMotion:
-    def test_command_that_was_changed_is_taken_up(self, bench: Bench) -> None:
+    def test_command_that_was_changed_is_taken_up(self, bench):
         first = bench.motion.move((0.02, 0.0, 0.0))
         for _ in range(30):
             asked = bench.motion.move((0.02, 0.0, 0.0))
@@ -205,7 +202,7 @@ class TestTipMotion:
             again = bench.motion.move(STILL)
         np.testing.assert_allclose(again.position_rad, asked.position_rad, atol=1e-7)
 
-    def test_tool_that_was_left_turned_stays_so_until_it_is_righted(self, bench: Bench) -> None:
+    def test_tool_that_was_left_turned_stays_so_until_it_is_righted(self, bench):
         turned = bench.home
         for _ in range(21):
             bench.motion.turn((0.1, -0.05, 0.35))
@@ -220,14 +217,14 @@ class TestTipMotion:
         bench.look.update(righted)
         np.testing.assert_allclose(bench.look.tip_rotation, bench.rotation, atol=1e-9)
 
-    def test_stopped_arm_does_not_wind_the_joints_up(self, bench: Bench) -> None:
+    def test_stopped_arm_does_not_wind_the_joints_up(self, bench):
         reach = bench.look.velocity_limit_rad_s * PERIOD_S * (1 + 1e-9)
         for _ in range(500):
             command = bench.motion.move((0.0, 0.0, -0.1))
             assert (np.abs(np.array(command.position_rad) - bench.home) <= reach).all()
             bench.motion.adopt(AppliedCommand(bench.home, CommandReason.STOPPED))
 
-    def test_tool_turns_about_the_tip_no_faster_than_it_may(self, bench: Bench) -> None:
+    def test_tool_turns_about_the_tip_no_faster_than_it_may(self, bench):
         tip_m = bench.motion.reference_m
         turned_rad = 35 * PERIOD_S * bench.motion.fastest_turn_rad_s((9.0, 0.0, 0.0))
         for _ in range(35):
@@ -245,7 +242,7 @@ class TestTipMotion:
 
     @pytest.mark.parametrize("name", ["zebra-zero", "panda", "ur5", "xarm7"])
     @pytest.mark.parametrize("axis", [(1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.6, 0.8, 0.0), (0.0, 0.0, 1.0)])
-    def test_no_joint_is_faster_in_a_turn_than_a_late_arm_can_follow(self, name: str, axis: Vector3) -> None:
+    def test_no_joint_is_faster_in_a_turn_than_a_late_arm_can_follow(self, name, axis):
         bench = Bench(name)
         for _ in range(14):
             before = np.array(bench.motion.move(STILL).position_rad)
@@ -256,20 +253,20 @@ class TestTipMotion:
         asked = bench.motion.fastest_turn_rad_s(axis)
         assert rates.max() == pytest.approx(FASTEST_JOINT_RAD_S, rel=0.03) or asked == FASTEST_TURN_RAD_S
 
-    def test_wrist_near_a_singularity_turns_more_slowly(self) -> None:
+    def test_wrist_near_a_singularity_turns_more_slowly(self):
         slowest = {name: Bench(name).motion.fastest_turn_rad_s((1.0, 0.0, 0.0)) for name in ("panda", "ur10")}
         assert slowest["panda"] < 0.5 * slowest["ur10"] == 0.5 * FASTEST_TURN_RAD_S
 
     @given(angles)
-    def test_tool_is_turned_by_its_yaw_first_and_leans_then(self, turn: Vector3) -> None:
+    def test_tool_is_turned_by_its_yaw_first_and_leans_then(self, turn):
         wanted = pin.exp3(np.array([turn[0], turn[1], 0.0])) @ pin.exp3(np.array([0.0, 0.0, turn[2]]))
         np.testing.assert_allclose(orientation(turn), wanted, atol=1e-12)
 
     @given(angles)
-    def test_lean_and_yaw_are_told_from_the_orientation(self, turn: Vector3) -> None:
+    def test_lean_and_yaw_are_told_from_the_orientation(self, turn):
         np.testing.assert_allclose(turn_of(orientation(turn)), turn, atol=1e-9)
 
-    def test_it_gives_way_with_the_torque_and_no_faster_than_it_may(self) -> None:
+    def test_it_gives_way_with_the_torque_and_no_faster_than_it_may(self):
         giving = GivingWay(0.4, 0.2, 0.1)
         assert giving.rate_rad_s((0.1, -0.05, 0.1)) == pytest.approx((0.04, -0.02, 0.02))
         assert np.linalg.norm(giving.rate_rad_s((9.0, 9.0, 9.0))) == pytest.approx(0.1)

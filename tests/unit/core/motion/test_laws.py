@@ -1,7 +1,6 @@
 """Motion laws: each stable for every gain that it accepts, limited in speed, and undisturbed by its neighbour."""
 
 from collections import deque
-from collections.abc import Callable
 from math import hypot, inf, nan
 
 import pytest
@@ -9,31 +8,28 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.motion.laws import ControlLaw, DampingControl, ForceControl, PositionControl, limited
-from palpate.core.ports.values import Vector3
+from palpate.core.motion.laws import DampingControl, ForceControl, PositionControl, limited
 
 PERIOD_S = 1.0 / 140
-ORIGIN: Vector3 = (0.0, 0.0, 0.0)
-PRESS: Vector3 = (0.0, 0.0, -5.0)
+ORIGIN = (0.0, 0.0, 0.0)
+PRESS = (0.0, 0.0, -5.0)
 stiffnesses = st.floats(100.0, 1e5)
 components = st.floats(-10.0, 10.0)
 
 
-def position(gain: float = 50.0, speed: float = 0.1) -> PositionControl:
+def position(gain=50.0, speed=0.1):
     return PositionControl(gain, speed, PERIOD_S)
 
 
-def damping(damping: float = 400.0, nominal: Vector3 = PRESS, speed: float = 0.05, k: float = 5e3) -> DampingControl:
+def damping(damping=400.0, nominal=PRESS, speed=0.05, k=5e3):
     return DampingControl(damping, nominal, speed, k, PERIOD_S)
 
 
-def force(
-    integral: float = 1e-3, proportional: float = 0.0, target: Vector3 = ORIGIN, speed: float = 1.0, k: float = 1e4
-) -> ForceControl:
+def force(integral=1e-3, proportional=0.0, target=ORIGIN, speed=1.0, k=1e4):
     return ForceControl(integral, proportional, target, speed, k, PERIOD_S)
 
 
-def refuse(field: str, law: Callable[..., ControlLaw], **gains: float) -> str:
+def refuse(field, law, **gains):
     """The words with which a law refuses a gain, by its name."""
     with pytest.raises(ConfigurationError) as caught:
         law(**gains)
@@ -46,7 +42,7 @@ def refuse(field: str, law: Callable[..., ControlLaw], **gains: float) -> str:
 
 
 @given(st.tuples(components, components, components), st.floats(1e-6, 1.0))
-def test_a_velocity_is_shortened_and_keeps_its_direction(velocity: Vector3, limit: float) -> None:
+def test_a_velocity_is_shortened_and_keeps_its_direction(velocity, limit):
     speed = hypot(*velocity)
     result = limited(velocity, limit)
     if speed <= limit * (1 - 1e-12):
@@ -64,7 +60,7 @@ def test_a_velocity_is_shortened_and_keeps_its_direction(velocity: Vector3, limi
         (force(speed=0.01), ORIGIN, (30.0, 0.0, -40.0)),
     ],
 )
-def test_every_law_keeps_it(law: ControlLaw, target: Vector3, force_N: Vector3) -> None:
+def test_every_law_keeps_it(law, target, force_N):
     assert law.velocity_m_s(ORIGIN, target, force_N) == pytest.approx((0.006, 0.0, -0.008))
 
 
@@ -73,7 +69,7 @@ def test_every_law_keeps_it(law: ControlLaw, target: Vector3, force_N: Vector3) 
 
 @settings(deadline=None)
 @given(gain=st.floats(1.0, 140.0), speed=st.floats(1e-3, 0.1), distance=st.floats(-5e-3, 5e-3))
-def test_it_arrives_without_overshoot_for_every_accepted_gain(gain: float, speed: float, distance: float) -> None:
+def test_it_arrives_without_overshoot_for_every_accepted_gain(gain, speed, distance):
     law = position(gain, speed)
     x = 0.0
     for _ in range(4000):
@@ -91,7 +87,7 @@ def test_it_arrives_without_overshoot_for_every_accepted_gain(gain: float, speed
 margins = st.floats(1.0, 20.0)  # damping in units of the lowest one accepted
 
 
-def pressed(stiffness: float, margin: float, delay: int, speed: float, ticks: int) -> list[float]:
+def pressed(stiffness, margin, delay, speed, ticks):
     """Force along z, tick by tick, while the law presses on a spring; the force arrives some ticks late."""
     law = damping(2 * stiffness * PERIOD_S * margin, speed=speed, k=stiffness)
     z, forces = 0.0, []
@@ -106,7 +102,7 @@ def pressed(stiffness: float, margin: float, delay: int, speed: float, ticks: in
 
 @settings(deadline=None)
 @given(stiffnesses, margins)
-def test_pressing_settles_at_the_nominal_force_without_overshoot(stiffness: float, margin: float) -> None:
+def test_pressing_settles_at_the_nominal_force_without_overshoot(stiffness, margin):
     forces = pressed(stiffness, margin, delay=0, speed=1.0, ticks=600)
     assert forces[-1] == pytest.approx(-5.0, abs=1e-3)
     assert min(forces) >= -5.0 - 1e-9
@@ -115,14 +111,14 @@ def test_pressing_settles_at_the_nominal_force_without_overshoot(stiffness: floa
 # Force control holds its force on every contact that it was tuned for.
 
 
-TARGET: Vector3 = (2.0, 0.0, 0.0)
+TARGET = (2.0, 0.0, 0.0)
 
 
-def highest_integral(stiffness: float, proportional: float) -> float:
+def highest_integral(stiffness, proportional):
     return (1.0 - stiffness * proportional) / (stiffness * PERIOD_S)
 
 
-def on_a_spring(law: ControlLaw, stiffness: float, ticks: int, delay: int = 0) -> list[float]:
+def on_a_spring(law, stiffness, ticks, delay=0):
     """Force along x, tick by tick, of a tip that starts 7 N away from the target."""
     x, forces = 5.0 / stiffness, []
     sensed = deque([-5.0] * delay, maxlen=delay + 1)
@@ -136,7 +132,7 @@ def on_a_spring(law: ControlLaw, stiffness: float, ticks: int, delay: int = 0) -
 
 @settings(deadline=None)
 @given(stiffness=stiffnesses, p=st.floats(0.0, 1.0), i=st.floats(0.05, 1.0))
-def test_the_force_settles_for_every_accepted_gain(stiffness: float, p: float, i: float) -> None:
+def test_the_force_settles_for_every_accepted_gain(stiffness, p, i):
     proportional = 0.5 * p / stiffness
     integral = i * highest_integral(stiffness, proportional)
     law = force(integral, proportional, TARGET, k=stiffness)
@@ -146,7 +142,7 @@ def test_the_force_settles_for_every_accepted_gain(stiffness: float, p: float, i
 
 
 @given(stiffness=stiffnesses, p=st.floats(0.0, 1.0), excess=st.floats(1.001, 10.0))
-def test_too_much_integral_gain_is_refused_by_name(stiffness: float, p: float, excess: float) -> None:
+def test_too_much_integral_gain_is_refused_by_name(stiffness, p, excess):
     proportional = 0.5 * p / stiffness
     integral = excess * highest_integral(stiffness, proportional)
     gains = {"integral": integral, "proportional": proportional, "k": stiffness}
@@ -173,13 +169,11 @@ def test_too_much_integral_gain_is_refused_by_name(stiffness: float, p: float, e
         ),
     ],
 )
-def test_gain_that_is_unstable_or_none_is_refused_by_name(
-    law: Callable[..., ControlLaw], gains: dict[str, float], field: str, said: str
-) -> None:
+def test_gain_that_is_unstable_or_none_is_refused_by_name(law, gains, field, said):
     assert said in refuse(field, law, **gains)
 
 
-def test_a_new_contact_does_not_begin_with_a_kick() -> None:
+def test_a_new_contact_does_not_begin_with_a_kick():
     law = force(1e-5, 1e-5)
     fresh = law.velocity_m_s(ORIGIN, ORIGIN, (10.0, 0.0, 0.0))
     assert fresh == pytest.approx((1e-4, 0.0, 0.0))

@@ -3,7 +3,6 @@
 import dataclasses
 import json
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -47,12 +46,10 @@ class TestSituations:
             ((1.0, 2.0, 1.2, 2.0, 0.0), "corner caught"),
         ],
     )
-    def test_situations_are_told_apart_by_lean_depth_walls_and_torque(
-        self, facts: tuple[float, ...], situation: str
-    ) -> None:
+    def test_situations_are_told_apart_by_lean_depth_walls_and_torque(self, facts, situation):
         assert CORNERS.symbols[CORNERS.observe(NINE + facts)[0]] == situation
 
-    def test_they_come_back_from_a_file_with_their_thresholds(self) -> None:
+    def test_they_come_back_from_a_file_with_their_thresholds(self):
         assert TaskFacts(("lean", "depth")).extract(NINE) == (0.0, 0.0)
         finer = Perception(TaskFacts(FACTS), Situations(caught=2.0), CORNERS.identifier)
         assert perception_from_dict(perception_to_dict(finer)) == finer
@@ -64,7 +61,7 @@ AB = ("a", "b")
 
 
 class TestStates:
-    def test_without_a_memory_the_state_is_the_last_symbol_whatever_came_before(self) -> None:
+    def test_without_a_memory_the_state_is_the_last_symbol_whatever_came_before(self):
         identifier = IdentityState(("a", "b", "c"))
         assert identifier.states == ("a", "b", "c")
         assert [identifier.update(symbol) for symbol in (2, 0, 0, 1, 2)] == [2, 0, 0, 1, 2]
@@ -73,23 +70,23 @@ class TestStates:
         assert isinstance(identifier, StateIdentifier)
 
     @pytest.mark.parametrize("symbol", [-1, 3])
-    def test_unknown_symbol_is_refused_without_a_memory(self, symbol: int) -> None:
+    def test_unknown_symbol_is_refused_without_a_memory(self, symbol):
         with pytest.raises(CommandError, match=f"from 0 to 2: {symbol}"):
             IdentityState(("a", "b", "c")).update(symbol)
 
     @given(st.integers(1, 4), st.integers(1, 3), st.lists(st.integers(0, 3), max_size=12))
-    def test_name_of_the_state_tells_the_symbols(self, count: int, length: int, word: list[int]) -> None:
+    def test_name_of_the_state_tells_the_symbols(self, count, length, word):
         names = "abcd"[:count]
         identifier = LastSymbols(tuple(names), length)
         assert len(identifier.states) == sum(count**size for size in range(1, length + 1))
-        past: list[str] = []
+        past = []
         for symbol in word:
             past.append(names[symbol % count])
             state = identifier.update(symbol % count)
             assert identifier.states[state] == " > ".join(past[-length:])
 
     @given(st.lists(st.integers(0, 1), max_size=6), st.integers(0, 1))
-    def test_it_goes_on_where_its_memory_was_kept(self, word: list[int], after: int) -> None:
+    def test_it_goes_on_where_its_memory_was_kept(self, word, after):
         first, second = LastSymbols(AB, 3), LastSymbols(AB, 3)
         for symbol in word:
             first.update(symbol)
@@ -97,7 +94,7 @@ class TestStates:
         assert first.update(after) == second.update(after)
 
     @pytest.mark.parametrize("memory", [[0.0, 1.0, 1.0], [2.0], [0.5]])
-    def test_another_memory_is_refused(self, memory: list[float]) -> None:
+    def test_another_memory_is_refused(self, memory):
         identifier = LastSymbols(AB, 2)
         identifier.update(1)
         with pytest.raises(ConfigurationError, match=r"identifier\.state .* at most 2 whole numbers from 0 to 1"):
@@ -105,7 +102,7 @@ class TestStates:
         assert identifier.get_state() == [1.0]
 
     @pytest.mark.parametrize("symbol", [-1, 2])
-    def test_unknown_symbol_is_refused(self, symbol: int) -> None:
+    def test_unknown_symbol_is_refused(self, symbol):
         with pytest.raises(CommandError, match=f"from 0 to 1: {symbol}"):
             LastSymbols(AB, 2).update(symbol)
 
@@ -118,11 +115,11 @@ class TestStates:
             (("a", "a > a"), 2, "states"),
         ],
     )
-    def test_what_makes_no_states_is_refused(self, symbols: tuple[str, ...], length: int, says: str) -> None:
+    def test_what_makes_no_states_is_refused(self, symbols, length, says):
         with pytest.raises(ConfigurationError, match=says):
             LastSymbols(symbols, length)
 
-    def test_state_can_be_the_last_symbol_and_the_kind_of_action_before_it(self) -> None:
+    def test_state_can_be_the_last_symbol_and_the_kind_of_action_before_it(self):
         last = LastAction(("A", "B"), ("push", "lean"))
         assert last.states == (
             "A at first",
@@ -159,12 +156,12 @@ SYMBOLISERS = [
 ]
 
 
-def through_json(stage: object) -> Any:
+def through_json(stage):
     # Sorted keys, because a file that embeds a stage may sort them: no meaning may hang on the order.
     return stages.stage_from_dict(json.loads(json.dumps(stages.stage_to_dict(stage), sort_keys=True)))
 
 
-def paper() -> Perception:
+def paper():
     return Perception(EXTRACTORS[0], GATED, IdentityState(GATED.symbols))
 
 
@@ -178,13 +175,13 @@ class Doubled(Settings):
 BANDS = Thresholds.of({"x": (-1e-3, 1e-3), "tx": (-0.01, 0.01)})
 
 
-def signal(x: float, tx: float) -> tuple[float, ...]:
+def signal(x, tx):
     return (x, 9.0, 9.0, 9.0, 9.0, 9.0, tx, 9.0, 9.0)
 
 
 class TestPipeline:
     @pytest.mark.parametrize("stage", EXTRACTORS + SYMBOLISERS, ids=lambda s: type(s).__name__)
-    def test_stages_come_back_with_identical_output(self, stage: Any) -> None:
+    def test_stages_come_back_with_identical_output(self, stage):
         back = through_json(stage)
         assert back == stage
         assert type(back) is type(stage)
@@ -194,7 +191,7 @@ class TestPipeline:
         for row in TABLE[:, :width].tolist():
             assert getattr(back, use)(tuple(row)) == getattr(stage, use)(tuple(row))
 
-    def test_perception_comes_back_from_json(self) -> None:
+    def test_perception_comes_back_from_json(self):
         data = json.loads(json.dumps(stages.perception_to_dict(paper())))
         assert data["schema"] == "palpate.perception/1"
         back = stages.perception_from_dict(data)
@@ -210,11 +207,11 @@ class TestPipeline:
             ({"identifier": {"kind": "identity", "symbols": ["a"]}}, r"perception\.identifier\.symbols = \('a',\)"),
         ],
     )
-    def test_stages_that_do_not_fit_together_are_named(self, change: dict[str, Any], message: str) -> None:
+    def test_stages_that_do_not_fit_together_are_named(self, change, message):
         with pytest.raises(ConfigurationError, match="^" + message):
             stages.perception_from_dict(stages.perception_to_dict(paper()) | change)
 
-    def test_strangers_stage_can_be_written_once_it_is_registered(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_strangers_stage_can_be_written_once_it_is_registered(self, monkeypatch):
         # What is added during the test goes with it.
         monkeypatch.setitem(STAGES, "doubled", Doubled)
         del STAGES["doubled"]
@@ -228,15 +225,15 @@ class TestPipeline:
         with pytest.raises(ConfigurationError, match="derives from Settings"):
             register_stage("number", int)
 
-    def test_measurement_becomes_a_symbol_and_a_state(self) -> None:
+    def test_measurement_becomes_a_symbol_and_a_state(self):
         perception = Perception(SelectedChannels(("x", "tx")), BANDS, IdentityState(BANDS.symbols))
         symbol, state = perception.observe(signal(2e-3, -0.02))
         assert perception.symbols[symbol] == perception.states[state] == "x+ tx-"
 
-    def test_identifier_with_a_memory_fits_in(self) -> None:
+    def test_identifier_with_a_memory_fits_in(self):
         perception = Perception(SelectedChannels(("x", "tx")), BANDS, LastSymbols(BANDS.symbols, 2))
 
-        def seen(x_m: float) -> str:
+        def seen(x_m):
             return perception.states[perception.observe(signal(x_m, 0.0))[1]]
 
         assert [seen(x_m) for x_m in (0.0, 0.0, 1.0)] == ["x0 tx0", "x0 tx0 > x0 tx0", "x0 tx0 > x+ tx0"]
@@ -246,15 +243,15 @@ class TestPipeline:
         perception.identifier.set_state(memory)
         assert seen(0.0) == "x+ tx0 > x0 tx0"
 
-    def test_features_in_another_order_than_the_thresholds_are_refused(self) -> None:
+    def test_features_in_another_order_than_the_thresholds_are_refused(self):
         with pytest.raises(ConfigurationError, match=r"symboliser\.features = \('x', 'tx'\) .* tx, x"):
             Perception(SelectedChannels(("tx", "x")), BANDS, IdentityState(BANDS.symbols))
 
-    def test_identifier_for_other_symbols_is_refused(self) -> None:
+    def test_identifier_for_other_symbols_is_refused(self):
         with pytest.raises(ConfigurationError, match=r"identifier\.symbols"):
             Perception(SelectedChannels(("x", "tx")), BANDS, IdentityState(("a", "b")))
 
-    def test_measurement_that_cannot_be_one_is_refused(self) -> None:
+    def test_measurement_that_cannot_be_one_is_refused(self):
         perception = Perception(SelectedChannels(("x", "tx")), BANDS, IdentityState(BANDS.symbols))
         with pytest.raises(CommandError, match="9 channels"):
             perception.observe((0.0,) * 6)

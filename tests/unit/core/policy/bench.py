@@ -1,6 +1,6 @@
 """Action sets, observations of a state, policies that note or count, and a corridor to learn in."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,7 +10,6 @@ import pytest
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import Action, Decision, Observation, Policy, Transition, compass_actions
 from palpate.core.policy.exploration import TemperatureSchedule
-from palpate.core.policy.tabular import TabularLearner
 
 TWO = compass_actions(0.001, 2)
 RIGHT, LEFT = (action.name for action in TWO)
@@ -20,12 +19,12 @@ CELLS = tuple(f"cell {n}" for n in range(5))
 OWN = Action("own", (1e-3, 0.0))
 
 
-def observation(state: int) -> Observation:
+def observation(state):
     zero = (0.0, 0.0, 0.0)
     return Observation(state, zero, zero, zero, zero, 0)
 
 
-def walk_corridor(learner: TabularLearner, trials: int) -> None:
+def walk_corridor(learner, trials):
     """Cells 0..4, the goal beyond the right end, a wall at the left: V = -(steps to the goal) without discount."""
     rng, cells = np.random.default_rng(7), len(CELLS)
     for trial in range(trials):
@@ -39,7 +38,7 @@ def walk_corridor(learner: TabularLearner, trials: int) -> None:
             cell = after
 
 
-def refuse(field: str, make: Callable[..., object], *args: Any, **settings: Any) -> ConfigurationError:
+def refuse(field, make, *args, **settings):
     """The error with which a constructor refuses, naming that field."""
     with pytest.raises(ConfigurationError) as refused:
         make(*args, **settings)
@@ -61,22 +60,22 @@ class Diary(Policy):
     temperature: float | None = None
     served: Collection[int] | None = None
 
-    def serves(self, state: int) -> bool:
+    def serves(self, state):
         return self.served is None or state in self.served
 
-    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+    def begin_trial(self, trial, rng):
         self.entries.append(("begin", trial, rng))
 
-    def choose(self, observation: Observation) -> Decision:
+    def choose(self, observation):
         self.entries.append(observation)
         index = self.indices[observation.action_number % len(self.indices)]
         return Decision(Action("far", (1.0, 0.0)) if index is None else self.actions[index], index, "diary")
 
-    def learn(self, transition: Transition) -> None:
+    def learn(self, transition):
         self.entries.append(transition)
 
     @property
-    def learned(self) -> list[Transition]:
+    def learned(self):
         return [entry for entry in self.entries if isinstance(entry, Transition)]
 
 
@@ -85,38 +84,38 @@ class Deciding:
 
     temperature: Any = None
 
-    def __init__(self, gives: Any = None) -> None:
+    def __init__(self, gives=None):
         self.gives = Decision(OWN, None, "strange") if gives is None else gives
 
-    def serves(self, state: int) -> bool:
+    def serves(self, state):
         return True
 
-    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+    def begin_trial(self, trial, rng):
         self.rng = rng
 
-    def choose(self, observation: Observation) -> Any:
+    def choose(self, observation):
         return self.gives() if callable(self.gives) else self.gives
 
-    def learn(self, transition: Transition) -> None:
+    def learn(self, transition):
         pass
 
 
 class Counting(Deciding):
     """A third-party learner: counts what it learned from, and takes the compass step of that number."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         super().__init__(self._next)
         self.learned = 0
 
-    def _next(self) -> Decision:
+    def _next(self):
         index = (self.learned + int(self.rng.integers(2))) % 8
         return Decision(compass_actions(0.7e-3)[index], index, "counting")
 
-    def learn(self, transition: Transition) -> None:
+    def learn(self, transition):
         self.learned += 1
 
-    def get_state(self) -> Any:
+    def get_state(self):
         return {"learned": self.learned}
 
-    def set_state(self, state: Any) -> None:
+    def set_state(self, state):
         self.learned = int(state["learned"])

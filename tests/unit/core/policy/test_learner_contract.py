@@ -1,19 +1,15 @@
 """The contract of learners, over all of them; each clause finds the learner that breaks it."""
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
 from palpate.adapters.contracts import CONTEXT, ContractViolation, LearnerContract, Practice, third_party
 from palpate.core.policy import (
-    Decision,
     HmmParameters,
-    Learner,
     MixedPolicy,
-    Observation,
     PolicyDocument,
     ProgrammedPolicy,
     QLearning,
@@ -21,7 +17,6 @@ from palpate.core.policy import (
     SarsaParameters,
     SkillParameters,
     TemperatureSchedule,
-    Transition,
     document_of,
     learner_of,
     new_learner,
@@ -32,7 +27,7 @@ from tests.unit.core.policy.bench import Counting
 
 COOLING = TemperatureSchedule(5.0, 0.9, 0.5)
 Q = QParameters(alpha=0.3, gamma=1.0, temperature=COOLING, alpha_visits=15.0, alpha_floor=0.05, initial_value=-0.0)
-PARAMETERS: dict[str, Any] = {
+PARAMETERS = {
     "q-learning": Q,
     "sarsa": SarsaParameters(alpha=0.2, gamma=1.0, temperature=COOLING, trace_decay=0.7),
     "skills": SkillParameters(alpha=0.2, gamma=0.9, temperature=COOLING),
@@ -44,13 +39,13 @@ NAMES = CONTEXT.states, CONTEXT.actions
 
 class TestOwnLearners(LearnerContract):
     @pytest.fixture(params=PARAMETERS, autouse=True)
-    def _of_kind(self, request: pytest.FixtureRequest) -> None:
+    def _of_kind(self, request):
         self.parameters = PARAMETERS[request.param]
 
-    def make(self, *, frozen: bool = False) -> Learner:
+    def make(self, *, frozen=False):
         return new_learner(self.parameters, *NAMES, CONTEXT.reach, frozen=frozen)
 
-    def test_policy_file_resumes_learning_with_what_is_programmed(self) -> None:
+    def test_policy_file_resumes_learning_with_what_is_programmed(self):
         learner = self.make()
         policy = MixedPolicy(CONTEXT.states, [ProgrammedPolicy(*NAMES, {"b": "-x"}), learner])
         self.practised(policy)
@@ -72,22 +67,22 @@ class TestOwnLearners(LearnerContract):
 
 
 class TestThirdPartyLearner(LearnerContract):
-    def make(self, *, frozen: bool = False) -> Learner:
+    def make(self, *, frozen=False):
         return third_party(Counting(), frozen=frozen)
 
 
 class Reseeded(QLearning):
-    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+    def begin_trial(self, trial, rng):
         super().begin_trial(trial, np.random.default_rng())
 
 
 class Misplaced(QLearning):
-    def choose(self, observation: Observation) -> Decision:
+    def choose(self, observation):
         return replace(super().choose(observation), index=0)
 
 
 class Announced(QLearning):
-    def foresee(self, place_m: tuple[float, float]) -> None:
+    def foresee(self, place_m):
         if self._rng is not None:
             self._rng.random()
 
@@ -99,29 +94,29 @@ class Uncounted(QLearning):
 class Unequal(QLearning):
     made: ClassVar[list[int]] = []
 
-    def get_state(self) -> dict[str, Any]:
+    def get_state(self):
         self.made.append(0)
         return super().get_state() | {"number": len(self.made)}
 
 
 class Thawed(QLearning):
-    def learn(self, transition: Transition) -> None:
+    def learn(self, transition):
         self.frozen = False
         super().learn(transition)
 
 
 class Forgetful(QLearning):
-    def set_state(self, state: Mapping[str, Any]) -> None:
+    def set_state(self, state):
         super().set_state({**state, "q": [[0.0] * 8] * 4})
 
 
 class Shared(QLearning):
-    def get_state(self) -> dict[str, Any]:
+    def get_state(self):
         return super().get_state() | {"q": self._q}
 
 
 class Careless(QLearning):
-    def set_state(self, state: Mapping[str, Any]) -> None:
+    def set_state(self, state):
         self._q = [list(row) for row in state.get("q") or [[]]]
         super().set_state(state)
 
@@ -140,9 +135,9 @@ BROKEN = {
 
 
 @pytest.mark.parametrize(("kind", "clause"), BROKEN.items())
-def test_each_clause_finds_learner_that_breaks_it(kind: type[QLearning], clause: str) -> None:
+def test_each_clause_finds_learner_that_breaks_it(kind, clause):
     class Suite(LearnerContract):
-        def make(self, *, frozen: bool = False) -> Learner:
+        def make(self, *, frozen=False):
             return kind(*NAMES, Q, frozen=frozen)
 
     with pytest.raises(ContractViolation):

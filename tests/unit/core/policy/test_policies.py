@@ -1,7 +1,6 @@
 """Actions, what passes between task and policy, programmed and mixed policies, and reinforcement."""
 
 from math import cos, hypot, inf, nan, radians, sin
-from typing import Any
 
 import numpy as np
 import pytest
@@ -37,7 +36,7 @@ STATES = ("a", "b", "c")
 
 
 class TestActions:
-    def test_axis_steps_are_exact_and_opposite_steps_cancel_to_the_bit(self) -> None:
+    def test_axis_steps_are_exact_and_opposite_steps_cancel_to_the_bit(self):
         actions = {a.name: a.displacement_m for a in compass_actions(0.001)}
         assert actions["+x"] == (0.001, 0.0)
         assert actions["-y"] == (0.0, -0.001)
@@ -48,7 +47,7 @@ class TestActions:
             assert not {repr(x), repr(y)} & {"-0.0"}
 
     @given(st.floats(1e-5, 0.1), st.integers(2, 72))
-    def test_directions_are_equally_spaced_and_equally_long(self, step_m: float, directions: int) -> None:
+    def test_directions_are_equally_spaced_and_equally_long(self, step_m, directions):
         actions = compass_actions(step_m, directions)
         assert len({a.name for a in actions}) == directions
         for k, action in enumerate(actions):
@@ -58,13 +57,13 @@ class TestActions:
             assert action.displacement_m == pytest.approx(wanted, abs=1e-14)
 
     @pytest.mark.parametrize("step_m", [0.0, -1.0, nan, inf])
-    def test_unusable_actions_are_refused(self, step_m: float) -> None:
+    def test_unusable_actions_are_refused(self, step_m):
         refuse("actions.step_m", compass_actions, step_m)
         refuse("actions.directions", compass_actions, 0.001, 1)
         refuse("actions.displacement_m", Action, "nowhere", (0.0, nan))
 
     @pytest.mark.parametrize("states", [(), ("a", "a"), ("a", ""), ("a", "two\nlines")])
-    def test_names_are_distinct_and_printable(self, states: tuple[str, ...]) -> None:
+    def test_names_are_distinct_and_printable(self, states):
         refuse("policy.states", check_names, states, compass_actions(0.001))
         refuse("policy.actions", check_names, ("a",), (Action("go", (1.0, 0.0)), Action("go", (0.0, 1.0))))
 
@@ -72,7 +71,7 @@ class TestActions:
         "bad",
         [(-1, 0, -1.0, 0), (0, -1, -1.0, 0), (0, 0, -1.0, -1), (0, 0, -1.0, 0, -1), (0, 0, nan, 1), (0, 0, -inf, 1)],
     )
-    def test_transition_that_would_spoil_table_is_refused(self, bad: tuple[Any, ...]) -> None:
+    def test_transition_that_would_spoil_table_is_refused(self, bad):
         with pytest.raises(CommandError, match=r"must not be negative|finite"):
             Transition(*bad)
         with pytest.raises(CommandError, match="state"):
@@ -80,7 +79,7 @@ class TestActions:
 
 
 class TestAssignedPolicies:
-    def test_assigned_action_is_taken_and_nothing_is_drawn_or_learned(self) -> None:
+    def test_assigned_action_is_taken_and_nothing_is_drawn_or_learned(self):
         policy = AssignedPolicy(("a", "b"), EIGHT, (6, None), "examples")
         rng = np.random.default_rng(0)
         before = rng.bit_generator.state
@@ -91,28 +90,28 @@ class TestAssignedPolicies:
         assert rng.bit_generator.state == before
         assert policy.temperature is None
 
-    def test_only_states_with_action_are_served(self) -> None:
+    def test_only_states_with_action_are_served(self):
         policy = AssignedPolicy(("a", "b"), EIGHT, (0, None), "programmed")
         assert [policy.serves(0), policy.serves(1)] == [True, False]
         assert [policy.assigned(0), policy.assigned(1)] == [0, None]
         with pytest.raises(ConfigurationError, match=r"policy\.programmed = 'b' is refused.*mixed policy"):
             policy.choose(observation(1))
 
-    def test_unknown_names_are_refused_with_all_that_is_accepted(self) -> None:
+    def test_unknown_names_are_refused_with_all_that_is_accepted(self):
         with pytest.raises(ConfigurationError, match=r"here = 'c' is refused: a state of this task: a, b"):
             check_known("here", "c", "+x", ("a", "b"), EIGHT)
         with pytest.raises(ConfigurationError, match=r"here = 'up' is refused: .*'a'.*\+x, \+x\+y, \+y"):
             check_known("here", "a", "up", ("a", "b"), EIGHT)
         refuse("policy.examples", ExamplesPolicy, STATES, EIGHT, [("d", "+x")])
 
-    def test_majority_of_examples_decides_and_ties_go_to_first_action(self) -> None:
+    def test_majority_of_examples_decides_and_ties_go_to_first_action(self):
         shown = [("a", "-y"), ("a", "+y"), ("a", "-y"), ("b", "-x"), ("b", "+x")]
         policy = ExamplesPolicy(STATES, EIGHT, shown)
         names = [action.name for action in EIGHT]
         assert [policy.assigned(state) for state in range(3)] == [names.index("-y"), names.index("+x"), None]
         assert policy.choose(observation(0)).source == "examples"
 
-    def test_random_walk_draws_one_number_for_each_action(self) -> None:
+    def test_random_walk_draws_one_number_for_each_action(self):
         policy, rng, twin = RandomWalkPolicy(EIGHT), np.random.default_rng(4), np.random.default_rng(4)
         with pytest.raises(LifecycleError, match=r"begin_trial\(\) first"):
             policy.choose(observation(3))
@@ -127,10 +126,10 @@ class TestAssignedPolicies:
 
 
 class TestMixedPolicy:
-    def learner(self) -> QLearning:
+    def learner(self):
         return QLearning(STATES, TWO, QParameters(alpha=1.0, gamma=1.0, temperature=TemperatureSchedule(2.0, 0.5, 0.5)))
 
-    def test_first_part_that_serves_state_decides(self) -> None:
+    def test_first_part_that_serves_state_decides(self):
         programmed = ProgrammedPolicy(STATES, TWO, {"a": LEFT})
         examples = ExamplesPolicy(STATES, TWO, [("a", RIGHT), ("b", RIGHT)])
         policy = MixedPolicy(STATES, [programmed, examples, self.learner()])
@@ -140,7 +139,7 @@ class TestMixedPolicy:
         assert [decision.index for decision in decisions[:2]] == [1, 0]
         assert policy.part_for(1) is examples
 
-    def test_trials_and_transitions_reach_every_part(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_trials_and_transitions_reach_every_part(self, monkeypatch):
         monkeypatch.setattr(Diary, "end_trial", lambda self, hindsight: self.entries.append(hindsight))
         diaries = Diary(served=(0,)), Diary(served=(1, 2))
         policy = MixedPolicy(STATES, diaries)
@@ -151,7 +150,7 @@ class TestMixedPolicy:
         for diary in diaries:
             assert diary.entries == [("begin", 4, rng), Transition(0, 1, -1.0, 2), hindsight]
 
-    def test_learner_values_programmed_states_by_programmed_action(self) -> None:
+    def test_learner_values_programmed_states_by_programmed_action(self):
         """The untried action of b keeps Q = 0; b must be worth -4 all the same, not as much as the goal."""
         q = self.learner()
         policy = MixedPolicy(STATES, [ProgrammedPolicy(STATES, TWO, {"b": RIGHT}), q])
@@ -161,7 +160,7 @@ class TestMixedPolicy:
         policy.learn(Transition(0, 1, -1.0, 2))
         assert q.q == ((-5.0, -1.0), (-4.0, 0.0), (-4.0, 0.0))
 
-    def test_states_without_part_are_named(self) -> None:
+    def test_states_without_part_are_named(self):
         orphaned = refuse("policy.mixed", MixedPolicy, STATES, [ProgrammedPolicy(STATES, TWO, {"b": LEFT})])
         assert orphaned.value == "a, c"
         diary = Diary()
@@ -178,18 +177,18 @@ outcomes = st.builds(ActionOutcome, sizes, sizes)
 
 class TestReinforcement:
     @given(outcomes, st.floats(-1e3, -1e-6))
-    def test_penalties_depend_on_nothing_or_on_time(self, outcome: ActionOutcome, penalty: float) -> None:
+    def test_penalties_depend_on_nothing_or_on_time(self, outcome, penalty):
         assert ActionPenalty(penalty)(outcome) == penalty
         assert TimePenalty(penalty)(outcome) == penalty * outcome.duration_s
 
-    def test_effort_has_hand_computed_value(self) -> None:
+    def test_effort_has_hand_computed_value(self):
         effort = InternalEffort(per_action=-0.5, per_N_s=-2.0, free_force_N=5.0)
         # 3 N above the free force for 0.1 s: 0.3 N s
         assert effort(ActionOutcome(0.1, 8.0)) == pytest.approx(-0.5 - 2.0 * 0.3)
         assert effort(ActionOutcome(0.1, 4.0)) == -0.5
 
     @given(outcomes, st.floats(-10.0, -1e-6), st.floats(-10.0, 0.0), sizes)
-    def test_effort_never_rewards(self, outcome, per_action, per_N_s, free_force_N) -> None:
+    def test_effort_never_rewards(self, outcome, per_action, per_N_s, free_force_N):
         assert InternalEffort(per_action, per_N_s, free_force_N)(outcome) <= per_action
 
     @pytest.mark.parametrize(
@@ -201,10 +200,10 @@ class TestReinforcement:
             (lambda: InternalEffort(0.0, 0.0), "per_N_s"),
         ],
     )
-    def test_reinforcement_that_could_reward_effort_is_refused(self, make: Any, field: str) -> None:
+    def test_reinforcement_that_could_reward_effort_is_refused(self, make, field):
         refuse(f"reinforcement.{field}", make)
 
     @pytest.mark.parametrize("values", [(-0.1, 1.0), (nan, 1.0), (0.1, -0.1), (0.1, inf)])
-    def test_outcome_that_cannot_be_is_refused(self, values: tuple[float, float]) -> None:
+    def test_outcome_that_cannot_be_is_refused(self, values):
         with pytest.raises(CommandError):
             ActionOutcome(*values)

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -44,7 +43,7 @@ Q = QParameters(alpha=0.3, gamma=1.0, temperature=TemperatureSchedule(5.0, 0.96,
 numbers = st.floats(allow_nan=False, allow_infinity=False) | st.sampled_from([-0.0, 5e-324, -5e-324, -1e308])
 
 
-def document(q=(0.0,) * 8, visits=(0,) * 8, **settings: Any) -> PolicyDocument:
+def document(q=(0.0,) * 8, visits=(0,) * 8, **settings):
     state = {"q": [list(q)] * 2, "visits": [list(visits)] * 2, "trials_learned": 12}
     made = PolicyDocument(
         created_with={"palpate": "0.1.0"},
@@ -58,7 +57,7 @@ def document(q=(0.0,) * 8, visits=(0,) * 8, **settings: Any) -> PolicyDocument:
     return replace(made, **settings)
 
 
-def written(policy: Any) -> PolicyDocument:
+def written(policy):
     """What a file holds of a policy, once it was read back."""
     made = document_of(policy, created_with={"palpate": "0"}, perception={})
     read = PolicyDocument.from_json_text(made.to_json_text())
@@ -66,7 +65,7 @@ def written(policy: Any) -> PolicyDocument:
     return read
 
 
-def learned() -> QLearning:
+def learned():
     learner = QLearning(FOUR, CONTEXT.actions, Q)
     Practice(CONTEXT).trials(learner, range(10))
     return learner
@@ -74,7 +73,7 @@ def learned() -> QLearning:
 
 class TestFormat:
     @given(st.lists(numbers, min_size=8, max_size=8), st.lists(st.integers(0, 10**9), min_size=8, max_size=8))
-    def test_file_reads_back_to_the_bit(self, q: list[float], visits: list[int]) -> None:
+    def test_file_reads_back_to_the_bit(self, q, visits):
         made = document(tuple(q), tuple(visits))
         text = made.to_json_text()
         read = PolicyDocument.from_json_text(text)
@@ -82,7 +81,7 @@ class TestFormat:
         assert [value.hex() for value in read.table[0].q or ()] == [value.hex() for value in q]
         assert read.to_json_text() == text
 
-    def test_file_looks_as_documented(self) -> None:
+    def test_file_looks_as_documented(self):
         made = json.loads(document().to_json_text())
         assert made["schema"] == "palpate.policy/3"
         assert list(made) == [
@@ -103,7 +102,7 @@ class TestFormat:
             (put("learner", "state", "q", [[0.0] * 8]), "learner.q"),
         ],
     )
-    def test_contradiction_is_named_by_its_place(self, change: Any, field: str) -> None:
+    def test_contradiction_is_named_by_its_place(self, change, field):
         made = json.loads(document().to_json_text())
         change(made)
         require_refused(PolicyDocument.from_json_text, made, field)
@@ -120,13 +119,13 @@ class TestTask:
             (STATES, (*ACTIONS[:7], Action("+x-y", (0.0, 0.0))), "actions[7].displacement_mm", "(0.0, 0.0)"),
         ],
     )
-    def test_another_task_is_refused_with_first_difference(self, states, actions, field, accepted) -> None:
+    def test_another_task_is_refused_with_first_difference(self, states, actions, field, accepted):
         with pytest.raises(ConfigurationError) as refused:
             document().check_matches(states, actions)
         assert refused.value.field == field
         assert accepted in refused.value.accepted
 
-    def test_actions_in_six_degrees_of_freedom_read_back(self) -> None:
+    def test_actions_in_six_degrees_of_freedom_read_back(self):
         spatial = Spatial(Law.PUSH, 1e-3, (0.1, -0.2, 0.3), (3.0, -1.0), (20e-3, 0.0))
         actions = (*ACTIONS[:-1], Action(ACTIONS[-1].name, (1e-3, 0.0), spatial))
         made = document(actions=tuple(map(ActionEntry.of, actions)))
@@ -141,7 +140,7 @@ class TestTask:
 
 
 class TestPoliciesInFiles:
-    def test_rows_say_which_knowledge_decides_and_what_was_learned_there(self) -> None:
+    def test_rows_say_which_knowledge_decides_and_what_was_learned_there(self):
         q = learned()
         programmed = ProgrammedPolicy(FOUR, CONTEXT.actions, {"b": "-x-y"})
         examples = ExamplesPolicy(FOUR, CONTEXT.actions, [("c", "+y"), ("b", "+x")])
@@ -159,12 +158,12 @@ class TestPoliciesInFiles:
         assert {value for row in read.unlearned().table for value in row.q or ()} == {0.0}
 
     @pytest.mark.parametrize("kind", [ProgrammedPolicy, ExamplesPolicy])
-    def test_fixed_knowledge_comes_back_as_its_own_kind(self, kind: Any) -> None:
+    def test_fixed_knowledge_comes_back_as_its_own_kind(self, kind):
         pairs = {"a": "+x", "b": "-x", "c": "-x", "d": "+x-y"}
         policy = kind(FOUR, ACTIONS, pairs if kind is ProgrammedPolicy else pairs.items())
         read = written(policy)
         assert (read.learner, learner_of(policy), read.unlearned()) == (None, None, read)
-        back: Any = policy_from(read, FOUR, ACTIONS)
+        back = policy_from(read, FOUR, ACTIONS)
         assert type(back) is kind
         assert [back.assigned(s) for s in range(4)] == [0, 4, 4, 7]
 
@@ -178,11 +177,11 @@ class TestPoliciesInFiles:
             (ProgrammedPolicy(FOUR, ACTIONS, {"a": "+x"}), "no action for 'b'"),
         ],
     )
-    def test_what_no_file_can_express_is_refused(self, policy: Any, says: str) -> None:
+    def test_what_no_file_can_express_is_refused(self, policy, says):
         with pytest.raises(ConfigurationError, match=says):
             document_of(policy, created_with={}, perception={})
 
-    def test_belief_has_touch_model_once_it_learned_and_damaged_trial_is_named(self) -> None:
+    def test_belief_has_touch_model_once_it_learned_and_damaged_trial_is_named(self):
         learner = new_learner(BeliefParameters(), FOUR, CONTEXT.actions, CONTEXT.reach)
         policy = MixedPolicy(FOUR, [ProgrammedPolicy(FOUR, CONTEXT.actions, {}), learner])
         Practice(CONTEXT).trials(policy, range(2))
@@ -196,7 +195,7 @@ class TestPoliciesInFiles:
         made["learner"]["state"]["trials"][1]["touches"][0] = [1, 2, 3]
         require_refused(PolicyDocument.from_json_text, made, "learner.trials[1]")
 
-    def test_fitted_model_of_hidden_states_goes_on_from_its_file(self) -> None:
+    def test_fitted_model_of_hidden_states_goes_on_from_its_file(self):
         learner = HmmLearner(STATES, TWO, HmmParameters(reach=3))
         policy = MixedPolicy(STATES, [ProgrammedPolicy(STATES, TWO, {"a": LEFT}), learner])
         context = replace(CONTEXT, states=STATES, actions=TWO)

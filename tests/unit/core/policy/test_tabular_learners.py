@@ -26,25 +26,25 @@ from tests.unit.core.policy.bench import CELLS, EIGHT, GREEDY, TWO, observation,
 STATES = ("i", "j", "k")
 
 
-def q_learning(states=("i", "j"), actions=TWO, frozen=False, **settings) -> QLearning:
+def q_learning(states=("i", "j"), actions=TWO, frozen=False, **settings):
     settings = {"alpha": 0.5, "gamma": 1.0, "temperature": TemperatureSchedule(1.0, 0.9, 0.1)} | settings
     return QLearning(states, actions, QParameters(**settings), frozen=frozen)
 
 
-def sarsa(frozen=False, **settings) -> Sarsa:
+def sarsa(frozen=False, **settings):
     settings = {"alpha": 0.5, "gamma": 1.0, "temperature": GREEDY, "trace_decay": 0.5} | settings
     made = Sarsa(STATES, TWO, SarsaParameters(**settings), frozen=frozen)
     made.begin_trial(0, np.random.default_rng(0))
     return made
 
 
-def bound(state: int, action: int, after: int | None, then: int | None, earned: float = -1.0) -> Transition:
+def bound(state, action, after, then, earned=-1.0):
     """A transition whose next action is known, so that nothing is drawn."""
     return Transition(state, action, earned, after, then)
 
 
 class TestQLearning:
-    def test_updates_have_hand_computed_values(self) -> None:
+    def test_updates_have_hand_computed_values(self):
         q = q_learning(alpha=0.25, gamma=0.5)
         q.learn(Transition(1, 0, -1.0, None))  # .75*0 + .25*(-1 + .5*0)
         assert q.q == ((0.0, 0.0), (-0.25, 0.0))
@@ -56,14 +56,14 @@ class TestQLearning:
         assert q.q == ((0.0, -0.28125), (-0.4375, -0.5))
         assert q.visits == ((0, 1), (2, 1))
 
-    def test_goal_is_worth_nothing_whatever_q_begins_with(self) -> None:
+    def test_goal_is_worth_nothing_whatever_q_begins_with(self):
         q = q_learning(alpha=1.0, initial_value=-7.0)
         q.learn(Transition(0, 0, -1.0, None))
         q.learn(Transition(0, 1, -1.0, 1))
         assert q.q == ((-1.0, -8.0), (-7.0, -7.0))
 
     @pytest.mark.parametrize("alpha_visits", [0.0, 20.0])
-    def test_corridor_is_learned_exactly(self, alpha_visits: float) -> None:
+    def test_corridor_is_learned_exactly(self, alpha_visits):
         schedule = TemperatureSchedule(5.0, 0.99, 1.5)
         q = q_learning(CELLS, alpha_visits=alpha_visits, alpha_floor=0.2, temperature=schedule)
         walk_corridor(q, 1500)
@@ -72,7 +72,7 @@ class TestQLearning:
         assert np.array(q.q) == pytest.approx(np.column_stack((best, back)), abs=1e-6)
         assert q.trials_learned == 1500
 
-    def test_learning_rate_halves_after_given_visits_and_keeps_its_floor(self) -> None:
+    def test_learning_rate_halves_after_given_visits_and_keeps_its_floor(self):
         parameters = QParameters(alpha=0.8, gamma=1.0, temperature=GREEDY, alpha_visits=4.0, alpha_floor=0.1)
         assert [parameters.learning_rate(n) for n in (0, 4, 12)] == [0.8, 0.4, 0.2]
         assert parameters.learning_rate(10**6) == 0.1
@@ -80,14 +80,14 @@ class TestQLearning:
         assert constant.learning_rate(0) == constant.learning_rate(10**6) == 0.3
         refuse("policy.alpha_floor", q_learning, alpha_floor=0.6)
 
-    def test_frozen_learner_stays_at_the_lower_of_floor_and_temperature_in_use(self) -> None:
+    def test_frozen_learner_stays_at_the_lower_of_floor_and_temperature_in_use(self):
         in_use = TemperatureSchedule(1.0, 0.9, 0.1, in_use=0.02)
         for schedule, expected in ((in_use, 0.02), (TemperatureSchedule(1.0, 0.9, 0.1), 0.1)):
             q = q_learning(frozen=True, temperature=schedule)
             q.begin_trial(0, np.random.default_rng(0))
             assert q.temperature == expected
 
-    def test_trials_count_once_and_only_if_something_was_learned(self) -> None:
+    def test_trials_count_once_and_only_if_something_was_learned(self):
         q = q_learning()
         for trial, updates in enumerate((2, 0, 1)):
             q.begin_trial(trial, np.random.default_rng(0))
@@ -96,12 +96,12 @@ class TestQLearning:
         assert q.trials_learned == 2
 
     @pytest.mark.parametrize("other", [q_learning(("a", "b", "c")), q_learning(actions=EIGHT)])
-    def test_state_of_another_size_is_refused(self, other: QLearning) -> None:
+    def test_state_of_another_size_is_refused(self, other):
         refuse("learner.q", q_learning().set_state, other.get_state())
 
 
 class TestSarsa:
-    def test_updates_have_hand_computed_values(self) -> None:
+    def test_updates_have_hand_computed_values(self):
         q = sarsa()
         q.learn(bound(0, 1, 1, 0))  # delta -1: Q(0,1) = -.5
         assert q.q == ((0.0, -0.5), (0.0, 0.0), (0.0, 0.0))
@@ -112,7 +112,7 @@ class TestSarsa:
         assert q.visits == ((0, 1), (1, 0), (0, 1))
         assert q.trials_learned == 1
 
-    def test_traces_replace_and_another_action_ends_them(self) -> None:
+    def test_traces_replace_and_another_action_ends_them(self):
         q = sarsa(alpha=1.0, trace_decay=1.0)
         q.learn(bound(0, 0, 0, 0, 0.0))
         q.learn(bound(0, 0, 0, 1, 0.0))  # again: the trace is 1, not 2
@@ -120,7 +120,7 @@ class TestSarsa:
         q.learn(bound(1, 0, None, None, -1.0))
         assert q.q == ((0.0, -1.0), (-1.0, 0.0), (0.0, 0.0))
 
-    def test_new_trial_begins_without_traces(self) -> None:
+    def test_new_trial_begins_without_traces(self):
         q = sarsa(alpha=1.0, trace_decay=1.0)
         q.learn(bound(0, 0, 1, 0, 0.0))
         q.begin_trial(1, np.random.default_rng(0))
@@ -128,7 +128,7 @@ class TestSarsa:
         assert q.q[0] == (0.0, 0.0)
         assert q.trials_learned == 2
 
-    def test_action_that_was_learned_with_is_taken(self) -> None:
+    def test_action_that_was_learned_with_is_taken(self):
         q = sarsa(temperature=TemperatureSchedule(1.0, 1.0, 1.0), alpha=1.0, trace_decay=0.0, initial_value=-1.0)
         q.learn(bound(1, 0, None, None, -2.0))
         q.learn(bound(1, 1, None, None, -3.0))
@@ -137,7 +137,7 @@ class TestSarsa:
             taken = q.choose(observation(1)).index
             assert q.q[0][0] == {0: -2.0, 1: -3.0}[taken]
 
-    def test_action_drawn_for_another_state_is_not_taken(self) -> None:
+    def test_action_drawn_for_another_state_is_not_taken(self):
         q = sarsa(alpha=1.0)
         q.learn(bound(2, 0, None, None, -2.0))
         q.learn(bound(1, 1, None, None, -2.0))
@@ -145,7 +145,7 @@ class TestSarsa:
         assert q.choose(observation(2)).index == 1
         assert q.choose(observation(1)).index == 0
 
-    def test_action_of_another_policy_counts_where_it_acts(self) -> None:
+    def test_action_of_another_policy_counts_where_it_acts(self):
         learner = sarsa(alpha=1.0, trace_decay=0.0)
         policy = MixedPolicy(STATES, [ProgrammedPolicy(STATES, TWO, {"j": TWO[1].name}), learner])
         policy.begin_trial(0, np.random.default_rng(0))
@@ -154,7 +154,7 @@ class TestSarsa:
         assert learner.q[0][0] == -8.0
         assert policy.choose(observation(1)).source == "programmed"
 
-    def test_state_taken_within_trial_has_traces_and_next_action(self) -> None:
+    def test_state_taken_within_trial_has_traces_and_next_action(self):
         first, second = sarsa(temperature=TemperatureSchedule(1.0, 1.0, 1.0)), sarsa()
         first.learn(Transition(0, 0, -1.0, 1))
         first.learn(Transition(1, 1, -1.0, 2))
@@ -164,7 +164,7 @@ class TestSarsa:
             q.learn(bound(2, 0, None, None))
         assert first.q == second.q
 
-    def test_next_action_needs_trial(self) -> None:
+    def test_next_action_needs_trial(self):
         fresh = Sarsa(STATES, TWO, SarsaParameters(alpha=0.5, gamma=1.0, temperature=GREEDY))
         with pytest.raises(LifecycleError):
             fresh.learn(Transition(0, 0, -1.0, 1))
@@ -175,7 +175,7 @@ rows = st.lists(finite, min_size=1, max_size=12)
 
 
 class CountingGenerator(np.random.Generator):
-    def __init__(self, number: float | None = None) -> None:
+    def __init__(self, number=None):
         super().__init__(np.random.PCG64(1))
         self.draws, self.number = 0, number
 
@@ -187,29 +187,29 @@ class CountingGenerator(np.random.Generator):
 
 class TestExploration:
     @given(st.lists(st.floats(-50.0, 50.0), min_size=1, max_size=12), st.floats(0.01, 100.0))
-    def test_probabilities_are_those_of_softmax(self, values, temperature) -> None:
+    def test_probabilities_are_those_of_softmax(self, values, temperature):
         expected = softmax(np.array(values) / temperature)
         assert boltzmann_probabilities(values, temperature) == pytest.approx(expected, rel=1e-9, abs=1e-300)
 
     @given(rows, st.floats(0.0, 1e300))
-    def test_probabilities_are_distribution_for_any_finite_values(self, values, temperature) -> None:
+    def test_probabilities_are_distribution_for_any_finite_values(self, values, temperature):
         probabilities = boltzmann_probabilities(values, temperature)
         assert all(isfinite(p) and 0.0 <= p <= 1.0 for p in probabilities)
         assert sum(probabilities) == pytest.approx(1.0)
         assert probabilities[values.index(max(values))] == max(probabilities)
 
-    def test_best_actions_share_probability_near_zero(self) -> None:
+    def test_best_actions_share_probability_near_zero(self):
         values = [-1.0, -1.0 - 1e-9, -1.0, -5.0]
         assert boltzmann_probabilities(values, 0.5 * GREEDY_BELOW) == [0.5, 0.0, 0.5, 0.0]
 
-    def test_choices_have_frequencies_of_probabilities(self) -> None:
+    def test_choices_have_frequencies_of_probabilities(self):
         values, temperature, n = [0.0, -1.0, -2.0, -0.5], 1.3, 20_000
         rng = np.random.default_rng(11)
         counts = np.bincount([boltzmann(values, temperature, rng) for _ in range(n)], minlength=4)
         assert chisquare(counts, n * softmax(np.array(values) / temperature)).pvalue > 0.01
 
     @given(rows, st.sampled_from([0.0, 1e-7, 1e-6, 0.5, 1e9]))
-    def test_every_choice_takes_exactly_one_number(self, values, temperature) -> None:
+    def test_every_choice_takes_exactly_one_number(self, values, temperature):
         rng, twin = CountingGenerator(), np.random.Generator(np.random.PCG64(1))
         index = boltzmann(values, temperature, rng)
         twin.random()
@@ -218,12 +218,12 @@ class TestExploration:
         assert 0 <= index < len(values)
 
     @given(rows, st.floats(0.0, 10.0), st.sampled_from([0.0, 0.5, 1.0 - 2.0**-53]))
-    def test_impossible_action_is_never_chosen(self, values, temperature, number) -> None:
+    def test_impossible_action_is_never_chosen(self, values, temperature, number):
         index = boltzmann(values, temperature, CountingGenerator(number))
         assert boltzmann_probabilities(values, temperature)[index] > 0.0
 
     @given(st.floats(0.0, 1e6), st.floats(1e-3, 1.0), st.floats(0.0, 1e6), st.integers(0, 10**6))
-    def test_schedule_is_geometric_above_its_floor(self, initial, decay, floor, trial) -> None:
+    def test_schedule_is_geometric_above_its_floor(self, initial, decay, floor, trial):
         assume(floor <= initial)
         schedule = TemperatureSchedule(initial, decay, floor)
         assert schedule.at(0) == initial
@@ -231,5 +231,5 @@ class TestExploration:
         assert floor <= schedule.at(trial + 1) <= schedule.at(trial)
 
     @pytest.mark.parametrize("floor", [1.1, nan])
-    def test_floor_above_beginning_is_refused(self, floor: float) -> None:
+    def test_floor_above_beginning_is_refused(self, floor):
         refuse("policy.temperature.floor", TemperatureSchedule, 1.0, 0.9, floor)

@@ -4,7 +4,6 @@ import sys
 from itertools import count
 from math import inf, nan
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -32,16 +31,16 @@ SEEN = observation(0)
 class MuteError(Exception):
     """One whose text fails."""
 
-    def __str__(self) -> str:
+    def __str__(self):
         raise self
 
 
-def wrapped(made: Any, frozen: bool = True) -> ForeignPolicy:
+def wrapped(made, frozen=True):
     return ForeignPolicy(made, ENTRY, CONTEXT, frozen=frozen)
 
 
-def raising(error: BaseException) -> Any:
-    def choose() -> None:
+def raising(error):
+    def choose():
         raise error
 
     return choose
@@ -63,7 +62,7 @@ def raising(error: BaseException) -> Any:
         (Decision(OWN, None, 3), "choose failed with TypeError"),  # type: ignore[arg-type]
     ],
 )
-def test_invalid_decision_is_fault_of_policy(gives: Any, said: str) -> None:
+def test_invalid_decision_is_fault_of_policy(gives, said):
     with pytest.raises(PolicyError) as caught:
         wrapped(Deciding(gives)).choose(SEEN)
     text = str(caught.value)
@@ -73,7 +72,7 @@ def test_invalid_decision_is_fault_of_policy(gives: Any, said: str) -> None:
     assert "\n" not in text
 
 
-def test_numbers_are_made_plain_and_actions_of_set_its_own() -> None:
+def test_numbers_are_made_plain_and_actions_of_set_its_own():
     numbers = np.float64(1e-3), np.float32(0.5)
     given = wrapped(Deciding(Decision(Action("own", numbers), None, "strange"))).choose(SEEN)  # type: ignore[arg-type]
     assert [type(value) for value in given.action.displacement_m] == [float, float]
@@ -81,7 +80,7 @@ def test_numbers_are_made_plain_and_actions_of_set_its_own() -> None:
     assert (given, type(given.index)) == (Decision(ACTIONS[2], 2, "strange"), int)
 
 
-def test_slow_choice_by_clock_of_rig_ends_trial() -> None:
+def test_slow_choice_by_clock_of_rig_ends_trial():
     slow = wrapped(Deciding())
     slow.now_ns = iter(range(0, 10**10, 10**9)).__next__
     with pytest.raises(PolicyError, match=r"choose took 1\.00 s; at most 0\.2 s on a rig"):
@@ -91,7 +90,7 @@ def test_slow_choice_by_clock_of_rig_ends_trial() -> None:
 
 
 @pytest.mark.parametrize("name", ["serves", "begin_trial", "choose", "learn"])
-def test_policy_without_method_is_refused(name: str) -> None:
+def test_policy_without_method_is_refused(name):
     whole = Deciding()
     parts = {part: getattr(whole, part) for part in ("serves", "begin_trial", "choose", "learn") if part != name}
     with pytest.raises(ConfigurationError, match=rf"Strange' is refused: .*SimpleNamespace lacks {name}"):
@@ -99,7 +98,7 @@ def test_policy_without_method_is_refused(name: str) -> None:
 
 
 @pytest.mark.parametrize(("given", "shown"), [(None, None), (1, 1.0), (np.float32(0.5), 0.5)])
-def test_temperature_is_number_or_none(given: Any, shown: float | None) -> None:
+def test_temperature_is_number_or_none(given, shown):
     made = Deciding()
     made.temperature = given
     assert wrapped(made).temperature == shown
@@ -108,7 +107,7 @@ def test_temperature_is_number_or_none(given: Any, shown: float | None) -> None:
         _ = wrapped(made).temperature
 
 
-def test_policy_file_holds_state_which_only_its_code_can_take() -> None:
+def test_policy_file_holds_state_which_only_its_code_can_take():
     made = wrapped(Counting(), frozen=False)
     assert learner_of(made) is made
     assert learner_of(wrapped(Deciding())) is None
@@ -128,7 +127,7 @@ def test_policy_file_holds_state_which_only_its_code_can_take() -> None:
 
 
 @pytest.mark.parametrize("state", [{"asked": nan}, {"asked": object()}, {"asked": "\udcff"}, [1, 2], sys])
-def test_state_that_no_file_can_hold_is_fault_of_policy(state: Any) -> None:
+def test_state_that_no_file_can_hold_is_fault_of_policy(state):
     made = Counting()
     made.get_state = lambda: state  # type: ignore[method-assign]
     learner = wrapped(made)

@@ -32,12 +32,12 @@ class Drill(Settings):
     labels: dict[str, str] = None  # type: ignore[assignment]
     limit_N: Annotated[float, Range(0.0, above=True)] | None = None
 
-    def __post_init__(self) -> None:
+    def __post_init__(self):
         if self.labels is None:
             object.__setattr__(self, "labels", {})
         super().__post_init__()
 
-    def check(self) -> None:
+    def check(self):
         if self.turns > self.depth_mm:
             raise ConfigurationError(self.dotted("turns"), self.turns, "at most depth_mm")
 
@@ -62,7 +62,7 @@ class TestSettings:
             ("limit_N", 0.0, "a number above 0"),
         ],
     )
-    def test_refusal_names_setting_value_and_what_would_be_right(self, field: str, value: Any, accepted: str) -> None:
+    def test_refusal_names_setting_value_and_what_would_be_right(self, field, value, accepted):
         with pytest.raises(ConfigurationError) as caught:
             Drill(**{field: value})
         error = caught.value
@@ -79,12 +79,12 @@ class TestSettings:
             ("labels", {"x": 3}, "labels.x"),
         ],
     )
-    def test_what_is_wrong_in_a_list_or_table_is_named_by_its_place(self, field: str, value: Any, place: str) -> None:
+    def test_what_is_wrong_in_a_list_or_table_is_named_by_its_place(self, field, value, place):
         with pytest.raises(ConfigurationError) as caught:
             Drill(**{field: value})
         assert caught.value.field == f"cell.drill.{place}"
 
-    def test_values_are_kept_in_one_form(self) -> None:
+    def test_values_are_kept_in_one_form(self):
         drill = Drill(depth_mm=np.float64(7), offsets=[1, 2], lamps=["a"], limit_N=3)  # type: ignore[arg-type]
         assert drill == Drill(depth_mm=7.0, offsets=(1.0, 2.0), lamps=("a",), limit_N=3.0)
         kept = (drill.depth_mm, drill.offsets[0], drill.limit_N)
@@ -104,10 +104,10 @@ class TestSettings:
             (Annotated[int, OneOf(1, -1)], "one of 1, -1"),
         ],
     )
-    def test_ranges_in_words(self, kind: Any, words: str) -> None:
+    def test_ranges_in_words(self, kind, words):
         assert accepted_by(kind) == words
 
-    def test_open_end_is_refused_itself(self) -> None:
+    def test_open_end_is_refused_itself(self):
         kind = Annotated[float, Range(0.0, 1.0, above=True, below=True)]
         assert fitted("x", 0.5, kind) == 0.5
         for value in (0.0, 1.0):
@@ -115,7 +115,7 @@ class TestSettings:
                 fitted("x", value, kind)
 
 
-def parsed(text: str) -> Any:
+def parsed(text):
     return parse_json(f'{{"schema": "s", "x": {text}}}', "sample", "s")["x"]
 
 
@@ -128,7 +128,7 @@ class Inner(Settings):
     low: Annotated[int, Range(0)]
     high: int = 9
 
-    def check(self) -> None:
+    def check(self):
         if self.low > self.high:
             raise ConfigurationError("inner.low", self.low, "at most high")
 
@@ -145,11 +145,11 @@ class Sample(Settings):
     extra: Inner | None = None
 
 
-RAW: dict[str, Any] = {"parts": [{"low": 1, "high": 2}], "names": {"a": "b"}, "anything": [1]}
+RAW = {"parts": [{"low": 1, "high": 2}], "names": {"a": "b"}, "anything": [1]}
 
 
 class TestJson:
-    def test_table_is_read_with_the_tables_in_it(self) -> None:
+    def test_table_is_read_with_the_tables_in_it(self):
         assert Sample.read(RAW) == Sample((Inner(1, 2),), {"a": "b"}, [1])
         assert Sample.read(RAW | {"extra": {"low": 0, "high": 0}}).extra == Inner(0, 0)
 
@@ -166,7 +166,7 @@ class TestJson:
             ({"y": 7}, "sample file", "the keys parts, names, anything, extra (unknown key 'y')"),
         ],
     )
-    def test_what_is_wrong_is_named_by_its_place(self, change: dict[str, Any], field: str, accepted: str) -> None:
+    def test_what_is_wrong_is_named_by_its_place(self, change, field, accepted):
         with pytest.raises(ConfigurationError) as refused:
             Sample.read(RAW | change)
         assert (refused.value.field, refused.value.accepted) == (field, accepted)
@@ -214,8 +214,8 @@ class TestSensorFacts:
             ("frame", ""),
         ],
     )
-    def test_what_no_sensor_has_is_refused(self, name: str, value: Any) -> None:
-        facts: dict[str, Any] = {"noise_N": 0.1, "noise_Nm": 0.004, name: value}
+    def test_what_no_sensor_has_is_refused(self, name, value):
+        facts = {"noise_N": 0.1, "noise_Nm": 0.004, name: value}
         with pytest.raises(ConfigurationError) as error:
             SensorFacts(**facts)
         assert error.value.field == f"force_sensor.facts.{name}"

@@ -14,12 +14,12 @@ from palpate.core.ports.lifecycle import TRANSITIONS, Life, LifeRequest, Managed
 class Device(ManagedDevice):
     """Notes which hooks were called; a hook named in ``failing`` raises."""
 
-    def __init__(self, *failing: str) -> None:
+    def __init__(self, *failing):
         super().__init__("probe")
-        self.calls: list[str] = []
+        self.calls = []
         self.failing = failing
 
-    def _note(self, hook: str) -> None:
+    def _note(self, hook):
         self.calls.append(hook)
         if hook in self.failing:
             raise DeviceError("probe", f"{hook} failed")
@@ -31,7 +31,7 @@ class Device(ManagedDevice):
     _on_close = partialmethod(_note, "close")
 
 
-def device_in(life: Life) -> Device:
+def device_in(life):
     device = Device()
     if life is not Life.CONSTRUCTED:
         device.configure()
@@ -51,7 +51,7 @@ PAIRS = [(life, request) for life in Life for request in LifeRequest]
 
 class TestLifeCycle:
     @pytest.mark.parametrize(("life", "request_"), PAIRS)
-    def test_each_request_in_each_state(self, life: Life, request_: LifeRequest) -> None:
+    def test_each_request_in_each_state(self, life, request_):
         device = device_in(life)
         target = TRANSITIONS.get((life, request_))
         ask = getattr(device, request_.value)
@@ -64,10 +64,10 @@ class TestLifeCycle:
         assert device.life is life
         assert device.calls == []
 
-    def test_way_to_active_never_starts_at_a_fault(self) -> None:
+    def test_way_to_active_never_starts_at_a_fault(self):
         assert [life for (life, _), target in TRANSITIONS.items() if target is Life.ACTIVE] == [Life.CONFIGURED]
 
-    def test_error_tells_what_would_be_possible(self) -> None:
+    def test_error_tells_what_would_be_possible(self):
         with pytest.raises(LifecycleError) as caught:
             Device().activate()
         assert caught.value.state == "constructed"
@@ -76,13 +76,13 @@ class TestLifeCycle:
             "probe: activate() is not possible while constructed; possible now: configure(), close()"
         )
 
-    def test_failed_hook_leaves_the_state_as_it_was(self) -> None:
+    def test_failed_hook_leaves_the_state_as_it_was(self):
         device = Device("configure")
         with pytest.raises(DeviceError):
             device.configure()
         assert device.life is Life.CONSTRUCTED
 
-    def test_fault_that_cannot_be_cleared_stays(self) -> None:
+    def test_fault_that_cannot_be_cleared_stays(self):
         device = device_in(Life.FAULTED)
         device.failing = ("acknowledge",)
         with pytest.raises(DeviceError):
@@ -90,7 +90,7 @@ class TestLifeCycle:
         assert device.life is Life.FAULTED
         assert device.fault == "too hot"
 
-    def test_first_cause_of_a_fault_is_kept(self) -> None:
+    def test_first_cause_of_a_fault_is_kept(self):
         device = device_in(Life.FAULTED)
         device._latch("lost communication")
         assert device.fault == "too hot"
@@ -98,13 +98,13 @@ class TestLifeCycle:
             device.activate()
         assert caught.value.cause == "too hot"
 
-    def test_closed_device_latches_nothing(self) -> None:
+    def test_closed_device_latches_nothing(self):
         device = device_in(Life.CLOSED)
         device._latch("late news")
         assert device.life is Life.CLOSED
         assert device.fault is None
 
-    def test_device_that_fails_to_close_is_closed_all_the_same(self) -> None:
+    def test_device_that_fails_to_close_is_closed_all_the_same(self):
         device = device_in(Life.ACTIVE)
         device.failing = ("close",)
         with pytest.raises(DeviceError):
@@ -112,14 +112,14 @@ class TestLifeCycle:
         assert device.life is Life.CLOSED
         device.close()
 
-    def test_context_manager_closes_after_an_error_inside(self) -> None:
+    def test_context_manager_closes_after_an_error_inside(self):
         device = Device()
         with pytest.raises(KeyError), device:
             raise KeyError
         assert device.life is Life.CLOSED
 
     @pytest.mark.parametrize("hook", ["configure", "activate"])
-    def test_context_manager_closes_when_it_cannot_be_entered(self, hook: str) -> None:
+    def test_context_manager_closes_when_it_cannot_be_entered(self, hook):
         device = Device(hook)
         with pytest.raises(DeviceError, match=hook), device:
             pytest.fail("must not be entered")
@@ -132,33 +132,33 @@ PERIOD_NS = 10**9 // 140
 ANGLES = st.tuples(st.floats(-3, 3), st.floats(-3, 3))
 
 
-def limiter(held: tuple[float, float] = (0.0, 0.0)) -> CommandLimiter:
+def limiter(held=(0.0, 0.0)):
     made = CommandLimiter(LOWER, UPPER, SPEED, RATE)
     made.start(held)
     return made
 
 
 class TestCommandLimits:
-    def test_fast_step_is_shortened_in_its_own_direction(self) -> None:
+    def test_fast_step_is_shortened_in_its_own_direction(self):
         applied = limiter().limited((0.05, -0.5), 0)
         assert applied.reason is CommandReason.VELOCITY_LIMIT
         assert applied.position_rad == pytest.approx((0.001, -0.01))
 
-    def test_commands_of_one_time_replace_each_other(self) -> None:
+    def test_commands_of_one_time_replace_each_other(self):
         made = limiter()
         for _ in range(5):
             applied = made.limited((1.0, 0.0), 7)
         assert applied.position_rad == pytest.approx((0.1, 0.0))
         assert made.limited((-1.0, 0.0), 7).position_rad == pytest.approx((-0.1, 0.0))
 
-    def test_time_counts_and_not_calls(self) -> None:
+    def test_time_counts_and_not_calls(self):
         made = limiter()
         for k in range(200):
             applied = made.limited((1.0, 0.0), k * 35_000)
         # 7 ms at 14 rad/s, and what a period and a quarter of it allow besides.
         assert applied.position_rad[0] <= 14.0 * (0.007 + 1.25 / RATE)
 
-    def test_command_that_comes_early_after_a_late_one_is_not_held_back(self) -> None:
+    def test_command_that_comes_early_after_a_late_one_is_not_held_back(self):
         made, reached = limiter((-1.0, 0.0)), -1.0
         for k in range(18):
             reached += 0.0999
@@ -166,7 +166,7 @@ class TestCommandLimits:
             assert applied.reason is CommandReason.AS_ASKED
 
     @given(st.lists(st.tuples(ANGLES, st.integers(0, 3 * PERIOD_NS)), min_size=1, max_size=20))
-    def test_no_sequence_of_commands_leaves_the_limits(self, commands: list[tuple[tuple[float, float], int]]) -> None:
+    def test_no_sequence_of_commands_leaves_the_limits(self, commands):
         made, before, now_ns = limiter(), (0.0, 0.0), 0
         for asked, passed_ns in commands:
             now_ns += passed_ns

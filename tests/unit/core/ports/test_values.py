@@ -2,7 +2,6 @@
 
 import pickle
 from math import inf, nan
-from typing import Any
 
 import pytest
 from hypothesis import given
@@ -30,7 +29,7 @@ not_finite = st.sampled_from([nan, inf, -inf])
 
 class TestValues:
     @pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
-    def test_frozen_slotted_hashable_and_picklable(self, value: Any) -> None:
+    def test_frozen_slotted_hashable_and_picklable(self, value):
         with pytest.raises(AttributeError):
             setattr(value, value.__match_args__[0], 1)
         assert not hasattr(value, "__dict__")
@@ -39,7 +38,7 @@ class TestValues:
         assert hash(copy) == hash(value)
 
     @given(st.integers(0, 5), not_finite, st.sampled_from([v for v in Validity if v is not Validity.INVALID]))
-    def test_wrench_that_is_not_finite_must_be_marked_invalid(self, place: int, bad: float, validity: Validity) -> None:
+    def test_wrench_that_is_not_finite_must_be_marked_invalid(self, place, bad, validity):
         numbers = [0.0] * 6
         numbers[place] = bad
         fx, fy, fz, tx, ty, tz = numbers
@@ -47,21 +46,21 @@ class TestValues:
             WrenchSample((fx, fy, fz), (tx, ty, tz), 0, 0, 0, validity)
         assert WrenchSample((fx, fy, fz), (tx, ty, tz), 0, 0, 0, Validity.INVALID).sequence == 0
 
-    def test_infinities_of_both_signs_do_not_cancel(self) -> None:
+    def test_infinities_of_both_signs_do_not_cancel(self):
         with pytest.raises(CommandError):
             WrenchSample((inf, -inf, 0.0), (0.0, 0.0, 0.0), 0, 0, 0)
         with pytest.raises(CommandError):
             JointCommand((inf, -inf))
 
     @given(st.integers(0, 2), not_finite)
-    def test_angles_that_are_not_finite_must_be_marked_invalid(self, place: int, bad: float) -> None:
+    def test_angles_that_are_not_finite_must_be_marked_invalid(self, place, bad):
         angles = tuple(bad if i == place else 0.5 for i in range(3))
         with pytest.raises(CommandError, match="must be marked INVALID"):
             JointSample(angles, 0, 0, 0)
         assert JointSample(angles, 0, 0, 0, Validity.INVALID).sequence == 0
 
     @given(st.integers(0, 2), not_finite)
-    def test_command_that_is_not_finite_cannot_be_made(self, place: int, bad: float) -> None:
+    def test_command_that_is_not_finite_cannot_be_made(self, place, bad):
         angles = tuple(bad if i == place else 0.5 for i in range(3))
         with pytest.raises(CommandError, match="a joint command must be finite") as caught:
             JointCommand(angles)

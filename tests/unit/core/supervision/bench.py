@@ -1,7 +1,6 @@
 """A supervisor over made-up ticks: an arm that does what it is told, and knobs for everything that can go wrong."""
 
 from dataclasses import replace
-from typing import Any
 
 from palpate.core.control_loop import tick_time_ns
 from palpate.core.motion import Kinematics, arm_named
@@ -10,26 +9,22 @@ from palpate.core.ports.values import (
     AppliedCommand,
     JointCommand,
     JointSample,
-    JointVector,
     Snapshot,
-    Vector3,
     WrenchSample,
 )
 from palpate.core.supervision import SupervisionConfig, Supervisor
 from palpate.core.tasks.insertion import INSERTION
-from palpate.core.trial import Expectation, Supervised, TaskConfig, Trip
+from palpate.core.trial import Expectation, TaskConfig
 from tests.unit.core.fake_world import TOOL, ready_pose
 
 BIAS = (0.7, -0.4, 6.0, 0.05, -0.02, 0.01)
 TOUCHING = Expectation(contact=True, bias=BIAS)
 FREE = Expectation(contact=False, bias=BIAS)
 UNTARED = Expectation(contact=True)
-READY_TIP: Vector3 = (0.0, 0.0, -3e-3)
+READY_TIP = (0.0, 0.0, -3e-3)
 
 
-def supervisor(
-    config: SupervisionConfig | None = None, arm: str = "zebra-zero", *, noisy: bool = False, **more: Any
-) -> Supervisor:
+def supervisor(config=None, arm="zebra-zero", *, noisy=False, **more):
     """A supervisor for made-up wrenches, which have no noise."""
     kinematics = Kinematics(arm_named(arm), TOOL)
     return Supervisor(
@@ -53,28 +48,28 @@ class Bench:
         applied: What the arm did of the last command.
     """
 
-    def __init__(self, config: SupervisionConfig | None = None, arm: str = "zebra-zero", **more: Any) -> None:
+    def __init__(self, config=None, arm="zebra-zero", **more):
         self.supervisor = supervisor(config, arm, **more)
         self.home_rad, _ = ready_pose(arm)
-        self.snapshots: list[Snapshot] = []
-        self.results: list[Supervised] = []
-        self.applied: AppliedCommand | None = None
+        self.snapshots = []
+        self.results = []
+        self.applied = None
         self.supervisor.begin()
 
     @property
-    def here_rad(self) -> JointVector:
+    def here_rad(self):
         return self.home_rad if self.applied is None else self.applied.position_rad
 
     def snapshot(
         self,
-        force_N: Vector3 = (0.0, 0.0, 0.0),
-        torque_Nm: Vector3 = (0.0, 0.0, 0.0),
-        measured_rad: JointVector | None = None,
+        force_N=(0.0, 0.0, 0.0),
+        torque_Nm=(0.0, 0.0, 0.0),
+        measured_rad=None,
         *,
-        wrench: dict[str, Any] | None = None,
-        joints: dict[str, Any] | None = None,
-        **changes: Any,
-    ) -> Snapshot:
+        wrench=None,
+        joints=None,
+        **changes,
+    ):
         """The next tick, force and torque beyond the bias; the dictionaries and keywords change its fields."""
         tick = len(self.snapshots)
         now = tick_time_ns(0, tick)
@@ -91,11 +86,11 @@ class Bench:
 
     def tick(
         self,
-        expectation: Expectation = TOUCHING,
-        asked_rad: JointVector | None = None,
-        tip_m: Vector3 | None = READY_TIP,
-        **changes: Any,
-    ) -> Supervised:
+        expectation=TOUCHING,
+        asked_rad=None,
+        tip_m=READY_TIP,
+        **changes,
+    ):
         """One tick with what :meth:`snapshot` takes; the arm does what the supervisor says."""
         seen = self.snapshot(**changes)
         done = self.supervisor.check(seen, JointCommand(asked_rad or self.here_rad), expectation, tip_m)
@@ -106,19 +101,19 @@ class Bench:
             self.applied = done.intervention.applied(self.applied)
         return done
 
-    def trip(self, *args: Any, **changes: Any) -> Trip:
+    def trip(self, *args, **changes):
         """The trip of one tick with what :meth:`tick` takes."""
         self.tick(*args, **changes)
         return self.tripped
 
     @property
-    def tripped(self) -> Trip:
+    def tripped(self):
         """What it has tripped by."""
         trip = self.supervisor.trip
         assert trip is not None
         return trip
 
-    def clean(self, ticks: int, **changes: Any) -> None:
+    def clean(self, ticks, **changes):
         """So many ticks in which nothing may happen."""
         for _ in range(ticks):
             assert self.tick(**changes).intervention is None

@@ -2,22 +2,21 @@
 
 from dataclasses import replace
 from math import inf, nan
-from typing import Any
 
 import numpy as np
 import pytest
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.motion import ArmDescription, Kinematics, arm_named
-from palpate.core.ports import JointVector, SensorFacts
+from palpate.core.motion import Kinematics, arm_named
+from palpate.core.ports import SensorFacts
 from palpate.core.supervision import SupervisionConfig, limits_line, require_fitting, weakened_lines, weaker_settings
 from palpate.core.supervision.config import DEFAULTS
 from palpate.core.trial.config import TaskConfig
 from tests.unit.core.fake_world import TOOL, ready_pose
 
 
-def refused(field: str, value: Any, **more: Any) -> ConfigurationError:
-    settings: dict[str, Any] = {field: value, **more}
+def refused(field, value, **more):
+    settings = {field: value, **more}
     with pytest.raises(ConfigurationError) as error:
         SupervisionConfig(**settings)
     assert "\n" not in str(error.value)
@@ -25,7 +24,7 @@ def refused(field: str, value: Any, **more: Any) -> ConfigurationError:
 
 
 @pytest.mark.parametrize("value", [None, inf, nan])
-def test_nothing_runs_without_a_force_limit(value: Any) -> None:
+def test_nothing_runs_without_a_force_limit(value):
     assert str(refused("max_force_N", value)) == (
         f"supervision.max_force_N = {value!r} is refused: a finite number of newtons:"
         " nothing runs without a force limit"
@@ -33,12 +32,12 @@ def test_nothing_runs_without_a_force_limit(value: Any) -> None:
 
 
 @pytest.mark.parametrize("name", DEFAULTS)
-def test_a_weaker_limit_has_to_be_named(name: str) -> None:
+def test_a_weaker_limit_has_to_be_named(name):
     weaker = DEFAULTS[name] + 1
     error = refused(name, weaker)
     assert error.field == f"supervision.{name}"
     assert f"unless supervision.weakened names '{name}'" in error.accepted
-    settings: dict[str, Any] = {name: weaker, "weakened": (name,)}
+    settings = {name: weaker, "weakened": (name,)}
     assert weaker_settings(settings) == SupervisionConfig(**settings).weakened == (name,)
 
 
@@ -50,14 +49,14 @@ def test_a_weaker_limit_has_to_be_named(name: str) -> None:
         ("retract_speed_mm_s", 1, "at least 20 mm/s"),
     ],
 )
-def test_a_weaker_way_out_has_to_be_named_too(name: str, weaker: Any, strength: str) -> None:
+def test_a_weaker_way_out_has_to_be_named_too(name, weaker, strength):
     assert refused(name, weaker).accepted == f"{strength}, unless supervision.weakened names {name!r}"
-    settings: dict[str, Any] = {name: weaker, "weakened": (name,)}
+    settings = {name: weaker, "weakened": (name,)}
     (line,) = weakened_lines(SupervisionConfig(**settings))
     assert line == f"supervision.{name} is weakened: {weaker} instead of {strength.removeprefix('at least ')}"
 
 
-def test_what_is_weakened_is_told() -> None:
+def test_what_is_weakened_is_told():
     config = SupervisionConfig(max_force_N=60.0, max_gap_ms=80.0, weakened=("max_gap_ms", "max_force_N"))
     assert weakened_lines(config) == [
         "supervision.max_force_N is weakened: 60 instead of 30 N",
@@ -66,7 +65,7 @@ def test_what_is_weakened_is_told() -> None:
 
 
 @pytest.mark.parametrize("name", ["max_force_N", "on_trip", "retract_mm", "max_forceN", ""])
-def test_nobody_names_limits_in_advance(name: str) -> None:
+def test_nobody_names_limits_in_advance(name):
     error = refused("weakened", (name,))
     assert error.field == "supervision.weakened"
     assert error.accepted == "names of limits that are set weaker than their defaults: none is"
@@ -79,9 +78,7 @@ ARM = arm_named("zebra-zero")
 HOME, _ = ready_pose()
 
 
-def fit(
-    config: SupervisionConfig, sensor: SensorFacts | None = None, arm: ArmDescription = ARM, home: JointVector = HOME
-) -> None:
+def fit(config, sensor=None, arm=ARM, home=HOME):
     kinematics = Kinematics(arm, TOOL)
     require_fitting(config, TaskConfig(), kinematics, np.array(home), sensor or SensorFacts(0.0, 0.0))
 
@@ -104,28 +101,26 @@ def fit(
         ({"max_command_jump_mrad": 7.0}, {}, "max_command_jump_mrad", "above 7.143, what the joints' velocity"),
     ],
 )
-def test_what_always_or_never_trips_is_refused(
-    config: dict[str, Any], sensor: dict[str, Any], field: str, words: str
-) -> None:
+def test_what_always_or_never_trips_is_refused(config, sensor, field, words):
     with pytest.raises(ConfigurationError) as error:
         fit(SupervisionConfig(**config), SensorFacts(**{"noise_N": 0.0, "noise_Nm": 0.0, **sensor}))
     assert error.value.field == f"supervision.{field}"
     assert words in error.value.accepted
 
 
-def test_a_sensor_in_another_frame_is_refused() -> None:
+def test_a_sensor_in_another_frame_is_refused():
     with pytest.raises(ConfigurationError, match=r"facts\.frame = 'base' is refused: sensor: the task works"):
         fit(SupervisionConfig(), SensorFacts(0.1, 0.004, frame="base"))
 
 
-def test_a_tolerance_below_the_encoder_is_refused() -> None:
+def test_a_tolerance_below_the_encoder_is_refused():
     fit(SupervisionConfig(max_tracking_error_mrad=1.0))
     arm = replace(ARM, encoder_step_rad=(1e-3,) * 6)
     with pytest.raises(ConfigurationError, match=r"max_tracking_error_mrad = 0.5 .* above 10, ten encoder steps"):
         fit(SupervisionConfig(max_tracking_error_mrad=0.5), arm=arm)
 
 
-def test_a_retraction_faster_than_the_joints_is_refused_with_the_speed_that_is_possible() -> None:
+def test_a_retraction_faster_than_the_joints_is_refused_with_the_speed_that_is_possible():
     with pytest.raises(ConfigurationError, match=r"retract_speed_mm_s = 900.* where a joint of zebra") as error:
         fit(SupervisionConfig(retract_speed_mm_s=900.0))
     possible = float(error.value.accepted.split()[2])
@@ -133,14 +128,14 @@ def test_a_retraction_faster_than_the_joints_is_refused_with_the_speed_that_is_p
     fit(SupervisionConfig(retract_speed_mm_s=900.0, on_trip="hold", weakened=("on_trip",)))
 
 
-def test_a_retraction_longer_than_the_arm_is_refused() -> None:
+def test_a_retraction_longer_than_the_arm_is_refused():
     home = (0.0, 0.6, -0.9, 0.0, 0.3, 0.0)
     arm = replace(ARM, posture_rad=home, lower_rad=(-3.14, 0.59, -0.91, -3.14, -3.14, -3.14))
     with pytest.raises(ConfigurationError, match=r"retract_mm = 200.* the way that zebra-zero has"):
         fit(SupervisionConfig(retract_mm=200.0), arm=arm, home=home)
 
 
-def test_the_limits_of_the_force_are_shown_in_the_order_in_which_they_stop_the_arm() -> None:
+def test_the_limits_of_the_force_are_shown_in_the_order_in_which_they_stop_the_arm():
     supervision = SupervisionConfig(max_force_N=20.0)
     assert limits_line(supervision, TaskConfig(max_force_N=25.0)) == (
         "limits of the force: 3 N (supervision.unexpected_contact_N), 20 N (supervision.max_force_N),"

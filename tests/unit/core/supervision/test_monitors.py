@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from math import nan
-from typing import Any
 
 import pytest
 
@@ -17,20 +16,20 @@ MS = 1_000_000
 EXPLORING = replace(TOUCHING, area=ExplorationArea((1e-3, 0.0), 3.5e-3))
 
 
-def tip_at(x_mm: float, y_mm: float, z_mm: float) -> dict[str, Any]:
+def tip_at(x_mm, y_mm, z_mm):
     return {"tip_m": (x_mm * 1e-3, y_mm * 1e-3, z_mm * 1e-3)}
 
 
-def second_joint_at(rad: float) -> dict[str, Any]:
+def second_joint_at(rad):
     return {"measured_rad": (0.0, rad, -1.42, 0.0, 0.55, 0.0)}
 
 
-def offset(joint: int, rad: float) -> dict[str, Any]:
+def offset(joint, rad):
     home = Bench().home_rad
     return {"measured_rad": tuple(q + rad * (i == joint) for i, q in enumerate(home))}
 
 
-CASES: dict[str, tuple[TripReason, dict[str, Any], dict[str, Any], str]] = {
+CASES = {
     "force": (TripReason.FORCE_LIMIT, {"force_N": (0, 0, -19.9)}, {"force_N": (12.0, 0, -16.1)}, "force 20.08 N"),
     "torque": (TripReason.TORQUE_LIMIT, {"torque_Nm": (0, 4.9, 0)}, {"torque_Nm": (0, -5.1, 0)}, "torque 5.10 N m"),
     "torque before taring": (
@@ -81,7 +80,7 @@ CASES: dict[str, tuple[TripReason, dict[str, Any], dict[str, Any], str]] = {
 
 class TestLimits:
     @pytest.mark.parametrize("name", CASES)
-    def test_trips_at_first_bad_tick_and_not_before(self, name: str) -> None:
+    def test_trips_at_first_bad_tick_and_not_before(self, name):
         reason, good, bad, said = CASES[name]
         bench = Bench(SupervisionConfig(max_force_N=20.0))
         bench.clean(1)
@@ -95,14 +94,14 @@ class TestLimits:
         assert said in trip.text
         assert trip.sample == {"wrench": "force", "joints": "joint"}.get(next(iter(bad)), "")
 
-    def test_force_before_taring_counts_from_start(self) -> None:
+    def test_force_before_taring_counts_from_start(self):
         bench = Bench(SupervisionConfig(max_force_N=20.0))
         bench.clean(1, force_N=(0, 0, 10.0), expectation=UNTARED)
         bench.clean(4, force_N=(0, 0, -9.9), expectation=UNTARED)
         trip = bench.trip(force_N=(0, 0, -10.1), expectation=UNTARED)
         assert trip.text == "force 20.10 N more than at the start, before taring, limit 20 N"
 
-    def test_force_is_scaled_as_the_task_scales_it(self) -> None:
+    def test_force_is_scaled_as_the_task_scales_it(self):
         bench = Bench(scale=(1.0, 1.0, 3.0, 1.0, 2.0, 1.0))
         bench.clean(5, force_N=(0, 0, -9.7), torque_Nm=(0, 2.4, 0))
         assert bench.trip(force_N=(0, 0, -9.7), torque_Nm=(0, 2.6, 0)).reason is TripReason.TORQUE_LIMIT
@@ -111,7 +110,7 @@ class TestLimits:
         assert bench.trip(force_N=(0, 0, -10.1)).text.startswith("force 30.30 N")
 
     @pytest.mark.parametrize(("good", "bad"), [((0.17, -0.3), (0.18, 0.0)), ((0.0, 0.3), (0.0, -0.36))])
-    def test_tool_that_leans_or_turns_too_far_trips(self, good: tuple[float, float], bad: tuple[float, float]) -> None:
+    def test_tool_that_leans_or_turns_too_far_trips(self, good, bad):
         config = SupervisionConfig()
         watch = WorkspaceWatch(config, Workspace((6.5, 6.5), 3.0, 10.0, (10.0, 20.0)))
         assert watch.trip(1, (0.0, 0.0, 0.0), EXPLORING, good) is None
@@ -126,7 +125,7 @@ MS = 1_000_000
 TICK_NS = 1_000_000_000 // 140
 
 
-def moving(bench: Bench, speed_rad_s: float, ticks: int, joint: int = 0) -> None:
+def moving(bench, speed_rad_s, ticks, joint=0):
     """Commands at a steady speed, followed by the arm, until something happens."""
     for _ in range(ticks):
         asked = tuple(q + speed_rad_s / 140 * (i == joint) for i, q in enumerate(bench.here_rad))
@@ -134,7 +133,7 @@ def moving(bench: Bench, speed_rad_s: float, ticks: int, joint: int = 0) -> None
 
 
 class TestOverTicks:
-    def test_force_may_change_so_fast_and_no_faster(self) -> None:
+    def test_force_may_change_so_fast_and_no_faster(self):
         bench = Bench()
         bench.clean(3)
         bench.clean(1, force_N=(0, 0, -21.4))  # 21.43 N in a period are 3000 N/s
@@ -142,7 +141,7 @@ class TestOverTicks:
         assert (trip.reason, trip.tick) == (TripReason.FORCE_RATE, 4)
         assert trip.text == "force changed at 3010 N/s, limit 3000 N/s"
 
-    def test_rate_counts_from_new_sample_to_new_sample(self) -> None:
+    def test_rate_counts_from_new_sample_to_new_sample(self):
         """Two periods lie between the samples; the repeated one in between says nothing."""
         bench = Bench()
         bench.clean(3)
@@ -151,7 +150,7 @@ class TestOverTicks:
         bench.clean(1, force_N=(0, 0, -29.0))
         assert bench.trip(force_N=(0, 0, 0.0)).reason is TripReason.FORCE_RATE
 
-    def test_before_taring_contact_is_a_change_since_the_free_phase_began(self) -> None:
+    def test_before_taring_contact_is_a_change_since_the_free_phase_began(self):
         free = Expectation(contact=False)
         bench = Bench()
         # The arm lifts out of a hole: the force of the first sample goes, and is no contact.
@@ -161,7 +160,7 @@ class TestOverTicks:
         bench.clean(1, force_N=(0, 0, -2.9), expectation=free)
         assert bench.trip(force_N=(0, 0, -3.1), expectation=free).reason is TripReason.UNEXPECTED_CONTACT
 
-    def test_every_free_phase_begins_anew(self) -> None:
+    def test_every_free_phase_begins_anew(self):
         free = Expectation(contact=False)
         bench = Bench()
         bench.clean(2, expectation=free)
@@ -169,8 +168,8 @@ class TestOverTicks:
         bench.clean(5, expectation=free, force_N=(0, 0, -5.0))
         assert bench.supervisor.trip is None
 
-    def test_tick_may_be_late_and_not_too_late(self) -> None:
-        def late(bench: Bench, ms: float) -> dict[str, Any]:
+    def test_tick_may_be_late_and_not_too_late(self):
+        def late(bench, ms):
             now = bench.snapshots[-1].time_ns + round(ms * MS)
             news = {"source_time_ns": now, "receive_time_ns": now}
             return {"time_ns": now, "wrench": news, "joints": news}
@@ -186,7 +185,7 @@ class TestOverTicks:
         assert bench.trip(**late(bench, -1.0)).reason is TripReason.LATE_CYCLE
 
     @pytest.mark.parametrize("which", ["wrench", "joints"])
-    def test_sensor_may_repeat_itself_fourteen_times(self, which: str) -> None:
+    def test_sensor_may_repeat_itself_fourteen_times(self, which):
         bench = Bench(SupervisionConfig())
         bench.clean(1)
         bench.clean(14, **{which: {"sequence": 0}})
@@ -197,7 +196,7 @@ class TestOverTicks:
         assert (trip.reason, trip.tick, trip.sample) == (TripReason.SAMPLE_REPEATED, 30, name)
         assert trip.text == f"no new {name} sample for 15 ticks, limit 14 ticks"
 
-    def test_sensor_that_counts_on_and_never_changes_is_frozen(self) -> None:
+    def test_sensor_that_counts_on_and_never_changes_is_frozen(self):
         bench = Bench(noisy=True)
         bench.clean(6)
         bench.clean(6, torque_Nm=(0, 0, 1e-15))  # one channel differs in its last bits: it lives
@@ -207,13 +206,13 @@ class TestOverTicks:
         assert (trip.reason, trip.tick, trip.sample) == (TripReason.SAMPLE_FROZEN, 15, "force")
         assert trip.text == "6 new force samples in a row are equal to the one before in every bit, limit 5"
 
-    def test_fastest_motion_that_the_arm_is_allowed_is_no_fault(self) -> None:
+    def test_fastest_motion_that_the_arm_is_allowed_is_no_fault(self):
         bench = Bench()
         bench.clean(2)
         moving(bench, 1.0 - 1e-9, 200)
         assert bench.supervisor.trip is None
 
-    def test_joint_that_runs_away_trips(self) -> None:
+    def test_joint_that_runs_away_trips(self):
         """1.3 rad/s, limit 1.2, from differences over four periods: seen when all of the window is motion."""
         bench = Bench(SupervisionConfig(max_tracking_error_mrad=500.0, weakened=("max_tracking_error_mrad",)))
         bench.clean(6)
@@ -226,7 +225,7 @@ class TestOverTicks:
         assert (trip.reason, n) == (TripReason.JOINT_VELOCITY, 4)
         assert trip.text == "joint 1 moves at 1.300 rad/s, limit 1.200 rad/s"
 
-    def test_steps_of_the_encoder_and_repeated_samples_are_no_velocity(self) -> None:
+    def test_steps_of_the_encoder_and_repeated_samples_are_no_velocity(self):
         """A step of 20 mrad between two samples would be 2.8 rad/s; over the window it is 0.7."""
         bench = Bench(SupervisionConfig(max_tracking_error_mrad=500.0, weakened=("max_tracking_error_mrad",)))
         home = bench.home_rad
@@ -238,10 +237,10 @@ class TestOverTicks:
         again = {"source_time_ns": old.source_time_ns}  # a new number on an old time
         bench.clean(1, measured_rad=(home[0] + 0.2, *home[1:]), asked_rad=home, joints=again)
 
-    def test_arm_may_lag_by_so_many_ticks(self) -> None:
+    def test_arm_may_lag_by_so_many_ticks(self):
         """At 1 rad/s three ticks are 21 mrad: more than the tolerance, and no fault; four ticks and 10 mrad are one."""
 
-        def lagging(lag: int, extra_rad: float, *, old: int = 0) -> Bench:
+        def lagging(lag, extra_rad, *, old=0):
             bench = Bench()
             bench.clean(10)
             sent = [bench.home_rad] * 10
@@ -261,7 +260,7 @@ class TestOverTicks:
         assert lagging(3, 10.2e-3, old=2).supervisor.trip is not None
         assert lagging(3, 9.9e-3, old=6).supervisor.trip is not None
 
-    def test_jump_trips_and_is_not_sent(self) -> None:
+    def test_jump_trips_and_is_not_sent(self):
         bench = Bench()
         bench.clean(3)
         home = bench.home_rad
@@ -276,7 +275,7 @@ class TestOverTicks:
     @pytest.mark.parametrize(
         ("answer", "said"), [((nan,) * 6, "6 joint angles that are not finite"), ((0.1,) * 5, ""), ((), "")]
     )
-    def test_arm_that_says_nonsense_trips(self, answer: tuple[float, ...], said: str) -> None:
+    def test_arm_that_says_nonsense_trips(self, answer, said):
         bench = Bench()
         bench.clean(3)
         bench.applied = AppliedCommand(answer, CommandReason.VELOCITY_LIMIT)
@@ -286,7 +285,7 @@ class TestOverTicks:
         assert f"what the arm says that it applied has {said}" in trip.text
         assert done.command.position_rad == pytest.approx(bench.home_rad, abs=1e-3)
 
-    def test_first_cause_is_the_one_that_is_kept(self) -> None:
+    def test_first_cause_is_the_one_that_is_kept(self):
         bench = Bench()
         bench.clean(3)
         bench.tick(force_N=(0, 0, -90.0), tip_m=(1.0, 0.0, 0.0))
@@ -296,7 +295,7 @@ class TestOverTicks:
         assert first.reason is TripReason.FORCE_LIMIT
         assert bench.supervisor.trip is first
 
-    def test_joint_that_shows_one_angle_while_its_commands_go_on_is_found(self) -> None:
+    def test_joint_that_shows_one_angle_while_its_commands_go_on_is_found(self):
         bench = Bench()
         bench.clean(10)
         for tick in range(40):

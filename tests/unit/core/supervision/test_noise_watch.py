@@ -1,7 +1,6 @@
 """A dead sensor that shows noise, a recording, and a wrong scale: none of them passes for a live sensor."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,18 +13,18 @@ NOISE = np.array([0.1] * 3 + [0.004] * 3)
 Readings = Iterator[np.ndarray]
 
 
-def live(seed: int = 0, scale: float = 1.0) -> Readings:
+def live(seed=0, scale=1.0):
     """What a live sensor shows beyond its bias, sample by sample."""
     rng = np.random.default_rng(seed)
     while True:
         yield scale * NOISE * rng.standard_normal(6)
 
 
-def tick(bench: Bench, shown: np.ndarray, **more: Any) -> None:
+def tick(bench, shown, **more):
     bench.tick(force_N=tuple(shown[:3]), torque_Nm=tuple(shown[3:]), **more)
 
 
-def clean(bench: Bench, readings: Readings, ticks: int, **more: Any) -> np.ndarray:
+def clean(bench, readings, ticks, **more):
     """So many ticks without a trip; the last reading."""
     for _ in range(ticks):
         shown = next(readings)
@@ -34,7 +33,7 @@ def clean(bench: Bench, readings: Readings, ticks: int, **more: Any) -> np.ndarr
     return shown
 
 
-def ticks_to_trip(bench: Bench, readings: Readings, most: int = 200, **more: Any) -> int:
+def ticks_to_trip(bench, readings, most=200, **more):
     for number in range(1, most + 1):
         tick(bench, next(readings), **more)
         if bench.supervisor.trip is not None:
@@ -42,7 +41,7 @@ def ticks_to_trip(bench: Bench, readings: Readings, most: int = 200, **more: Any
     raise AssertionError(f"no trip within {most} ticks")
 
 
-def tared(config: SupervisionConfig | None = None, scale: float = 1.0) -> tuple[Bench, Readings]:
+def tared(config=None, scale=1.0):
     """A sensor of this share of its noise that was tared."""
     bench, readings = Bench(config, noisy=True), live(scale=scale)
     clean(bench, readings, 40, expectation=UNTARED)
@@ -52,7 +51,7 @@ def tared(config: SupervisionConfig | None = None, scale: float = 1.0) -> tuple[
 
 @pytest.mark.parametrize("expectation", [UNTARED, FREE, TOUCHING])
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.06])
-def test_a_sensor_that_died_with_some_noise_trips_within_a_seventh_of_a_second(expectation: Any, share: float) -> None:
+def test_a_sensor_that_died_with_some_noise_trips_within_a_seventh_of_a_second(expectation, share):
     bench, readings = (Bench(noisy=True), live()) if expectation is UNTARED else tared()
     last = clean(bench, readings, 100, expectation=expectation)
     dead = (last + noise for noise in live(1, share))
@@ -62,11 +61,11 @@ def test_a_sensor_that_died_with_some_noise_trips_within_a_seventh_of_a_second(e
 
 
 @pytest.mark.parametrize("channel", range(6))
-def test_one_frozen_channel_trips(channel: int) -> None:
+def test_one_frozen_channel_trips(channel):
     bench, readings = tared()
     held = clean(bench, readings, 50)[channel]
 
-    def frozen() -> Readings:
+    def frozen():
         for shown in readings:
             shown[channel] = held
             yield shown
@@ -77,7 +76,7 @@ def test_one_frozen_channel_trips(channel: int) -> None:
 
 
 @pytest.mark.parametrize("gain", [1.0, 0.5, -0.3])
-def test_a_recording_trips_whatever_its_length_and_gain(gain: float) -> None:
+def test_a_recording_trips_whatever_its_length_and_gain(gain):
     bench, readings = tared()
     clean(bench, readings, 300)
     stretch = [clean(bench, readings, 1) for _ in range(100)]
@@ -88,7 +87,7 @@ def test_a_recording_trips_whatever_its_length_and_gain(gain: float) -> None:
 
 
 @pytest.mark.parametrize(("scale", "trips"), [(1.0, False), (1.4, False), (2.0, True), (10.0, True), (100.0, True)])
-def test_a_scale_shows_in_the_noise_while_the_sensor_is_tared(scale: float, trips: bool) -> None:
+def test_a_scale_shows_in_the_noise_while_the_sensor_is_tared(scale, trips):
     readings = live(2, scale)
     weak = {"max_force_N": 200.0, "max_torque_Nm": 10.0, "max_force_rate_N_s": 1e5}
     config = SupervisionConfig(**weak, weakened=tuple(weak))
@@ -100,12 +99,12 @@ def test_a_scale_shows_in_the_noise_while_the_sensor_is_tared(scale: float, trip
         assert (bench.tripped.reason, bench.tripped.sample) == (TripReason.SENSOR_NOISE, "force")
 
 
-def test_honest_noise_never_trips() -> None:
+def test_honest_noise_never_trips():
     bench, readings = tared()
     clean(bench, readings, 10_000)
 
 
-def test_a_sample_that_is_no_news_is_no_sign_of_death() -> None:
+def test_a_sample_that_is_no_news_is_no_sign_of_death():
     bench, readings = tared()
     for number in range(200, 300):
         shown = next(readings)

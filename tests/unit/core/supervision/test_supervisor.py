@@ -2,7 +2,6 @@
 
 from itertools import pairwise
 from math import tau
-from typing import Any
 
 import numpy as np
 import pytest
@@ -10,18 +9,18 @@ import pytest
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError, LifecycleError
 from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports.latch import Acknowledgement, FaultLatch
-from palpate.core.ports.values import AppliedCommand, CommandReason, JointVector, Validity, WrenchKind
+from palpate.core.ports.values import AppliedCommand, CommandReason, Validity, WrenchKind
 from palpate.core.supervision.config import SupervisionConfig
 from tests.unit.core.fake_world import TOOL, ready_pose
 from tests.unit.core.motion.limits import within_limits
 from tests.unit.core.supervision.bench import Bench
 
-HIT: dict[str, Any] = {"force_N": (0, 0, -31.0), "wrench": {"sequence": 10_000}}
+HIT = {"force_N": (0, 0, -31.0), "wrench": {"sequence": 10_000}}
 HOLD = SupervisionConfig(on_trip="hold", weakened=("on_trip",))
 ARMS = ("zebra-zero", "ur5")
 
 
-def hit(config: SupervisionConfig | None = None, arm: str = "zebra-zero") -> Bench:
+def hit(config=None, arm="zebra-zero"):
     """A bench that has just tripped."""
     bench = Bench(config, arm)
     bench.clean(1, force_N=(0, 0, -20.0))
@@ -30,7 +29,7 @@ def hit(config: SupervisionConfig | None = None, arm: str = "zebra-zero") -> Ben
     return bench
 
 
-def tips(bench: Bench, commands: list[JointVector], arm: str = "zebra-zero") -> np.ndarray:
+def tips(bench, commands, arm="zebra-zero"):
     kinematics = Kinematics(arm_named(arm), TOOL)
     found = []
     for q in commands:
@@ -39,7 +38,7 @@ def tips(bench: Bench, commands: list[JointVector], arm: str = "zebra-zero") -> 
     return np.array(found)
 
 
-def test_a_trip_latches_until_it_is_acknowledged() -> None:
+def test_a_trip_latches_until_it_is_acknowledged():
     bench = hit(HOLD)
     guard = bench.supervisor
     trip = guard.trip
@@ -62,7 +61,7 @@ def test_a_trip_latches_until_it_is_acknowledged() -> None:
     bench.clean(20)
 
 
-def test_the_latch_holds_whoever_watches_the_rig_next_until_somebody_acknowledges_by_name() -> None:
+def test_the_latch_holds_whoever_watches_the_rig_next_until_somebody_acknowledges_by_name():
     latch = FaultLatch()
     bench = Bench(latch=latch)
     bench.trip(force_N=(0, 0, -31.0))
@@ -89,14 +88,14 @@ def test_the_latch_holds_whoever_watches_the_rig_next_until_somebody_acknowledge
         ({"kind": WrenchKind.GRAVITY_COMPENSATED}, "gravity compensated ones"),
     ],
 )
-def test_wrenches_that_are_not_as_agreed_are_refused_before_anything_moves(change: dict[str, Any], words: str) -> None:
+def test_wrenches_that_are_not_as_agreed_are_refused_before_anything_moves(change, words):
     bench = Bench()
     with pytest.raises(DeviceError, match=f"force sensor: wrenches are {words}.*; the task needs raw ones in 'sensor'"):
         bench.tick(wrench=change)
     assert bench.results == []
 
 
-def test_there_is_nothing_to_acknowledge_without_a_trip() -> None:
+def test_there_is_nothing_to_acknowledge_without_a_trip():
     bench = Bench()
     with pytest.raises(LifecycleError, match=r"acknowledge\(\) is not possible while active; there is no trip"):
         bench.supervisor.latch.acknowledge("a person", "it was a test")
@@ -104,7 +103,7 @@ def test_there_is_nothing_to_acknowledge_without_a_trip() -> None:
         bench.supervisor.retreat(bench.snapshot())
 
 
-def test_a_trial_may_follow_a_trial() -> None:
+def test_a_trial_may_follow_a_trial():
     bench = Bench()
     bench.clean(5, force_N=(0, 0, -20.0))
     bench.supervisor.begin()
@@ -114,7 +113,7 @@ def test_a_trial_may_follow_a_trial() -> None:
 
 
 @pytest.mark.parametrize("arm", ARMS)
-def test_it_retracts_straight_back_along_the_tool_axis_and_ends(arm: str) -> None:
+def test_it_retracts_straight_back_along_the_tool_axis_and_ends(arm):
     bench = hit(arm=arm)
     guard = bench.supervisor
     ticks = 1
@@ -141,7 +140,7 @@ def test_it_retracts_straight_back_along_the_tool_axis_and_ends(arm: str) -> Non
     assert bench.tick().command == last
 
 
-def test_a_retraction_ends_where_something_holds_the_tool() -> None:
+def test_a_retraction_ends_where_something_holds_the_tool():
     bench = hit()
     for pull_N in (40.0, 40.0, 40.0, 0.0, 40.0, 40.0, 40.0):
         bench.tick(force_N=(0.0, 0.0, pull_N))
@@ -152,7 +151,7 @@ def test_a_retraction_ends_where_something_holds_the_tool() -> None:
     assert bench.tick().command == held
 
 
-def test_an_arm_that_is_slower_than_the_retraction_gets_there_all_the_same() -> None:
+def test_an_arm_that_is_slower_than_the_retraction_gets_there_all_the_same():
     bench = hit()
     guard, ticks = bench.supervisor, 0
     while guard.retracting:
@@ -167,7 +166,7 @@ def test_an_arm_that_is_slower_than_the_retraction_gets_there_all_the_same() -> 
     assert np.linalg.norm(way[1] - way[0]) == pytest.approx(15e-3, abs=2e-5)
 
 
-def test_nobody_commands_an_arm_whose_place_is_not_known() -> None:
+def test_nobody_commands_an_arm_whose_place_is_not_known():
     bench = Bench()
     with pytest.raises(DeviceError, match="joint encoder: the first sample of the trial is stale"):
         bench.tick(joints={"validity": Validity.STALE})
@@ -177,7 +176,7 @@ def test_nobody_commands_an_arm_whose_place_is_not_known() -> None:
 
 
 @pytest.mark.parametrize("turns", [1, -1])
-def test_an_encoder_that_has_lost_a_turn_is_found_before_anything_is_commanded(turns: int) -> None:
+def test_an_encoder_that_has_lost_a_turn_is_found_before_anything_is_commanded(turns):
     home, _ = ready_pose("ur5")
     off = (home[0], home[1] + turns * tau, *home[2:])
     bench = Bench(arm="ur5", ready_rad=home)
@@ -186,7 +185,7 @@ def test_an_encoder_that_has_lost_a_turn_is_found_before_anything_is_commanded(t
     assert bench.results == []
 
 
-def test_an_arm_that_stands_outside_is_held_at_its_limit() -> None:
+def test_an_arm_that_stands_outside_is_held_at_its_limit():
     bench = Bench(HOLD)
     outside = (0.0, 1.702, -1.42, 0.0, 0.55, 0.0)
     done = bench.tick(measured_rad=outside, asked_rad=outside, tip_m=None, wrench={"validity": Validity.INVALID})
@@ -199,11 +198,11 @@ def test_an_arm_that_stands_outside_is_held_at_its_limit() -> None:
 REACH_RAD = 1.0 / 140
 
 
-def with_first(q: JointVector, value: float) -> JointVector:
+def with_first(q, value):
     return (value, *q[1:])
 
 
-def test_a_command_that_is_too_fast_is_shortened() -> None:
+def test_a_command_that_is_too_fast_is_shortened():
     bench = Bench()
     bench.clean(2)
     asked = with_first(bench.home_rad, bench.home_rad[0] + 0.02)
@@ -218,7 +217,7 @@ def test_a_command_that_is_too_fast_is_shortened() -> None:
     bench.clean(1, asked_rad=with_first(bench.home_rad, bench.home_rad[0] + 2 * REACH_RAD - 1e-9))
 
 
-def test_the_arms_own_reason_goes_before_the_clamps() -> None:
+def test_the_arms_own_reason_goes_before_the_clamps():
     bench = Bench()
     bench.clean(2)
     done = bench.tick(asked_rad=with_first(bench.home_rad, bench.home_rad[0] + 0.02))

@@ -5,7 +5,6 @@ results.
 from dataclasses import replace
 from functools import cache
 from math import isfinite, nan
-from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -16,13 +15,12 @@ from palpate.core.ports.values import (
     CommandReason,
     JointCommand,
     JointSample,
-    JointVector,
     Snapshot,
     Validity,
     Vector3,
     WrenchSample,
 )
-from palpate.core.supervision import SupervisionConfig, Supervisor
+from palpate.core.supervision import SupervisionConfig
 from palpate.core.trial import Expectation, ExplorationArea
 from tests.unit.core.fake_world import TOOL, ready_pose
 from tests.unit.core.supervision.bench import BIAS, supervisor
@@ -48,14 +46,14 @@ happenings = st.tuples(
 )
 
 
-def spoiled(values: tuple[float, ...], number: int, by: float) -> tuple[float, ...]:
+def spoiled(values, number, by):
     return tuple(v + by * (i == number % len(values)) for i, v in enumerate(values))
 
 
-def tick_of(number: int, now: int, kind: str, value: float) -> Tick:
+def tick_of(number, now, kind, value):
     """The arm creeps and presses a little; one thing happens."""
 
-    def by(*kinds: str) -> float:
+    def by(*kinds):
         return value if kind in kinds else 0.0
 
     q = tuple(h + 1e-3 * number for h in HOME)
@@ -83,8 +81,8 @@ def tick_of(number: int, now: int, kind: str, value: float) -> Tick:
 
 
 @st.composite
-def streams(draw: st.DrawFn) -> list[Tick]:
-    ticks: list[Tick] = []
+def streams(draw):
+    ticks = []
     now = 0
     for number, (kind, value) in enumerate(draw(st.lists(happenings, min_size=1, max_size=25))):
         now += 10**9 if kind == "late" else 7_142_857
@@ -96,12 +94,12 @@ configs = st.sampled_from([SupervisionConfig(), SupervisionConfig(on_trip="hold"
 
 
 @cache
-def reused(config: SupervisionConfig) -> Supervisor:
+def reused(config):
     """One supervisor for all examples: whatever went before must not matter."""
     return supervisor(config)
 
 
-def begun(config: SupervisionConfig) -> Supervisor:
+def begun(config):
     made = reused(config)
     if made.trip is not None:
         made.latch.acknowledge("a person", "it was a test")
@@ -111,7 +109,7 @@ def begun(config: SupervisionConfig) -> Supervisor:
 
 @settings(max_examples=300)
 @given(streams(), configs)
-def test_every_command_is_finite_and_within_the_joint_limits(ticks: list[Tick], config: SupervisionConfig) -> None:
+def test_every_command_is_finite_and_within_the_joint_limits(ticks, config):
     guard = begun(config)
     latched = None
     for tick in ticks:
@@ -129,12 +127,12 @@ def test_every_command_is_finite_and_within_the_joint_limits(ticks: list[Tick], 
 within_limits = st.tuples(*(st.floats(low, high) for low, high in zip(LOWER, UPPER, strict=True)))
 
 
-def along(start_rad: JointVector) -> Any:
+def along(start_rad):
     """How far back along the tool axis of a pose other poses are, in m."""
     ARM.update(start_rad)
     origin, axis = ARM.tip_position_m.copy(), ARM.tip_rotation[:, 2].copy()
 
-    def back_m(q: JointVector) -> float:
+    def back_m(q):
         ARM.update(q)
         return float((origin - ARM.tip_position_m) @ axis)
 
@@ -148,9 +146,7 @@ def along(start_rad: JointVector) -> Any:
     stop_at=st.one_of(st.none(), st.integers(1, 60)),
     config=configs,
 )
-def test_after_a_trip_no_command_advances_the_tip(
-    start: JointVector, shares: list[float], stop_at: int | None, config: SupervisionConfig
-) -> None:
+def test_after_a_trip_no_command_advances_the_tip(start, shares, stop_at, config):
     """From anywhere, also near limits and singularities, and with an arm that follows as far as it likes."""
     guard, back_m = begun(config), along(start)
     command, applied, way, ticks = JointCommand(start), None, 0.0, 0

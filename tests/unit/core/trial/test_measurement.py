@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.errors import DeviceError
-from palpate.core.motion import Array, Kinematics, arm_named
-from palpate.core.perception import SignalProcessor, Wrench
-from palpate.core.ports import CONTROL_RATE_HZ, JointSample, JointVector, Snapshot, Vector3, WrenchSample
+from palpate.core.motion import Kinematics, arm_named
+from palpate.core.perception import SignalProcessor
+from palpate.core.ports import CONTROL_RATE_HZ, JointSample, Snapshot, WrenchSample
 from palpate.core.trial import GoalConfig, Measurement, goal_in_base
 from tests.support.tool import TOOL
 from tests.unit.core.fake_world import ready_pose
@@ -18,26 +18,26 @@ from tests.unit.core.fake_world import ready_pose
 ARM = arm_named("zebra-zero")
 GOAL = goal_in_base(GoalConfig())
 TIP_IN_SENSOR = np.array([0.0, 0.0, 0.14])
-NONE: Vector3 = (0.0, 0.0, 0.0)
+NONE = (0.0, 0.0, 0.0)
 # Tool down, and tilted by a few degrees about every axis: nothing is aligned by luck.
-ANGLES: JointVector = (0.3, 1.17, -1.42, 0.1, 0.5, 0.7)
-BIAS: Wrench = (0.7, -0.4, 6.0, 0.05, -0.02, 0.01)
+ANGLES = (0.3, 1.17, -1.42, 0.1, 0.5, 0.7)
+BIAS = (0.7, -0.4, 6.0, 0.05, -0.02, 0.01)
 forces = st.tuples(*[st.floats(-20.0, 20.0)] * 3)
 
 
-def build(scale: Wrench = (1.0,) * 6) -> Measurement:
+def build(scale=(1.0,) * 6):
     signal = SignalProcessor(CONTROL_RATE_HZ, 4.0, 2, scale)
     return Measurement(Kinematics(ARM, TOOL), GOAL, signal, 5e3)
 
 
-def sensor_to_task() -> Array:
+def sensor_to_task():
     kinematics = Kinematics(ARM, TOOL)
     kinematics.update(ANGLES)
-    rotation: Array = GOAL.rotation.T @ kinematics.tip_rotation
+    rotation = GOAL.rotation.T @ kinematics.tip_rotation
     return rotation
 
 
-def snapshot(force_at_tip: Vector3 = NONE, torque_at_tip: Vector3 = NONE, bias: Wrench = BIAS) -> Snapshot:
+def snapshot(force_at_tip=NONE, torque_at_tip=NONE, bias=BIAS):
     """What the sensor reports when the world acts like this on the tip, task frame."""
     to_sensor = sensor_to_task().T
     force = to_sensor @ force_at_tip
@@ -47,14 +47,14 @@ def snapshot(force_at_tip: Vector3 = NONE, torque_at_tip: Vector3 = NONE, bias: 
     return Snapshot(0, 0, wrench, JointSample(ANGLES, 0, 0, 0))
 
 
-def settle(measurement: Measurement, seen: Snapshot, ticks: int = 400) -> None:
+def settle(measurement, seen, ticks=400):
     for _ in range(ticks):
         measurement.update(seen)
 
 
 @settings(deadline=None)
 @given(forces)
-def test_the_force_is_in_the_task_frame_and_without_lag(force: Vector3) -> None:
+def test_the_force_is_in_the_task_frame_and_without_lag(force):
     measurement = build()
     measurement.tare(BIAS)
     measurement.update(snapshot())
@@ -64,21 +64,21 @@ def test_the_force_is_in_the_task_frame_and_without_lag(force: Vector3) -> None:
 
 @settings(deadline=None)
 @given(forces, st.tuples(*[st.floats(-0.1, 0.1)] * 3))
-def test_a_torque_about_the_tip_comes_through_whatever_the_force(force: Vector3, torque: Vector3) -> None:
+def test_a_torque_about_the_tip_comes_through_whatever_the_force(force, torque):
     measurement = build()
     measurement.tare(BIAS)
     settle(measurement, snapshot(force, torque))
     assert measurement.filtered_wrench_at_tip()[1] == pytest.approx(torque, abs=1e-8)
 
 
-def test_a_sample_of_another_arm_is_refused() -> None:
+def test_a_sample_of_another_arm_is_refused():
     sample = snapshot()
     with pytest.raises(DeviceError, match="joint encoder: gives 5 joint angles, the arm has 6"):
         build().update(sample._replace(joints=replace(sample.joints, position_rad=ANGLES[:5])))
 
 
 @pytest.mark.parametrize("late_ticks", [0, 1, 2, 5, 6])
-def test_depth_is_that_of_the_place_at_the_time_of_a_force_that_is_late(late_ticks: int) -> None:
+def test_depth_is_that_of_the_place_at_the_time_of_a_force_that_is_late(late_ticks):
     """Place and force of different times made a tool that heaves seem to sink: 17 false drops in a trial."""
     kinematics, signal = Kinematics(ARM, TOOL), SignalProcessor(CONTROL_RATE_HZ, 4.0)
     measurement = Measurement(kinematics, GOAL, signal, 1e12)
@@ -98,7 +98,7 @@ def test_depth_is_that_of_the_place_at_the_time_of_a_force_that_is_late(late_tic
 
 
 @pytest.mark.parametrize("damping_s", [0.0, 0.01, 0.03])
-def test_depth_follows_the_spring_behind_its_damper(damping_s: float) -> None:
+def test_depth_follows_the_spring_behind_its_damper(damping_s):
     """A step of force bends the spring by force over stiffness, with the damper's time constant."""
     kinematics, signal = Kinematics(ARM, TOOL), SignalProcessor(CONTROL_RATE_HZ, 4.0)
     measurement = Measurement(kinematics, GOAL, signal, 5e3, damping_s)
@@ -117,10 +117,10 @@ def test_depth_follows_the_spring_behind_its_damper(damping_s: float) -> None:
     assert passed == pytest.approx(max(ticks, 1.0), abs=1.0)
 
 
-def test_what_the_weight_does_otherwise_in_a_tool_that_leans_is_taken_off() -> None:
+def test_what_the_weight_does_otherwise_in_a_tool_that_leans_is_taken_off():
     weight_N, above_tip_m = 3.4, 0.06
 
-    def hanging(q: JointVector) -> Snapshot:
+    def hanging(q):
         kinematics = Kinematics(ARM, TOOL)
         kinematics.update(q)
         force = kinematics.tip_rotation.T @ (0.0, 0.0, -weight_N)
@@ -130,7 +130,7 @@ def test_what_the_weight_does_otherwise_in_a_tool_that_leans_is_taken_off() -> N
         return Snapshot(0, 0, wrench, JointSample(q, 0, 0, 0))
 
     upright, _ = ready_pose()
-    leaning: JointVector = (*upright[:3], upright[3] + 0.05, upright[4] + 0.1, upright[5] + 0.1)
+    leaning = (*upright[:3], upright[3] + 0.05, upright[4] + 0.1, upright[5] + 0.1)
     measurement = build()
     measurement.take_off_weight(weight_N, above_tip_m)
     measurement.update(hanging(upright))

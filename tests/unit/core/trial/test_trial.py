@@ -15,17 +15,17 @@ from palpate.core.trial.report import Purpose, generator
 
 
 class TestConfig:
-    def test_pressing_must_be_harder_than_contact(self) -> None:
+    def test_pressing_must_be_harder_than_contact(self):
         with pytest.raises(ConfigurationError, match=r"more than task\.contact_kgf = 0\.5") as caught:
             TaskConfig(contact_kgf=0.5, press_kgf=0.5)
         assert caught.value.field == "task.press_kgf"
 
-    def test_force_limit_must_leave_room_for_pressing(self) -> None:
+    def test_force_limit_must_leave_room_for_pressing(self):
         with pytest.raises(ConfigurationError, match=r"more than the pressing force, 19\.6 N") as caught:
             TaskConfig(press_kgf=2.0, max_force_N=19.0)
         assert caught.value.field == "task.max_force_N"
 
-    def test_trials_may_not_start_outside_an_area_round_the_goal(self) -> None:
+    def test_trials_may_not_start_outside_an_area_round_the_goal(self):
         with pytest.raises(ConfigurationError, match="outside the exploration area") as caught:
             TaskConfig(start_uncertainty_mm=3.0, area_half_width_mm=2.5)
         assert caught.value.field == "task.start_uncertainty_mm"
@@ -38,7 +38,7 @@ coordinates = st.floats(-0.02, 0.02)
 
 
 class TestFrame:
-    def test_task_frame_stands_on_the_plate_and_looks_into_the_hole(self) -> None:
+    def test_task_frame_stands_on_the_plate_and_looks_into_the_hole(self):
         goal = goal_in_base(GoalConfig(380.0, -50.0, 25.0))
         assert goal.translation.tolist() == pytest.approx([0.380, -0.050, 0.025])
         for in_task, in_base in (([1, 0, 0], [1, 0, 0]), ([0, 1, 0], [0, -1, 0]), ([0, 0, 1], [0, 0, -1])):
@@ -46,7 +46,7 @@ class TestFrame:
         assert np.linalg.det(goal.rotation) == pytest.approx(1.0)
 
     @given(st.integers(0, 2**32), st.floats(0.0, 0.05), st.sampled_from(SHAPES))
-    def test_offset_stays_within_its_radius(self, seed: int, radius: float, shape: str) -> None:
+    def test_offset_stays_within_its_radius(self, seed, radius, shape):
         x, y = draw_in_disc(np.random.default_rng(seed), radius, shape)
         assert hypot(x, y) <= radius * (1 + 1e-12)
 
@@ -55,7 +55,7 @@ class TestFrame:
         # Mean of (r / R)^2: 1/2 over a disc; 3/5 in a ball, of which two thirds are in the plane.
         [("disc", 0.5, 2), ("ball", 0.4, 3)],
     )
-    def test_offsets_are_spread_evenly(self, shape: str, mean_square: float, numbers: int) -> None:
+    def test_offsets_are_spread_evenly(self, shape, mean_square, numbers):
         rng, count = np.random.default_rng(11), 20_000
         points = np.array([draw_in_disc(rng, 3e-3, shape) for _ in range(count)])
         radius = np.hypot(*points.T) / 3e-3
@@ -69,9 +69,7 @@ class TestFrame:
         assert rng.random() == other.random()
 
     @given(centre=st.tuples(coordinates, coordinates), point=st.tuples(coordinates, coordinates))
-    def test_clamping_gives_the_nearest_point_of_the_area(
-        self, centre: tuple[float, float], point: tuple[float, float]
-    ) -> None:
+    def test_clamping_gives_the_nearest_point_of_the_area(self, centre, point):
         area = ExplorationArea(centre, 3.5e-3)
         clamped = area.clamp(*point)
         for value, c, asked in zip(clamped, centre, point, strict=True):
@@ -83,11 +81,11 @@ class TestFrame:
         assert area.clamp(*clamped) == clamped
 
     @pytest.mark.parametrize(("shape", "share"), [("disc", 0.84), ("ball", 0.92)])
-    def test_papers_literal_area_leaves_holes_outside(self, shape: str, share: float) -> None:
+    def test_papers_literal_area_leaves_holes_outside(self, shape, share):
         literal = TaskConfig(area_half_width_mm=2.5, area_centre="start", start_shape=shape)
         assert reachable_share(literal, hole_uncertainty_mm=0.0) == pytest.approx(share, abs=0.005)
 
-    def test_share_of_a_small_area_is_that_of_the_areas(self) -> None:
+    def test_share_of_a_small_area_is_that_of_the_areas(self):
         small = TaskConfig(area_half_width_mm=1.0, start_uncertainty_mm=1.0)
         assert reachable_share(small, hole_uncertainty_mm=3.0) == pytest.approx(4 / (9 * pi), abs=0.005)
         assert reachable_share(small, 0.0, hole_shift_mm=3.0) == pytest.approx(4 / (9 * pi), abs=0.005)
@@ -98,30 +96,30 @@ seeds = st.integers(0, 2**63 - 1)
 trials = st.integers(0, 100_000)
 
 
-def numbers(seed: int, purpose: Purpose, trial: int) -> list[int]:
-    drawn: list[int] = generator(seed, purpose, trial).integers(0, 2**63, 4).tolist()
+def numbers(seed, purpose, trial):
+    drawn = generator(seed, purpose, trial).integers(0, 2**63, 4).tolist()
     return drawn
 
 
 class TestRandomness:
     @given(seeds, purposes, trials)
-    def test_stream_is_the_same_whenever_it_is_asked_for(self, seed: int, purpose: Purpose, trial: int) -> None:
+    def test_stream_is_the_same_whenever_it_is_asked_for(self, seed, purpose, trial):
         first = numbers(seed, purpose, trial)
         for other in Purpose:
             generator(seed, other, trial + 1).random(100)
         assert numbers(seed, purpose, trial) == first
 
-    def test_no_two_streams_of_a_run_are_alike(self) -> None:
+    def test_no_two_streams_of_a_run_are_alike(self):
         streams = [tuple(numbers(s, p, t)) for s, p, t in product(range(3), Purpose, range(40))]
         assert len(set(streams)) == len(streams)
 
-    def test_purposes_are_never_renumbered(self) -> None:
+    def test_purposes_are_never_renumbered(self):
         # Logs depend on these values.
         names = "START HOLE SENSOR POLICY PARTITION FITTING WALKS HOLE_SHIFT GRIP ZERO HIDDEN PLATE DITHER".split()
         assert [purpose.name for purpose in sorted(Purpose, key=lambda one: one.value)] == names
         assert [purpose.value for purpose in Purpose] == [*range(13)]
 
-    def test_streams_stay_what_they_were(self) -> None:
+    def test_streams_stay_what_they_were(self):
         # Another generator or another way of spawning would silently change every published result.
         golden = [9908662068004701370, 6836224713556591529]
         assert generator(7, Purpose.POLICY, 3).bit_generator.random_raw(2).tolist() == golden

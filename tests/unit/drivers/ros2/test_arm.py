@@ -1,9 +1,7 @@
 """An arm behind ROS 2 in virtual time: joints by name, set-points, refusals, and what stops it."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from math import nan
-from typing import Any
 
 import pytest
 
@@ -21,7 +19,7 @@ SETTINGS = Ros2ArmSettings(
 THERE = (*HOME[:5], HOME[5] + 0.1)
 
 
-def made(domain: VirtualDomain, **settings: Any) -> Ros2Arm:
+def made(domain, **settings):
     arm = Ros2Arm(
         domain.link(), replace(SETTINGS, **settings), now_ns=domain.clock.now_ns, sleep=domain.clock.sleep
     )  # fmt: skip
@@ -29,14 +27,14 @@ def made(domain: VirtualDomain, **settings: Any) -> Ros2Arm:
     return arm
 
 
-def lead(arm: Ros2Arm, domain: VirtualDomain, ticks: int, to: tuple[float, ...] | None = None) -> None:
+def lead(arm, domain, ticks, to=None):
     for _ in range(ticks):
         arm.cycle(to)
         domain.ticks(1)
 
 
 @pytest.mark.parametrize("velocities", [False, True])
-def test_arm_goes_where_it_is_led_and_holds_when_stopped(velocities: bool) -> None:
+def test_arm_goes_where_it_is_led_and_holds_when_stopped(velocities):
     domain = VirtualDomain(velocities=velocities)
     arm = made(domain, velocities=velocities)
     arm.enable()
@@ -55,7 +53,7 @@ def test_arm_goes_where_it_is_led_and_holds_when_stopped(velocities: bool) -> No
     assert domain.robot.targets_rad() == held
 
 
-def test_set_point_is_at_most_a_period_ahead_of_where_the_arm_is() -> None:
+def test_set_point_is_at_most_a_period_ahead_of_where_the_arm_is():
     domain = VirtualDomain()
     domain.moves = False
     arm = made(domain)
@@ -69,7 +67,7 @@ def test_set_point_is_at_most_a_period_ahead_of_where_the_arm_is() -> None:
 
 
 @pytest.mark.parametrize("asked", [(nan,) * 6, HOME[:5]])
-def test_set_point_that_is_none_is_refused_without_a_fault(asked: tuple[float, ...]) -> None:
+def test_set_point_that_is_none_is_refused_without_a_fault(asked):
     domain = VirtualDomain()
     arm = made(domain)
     arm.enable()
@@ -78,11 +76,11 @@ def test_set_point_that_is_none_is_refused_without_a_fault(asked: tuple[float, .
     assert arm.state is ArmState.ENABLED
 
 
-def test_changed_order_and_further_joints_are_followed() -> None:
+def test_changed_order_and_further_joints_are_followed():
     domain = VirtualDomain()
     arm = made(domain)
 
-    def other(message: Any) -> Any:
+    def other(message):
         if hasattr(message, "name"):
             message.name, message.position = [*message.name[::-1], "gripper"], [*message.position[::-1], nan]
         return message
@@ -92,11 +90,11 @@ def test_changed_order_and_further_joints_are_followed() -> None:
     assert arm.cycle().position_rad == HOME
 
 
-def altered(**fields: Any) -> Callable[[VirtualDomain], None]:
+def altered(**fields):
     """Joint states from now on have these fields."""
 
-    def strike(domain: VirtualDomain) -> None:
-        def network(message: Any) -> Any:
+    def strike(domain):
+        def network(message):
             for name, value in fields.items() if hasattr(message, "name") else ():
                 setattr(message, name, value)
             return message
@@ -106,11 +104,11 @@ def altered(**fields: Any) -> Callable[[VirtualDomain], None]:
     return strike
 
 
-def stepped(seconds: float) -> Callable[[VirtualDomain], None]:
+def stepped(seconds):
     return lambda domain: setattr(domain, "stamp_ns", domain.stamp_ns + round(seconds * 1e9))
 
 
-TROUBLES: dict[str, tuple[Callable[[VirtualDomain], object], str]] = {
+TROUBLES = {
     "silence": (lambda domain: setattr(domain, "is_plugged", False), "no message of /joint_states for 1"),
     "two publishers": (lambda domain: setattr(domain, "publishers", 2), "2 publishers send /joint_states; end all but"),
     "missing joint": (altered(name=["a"], position=[0.0]), "has no joint pan, lift.*it has a; set .arm. joints"),
@@ -126,7 +124,7 @@ TROUBLES: dict[str, tuple[Callable[[VirtualDomain], object], str]] = {
 
 
 @pytest.mark.parametrize("trouble", TROUBLES)
-def test_moving_arm_is_held_first_and_the_fault_stays_until_it_is_acknowledged(trouble: str) -> None:
+def test_moving_arm_is_held_first_and_the_fault_stays_until_it_is_acknowledged(trouble):
     domain = VirtualDomain()
     strike, problem = TROUBLES[trouble]
     arm = made(domain)
@@ -153,7 +151,7 @@ def test_moving_arm_is_held_first_and_the_fault_stays_until_it_is_acknowledged(t
         lead(arm, domain, 5, THERE)
 
 
-REFUSALS: dict[str, tuple[Callable[[VirtualDomain], object], str]] = {
+REFUSALS = {
     "nobody": (lambda domain: setattr(domain, "publishers", 0), "nobody publishes /joint_states in domain 0; start"),
     "wrong type": (
         lambda domain: (setattr(domain, "publishers", 0), domain.seen[0].append(("x/msg/Y", ""))),
@@ -165,14 +163,14 @@ REFUSALS: dict[str, tuple[Callable[[VirtualDomain], object], str]] = {
 
 
 @pytest.mark.parametrize("case", REFUSALS)
-def test_robot_that_cannot_be_read_does_not_open(case: str) -> None:
+def test_robot_that_cannot_be_read_does_not_open(case):
     domain = VirtualDomain()
     REFUSALS[case][0](domain)
     with pytest.raises(DriverError, match=REFUSALS[case][1]):
         made(domain)
 
 
-def test_controller_that_cannot_be_commanded_is_not_enabled() -> None:
+def test_controller_that_cannot_be_commanded_is_not_enabled():
     domain = VirtualDomain()
     arm = made(domain)
     domain.robot.is_active = False
@@ -188,10 +186,10 @@ def test_controller_that_cannot_be_commanded_is_not_enabled() -> None:
         arm.enable()
 
 
-def test_times_are_the_stamps_on_this_clock_and_grow_whatever_the_delay() -> None:
+def test_times_are_the_stamps_on_this_clock_and_grow_whatever_the_delay():
     domain, clock = VirtualDomain(), StampClock("/t")
 
-    def taken(stamp_ms: int, receive_ms: int) -> int:
+    def taken(stamp_ms, receive_ms):
         message = domain.idl.joint_state(domain.stamp_ns + stamp_ms * 10**6, (), ())
         return clock.times_ns([message], receive_ms * 10**6)[0]
 

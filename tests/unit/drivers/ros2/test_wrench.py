@@ -1,9 +1,7 @@
 """A force sensor behind ROS 2 in virtual time: what ends its use."""
 
-from collections.abc import Callable
 from itertools import pairwise
 from math import nan
-from typing import Any
 
 import pytest
 
@@ -12,7 +10,7 @@ from palpate.drivers.ros2 import WRENCH, Ros2Wrench
 from tests.virtual_ros2 import VirtualDomain
 
 
-def opened(domain: VirtualDomain, frame: str = "tool0") -> Ros2Wrench:
+def opened(domain, frame="tool0"):
     link = domain.link("wrench", WRENCH, "")
     link.open()
     sensor = Ros2Wrench(link, frame)
@@ -20,8 +18,8 @@ def opened(domain: VirtualDomain, frame: str = "tool0") -> Ros2Wrench:
     return sensor
 
 
-def with_force(value: float) -> Callable[[Any], Any]:
-    def network(message: Any) -> Any:
+def with_force(value):
+    def network(message):
         if hasattr(message, "wrench"):
             message.wrench.force.x = value
         return message
@@ -29,12 +27,12 @@ def with_force(value: float) -> Callable[[Any], Any]:
     return network
 
 
-def framed(message: Any) -> Any:
+def framed(message):
     message.header.frame_id = "ft_frame"
     return message
 
 
-TROUBLES: dict[str, tuple[Callable[[VirtualDomain], object], str]] = {
+TROUBLES = {
     "unknown frame": (
         lambda domain: setattr(domain, "network", framed),
         "/wrench is in frame 'ft_frame', the rig file says 'tool0'; set .force_sensor. frame if",
@@ -49,7 +47,7 @@ TROUBLES: dict[str, tuple[Callable[[VirtualDomain], object], str]] = {
 
 
 @pytest.mark.parametrize("trouble", TROUBLES)
-def test_trouble_is_raised_in_one_line(trouble: str) -> None:
+def test_trouble_is_raised_in_one_line(trouble):
     domain = VirtualDomain()
     sensor = opened(domain)
     assert sensor.poll(domain.clock.now_ns())[-1].force_N == (0.0, 0.0, -5.0)
@@ -61,7 +59,7 @@ def test_trouble_is_raised_in_one_line(trouble: str) -> None:
         sensor.check()
 
 
-def test_samples_carry_the_times_of_their_stamps() -> None:
+def test_samples_carry_the_times_of_their_stamps():
     domain = VirtualDomain()
     sensor = opened(domain)
     sensor.poll(domain.clock.now_ns())

@@ -32,7 +32,7 @@ STATUSWORDS = {
 
 
 @pytest.mark.parametrize("state", TABLE)
-def test_controlword_leads_where_the_standard_says(state: PowerState) -> None:
+def test_controlword_leads_where_the_standard_says(state):
     for word in (0x00, 0x02, 0x06, 0x07, 0x0F, 0x80):
         machine = PowerMachine()
         machine.state = state
@@ -43,13 +43,13 @@ def test_controlword_leads_where_the_standard_says(state: PowerState) -> None:
 
 
 @pytest.mark.parametrize("state", STATUSWORDS)
-def test_statusword_shows_the_state(state: PowerState) -> None:
+def test_statusword_shows_the_state(state):
     machine = PowerMachine()
     machine.state = state
     assert machine.statusword == STATUSWORDS[state]
 
 
-def test_fault_reset_acts_on_the_rising_edge_only() -> None:
+def test_fault_reset_acts_on_the_rising_edge_only():
     machine = PowerMachine()
     machine.apply(0x80)
     machine.state = S.FAULT
@@ -59,7 +59,7 @@ def test_fault_reset_acts_on_the_rising_edge_only() -> None:
 
 
 @pytest.fixture
-def drive() -> CanopenDrive:
+def drive():
     drive = CanopenDrive(1, DirectMotors((1000.0,), (0.0,)), 0)
     drive.advance(0)
     (boot,) = drive.advance(10_000_000)
@@ -67,13 +67,13 @@ def drive() -> CanopenDrive:
     return drive
 
 
-def answer(drive: CanopenDrive, request: str) -> str:
+def answer(drive, request):
     frames = drive.feed(0x601, bytes.fromhex(request), 10_000_000)
     (data,) = [frame.data for frame in frames if frame.arbitration_id == 0x581]
     return data.hex().upper()
 
 
-def test_drive_answers_the_golden_requests_of_a_set_up(drive: CanopenDrive) -> None:
+def test_drive_answers_the_golden_requests_of_a_set_up(drive):
     for request, expected in golden.IDENTIFY.items():
         assert answer(drive, request) == (expected or answer(drive, request))
     *downloads, upload = golden.SET_UP
@@ -83,12 +83,12 @@ def test_drive_answers_the_golden_requests_of_a_set_up(drive: CanopenDrive) -> N
 
 
 @pytest.mark.parametrize(("request_", "code"), golden.REFUSED.items())
-def test_drive_refuses_with_the_abort_code_of_the_standard(drive: CanopenDrive, request_: str, code: int) -> None:
+def test_drive_refuses_with_the_abort_code_of_the_standard(drive, request_, code):
     expected = bytes.fromhex("80" + request_[2:8]) + code.to_bytes(4, "little")
     assert answer(drive, request_) == expected.hex().upper()
 
 
-def test_heartbeat_nmt_and_the_loss_of_the_host(drive: CanopenDrive) -> None:
+def test_heartbeat_nmt_and_the_loss_of_the_host(drive):
     for request in (*golden.SET_UP, *golden.WATCHDOG_ON):
         answer(drive, request)
     drive.feed(0x000, b"\x01\x01", 10_000_000)

@@ -3,7 +3,6 @@
 import itertools
 import math
 import struct
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +18,7 @@ S = 1_000_000_000
 FULL = (115.0, 111.0, 185.0, 5.6, 5.2, 6.1)
 
 
-def frame(vector: tuple[int, str]) -> BusFrame:
+def frame(vector):
     return BusFrame(vector[0], bytes.fromhex(vector[1]))
 
 
@@ -29,27 +28,27 @@ READY, NOT_INITIALISED, BOOTUP = map(frame, (golden.READY, golden.NOT_INITIALISE
 class Host:
     """Talks to a node and keeps the time."""
 
-    def __init__(self, node_id: int = 1, booted: bool = True, **config: Any) -> None:
+    def __init__(self, node_id=1, booted=True, **config):
         quick = {"boot_ns": 0, "eeprom_ns": 0} if booted else {}
         self.node = Jr3CanNode(node_id, lambda _: FULL, Jr3Config(**(quick | config)))
         self.now_ns = 0
         self.boot_frames = self.node.advance(0)
 
-    def wait(self, ns: int) -> list[BusFrame]:
+    def wait(self, ns):
         self.now_ns += ns
         return self.node.advance(self.now_ns)
 
-    def send(self, arbitration_id: int, data: bytes = b"", wait_ns: int = MS) -> list[BusFrame]:
+    def send(self, arbitration_id, data=b"", wait_ns=MS):
         return self.node.feed(arbitration_id, data, self.now_ns) + self.wait(wait_ns)
 
 
 @pytest.mark.parametrize("node_id", [0, 128])
-def test_node_number_has_limits(node_id: int) -> None:
+def test_node_number_has_limits(node_id):
     with pytest.raises(ValueError, match="node_id"):
         Host(node_id)
 
 
-def test_bootup_comes_after_two_seconds_and_before_answers_to_what_was_heard_meanwhile() -> None:
+def test_bootup_comes_after_two_seconds_and_before_answers_to_what_was_heard_meanwhile():
     host = Host(booted=False)
     assert host.boot_frames == []
     assert host.send(0x401, wait_ns=2 * S) == []  # lost: nobody listens yet
@@ -58,7 +57,7 @@ def test_bootup_comes_after_two_seconds_and_before_answers_to_what_was_heard_mea
     assert host.wait(3 * S) == [BOOTUP]
 
 
-def test_golden_requests_have_golden_answers() -> None:
+def test_golden_requests_have_golden_answers():
     host = Host()
     for request, answer in (
         (golden.GET_STATE, golden.READY),
@@ -70,7 +69,7 @@ def test_golden_requests_have_golden_answers() -> None:
         assert host.send(asked.arbitration_id, asked.data) == [frame(answer)]
 
 
-def test_golden_start_gives_a_pair_every_ten_milliseconds() -> None:
+def test_golden_start_gives_a_pair_every_ten_milliseconds():
     host = Host()
     start = frame(golden.START)
     frames = host.send(start.arbitration_id, start.data, wait_ns=101 * MS)
@@ -84,7 +83,7 @@ def test_golden_start_gives_a_pair_every_ten_milliseconds() -> None:
     assert counter == 1 + 90_000_000 // 128_500
 
 
-def test_board_without_a_sensor_acknowledges_with_one_and_has_no_full_scales() -> None:
+def test_board_without_a_sensor_acknowledges_with_one_and_has_no_full_scales():
     host = Host(connected=False)
     assert host.boot_frames == []
     for operation in (0x200, 0x280, 0x300, 0x400):
@@ -96,7 +95,7 @@ def test_board_without_a_sensor_acknowledges_with_one_and_has_no_full_scales() -
     assert host.wait(S) == []
 
 
-def test_zero_gives_one_zero_pair() -> None:
+def test_zero_gives_one_zero_pair():
     host = Host()
     host.send(0x201, struct.pack("<HI", 1000, 10_000), wait_ns=20 * MS)
     frames = host.send(0x301, wait_ns=100 * MS)
@@ -105,14 +104,14 @@ def test_zero_gives_one_zero_pair() -> None:
     assert zeros == [True, True] + [False] * (len(zeros) - 2)
 
 
-def test_short_payload_counts_as_zero_and_the_wire_limits_the_rate() -> None:
+def test_short_payload_counts_as_zero_and_the_wire_limits_the_rate():
     frames = Host().send(0x201, b"\x01", wait_ns=11 * MS)
     assert len(frames) == 1 + 2 * (1 + (10 * MS - 128_500) // 222_000)
     assert struct.unpack("<3hH", frames[1].data)[2] == 16384  # unfiltered
 
 
-def test_frames_do_not_depend_on_how_often_the_node_is_advanced() -> None:
-    def run(step_ns: int) -> list[BusFrame]:
+def test_frames_do_not_depend_on_how_often_the_node_is_advanced():
+    def run(step_ns):
         host = Host()
         frames = host.send(0x201, struct.pack("<HI", 1000, 7_000), wait_ns=0)
         for _ in range(S // step_ns):
@@ -122,22 +121,22 @@ def test_frames_do_not_depend_on_how_often_the_node_is_advanced() -> None:
     assert run(S) == run(MS // 2)
 
 
-def ready(wrench: Any = FULL) -> Jr3Node:
+def ready(wrench=FULL):
     node = Jr3Node(Jr3Config(boot_ns=0, eeprom_ns=0), lambda _: wrench)
     assert node.advance(0) == [Notice.BOOTED]
     return node
 
 
-def samples(node: Jr3Node, until_ns: int) -> list[Sample]:
+def samples(node, until_ns):
     return [event for event in node.advance(until_ns) if isinstance(event, Sample)]
 
 
 @pytest.mark.parametrize(("cut_off_cHz", "alpha"), [(200, 0.001612), (1000, 0.008009), (5000, 0.03880), (0, 1.0)])
-def test_smoothing_factors_are_those_of_the_firmware(cut_off_cHz: int, alpha: float) -> None:
+def test_smoothing_factors_are_those_of_the_firmware(cut_off_cHz, alpha):
     assert smoothing_factor(cut_off_cHz) == pytest.approx(alpha, rel=5e-4)
 
 
-def test_many_acquisitions_at_once_equal_one_by_one() -> None:
+def test_many_acquisitions_at_once_equal_one_by_one():
     counts = [100.0, -5.0, 3e4, 0.0, 7.0, -2e4]
     singly = [0.0] * 6
     for _ in range(77):
@@ -153,13 +152,13 @@ def test_many_acquisitions_at_once_equal_one_by_one() -> None:
     ],
     ids=["full scale", "saturated"],
 )
-def test_load_becomes_counts(wrench: tuple[float, ...], counts: tuple[int, ...]) -> None:
+def test_load_becomes_counts(wrench, counts):
     node = ready(wrench)
     node.start(0, 0, period_us=1000)
     assert samples(node, MS)[-1].counts == counts
 
 
-def test_filter_starts_from_zero_and_settles() -> None:
+def test_filter_starts_from_zero_and_settles():
     node = ready()
     node.start(1000, 0, period_us=10_000)
     stream = [sample.counts[2] for sample in samples(node, 200 * MS)]
@@ -169,7 +168,7 @@ def test_filter_starts_from_zero_and_settles() -> None:
     assert stream[-1] == 16384
 
 
-def test_counter_counts_acquisitions_and_wraps() -> None:
+def test_counter_counts_acquisitions_and_wraps():
     node = ready()
     node.start(200, 0, period_us=10_000)
     stream = samples(node, 9 * S)
@@ -179,7 +178,7 @@ def test_counter_counts_acquisitions_and_wraps() -> None:
     assert wrap * 0.01 == pytest.approx(65536 * ACQUISITION_PERIOD_ns * 1e-9, abs=0.02)
 
 
-def test_stop_resets_the_counter_and_loses_the_zero_and_another_start_does_not() -> None:
+def test_stop_resets_the_counter_and_loses_the_zero_and_another_start_does_not():
     node = ready()
     node.start(0, 0, period_us=1000)
     samples(node, 10 * MS)
@@ -196,7 +195,7 @@ def test_stop_resets_the_counter_and_loses_the_zero_and_another_start_does_not()
     assert (first.counter, first.counts[2]) == (1, 16384)
 
 
-def test_zero_of_an_unsettled_filter_leaves_a_rest() -> None:
+def test_zero_of_an_unsettled_filter_leaves_a_rest():
     node = ready()
     node.start(200, 0, period_us=10_000)
     samples(node, 80 * MS)  # one time constant
@@ -205,7 +204,7 @@ def test_zero_of_an_unsettled_filter_leaves_a_rest() -> None:
     assert rest == pytest.approx(16384 * math.exp(-1), rel=0.02)
 
 
-def test_stream_without_the_sensor_repeats_itself() -> None:
+def test_stream_without_the_sensor_repeats_itself():
     node = ready()
     node.start(0, 0, period_us=1000)
     samples(node, 10 * MS)

@@ -7,7 +7,6 @@ import select
 import struct
 import threading
 import time
-from collections.abc import Iterator
 from contextlib import contextmanager
 
 import can
@@ -17,7 +16,6 @@ import serial
 
 from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
 from palpate.simulation.emulators.lines import BusFrame, EmulatedCanBus, LineSpeed, PtyServer, SlcanServer
-from palpate.simulation.emulators.lines.serial_line import SerialEmulator
 from palpate.simulation.emulators.lines.slcan import BACKLOG_BYTES, Adapter, frame_line
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.support.ideal_motors import IdealPlant
@@ -33,19 +31,19 @@ AT_ONCE = LineSpeed(paced=False)
 class Echo:
     """Answers every line, and says something by itself when asked to."""
 
-    def __init__(self, baud: int = 115_200) -> None:
+    def __init__(self, baud=115_200):
         self.baud = baud
         self.spontaneous = b""
         self._line = b""
 
-    def feed(self, data: bytes, now_ns: int) -> bytes:
+    def feed(self, data, now_ns):
         self._line += data
         if not self._line.endswith(b"\n"):
             return b""
         line, self._line = self._line, b""
         return line
 
-    def advance(self, now_ns: int) -> bytes:
+    def advance(self, now_ns):
         said, self.spontaneous = self.spontaneous, b""
         return said
 
@@ -53,23 +51,23 @@ class Echo:
 class Host:
     """A host on a serial line in virtual time."""
 
-    def __init__(self, emulator: SerialEmulator, timing: LineSpeed = AT_ONCE, baud: int | None = None) -> None:
+    def __init__(self, emulator, timing=AT_ONCE, baud=None):
         self.clock = VirtualTime()
         self.port = VirtualPort(self.clock, emulator, timing)
         self.port.baudrate = baud or emulator.baud
         self.port.timeout = 0.1
         self.clock.devices.append(self.port)
 
-    def exchange(self, data: bytes, size: int = 2) -> bytes:
+    def exchange(self, data, size=2):
         self.port.write(data)
         return self.port.read(size)
 
-    def takes_s(self, data: bytes, size: int) -> float:
+    def takes_s(self, data, size):
         start_ns = self.clock.now_ns()
         assert len(self.exchange(data, size)) == size
         return (self.clock.now_ns() - start_ns) * 1e-9
 
-    def follow(self, baud: int) -> None:
+    def follow(self, baud):
         """Go to another rate and complete whatever frame the modules made of what they heard before."""
         self.port.baudrate = baud
         self.port.reset_input_buffer()
@@ -77,7 +75,7 @@ class Host:
         self.port.read(100)
 
 
-def test_host_understands_modules_at_their_rate_only() -> None:
+def test_host_understands_modules_at_their_rate_only():
     host = Host(NmcChain(IdealPlant()))
     address_all(host.exchange)
     assert host.exchange(command(ALL, 0xA, bytes([10]))) == b""
@@ -90,7 +88,7 @@ def test_host_understands_modules_at_their_rate_only() -> None:
     assert host.exchange(NOP) == b"\x19\x19"
 
 
-def test_spontaneous_message_at_the_wrong_rate_is_garbage() -> None:
+def test_spontaneous_message_at_the_wrong_rate_is_garbage():
     host = Host(Echo(), baud=19_200)
     host.port.line.emulator.spontaneous = bytes(60)
     received = host.port.read(60)
@@ -99,7 +97,7 @@ def test_spontaneous_message_at_the_wrong_rate_is_garbage() -> None:
 
 
 @pytest.mark.parametrize("baud", [9_600, 115_200])
-def test_bytes_take_their_time(baud: int) -> None:
+def test_bytes_take_their_time(baud):
     host = Host(Echo(baud), LineSpeed())
     taken = [host.takes_s(bytes(39) + b"\n", 40) for _ in range(5)]
     # There and back; received bytes are taken in grains of half a millisecond.
@@ -108,7 +106,7 @@ def test_bytes_take_their_time(baud: int) -> None:
     assert max(taken) <= least_s + 0.0005
 
 
-def test_usb_adapter_delivers_when_its_timer_ends_or_a_packet_is_full() -> None:
+def test_usb_adapter_delivers_when_its_timer_ends_or_a_packet_is_full():
     host = Host(Echo(), LineSpeed(paced=False, usb_latency_s=0.016))
     host.exchange(b"\n", 1)
     for _ in range(10):
@@ -118,19 +116,19 @@ def test_usb_adapter_delivers_when_its_timer_ends_or_a_packet_is_full() -> None:
 
 
 @pytest.fixture
-def nothing_leaks() -> Iterator[None]:
+def nothing_leaks():
     files, threads = len(os.listdir("/proc/self/fd")), threading.active_count()
     yield
     assert (len(os.listdir("/proc/self/fd")), threading.active_count()) == (files, threads)
 
 
-def connect(path: str, baud: int = 115_200) -> serial.Serial:
+def connect(path, baud=115_200):
     return serial.Serial(path, baudrate=baud, timeout=10.0)
 
 
 @pytest.mark.usefixtures("nothing_leaks")
 @pytest.mark.parametrize("baud", [115_200, 250_000])  # the second has no name in termios
-def test_every_byte_value_passes_a_terminal(baud: int) -> None:
+def test_every_byte_value_passes_a_terminal(baud):
     everything = bytes(value for value in range(256) if value != 10) + b"\n"
     with PtyServer(Echo(baud), AT_ONCE) as server, connect(server.path, baud) as port:
         port.write(everything)
@@ -138,7 +136,7 @@ def test_every_byte_value_passes_a_terminal(baud: int) -> None:
 
 
 @pytest.mark.usefixtures("nothing_leaks")
-def test_unplugging_a_terminal_is_a_hang_up_while_the_device_keeps_its_state() -> None:
+def test_unplugging_a_terminal_is_a_hang_up_while_the_device_keeps_its_state():
     chain = NmcChain(IdealPlant())
     with PtyServer(chain, AT_ONCE) as server:
         with connect(server.path, 19_200) as port:
@@ -156,7 +154,7 @@ def test_unplugging_a_terminal_is_a_hang_up_while_the_device_keeps_its_state() -
 
 
 @pytest.mark.usefixtures("nothing_leaks")
-def test_host_that_never_reads_blocks_nobody() -> None:
+def test_host_that_never_reads_blocks_nobody():
     with PtyServer(Echo(), AT_ONCE) as server, connect(server.path) as port:
         for _ in range(40):
             with server.exclusive() as emulator:
@@ -170,20 +168,20 @@ def test_host_that_never_reads_blocks_nobody() -> None:
 class Talker:
     """A node that sends what it is told to, and answers 0x10."""
 
-    def __init__(self) -> None:
-        self.outbox: list[BusFrame] = []
-        self.heard: list[int] = []
+    def __init__(self):
+        self.outbox = []
+        self.heard = []
 
-    def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[BusFrame]:
+    def feed(self, arbitration_id, data, now_ns):
         self.heard.append(arbitration_id)
         return [BusFrame(arbitration_id + 1, data)] if arbitration_id == 0x10 else []
 
-    def advance(self, now_ns: int) -> list[BusFrame]:
+    def advance(self, now_ns):
         out, self.outbox = self.outbox, []
         return out
 
 
-def test_frame_reaches_all_but_its_sender_in_the_order_sent() -> None:
+def test_frame_reaches_all_but_its_sender_in_the_order_sent():
     one, two = Talker(), Talker()
     bus = EmulatedCanBus((one, two))
     one.outbox = [BusFrame(0x601, b"1"), BusFrame(0x090, b"2")]
@@ -193,13 +191,13 @@ def test_frame_reaches_all_but_its_sender_in_the_order_sent() -> None:
     assert two.heard == [0x10, 0x601, 0x090, 0x11]
 
 
-def opened() -> Adapter:
+def opened():
     adapter = Adapter()
     assert adapter.take(b"S8\rO\r") == (b"\r\r", [])
     return adapter
 
 
-def test_adapter_takes_the_greeting_of_python_can() -> None:
+def test_adapter_takes_the_greeting_of_python_can():
     adapter = Adapter()
     # Close, set, an empty line, and open twice.
     assert adapter.take(b"C\rS8\r\rO\rO\r") == (b"\a\r\r\a", [])
@@ -207,7 +205,7 @@ def test_adapter_takes_the_greeting_of_python_can() -> None:
     assert adapter.take(b"C\rt0800\r") == (b"\r\a", [])
 
 
-def test_adapter_takes_frames_whole_or_in_pieces() -> None:
+def test_adapter_takes_frames_whole_or_in_pieces():
     adapter = opened()
     assert adapter.take(b"t2016C80010270000\r") == (b"z\r", [BusFrame(0x201, bytes.fromhex("C80010270000"))])
     assert adapter.take(b"t08") == (b"", [])
@@ -222,7 +220,7 @@ def test_adapter_takes_frames_whole_or_in_pieces() -> None:
         b"r2010", b"S8", b"S9", b"O", b"X", b"\xff\xfe", b"t" * 40,
     ],
 )  # fmt: skip
-def test_bad_line_rings_the_bell(line: bytes) -> None:
+def test_bad_line_rings_the_bell(line):
     adapter = opened()
     assert adapter.take(line + b"\r") == (b"\a", [])
     assert adapter.take(b"t0800\r") == (b"z\r", [BusFrame(0x080, b"")])
@@ -233,25 +231,25 @@ class TurnedSlcan(SlcanServer):
 
     now_ns = MS
 
-    def __init__(self, *nodes: Jr3CanNode) -> None:
+    def __init__(self, *nodes):
         super().__init__(EmulatedCanBus(nodes), clock_ns=lambda: self.now_ns)
 
-    def await_host(self) -> None:
+    def await_host(self):
         assert select.select([self._master], [], [], 30.0)[0]
 
-    def turns(self, milliseconds: int = 1) -> None:
+    def turns(self, milliseconds=1):
         for _ in range(2 * milliseconds):
             self.now_ns += MS // 2
             self.turn()
 
-    def _write(self) -> None:
+    def _write(self):
         wrote = bool(self._backlog)
         super()._write()
         if wrote:
             assert select.select([self._line._slave], [], [], 30.0)[0]
 
 
-def jr3(node_id: int = 1) -> Jr3CanNode:
+def jr3(node_id=1):
     full = (115.0, 111.0, 185.0, 5.6, 5.2, 6.1)
     return Jr3CanNode(node_id, lambda _: full, Jr3Config(boot_ns=50 * MS, eeprom_ns=0))
 
@@ -259,7 +257,7 @@ def jr3(node_id: int = 1) -> Jr3CanNode:
 class CanHost:
     """A host's view of the bus."""
 
-    def __init__(self, server: TurnedSlcan, bitrate: int = 1_000_000) -> None:
+    def __init__(self, server, bitrate=1_000_000):
         self.server = server
         self.bus = can.Bus(
             interface="slcan", channel=server.channel, bitrate=bitrate, sleep_after_open=0.0, timeout=0.0
@@ -268,11 +266,11 @@ class CanHost:
             server.await_host()
             server.turns()
 
-    def send(self, arbitration_id: int, data: bytes = b"", **kind: bool) -> None:
+    def send(self, arbitration_id, data=b"", **kind):
         self.bus.send(can.Message(arbitration_id=arbitration_id, data=data, **({"is_extended_id": False} | kind)))
         self.server.await_host()
 
-    def receive(self) -> can.Message | None:
+    def receive(self):
         """The next frame within 100 ms."""
         for _ in range(100):
             message = self.bus.recv(0.0)
@@ -281,7 +279,7 @@ class CanHost:
             self.server.turns()
         return None
 
-    def expect(self, arbitration_id: int) -> bytes:
+    def expect(self, arbitration_id):
         while (message := self.receive()) is not None:
             if message.arbitration_id == arbitration_id:
                 return bytes(message.data)
@@ -289,7 +287,7 @@ class CanHost:
 
 
 @contextmanager
-def on_adapter(*nodes: Jr3CanNode, bitrate: int = 1_000_000) -> Iterator[CanHost]:
+def on_adapter(*nodes, bitrate=1_000_000):
     server = TurnedSlcan(*nodes)
     host = CanHost(server, bitrate)
     yield host
@@ -297,7 +295,7 @@ def on_adapter(*nodes: Jr3CanNode, bitrate: int = 1_000_000) -> Iterator[CanHost
     server.close()
 
 
-def test_nodes_boot_answer_and_stream_to_python_can() -> None:
+def test_nodes_boot_answer_and_stream_to_python_can():
     with on_adapter(jr3(1), jr3(2)) as host:
         host.expect(0x701)
         host.expect(0x702)
@@ -310,7 +308,7 @@ def test_nodes_boot_answer_and_stream_to_python_can() -> None:
         assert host.server.frames_lost == 0
 
 
-def test_second_host_may_come_after_the_first() -> None:
+def test_second_host_may_come_after_the_first():
     with on_adapter(jr3()) as host:
         host.expect(0x701)
         host.bus.shutdown()
@@ -322,7 +320,7 @@ def test_second_host_may_come_after_the_first() -> None:
 
 
 @pytest.mark.parametrize(("bitrate", "kind"), [(500_000, {}), (1_000_000, {"is_extended_id": True})])
-def test_no_node_hears_another_rate_or_kind_of_frame(bitrate: int, kind: dict[str, bool]) -> None:
+def test_no_node_hears_another_rate_or_kind_of_frame(bitrate, kind):
     with on_adapter(jr3(), bitrate=bitrate) as host:
         host.server.turns(100)
         while host.receive() is not None:
@@ -331,7 +329,7 @@ def test_no_node_hears_another_rate_or_kind_of_frame(bitrate: int, kind: dict[st
         assert host.receive() is None
 
 
-def test_host_that_does_not_read_loses_frames() -> None:
+def test_host_that_does_not_read_loses_frames():
     server = TurnedSlcan(jr3())
     server._write = lambda: SlcanServer._write(server)  # type: ignore[method-assign]
     with serial.Serial(server.channel, timeout=0.5) as port:
@@ -346,10 +344,10 @@ def test_host_that_does_not_read_loses_frames() -> None:
 
 
 @pytest.mark.usefixtures("nothing_leaks")
-def test_thread_of_the_adapter_serves_until_it_is_closed() -> None:
+def test_thread_of_the_adapter_serves_until_it_is_closed():
     with SlcanServer(EmulatedCanBus([jr3()])) as server:
         can.Bus(interface="slcan", channel=server.channel, bitrate=1_000_000, sleep_after_open=0.0).shutdown()
-        done: list[int] = []
+        done = []
         server.do(done.append)
         assert len(done) == 1
     server.close()

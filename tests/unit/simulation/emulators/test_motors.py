@@ -12,7 +12,7 @@ W = 11_034.53
 GAP_RAD = 0.002
 
 
-def test_counts_come_back_within_one() -> None:
+def test_counts_come_back_within_one():
     gears = ArmGears()
     for pose in np.random.default_rng(1).uniform(-3.2, 3.2, (2_000, 6)).tolist():
         counts = gears.counts(tuple(pose))
@@ -20,7 +20,7 @@ def test_counts_come_back_within_one() -> None:
         assert max(abs(a - b) for a, b in zip(again, counts, strict=True)) <= 0.5 + 1e-6
 
 
-def test_gears_agree_with_the_published_inverse_and_its_rounded_constants() -> None:
+def test_gears_agree_with_the_published_inverse_and_its_rounded_constants():
     gears = ArmGears()
     for pose in np.random.default_rng(2).uniform(-pi, pi, (2_000, 6)).tolist():
         _, _, e3, e4, e5, e6 = gears.counts(tuple(pose))
@@ -33,7 +33,7 @@ def test_gears_agree_with_the_published_inverse_and_its_rounded_constants() -> N
     assert gears.counts((HOME_RAD[0] + 2 * pi, *HOME_RAD[1:]))[0] == pytest.approx(192_000, abs=0.5)
 
 
-def test_plant_gives_targets_and_takes_measurements() -> None:
+def test_plant_gives_targets_and_takes_measurements():
     plant = JointPlant()
     gears = ArmGears()
     assert plant.targets_rad() == pytest.approx(HOME_RAD)
@@ -49,10 +49,10 @@ def test_plant_gives_targets_and_takes_measurements() -> None:
     assert plant.targets_rad()[0] == pytest.approx(0.5)  # a free motor holds where it was let go
 
 
-def test_backlash_lies_between_motor_and_joint_and_hides_from_the_encoders() -> None:
+def test_backlash_lies_between_motor_and_joint_and_hides_from_the_encoders():
     plant = JointPlant(wrist_backlash_rad=GAP_RAD)
 
-    def move(joint4_rad: float) -> float:
+    def move(joint4_rad):
         goal = (*HOME_RAD[:3], joint4_rad, *HOME_RAD[4:])
         for axis, counts in enumerate(ArmGears().counts(goal)):
             plant.set_motor_counts(axis, counts)
@@ -66,7 +66,7 @@ def test_backlash_lies_between_motor_and_joint_and_hides_from_the_encoders() -> 
     assert move(0.05) == pytest.approx(0.05 + GAP_RAD / 2)
 
 
-def test_servos_follow_an_arm_that_is_measured_at_140_hertz() -> None:
+def test_servos_follow_an_arm_that_is_measured_at_140_hertz():
     plant = JointPlant()
     bench = Bench(plant=plant).running()
     for address in range(1, 7):

@@ -20,7 +20,7 @@ VELOCITY_WORD_PER_COUNT_PER_s = 33.554432
 ACCELERATION_WORD_PER_COUNT_PER_s2 = 0.017179869
 
 
-def test_golden_commands_have_golden_replies() -> None:
+def test_golden_commands_have_golden_replies():
     bench = Bench(modules=1)
     for name, reply in golden.CONVERSATION:
         assert bench.raw(bytes.fromhex(golden.COMMANDS[name])).hex() == reply, name
@@ -36,7 +36,7 @@ def test_golden_commands_have_golden_replies() -> None:
     assert (module.rejected, module.address, bench.bus.baud) == (0, 0, 19_200)
 
 
-def test_golden_reply_of_mask_1f() -> None:
+def test_golden_reply_of_mask_1f():
     bench = Bench(ModuleSettings(analog=0x4F), modules=1).addressed()
     bench.bus.set_power(powered=False)
     bench.bus.modules[0].servo.home_counts = 0x5E0
@@ -46,7 +46,7 @@ def test_golden_reply_of_mask_1f() -> None:
         assert bench.raw(bytes.fromhex(golden.COMMANDS["define status"])).hex() == golden.REPLY_OF_MASK_1F
 
 
-def test_wrong_checksum_is_reported_and_the_command_ignored() -> None:
+def test_wrong_checksum_is_reported_and_the_command_ignored():
     bench = Bench(modules=1).addressed()
     for code, data in ((0x2, b"\x01"), (0xF, b"")):
         wrong = bytearray(command(1, code, data))
@@ -56,7 +56,7 @@ def test_wrong_checksum_is_reported_and_the_command_ignored() -> None:
         assert bench.status(1) == 0x19  # about the last command only
 
 
-def test_module_that_was_reset_is_silent_at_the_higher_rate() -> None:
+def test_module_that_was_reset_is_silent_at_the_higher_rate():
     bench = Bench().addressed()
     bench.ask(1, 0xA, bytes([10]))  # the rate changes for groups only
     assert (bench.bus.baud, bench.bus.modules[0].rejected) == (19_200, 1)
@@ -72,14 +72,14 @@ def test_module_that_was_reset_is_silent_at_the_higher_rate() -> None:
 
 
 @pytest.mark.parametrize("cut", range(1, 17))
-def test_zeros_end_a_partial_frame(cut: int) -> None:
+def test_zeros_end_a_partial_frame(cut):
     bench = Bench(modules=1).addressed()
     bench.raw(command(1, 0x4, bytes(range(1, 14)))[:cut])
     bench.raw(bytes(30))
     assert bench.raw(b"\x00\x55\x01\xff" + command(1, 0xE)) == b"\x19\x19"  # noise between frames is skipped
 
 
-def test_time_is_relative_and_never_goes_back() -> None:
+def test_time_is_relative_and_never_goes_back():
     bus = NmcChain(IdealPlant())
     start = 10**18
     assert bus.advance(start) == b""
@@ -96,23 +96,23 @@ def test_time_is_relative_and_never_goes_back() -> None:
         (0xE, b"\x00"),
     ],
 )  # fmt: skip
-def test_command_of_another_shape_or_kind_changes_nothing(code: int, data: bytes) -> None:
+def test_command_of_another_shape_or_kind_changes_nothing(code, data):
     bench = Bench(modules=1).addressed()
     assert bench.ask(1, code, data).status == 0x19
     assert bench.bus.modules[0].rejected == 1
 
 
-def bench_of_one() -> Bench:
+def bench_of_one():
     return Bench(modules=1).running()
 
 
-def moving(bench: Bench, target: int = 30_558) -> Bench:
+def moving(bench, target=30_558):
     bench.ask(1, 0x4, trajectory(0x97, target, VELOCITY, ACCELERATION))
     bench.wait(200)
     return bench
 
 
-def test_trapezoid_tells_its_phases() -> None:
+def test_trapezoid_tells_its_phases():
     bench = bench_of_one()
     assert bench.status(1) == MOVE_DONE | POWER
     bench.ask(1, 0x4, trajectory(0x97, 30_558, VELOCITY, ACCELERATION))
@@ -136,7 +136,7 @@ def test_trapezoid_tells_its_phases() -> None:
 
 
 @pytest.mark.parametrize(("way", "farther"), [(b"\x05", False), (b"\x09", True)], ids=["abrupt", "smooth"])
-def test_stop_holds_at_once_or_after_a_ramp(way: bytes, farther: bool) -> None:
+def test_stop_holds_at_once_or_after_a_ramp(way, farther):
     bench = moving(bench_of_one())
     here = bench.position(1)
     done = bench.ask(1, 0x7, way).status & MOVE_DONE
@@ -146,7 +146,7 @@ def test_stop_holds_at_once_or_after_a_ramp(way: bytes, farther: bool) -> None:
     assert bench.auxiliary(1) & SERVO_ON
 
 
-def test_motor_off_releases_and_tells() -> None:
+def test_motor_off_releases_and_tells():
     bench = moving(bench_of_one())
     here = bench.position(1)
     assert bench.ask(1, 0x7, b"\x02").status == MOVE_DONE | POWER | POSITION_ERROR
@@ -157,7 +157,7 @@ def test_motor_off_releases_and_tells() -> None:
 
 
 @pytest.mark.parametrize("preparation", [[(0x6, GAINS), (0x7, b"\x04")], [(0x7, b"\x05")]], ids=["amplifier", "gains"])
-def test_motor_without_amplifier_or_gains_stays_and_trips(preparation: list[tuple[int, bytes]]) -> None:
+def test_motor_without_amplifier_or_gains_stays_and_trips(preparation):
     bench = Bench(modules=1).addressed()
     for code, data in preparation:
         bench.ask(1, code, data)
@@ -168,7 +168,7 @@ def test_motor_without_amplifier_or_gains_stays_and_trips(preparation: list[tupl
     assert bench.auxiliary(1) & SERVO_ON == 0
 
 
-def test_position_error_trips_at_the_limit_and_stays_until_cleared() -> None:
+def test_position_error_trips_at_the_limit_and_stays_until_cleared():
     bench = bench_of_one()
     bench.plant.jam(0)
     bench.ask(1, 0x7, b"\x11" + struct.pack("<i", 4_000))
@@ -186,7 +186,7 @@ def test_position_error_trips_at_the_limit_and_stays_until_cleared() -> None:
     assert bench.ask(1, 0xB).status == MOVE_DONE | POWER
 
 
-def test_sticky_bits_stay_until_cleared() -> None:
+def test_sticky_bits_stay_until_cleared():
     bench = bench_of_one()
     servo = bench.bus.modules[0].servo
     servo.overcurrent = servo.overrun = True
@@ -204,7 +204,7 @@ def test_sticky_bits_stay_until_cleared() -> None:
     assert bench.auxiliary(1) & (OVERRUN | WRAP) == 0
 
 
-def test_power_loss_switches_the_servo_off_for_good() -> None:
+def test_power_loss_switches_the_servo_off_for_good():
     bench = moving(bench_of_one())
     bench.bus.set_power(powered=False)
     assert bench.status(1) == MOVE_DONE | POSITION_ERROR
@@ -217,7 +217,7 @@ def test_power_loss_switches_the_servo_off_for_good() -> None:
     assert bench.auxiliary(1) & SERVO_ON
 
 
-def test_rate_divisor_slows_the_servo() -> None:
+def test_rate_divisor_slows_the_servo():
     bench = bench_of_one()
     bench.ask(1, 0x6, GAINS[:-2] + b"\x04\x00")
     bench.ask(1, 0x4, trajectory(0x97, 10_000, 1 << 16, 1 << 16))
@@ -225,7 +225,7 @@ def test_rate_divisor_slows_the_servo() -> None:
     assert bench.position(1) == 100
 
 
-def test_hard_reset_of_a_moving_module() -> None:
+def test_hard_reset_of_a_moving_module():
     bench = moving(Bench(modules=2).running())
     here = bench.plant.motor_counts(0)
     module = bench.bus.modules[0]
@@ -242,7 +242,7 @@ def test_hard_reset_of_a_moving_module() -> None:
     assert bench.status(1) & LIMIT1  # the switch is still pressed
 
 
-def run(profile: Profile) -> int:
+def run(profile):
     ticks = 0
     while not profile.done and ticks < 1_000_000:
         profile.tick()
@@ -252,7 +252,7 @@ def run(profile: Profile) -> int:
 
 @pytest.mark.parametrize("counts", [30_558, -192_000, 5_000])
 @pytest.mark.parametrize(("velocity", "acceleration"), [(30_557.75, 100_000.0), (8_000.0, 40_000.0)])
-def test_trapezoid_takes_the_time_of_its_closed_form(counts: int, velocity: float, acceleration: float) -> None:
+def test_trapezoid_takes_the_time_of_its_closed_form(counts, velocity, acceleration):
     profile = Profile()
     profile.start_trapezoid(
         counts,
@@ -278,9 +278,7 @@ def test_trapezoid_takes_the_time_of_its_closed_form(counts: int, velocity: floa
     change=st.integers(0, 400),
     second=st.integers(-3_000, 3_000),
 )
-def test_trapezoid_ends_on_its_target_within_its_limits(
-    target: int, velocity: int, acceleration: int, change: int, second: int
-) -> None:
+def test_trapezoid_ends_on_its_target_within_its_limits(target, velocity, acceleration, change, second):
     profile = Profile()
     profile.start_trapezoid(target, velocity, acceleration)
     before = 0

@@ -14,19 +14,19 @@ from palpate.simulation.emulators.ur.controller import CYCLE_NS
 from tests.virtual_ur import HOME
 
 
-def made() -> tuple[UrController, RtdeSession]:
+def made():
     controller = UrController(HOME, lambda now_ns: (0.0,) * 6)
     return controller, RtdeSession(controller)
 
 
-def package(kind: str, payload: bytes = b"") -> bytes:
+def package(kind, payload=b""):
     return struct.pack(">HB", 3 + len(payload), ord(kind)) + payload
 
 
 HELLO = package("V", b"\x00\x02")
 
 
-def test_conversation_of_the_guide() -> None:
+def test_conversation_of_the_guide():
     _, session = made()
     assert session.receive(HELLO) == bytes.fromhex("0004 56 01")
     assert session.receive(package("v")) == bytes.fromhex("0013 76") + struct.pack(">4I", 5, 11, 1, 108318)
@@ -42,7 +42,7 @@ def test_conversation_of_the_guide() -> None:
     assert session.receive(package("Z")).startswith(bytes((0, 45, ord("M"))))
 
 
-def test_input_recipes_number_from_one_and_a_register_has_one_writer() -> None:
+def test_input_recipes_number_from_one_and_a_register_has_one_writer():
     controller, session = made()
     names = b"input_int_register_0,input_double_register_3"
     assert session.receive(HELLO + package("I", names))[4:] == package("I", b"\x01INT32,DOUBLE")
@@ -71,7 +71,7 @@ def test_input_recipes_number_from_one_and_a_register_has_one_writer() -> None:
     ),
     st.integers(1, 9),
 )  # fmt: skip
-def test_anything_in_pieces_of_any_size_is_answered(pieces: list[bytes], size: int) -> None:
+def test_anything_in_pieces_of_any_size_is_answered(pieces, size):
     controller, session = made()
     controller.run_script(b"def x():\nend\n")
     stream, now_ns = HELLO + b"".join(pieces), 0
@@ -85,11 +85,11 @@ def test_anything_in_pieces_of_any_size_is_answered(pieces: list[bytes], size: i
     assert all(abs(q) < 100.0 for q in controller.targets_rad())
 
 
-def test_cycles_that_are_made_up_for_are_as_long_as_others(monkeypatch: pytest.MonkeyPatch) -> None:
-    times_ns: list[int] = []
+def test_cycles_that_are_made_up_for_are_as_long_as_others(monkeypatch):
+    times_ns = []
 
     class Recording(UrController):
-        def step(self, now_ns: int) -> None:
+        def step(self, now_ns):
             times_ns.append(now_ns)
             emulator._end = len(times_ns) == 8
 
@@ -102,7 +102,7 @@ def test_cycles_that_are_made_up_for_are_as_long_as_others(monkeypatch: pytest.M
     assert {later - sooner for sooner, later in pairwise(times_ns)} == {CYCLE_NS}
 
 
-def test_tool_force_is_as_coarse_as_its_data_sheet() -> None:
+def test_tool_force_is_as_coarse_as_its_data_sheet():
     reading = ToolForce(lambda now_ns: (1.0, 2.0, 3.0, 0.0, 0.0, 0.0), seed=1)
     at_once = np.array([reading(0) for _ in range(2000)])
     assert at_once.std(axis=0) == pytest.approx([1.75] * 3 + [0.1] * 3, rel=0.06)

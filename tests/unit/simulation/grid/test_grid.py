@@ -1,7 +1,6 @@
 """Maps of grid worlds, trials on them, and the optimum."""
 
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,7 +22,7 @@ PRINTED = "CAAABBAABBEDBBDFEEEEDEEEEC"
 """The string that the paper prints for a walk in scenario 1 (section 4)."""
 
 
-def can_print(grid: GridMap, string: str) -> bool:
+def can_print(grid, string):
     """Whether some walk gives exactly these readings and then steps into the goal."""
     if not set(string) <= set(grid.symbols):
         return False
@@ -35,24 +34,24 @@ def can_print(grid: GridMap, string: str) -> bool:
     return any(None in grid.moves[cell] for cell in possible)
 
 
-def test_regions_are_the_signs_from_the_goal() -> None:
+def test_regions_are_the_signs_from_the_goal():
     assert GridMap.from_regions("ABC/C·E/BDF", 5).rows == ("AABCC", "AABCC", "CC·EE", "BBDFF", "BBDFF")
     assert GridMap.from_regions("ABC/C.E/BDF", 3).rows == ("ABC", "C·E", "BDF")
 
 
 @pytest.mark.parametrize(("name", "symbols"), [("1", "ABCDEF"), ("2", "ABCD"), ("twin", "ABCD")])
-def test_scenarios_have_the_symbols_of_the_paper(name: str, symbols: str) -> None:
+def test_scenarios_have_the_symbols_of_the_paper(name, symbols):
     grid = GridMap.from_regions(SCENARIOS[name])
     assert "".join(grid.symbols) == symbols
     assert len(grid.cells) == 48
 
 
 @pytest.mark.parametrize("size", [5, 7, 9])
-def test_the_printed_string_is_a_walk_of_scenario_1_that_ends_at_the_goal(size: int) -> None:
+def test_the_printed_string_is_a_walk_of_scenario_1_that_ends_at_the_goal(size):
     assert can_print(GridMap.from_regions(SCENARIO_1, size), PRINTED)
 
 
-def test_a_walk_by_hand() -> None:
+def test_a_walk_by_hand():
     grid = GridMap.from_text("AB\n·C")
     assert grid.cells == ((0, 0), (1, 0), (1, 1))
     assert [grid.symbols[reading] for reading in grid.readings] == ["A", "B", "C"]
@@ -66,7 +65,7 @@ def test_a_walk_by_hand() -> None:
     assert (leads["C", "+y"], leads["C", "-x+y"], leads["C", "+x"]) == ("B", "A", "C")
 
 
-def test_walls_inside_hold_too() -> None:
+def test_walls_inside_hold_too():
     grid = GridMap.from_text("A#.\nA#A\nAAA")
     up = grid.cells.index((1, 2))
     assert grid.moves[up][COMPASS_NAMES.index("+y")] == up
@@ -74,7 +73,7 @@ def test_walls_inside_hold_too() -> None:
 
 
 @given(st.sampled_from(sorted(SCENARIOS)), st.sampled_from([3, 5, 7, 11]))
-def test_every_move_can_be_taken_back(name: str, size: int) -> None:
+def test_every_move_can_be_taken_back(name, size):
     grid = GridMap.from_regions(SCENARIOS[name], size)
     for cell, row in enumerate(grid.moves):
         for action, target in enumerate(row):
@@ -82,13 +81,13 @@ def test_every_move_can_be_taken_back(name: str, size: int) -> None:
                 assert grid.moves[target][(action + 4) % 8] == cell
 
 
-def test_actions_are_those_of_the_insertion_task() -> None:
+def test_actions_are_those_of_the_insertion_task():
     assert tuple(action.name for action in grid_actions()) == COMPASS_NAMES
     assert [action.displacement_m for action in grid_actions()[:2]] == [(1e-3, 0.0), (1e-3, 1e-3)]
     assert len(set(COMPASS)) == 8
 
 
-def test_a_map_reads_back() -> None:
+def test_a_map_reads_back():
     grid = GridMap.from_regions(SCENARIO_1)
     assert GridMap.from_text(f"\n{grid}\n") == grid
     assert hash(GridMap(grid.rows)) == hash(grid)
@@ -109,7 +108,7 @@ def test_a_map_reads_back() -> None:
         ("A" * 100 + "·", "at most 99 each"),
     ],
 )
-def test_what_is_no_map_is_refused_in_one_line(text: str, says: str) -> None:
+def test_what_is_no_map_is_refused_in_one_line(text, says):
     with pytest.raises(ConfigurationError) as refused:
         GridMap.from_text(text)
     assert str(refused.value).startswith("grid.map = ")
@@ -118,7 +117,7 @@ def test_what_is_no_map_is_refused_in_one_line(text: str, says: str) -> None:
 
 
 @pytest.mark.parametrize("size", [0, -7, 1, 6, 101, 7.0, True])
-def test_a_side_is_odd(size: int) -> None:
+def test_a_side_is_odd(size):
     with pytest.raises(ConfigurationError, match=r"grid\.size = .* is refused: an odd number of cells from 3 to 99"):
         GridMap.from_regions(SCENARIO_1, size)
 
@@ -126,13 +125,13 @@ def test_a_side_is_odd(size: int) -> None:
 @pytest.mark.parametrize(
     "notation", ["ABC", "ABC/CDE/BDF", "ABC/C··/BDF", "ABCD/C·E/BDF", "AB/C·E/BDF", "", "ABC/·CE/BDF"]
 )
-def test_regions_are_three_rows_of_three_with_the_goal_in_the_middle(notation: str) -> None:
+def test_regions_are_three_rows_of_three_with_the_goal_in_the_middle(notation):
     with pytest.raises(ConfigurationError, match="three rows of three regions"):
         GridMap.from_regions(notation)
 
 
 @pytest.mark.parametrize(("size", "steps"), [(3, Fraction(1)), (5, Fraction(5, 3)), (7, Fraction(7, 3))])
-def test_with_full_information_the_distance_counts(size: int, steps: Fraction) -> None:
+def test_with_full_information_the_distance_counts(size, steps):
     for name in SCENARIOS:
         assert full_information_optimum(GridMap.from_regions(SCENARIOS[name], size)) == steps
 
@@ -151,16 +150,16 @@ def test_with_full_information_the_distance_counts(size: int, steps: Fraction) -
         ("ABC/C·D/DBA", 7, "3.5000"),
     ],
 )
-def test_belief_optima_are_those_of_another_solver(notation: str, size: int, steps: str) -> None:
+def test_belief_optima_are_those_of_another_solver(notation, size, steps):
     assert f"{float(belief_optimum(GridMap.from_regions(notation, size))):.4f}" == steps
 
 
-def test_where_every_region_has_its_own_symbol_the_way_is_known() -> None:
+def test_where_every_region_has_its_own_symbol_the_way_is_known():
     grid = GridMap.from_regions("ABC/D·E/FGH")
     assert belief_optimum(grid) == full_information_optimum(grid)
 
 
-def test_one_symbol_everywhere_by_hand() -> None:
+def test_one_symbol_everywhere_by_hand():
     # From the left end or the right end of A·A is not known: one is done after one step, the other after two more,
     # because the first move ran into the wall.
     assert belief_optimum(GridMap.from_text("A·A")) == Fraction(1 + 2, 2)
@@ -168,26 +167,26 @@ def test_one_symbol_everywhere_by_hand() -> None:
     assert belief_optimum(GridMap.from_text("AAA·")) == Fraction(1 + 2 + 3, 3)
 
 
-def test_places_that_walls_push_together_count_together() -> None:
+def test_places_that_walls_push_together_count_together():
     # Left first: then both possible places are the left end, and it is two to the right. Right first is better: one
     # place is done, the other is the end before it.
     grid = GridMap.from_text("AA·A")
     assert belief_optimum(grid) == Fraction(1 + 2 + 3, 3)
 
 
-def test_the_random_walk_by_hand_and_cut_off() -> None:
+def test_the_random_walk_by_hand_and_cut_off():
     # One of eight actions leads to the goal.
     grid = GridMap.from_text("A·")
     assert random_walk_steps(grid, 2) == pytest.approx(1.0 + 7.0 / 8.0)
     assert random_walk_steps(grid, 1000) == pytest.approx(8.0)
 
 
-def test_a_search_that_becomes_too_long_says_so() -> None:
+def test_a_search_that_becomes_too_long_says_so():
     with pytest.raises(ConfigurationError, match="the belief-state optimum takes less effort"):
         belief_optimum(GridMap.from_regions(SCENARIO_2), most_cells=100)
 
 
-def test_where_nothing_is_told_apart_the_search_ends_early() -> None:
+def test_where_nothing_is_told_apart_the_search_ends_early():
     # It would be found after looking at 595 000 cells, which takes twelve seconds; 7 x 7 would be given up after more.
     with pytest.raises(ConfigurationError, match="takes less effort"):
         belief_optimum(GridMap.from_regions("AAA/A.A/AAA", 5))
@@ -198,13 +197,13 @@ GRID = GridMap.from_regions(SCENARIO_1)
 RIGHT, LEFT = 0, 4
 
 
-def trial_from(cell: int) -> int:
+def trial_from(cell):
     """A trial of seed 0 that begins there."""
     walks = (run_trial(CORRIDOR, IdentityState(CORRIDOR.symbols), Diary(), 0, trial) for trial in range(50))
     return next(trial for trial, walk in enumerate(walks) if walk.start == cell)
 
 
-def test_learning_comes_before_the_next_choice_and_sees_readings_only() -> None:
+def test_learning_comes_before_the_next_choice_and_sees_readings_only():
     diary, trial, zero = Diary(), trial_from(0), (0.0, 0.0, 0.0)
     walk = run_trial(CORRIDOR, LastSymbols(CORRIDOR.symbols, 2), diary, 0, trial)
     a, ab, bb = (LastSymbols(CORRIDOR.symbols, 2).states.index(name) for name in ("A", "A > B", "B > B"))
@@ -219,15 +218,15 @@ def test_learning_comes_before_the_next_choice_and_sees_readings_only() -> None:
     assert (walk.start, walk.symbols, walk.actions, walk.reached, walk.steps) == (0, (0, 1, 1), (0, 0, 0), True, 3)
 
 
-def test_a_trial_that_is_cut_off_ends_with_an_ordinary_transition() -> None:
+def test_a_trial_that_is_cut_off_ends_with_an_ordinary_transition():
     diary = Diary((LEFT,))
     walk = run_trial(CORRIDOR, IdentityState(CORRIDOR.symbols), diary, 0, trial_from(1), step_limit=3)
     assert diary.entries[-1] == Transition(0, LEFT, -1.0, 0)
     assert (walk.symbols, walk.reached, walk.steps) == ((1, 0, 0, 0), False, 3)
 
 
-def test_a_trial_depends_on_its_seed_and_its_index_alone() -> None:
-    def walk(seed: int, trial: int) -> object:
+def test_a_trial_depends_on_its_seed_and_its_index_alone():
+    def walk(seed, trial):
         return run_trial(GRID, IdentityState(GRID.symbols), RandomWalkPolicy(grid_actions()), seed, trial)
 
     policy, identifier = RandomWalkPolicy(grid_actions()), IdentityState(GRID.symbols)
@@ -236,7 +235,7 @@ def test_a_trial_depends_on_its_seed_and_its_index_alone() -> None:
     assert walk(6, 3) != walk(5, 3)
 
 
-def test_every_cell_is_a_start_and_none_more_often_than_others() -> None:
+def test_every_cell_is_a_start_and_none_more_often_than_others():
     identifier, policy = IdentityState(GRID.symbols), Diary((LEFT,))
     starts = [run_trial(GRID, identifier, policy, 1, trial, step_limit=1).start for trial in range(4800)]
     counts = np.bincount(starts, minlength=48)
@@ -245,7 +244,7 @@ def test_every_cell_is_a_start_and_none_more_often_than_others() -> None:
     assert counts.max() < 135
 
 
-def test_the_learner_of_the_insertion_task_learns_here() -> None:
+def test_the_learner_of_the_insertion_task_learns_here():
     grid = GridMap.from_regions("ABC/D·E/FGH", 5)
     parameters = QParameters(alpha=0.5, gamma=1.0, temperature=TemperatureSchedule(1.0, 0.97, 0.05))
     learner = QLearning(grid.symbols, grid_actions(), parameters)
@@ -254,28 +253,28 @@ def test_the_learner_of_the_insertion_task_learns_here() -> None:
     assert np.mean(steps[-100:]) < 1.9  # 1.667 with full information
 
 
-def test_an_action_that_is_not_of_the_set_is_refused() -> None:
+def test_an_action_that_is_not_of_the_set_is_refused():
     with pytest.raises(CommandError, match="one of the set: 'far'"):
         run_trial(CORRIDOR, IdentityState(CORRIDOR.symbols), Diary((None,)), 0, 0)
 
 
-def test_an_identifier_of_other_symbols_is_refused() -> None:
+def test_an_identifier_of_other_symbols_is_refused():
     with pytest.raises(ConfigurationError, match=r"grid\.state .* the symbols of the map, A, B"):
         run_trial(CORRIDOR, IdentityState(("A", "C")), Diary(), 0, 0)
 
 
 @pytest.mark.parametrize("limit", [0, -1, 1.5])
-def test_a_limit_is_at_least_one_step(limit: int) -> None:
+def test_a_limit_is_at_least_one_step(limit):
     with pytest.raises(ConfigurationError, match=r"grid\.step_limit"):
         run_trial(CORRIDOR, IdentityState(CORRIDOR.symbols), Diary(), 0, 0, step_limit=limit)
 
 
-def test_a_walker_is_the_same_trial_for_a_decider_outside() -> None:
+def test_a_walker_is_the_same_trial_for_a_decider_outside():
     diary = Diary((RIGHT, LEFT, RIGHT, RIGHT, RIGHT))
     trial = trial_from(0)
     walk = run_trial(CORRIDOR, LastSymbols(CORRIDOR.symbols, 2), diary, 0, trial)
     walker = Walker(CORRIDOR, LastSymbols(CORRIDOR.symbols, 2), 0, trial)
-    given: list[object] = []
+    given = []
     for action in walk.actions:
         before = walker.observation()
         following = walker.move(action)
@@ -288,7 +287,7 @@ def test_a_walker_is_the_same_trial_for_a_decider_outside() -> None:
         walker.move(RIGHT)
 
 
-def test_all_cells_are_starts_as_often_as_is_asked() -> None:
+def test_all_cells_are_starts_as_often_as_is_asked():
     identity = IdentityState(CORRIDOR.symbols)
     walks = walks_from_all_cells(CORRIDOR, identity, Diary(), walks=2)
     assert [(walk.start, walk.steps, walk.reached) for walk in walks[::2]] == [(0, 3, True), (1, 2, True), (2, 1, True)]
@@ -297,7 +296,7 @@ def test_all_cells_are_starts_as_often_as_is_asked() -> None:
     assert [(walk.steps, walk.reached) for walk in never] == [(5, False)] * 3
 
 
-def test_strings_are_walks_that_end_at_the_goal() -> None:
+def test_strings_are_walks_that_end_at_the_goal():
     strings = walk_strings(GRID, 60, seed=3, longest=30)
     assert strings.alphabet == GRID.symbols
     assert not strings.labelled
@@ -307,28 +306,28 @@ def test_strings_are_walks_that_end_at_the_goal() -> None:
     assert all(can_print(GRID, "".join(GRID.symbols[symbol] for symbol in word)) for word in strings.words)
 
 
-def test_a_seed_gives_its_strings_and_more_of_them_begin_with_the_same() -> None:
+def test_a_seed_gives_its_strings_and_more_of_them_begin_with_the_same():
     assert walk_strings(GRID, 20, seed=3).words == walk_strings(GRID, 50, seed=3).words[:20]
     assert walk_strings(GRID, 20, seed=4).words != walk_strings(GRID, 20, seed=3).words
 
 
-def test_short_walks_are_those_of_the_long_ones_that_are_short() -> None:
+def test_short_walks_are_those_of_the_long_ones_that_are_short():
     long = tuple(word for word in walk_strings(GRID, 200, seed=1, longest=1000).words if len(word) <= 5)
     assert walk_strings(GRID, len(long), seed=1, longest=5).words == long
 
 
-def test_walks_come_back_from_a_file(tmp_path: Path) -> None:
+def test_walks_come_back_from_a_file(tmp_path):
     strings = walk_strings(GRID, 30, seed=0)
     write_strings(strings, tmp_path / "walks.txt")
     assert read_strings(tmp_path / "walks.txt") == strings
 
 
 @pytest.mark.parametrize(("count", "longest", "says"), [(0, 5, "walks"), (1.5, 5, "walks"), (5, 0, "longest")])
-def test_numbers_out_of_range_are_refused(count: int, longest: int, says: str) -> None:
+def test_numbers_out_of_range_are_refused(count, longest, says):
     with pytest.raises(ConfigurationError, match=f"{says} = "):
         walk_strings(GRID, count, 0, longest)
 
 
-def test_a_map_with_one_symbol_has_nothing_to_tell() -> None:
+def test_a_map_with_one_symbol_has_nothing_to_tell():
     with pytest.raises(ConfigurationError, match="two symbols or more"):
         walk_strings(GridMap.from_text("AA·"), 5, 0)

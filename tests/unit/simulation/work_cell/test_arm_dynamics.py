@@ -2,13 +2,11 @@
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
-import mujoco
 import pytest
 
 from palpate.core.errors import AssetError
-from palpate.core.motion import ArmDescription, Kinematics
+from palpate.core.motion import Kinematics
 from palpate.core.motion.arm import ARMS, arm_named
 from palpate.core.trial import GoalConfig, goal_in_base
 from palpate.simulation.work_cell.arm_dynamics import body_inertias, inertia_lines, servos
@@ -21,19 +19,19 @@ GOAL = goal_in_base(GoalConfig())
 INERTIAL = re.compile(r"(?s)<inertial>.*?</inertial>")
 
 
-def zebra(tmp_path: Path, old: str | re.Pattern[str], new: str, count: int = 0) -> ArmDescription:
+def zebra(tmp_path, old, new, count=0):
     text = re.sub(old, new, arm_named("zebra-zero").find_urdf().read_text(), count=count)
     (tmp_path / "other.urdf").write_text(text)
     return replace(arm_named("zebra-zero"), urdf=str(tmp_path / "other.urdf"))
 
 
-def compiled(arm: ArmDescription) -> mujoco.MjModel:
+def compiled(arm):
     kinematics = Kinematics(arm, TOOL)
     return build_work_cell(kinematics, CellConfig(), goal_in_base=GOAL, tool_yaw_rad=0.0, period_s=1.0 / 140)
 
 
 @pytest.mark.parametrize("mass", ["", '<mass value="-3"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'])
-def test_a_body_without_mass_has_that_of_a_capsule_and_a_line_says_so(tmp_path: Path, mass: str) -> None:
+def test_a_body_without_mass_has_that_of_a_capsule_and_a_line_says_so(tmp_path, mass):
     arm = zebra(tmp_path, INERTIAL, f"<inertial>{mass}</inertial>" if mass else "", count=1)
     (line,) = inertia_lines(arm)
     assert line == "the URDF has no mass or inertia of what joint_1 move: estimated as those of capsules"
@@ -44,19 +42,19 @@ def test_a_body_without_mass_has_that_of_a_capsule_and_a_line_says_so(tmp_path: 
     assert compiled(arm).body("link_1").mass[0] == pytest.approx(waist.mass)
 
 
-def test_a_given_mass_is_kept_where_only_the_inertia_is_missing(tmp_path: Path) -> None:
+def test_a_given_mass_is_kept_where_only_the_inertia_is_missing(tmp_path):
     arm = zebra(tmp_path, INERTIAL, '<inertial><origin xyz="0 0.02 0.1"/><mass value="5"/></inertial>', count=1)
     waist = body_inertias(Kinematics(arm, TOOL))[0][0]
     assert waist.mass == 5.0
     assert waist.lever == pytest.approx([0.0, 0.02, 0.1])
 
 
-def test_an_arm_without_any_inertia_can_be_simulated(tmp_path: Path) -> None:
+def test_an_arm_without_any_inertia_can_be_simulated(tmp_path):
     assert compiled(zebra(tmp_path, INERTIAL, "")).body("link_6").mass[0] > 0.0
 
 
 @pytest.mark.parametrize("name", sorted(set(ARMS) - {"ur20"}))
-def test_arms_that_come_with_palpate_have_the_usual_servos(name: str) -> None:
+def test_arms_that_come_with_palpate_have_the_usual_servos(name):
     kinematics = Kinematics(arm_named(name), TOOL)
     stiffness, armature = servos(kinematics, body_inertias(kinematics)[0])
     proximal = kinematics.joints - 3
@@ -65,7 +63,7 @@ def test_arms_that_come_with_palpate_have_the_usual_servos(name: str) -> None:
     assert not inertia_lines(name)
 
 
-def test_servos_grow_with_the_inertia_of_the_arm_unless_they_are_given(tmp_path: Path) -> None:
+def test_servos_grow_with_the_inertia_of_the_arm_unless_they_are_given(tmp_path):
     heavy = zebra(tmp_path, r'<mass value="[0-9.]+"', '<mass value="35"')
     kinematics = Kinematics(heavy, TOOL)
     inertias = body_inertias(kinematics)[0]
@@ -77,11 +75,11 @@ def test_servos_grow_with_the_inertia_of_the_arm_unless_they_are_given(tmp_path:
 
 
 @pytest.mark.parametrize("joint", ["slide_x", "servo_1", "plate"])
-def test_a_joint_may_have_a_name_of_the_cell(tmp_path: Path, joint: str) -> None:
+def test_a_joint_may_have_a_name_of_the_cell(tmp_path, joint):
     assert compiled(zebra(tmp_path, 'name="joint_2"', f'name="{joint}"')).njnt == 12
 
 
-def test_what_mujoco_refuses_is_one_line(tmp_path: Path) -> None:
+def test_what_mujoco_refuses_is_one_line(tmp_path):
     inertia = '<mass value="1e-18"/><inertia ixx="1e-18" ixy="0" ixz="0" iyy="1e-18" iyz="0" izz="1e-18"/>'
     with pytest.raises(AssetError, match=r"a URDF that MuJoCo can simulate \(.*\)") as caught:
         compiled(zebra(tmp_path, INERTIAL, f"<inertial>{inertia}</inertial>"))

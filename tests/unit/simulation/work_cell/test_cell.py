@@ -1,10 +1,8 @@
 """The work cell: its MuJoCo model, its gripper's springs, its sensors, and its plate."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from math import cos, hypot, radians, sin
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -27,7 +25,7 @@ SILENT = SensorConfig(force_noise_N=0.0, torque_noise_Nm=0.0, force_bias_N=0.0, 
 
 
 @cache
-def ready_rad(arm: str) -> np.ndarray:
+def ready_rad(arm):
     kinematics = Kinematics(arm_named(arm), TOOL)
     return InverseKinematics(kinematics, 1.0).solve(
         pin.SE3(GOAL.rotation, GOAL.act(READY_M)),
@@ -37,17 +35,17 @@ def ready_rad(arm: str) -> np.ndarray:
     )
 
 
-def cell_of(config: CellConfig, arm: str = "zebra-zero", **more: float) -> WorkCell:
+def cell_of(config, arm="zebra-zero", **more):
     kinematics = Kinematics(arm_named(arm), TOOL)
     return WorkCell(kinematics, config, goal_in_base=GOAL, ready_rad=ready_rad(arm), rate_Hz=CONTROL_RATE_HZ, **more)
 
 
-def advance(cell: WorkCell, ticks: int) -> None:
+def advance(cell, ticks):
     for _ in range(ticks):
         cell.advance()
 
 
-def deflection(cell: WorkCell, force_N: Sequence[float], torque_Nm: Sequence[float]) -> np.ndarray:
+def deflection(cell, force_N, torque_Nm):
     """What the springs give under a wrench at the tip, base frame: slides in m, hinges in rad, (6,)."""
     springs = cell.joints
     advance(cell, 60)
@@ -56,7 +54,7 @@ def deflection(cell: WorkCell, force_N: Sequence[float], torque_Nm: Sequence[flo
     arm = cell.data.site("tip").xpos - peg.xipos
     peg.xfrc_applied[:] = (*force_N, *np.add(torque_Nm, np.cross(arm, force_N)))
     advance(cell, 100)
-    given: np.ndarray = cell.data.qpos[springs:] - before
+    given = cell.data.qpos[springs:] - before
     return given
 
 
@@ -64,7 +62,7 @@ def deflection(cell: WorkCell, force_N: Sequence[float], torque_Nm: Sequence[flo
 
 
 @pytest.mark.parametrize("substeps", [3, 5, 10])
-def test_a_tick_is_a_whole_number_of_steps(substeps: int) -> None:
+def test_a_tick_is_a_whole_number_of_steps(substeps):
     cell = cell_of(CellConfig(substeps=substeps))
     advance(cell, 7)
     assert cell.ticks == 7
@@ -72,9 +70,9 @@ def test_a_tick_is_a_whole_number_of_steps(substeps: int) -> None:
     assert cell.model.opt.timestep == pytest.approx(1 / (CONTROL_RATE_HZ * substeps))
 
 
-def test_only_peg_and_plate_collide() -> None:
+def test_only_peg_and_plate_collide():
     model = cell_of(CellConfig()).model
-    body_of: dict[str, set[tuple[int, int]]] = {"peg": set(), "plate": set()}
+    body_of = {"peg": set(), "plate": set()}
     for geom in range(model.ngeom):
         if model.geom_contype[geom]:
             name = model.body(model.geom_bodyid[geom]).name
@@ -90,7 +88,7 @@ def test_only_peg_and_plate_collide() -> None:
 
 
 @pytest.mark.parametrize("arm", ARMS)
-def test_the_arm_stays_at_its_ready_pose(arm: str) -> None:
+def test_the_arm_stays_at_its_ready_pose(arm):
     cell = cell_of(CellConfig(sensor=SILENT), arm)
     advance(cell, 100)
     assert cell.truth().tip_in_task_m == pytest.approx(tuple(READY_M), abs=2e-6)
@@ -99,7 +97,7 @@ def test_the_arm_stays_at_its_ready_pose(arm: str) -> None:
 
 @pytest.mark.parametrize("heading_deg", [0.0, 90.0, 200.0])
 @pytest.mark.parametrize("arm", ARMS)
-def test_the_peg_leans_as_told(arm: str, heading_deg: float) -> None:
+def test_the_peg_leans_as_told(arm, heading_deg):
     cell = cell_of(CellConfig(tilt_mrad=20.0, tilt_heading_deg=heading_deg), arm)
     axis = GOAL.rotation.T @ cell.data.body("peg").xmat.reshape(3, 3)[:, 2]
     heading = radians(heading_deg)
@@ -109,7 +107,7 @@ def test_the_peg_leans_as_told(arm: str, heading_deg: float) -> None:
 
 
 @pytest.mark.parametrize("leaning", [{"tilt_mrad": 2.0}, {"conditions": ConditionsConfig(plate_lean_mrad=17.5)}])
-def test_contacts_are_stiffer_only_where_something_leans(leaning: dict[str, Any]) -> None:
+def test_contacts_are_stiffer_only_where_something_leans(leaning):
     upright, harder = CellConfig(), replace(CellConfig(), leaning_impedance=0.97)
     assert cell_of(upright).model_sha256() == cell_of(harder).model_sha256()
     for config, impedance in ((replace(upright, **leaning), 0.96), (replace(harder, **leaning), 0.97)):
@@ -119,7 +117,7 @@ def test_contacts_are_stiffer_only_where_something_leans(leaning: dict[str, Any]
         assert set(np.concatenate(touching + listed).tolist()) == {impedance}
 
 
-def test_masses_are_as_told_and_those_of_the_default_as_before() -> None:
+def test_masses_are_as_told_and_those_of_the_default_as_before():
     for compliance, tool_kg, rigid_kg, centre_m in (
         (ComplianceConfig(), 0.3, 0.05, 0.05),
         (ComplianceConfig(moving_mass_kg=1.2, rigid_mass_kg=0.4, centre_of_mass_above_tip_mm=80.0), 1.2, 0.4, 0.08),
@@ -135,7 +133,7 @@ def test_masses_are_as_told_and_those_of_the_default_as_before() -> None:
 # The gripper's springs.
 
 
-def test_stiffness_is_as_told() -> None:
+def test_stiffness_is_as_told():
     cell = cell_of(CellConfig())
     up = deflection(cell, (0.0, 0.0, 5.0), (0.0, 0.0, 0.0))
     assert up[2] == pytest.approx(-1e-3, rel=0.02)  # the tool's z points down
@@ -151,7 +149,7 @@ def test_stiffness_is_as_told() -> None:
 
 
 @pytest.mark.parametrize("height_mm", [0.0, 40.0, 140.0])
-def test_a_force_across_the_tip_tilts_by_its_lever_about_the_centre_of_compliance(height_mm: float) -> None:
+def test_a_force_across_the_tip_tilts_by_its_lever_about_the_centre_of_compliance(height_mm):
     cell = cell_of(CellConfig(compliance=ComplianceConfig(centre_above_tip_mm=height_mm)))
     bent = deflection(cell, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     assert hypot(bent[3], bent[4]) == pytest.approx(height_mm * 1e-3 / 50.0, rel=0.05, abs=1e-6)
@@ -160,7 +158,7 @@ def test_a_force_across_the_tip_tilts_by_its_lever_about_the_centre_of_complianc
 # Sensors.
 
 
-def test_the_wrench_is_the_weight_of_what_hangs_on_the_sensor() -> None:
+def test_the_wrench_is_the_weight_of_what_hangs_on_the_sensor():
     cell = cell_of(CellConfig(sensor=SILENT))
     advance(cell, 100)
     fx, fy, fz, tx, ty, tz = cell.measure_wrench()
@@ -168,7 +166,7 @@ def test_the_wrench_is_the_weight_of_what_hangs_on_the_sensor() -> None:
     assert (tx, ty, tz) == pytest.approx((0.0, 0.0, 0.0), abs=1e-3)
 
 
-def test_noise_and_bias_have_the_size_told() -> None:
+def test_noise_and_bias_have_the_size_told():
     sensor = SensorConfig(force_noise_N=0.2, torque_noise_Nm=0.01, force_bias_N=3.0, torque_bias_Nm=0.1)
     cell = cell_of(CellConfig(sensor=sensor))
     still = cell_of(CellConfig(sensor=SILENT)).measure_wrench()
@@ -182,7 +180,7 @@ def test_noise_and_bias_have_the_size_told() -> None:
     assert np.std(biases, axis=0) == pytest.approx([3.0] * 3 + [0.1] * 3, rel=0.4)
 
 
-def test_encoders_count_in_whole_steps() -> None:
+def test_encoders_count_in_whole_steps():
     step = np.array(arm_named("zebra-zero").encoder_step_rad)
     cell = cell_of(CellConfig(sensor=replace(SILENT, encoder_counts_share=10.0)))
     counts = np.array(cell.measure_joints()) / (10.0 * step)
@@ -193,7 +191,7 @@ def test_encoders_count_in_whole_steps() -> None:
     )
 
 
-def test_the_peak_force_counts_every_physics_step_and_no_weight() -> None:
+def test_the_peak_force_counts_every_physics_step_and_no_weight():
     whole, stepped = cell_of(CellConfig(sensor=SILENT)), cell_of(CellConfig(sensor=SILENT))
     weight_N = np.array(stepped.data.sensordata[:3])
     jerk = tuple(ready_rad("zebra-zero") + 0.001)
@@ -212,7 +210,7 @@ def test_the_peak_force_counts_every_physics_step_and_no_weight() -> None:
 # Trials.
 
 
-def test_the_hole_lies_within_its_uncertainty_and_belongs_to_seed_and_trial() -> None:
+def test_the_hole_lies_within_its_uncertainty_and_belongs_to_seed_and_trial():
     cell = cell_of(CellConfig(hole_uncertainty_mm=2.0))
     holes = []
     for trial in range(50):
@@ -228,13 +226,13 @@ def test_the_hole_lies_within_its_uncertainty_and_belongs_to_seed_and_trial() ->
     assert cell.truth().hole_in_task_m != holes[7]
 
 
-def test_a_plate_that_is_higher_is_nearer_to_the_tip() -> None:
+def test_a_plate_that_is_higher_is_nearer_to_the_tip():
     cell = cell_of(CellConfig(hole_height_error_mm=0.5))
     assert cell.truth().hole_in_task_m == pytest.approx((0.0, 0.0, -0.5e-3))
     assert cell.truth().depth_m == 0.0
 
 
-def test_a_reset_starts_anew_but_does_not_turn_time_back() -> None:
+def test_a_reset_starts_anew_but_does_not_turn_time_back():
     cell = cell_of(CellConfig())
     first = [cell.measure_wrench() for _ in range(3)]
     advance(cell, 20)
@@ -247,7 +245,7 @@ def test_a_reset_starts_anew_but_does_not_turn_time_back() -> None:
     assert cell.truth().peak_force_N == 0.0
 
 
-def test_the_yaw_of_the_tool_does_not_turn_the_hole() -> None:
+def test_the_yaw_of_the_tool_does_not_turn_the_hole():
     square = CellConfig(peg=PegConfig(cross_section="square"))
     normals = {}
     for arm in ARMS:
@@ -257,7 +255,7 @@ def test_the_yaw_of_the_tool_does_not_turn_the_hole() -> None:
     assert normals["ur5"] == pytest.approx(normals["zebra-zero"], abs=1e-12)
 
 
-def walls(model: mujoco.MjModel) -> list[tuple[np.ndarray, float, np.ndarray]]:
+def walls(model):
     """Centre, heading and half sizes of the boxes whose top is the plate's surface, in the plate's plane."""
     found = []
     for geom in np.flatnonzero(model.geom_bodyid == model.body("plate").id):
@@ -268,7 +266,7 @@ def walls(model: mujoco.MjModel) -> list[tuple[np.ndarray, float, np.ndarray]]:
     return found
 
 
-def covered(points: np.ndarray, model: mujoco.MjModel) -> np.ndarray:
+def covered(points, model):
     """Whether each point of the plane lies on some wall."""
     hit = np.zeros(len(points), dtype=bool)
     for centre, heading, half in walls(model):
@@ -284,7 +282,7 @@ def covered(points: np.ndarray, model: mujoco.MjModel) -> np.ndarray:
     + [(shape, 48, 29.0) for shape in SIDES]
     + [(shape, 33, 60.0) for shape in (ROUNDED, KEYED)],
 )
-def test_the_surface_has_no_slits_and_the_hole_is_free(shape: str, boxes: int, diameter_mm: float) -> None:
+def test_the_surface_has_no_slits_and_the_hole_is_free(shape, boxes, diameter_mm):
     peg = PegConfig(cross_section=shape, wall_boxes=boxes, diameter_mm=diameter_mm)
     model = cell_of(CellConfig(peg=peg)).model
     angles = np.linspace(0.0, 2 * np.pi, 721)
@@ -304,7 +302,7 @@ ARM, DEPTH_M = "zebra-zero", 6e-3
 
 @pytest.mark.parametrize("section", SIDES)
 @pytest.mark.parametrize("contacts", ["listed", "searched"])
-def test_a_peg_turned_as_the_hole_is_fits_and_one_that_is_not_does_not(section: str, contacts: str) -> None:
+def test_a_peg_turned_as_the_hole_is_fits_and_one_that_is_not_does_not(section, contacts):
     kinematics = Kinematics(arm_named(ARM), TOOL)
     conditions = ConditionsConfig(yaw_deg=5.0, plate_lean_mrad=30.0)
     config = CellConfig(peg=PegConfig(cross_section=section), contacts=contacts, hole_uncertainty_mm=3.0)
@@ -330,7 +328,7 @@ def test_a_peg_turned_as_the_hole_is_fits_and_one_that_is_not_does_not(section: 
 WAVE = ContourConfig(shape="sine", amplitude_mm=2.0, wavelength_mm=20.0, length_mm=60.0)
 
 
-def test_the_surface_is_the_wave_to_a_few_micrometres() -> None:
+def test_the_surface_is_the_wave_to_a_few_micrometres():
     spec = mujoco.MjSpec()
     # Its z points into the surface.
     add_contour(spec.worldbody.add_body(name="plate", quat=(0.0, 1.0, 0.0, 0.0)), WAVE)

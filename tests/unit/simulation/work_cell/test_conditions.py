@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from math import atan2, degrees, hypot, sin
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,19 +12,18 @@ from palpate.core.ports import axis_of
 from palpate.core.ports.values import CONTROL_RATE_HZ
 from palpate.core.trial import TRIALS_OF_A_SERIES as SERIES
 from palpate.core.trial import Purpose, draw_in_disc, generator
-from palpate.simulation.work_cell import CellConfig, ConditionsConfig, WorkCell, trial_world
+from palpate.simulation.work_cell import CellConfig, ConditionsConfig, trial_world
 from palpate.simulation.work_cell.accuracy import accuracy_lines, play_error_mm, valid
 from palpate.simulation.work_cell.config import ComplianceConfig, PegConfig
 from palpate.simulation.work_cell.contour import ContourConfig
-from palpate.simulation.work_cell.trial_world import TrialWorld
 from tests.unit.simulation.work_cell.test_cell import SILENT, advance, cell_of, ready_rad
 
 
-def world(trial: int = 0, seed: int = 5, **conditions: Any) -> TrialWorld:
+def world(trial=0, seed=5, **conditions):
     return trial_world(CellConfig(tilt_mrad=4.0, conditions=ConditionsConfig(**conditions)), seed, trial)
 
 
-def test_without_conditions_only_the_hole_is_drawn_and_as_ever() -> None:
+def test_without_conditions_only_the_hole_is_drawn_and_as_ever():
     config = CellConfig(hole_uncertainty_mm=3.0, tilt_mrad=4.0, tilt_heading_deg=30.0)
     for trial in (0, 7, SERIES):
         plain = trial_world(config, 5, trial)
@@ -42,10 +40,8 @@ def test_without_conditions_only_the_hole_is_drawn_and_as_ever() -> None:
         ("hole_shift_x_mm", "hole_shift_trials", {"hole_shift_mm": 2.5}),
     ],
 )
-def test_a_value_holds_for_a_seed_or_a_batch_and_is_another_in_the_next(
-    name: str, batch: str, conditions: dict[str, Any]
-) -> None:
-    def drawn(trial: int, seed: int = 5, **more: int) -> float:
+def test_a_value_holds_for_a_seed_or_a_batch_and_is_another_in_the_next(name, batch, conditions):
+    def drawn(trial, seed=5, **more):
         return world(trial, seed, **conditions, **more).drawn[name]
 
     assert drawn(0) == drawn(99) == drawn(SERIES + 3) != drawn(0, seed=6)
@@ -55,18 +51,18 @@ def test_a_value_holds_for_a_seed_or_a_batch_and_is_another_in_the_next(
     assert len({drawn(trial, **{batch: 1}) for trial in range(50)}) == 50
 
 
-def test_no_two_conditions_share_their_chance() -> None:
+def test_no_two_conditions_share_their_chance():
     both = world(tilt_heading="drawn", zero_heading="drawn", zero_shift_Nm=0.03).drawn
     assert both["tilt_heading_deg"] != both["zero_heading_deg"]
 
 
-def test_the_zero_moves_across_the_tool_axis_towards_its_heading() -> None:
+def test_the_zero_moves_across_the_tool_axis_towards_its_heading():
     moved = world(zero_shift_N=0.2, zero_shift_Nm=0.03, zero_drift_Nm_s=0.001, zero_heading_deg=90.0)
     assert moved.zero_shift == pytest.approx((0.0, 0.2, 0.0, 0.0, 0.03, 0.0))
     assert moved.zero_drift_per_s == pytest.approx((0.0, 0.0, 0.0, 0.0, 0.001, 0.0))
 
 
-def test_holes_of_a_batch_lie_round_their_middle() -> None:
+def test_holes_of_a_batch_lie_round_their_middle():
     config = CellConfig(hole_uncertainty_mm=0.5, conditions=ConditionsConfig(hole_shift_mm=2.5, hole_shift_trials=20))
     middles = set()
     for trial in range(100):
@@ -79,8 +75,8 @@ def test_holes_of_a_batch_lie_round_their_middle() -> None:
     assert config.hole_reach_mm == 3.0
 
 
-def test_wear_grows_evenly_from_the_beginning_of_a_series_and_ends() -> None:
-    def clearance(trial: int) -> float:
+def test_wear_grows_evenly_from_the_beginning_of_a_series_and_ends():
+    def clearance(trial):
         return world(trial, wear_mm=0.05, wear_trials=50).cell.peg.clearance_mm
 
     first = CellConfig().peg.clearance_mm
@@ -88,13 +84,13 @@ def test_wear_grows_evenly_from_the_beginning_of_a_series_and_ends() -> None:
     assert clearance(SERIES + 25) == clearance(25)
 
 
-def test_peg_and_grip_are_the_only_parts_of_the_cell_that_change() -> None:
+def test_peg_and_grip_are_the_only_parts_of_the_cell_that_change():
     config = CellConfig(conditions=ConditionsConfig(tilt_heading="drawn", wear_mm=0.05))
     changed = trial_world(config, 5, 70).cell
     assert replace(changed, peg=config.peg, tilt_heading_deg=0.0) == config
 
 
-def test_yaw_and_lean_of_the_plate_are_drawn_for_each_trial_and_turn_the_hole() -> None:
+def test_yaw_and_lean_of_the_plate_are_drawn_for_each_trial_and_turn_the_hole():
     both = [world(trial, yaw_deg=5.0, plate_lean_mrad=17.5) for trial in range(40)]
     for each in both:
         axis = axis_of(each.hole_turn_rad)
@@ -124,31 +120,31 @@ def test_yaw_and_lean_of_the_plate_are_drawn_for_each_trial_and_turn_the_hole() 
         ({"contour": {"shape": "sine"}}, "contacts"),
     ],
 )
-def test_cell_that_cannot_be_is_refused_by_the_name_of_its_setting(table: dict[str, Any], field: str) -> None:
+def test_cell_that_cannot_be_is_refused_by_the_name_of_its_setting(table, field):
     with pytest.raises(ConfigurationError) as caught:
         overlay(CellConfig(), table)
     assert caught.value.field == f"cell.{field}"
 
 
-def test_the_plate_reaches_as_far_as_a_corner_swings() -> None:
+def test_the_plate_reaches_as_far_as_a_corner_swings():
     triangle = PegConfig(cross_section="triangle")
     still, turned = CellConfig(triangle), CellConfig(triangle, conditions=ConditionsConfig(yaw_deg=60.0))
     # A corner of a triangle is twice as far from its axis as a side.
     assert turned.plate_reach_m(6e-3) - still.plate_reach_m(6e-3) == pytest.approx(14.5e-3)
 
 
-def pressed(cell: WorkCell, ticks: int) -> None:
+def pressed(cell, ticks):
     """Let the peg sink on the plate: the arm's joints go on by what brings the tip some mm down."""
     cell.command(tuple(ready_rad("zebra-zero") + np.array([0.0, 0.012, 0.0, 0.0, 0.0, 0.0])))
     advance(cell, ticks)
 
 
-def test_the_zero_shifts_under_load_and_is_back_before_the_next_tare() -> None:
+def test_the_zero_shifts_under_load_and_is_back_before_the_next_tare():
     shift = ConditionsConfig(zero_shift_N=0.2, zero_shift_Nm=0.03, zero_heading_deg=90.0)
     cell = cell_of(CellConfig(sensor=SILENT, conditions=shift, hole_uncertainty_mm=3.0, hole_height_error_mm=2.0))
     plain = cell_of(replace(cell.config, conditions=ConditionsConfig()))
 
-    def off() -> list[float]:
+    def off():
         return (np.array(cell.measure_wrench()) - plain.measure_wrench()).tolist()
 
     assert off() == [0.0] * 6  # What is tared in free air.
@@ -163,7 +159,7 @@ def test_the_zero_shifts_under_load_and_is_back_before_the_next_tare() -> None:
     assert off() == [0.0] * 6
 
 
-def test_the_zero_drifts_with_the_time_of_a_trial() -> None:
+def test_the_zero_drifts_with_the_time_of_a_trial():
     cell = cell_of(CellConfig(sensor=SILENT, conditions=ConditionsConfig(zero_drift_Nm_s=0.01)))
     for trial in range(2):
         cell.reset(0, trial)
@@ -172,7 +168,7 @@ def test_the_zero_drifts_with_the_time_of_a_trial() -> None:
         assert cell.measure_wrench()[3] - before[3] == pytest.approx(0.01, abs=1e-3)
 
 
-def test_a_cell_regripped_is_the_cell_of_that_grip() -> None:
+def test_a_cell_regripped_is_the_cell_of_that_grip():
     config = CellConfig(tilt_mrad=20.0, conditions=ConditionsConfig(tilt_heading="drawn", grip_trials=1, wear_mm=0.05))
     cell, digests = cell_of(config), list[str]()
     for trial in (0, 1, 0):
@@ -205,7 +201,7 @@ def test_a_cell_regripped_is_the_cell_of_that_grip() -> None:
         (CellConfig(tilt_mrad=2.0, substeps=16, contacts="searched", contour=ContourConfig(shape="sine")), []),
     ],
 )
-def test_what_costs_accuracy_is_told(cell: CellConfig, told: list[str]) -> None:
+def test_what_costs_accuracy_is_told(cell, told):
     lines = accuracy_lines(cell)
     assert len(lines) == len(told)
     assert all(line.startswith(start) for line, start in zip(lines, told, strict=True))
@@ -215,9 +211,7 @@ def test_what_costs_accuracy_is_told(cell: CellConfig, told: list[str]) -> None:
 @pytest.mark.parametrize("tilt_mrad", [0.0, 2.0, 4.0])
 @pytest.mark.parametrize("clearance_mm", [0.001, 0.003, 0.008, 0.02, 0.075, 0.3])
 @pytest.mark.parametrize("section", ["round", "square"])
-def test_the_valid_range_ends_between_3_and_8_micrometres(
-    diameter_mm: float, tilt_mrad: float, clearance_mm: float, section: str
-) -> None:
+def test_the_valid_range_ends_between_3_and_8_micrometres(diameter_mm, tilt_mrad, clearance_mm, section):
     for depth_mm in (10.0, 30.0):
         peg = PegConfig(
             cross_section=section, diameter_mm=diameter_mm, clearance_mm=clearance_mm, hole_depth_mm=depth_mm
@@ -225,7 +219,7 @@ def test_the_valid_range_ends_between_3_and_8_micrometres(
         assert valid(CellConfig(peg=peg, tilt_mrad=tilt_mrad)) == (clearance_mm >= 0.008)
 
 
-def test_what_makes_walls_softer_or_looser_makes_the_play_error_larger() -> None:
+def test_what_makes_walls_softer_or_looser_makes_the_play_error_larger():
     cell = CellConfig()
     for worse in (
         CellConfig(compliance=ComplianceConfig(moving_mass_kg=0.1)),
@@ -235,7 +229,7 @@ def test_what_makes_walls_softer_or_looser_makes_the_play_error_larger() -> None
         assert play_error_mm(worse) > play_error_mm(cell)
 
 
-def test_a_cell_without_a_hole_has_no_play_error() -> None:
+def test_a_cell_without_a_hole_has_no_play_error():
     cell = CellConfig(peg=PegConfig(clearance_mm=0.001), contacts="searched", contour=ContourConfig(shape="sine"))
     assert play_error_mm(cell) == 0.0
     assert accuracy_lines(cell) == []

@@ -26,12 +26,12 @@ apothems = st.floats(1e-3, 50e-3)
 counts = st.integers(12, 200)
 
 
-def section(name: str, apothem_m: float) -> CrossSection:
+def section(name, apothem_m):
     return CrossSection(POLYGONS.get(name, 0), apothem_m)
 
 
 @given(st.floats(0.05, 0.9), st.integers(12, 80), st.floats(1e-6, 1e-3), st.booleans())
-def test_round_parts_have_their_clearance_at_every_wall(share: float, count: int, by_m: float, keyed: bool) -> None:
+def test_round_parts_have_their_clearance_at_every_wall(share, count, by_m, keyed):
     """A keyed one, or a square with round corners."""
     peg = CrossSection(0, 10e-3, flat_m=share * 10e-3) if keyed else CrossSection(4, 10e-3, corner_m=share * 10e-3)
     outline, hole = peg.outline(count), peg.grown(by_m)
@@ -46,9 +46,7 @@ def test_round_parts_have_their_clearance_at_every_wall(share: float, count: int
 
 
 @given(sections, apothems, counts, st.floats(-pi, pi), st.floats(0.0, 1.0))
-def test_walls_leave_no_gap_up_to_their_reach(
-    name: str, apothem_m: float, boxes: int, heading: float, share: float
-) -> None:
+def test_walls_leave_no_gap_up_to_their_reach(name, apothem_m, boxes, heading, share):
     reach_m = 9e-3
     walls = section(name, apothem_m).walls(boxes, reach_m)
     nearest = min(walls, key=lambda wall: abs(remainder(heading - wall.heading_rad, 2 * pi)))
@@ -57,7 +55,7 @@ def test_walls_leave_no_gap_up_to_their_reach(
 
 
 @given(sections, apothems, counts)
-def test_walls_touch_the_inscribed_circle(name: str, apothem_m: float, boxes: int) -> None:
+def test_walls_touch_the_inscribed_circle(name, apothem_m, boxes):
     walls = section(name, apothem_m).walls(boxes, 1e-3)
     assert len(walls) == POLYGONS.get(name, boxes)
     assert {wall.distance_m for wall in walls} == {apothem_m}
@@ -66,9 +64,7 @@ def test_walls_touch_the_inscribed_circle(name: str, apothem_m: float, boxes: in
 
 @pytest.mark.parametrize("name", POLYGONS)
 @given(apothem_m=apothems, count=counts, clearance_m=st.floats(1e-6, 5e-3))
-def test_a_polygonal_peg_has_its_clearance_at_every_wall(
-    name: str, apothem_m: float, count: int, clearance_m: float
-) -> None:
+def test_a_polygonal_peg_has_its_clearance_at_every_wall(name, apothem_m, count, clearance_m):
     radius_m = 1e-4
     rim = section(name, apothem_m).rim(count, radius_m)
     for wall in section(name, apothem_m + clearance_m).walls(48, 1e-3):
@@ -78,7 +74,7 @@ def test_a_polygonal_peg_has_its_clearance_at_every_wall(
 
 
 @given(apothem_m=apothems, count=counts)
-def test_a_round_rim_is_a_circle_of_evenly_spaced_points(apothem_m: float, count: int) -> None:
+def test_a_round_rim_is_a_circle_of_evenly_spaced_points(apothem_m, count):
     rim = section("round", apothem_m).rim(count, 1e-4)
     assert len(rim) == count
     for k, (x, y) in enumerate(rim):
@@ -88,7 +84,7 @@ def test_a_round_rim_is_a_circle_of_evenly_spaced_points(apothem_m: float, count
 
 @pytest.mark.parametrize("name", POLYGONS)
 @given(count=counts)
-def test_a_polygonal_rim_has_its_corners_and_no_wide_gaps(name: str, count: int) -> None:
+def test_a_polygonal_rim_has_its_corners_and_no_wide_gaps(name, count):
     sides = POLYGONS[name]
     rim = section(name, 10e-3).rim(count, 0.0)
     side_m = 20e-3 * tan(pi / sides)
@@ -110,9 +106,7 @@ angles = st.floats(-3.2, 3.2)
     st.floats(0.0, 20.0),
     st.tuples(shares, angles, shares, angles, st.floats(-1.0, 1.0)),
 )
-def test_a_sphere_above_a_box_has_a_pair_with_it(
-    section: str, size_mm: tuple[float, float], tilt_mrad: float, pose: tuple[float, float, float, float, float]
-) -> None:
+def test_a_sphere_above_a_box_has_a_pair_with_it(section, size_mm, tilt_mrad, pose):
     peg = PegConfig(cross_section=section, contact="spheres", diameter_mm=size_mm[0], clearance_mm=size_mm[1])
     config = CellConfig(peg=peg, tilt_mrad=tilt_mrad)
     boxes, leeway = plate_boxes(peg, PLATE_REACH_M), Leeway.of(config, 6e-3)
@@ -141,19 +135,17 @@ ARM, WANDER_M = "zebra-zero", 5e-3
 NOTHING, NEAR, FAR, EVERYTHING = range(4)
 
 
-def joints_rad(x_mm: float, z_mm: float, turn_rad: float = 0.0, lean_rad: float = 0.0) -> np.ndarray:
+def joints_rad(x_mm, z_mm, turn_rad=0.0, lean_rad=0.0):
     """Joint angles that put the tip there, task frame, turned and leaning from how the tool is held."""
     kinematics = Kinematics(arm_named(ARM), TOOL)
     kinematics.update(ready_rad(ARM))
     rotation = kinematics.tip_rotation @ pin.rpy.rpyToMatrix(0.0, lean_rad, turn_rad)
     place = pin.SE3(rotation, GOAL.act(np.array([x_mm, 0.0, z_mm]) * 1e-3))
-    solved: np.ndarray = InverseKinematics(kinematics, 1.0).solve(
-        place, free_yaw=False, seed_rad=ready_rad(ARM), field="goal"
-    )
+    solved = InverseKinematics(kinematics, 1.0).solve(place, free_yaw=False, seed_rad=ready_rad(ARM), field="goal")
     return solved
 
 
-def motion(config: CellConfig, start_rad: np.ndarray, end_rad: np.ndarray) -> tuple[list[bytes], list[int]]:
+def motion(config, start_rad, end_rad):
     """State and wrench after each tick of a way commanded at one stroke, and the levels of search on it."""
     cell = cell_of(config, wander_m=WANDER_M)
     cell.place(start_rad)
@@ -181,9 +173,7 @@ def motion(config: CellConfig, start_rad: np.ndarray, end_rad: np.ndarray) -> tu
     ],
 )
 @pytest.mark.parametrize(("section", "contact"), [("round", "hull"), ("square", "spheres"), ("square", "hull")])
-def test_listed_pairs_give_the_motion_of_a_search_to_the_bit(
-    section: str, contact: str, start: tuple[float, ...], end: tuple[float, ...], levels: set[int]
-) -> None:
+def test_listed_pairs_give_the_motion_of_a_search_to_the_bit(section, contact, start, end, levels):
     listed = CellConfig(peg=PegConfig(cross_section=section, contact=contact))
     way = joints_rad(*start), joints_rad(*end)
     states, used = motion(listed, *way)
@@ -198,7 +188,7 @@ def test_listed_pairs_give_the_motion_of_a_search_to_the_bit(
 
 
 @pytest.mark.parametrize("arm", ["zebra-zero", "ur5"])
-def test_what_is_kept_before_a_tick_is_all_that_a_step_starts_from_and_changes(arm: str) -> None:
+def test_what_is_kept_before_a_tick_is_all_that_a_step_starts_from_and_changes(arm):
     cell = cell_of(CellConfig(), arm, wander_m=WANDER_M)
     every = int(mujoco.mjtState.mjSTATE_INTEGRATION)
     user = int(mujoco.mjtState.mjSTATE_USER)  # the command, and forces and places that only a caller sets

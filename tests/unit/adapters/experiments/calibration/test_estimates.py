@@ -15,7 +15,7 @@ NOISE = np.array([0.01] * 3 + [0.0004] * 3)
 """Of a mean over two seconds."""
 
 
-def tilted(tilt_deg: float, headings: int = 6) -> np.ndarray:
+def tilted(tilt_deg, headings=6):
     """Down in the tool's frame, upright and tilted to all sides."""
     angles = np.arange(headings) * 2 * np.pi / max(headings, 1)
     sine, cosine = np.sin(radians(tilt_deg)), np.cos(radians(tilt_deg))
@@ -24,14 +24,14 @@ def tilted(tilt_deg: float, headings: int = 6) -> np.ndarray:
     )
 
 
-def felt(hidden: HiddenValues, down: np.ndarray, offset: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def felt(hidden, down, offset, rng):
     rows = [hidden.felt([0.0] * 6, each) for each in down]
     return np.array(rows) + offset + rng.standard_normal((len(down), 6)) * NOISE
 
 
 @settings(max_examples=25)
 @given(st.integers(0, 2**32), st.floats(-180.0, 180.0), st.floats(0.4, 3.0))
-def test_a_load_comes_out_within_its_uncertainty(seed: int, mounting_deg: float, mass_kg: float) -> None:
+def test_a_load_comes_out_within_its_uncertainty(seed, mounting_deg, mass_kg):
     rng = np.random.default_rng(seed)
     centre, offset = rng.uniform(-0.05, 0.08, 3), rng.uniform(-3.0, 3.0, 6)
     hidden = HiddenValues(gripper_kg=mass_kg, centre_of_mass_m=tuple(centre), mounting_deg=mounting_deg)
@@ -53,13 +53,13 @@ def test_a_load_comes_out_within_its_uncertainty(seed: int, mounting_deg: float,
         (tilted(25.0), 0.02, "is not determined: known to .* only"),
     ],
 )
-def test_poses_that_determine_no_load_are_refused(down: np.ndarray, mass_kg: float, problem: str) -> None:
+def test_poses_that_determine_no_load_are_refused(down, mass_kg, problem):
     means = felt(HiddenValues(gripper_kg=mass_kg), down, np.zeros(6), np.random.default_rng(1))
     with pytest.raises(UndeterminedError, match=problem):
         payload(down, means, np.tile(NOISE, (len(down), 1)))
 
 
-def test_a_cable_that_pulls_is_not_taken_for_a_tool() -> None:
+def test_a_cable_that_pulls_is_not_taken_for_a_tool():
     down = tilted(25.0)
     means = felt(HiddenValues(gripper_kg=0.5), down, np.zeros(6), np.random.default_rng(1))
     means[::2, 0] += 2.0
@@ -70,8 +70,8 @@ def test_a_cable_that_pulls_is_not_taken_for_a_tool() -> None:
 @settings(max_examples=50)
 @given(st.integers(0, 2**32), st.floats(2.0, 200.0), st.floats(-0.002, 0.002), st.floats(-0.5, 0.5))
 def test_a_press_gives_surface_and_stiffness_whatever_friction_there_is(
-    seed: int, stiffness_N_per_mm: float, surface_m: float, friction_N: float
-) -> None:
+    seed, stiffness_N_per_mm, surface_m, friction_N
+):
     rng = np.random.default_rng(seed)
     deep = np.concatenate((np.linspace(1.0, 6.0, 300), np.linspace(6.0, 1.0, 300))) / stiffness_N_per_mm * 1e-3
     way = np.repeat([1.0, -1.0], 300)
@@ -83,7 +83,7 @@ def test_a_press_gives_surface_and_stiffness_whatever_friction_there_is(
     )
 
 
-def test_what_is_no_press_and_no_hole_is_refused() -> None:
+def test_what_is_no_press_and_no_hole_is_refused():
     noise, depth = np.random.default_rng(0).standard_normal((100, 6)), np.linspace(0.0, 1e-3, 100)
     with pytest.raises(UndeterminedError, match="force does not grow with depth"):
         press(depth, noise[:, 0], np.ones(100))
@@ -106,7 +106,5 @@ def test_what_is_no_press_and_no_hole_is_refused() -> None:
         (Estimate(1.5, 0.0), "N", 1.0, "1.500 ± 0.000 N"),
     ],
 )
-def test_a_value_is_told_as_far_as_its_deviation_reaches(
-    estimate: Estimate, unit: str, scale: float, told: str
-) -> None:
+def test_a_value_is_told_as_far_as_its_deviation_reaches(estimate, unit, scale, told):
     assert estimate.text(unit, scale) == told

@@ -1,7 +1,6 @@
 """A commissioning in the simulated cell, in virtual time, of values that nobody told it."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ from palpate.adapters.experiments.calibration import Commissioning
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import DeviceError, UndeterminedError
 from palpate.core.motion import InverseKinematics
-from palpate.core.ports import Life, WrenchSample
+from palpate.core.ports import Life
 from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell import HiddenValues
 
@@ -20,7 +19,7 @@ READY = find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task)
 
 
 @pytest.fixture(autouse=True)
-def _hurried(monkeypatch: pytest.MonkeyPatch) -> None:
+def _hurried(monkeypatch):
     """Nobody stands beside a simulated arm: ten times as fast as a commissioning is."""
     hurried = {
         "careful.SPEED_M_S": 0.05, "careful._TURN_RAD_S": 1.0, "careful._SETTLE_TICKS": 20, "steps._PRESS_M_S": 1e-3,
@@ -30,7 +29,7 @@ def _hurried(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(f"palpate.adapters.experiments.calibration.{name}", value)
 
 
-def test_hidden_values_are_found_and_the_peg_is_inserted_by_them() -> None:
+def test_hidden_values_are_found_and_the_peg_is_inserted_by_them():
     hidden = HiddenValues.drawn(CONFIG.seed)
     with SimulatedRig(CONFIG, READY, hidden) as rig:
         rig.prepare(0)
@@ -53,12 +52,12 @@ def test_hidden_values_are_found_and_the_peg_is_inserted_by_them() -> None:
     assert [x.value, y.value] == pytest.approx(hole_in_base[:2].tolist(), abs=3e-4)
 
 
-def test_where_to_tilt_is_found_before_the_arm_waits_for_commands(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_to_tilt_is_found_before_the_arm_waits_for_commands(monkeypatch):
     with SimulatedRig(CONFIG, READY) as rig:
         rig.prepare(0)
         solve, lives = InverseKinematics.solve, []
 
-        def seen(*arguments: Any, **options: Any) -> Any:
+        def seen(*arguments, **options):
             lives.append(rig.ports.arm.life)
             return solve(*arguments, **options)
 
@@ -69,7 +68,7 @@ def test_where_to_tilt_is_found_before_the_arm_waits_for_commands(monkeypatch: p
     assert set(lives) == {Life.CONFIGURED}
 
 
-def test_an_arm_that_reaches_few_steep_tilts_is_tilted_less() -> None:
+def test_an_arm_that_reaches_few_steep_tilts_is_tilted_less():
     config = replace(CONFIG, arm="panda")
     with SimulatedRig(config, find_ready_pose("panda", config.tool.geometry, config.task)) as rig:
         rig.prepare(0)
@@ -83,7 +82,7 @@ def test_an_arm_that_reaches_few_steep_tilts_is_tilted_less() -> None:
     assert [np.degrees(np.arccos(-r[2, 2])) for r in rotations] == pytest.approx([20.0] * 6, abs=0.2)
 
 
-def test_a_plate_that_is_not_where_it_is_believed_to_be_is_not_searched_for_long() -> None:
+def test_a_plate_that_is_not_where_it_is_believed_to_be_is_not_searched_for_long():
     config = overlay(CONFIG, {"task": {"goal": {"z_mm": 45.0}}})
     with SimulatedRig(CONFIG, READY) as rig:
         rig.prepare(0)
@@ -91,12 +90,12 @@ def test_a_plate_that_is_not_where_it_is_believed_to_be_is_not_searched_for_long
             Commissioning(rig, config).plate()
 
 
-def test_a_force_that_nobody_expects_stops_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_force_that_nobody_expects_stops_the_arm(monkeypatch):
     with SimulatedRig(CONFIG, READY) as rig:
         rig.prepare(0)
         read = rig.ports.force_sensor.read
 
-        def struck() -> WrenchSample:
+        def struck():
             sample = read()
             return replace(sample, force_N=(11.5, 0.0, 0.0)) if rig.cell.ticks > 100 else sample
 

@@ -7,13 +7,13 @@ from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.experiments.grid import Named, learn
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import QLearning, QParameters, Sarsa, SarsaParameters, TemperatureSchedule
-from palpate.simulation.grid import GridMap, Walk
+from palpate.simulation.grid import GridMap
 from palpate.simulation.grid.maps import SCENARIO_1
 
 GRID = GridMap.from_regions(SCENARIO_1, 5)
 
 
-def test_settings_become_those_of_the_learner() -> None:
+def test_settings_become_those_of_the_learner():
     schedule = TemperatureSchedule(2.0, 0.9, 0.5)
     common = {"alpha": 0.3, "gamma": 1.0, "alpha_visits": 0.0, "alpha_floor": 0.0}
     flags = {"alpha": 0.3, "temperature": 2.0, "temperature_decay": 0.9, "temperature_floor": 0.5, "trace_decay": 0.4}
@@ -28,9 +28,9 @@ def test_settings_become_those_of_the_learner() -> None:
 
 
 @pytest.mark.parametrize(("learner", "kind"), [("q", QLearning), ("sarsa", Sarsa)])
-def test_equal_seeds_give_equal_runs(learner: str, kind: type) -> None:
+def test_equal_seeds_give_equal_runs(learner, kind):
     settings = GridLearning(learner=learner, step_limit=30)
-    told: list[Walk] = []
+    told = []
     first = learn(GRID, Named("last-2"), settings, 4, 40, told.append)
     again = learn(GRID, Named("last-2"), settings, 4, 40)
     other = learn(GRID, Named("last-2"), settings, 5, 40)
@@ -43,17 +43,17 @@ def test_equal_seeds_give_equal_runs(learner: str, kind: type) -> None:
     assert first.temperatures[:2] == (0.5, 0.5 * 0.995)
 
 
-def test_it_computes_in_one_thread_whatever_else_is_set_and_sets_nothing_for_others() -> None:
-    def threads() -> set[int]:
+def test_it_computes_in_one_thread_whatever_else_is_set_and_sets_nothing_for_others():
+    def threads():
         return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
 
-    seen: list[set[int]] = []
+    seen = []
     with threadpool_limits(limits=2, user_api="blas"):
         learn(GRID, Named(), GridLearning(), 1, 1, lambda walk: seen.append(threads()))
         assert (seen, threads()) == ([{1}], {2})
 
 
-def test_a_shorter_run_is_the_beginning_of_a_longer_one() -> None:
+def test_a_shorter_run_is_the_beginning_of_a_longer_one():
     short, long = (learn(GRID, Named(), GridLearning(), 1, trials) for trials in (20, 60))
     assert long.walks[:20] == short.walks
 
@@ -65,7 +65,7 @@ def test_a_shorter_run_is_the_beginning_of_a_longer_one() -> None:
         ({"alpha": 0.5, "learner": "hmm"}, "alpha = 0.5 is refused: none; hmm learns a model, not a table"),
     ],
 )
-def test_settings_that_do_not_go_together_are_refused_by_the_name_of_their_flag(settings: dict, says: str) -> None:
+def test_settings_that_do_not_go_together_are_refused_by_the_name_of_their_flag(settings, says):
     with pytest.raises(ConfigurationError) as refused:
         GridLearning(**settings)
     assert str(refused.value).startswith(says)

@@ -11,14 +11,14 @@ from palpate.core.perception import IdentityState, LastSymbols
 from palpate.simulation.grid.maps import SCENARIO_1, GridMap
 
 
-def test_a_map_is_a_scenario_regions_or_a_file(tmp_path: Path) -> None:
+def test_a_map_is_a_scenario_regions_or_a_file(tmp_path):
     assert grid_named("1", 5) == GridMap.from_regions(SCENARIO_1, 5)
     assert grid_named("ABC/C.E/BDF", 7) == GridMap.from_regions(SCENARIO_1)
     (tmp_path / "map.txt").write_text("AB#\n.BA\n")
     assert grid_named(str(tmp_path / "map.txt"), 7).rows == ("AB#", "·BA")
 
 
-def test_a_file_whose_path_looks_like_regions_is_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_whose_path_looks_like_regions_is_a_file(tmp_path, monkeypatch):
     folder = tmp_path / "a" / "b"
     folder.mkdir(parents=True)
     (folder / "c").write_text("AB.")
@@ -39,9 +39,7 @@ def test_a_file_whose_path_looks_like_regions_is_a_file(tmp_path: Path, monkeypa
         ("ABC/CXE/BDF", 7, "three rows of three regions"),
     ],
 )
-def test_what_is_no_map_is_refused(
-    name: str, size: int, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_no_map_is_refused(name, size, says, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("binary").write_bytes(b"\xff\xfe")
     Path("none").write_text("ABC")
@@ -49,8 +47,8 @@ def test_what_is_no_map_is_refused(
         grid_named(name, size)
 
 
-def test_where_the_belief_state_optimum_takes_too_long_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(grid: GridMap) -> float:
+def test_where_the_belief_state_optimum_takes_too_long_there_is_none(monkeypatch):
+    def refuse(grid):
         raise ConfigurationError("grid.map", "it", "another")
 
     monkeypatch.setattr("palpate.adapters.experiments.grid.worlds.belief_optimum", refuse)
@@ -61,12 +59,12 @@ GRID = GridMap.from_text("AB·")
 MACHINE = Machine(Kind.MOORE, ("A", "B"), ((0, 1), (0, 1)), ("after A", "after B"))
 
 
-def test_symbols_and_the_last_few() -> None:
+def test_symbols_and_the_last_few():
     assert Named("symbols")(GRID) == IdentityState(("A", "B"))
     assert Named("last-3")(GRID) == LastSymbols(("A", "B"), 3)
 
 
-def test_each_run_gets_an_identifier_of_its_own() -> None:
+def test_each_run_gets_an_identifier_of_its_own():
     make = Named("last-2")
     first, second = make(GRID), make(GRID)
     first.update(1)
@@ -74,7 +72,7 @@ def test_each_run_gets_an_identifier_of_its_own() -> None:
 
 
 @pytest.mark.parametrize("cells", ["ABC·", "AC·"])
-def test_an_automaton_of_another_map_is_refused(cells: str) -> None:
+def test_an_automaton_of_another_map_is_refused(cells):
     with pytest.raises(ConfigurationError, match="all symbols of the machine and no others: A, B"):
         Followed(MACHINE)(GridMap.from_text(cells))
 
@@ -88,6 +86,6 @@ def test_an_automaton_of_another_map_is_refused(cells: str) -> None:
         ("missing.json", "state = 'missing.json' is refused: a readable"),
     ],
 )
-def test_what_gives_no_states_is_refused(name: str, says: str) -> None:
+def test_what_gives_no_states_is_refused(name, says):
     with pytest.raises(ConfigurationError, match=says):
         Named(name)(GRID)

@@ -1,5 +1,3 @@
-from pathlib import Path
-
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
@@ -9,12 +7,12 @@ from palpate.adapters.experiments.study.condition import _one_thread
 from palpate.core.errors import OutputError, PalpateError
 
 
-def condition(policy: str, **fields: object) -> Condition:
+def condition(policy, **fields):
     table = {"time_limit_s": 0.1, **fields}
     return Condition("it", fields, policy, configured(settings={"task": table, "recording": {"enabled": False}}), 1)
 
 
-def test_what_fails_leaves_nothing(tmp_path: Path) -> None:
+def test_what_fails_leaves_nothing(tmp_path):
     with pytest.raises(PalpateError, match="place"):
         make(condition("torque", goal={"x_mm": 1900.0}), tmp_path)
     assert list(tmp_path.iterdir()) == []
@@ -22,7 +20,7 @@ def test_what_fails_leaves_nothing(tmp_path: Path) -> None:
         make(condition("torque"), tmp_path / "elsewhere")
 
 
-def test_of_two_that_make_the_same_condition_the_first_one_stays(tmp_path: Path) -> None:
+def test_of_two_that_make_the_same_condition_the_first_one_stays(tmp_path):
     (tmp_path / "it").mkdir()
     (tmp_path / "it" / "note").touch()
     with pytest.raises(OutputError, match="holds something already"):
@@ -32,6 +30,6 @@ def test_of_two_that_make_the_same_condition_the_first_one_stays(tmp_path: Path)
     assert (tmp_path / "it" / "summary.json").read_text() == "first"
 
 
-def test_libraries_keep_to_one_thread() -> None:
+def test_libraries_keep_to_one_thread():
     with threadpool_limits(2), _one_thread(RunConfig()):
         assert {library["num_threads"] for library in threadpool_info()} == {1}

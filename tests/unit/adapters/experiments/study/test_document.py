@@ -25,13 +25,13 @@ task.start_uncertainty_mm = [2]
 """
 
 
-def study_of(text: str, folder: Path) -> Study:
+def study_of(text, folder):
     path = folder / "study.toml"
     path.write_text(text, encoding="utf-8")
     return Study.read(path)
 
 
-def test_all_combinations_in_the_order_of_the_file(tmp_path: Path) -> None:
+def test_all_combinations_in_the_order_of_the_file(tmp_path):
     study = study_of(WHOLE, tmp_path)
     conditions = list(study.conditions())
     assert len(conditions) == study.count == (4 + 1) * 2 * 2
@@ -57,7 +57,7 @@ def test_all_combinations_in_the_order_of_the_file(tmp_path: Path) -> None:
         '[base.task]\nstep_mm = 0.5\n[base.cell]\n"peg.clearance_mm" = 0.2',
     ],
 )
-def test_setting_may_be_written_in_every_way_of_toml_and_goes_over_the_scenario(tmp_path: Path, text: str) -> None:
+def test_setting_may_be_written_in_every_way_of_toml_and_goes_over_the_scenario(tmp_path, text):
     text = f"[base]\nscenario = 'blind'\nperception.memory = 'a.json'\n{text}"
     config = next(study_of(text, tmp_path).conditions()).config
     expected = overlay(scenario("blind"), {"cell": {"peg": {"clearance_mm": 0.2}}})
@@ -67,20 +67,20 @@ def test_setting_may_be_written_in_every_way_of_toml_and_goes_over_the_scenario(
     assert setting_of(config, "perception.channels") == ["x", "y", "tx", "ty"]
 
 
-def test_a_file_needs_a_head_only(tmp_path: Path) -> None:
+def test_a_file_needs_a_head_only(tmp_path):
     study = study_of("[study]", tmp_path)
     assert (study.trials, study.policies, study.count) == (350, ("q-learning",), 1)
     assert [each.name for each in study.conditions()] == ["q-learning,seed=0"]
 
 
-def test_names_tell_values_apart_and_are_file_names(tmp_path: Path) -> None:
+def test_names_tell_values_apart_and_are_file_names(tmp_path):
     text = '[grid]\n"learning.examples" = ["a/b.csv", "a_b.csv", "a,seed=1.csv"]'
     names = [each.name for each in study_of(text, tmp_path).conditions()]
     assert len(set(names)) == 3
     assert all("/" not in name and name.count(",") == 2 for name in names)
 
 
-def test_names_hold_tables_where_last_words_are_alike(tmp_path: Path) -> None:
+def test_names_hold_tables_where_last_words_are_alike(tmp_path):
     text = '[study]\npolicies = ["torque"]\n[grid]\n"task.goal.x_mm" = [400]\n"place.x_mm" = [400]'
     assert next(study_of(text, tmp_path).conditions()).name == "torque,task.goal.x_mm=400.0,place.x_mm=400.0,seed=0"
 
@@ -100,7 +100,7 @@ def test_names_hold_tables_where_last_words_are_alike(tmp_path: Path) -> None:
         ("", "study file", "not empty"),
     ],
 )
-def test_what_cannot_be_used_is_named(tmp_path: Path, text: str, field: str, accepted: str) -> None:
+def test_what_cannot_be_used_is_named(tmp_path, text, field, accepted):
     with pytest.raises(ConfigurationError) as caught:
         list(study_of(text, tmp_path).conditions())
     assert caught.value.field == field
@@ -108,7 +108,7 @@ def test_what_cannot_be_used_is_named(tmp_path: Path, text: str, field: str, acc
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
-def test_the_examples_can_be_run(path: Path) -> None:
+def test_the_examples_can_be_run(path):
     study = Study.read(path)
     conditions = list(study.conditions())
     assert len(conditions) > 10

@@ -1,11 +1,9 @@
 import csv
 import json
-from collections.abc import Sequence
-from pathlib import Path
 
 import pytest
 
-from palpate.adapters.experiments.study import Condition, Study, StudyFolder
+from palpate.adapters.experiments.study import Study, StudyFolder
 from palpate.core.errors import OutputError
 
 TEXT = """[study]
@@ -22,46 +20,46 @@ arm = ["ur5"]
 class Held:
     """A folder with a study in it, of which some conditions are finished."""
 
-    def __init__(self, path: Path, text: str = TEXT) -> None:
+    def __init__(self, path, text=TEXT):
         self.file = path / "study.toml"
         self.file.write_text(text)
         self.study, self.folder = Study.read(self.file), StudyFolder(path / "out")
         self.conditions = list(self.study.conditions())
 
-    def put(self, condition: Condition, figures: object) -> None:
+    def put(self, condition, figures):
         path = self.folder.conditions / condition.name
         path.mkdir(parents=True)
         (path / "run.toml").write_text(condition.record())
         (path / "summary.json").write_text(json.dumps(figures))
 
-    def missing(self) -> Sequence[Condition]:
+    def missing(self):
         with self.folder.writing(self.file, "", self.conditions) as missing:
             return missing
 
 
 @pytest.fixture
-def held(tmp_path: Path) -> Held:
+def held(tmp_path):
     held = Held(tmp_path)
     assert held.missing() == held.conditions
     held.put(held.conditions[1], {"success": 1.0})
     return held
 
 
-def test_a_larger_study_continues(held: Held, tmp_path: Path) -> None:
+def test_a_larger_study_continues(held, tmp_path):
     larger = Held(tmp_path, TEXT.replace("[0, 1]", "[7, 1, 0]"))
     names = {each.name for each in larger.missing()}
     assert names == {each.name for each in larger.conditions} - {held.conditions[1].name}
 
 
 @pytest.mark.parametrize(("old", "new"), [("trials = 3", "trials = 4"), ("[[grid]]", "[base]\narm = 'ur3'\n[[grid]]")])
-def test_what_was_run_with_other_settings_is_refused_and_left(held: Held, tmp_path: Path, old: str, new: str) -> None:
+def test_what_was_run_with_other_settings_is_refused_and_left(held, tmp_path, old, new):
     other = Held(tmp_path, TEXT.replace(old, new, 1))
     with pytest.raises(OutputError, match=r"was run with other settings or versions, not (trials = 4|arm = \"ur3\")"):
         other.missing()
     assert (held.folder.path / "study.toml").read_text() == TEXT
 
 
-def test_two_studies_at_once_and_other_folders_are_refused(held: Held, tmp_path: Path) -> None:
+def test_two_studies_at_once_and_other_folders_are_refused(held, tmp_path):
     with held.folder.writing(held.file, "", held.conditions):
         with pytest.raises(OutputError, match="is being written by process"):
             held.missing()
@@ -70,13 +68,13 @@ def test_two_studies_at_once_and_other_folders_are_refused(held: Held, tmp_path:
         held.missing()
 
 
-def test_what_dead_workers_left_is_removed(held: Held) -> None:
+def test_what_dead_workers_left_is_removed(held):
     (held.folder.conditions / f".{held.conditions[0].name}.17.part").mkdir()
     held.missing()
     assert [path.name for path in held.folder.conditions.iterdir()] == [held.conditions[1].name]
 
 
-def test_the_table_has_a_line_for_each_finished_condition_in_the_order_of_the_study(held: Held) -> None:
+def test_the_table_has_a_line_for_each_finished_condition_in_the_order_of_the_study(held):
     held.put(held.conditions[3], {"outcomes": {"inserted": 2}, "success_95": [0.1, 0.9], "policy": "x"})
     held.put(held.conditions[0], {"outcomes": {"time limit": 1}, "learning": {"speed_up": 3.0}})
     assert held.folder.write_table(held.study, held.conditions) == 3

@@ -1,8 +1,7 @@
 """What our own drivers report of themselves, each against its emulator in virtual time."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
@@ -24,20 +23,20 @@ CONFIG = replace(Jr3Config(), boot_ns=1_000_000)
 
 
 @pytest.fixture
-def desk() -> Iterator[VirtualDesk]:
+def desk():
     with VirtualDesk() as desk:
         yield desk
 
 
-def context(desk: VirtualDesk) -> RigContext:
+def context(desk):
     return RigContext(desk.clock, arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 6)
 
 
 @pytest.fixture
-def zebra(desk: VirtualDesk) -> Callable[..., tuple[NmcChain, DriverArm]]:
+def zebra(desk):
     """The emulated modules and the arm, open and cycled by the test instead of by a thread."""
 
-    def make(**settings: Any) -> tuple[NmcChain, DriverArm]:
+    def make(**settings):
         chain = NmcChain(IdealPlant())
         desk.serial("arm", chain)
         table = {"port": "arm", "baud": 230_400, "divider": 2, "at_home": True, "reset_wait_ms": 40.0, **settings}
@@ -52,7 +51,7 @@ def zebra(desk: VirtualDesk) -> Callable[..., tuple[NmcChain, DriverArm]]:
 Make = Callable[..., tuple[NmcChain, DriverArm]]
 
 
-def test_zebra_reports_modules_line_and_faults(zebra: Make) -> None:
+def test_zebra_reports_modules_line_and_faults(zebra):
     chain, arm = zebra()
     arm.driver.cycle()
     found = arm.diagnostics()
@@ -73,9 +72,7 @@ def test_zebra_reports_modules_line_and_faults(zebra: Make) -> None:
         ({"require_power": False, "use_limit_inputs": False}, ""),
     ],
 )
-def test_what_a_zebra_lacks_is_no_fault_where_the_rig_file_says_so(
-    zebra: Make, table: dict[str, Any], word: str
-) -> None:
+def test_what_a_zebra_lacks_is_no_fault_where_the_rig_file_says_so(zebra, table, word):
     chain, arm = zebra(**table)
     chain.modules[0].servo.set_power(powered=False)
     chain.modules[1].set_limits(True, True)
@@ -85,7 +82,7 @@ def test_what_a_zebra_lacks_is_no_fault_where_the_rig_file_says_so(
     assert bool(word) == bool(fault)
 
 
-def test_cia402_reports_drives_and_a_lost_one(desk: VirtualDesk) -> None:
+def test_cia402_reports_drives_and_a_lost_one(desk):
     plant = IdealPlant()
     nodes = [CanopenDrive(axis + 1, plant, axis) for axis in range(6)]
     desk.can("can0", *nodes)
@@ -106,7 +103,7 @@ def test_cia402_reports_drives_and_a_lost_one(desk: VirtualDesk) -> None:
     assert "unanswered" in arm.diagnostics()["fault"]
 
 
-def test_jr3_reports_its_board(desk: VirtualDesk) -> None:
+def test_jr3_reports_its_board(desk):
     desk.can("can0", Jr3CanNode(1, lambda now_ns: (0.0,) * 6, CONFIG))
     sensor = force_sensor_maker("jr3-can")({"interface": "virtual", "channel": "can0"}, context(desk))
     assert sensor.diagnostics() == {}

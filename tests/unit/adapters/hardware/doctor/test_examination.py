@@ -1,8 +1,5 @@
 """The order of things: what is opened is closed, one failure hides nothing else, nothing gets power unasked."""
 
-from collections.abc import Callable
-from typing import Any
-
 import pytest
 
 from palpate.adapters.config import DeviceEntry, RigFile
@@ -13,7 +10,7 @@ from palpate.adapters.hardware.doctor.move import report_moves
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.motion import arm_named
-from palpate.core.ports import CommandReason, JointCommand, JointVector, Life
+from palpate.core.ports import CommandReason, JointCommand, Life
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 from tests.support.arm_thread import arm_in_thread
 from tests.virtual_time import VirtualTime
@@ -21,46 +18,46 @@ from tests.virtual_time import VirtualTime
 HOME, LIMIT = (0.1, 0.2), (1.0, 1.0)
 
 
-def fake_arm(clock: Any, home: JointVector = HOME) -> FakeArm:
+def fake_arm(clock, home=HOME):
     return FakeArm(clock, home, lower_rad=(-1.0, -1.0), upper_rad=LIMIT, max_step_rad=0.1)
 
 
 class Bench:
     """A rig of third-party adapters, the arm's process a thread."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def __init__(self, monkeypatch):
         self.clock = VirtualTime()
         self.arm, self.sensor = fake_arm(self.clock), FakeForceSensor(self.clock)
         self.encoder = FakeJointEncoder(self.clock, self.arm.position_rad)
         self.adapter = ArmAdapter(self.encoder, self.arm)
         self.lower_rad = (-1.0, -1.0)
-        self.activated: list[str] = []
+        self.activated = []
         monkeypatch.setattr(self.arm, "_on_activate", lambda: self.activated.append("arm"))
         monkeypatch.setattr(examination, "arm_in_process", lambda *given: self.hosted(*given))
         monkeypatch.setattr(examination, "force_sensor_maker", lambda _: lambda settings, context: self.sensor)
 
-    def hosted(self, _: object, context: RigContext, *_more: object) -> Any:
+    def hosted(self, _, context, *_more):
         return arm_in_thread(AdapterArm(self.adapter, context), self.clock, 10**10)
 
-    def reports(self, *, move: bool = False) -> list[DeviceReport]:
+    def reports(self, *, move=False):
         file = RigFile("bench", DeviceEntry("mine", {}), DeviceEntry("yours", {}))
         context = RigContext(self.clock, arm_named("ur5"), self.lower_rad, LIMIT, LIMIT)
         return list(Examination(file, context, ExaminationSettings(0.2, move=move)).reports())
 
-    def is_closed(self) -> bool:
+    def is_closed(self):
         return all(device.life is Life.CLOSED for device in (self.arm, self.encoder, self.sensor))
 
 
 @pytest.fixture
-def bench(monkeypatch: pytest.MonkeyPatch) -> Bench:
+def bench(monkeypatch):
     return Bench(monkeypatch)
 
 
-def wrongs(report: DeviceReport) -> str:
+def wrongs(report):
     return " ".join(f.text for f in report.findings if f.level is Level.WRONG)
 
 
-def test_everything_is_examined_and_closed_without_power(bench: Bench) -> None:
+def test_everything_is_examined_and_closed_without_power(bench):
     bench.arm.diagnostics = lambda: {"firmware": "7"}  # type: ignore[attr-defined]
     rig, arm, sensor = bench.reports()
     assert arm.facts["firmware"] == "7"
@@ -70,28 +67,28 @@ def test_everything_is_examined_and_closed_without_power(bench: Bench) -> None:
     assert not bench.activated
 
 
-def test_arm_moves_only_on_request(bench: Bench) -> None:
+def test_arm_moves_only_on_request(bench):
     _, arm, _ = bench.reports(move=True)
     assert [finding.topic.value for finding in arm.findings].count("move") == 2
     assert bench.activated
     assert bench.is_closed()
 
 
-def test_nothing_moves_where_something_is_wrong(bench: Bench) -> None:
+def test_nothing_moves_where_something_is_wrong(bench):
     bench.lower_rad = (0.15, -1.0)
     _, arm, _ = bench.reports(move=True)
     assert "limits of the model: 1" in wrongs(arm)
     assert not bench.activated
 
 
-def test_arm_that_is_its_own_encoder_gets_no_power(bench: Bench) -> None:
+def test_arm_that_is_its_own_encoder_gets_no_power(bench):
     bench.adapter = ArmAdapter(bench.arm, bench.arm)  # type: ignore[arg-type]
     _, arm, _ = bench.reports()
     assert any("--move" in finding.text for finding in arm.findings if finding.level is Level.NOTE)
     assert (bench.arm.life, bench.activated) == (Life.CLOSED, [])
 
 
-def test_device_that_fails_does_not_hide_the_other(bench: Bench) -> None:
+def test_device_that_fails_does_not_hide_the_other(bench):
     bench.encoder.disconnected = True
     _, arm, sensor = bench.reports()
     assert "does not answer" in wrongs(arm)
@@ -99,8 +96,8 @@ def test_device_that_fails_does_not_hide_the_other(bench: Bench) -> None:
     assert bench.is_closed()
 
 
-def test_unknown_setting_is_refused_before_anything_opens(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: object) -> None:
+def test_unknown_setting_is_refused_before_anything_opens(bench, monkeypatch):
+    def refuse(*_):
         raise ConfigurationError("arm.prot", "/dev/ttyUSB0", "no such field")
 
     monkeypatch.setattr(bench, "hosted", refuse)
@@ -109,8 +106,8 @@ def test_unknown_setting_is_refused_before_anything_opens(bench: Bench, monkeypa
     assert bench.sensor.life is Life.CONSTRUCTED
 
 
-def test_interrupt_closes_what_is_open(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted() -> None:
+def test_interrupt_closes_what_is_open(bench, monkeypatch):
+    def interrupted():
         raise KeyboardInterrupt
 
     monkeypatch.setattr(bench.sensor, "read", interrupted)
@@ -122,7 +119,7 @@ def test_interrupt_closes_what_is_open(bench: Bench, monkeypatch: pytest.MonkeyP
 class Moves:
     """An arm whose encoders show what a fault makes of its angles."""
 
-    def __init__(self, shown: Callable[[JointVector], JointVector] = lambda q: q, home: JointVector = HOME) -> None:
+    def __init__(self, shown=lambda q: q, home=HOME):
         self.clock, self.report = FakeClock(), DeviceReport("arm")
         self.arm = fake_arm(self.clock, home)
         self.encoder = FakeJointEncoder(self.clock, lambda: shown(self.arm.position_rad()))
@@ -130,16 +127,16 @@ class Moves:
             device.configure()
             device.activate()
 
-    def texts(self) -> list[str]:
+    def texts(self):
         report_moves(self.arm, self.encoder, self.clock, LIMIT, self.report)
         assert self.is_stopped()
         return [f"{finding.level.value} {finding.text}" for finding in self.report.findings]
 
-    def is_stopped(self) -> bool:
+    def is_stopped(self):
         return self.arm.send(JointCommand(HOME)).reason is CommandReason.STOPPED
 
 
-def test_arm_that_follows_is_moved_joint_by_joint_and_back() -> None:
+def test_arm_that_follows_is_moved_joint_by_joint_and_back():
     moves = Moves()
     second, first = moves.texts()
     assert second.startswith("ok joint 2 made +1.000 of +1 mrad")
@@ -147,7 +144,7 @@ def test_arm_that_follows_is_moved_joint_by_joint_and_back() -> None:
     assert moves.arm.position_rad() == pytest.approx(HOME)
 
 
-def test_step_goes_away_from_a_limit() -> None:
+def test_step_goes_away_from_a_limit():
     assert [text.split(" of ")[1].split()[0] for text in Moves(home=(0.0, 1.0)).texts()] == ["-1", "+1"]
 
 
@@ -161,13 +158,11 @@ def test_step_goes_away_from_a_limit() -> None:
         (lambda q: (q[0] + q[1] - HOME[1], q[1]), "another joint 1.000 mrad: correct transmission"),
     ],
 )
-def test_joint_that_does_not_follow_is_named_with_its_remedy(
-    shown: Callable[[JointVector], JointVector], words: str
-) -> None:
+def test_joint_that_does_not_follow_is_named_with_its_remedy(shown, words):
     assert words in Moves(shown).texts()[-1]
 
 
-def test_arm_that_is_held_back_or_lost_is_stopped() -> None:
+def test_arm_that_is_held_back_or_lost_is_stopped():
     moves = Moves()
     moves.arm.stop()
     with pytest.raises(DeviceError, match="held back"):

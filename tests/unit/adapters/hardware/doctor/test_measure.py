@@ -1,9 +1,7 @@
 """Rates, marks, noise and facts of devices of which only the ports are known, and how findings are printed."""
 
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -28,11 +26,11 @@ MS = 1_000_000
 PAGE = Path(__file__).parents[5] / "docs" / "how-to" / "doctor-findings.md"
 
 
-def levels(report: DeviceReport) -> dict[str, Level]:
+def levels(report):
     return {finding.topic.value: finding.level for finding in report.findings}
 
 
-def test_finding_is_one_line_with_level_code_and_remedy() -> None:
+def test_finding_is_one_line_with_level_code_and_remedy():
     report = DeviceReport("arm: some")
     report.include({"rate": "70 Hz", "a longer name": "word", "fault": "motor 3: overcurrent"})
     report.add(Level.WRONG, Topic.OPEN, "no such port", "find another")
@@ -51,35 +49,33 @@ def test_finding_is_one_line_with_level_code_and_remedy() -> None:
     assert summary_text([report]) == "4 wrong, 0 to note\n"
 
 
-def test_every_code_is_on_the_page() -> None:
+def test_every_code_is_on_the_page():
     assert [topic.value for topic in Topic if f"| `{topic.value}` |" not in PAGE.read_text()] == []
 
 
 class LateClock(FakeClock):
     """Wakes late, or too early."""
 
-    def __init__(self, late_ns: int) -> None:
+    def __init__(self, late_ns):
         super().__init__()
         self._late_ns = late_ns
 
-    def sleep_until(self, deadline_ns: int) -> None:
+    def sleep_until(self, deadline_ns):
         super().sleep_until(deadline_ns + self._late_ns)
 
 
 @pytest.mark.parametrize(("late_ns", "level"), [(0, Level.OK), (5 * MS, Level.NOTE), (-MS, Level.WRONG)])
-def test_computer_that_wakes_late_is_noted_and_one_that_wakes_early_is_wrong(late_ns: int, level: Level) -> None:
+def test_computer_that_wakes_late_is_noted_and_one_that_wakes_early_is_wrong(late_ns, level):
     report = DeviceReport("rig")
     report_clock(LateClock(late_ns), report)
     assert levels(report) == {"clock": level}
 
 
-def examined(
-    values: tuple[float, ...], period_ns: int = 5 * MS, mark: Validity = Validity.VALID, rate_Hz: float | None = 200.0
-) -> DeviceReport:
+def examined(values, period_ns=5 * MS, mark=Validity.VALID, rate_Hz=200.0):
     """Return what is found about a sensor that gives a sample every few milliseconds."""
     clock, report = FakeClock(), DeviceReport("force sensor")
 
-    def read() -> WrenchSample:
+    def read():
         number = clock.now_ns() // period_ns
         force_N = values[number % len(values)]
         time_ns = number * period_ns
@@ -91,7 +87,7 @@ def examined(
     return report
 
 
-def test_good_sensor_has_only_good_findings() -> None:
+def test_good_sensor_has_only_good_findings():
     report = examined((1.0, 1.2))
     assert set(levels(report).values()) == {Level.OK}
     assert report.findings[0].text == "200.0 new samples a second, the device is set to 200.0 Hz"
@@ -111,7 +107,7 @@ def test_good_sensor_has_only_good_findings() -> None:
         ((1.0, 1.2), {"rate_Hz": None}, "rate", Level.OK),
     ],
 )
-def test_sample_fault_has_its_code(values: tuple[float, ...], more: dict[str, Any], topic: str, level: Level) -> None:
+def test_sample_fault_has_its_code(values, more, topic, level):
     assert levels(examined(values, **more))[topic] is level
 
 
@@ -119,7 +115,7 @@ def test_sample_fault_has_its_code(values: tuple[float, ...], more: dict[str, An
     ("pose", "joints", "wrong"),
     [((0.0, 0.5), 2, ""), ((0.0, 5.0), 2, "limits of the model: 2"), ((0.0, 0.5), 3, "the model of the arm has 3")],
 )
-def test_pose_outside_the_model_is_wrong(pose: tuple[float, ...], joints: int, wrong: str) -> None:
+def test_pose_outside_the_model_is_wrong(pose, joints, wrong):
     report = DeviceReport("arm")
     report_pose(pose, (-1.0,) * joints, (1.0,) * joints, report)
     text = " ".join(finding.text for finding in report.findings if finding.level is Level.WRONG)
@@ -130,13 +126,13 @@ def test_pose_outside_the_model_is_wrong(pose: tuple[float, ...], joints: int, w
 REPORTED = SensorFactsTable(range_N=(115.0, 111.0, 185.0), range_Nm=(5.6, 5.2, 6.1), rate_Hz=200.0, frame="sensor")
 
 
-def judged(stated: SensorFactsTable, reported: SensorFactsTable = REPORTED) -> Iterator[tuple[Level, str]]:
+def judged(stated, reported=REPORTED):
     report = DeviceReport("force sensor")
     report_facts(stated, reported, MeasuredNoise(0.0789, 0.00321, 199.7), report)
     return ((finding.level, finding.text) for finding in report.findings)
 
 
-def test_missing_facts_come_with_the_line_to_write() -> None:
+def test_missing_facts_come_with_the_line_to_write():
     ((level, text),) = judged(SensorFactsTable())
     assert level is Level.WRONG
     assert "noise_N, noise_Nm, without which no run begins" in text
@@ -148,13 +144,13 @@ def test_missing_facts_come_with_the_line_to_write() -> None:
 
 
 @pytest.mark.parametrize(("noise_N", "is_well"), [(0.05, True), (0.15, True), (0.03, False), (0.2, False)])
-def test_stated_noise_may_differ_from_the_measured_by_a_factor_of_two(noise_N: float, is_well: bool) -> None:
+def test_stated_noise_may_differ_from_the_measured_by_a_factor_of_two(noise_N, is_well):
     force, torque = judged(SensorFactsTable(noise_N=noise_N, noise_Nm=0.003))
     assert (force[0] is Level.OK, torque[0]) == (is_well, Level.OK)
     assert is_well or "facts = { noise_N = 0.0789, noise_Nm = 0.00321 }" in force[1]
 
 
-def test_facts_that_contradict_the_sensor_are_wrong() -> None:
+def test_facts_that_contradict_the_sensor_are_wrong():
     ((level, text),) = judged(SensorFactsTable(noise_N=0.08, noise_Nm=0.003, rate_Hz=140.0))
     assert level is Level.WRONG
     assert "force_sensor.facts.rate_Hz = 140.0" in text

@@ -17,45 +17,45 @@ Feel = Callable[[Vector3, Vector3], tuple[Vector3, Vector3]]
 class Somebody(Person):
     """Does as told, with forces in the true right-handed frame of a tool that points down."""
 
-    def __init__(self, sensor: FakeForceSensor, feel: Feel, up: Vector3) -> None:
+    def __init__(self, sensor, feel, up):
         self.sensor, self.feel, self.up = sensor, feel, up
-        self.answer: str | None = ""
+        self.answer = ""
         self.load((0.0, 0.0, 0.0))
 
-    def load(self, force: Vector3) -> None:
+    def load(self, force):
         fx, fy, _ = force
         self.sensor.load_N, self.sensor.load_Nm = self.feel(force, (-LEVER_M * fy, LEVER_M * fx, 0.0))
 
-    def ask(self, question: str) -> str | None:
+    def ask(self, question):
         return self.answer
 
-    def tell(self, text: str) -> None:
+    def tell(self, text):
         sideways = (3.0, -5.0, 0.0) if "sideways" in text else (0.0, 0.0, 0.0)
         self.load(self.up if "straight up" in text else sideways)
 
 
-def well(force: Vector3, torque: Vector3) -> tuple[Vector3, Vector3]:
+def well(force, torque):
     # An offset as every raw sensor has.
     return (force[0] + 2.0, force[1] - 1.0, force[2] + 5.0), torque
 
 
-def mirrored(force: Vector3, torque: Vector3) -> tuple[Vector3, Vector3]:
+def mirrored(force, torque):
     return (-force[0], force[1], force[2]), (-torque[0], torque[1], torque[2])
 
 
-def upside_down(force: Vector3, torque: Vector3) -> tuple[Vector3, Vector3]:
+def upside_down(force, torque):
     return (force[0], -force[1], -force[2]), (torque[0], -torque[1], -torque[2])
 
 
-def without_lever(force: Vector3, torque: Vector3) -> tuple[Vector3, Vector3]:
+def without_lever(force, torque):
     return force, (0.0, 0.0, 0.0)
 
 
-def numb(force: Vector3, torque: Vector3) -> tuple[Vector3, Vector3]:
+def numb(force, torque):
     return (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
 
 
-def checked(feel: Feel, up: Vector3 = (0.0, 0.0, -8.0), answer: str | None = "") -> list[str]:
+def checked(feel, up=(0.0, 0.0, -8.0), answer=""):
     clock, report = FakeClock(), DeviceReport("force sensor")
     with FakeForceSensor(clock) as sensor:
         person = Somebody(sensor, feel, up)
@@ -64,7 +64,7 @@ def checked(feel: Feel, up: Vector3 = (0.0, 0.0, -8.0), answer: str | None = "")
     return [f"{level.value} {topic.value} {text}" for level, topic, text in report.findings]
 
 
-def test_sensor_with_the_contract_s_signs_passes() -> None:
+def test_sensor_with_the_contract_s_signs_passes():
     sign, axes = checked(well)
     assert sign == "ok sign a push on the tip changed Fz by -8.00 N"
     assert axes.startswith("ok axes ")
@@ -82,5 +82,5 @@ def test_sensor_with_the_contract_s_signs_passes() -> None:
         (well, (0.0, 0.0, -8.0), None, "wrong push", "no one answered"),
     ],
 )
-def test_push_that_shows_a_fault_or_nothing(feel: Feel, up: Vector3, answer: str | None, code: str, words: str) -> None:
+def test_push_that_shows_a_fault_or_nothing(feel, up, answer, code, words):
     assert any(line.startswith(code) and words in line for line in checked(feel, up, answer))

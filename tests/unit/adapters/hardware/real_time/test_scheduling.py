@@ -6,7 +6,6 @@ import resource
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
 
 import pytest
 
@@ -20,7 +19,7 @@ ALL = RealTimeConfig(scheduling=True, priority=7, cpu=min(os.sched_getaffinity(0
 class FakeKernel:
     """Keeps what was requested; the calling thread stays as it is."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def __init__(self, monkeypatch):
         self.policy, self.priority, self.cpus = 0, 0, {0, 1}
         monkeypatch.setattr(os, "sched_getscheduler", lambda pid: self.policy)
         monkeypatch.setattr(os, "sched_getparam", lambda pid: os.sched_param(self.priority))
@@ -28,23 +27,23 @@ class FakeKernel:
         monkeypatch.setattr(os, "sched_getaffinity", lambda pid: set(self.cpus))
         monkeypatch.setattr(os, "sched_setaffinity", self.set_affinity)
 
-    def set_scheduler(self, pid: int, policy: int, parameter: os.sched_param) -> None:
+    def set_scheduler(self, pid, policy, parameter):
         self.policy, self.priority = policy, parameter.sched_priority
 
-    def set_affinity(self, pid: int, cpus: set[int]) -> None:
+    def set_affinity(self, pid, cpus):
         self.cpus = set(cpus)
 
 
 @pytest.fixture
-def kernel(monkeypatch: pytest.MonkeyPatch) -> FakeKernel:
+def kernel(monkeypatch):
     return FakeKernel(monkeypatch)
 
 
-def refuse(*words: object) -> None:
+def refuse(*words):
     raise PermissionError(1, "Operation not permitted")
 
 
-def test_what_is_granted_is_held_where_it_belongs_and_given_back(kernel: FakeKernel) -> None:
+def test_what_is_granted_is_held_where_it_belongs_and_given_back(kernel):
     before = sys.getswitchinterval()
     with RealTime(ALL) as real_time:
         assert [grant.granted for grant in real_time.grants] == [True] * 3
@@ -59,15 +58,13 @@ def test_what_is_granted_is_held_where_it_belongs_and_given_back(kernel: FakeKer
     assert sys.getswitchinterval() == before
 
 
-def test_a_trial_that_fails_gives_everything_back(kernel: FakeKernel) -> None:
+def test_a_trial_that_fails_gives_everything_back(kernel):
     with pytest.raises(ZeroDivisionError), RealTime(ALL) as real_time, real_time.loop():
         raise ZeroDivisionError
     assert (kernel.policy & ~FLAG, kernel.cpus, gc.get_freeze_count()) == (os.SCHED_OTHER, {0, 1}, 0)
 
 
-def test_a_refusal_is_reported_with_a_remedy_and_the_rest_continues(
-    kernel: FakeKernel, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_refusal_is_reported_with_a_remedy_and_the_rest_continues(kernel, monkeypatch):
     monkeypatch.setattr(os, "sched_setscheduler", refuse)
     with RealTime(ALL) as real_time, real_time.loop():
         assert [grant.granted for grant in real_time.grants] == [False, True, True]
@@ -80,7 +77,7 @@ def test_a_refusal_is_reported_with_a_remedy_and_the_rest_continues(
     join_loop(ALL)
 
 
-def test_memory_below_a_limit_is_not_locked(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_memory_below_a_limit_is_not_locked(monkeypatch):
     monkeypatch.setattr(resource, "getrlimit", lambda which: (65536, 65536))
     monkeypatch.setattr(resource, "setrlimit", refuse)
     with RealTime(RealTimeConfig(lock_memory=True)) as real_time:
@@ -88,7 +85,7 @@ def test_memory_below_a_limit_is_not_locked(monkeypatch: pytest.MonkeyPatch) -> 
         assert not real_time.grants[0].granted
 
 
-def test_the_real_system_answers_and_a_child_does_not_inherit_the_loop_s_priority() -> None:
+def test_the_real_system_answers_and_a_child_does_not_inherit_the_loop_s_priority():
     (missing,) = RealTime(RealTimeConfig(cpu=4000)).__enter__().grants
     assert "refused: the loop on CPU 4000 alone: Invalid argument" in str(missing)
     with RealTime(RealTimeConfig(scheduling=True, priority=1)) as real_time:
@@ -103,10 +100,10 @@ def test_the_real_system_answers_and_a_child_does_not_inherit_the_loop_s_priorit
 
 
 @pytest.mark.parametrize("take", [lambda: take_real_time(1), lambda: join_loop(RealTimeConfig(scheduling=True))])
-def test_a_thread_that_joins_the_loop_stays_there(take: Callable[[], object]) -> None:
-    seen: list[int] = []
+def test_a_thread_that_joins_the_loop_stays_there(take):
+    seen = []
 
-    def join() -> None:
+    def join():
         take()
         seen.append(os.sched_getscheduler(0))
 

@@ -2,8 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -13,7 +11,7 @@ from palpate.adapters.experiments.build import build_perception, build_task, sup
 from palpate.adapters.experiments.policies import baseline, learning_policy
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
-from palpate.adapters.experiments.trial import ScoredTrial, objections, run_scored_trial
+from palpate.adapters.experiments.trial import objections, run_scored_trial
 from palpate.adapters.hardware.real_time.session import LoopTimer, RealTimeSession
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.policy import learner_of
@@ -21,10 +19,10 @@ from palpate.core.trial.report import TrialReport, TrialSetup, TrialTiming
 from tests.unit.adapters.samples import QUICK, ready_pose
 
 
-def test_timing_changes_nothing_of_a_trial_and_is_told() -> None:
+def test_timing_changes_nothing_of_a_trial_and_is_told():
     config = RunConfig()
 
-    def trial(session: RealTimeSession | None) -> ScoredTrial:
+    def trial(session):
         with SimulatedRig(config, ready_pose()) as rig:
             policy = baseline("torque", config, tuple)
             task = build_task(config, ready_pose(), build_perception(config), policy)
@@ -44,7 +42,7 @@ def test_timing_changes_nothing_of_a_trial_and_is_told() -> None:
     assert logged["late_ms"]["max"] == 0.0
 
 
-def test_lateness_is_reported_to_a_tenth_of_itself() -> None:
+def test_lateness_is_reported_to_a_tenth_of_itself():
     timer = LoopTimer()
     timer.begun(0, TrialReport(TrialSetup(0, 1, (0.0, 0.0)), timing=TrialTiming(skipped_slots=3)))
     for tick in range(1000):
@@ -66,14 +64,14 @@ def test_lateness_is_reported_to_a_tenth_of_itself() -> None:
         (TrialTiming(late_ticks=60, skipped_slots=30), "too many late ticks (6%); slots skipped (30)"),
     ],
 )
-def test_timing_that_does_not_count_is_named(timing: TrialTiming, why: str) -> None:
+def test_timing_that_does_not_count_is_named(timing, why):
     report = TrialReport(TrialSetup(0, 1, (0.0, 0.0)), ticks=1000, timing=timing)
     assert objections(report, AdmissionConfig()) == why
 
 
 @pytest.mark.parametrize("learn", [False, True])
-def test_nothing_is_learned_from_a_marked_trial(learn: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def late(*words: Any, **named: Any) -> ScoredTrial:
+def test_nothing_is_learned_from_a_marked_trial(learn, tmp_path, monkeypatch):
+    def late(*words, **named):
         return replace(run_scored_trial(*words, **named), marked="late")
 
     monkeypatch.setattr(trials, "run_scored_trial", late)

@@ -8,19 +8,19 @@ CUE_NM = 0.02
 OFFSET_NM = (0.004, -0.002)
 
 
-def touch_at(place_m: np.ndarray, hole_m: np.ndarray, rng: np.random.Generator, noise_Nm: float = 0.003) -> Touch:
+def touch_at(place_m, hole_m, rng, noise_Nm=0.003):
     x, y = (hole_m - place_m) / max(float(np.hypot(*(hole_m - place_m))), 1e-9)
     torque = np.array([CUE_NM * y, -CUE_NM * x]) + OFFSET_NM + noise_Nm * rng.standard_normal(2)
     return touch_of(place_m, torque)
 
 
-def touch_of(place_m: np.ndarray, torque_Nm: np.ndarray) -> Touch:
+def touch_of(place_m, torque_Nm):
     a, b = np.rint(place_m / LENGTH_M).astype(int).tolist()
     c, d = np.rint(torque_Nm / TORQUE_NM).astype(int).tolist()
     return Touch((a, b), (c, d), 4900)
 
 
-def trials(count: int, touches: int = 8, seed: int = 3, noise_Nm: float = 0.003) -> list[TouchedTrial]:
+def trials(count, touches=8, seed=3, noise_Nm=0.003):
     rng = np.random.default_rng(seed)
     made = []
     for _ in range(count):
@@ -35,15 +35,15 @@ GAINS = (1.2, -0.3)
 """Along and across the heading of the hole, how much more of a lean's torque there is."""
 
 
-def expected_Nm(way_m: np.ndarray, lean_Nm: np.ndarray) -> np.ndarray:
+def expected_Nm(way_m, lean_Nm):
     """Torque of a tool that leans."""
     along = way_m / float(np.hypot(*way_m))
     across = np.array([-along[1], along[0]])
-    seen: np.ndarray = sum((1.0 + g) * (lean_Nm @ axis) * axis for g, axis in zip(GAINS, (along, across), strict=True))
+    seen = sum((1.0 + g) * (lean_Nm @ axis) * axis for g, axis in zip(GAINS, (along, across), strict=True))
     return seen - CUE_NM * across
 
 
-def leaning_trials(leans_Nm: list[tuple[float, float]], touches: int = 12, seed: int = 5) -> list[TouchedTrial]:
+def leaning_trials(leans_Nm, touches=12, seed=5):
     """Trials with a lean each."""
     rng, made = np.random.default_rng(seed), []
     for lean in leans_Nm:

@@ -1,9 +1,7 @@
 """The learner that acts by a belief over the hole's place, in a world of touches that is known."""
 
-from collections.abc import Callable
 from itertools import pairwise
 from math import dist
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,18 +17,18 @@ from tests.unit.core.policy.belief.simulated_touch import touch_at
 Place = tuple[float, float]
 
 
-def learner(*, frozen: bool = False) -> BeliefLearner:
+def learner(*, frozen=False):
     return BeliefLearner(BeliefParameters(), 3.5e-3, 0.05, frozen=frozen)
 
 
 def play(
-    policy: BeliefLearner,
-    hole_m: Place,
-    start_m: Place,
-    seed: int = 0,
-    most: int = 400,
-    foresee: Callable[[float, float], Place | None] = lambda x, y: None,
-) -> list[str]:
+    policy,
+    hole_m,
+    start_m,
+    seed=0,
+    most=400,
+    foresee=lambda x, y: None,
+):
     """One trial; the hole takes the peg in when its way passes within 0.15 mm."""
     rng, place, hole = np.random.default_rng(seed), np.array(start_m), np.array(hole_m)
     policy.begin_trial(0, rng)
@@ -55,10 +53,10 @@ def play(
 
 class TestLearner:
     @pytest.mark.parametrize("hole_m", [(0.0, 0.0), (2.9e-3, 0.3e-3), (-1.5e-3, -2.5e-3)])
-    def test_the_search_covers_the_area(self, hole_m: Place) -> None:
+    def test_the_search_covers_the_area(self, hole_m):
         assert len(play(learner(), hole_m, (0.5e-3, 0.5e-3))) < 400
 
-    def test_one_trial_teaches_it_the_way(self) -> None:
+    def test_one_trial_teaches_it_the_way(self):
         policy = learner()
         play(policy, (1.9e-3, -1.1e-3), (-2e-3, 1e-3))
         lengths = []
@@ -68,20 +66,20 @@ class TestLearner:
             lengths.append(len(play(policy, (float(hole[0]), float(hole[1])), (1e-3, 0.0), seed)))
         assert np.median(lengths) <= 8
 
-    def test_holes_that_stay_are_gone_to_straight(self) -> None:
+    def test_holes_that_stay_are_gone_to_straight(self):
         policy = learner()
         for seed in range(8):
             play(policy, (0.4e-3, -0.2e-3), (2e-3 * (-1) ** seed, 1e-3), seed)
         assert len(play(policy, (0.4e-3, -0.2e-3), (-2e-3, -1.5e-3), 20)) <= 5
 
-    def test_what_was_foreseen_is_not_done_again(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_what_was_foreseen_is_not_done_again(self, monkeypatch):
         policy, hole_m = learner(), (-1e-3, 2e-3)
         play(policy, (1e-3, 1e-3), (-1e-3, 0.0))
-        done: list[str] = []
+        done = []
         for part, name in ((Places, "near_way"), (Planner, "foresee")):
             todo = getattr(part, name)
 
-            def counted(*given: Any, name: str = name, todo: Any = todo) -> Any:
+            def counted(*given, name=name, todo=todo):
                 done.append(name)
                 return todo(*given)
 
@@ -89,7 +87,7 @@ class TestLearner:
         choices = len(play(policy, hole_m, (1e-3, 0.0), 9, foresee=lambda x, y: (x, y)))
         assert done == ["near_way", "foresee"] * choices
 
-    def test_a_belief_that_is_wrong_ends_in_a_search_of_everything(self) -> None:
+    def test_a_belief_that_is_wrong_ends_in_a_search_of_everything(self):
         policy, rng, far = learner(), np.random.default_rng(0), np.array((-2.9e-3, 1.9e-3))
         felt = [touch_at(np.array((2e-3 - 2e-4 * k, 1e-3)), far, rng) for k in range(12)]
         # The torque leads away from the hole, and the hole was on the other side before.
@@ -97,7 +95,7 @@ class TestLearner:
         policy.set_state({"trials": [{"hole": [-29000, 19000], "touches": touches}], "trials_learned": 1})
         assert len(play(policy, (2.4e-3, -1.7e-3), (0.0, 0.0))) < 350
 
-    def test_a_trial_that_did_not_end_in_the_hole_teaches_nothing(self) -> None:
+    def test_a_trial_that_did_not_end_in_the_hole_teaches_nothing(self):
         policy = learner()
         play(policy, (1e-3, 1e-3), (-1e-3, 0.0), most=3)
         assert policy.get_state() == {"trials": [], "trials_learned": 0}
@@ -115,22 +113,22 @@ class TestLearner:
             {"trials": [{"hole": [1, 2], "touches": [[1, 2, 3, 4, 0]]}], "trials_learned": 1},
         ],
     )
-    def test_another_state_is_refused(self, state: dict[str, object]) -> None:
+    def test_another_state_is_refused(self, state):
         policy = learner()
         with pytest.raises(ConfigurationError, match="learner"):
             policy.set_state(state)
         assert policy.get_state() == {"trials": [], "trials_learned": 0}
 
-    def test_an_area_too_wide_for_a_tick_is_refused(self) -> None:
+    def test_an_area_too_wide_for_a_tick_is_refused(self):
         with pytest.raises(ConfigurationError, match="at most 8 mm"):
             BeliefLearner(BeliefParameters(), 9e-3, 0.05, frozen=False)
 
-    def test_a_search_that_leaves_gaps_is_refused(self) -> None:
+    def test_a_search_that_leaves_gaps_is_refused(self):
         with pytest.raises(ConfigurationError, match="twice capture_mm"):
             BeliefParameters(pitch_mm=0.5)
 
 
-def spiral_places(steps: int, radius_m: float = 2e-3) -> np.ndarray:
+def spiral_places(steps, radius_m=2e-3):
     search, at, found = SpiralSearch((0.0, 0.0), 3e-4, 8e-4, radius_m), (1e-3, 0.5e-3), []
     for _ in range(steps):
         dx, dy = search.next_m(at)
@@ -140,7 +138,7 @@ def spiral_places(steps: int, radius_m: float = 2e-3) -> np.ndarray:
 
 
 class TestPlanner:
-    def test_it_begins_at_the_centre_and_covers_the_circle(self) -> None:
+    def test_it_begins_at_the_centre_and_covers_the_circle(self):
         way = spiral_places(90)
         assert dist(way[1], (0.0, 0.0)) < 1e-4
         ways = np.concatenate([np.linspace(a, b, 12) for a, b in pairwise(way)])
@@ -149,18 +147,18 @@ class TestPlanner:
         gaps = np.array([np.hypot(*(ways - place).T).min() for place in inside])
         assert gaps.max() < 1.8e-4
 
-    def test_its_steps_are_of_one_length(self) -> None:
+    def test_its_steps_are_of_one_length(self):
         steps = np.hypot(*np.diff(spiral_places(250, 5e-3)[150:], axis=0).T)
         assert steps.max() <= 8e-4
         assert steps.min() > 0.9 * 8e-4
 
-    def test_a_second_pass_lies_between_the_turns_of_the_first(self) -> None:
+    def test_a_second_pass_lies_between_the_turns_of_the_first(self):
         radii = np.hypot(*spiral_places(400).T)
         ends = np.flatnonzero(radii > 2e-3)
         assert len(ends) >= 2
         assert radii.max() < 2.4e-3
 
-    def test_the_best_way_does_not_depend_on_what_was_foreseen(self) -> None:
+    def test_the_best_way_does_not_depend_on_what_was_foreseen(self):
         around = Places(3e-3)
         planner = Planner(around, 3e-4, 8e-4)
         belief = np.random.default_rng(1).random((around.size, around.size)).astype(SINGLE)

@@ -21,18 +21,18 @@ SINGLE_LOGARITHMS = "8e5d13c008926a3f0d5b6040"
 
 
 class TestArithmetic:
-    def test_the_exponential_is_close_to_numpys(self) -> None:
+    def test_the_exponential_is_close_to_numpys(self):
         x = np.linspace(-690.0, 5.0, 20_001)
         assert np.abs(exponential(x) / np.exp(x) - 1.0).max() < 2e-7
 
-    def test_what_is_far_below_zero_is_nothing_and_no_error(self) -> None:
+    def test_what_is_far_below_zero_is_nothing_and_no_error(self):
         assert exponential(np.array([-1e9, -701.0])) == pytest.approx([0.0, 0.0], abs=1e-300)
 
-    def test_the_logarithm_is_close_to_numpys(self) -> None:
+    def test_the_logarithm_is_close_to_numpys(self):
         x = np.exp(np.linspace(-60.0, 60.0, 20_001))
         assert np.abs(logarithm(x) - np.log(x)).max() < 2e-7
 
-    def test_both_are_close_in_single_precision(self) -> None:
+    def test_both_are_close_in_single_precision(self):
         x = np.linspace(-59.0, 5.0, 20_001)
         assert (
             np.abs(exponential(x.astype(np.float32)) / np.exp(x.astype(np.float32).astype(np.float64)) - 1.0).max()
@@ -42,7 +42,7 @@ class TestArithmetic:
         assert np.abs(logarithm(y) - np.log(y.astype(np.float64))).max() < 3e-6
         assert exponential(np.array([-1e9], np.float32)) == pytest.approx([0.0], abs=1e-26)
 
-    def test_both_give_the_bytes_that_they_gave_before(self) -> None:
+    def test_both_give_the_bytes_that_they_gave_before(self):
         # Of sums, products and powers of two alone: no processor may round them in another way.
         assert exponential(np.array([-0.1, -2.5, -33.3])).tobytes().hex() == EXPONENTIALS
         assert logarithm(np.array([0.1, 2.5, 33.3])).tobytes().hex() == LOGARITHMS
@@ -54,13 +54,13 @@ WAYS_M = np.array([(0.0015, 0.0005), (-0.0015, 0.0005), (0.0005, -0.002)])
 LEAN = (0.03, 0.01)
 
 
-def foretold_Nm(model: TouchModel) -> np.ndarray:
-    torque: np.ndarray = model.expected_Nm(Directions.of(WAYS_M[:, 0], WAYS_M[:, 1])) + model.offset_Nm
+def foretold_Nm(model):
+    torque = model.expected_Nm(Directions.of(WAYS_M[:, 0], WAYS_M[:, 1])) + model.offset_Nm
     return torque
 
 
 class TestFit:
-    def test_it_finds_cue_and_noise(self) -> None:
+    def test_it_finds_cue_and_noise(self):
         model = fit_touch_model(trials(60))
         # At distances that occurred often the torque lies across the heading, to the right of it.
         for along, across in model.cue_Nm[4:8]:
@@ -68,7 +68,7 @@ class TestFit:
             assert across == pytest.approx(-CUE_NM, rel=0.1)
         assert np.mean(model.noise_Nm[3:8]) == pytest.approx(0.003, rel=0.25)
 
-    def test_the_bias_of_a_trial_is_told_from_noise(self) -> None:
+    def test_the_bias_of_a_trial_is_told_from_noise(self):
         rng = np.random.default_rng(5)
         biased = []
         for trial in trials(40):
@@ -78,7 +78,7 @@ class TestFit:
         assert fit_touch_model(biased).bias_Nm == pytest.approx(0.01, rel=0.35)
         assert fit_touch_model(trials(40)).bias_Nm < 0.003
 
-    def test_a_cue_grows_with_the_load_and_an_offset_does_not(self) -> None:
+    def test_a_cue_grows_with_the_load_and_an_offset_does_not(self):
         rng, loaded = np.random.default_rng(6), []
         for trial in trials(40):
             loads = rng.uniform(0.5, 1.3, len(trial.touches))
@@ -98,33 +98,33 @@ class TestFit:
         assert foretold_Nm(model) == pytest.approx(np.array(true), abs=4e-3)
         assert np.mean([across for _, across in model.cue_Nm[4:8]]) == pytest.approx(-CUE_NM, rel=0.1)
 
-    def test_too_few_touches_are_refused(self) -> None:
+    def test_too_few_touches_are_refused(self):
         with pytest.raises(ConfigurationError, match="at least 6 touches"):
             fit_touch_model(trials(1, touches=5))
 
-    def test_a_trial_that_fell_straight_into_the_hole_changes_nothing(self) -> None:
+    def test_a_trial_that_fell_straight_into_the_hole_changes_nothing(self):
         made = trials(5)
         assert fit_touch_model([*made[:2], TouchedTrial((0, 0), ()), *made[2:]]) == fit_touch_model(made)
 
-    def test_what_one_grip_shows_holds_for_the_next(self) -> None:
+    def test_what_one_grip_shows_holds_for_the_next(self):
         model = fit_touch_model(leaning_trials([LEAN] * 20))
         x, y = model.offset_Nm
         true = [expected_Nm(way, np.array((-LEAN[1], LEAN[0]))) for way in WAYS_M]
         assert foretold_Nm(replace(model, offset_Nm=(-y, x))) == pytest.approx(np.array(true), abs=7e-3)
 
-    def test_gains_are_found_from_grips_that_differ(self) -> None:
+    def test_gains_are_found_from_grips_that_differ(self):
         rng = np.random.default_rng(2)
         model = fit_touch_model(leaning_trials([(x, y) for x, y in 0.03 * rng.standard_normal((30, 2))]))
         # How large a lean is, is a matter of definition; how much more of it there is along the heading is not.
         along, across = 1.0 + np.array(model.gain)[4:7].T
         assert along / across == pytest.approx((1.0 + GAINS[0]) / (1.0 + GAINS[1]), rel=0.15)
 
-    def test_the_lean_to_be_expected_is_that_of_the_last_grip(self) -> None:
+    def test_the_lean_to_be_expected_is_that_of_the_last_grip(self):
         model = fit_touch_model(leaning_trials([LEAN] * 10 + [(-0.02, 0.02)] * 12))
         true = [expected_Nm(way, np.array((-0.02, 0.02))) for way in WAYS_M]
         assert foretold_Nm(model) == pytest.approx(np.array(true), abs=5e-3)
 
-    def test_of_an_upright_tool_it_foretells_cue_and_offset(self) -> None:
+    def test_of_an_upright_tool_it_foretells_cue_and_offset(self):
         model = fit_touch_model(trials(40))
         true = [np.array((y, -x)) * CUE_NM / np.hypot(x, y) + OFFSET_NM for x, y in WAYS_M]
         assert foretold_Nm(model) == pytest.approx(np.array(true), abs=4e-3)
@@ -137,7 +137,7 @@ EVEN = np.zeros((PLACES.size, PLACES.size), SINGLE)
 
 
 class TestPlaceBelief:
-    def test_its_evidence_is_the_likelihood_with_every_lean_counted(self) -> None:
+    def test_its_evidence_is_the_likelihood_with_every_lean_counted(self):
         cue, residual = ((0.001, -0.02),) * RINGS, (((0.0, 0.0),) * SECTORS,) * RINGS
         model = TouchModel(0.0, (0.01, -0.02), cue, residual, (0.02,) * RINGS, 0.006, 20, (GAINS,) * RINGS, 0.03)
         felt = [((3, 4), (0.03, -0.01), 1.0), ((5, 15), (-0.02, 0.04), 1.3), ((12, 2), (0.0, 0.02), 0.8)]
@@ -165,7 +165,7 @@ class TestPlaceBelief:
         ours, true = np.array(rows).T
         assert ours / ours[0] == pytest.approx(true / true[0], rel=2e-3)
 
-    def test_a_tool_that_was_gripped_anew_is_noticed_in_the_trial(self) -> None:
+    def test_a_tool_that_was_gripped_anew_is_noticed_in_the_trial(self):
         rng, felt, hole = np.random.default_rng(1), leaning_trials([(0.03, 0.01)] * 30), np.array((15, 12))
         model = fit_touch_model(felt)
         # To the second no other lean is believable.
@@ -179,7 +179,7 @@ class TestPlaceBelief:
         off = [float(np.hypot(*(hole - cell))) for cell in likeliest]
         assert off[0] <= 3.0 < off[1]
 
-    def test_a_place_is_missed_the_less_the_further_off_the_way_was(self) -> None:
+    def test_a_place_is_missed_the_less_the_further_off_the_way_was(self):
         table = TouchTable(fit_touch_model(leaning_trials([(0.0, 0.0)])), PLACES, 0.05)
         belief, off_m2 = PlaceBelief(table, EVEN, 1.0), EVEN.copy()
         off_m2[:] = np.square(PLACES.axis_m)[:, None]
@@ -188,7 +188,7 @@ class TestPlaceBelief:
         left = belief.probabilities()[10:, 0] / belief.probabilities()[-1, 0]
         assert left[:4] == pytest.approx([0.1485, 0.33, 0.6, 1.0])
 
-    def test_what_is_near_a_way_lies_in_its_box_beyond_the_edge_too(self) -> None:
+    def test_what_is_near_a_way_lies_in_its_box_beyond_the_edge_too(self):
         rng = np.random.default_rng(3)
         for start, way in rng.uniform(-1.4e-3, 1.4e-3, (200, 2, 2)).round(4):
             box, off_m2 = PLACES.near_way(tuple(start), tuple(way), 2e-4)

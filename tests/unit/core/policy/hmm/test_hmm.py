@@ -35,7 +35,7 @@ from tests.unit.core.policy.hmm.worlds import AMBIGUOUS, STEPS, random_pomdp, ra
 
 class TestBelief:
     @pytest.mark.parametrize("seed", range(5))
-    def test_it_is_the_sum_over_all_paths(self, seed: int) -> None:
+    def test_it_is_the_sum_over_all_paths(self, seed):
         rng = np.random.default_rng(seed)
         world, symbols, actions = random_pomdp(rng), [0, 1, 1, 0], [1, 0, 1]
         belief = StateBelief(world, symbols[0])
@@ -50,7 +50,7 @@ class TestBelief:
             by_state[path[-1]] += share
         np.testing.assert_allclose(belief.probabilities, by_state / by_state.sum(), rtol=1e-9)
 
-    def test_after_an_impossible_reading_it_begins_anew_with_that_reading(self) -> None:
+    def test_after_an_impossible_reading_it_begins_anew_with_that_reading(self):
         stays = np.eye(2)[None]
         world = FinitePomdp(np.array([0.5, 0.5]), stays, np.zeros((1, 2)), np.eye(2))
         belief = StateBelief(world, 0)
@@ -58,7 +58,7 @@ class TestBelief:
         assert belief.probabilities.tolist() == [0.0, 1.0]
 
 
-def log_prior(model: DisplacementHmm) -> float:
+def log_prior(model):
     """What the pseudo-counts add: the quantity that Baum-Welch never lowers has them in it."""
     n = len(model.offsets)
     squares = np.array([u * u + v * v for u, v in model.offsets])
@@ -71,7 +71,7 @@ def log_prior(model: DisplacementHmm) -> float:
 class TestModel:
     @given(seed=st.integers(0, 10_000))
     @settings(max_examples=8, deadline=None)
-    def test_no_iteration_loses_likelihood(self, seed: int) -> None:
+    def test_no_iteration_loses_likelihood(self, seed):
         batch = Batch.of(random_trials(AMBIGUOUS, 12, seed))
         model = DisplacementHmm.blank(STEPS, 4, 3, np.random.default_rng(seed))
         before = -np.inf
@@ -81,7 +81,7 @@ class TestModel:
             assert log_likelihood + prior >= before - 1e-4
             before = log_likelihood + prior
 
-    def test_the_map_is_found_from_random_walks(self) -> None:
+    def test_the_map_is_found_from_random_walks(self):
         trials = random_trials(AMBIGUOUS, 150)
         found, truth = fit_displacement_hmm(trials, STEPS, 6, 3), true_offsets(AMBIGUOUS)
         assert set(truth.offsets) <= set(found.offsets)
@@ -89,13 +89,13 @@ class TestModel:
         told = [found.emissions[place[offset]].argmax() for offset in truth.offsets]
         assert told == list(truth.emissions.argmax(axis=1))
 
-    def test_trials_that_never_arrived_fill_no_offsets_of_their_own(self) -> None:
+    def test_trials_that_never_arrived_fill_no_offsets_of_their_own(self):
         rows = "AEAFDBAD ADFDGEEF GCBBEFEC BCCBAAGB BBBCFDFB GEDAGEGG GCGCEDGB GACABDED FBABFDCD C·DADFBD EFFCCGDB"
         grid = GridMap.from_text(rows.replace(" ", "\n"))
         found = fit_displacement_hmm(random_trials(grid, 60, limit=60), STEPS, 10, 7)
         assert len(found.offsets) < 1.2 * len(grid.cells)
 
-    def test_actions_on_no_lattice_are_refused_and_a_model_too_large_before_it_is_built(self) -> None:
+    def test_actions_on_no_lattice_are_refused_and_a_model_too_large_before_it_is_built(self):
         assert lattice_steps(grid_actions())[:3] == ((1, 0), (1, 1), (0, 1))
         with pytest.raises(ConfigurationError, match="whole multiples of the shortest"):
             lattice_steps(compass_actions(1e-3))
@@ -114,9 +114,7 @@ MAPS = [AMBIGUOUS, GridMap.from_regions(SCENARIO_1), GridMap.from_regions(SCENAR
 
 class TestPlan:
     @pytest.mark.parametrize("grid", MAPS, ids=["walls", "1", "2"])
-    def test_on_the_true_model_a_policy_comes_within_a_hundredth_of_the_optimum_of_the_belief(
-        self, grid: GridMap
-    ) -> None:
+    def test_on_the_true_model_a_policy_comes_within_a_hundredth_of_the_optimum_of_the_belief(self, grid):
         learner = HmmLearner(grid.symbols, grid_actions(), HmmParameters(), frozen=True)
         learner.use(true_offsets(grid), random_trials(grid, 30))
         walks = walks_from_all_cells(grid, IdentityState(grid.symbols), learner)
@@ -124,7 +122,7 @@ class TestPlan:
         optimum = float(belief_optimum(grid))
         assert optimum - 1e-9 <= steps <= 1.01 * optimum
 
-    def test_qmdp_takes_for_granted_what_a_plan_pays_for(self) -> None:
+    def test_qmdp_takes_for_granted_what_a_plan_pays_for(self):
         # Left or right of the goal, unseen: the wrong way costs two steps more.
         right, left = np.zeros((2, 2)), np.zeros((2, 2))
         right[1, 1] = left[0, 0] = 1.0
@@ -136,7 +134,7 @@ class TestPlan:
         np.testing.assert_allclose(plan.costs(np.array([0.5, 0.5])), [1.49, 1.49], atol=1e-4)
 
     @pytest.mark.parametrize("few", [False, True])
-    def test_leaving_out_what_is_nothing_changes_no_bit_of_a_cost(self, few: bool) -> None:
+    def test_leaving_out_what_is_nothing_changes_no_bit_of_a_cost(self, few):
         rng = np.random.default_rng(0)
         world = true_offsets(MAPS[1]).pomdp() if few else random_pomdp(rng, 40, 3, 4)
         plan = perseus(world, rng)
@@ -153,7 +151,7 @@ HMM = GridLearning(learner="hmm", reach=3)
 
 
 class TestLearner:
-    def test_after_forty_trials_it_is_near_the_optimum_and_a_state_goes_on_as_the_learner_it_is_of(self) -> None:
+    def test_after_forty_trials_it_is_near_the_optimum_and_a_state_goes_on_as_the_learner_it_is_of(self):
         run = learn(AMBIGUOUS, Named(), HMM, seed=3, trials=45)
         walks = walks_from_all_cells(AMBIGUOUS, run.identifier, run.learner.as_frozen())
         steps, optimum = np.mean([walk.steps for walk in walks]), float(belief_optimum(AMBIGUOUS))
@@ -167,7 +165,7 @@ class TestLearner:
         walks = [run_trial(AMBIGUOUS, identity, each, 3, 45) for each in (run.learner, other)]
         assert walks[0] == walks[1]
 
-    def test_a_trial_that_was_cut_off_is_remembered_up_to_its_last_whole_action(self) -> None:
+    def test_a_trial_that_was_cut_off_is_remembered_up_to_its_last_whole_action(self):
         learner = HmmLearner(AMBIGUOUS.symbols, grid_actions(), HmmParameters())
         learner.begin_trial(0, np.random.default_rng(0))
         for symbol in (0, 1):
@@ -177,7 +175,7 @@ class TestLearner:
         learner.end_trial(Hindsight(False, (0.0, 0.0, 0.0), 0.0))
         assert learner.trials == (RecordedTrial((0, 1, 2), (3, 3), reached=False),)
 
-    def test_what_is_read_where_another_part_of_the_policy_acts_counts_too(self) -> None:
+    def test_what_is_read_where_another_part_of_the_policy_acts_counts_too(self):
         learner, programmed = learn(AMBIGUOUS, Named(), HMM, seed=3, trials=31).learner, {"B": "+x"}
         policy = MixedPolicy(
             AMBIGUOUS.symbols, [ProgrammedPolicy(AMBIGUOUS.symbols, grid_actions(), programmed), learner.as_frozen()]
@@ -193,13 +191,13 @@ class TestLearner:
         assert model._belief.probabilities.tolist() == belief.probabilities.tolist()
 
     @pytest.mark.parametrize(("due", "fitted"), [(150, [*range(50), *range(100, 150)]), (60, [*range(60)])])
-    def test_a_model_is_fitted_to_the_first_trials_and_to_the_last(self, due: int, fitted: list[int]) -> None:
+    def test_a_model_is_fitted_to_the_first_trials_and_to_the_last(self, due, fitted):
         parameters = HmmParameters(memory_trials=100)
         learner = HmmLearner(AMBIGUOUS.symbols, grid_actions(), parameters)
         learner.use(None, [RecordedTrial((0,) * (k + 1), (0,) * (k + 1), True) for k in range(due)])
         assert [len(trial.actions) - 1 for trial in learner._fitting(due)] == fitted
 
-    def test_the_same_trials_are_not_fitted_again(self) -> None:
+    def test_the_same_trials_are_not_fitted_again(self):
         learner = learn(AMBIGUOUS, Named(), HMM, seed=3, trials=31).learner
         before, state = learner.model, learner.get_state()
         learner.set_state(state)
@@ -208,15 +206,15 @@ class TestLearner:
         learner.set_state(state)
         assert learner.model is None
 
-    def test_models_are_fitted_anew_after_ever_more_trials(self) -> None:
+    def test_models_are_fitted_anew_after_ever_more_trials(self):
         told = [fitted_after(n) for n in (0, 29, 30, 99, 100, 749, 750, 2000)]
         assert told == [0, 0, 30, 60, 100, 500, 750, 1687]
 
-    def test_hidden_states_are_found_on_symbols_alone(self) -> None:
+    def test_hidden_states_are_found_on_symbols_alone(self):
         with pytest.raises(ConfigurationError, match="symbols, with the learner hmm"):
             learn(AMBIGUOUS, Named("last-2"), GridLearning(learner="hmm"), 0, 1)
 
-    def test_a_frozen_learner_whose_model_is_wrong_goes_round_in_circles_but_not_for_ever(self) -> None:
+    def test_a_frozen_learner_whose_model_is_wrong_goes_round_in_circles_but_not_for_ever(self):
         here, elsewhere = GridMap.from_text("AAB·"), GridMap.from_text("B·AA")
         learner = HmmLearner(here.symbols, grid_actions(), HmmParameters(), frozen=True)
         learner.use(true_offsets(elsewhere), random_trials(here, 30))
@@ -224,7 +222,7 @@ class TestLearner:
         assert all(walk.reached for walk in walks)
         assert np.mean([walk.steps for walk in walks]) > PATIENCE
 
-    def test_where_a_frozen_plan_failed_chance_is_tried_and_then_the_plan_anew(self) -> None:
+    def test_where_a_frozen_plan_failed_chance_is_tried_and_then_the_plan_anew(self):
         here, elsewhere = GridMap.from_text("AAB·"), GridMap.from_text("·AAB")
         learner = HmmLearner(here.symbols, grid_actions(), HmmParameters(), frozen=True)
         learner.use(true_offsets(elsewhere), random_trials(here, 30))

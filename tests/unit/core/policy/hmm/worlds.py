@@ -12,14 +12,14 @@ STEPS = lattice_steps(grid_actions())
 AMBIGUOUS = GridMap.from_text("ABACB\nCA#BA\nBC·AC\nABCAB\nCBABA")
 
 
-def random_trials(grid: GridMap, count: int, seed: int = 0, limit: int = 40) -> list[RecordedTrial]:
+def random_trials(grid, count, seed=0, limit=40):
     """Random walks on a map."""
     identity, policy = IdentityState(grid.symbols), RandomWalkPolicy(grid_actions())
     walks = [run_trial(grid, identity, policy, seed, trial, step_limit=limit) for trial in range(count)]
     return [RecordedTrial(walk.symbols, walk.actions, walk.reached) for walk in walks]
 
 
-def true_offsets(grid: GridMap) -> DisplacementHmm:
+def true_offsets(grid):
     """The model that a map is of."""
     row = next(y for y, line in enumerate(grid.rows) if "·" in line)
     column = grid.rows[row].index("·")
@@ -33,7 +33,7 @@ def true_offsets(grid: GridMap) -> DisplacementHmm:
     )
 
 
-def random_pomdp(rng: np.random.Generator, states: int = 3, actions: int = 2, symbols: int = 2) -> FinitePomdp:
+def random_pomdp(rng, states=3, actions=2, symbols=2):
     """Any world at all."""
     moves = rng.dirichlet(np.ones(states + 1), size=(actions, states))
     start, emissions = rng.dirichlet(np.ones(states)), rng.dirichlet(np.ones(symbols), size=states)

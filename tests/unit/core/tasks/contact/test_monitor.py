@@ -7,7 +7,7 @@ import pytest
 
 from palpate.core.ports import PERIOD_S, JointSample, Snapshot, WrenchSample
 from palpate.core.tasks.contact import Monitor, TrialState
-from palpate.core.trial import ControlConfig, TaskConfig, TrialSetup, Trip, TripReason
+from palpate.core.trial import ControlConfig, TaskConfig, TrialSetup, TripReason
 from tests.unit.core.fake_world import measurement, ready_pose
 
 TASK, CONTROL = TaskConfig(), ControlConfig(moving_mass_kg=0.0, rigid_mass_kg=0.0)
@@ -23,7 +23,7 @@ class Bench:
         reference_m: Commanded tip.
     """
 
-    def __init__(self, task: TaskConfig = TASK) -> None:
+    def __init__(self, task=TASK):
         self.state, self.x_m, self.z_m = TrialState(), 0.0, 1e-3
         self.reference_m = (0.0, 0.0, 0.0)
         self._measured, self._rng, self._tick = measurement(), np.random.default_rng(1), 0
@@ -33,9 +33,7 @@ class Bench:
         self.state.noise = NOISE
         self.monitor.begin(setup)
 
-    def see(
-        self, force_N: tuple[float, float, float], torque_Nm: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    ) -> Trip | None:
+    def see(self, force_N, torque_Nm=(0.0, 0.0, 0.0)):
         """Take in a tick with this contact force, (3,), task frame, and torque about the tip."""
         self._tick += 1
         self.state.tick, time_ns = self._tick, round(self._tick * PERIOD_S * 1e9)
@@ -50,14 +48,14 @@ class Bench:
         self._measured.torque_across_at_tip_Nm = float(np.hypot(*torque_Nm[:2]))
         return self.monitor.check(snapshot, self._measured, self.reference_m, tared=True)
 
-    def dither(self, ticks: int, scale: float = 1.0) -> None:
+    def dither(self, ticks, scale=1.0):
         """Press and dither on a stiff plate for so long."""
         for _ in range(ticks):
             self.z_m += self.monitor.dither_m_s() * PERIOD_S if self._tick else 0.0
             self.see((0.0, 0.0, -scale * STIFFNESS * self.z_m))
 
 
-def test_a_response_renews_the_budget() -> None:
+def test_a_response_renews_the_budget():
     bench = Bench()
     bench.dither(60)
     assert bench.monitor.verified
@@ -65,7 +63,7 @@ def test_a_response_renews_the_budget() -> None:
     assert bench.monitor.spent_N == 0.0
 
 
-def led(bench: Bench, velocity_m_s: tuple[float, float, float], ticks: int) -> float:
+def led(bench, velocity_m_s, ticks):
     """Let a law move the tool, and return how far from its start it came."""
     for _ in range(ticks):
         bench.see((0.0, 0.0, 0.0))
@@ -74,7 +72,7 @@ def led(bench: Bench, velocity_m_s: tuple[float, float, float], ticks: int) -> f
     return float(np.hypot(*bench.reference_m[:2]))
 
 
-def test_without_a_response_no_law_bends_the_gripper_by_more_than_the_budget_and_the_dithers() -> None:
+def test_without_a_response_no_law_bends_the_gripper_by_more_than_the_budget_and_the_dithers():
     bench = Bench()
     budget_N, stiffness_N_per_m = TASK.max_force_N - 0.5 * 9.80665, CONTROL.lateral_stiffness_N_per_mm * 1e3
     assert budget_N < led(bench, (6e-3, 8e-3, 0.0), 140) * stiffness_N_per_m < budget_N + 17.0
@@ -83,7 +81,7 @@ def test_without_a_response_no_law_bends_the_gripper_by_more_than_the_budget_and
     assert bench.monitor.spent
 
 
-def test_what_moves_to_and_fro_and_what_plays_bends_nothing() -> None:
+def test_what_moves_to_and_fro_and_what_plays_bends_nothing():
     bench = Bench()
     for _ in range(30):
         led(bench, (8e-3, 0.0, 0.0), 4)
@@ -95,7 +93,7 @@ def test_what_moves_to_and_fro_and_what_plays_bends_nothing() -> None:
 
 
 @pytest.mark.parametrize(("scale", "reason_ticks"), [(0.3, 40), (2.0, 40)])
-def test_a_wrong_response_is_reported_within_a_window(scale: float, reason_ticks: int) -> None:
+def test_a_wrong_response_is_reported_within_a_window(scale, reason_ticks):
     bench = Bench()
     bench.dither(60, scale)
     assert bench.monitor.contradicted
@@ -110,7 +108,7 @@ def test_a_wrong_response_is_reported_within_a_window(scale: float, reason_ticks
     assert "expected 3.25 to 7.50 N/mm" in trip.text
 
 
-def test_a_tool_that_slides_down_a_chamfer_contradicts_nothing() -> None:
+def test_a_tool_that_slides_down_a_chamfer_contradicts_nothing():
     bench = Bench()
     for tick in range(60):
         bench.see((0.0, 0.0, -5.0))
@@ -122,7 +120,7 @@ def test_a_tool_that_slides_down_a_chamfer_contradicts_nothing() -> None:
     assert bench.state.expectation.doubt is None
 
 
-def test_a_dead_sensor_is_reported_after_a_second_on_the_spot() -> None:
+def test_a_dead_sensor_is_reported_after_a_second_on_the_spot():
     bench = Bench()
     for tick in range(142):
         bench.see((0.0, 0.0, 0.0))
@@ -134,7 +132,7 @@ def test_a_dead_sensor_is_reported_after_a_second_on_the_spot() -> None:
 
 
 @pytest.mark.parametrize("share", [1.0, 0.0])
-def test_a_wall_verifies_a_live_sensor_only(share: float) -> None:
+def test_a_wall_verifies_a_live_sensor_only(share):
     bench, x_m = Bench(), 1e-4
     bench.see((0.0, 0.0, 0.0))
     bench.monitor.push((1.0, 0.0))
@@ -146,7 +144,7 @@ def test_a_wall_verifies_a_live_sensor_only(share: float) -> None:
 
 
 @pytest.mark.parametrize("followed", [1.0, 0.5])
-def test_a_push_grows_by_what_the_flange_moves(followed: float) -> None:
+def test_a_push_grows_by_what_the_flange_moves(followed):
     """The servos of an arm give way to a stiff gripper: the flange then follows a dither by less."""
     bench, places_m = Bench(), list[float]()
     bench.see((0.0, 0.0, 0.0))
@@ -162,7 +160,7 @@ def test_a_push_grows_by_what_the_flange_moves(followed: float) -> None:
     assert bench.monitor.push_N <= 2.0 * most_N
 
 
-def test_a_push_is_aimed_at_a_wall_beside_it_and_then_has_its_window() -> None:
+def test_a_push_is_aimed_at_a_wall_beside_it_and_then_has_its_window():
     bench = Bench()
     bench.see((0.0, 0.0, 0.0))
     bench.monitor.push((0.0, 1.0))
@@ -178,7 +176,7 @@ def test_a_push_is_aimed_at_a_wall_beside_it_and_then_has_its_window() -> None:
     ("force_N", "trips"),
     [((0.0, 0.0, 3.0), True), ((0.0, 0.0, 2.0), False), ((5.0, 0.0, 5.0), False), ((5.0, 0.0, 6.0), True)],
 )
-def test_a_pull_outside_the_friction_cone_is_implausible(force_N: tuple[float, float, float], trips: bool) -> None:
+def test_a_pull_outside_the_friction_cone_is_implausible(force_N, trips):
     bench = Bench()
     found = [bench.see(force_N) for _ in range(8)]
     reasons = {trip.reason for trip in found if trip is not None}
@@ -187,19 +185,19 @@ def test_a_pull_outside_the_friction_cone_is_implausible(force_N: tuple[float, f
 
 
 @pytest.mark.parametrize(("torque_Nm", "trips"), [(0.5, False), (0.7, True)])
-def test_a_torque_without_its_force_is_implausible(torque_Nm: float, trips: bool) -> None:
+def test_a_torque_without_its_force_is_implausible(torque_Nm, trips):
     bench = Bench()
     found = [bench.see((0.0, 0.0, -5.0), (torque_Nm, 0.0, 0.0)) for _ in range(8)]
     reasons = {trip.reason for trip in found if trip is not None}
     assert reasons == ({TripReason.TORQUE_WITHOUT_FORCE} if trips else set())
 
 
-def test_walls_may_bend_the_gripper_by_the_tilt_of_the_hole() -> None:
+def test_walls_may_bend_the_gripper_by_the_tilt_of_the_hole():
     bench = Bench(replace(TASK, tilt_mrad=20.0))
     assert [bench.see((0.0, 0.0, -5.0), (1.5, 0.0, 0.0)) for _ in range(8)] == [None] * 8
     assert [bench.see((0.0, 0.0, -5.0), (1.8, 0.0, 0.0)) for _ in range(8)][-1] is not None
 
 
-def test_friction_widens_the_cone() -> None:
+def test_friction_widens_the_cone():
     bench = Bench(replace(TASK, friction=0.0))
     assert [bench.see((5.0, 0.0, 4.0)) for _ in range(8)][-1] is not None

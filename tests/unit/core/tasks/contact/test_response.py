@@ -33,7 +33,7 @@ class Pressed:
     seed: int = 1
     ticks: int = 200
 
-    def run(self) -> tuple[Response, list[Verdict]]:
+    def run(self):
         rng, dither = np.random.default_rng(self.seed), Dither(self.amplitude_m, 0.1)
         dither.begin(np.random.default_rng(self.seed + 1000))
         z = PRESS_N / STIFFNESS + np.cumsum([dither.velocity_m_s() * PERIOD_S for _ in range(self.ticks)])
@@ -55,14 +55,14 @@ class Pressed:
         return response, verdicts
 
 
-def share_of(verdict: Verdict, sensor: Sensor = lambda force, rng: force, **others: float) -> float:
+def share_of(verdict, sensor=lambda force, rng: force, **others):
     """Share of windows with this verdict, over trials."""
     runs = [Pressed(sensor, seed=seed, **others).run()[1][60:] for seed in range(8)]  # type: ignore[arg-type]
     return float(np.mean([each is verdict for run in runs for each in run]))
 
 
 @pytest.mark.parametrize("noise_N", [0.0, 0.1, 0.3])
-def test_a_sound_sensor_is_verified(noise_N: float) -> None:
+def test_a_sound_sensor_is_verified(noise_N):
     assert share_of(Verdict.VERIFIED, noise_N=noise_N) > 0.97
     assert share_of(Verdict.CONTRADICTED, noise_N=noise_N) < 0.002
 
@@ -77,42 +77,42 @@ def test_a_sound_sensor_is_verified(noise_N: float) -> None:
         pytest.param(lambda force, rng: -force, id="inverted"),
     ],
 )
-def test_a_faulty_sensor_is_hardly_ever_verified(sensor: Sensor) -> None:
+def test_a_faulty_sensor_is_hardly_ever_verified(sensor):
     assert share_of(Verdict.VERIFIED, sensor, lag=0) < 0.001
     assert share_of(Verdict.CONTRADICTED, sensor, lag=0) > 0.5
 
 
 @pytest.mark.parametrize("late_ticks", [0, 1, 2, 4])
-def test_the_lag_of_the_force_is_found_and_kept(late_ticks: int) -> None:
+def test_the_lag_of_the_force_is_found_and_kept(late_ticks):
     response, verdicts = Pressed(late_ticks=late_ticks, noise_N=0.05).run()
     assert response.lag == late_ticks
     assert verdicts[-1] is Verdict.VERIFIED
 
 
-def test_a_force_that_falls_behind_its_lag_is_no_longer_verified() -> None:
+def test_a_force_that_falls_behind_its_lag_is_no_longer_verified():
     assert share_of(Verdict.VERIFIED, late_ticks=4, lag=0) < 0.05
 
 
-def test_without_motion_nothing_is_known() -> None:
+def test_without_motion_nothing_is_known():
     response, verdicts = Pressed(amplitude_m=0.0).run()
     assert set(verdicts) == {Verdict.UNKNOWN}
     assert not response.verified_since_restart()
 
 
-def test_coarse_encoders_take_more_samples_and_do_not_lower_the_stiffness() -> None:
+def test_coarse_encoders_take_more_samples_and_do_not_lower_the_stiffness():
     fine, coarse = Pressed().run()[0], Pressed(step_m=4e-5).run()[0]
     assert coarse.window > fine.window
     measured = [Pressed(step_m=4e-5, seed=seed).run()[0].share for seed in range(20)]
     assert np.mean([each for each in measured if each is not None]) == pytest.approx(1.0, abs=0.12)
 
 
-def test_a_noisy_sensor_asks_for_a_larger_dither() -> None:
+def test_a_noisy_sensor_asks_for_a_larger_dither():
     spring = Spring(STIFFNESS, DAMPING_S, RIGID_KG, 0.65, 1.5)
     assert spring.least_dither_N(0.3, 0.0) == pytest.approx(3.0 * spring.least_dither_N(0.1, 0.0))
     assert spring.least_dither_N(0.1, 1e-4) > 5.0 * spring.least_dither_N(0.1, 0.0)
 
 
-def test_samples_before_a_restart_do_not_count() -> None:
+def test_samples_before_a_restart_do_not_count():
     response, _ = Pressed(ticks=80).run()
     assert response.verified_since_restart()
     response.restart()
@@ -120,7 +120,7 @@ def test_samples_before_a_restart_do_not_count() -> None:
     assert not response.verified_since_restart()
 
 
-def test_the_text_names_stiffness_interval_and_what_was_expected() -> None:
+def test_the_text_names_stiffness_interval_and_what_was_expected():
     response, _ = Pressed(lambda force, rng: 0.3 * force, noise_N=0.02, lag=0).run()
     stiffness, _, half_width, _, expected = response.text().split(" ", 4)
     assert float(stiffness) == pytest.approx(1.5, abs=0.3)

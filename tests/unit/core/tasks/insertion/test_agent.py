@@ -1,6 +1,5 @@
 """The agent: what policy and perception are given, when, and with which effort."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,13 +7,12 @@ import pytest
 
 from palpate.core.errors import LifecycleError
 from palpate.core.perception import LastSymbols, Perception, SelectedChannels, Thresholds
-from palpate.core.policy import ActionOutcome, Decision, Reinforcement, Transition, compass_actions
-from palpate.core.ports.values import Vector3
+from palpate.core.policy import ActionOutcome, Reinforcement, Transition, compass_actions
 from palpate.core.tasks.insertion.agent import Agent
 from tests.unit.core.policy.bench import Diary
 
 TICK_S = 0.01
-NONE: Vector3 = (0.0, 0.0, 0.0)
+NONE = (0.0, 0.0, 0.0)
 ACTIONS = compass_actions(1e-3)
 PAST = LastSymbols(("x-", "x0", "x+"), 3)
 """The state is what was felt since the trial began."""
@@ -26,39 +24,39 @@ class Meter(Reinforcement):
 
     outcomes: list[ActionOutcome] = field(default_factory=list)
 
-    def __call__(self, outcome: ActionOutcome) -> float:
+    def __call__(self, outcome):
         self.outcomes.append(outcome)
         return -float(len(self.outcomes))
 
 
-def diary(indices: Sequence[int | None] = (0, 1, 2, 3, 4)) -> Diary:
+def diary(indices=(0, 1, 2, 3, 4)):
     return Diary(indices, ACTIONS, temperature=2.5)
 
 
 class Bench:
-    def __init__(self, policy: Diary | None = None, reinforcement: Reinforcement | None = None) -> None:
+    def __init__(self, policy=None, reinforcement=None):
         self.policy, self.meter = policy or diary(), Meter()
         perception = Perception(SelectedChannels(("x",)), Thresholds(("x",), ((-1e-3, 1e-3),)), PAST)
         self.agent = Agent(perception, self.policy, reinforcement or self.meter, TICK_S)
         self.begin()
 
-    def begin(self, trial: int = 0) -> None:
+    def begin(self, trial=0):
         self.rng = np.random.default_rng(trial)
         self.agent.begin(trial, self.rng)
 
-    def decide(self, x_m: float = 0.0, tick: int = 0) -> Decision:
+    def decide(self, x_m=0.0, tick=0):
         self.agent.perceive(tick, (x_m, 0.0, 0.0), NONE, NONE, NONE, NONE, NONE, 0.0)
         return self.agent.choose()
 
-    def record_effort(self, *forces_N: float) -> None:
+    def record_effort(self, *forces_N):
         self.agent.effort_N.extend(forces_N)
 
     @property
-    def entries(self) -> list[object]:
+    def entries(self):
         return self.policy.entries
 
 
-def test_transitions_follow_the_states_and_come_before_the_next_choice() -> None:
+def test_transitions_follow_the_states_and_come_before_the_next_choice():
     bench = Bench()
     for x in (-2e-3, 0.0, 2e-3):
         bench.decide(x)
@@ -74,7 +72,7 @@ def test_transitions_follow_the_states_and_come_before_the_next_choice() -> None
     ]
 
 
-def test_each_action_starts_afresh() -> None:
+def test_each_action_starts_afresh():
     bench = Bench()
     for force_N in (8.0, 2.0, 2.0):
         bench.decide()
@@ -86,7 +84,7 @@ def test_each_action_starts_afresh() -> None:
     assert second.mean_force_N == 2.0
 
 
-def test_nothing_is_learned_from_an_action_that_is_not_of_the_set() -> None:
+def test_nothing_is_learned_from_an_action_that_is_not_of_the_set():
     bench = Bench(diary((0, None, 2)))
     for _ in range(3):
         bench.decide()
@@ -98,14 +96,14 @@ def test_nothing_is_learned_from_an_action_that_is_not_of_the_set() -> None:
     assert [d.reinforcement for d in bench.agent.decisions] == [-1.0, -2.0, -3.0]
 
 
-def test_giving_up_before_the_first_choice_is_no_lesson() -> None:
+def test_giving_up_before_the_first_choice_is_no_lesson():
     bench = Bench()
     bench.agent.gave_up(NONE, NONE, NONE)
     assert PAST.get_state() == []
     assert bench.entries[1:] == []
 
 
-def test_nothing_is_chosen_twice_on_one_perception() -> None:
+def test_nothing_is_chosen_twice_on_one_perception():
     bench = Bench()
     assert bench.agent.percept is None
     with pytest.raises(LifecycleError, match="call perceive"):

@@ -21,7 +21,7 @@ JOB = {
 }  # fmt: skip
 
 
-def test_a_peg_on_the_floor_comes_up_and_counts() -> None:
+def test_a_peg_on_the_floor_comes_up_and_counts():
     config = compose("job", "belief", job=JOB, task="insertion")
     outcomes = [(each.outcome, each.success) for each in run_series(config, "", range(4))]
     assert outcomes == [("inserted", True)] * 4

@@ -1,6 +1,5 @@
 """Every way in which a trial of the insertion task ends before the peg is in its hole."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
 from math import nan
@@ -9,7 +8,7 @@ import pytest
 
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import DeviceError
-from palpate.core.ports.values import JointSample, Snapshot, Validity, WrenchSample
+from palpate.core.ports.values import Validity
 from palpate.core.trial import Outcome, TaskConfig, TrialSetup
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, Steps, build_task
 from tests.unit.core.supervision.bench import supervisor
@@ -17,12 +16,12 @@ from tests.unit.core.tasks.insertion.whole_trial import FAR_AWAY, HOLE, START, T
 
 
 @pytest.fixture(scope="module")
-def good() -> Trial:
+def good():
     """A trial as it should be."""
     return Trial(FakeWorld(HOLE))
 
 
-def test_the_time_limit_ends_the_exploration() -> None:
+def test_the_time_limit_ends_the_exploration():
     trial = Trial(FakeWorld(FAR_AWAY), config=TaskConfig(time_limit_s=1.5))
     assert trial.report.outcome is Outcome.TIME_LIMIT
     assert trial.report.exploration_time_s == pytest.approx(1.5)
@@ -37,14 +36,14 @@ def test_the_time_limit_ends_the_exploration() -> None:
 
 
 @pytest.mark.parametrize(("depth_mm", "slack_mm", "inserted"), [(9.4, 0.5, True), (9.4, 0.3, False), (9.85, 0.0, True)])
-def test_without_a_touch_the_surface_is_known_only_roughly(depth_mm: float, slack_mm: float, inserted: bool) -> None:
+def test_without_a_touch_the_surface_is_known_only_roughly(depth_mm, slack_mm, inserted):
     hole = Pit(*START, depth_m=depth_mm * 1e-3)
     config = TaskConfig(surface_uncertainty_mm=slack_mm, time_limit_s=0.5)
     trial = Trial(FakeWorld(hole), Steps(), config=config)
     assert (trial.report.outcome is Outcome.INSERTED) is inserted
 
 
-def test_the_force_limit_ends_the_trial_in_the_same_tick() -> None:
+def test_the_force_limit_ends_the_trial_in_the_same_tick():
     world = FakeWorld(HOLE)
     reads = iter(range(10_000))
     world.spoil = lambda sample: (
@@ -58,7 +57,7 @@ def test_the_force_limit_ends_the_trial_in_the_same_tick() -> None:
     assert trial.stopped
 
 
-def test_a_force_that_ends_the_trial_latches_with_a_supervisor_as_it_comes() -> None:
+def test_a_force_that_ends_the_trial_latches_with_a_supervisor_as_it_comes():
     """A sensor that shows ten times the force ended a trial at a true 8 N, and the next one began."""
     guard, world, task = supervisor(), FakeWorld(HOLE), build_task(FollowTorque())
     reads = count()
@@ -74,18 +73,18 @@ def test_a_force_that_ends_the_trial_latches_with_a_supervisor_as_it_comes() -> 
     assert guard.latch.cause == f"FORCE_LIMIT: {guard.trip.text}"
 
 
-BAD_WRENCHES: dict[str, Callable[[WrenchSample], WrenchSample]] = {
+BAD_WRENCHES = {
     "stale": lambda w: replace(w, validity=Validity.STALE),
     "saturated": lambda w: replace(w, validity=Validity.SATURATED),
     "invalid": lambda w: replace(w, force_N=(nan, 0.0, 0.0), validity=Validity.INVALID),
 }
-BAD_JOINTS: dict[str, Callable[[JointSample], JointSample]] = {
+BAD_JOINTS = {
     "stale": lambda j: replace(j, validity=Validity.STALE),
     "invalid": lambda j: replace(j, position_rad=(nan,) * 6, validity=Validity.INVALID),
 }
 
 
-def spoiled(snapshot: Snapshot, device: str, kind: str) -> Snapshot:
+def spoiled(snapshot, device, kind):
     if device == "force":
         return snapshot._replace(wrench=BAD_WRENCHES[kind](snapshot.wrench))
     return snapshot._replace(joints=BAD_JOINTS[kind](snapshot.joints))
@@ -95,10 +94,10 @@ def spoiled(snapshot: Snapshot, device: str, kind: str) -> Snapshot:
     ("device", "kind"), [*(("force", kind) for kind in BAD_WRENCHES), *(("joint", kind) for kind in BAD_JOINTS)]
 )
 @pytest.mark.parametrize("when", [0, 90])
-def test_a_bad_sample_ends_the_trial(device: str, kind: str, when: int, good: Trial) -> None:
+def test_a_bad_sample_ends_the_trial(device, kind, when, good):
     world = FakeWorld(HOLE)
 
-    def spoil(tick: int, snapshot: Snapshot) -> Snapshot:
+    def spoil(tick, snapshot):
         return spoiled(snapshot, device, kind) if tick == when else snapshot
 
     if device == "joint" and when == 0:
@@ -120,7 +119,7 @@ def test_a_bad_sample_ends_the_trial(device: str, kind: str, when: int, good: Tr
     assert trial.stopped
 
 
-def test_a_fault_at_once_reports_nothing_of_the_trial_before() -> None:
+def test_a_fault_at_once_reports_nothing_of_the_trial_before():
     policy = FollowTorque()
     task = build_task(policy)
     assert Trial(FakeWorld(HOLE), policy, task=task).report.depth_m > 9e-3
@@ -136,11 +135,11 @@ def test_a_fault_at_once_reports_nothing_of_the_trial_before() -> None:
     assert trial.report.decisions == []
 
 
-def interrupted(when: int) -> Trial:
+def interrupted(when):
     policy = FollowTorque()
     task = build_task(policy)
 
-    def interrupt(tick: int, snapshot: Snapshot) -> Snapshot:
+    def interrupt(tick, snapshot):
         if tick == when:
             task.interrupt()
         return snapshot
@@ -149,7 +148,7 @@ def interrupted(when: int) -> Trial:
 
 
 @pytest.mark.parametrize("when", [119, 130, 131, 132, 133, 146])
-def test_an_interrupt_lets_the_running_action_end(when: int, good: Trial) -> None:
+def test_an_interrupt_lets_the_running_action_end(when, good):
     (contact,) = good.events("contact")
     assert contact.tick == 118
     trial = interrupted(when)
@@ -161,10 +160,10 @@ def test_an_interrupt_lets_the_running_action_end(when: int, good: Trial) -> Non
     assert trial.commands[:-1] == good.commands[:last]
 
 
-def test_a_trial_ends_for_one_reason_only() -> None:
+def test_a_trial_ends_for_one_reason_only():
     task = build_task(FollowTorque())
 
-    def interrupt_and_hit(tick: int, s: Snapshot) -> Snapshot:
+    def interrupt_and_hit(tick, s):
         if tick < 100:
             return s
         task.interrupt()

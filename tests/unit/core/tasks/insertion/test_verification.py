@@ -12,9 +12,7 @@ from palpate.adapters.experiments import ChosenPolicy, ready_pose, trial_setup
 from palpate.adapters.experiments import build_task as build_trial_task
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import run_trial
-from palpate.core.ports.values import WrenchSample
-from palpate.core.tasks.insertion import InsertionTask
-from palpate.core.trial import Outcome, Phase, TaskConfig, TrialReport, TrialSetup
+from palpate.core.trial import Outcome, Phase, TaskConfig, TrialSetup
 from tests.support.fault_trials import Case, run_cases, sensor_faults
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 
@@ -35,19 +33,17 @@ class Trial:
         lied: Whether it came to that.
     """
 
-    def __init__(
-        self, world: FakeWorld, lie: Lie | None = None, phase: Phase = Phase.DONE, config: TaskConfig | None = None
-    ) -> None:
-        self.task: InsertionTask = build_task(FollowTorque(), config)
+    def __init__(self, world, lie=None, phase=Phase.DONE, config=None):
+        self.task = build_task(FollowTorque(), config)
         self.peak_N, self.lied = 0.0, False
         self._world, self._lie, self._phase = world, lie, phase
-        self._held: np.ndarray | None = None
+        self._held = None
         self._ticks, self._rng = 0, np.random.default_rng(3)
         world.spoil = self._spoil
         with world:
-            self.report: TrialReport = run_trial(self.task, world.ports, SETUP)
+            self.report = run_trial(self.task, world.ports, SETUP)
 
-    def _spoil(self, sample: WrenchSample) -> WrenchSample:
+    def _spoil(self, sample):
         x, y, z = self._world.force_N
         self.peak_N = max(self.peak_N, sqrt(x * x + y * y + z * z))
         true = np.array([*sample.force_N, *sample.torque_Nm])
@@ -61,36 +57,36 @@ class Trial:
         a, b, c, d, e, f = wrench.tolist()
         return replace(sample, force_N=(a, b, c), torque_Nm=(d, e, f))
 
-    def details(self, name: str) -> list[str]:
+    def details(self, name):
         return [event.detail for event in self.report.events if event.name == name]
 
 
-def held(share: float) -> Lie:
+def held(share):
     return lambda held, true, rng: held + share * NOISE * rng.standard_normal(6)
 
 
-def scaled(factor: float) -> Lie:
+def scaled(factor):
     return lambda held, true, rng: factor * (true + NOISE * rng.standard_normal(6))
 
 
-def flipped(held: np.ndarray, true: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def flipped(held, true, rng):
     return -true + NOISE * rng.standard_normal(6)
 
 
-def without_axial(held: np.ndarray, true: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def without_axial(held, true, rng):
     wrench = true + NOISE * rng.standard_normal(6)
     wrench[2] = held[2] + NOISE[2] * rng.standard_normal()
     return wrench
 
 
-def swapped(held: np.ndarray, true: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def swapped(held, true, rng):
     return (true + NOISE * rng.standard_normal(6))[[1, 0, 2, 3, 4, 5]]
 
 
 # A sound sensor.
 
 
-def test_a_wall_and_the_floor_verify_an_insertion() -> None:
+def test_a_wall_and_the_floor_verify_an_insertion():
     trial = Trial(FakeWorld(HOLE))
     assert trial.report.outcome is Outcome.INSERTED
     assert trial.report.depth_m == pytest.approx(0.010, abs=1e-4)
@@ -104,18 +100,18 @@ def test_a_wall_and_the_floor_verify_an_insertion() -> None:
 @pytest.mark.parametrize(
     "task", [TaskConfig(press_kgf=0.4), TaskConfig(press_kgf=1.0), TaskConfig(insertion_press_kgf=0.9)]
 )
-def test_other_pressing_forces_are_verified_too(task: TaskConfig) -> None:
+def test_other_pressing_forces_are_verified_too(task):
     assert Trial(FakeWorld(HOLE), config=task).report.outcome is Outcome.INSERTED
 
 
-def test_the_insertion_may_press_harder_than_the_search() -> None:
+def test_the_insertion_may_press_harder_than_the_search():
     trial = Trial(FakeWorld(HOLE), config=TaskConfig(press_kgf=0.4, insertion_press_kgf=1.0))
     assert trial.report.outcome is Outcome.INSERTED
     assert trial.details("insertion press") == []
     assert trial.peak_N > 8.0
 
 
-def test_a_gripper_of_another_stiffness_is_named_with_its_figures() -> None:
+def test_a_gripper_of_another_stiffness_is_named_with_its_figures():
     world = FakeWorld(HOLE)
     world.stiffness_N_per_m = 2.0e3
     soft = Trial(world)
@@ -127,7 +123,7 @@ def test_a_gripper_of_another_stiffness_is_named_with_its_figures() -> None:
     assert "expected 3.25 to 7.50 N/mm" in text
 
 
-def test_a_peg_without_a_plate_is_reported_as_such() -> None:
+def test_a_peg_without_a_plate_is_reported_as_such():
     trial = Trial(FakeWorld(height_m=inf))
     assert trial.report.outcome is Outcome.CONTACT_MISMATCH
     assert trial.details("doubt")[0].startswith("PLATE_NOT_FELT")
@@ -137,13 +133,13 @@ def test_a_peg_without_a_plate_is_reported_as_such() -> None:
     ("depth_mm", "friction_N", "outcome"),
     [(9.9, 0.0, Outcome.INSERTED), (9.0, 0.0, Outcome.WEDGED), (9.6, 0.0, Outcome.WEDGED)],
 )
-def test_a_peg_that_rests_too_high_is_wedged(depth_mm: float, friction_N: float, outcome: Outcome) -> None:
+def test_a_peg_that_rests_too_high_is_wedged(depth_mm, friction_N, outcome):
     trial = Trial(FakeWorld(Pit(1.2e-3, -0.7e-3, depth_m=depth_mm * 1e-3, friction_N=friction_N)))
     assert trial.report.outcome is outcome
 
 
 @pytest.mark.parametrize(("friction_N", "outcome"), [(0.0, Outcome.INSERTED), (4.0, Outcome.UNCERTAIN_DEPTH)])
-def test_without_a_touch_only_a_floor_that_lets_go_makes_the_depth_certain(friction_N: float, outcome: Outcome) -> None:
+def test_without_a_touch_only_a_floor_that_lets_go_makes_the_depth_certain(friction_N, outcome):
     """The peg goes straight into the hole: the plate's height is only known to half a millimetre."""
     x_m, y_m = SETUP.start_m
     hole = Pit(x_m, y_m, depth_m=9.9e-3, friction_N=friction_N, friction_below_m=9.0e-3)
@@ -153,7 +149,7 @@ def test_without_a_touch_only_a_floor_that_lets_go_makes_the_depth_certain(frict
 
 
 @pytest.mark.parametrize("moving_mass_kg", [0.3, 1.8])
-def test_a_heavy_tool_starts_and_ends_its_search(moving_mass_kg: float) -> None:
+def test_a_heavy_tool_starts_and_ends_its_search(moving_mass_kg):
     """A check that began under a moving press and needed more at rest went on for ever with 1.5 kg."""
     config = overlay(scenario("blind"), {"cell": {"compliance": {"moving_mass_kg": moving_mass_kg}}})
     ready, chosen = ready_pose(config), ChosenPolicy("torque", config)
@@ -165,7 +161,7 @@ def test_a_heavy_tool_starts_and_ends_its_search(moving_mass_kg: float) -> None:
 
 # Faulty sensors.
 
-_LIES: dict[str, tuple[Lie, float]] = {
+_LIES = {
     "held, quiet": (held(0.06), 60.0),
     "held, noise of its own": (held(1.0), 60.0),
     "scaled by 0.01": (scaled(0.01), 60.0),
@@ -178,7 +174,7 @@ _LIES: dict[str, tuple[Lie, float]] = {
 
 @pytest.mark.parametrize("phase", [Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT])
 @pytest.mark.parametrize("name", _LIES)
-def test_no_faulty_sensor_passes_for_an_insertion_that_was_none(name: str, phase: Phase) -> None:
+def test_no_faulty_sensor_passes_for_an_insertion_that_was_none(name, phase):
     lie, limit_N = _LIES[name]
     world = FakeWorld(HOLE)
     trial = Trial(world, lie, phase)
@@ -198,9 +194,7 @@ def test_no_faulty_sensor_passes_for_an_insertion_that_was_none(name: str, phase
         pytest.param("insert", 98709, "of 1 s, sign flipped, fresh noise", 60.0, id="it leads the peg back out"),
     ],
 )
-def test_a_lie_that_bent_the_gripper_in_the_campaign_is_latched(
-    phase: str, seed: int, fault: str, limit_N: float
-) -> None:
+def test_a_lie_that_bent_the_gripper_in_the_campaign_is_latched(phase, seed, fault, limit_N):
     config = overlay(RunConfig(), task_kind("insertion").preset)
     [chosen] = [each for each in sensor_faults() if each.name.endswith(fault) and "encoder" not in each.name]
     [[run]] = run_cases(config, [Case(chosen, phase, seed)], "torque")
@@ -208,11 +202,11 @@ def test_a_lie_that_bent_the_gripper_in_the_campaign_is_latched(
     assert run.peak_force_N < limit_N
 
 
-def test_what_seems_a_hole_and_is_none_is_explored_although_the_plate_was_never_felt() -> None:
+def test_what_seems_a_hole_and_is_none_is_explored_although_the_plate_was_never_felt():
     """A sensor that is dead until the plate bears 5 N: the peg goes on from the approach to sink, and explores."""
-    woken: list[bool] = []
+    woken = []
 
-    def dead_at_first(held: np.ndarray, true: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    def dead_at_first(held, true, rng):
         woken.extend([True] if true[2] < -5.0 else [])
         return (true if woken else held) + NOISE * rng.standard_normal(6)
 

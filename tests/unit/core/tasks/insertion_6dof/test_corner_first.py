@@ -6,25 +6,24 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy import Decision, Law, Observation, Spatial
-from palpate.core.ports import Vector3
+from palpate.core.policy import Decision, Law, Observation
 from palpate.core.tasks.insertion_6dof import CornerFirst, SpatialOptions
 from palpate.core.tasks.insertion_6dof.corner import Corner
 
 SQUARE = SpatialOptions(corners=4.0, corner_mm=20.0)
-NONE: Vector3 = (0.0, 0.0, 0.0)
+NONE = (0.0, 0.0, 0.0)
 
 
-def seen(force: Vector3 = NONE, torque: Vector3 = NONE, turn: Vector3 = NONE, depth_m: float = 0.0) -> Observation:
+def seen(force=NONE, torque=NONE, turn=NONE, depth_m=0.0):
     return Observation(0, NONE, NONE, force, torque, 0, turn, torque, depth_m)
 
 
-def spatial(decision: Decision) -> Spatial:
+def spatial(decision):
     assert decision.action.spatial is not None
     return decision.action.spatial
 
 
-def leaned(policy: CornerFirst, number: int = 0, force: Vector3 = NONE, depth_m: float = 0.0) -> list[Decision]:
+def leaned(policy, number=0, force=NONE, depth_m=0.0):
     """Decisions of a lean whose actions are done as asked; the next one is a push."""
     at, turn, decisions = np.zeros(2), np.zeros(3), list[Decision]()
     while not decisions or spatial(decisions[-1]).law is Law.LIFT:
@@ -35,7 +34,7 @@ def leaned(policy: CornerFirst, number: int = 0, force: Vector3 = NONE, depth_m:
     return decisions[:-1]
 
 
-def cornered(pushes: int, options: SpatialOptions = SQUARE) -> CornerFirst:
+def cornered(pushes, options=SQUARE):
     """One that leans already, and has pushed so often without a wall."""
     policy = CornerFirst(options)
     policy.begin_trial(0, np.random.default_rng(0))
@@ -45,7 +44,7 @@ def cornered(pushes: int, options: SpatialOptions = SQUARE) -> CornerFirst:
     return policy
 
 
-def test_a_corner_is_leaned_down_inside_its_place() -> None:
+def test_a_corner_is_leaned_down_inside_its_place():
     policy = CornerFirst(SQUARE)
     policy.begin_trial(0, np.random.default_rng(0))
     lean = leaned(policy)
@@ -59,7 +58,7 @@ def test_a_corner_is_leaned_down_inside_its_place() -> None:
     assert spatial(lean[0]).rise_m == pytest.approx(20e-3 * sin(radians(5.0)) + 0.4e-3)
 
 
-def test_a_lean_goes_on_with_an_arm_that_turns_more_slowly() -> None:
+def test_a_lean_goes_on_with_an_arm_that_turns_more_slowly():
     policy = CornerFirst(SQUARE)
     policy.begin_trial(0, np.random.default_rng(0))
     turn, place, actions = np.zeros(3), np.zeros(2), 0
@@ -78,7 +77,7 @@ def test_a_lean_goes_on_with_an_arm_that_turns_more_slowly() -> None:
 
 
 @pytest.mark.parametrize("corners", [3.0, 4.0, 6.0])
-def test_heights_and_ways_follow_the_part(corners: float) -> None:
+def test_heights_and_ways_follow_the_part(corners):
     """Twice the part at the same lean: twice the heights."""
     small = Corner(SpatialOptions(corners=corners, corner_mm=15.0, inside_mm=5.0))
     large = Corner(SpatialOptions(corners=corners, corner_mm=30.0, inside_mm=10.0))
@@ -96,14 +95,14 @@ def test_heights_and_ways_follow_the_part(corners: float) -> None:
     assert large.pushing(seen(turn=lean), 0.0).rise_m == pytest.approx(2.0 * small.pushing(seen(turn=lean), 0.0).rise_m)
 
 
-def test_a_hexagons_corner_goes_no_deeper_than_its_neighbours_allow() -> None:
+def test_a_hexagons_corner_goes_no_deeper_than_its_neighbours_allow():
     corner = Corner(SpatialOptions(corners=6.0, corner_mm=20.0, lean_deg=8.0))
     neighbours_m = 20e-3 * sin(radians(8.0)) * (1.0 - cos(pi / 3.0))
     assert corner.down_m == pytest.approx(0.9 * neighbours_m)
     assert Corner(SpatialOptions(corners=3.0, corner_mm=20.0)).down_m == pytest.approx(0.9 * 20e-3 * sin(radians(5.0)))
 
 
-def test_it_stands_up_once_both_walls_carry_deep_enough_and_nothing_turns_the_tool() -> None:
+def test_it_stands_up_once_both_walls_carry_deep_enough_and_nothing_turns_the_tool():
     leaned, walls = (0.06, -0.06, 0.0), (-3.0, -3.0, -4.0)
     policy = cornered(2)
     for torque in ((0.0, 0.0, 0.03), NONE):
@@ -120,7 +119,7 @@ def test_it_stands_up_once_both_walls_carry_deep_enough_and_nothing_turns_the_to
     assert (spatial(decision).law, decision.grounds) == (Law.LIFT, (1.0,))
 
 
-def test_a_tool_that_comes_back_stuck_from_the_hole_inserts_once_more_and_is_withdrawn() -> None:
+def test_a_tool_that_comes_back_stuck_from_the_hole_inserts_once_more_and_is_withdrawn():
     policy, walls, deep_m = cornered(2), (-3.0, -3.0, -4.0), 5e-3
     for lean in (0.06, 0.06):
         policy.choose(seen(walls, NONE, (lean, -lean, 0.0), depth_m=1.5e-3))
@@ -128,7 +127,7 @@ def test_a_tool_that_comes_back_stuck_from_the_hole_inserts_once_more_and_is_wit
     assert laws == [Law.INSERT, Law.WITHDRAW, Law.WITHDRAW]
 
 
-def test_a_tool_that_does_not_come_out_is_inserted_again() -> None:
+def test_a_tool_that_does_not_come_out_is_inserted_again():
     policy, walls, deep_m = cornered(2), (-3.0, -3.0, -4.0), 5e-3
     for lean in (0.06, 0.06):
         policy.choose(seen(walls, NONE, (lean, -lean, 0.0), depth_m=1.5e-3))
@@ -136,7 +135,7 @@ def test_a_tool_that_does_not_come_out_is_inserted_again() -> None:
     assert laws == [Law.INSERT] + [Law.WITHDRAW] * 20 + [Law.INSERT] + [Law.WITHDRAW] * 2
 
 
-def test_a_wedged_corner_is_driven_in_yaw_to_both_sides_and_then_stands_up() -> None:
+def test_a_wedged_corner_is_driven_in_yaw_to_both_sides_and_then_stands_up():
     policy, leaned = cornered(1), (0.06, -0.06, -0.02)
     told = [spatial(policy.choose(seen((-3.0, -3.0, -4.0), NONE, leaned, depth_m=-4e-4))) for _ in range(17)]
     # The torque of friction, times how the tool gives way, for a tenth of a second.
@@ -145,7 +144,7 @@ def test_a_wedged_corner_is_driven_in_yaw_to_both_sides_and_then_stands_up() -> 
     assert (told[-1].law, told[-1].turn_rad[0] < 0.0, told[-1].push_N[0] > 0.0) == (Law.PUSH, True, True)
 
 
-def test_a_corner_that_falls_in_is_driven_no_more() -> None:
+def test_a_corner_that_falls_in_is_driven_no_more():
     policy, walls, leaned = cornered(1), (-3.0, -3.0, -4.0), (0.06, -0.06, -0.02)
     for depth_m, driven in ((-4e-4, False), (-4e-4, True), (-4e-4, True), (7e-4, False)):
         decision = policy.choose(seen(walls, (0.0, 0.0, 0.05 if depth_m > 5e-4 else 0.0), leaned, depth_m=depth_m))
@@ -155,14 +154,14 @@ def test_a_corner_that_falls_in_is_driven_no_more() -> None:
 @pytest.mark.parametrize(
     ("walls", "depth_m", "pushes"), [(NONE, 0.0, 43), ((-3.0, 3.0, 0.0), 0.0, 43), (NONE, -1.7e-3, 3)]
 )
-def test_where_no_corner_is_found_it_gives_up(walls: Vector3, depth_m: float, pushes: int) -> None:
+def test_where_no_corner_is_found_it_gives_up(walls, depth_m, pushes):
     policy = cornered(1)
     laws = [spatial(policy.choose(seen(walls, turn=(0.06, -0.06, 0.0), depth_m=depth_m))).law for _ in range(44)]
     # The push that ended the lean counts.
     assert laws.index(Law.WITHDRAW) == pushes - 1
 
 
-def test_a_tool_that_is_caught_goes_straight_up_first() -> None:
+def test_a_tool_that_is_caught_goes_straight_up_first():
     policy = CornerFirst(SQUARE)
     policy.begin_trial(0, np.random.default_rng(0))
     first = policy.choose(seen((4.0, 0.0, -5.0)))
@@ -174,7 +173,7 @@ def test_a_tool_that_is_caught_goes_straight_up_first() -> None:
     assert spatial(policy.choose(seen())).turn_rad != NONE
 
 
-def test_a_flat_leads_as_a_corner_does_let_down_no_deeper_than_asked_and_again_aside() -> None:
+def test_a_flat_leads_as_a_corner_does_let_down_no_deeper_than_asked_and_again_aside():
     policy = CornerFirst(SpatialOptions(flat_deg=37.5, corner_mm=11.5, lean_deg=7.0, inside_mm=7.0, down_share=0.75))
     policy.begin_trial(0, np.random.default_rng(0))
     places = []
@@ -192,7 +191,7 @@ def test_a_flat_leads_as_a_corner_does_let_down_no_deeper_than_asked_and_again_a
     assert places == [pytest.approx((-7.0, aside_mm)) for aside_mm in (0.0, -1.75, 1.75)]
 
 
-def test_a_corner_is_pushed_no_further_than_past_its_place() -> None:
+def test_a_corner_is_pushed_no_further_than_past_its_place():
     policy = cornered(1)
     past = Observation(0, NONE, (5e-3, 5e-3, 0.0), NONE, NONE, 0, (0.06, -0.06, 0.0), NONE, 0.0)
     assert spatial(policy.choose(past)).law is Law.WITHDRAW
@@ -201,8 +200,6 @@ def test_a_corner_is_pushed_no_further_than_past_its_place() -> None:
 @pytest.mark.parametrize(
     ("options", "named"), [({}, r"task\.options\.corners"), ({"corners": 4.0, "flat_deg": 30.0}, "flat_deg")]
 )
-def test_a_peg_with_neither_corners_nor_a_flat_is_refused_and_so_is_one_with_both(
-    options: dict[str, float], named: str
-) -> None:
+def test_a_peg_with_neither_corners_nor_a_flat_is_refused_and_so_is_one_with_both(options, named):
     with pytest.raises(ConfigurationError, match=named):
         CornerFirst(SpatialOptions(**options))

@@ -14,14 +14,14 @@ from tests.support.pegs_6dof import config_of, trials
         pytest.param("asked", 90421, 184, id="wedged, and its height driven up while it is pushed"),
     ],
 )
-def test_a_square_that_something_holds_is_freed(conditions: str, seed: int, trial: int) -> None:
+def test_a_square_that_something_holds_is_freed(conditions, seed, trial):
     config = config_of("square", conditions, "zebra-zero", {})
     [(_, _, success, _, peak_force_N, *_)] = trials(config, "corner-first", seed, range(trial, trial + 1))
     assert success
     assert peak_force_N < 25.0
 
 
-def test_a_tool_that_goes_back_to_where_it_was_answered_may_meet_a_wall_there() -> None:
+def test_a_tool_that_goes_back_to_where_it_was_answered_may_meet_a_wall_there():
     config = overlay(config_of("hexagon", "asked", "zebra-zero", {}), {"cell": {"sensor": {"force_noise_N": 0.3}}})
     [(_, _, success, *_)] = trials(config, "corner-first", 41001, range(1))
     assert success
@@ -34,13 +34,13 @@ def test_a_tool_that_goes_back_to_where_it_was_answered_may_meet_a_wall_there() 
         pytest.param("triangle", "panda", 2, id="the same, just below the mouth"),
     ],
 )
-def test_a_wall_gives_the_budget_back(shape: str, arm: str, trial: int) -> None:
+def test_a_wall_gives_the_budget_back(shape, arm, trial):
     [(_, outcome, *_)] = trials(config_of(shape, "asked", arm, {}), "corner-first", 177, range(trial, trial + 1))
     assert outcome == "inserted"
 
 
 @pytest.mark.parametrize(("arm", "phase"), [("zebra-zero", "transfer"), ("ur5", "approach")])
-def test_a_growing_lag_is_found_before_it_bends_the_gripper(arm: str, phase: str) -> None:
+def test_a_growing_lag_is_found_before_it_bends_the_gripper(arm, phase):
     """A force that is late verified a tool that was wedged, by chance, up to 233 N."""
     config = config_of("square", "asked", arm, {})
     [chosen] = [each for each in sensor_faults() if each.name == "force later by 0.2 s a second, new times"]

@@ -7,18 +7,17 @@ import pytest
 
 from palpate.core.perception import FACTS, LastAction, Perception, Situations, TaskFacts
 from palpate.core.policy import Law, Observation, TimePenalty
-from palpate.core.ports import Vector3
 from palpate.core.tasks.insertion_6dof import SpatialOptions
 from palpate.core.tasks.insertion_6dof.skills import KINDS, SKILLS, SkillAgent, Skills
 from tests.unit.core.policy.bench import Diary
 
-NONE: Vector3 = (0.0, 0.0, 0.0)
-PLACE: Vector3 = (-6.5e-3 * 0.5**0.5, -6.5e-3 * 0.5**0.5, 0.0)
+NONE = (0.0, 0.0, 0.0)
+PLACE = (-6.5e-3 * 0.5**0.5, -6.5e-3 * 0.5**0.5, 0.0)
 LEAN, PUSH, INSERT = (next(n for n, skill in enumerate(SKILLS) if skill.name.startswith(kind))
                       for kind in ("lean", "push", "insert"))  # fmt: skip
 
 
-def agent_with(*indices: int | None) -> tuple[SkillAgent, Diary]:
+def agent_with(*indices):
     perception = Perception(TaskFacts(FACTS), Situations(), LastAction(Situations.symbols, KINDS))
     diary, skills = Diary(indices, SKILLS), Skills(SpatialOptions(corners=4.0, corner_mm=20.0), 11e-3)
     agent = SkillAgent(perception, diary, TimePenalty(), 0.01, skills)
@@ -26,14 +25,14 @@ def agent_with(*indices: int | None) -> tuple[SkillAgent, Diary]:
     return agent, diary
 
 
-def act(agent: SkillAgent, tick: int, turn_rad: Vector3 = NONE, depth_m: float = 0.0, at: Vector3 = NONE) -> str:
+def act(agent, tick, turn_rad=NONE, depth_m=0.0, at=NONE):
     agent.perceive(tick, at, at, NONE, NONE, turn_rad, NONE, depth_m)
     decision = agent.choose()
     assert decision.action.spatial is not None
     return f"{decision.action.name}: {decision.action.spatial.law.value}"
 
 
-def test_the_policy_is_asked_when_a_skill_is_over_and_learns_what_all_of_it_cost() -> None:
+def test_the_policy_is_asked_when_a_skill_is_over_and_learns_what_all_of_it_cost():
     agent, diary = agent_with(*[LEAN] * 4, PUSH)
     # The lean takes four actions of ten ticks; the push then stands on the plate and is over after three.
     lean = radians(5.0) * 0.5**0.5
@@ -50,14 +49,14 @@ def test_the_policy_is_asked_when_a_skill_is_over_and_learns_what_all_of_it_cost
     assert [record.index for record in agent.decisions] == [LEAN] * 4 + [PUSH] * 3
 
 
-def test_an_insertion_that_got_stuck_costs_the_time_that_it_took() -> None:
+def test_an_insertion_that_got_stuck_costs_the_time_that_it_took():
     agent, diary = agent_with(INSERT)
     act(agent, 5)
     act(agent, 285, depth_m=-1e-3)
     assert diary.learned[0].reinforcement == pytest.approx(-10.0 * 0.01 * 280)
 
 
-def test_actions_of_no_set_are_done_as_they_are_and_taught_to_nobody() -> None:
+def test_actions_of_no_set_are_done_as_they_are_and_taught_to_nobody():
     agent, diary = agent_with(None)
     agent.perceive(0, NONE, NONE, NONE, NONE, NONE, NONE, 0.0)
     decision = agent.choose()
@@ -67,7 +66,7 @@ def test_actions_of_no_set_are_done_as_they_are_and_taught_to_nobody() -> None:
     assert not diary.learned
 
 
-def test_a_trial_begins_with_what_the_peg_is_set_up_with() -> None:
+def test_a_trial_begins_with_what_the_peg_is_set_up_with():
     agent, _ = agent_with(PUSH, INSERT)
     act(agent, 0)
     agent.begin(1, np.random.default_rng(0))
