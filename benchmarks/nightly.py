@@ -27,9 +27,17 @@ from benchmarks.common import table
 CHECKOUT: Final = Path(__file__).parents[1]
 VERSIONS: Final = ("3.12", "3.13")
 """Beside the one that runs this, and that with the lowest versions of dependencies."""
-EXTRAS: Final = ("dev", "gymnasium,cluster,video,rerun,check")
+EXTRAS: Final = ("dev", "gymnasium,cluster,video,rerun")
 """What is tested with; the second where a package of the first has no wheel for a version of Python."""
-TOOLS: Final = ("pytest>=9", "pytest-xdist>=3.6", "pytest-timeout>=2.3", "pydot>=4.0", "aalpy>=2.0", "netft>=2.0.1")
+TOOLS: Final = (
+    "pytest>=9",
+    "pytest-xdist>=3.6",
+    "pytest-timeout>=2.3",
+    "hypothesis>=6.100",
+    "pydot>=4.0",
+    "aalpy>=2.0",
+    "netft>=2.0.1",
+)
 ROOM: Final = 1.15
 """A ratio to its floor may be this much above the committed one."""
 _FUZZ_S: Final = 60
