@@ -113,7 +113,7 @@ def test_rclpy_robot_is_driven_until_it_leaves(distribution):
         seen = robot.ended()
         assert seen["commands"] >= 140
         assert seen["last"] == pytest.approx(goal)
-        with pytest.raises(DriverError, match="nobody subscribes to /forward_position_controller/commands"):
+        with pytest.raises(DriverError, match="no subscriber to /forward_position_controller/commands"):
             lead(arm, 300)
     way.close()
 

@@ -99,7 +99,7 @@ def test_wrench_is_read_and_one_that_ends_is_named(server):
 
 
 REFUSALS = {
-    "another topic": ({"topic": "/wrench"}, "nobody publishes /wrench in domain"),
+    "another topic": ({"topic": "/wrench"}, "no publisher of /wrench in domain"),
     "wrong type": (
         {"topic": "/joint_states"}, "/joint_states carries sensor_msgs/msg/JointState, not geometry_msgs/msg/Wrench",
     ),

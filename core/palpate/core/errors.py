@@ -3,7 +3,7 @@
 ::
 
     PalpateError
-    ├── ConfigurationError          a setting is wrong: the operator's to mend
+    ├── ConfigurationError          a setting is wrong: the operator's to fix
     │   ├── AssetError              a robot description or mesh is missing
     │   └── UnreachableError        a pose that the arm cannot take
     ├── UsageError                  a command line that says nothing sensible: the operator's
@@ -12,7 +12,7 @@
     ├── LifecycleError              a port was used in the wrong order: the caller's fault
     ├── CommandError                a command that no arm may execute: the caller's fault
     ├── UndeterminedError           measurements that do not say what is asked of them: measure more
-    ├── PolicyError                 a policy from outside failed: its author's to mend
+    ├── PolicyError                 a policy from outside failed: its author's to fix
     └── DeviceError                 the device's fault
         └── FaultLatchedError       a fault waits for a person to acknowledge it
 

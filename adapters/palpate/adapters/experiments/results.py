@@ -260,7 +260,7 @@ class RunFolder:
             with whole_text(path, newline="") as stream:
                 return [TrialRow.read(cells) for cells in csv.DictReader(stream)]
         except (KeyError, ValueError, TypeError, OSError) as error:
-            raise OutputError(str(path), f"cannot be read ({error})", "mend it or begin a new run") from error
+            raise OutputError(str(path), f"cannot be read ({error})", "fix it or begin a new run") from error
 
     def truncate(self, trials: int) -> None:
         """Keep only the first trials: what came after the last checkpoint will be run again, with equal results."""
@@ -272,7 +272,7 @@ class RunFolder:
                 try:
                     kept = [line for line in whole[1:] if int(line.split(",", 1)[0]) < trials]
                 except ValueError as error:
-                    raise OutputError(str(path), f"is damaged ({error})", "mend it or begin a new run") from error
+                    raise OutputError(str(path), f"is damaged ({error})", "fix it or begin a new run") from error
                 self.write(name, "".join(whole[:1] + kept))
 
     def _append(self, name: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:

@@ -187,7 +187,7 @@ class _Tip:
                 log.path,
                 "start.arm",
                 f"its arm's model cannot be used ({error})",
-                "mend that, or use the palpate that wrote it",
+                "fix that, or use the palpate that wrote it",
             ) from error
         self._base_in_task = goal_in_base(config.task.goal).inverse()
 

@@ -99,7 +99,7 @@ class NetFt(PolledSensor):
         self._number: int | None = None
         self._count: int | None = None
         self._asked_ns: int | None = None
-        self._sequence = self._polled_ns = self._heard_ns = 0
+        self._sequence = self._heard_ns = 0
 
     def start(self, now_ns: int) -> None:
         """Request the stream, and drop what still waits of an earlier one."""

@@ -4,11 +4,13 @@ from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 from palpate.drivers.errors import DriverError, SilentError
 
 Vector3: TypeAlias = tuple[float, float, float]
+_STALL_NS: Final = 100_000_000
+"""A sensor is silent after this time without a sample."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +58,7 @@ class PolledSensor(ABC):
         self.failure: DriverError | None = None
         self.errors: Counter[str] = Counter()
         self._errors_before: Counter[str] = Counter()
+        self._polled_ns = 0
 
     def _is_news(self) -> None:
         """Say that a new sample has come: what is counted after it came instead of the next."""
@@ -81,7 +84,6 @@ class PolledSensor(ABC):
             now_ns: Monotonic time in ns.
         """
 
-    @abstractmethod
     def check(self) -> None:
         """Raise what is wrong now.
 
@@ -89,6 +91,10 @@ class PolledSensor(ABC):
             SilentError: Nothing comes any more; a new sample ends that by itself.
             DriverError: The ``failure``.
         """
+        if self.failure is not None:
+            raise self.failure
+        if self.latest is not None and self._polled_ns - self.latest.receive_time_ns > _STALL_NS:
+            raise self.silence(self._polled_ns)
 
     def acknowledge(self) -> None:
         """Forget the failure; a person's decision."""

@@ -45,7 +45,7 @@ class Jr3(PolledSensor):
         self._settling_ns = settling_ns(self._cutoff_cHz)
         self._sampler = Sampler(self._period_us, self._settling_ns, settings.signs)
         self._heard = self._started = False
-        self._fences = self._boots = self._boots_in_row = self._polled_ns = 0
+        self._fences = self._boots = self._boots_in_row = 0
         self._raw_scales: tuple[int, ...] = ()
 
     @property

@@ -189,9 +189,9 @@ def link_diagnostics(link: Ros2Link, stamps: StampClock) -> dict[str, str]:
     if stamps.stamp_ns:
         behind_ms = (link.wall_ns() - stamps.stamp_ns) * 1e-6
         found["stamps"] = f"the newest is {behind_ms:.1f} ms behind this computer's time of day"
-    sends = "; ".join(", ".join(each) for each in link.endpoints(link.reads)) or "nobody"
+    sends = "; ".join(", ".join(each) for each in link.endpoints(link.reads)) or "none"
     found[f"publishers of {link.reads}"] = f"{sends} (requested: best effort, volatile)"
     if link.writes:
-        takes = "; ".join(", ".join(each) for each in link.endpoints(link.writes)) or "nobody"
+        takes = "; ".join(", ".join(each) for each in link.endpoints(link.writes)) or "none"
         found[f"subscribers of {link.writes}"] = f"{takes} (offered: reliable, volatile)"
     return found

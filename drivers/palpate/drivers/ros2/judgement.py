@@ -109,7 +109,7 @@ def nobody_publishes(link: Ros2Link) -> DriverError:
         problem = f"{link.reads} carries {others[0]}, not {link.kind}"
         return WiringError(NAME, problem, "name another topic in the rig file")
     network = link.network
-    problem = f"nobody publishes {link.reads} in domain {network.domain}"
+    problem = f"no publisher of {link.reads} in domain {network.domain}"
     remedy = "start the robot's driver, and check topic, domain, address and peers in the rig file"
     return WiringError(NAME, problem, remedy)
 
@@ -123,4 +123,4 @@ def require_subscriber(link: Ros2Link) -> None:
         problem = f"the subscriber of {link.writes} wants {unfit[0]}; offered is {COMMANDS}, reliable, volatile"
         raise WiringError(NAME, problem, "name another topic in the rig file, or change the controller")
     remedy = "activate the forward_command_controller: ros2 control switch_controllers --activate NAME"
-    raise WiringError(NAME, f"nobody subscribes to {link.writes}: the controller is not active", remedy)
+    raise WiringError(NAME, f"no subscriber to {link.writes}: the controller is not active", remedy)

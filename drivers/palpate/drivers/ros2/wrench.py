@@ -13,7 +13,6 @@ from palpate.drivers.ros2.arm import link_diagnostics
 from palpate.drivers.ros2.judgement import StampClock, require_one_publisher
 from palpate.drivers.ros2.link import Ros2Link
 
-_STALL_NS: Final = 100_000_000
 _NAME: Final = "ROS 2 wrench"
 
 
@@ -29,14 +28,7 @@ class Ros2Wrench(PolledSensor):
         super().__init__()
         self._link, self._frame, self._sign = link, frame, sign
         self._stamps = StampClock(link.reads)
-        self._count = self._polled_ns = 0
-
-    def check(self) -> None:
-        """Raise what is wrong now."""
-        if self.failure is not None:
-            raise self.failure
-        if self.latest is not None and self._polled_ns - self.latest.receive_time_ns > _STALL_NS:
-            raise self.silence(self._polled_ns)
+        self._count = 0
 
     @override
     def silence(self, now_ns: int) -> SilentError:

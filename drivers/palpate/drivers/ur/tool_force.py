@@ -11,7 +11,6 @@ from palpate.drivers.ur.link import CHECK, NAME, UrLink
 RANGE_N: Final = (50.0, 50.0, 50.0)
 RANGE_NM: Final = (10.0, 10.0, 10.0)
 """UR5e, technical specification, "Force sensing, tool flange"; quoted from memory: look it up for your arm."""
-_STALL_NS: Final = 100_000_000
 
 
 class UrToolForce(PolledSensor):
@@ -20,14 +19,6 @@ class UrToolForce(PolledSensor):
     def __init__(self, link: UrLink) -> None:
         super().__init__()
         self._link, self._timestamp_s, self._count = link, -1.0, 0
-        self._polled_ns = 0
-
-    def check(self) -> None:
-        """Raise what is wrong now."""
-        if self.failure is not None:
-            raise self.failure
-        if self.latest is not None and self._polled_ns - self.latest.receive_time_ns > _STALL_NS:
-            raise self.silence(self._polled_ns)
 
     @override
     def silence(self, now_ns: int) -> SilentError:

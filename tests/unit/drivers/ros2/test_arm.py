@@ -118,7 +118,7 @@ TROUBLES = {
     "clock set ahead": (stepped(0.5), r"stamps of /joint_states jump ahead by 0\.\d+ s; synchronise clocks"),
     "no time": (stepped(-1.7e9 - 1.0), "carry no time"),
     "controller gone": (
-        lambda domain: setattr(domain.robot, "is_active", False), "nobody subscribes.*the controller is not active",
+        lambda domain: setattr(domain.robot, "is_active", False), "no subscriber.*the controller is not active",
     ),
 }  # fmt: skip
 
@@ -152,7 +152,7 @@ def test_moving_arm_is_held_first_and_the_fault_stays_until_it_is_acknowledged(t
 
 
 REFUSALS = {
-    "nobody": (lambda domain: setattr(domain, "publishers", 0), "nobody publishes /joint_states in domain 0; start"),
+    "nobody": (lambda domain: setattr(domain, "publishers", 0), "no publisher of /joint_states in domain 0; start"),
     "wrong type": (
         lambda domain: (setattr(domain, "publishers", 0), domain.seen[0].append(("x/msg/Y", ""))),
         "/joint_states carries x/msg/Y, not sensor_msgs/msg/JointState",
