@@ -54,7 +54,7 @@ def address(begin, tmp_path_factory):
     file = tmp_path_factory.mktemp("scheduler") / "scheduler.json"
     process = begin("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file))
     deadline = time.monotonic() + PATIENCE_S
-    while not file.exists():
+    while not (file.exists() and file.read_text().endswith("\n}")):
         assert process.poll() is None
         assert time.monotonic() < deadline
         time.sleep(0.05)
