@@ -1,131 +1,100 @@
 """Pictures of machines. Matplotlib is imported only when one is drawn."""
 
 import textwrap
-from math import cos, degrees, hypot, sin
-from typing import Any, Literal
+from math import atan2, cos, degrees, dist, pi, sin, tau
+from typing import Any, Final, Literal
 
 from palpate.adapters.log import drawing
-from palpate.adapters.visualisation.automaton_layout import Curve, Layout, Point, lay_out
-from palpate.core.automata import Kind, Machine, shown_name, shown_output
+from palpate.core.automata import Kind, Machine, edges, shown_name, shown_output
 
-_FONT_PT = 9.0
-_LABEL_PT = 9.0
-_LETTER_IN = 0.62 * _FONT_PT / 72  # a wide letter of the usual sans serif
-_LINE_IN = 1.25 * _LABEL_PT / 72
-_LEAST_RADIUS_IN = 0.27
-_RIM_IN = 0.08
-_SECOND_RIM_IN = 0.045
-_NAME_LETTERS = 12
-_MARGIN_IN = 0.3
-_ARROW_PT = 8.0
-_DPI = 110
+_FONT_PT: Final = 9.0
+_LETTER_IN: Final = 0.62 * _FONT_PT / 72  # a wide letter of the usual sans serif
+_NAME_LETTERS: Final = 12
+_LOOP_OPENING: Final = 0.42
+_START_ANGLE: Final = 0.85
+_LABEL_IN: Final = 0.16
+"""From the rim of a state to the label of an edge that leaves it; every other label is further away by its height."""
 # Dark enough to be read as text, and unlike for neighbours; an edge has the colour of the state that it leaves.
-_COLOURS = (
-    "#1f5fa8",
-    "#b8430f",
-    "#257a2c",
-    "#a3232b",
-    "#6a3d9a",
-    "#7a5200",
-    "#b0287f",
-    "#3f4f5f",
-    "#00788a",
-    "#5b6b00",
-)
+_COLOURS: Final = (
+    "#1f5fa8", "#b8430f", "#257a2c", "#a3232b", "#6a3d9a", "#7a5200", "#b0287f", "#3f4f5f", "#00788a", "#5b6b00",
+)  # fmt: skip
+_Point = tuple[float, float]
 
 
 def machine_picture(machine: Machine, title: str = "", file_format: Literal["svg", "png", "pdf"] = "svg") -> bytes:
-    """States as circles, those that accept as double ones; edges with their symbols; the start with an arrow.
+    """Draw states on a circle, in the order in which they are reached, those that accept with a double rim.
 
-    An edge has the colour of the state that it leaves, and its label is where it leaves. Equal machines and titles give
-    equal bytes. Pictures stay readable up to some 30 states with six edges each.
+    Edges have their symbols as labels, and the colour of the state that they leave. Equal machines and titles give
+    equal bytes. Graphviz draws machines with more than some 20 states better, from their DOT file.
     """
-    texts = _texts(machine)
-    layout = lay_out(machine, _radius_in(texts), _LINE_IN)
-    left, right, low, high = _extent(layout)
-    with drawing(right - left, high - low, _DPI, file_format, {"svg.fonttype": "none"}, layout=None) as canvas:
+    texts = [_text(machine, state) for state in range(len(machine.transitions))]
+    ranks = {state: rank for rank, state in enumerate(dict.fromkeys([*machine.reachable(), *range(len(texts))]))}
+    radius_in = 0.08 + max(0.2, *(_LETTER_IN / 2 * max(map(len, text.split("\n"))) for text in texts))
+    circle_in = 0.0 if len(texts) == 1 else max(1.3, len(texts) * (2 * radius_in + 0.66) / tau)
+    # The start is on the left, and the others follow clockwise.
+    outward = {state: pi - tau * rank / len(texts) for state, rank in ranks.items()}
+    centres = {state: _along((0.0, 0.0), angle, circle_in) for state, angle in outward.items()}
+    shown = edges(machine)
+    reach_in = circle_in + radius_in + 0.8 + _LETTER_IN * max((len(edge.label) for edge in shown), default=0)
+    with drawing(2 * reach_in, 2 * reach_in, 110, file_format, {"svg.fonttype": "none"}, layout=None) as canvas:
         axes: Any = canvas.figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        axes.set(xlim=(left, right), ylim=(low, high), aspect="equal")
+        axes.set(xlim=(-reach_in, reach_in), ylim=(-reach_in, reach_in), aspect="equal")
         axes.axis("off")
-        for curve in layout.curves:
-            _draw_curve(axes, curve, _COLOURS[layout.ranks[curve.edge.source] % len(_COLOURS)])
-        _draw_arrow(axes, "black", posA=layout.start[0], posB=layout.start[1])
+        for number, edge in enumerate(shown):
+            begin, end, angle = centres[edge.source], centres[edge.target], outward[edge.source]
+            colour, far_in = _COLOURS[ranks[edge.source] % len(_COLOURS)], _LABEL_IN * (1 + number % 2)
+            if edge.source == edge.target:
+                tail, head = (_along(begin, angle + turn, radius_in) for turn in (-_LOOP_OPENING, _LOOP_OPENING))
+                _arrow(axes, tail, head, colour, 2.5)
+                far_in = 0.4
+            else:
+                # To the left of the direct way, so that two edges between the same states keep apart.
+                angle = atan2(end[1] - begin[1], end[0] - begin[0])
+                tail, head = _along(begin, angle - 0.3, radius_in), _along(end, angle + pi + 0.3, radius_in)
+                _arrow(axes, tail, head, colour, 0.15)
+                angle -= 0.3
+                far_in = min(far_in, 0.3 * dist(tail, head))
+            _label(axes, _along(begin, angle, radius_in + far_in), angle, edge.label, colour)
+        tip = _along(centres[machine.start], outward[machine.start] + _START_ANGLE, radius_in)
+        _arrow(axes, _along(tip, outward[machine.start] + _START_ANGLE, 0.4), tip, "black", 0.0)
         for state, text in enumerate(texts):
-            _draw_state(axes, machine, layout, state, text)
-        if title:
-            axes.text(left + _MARGIN_IN, high - 0.1, title, va="top", fontsize=11.0, parse_math=False)
+            accepts = machine.kind is Kind.DFA and bool(machine.state_outputs[state])
+            _circles(axes, centres[state], radius_in, _COLOURS[ranks[state] % len(_COLOURS)], 1 + accepts)
+            axes.text(*centres[state], text, ha="center", va="center", fontsize=_FONT_PT, zorder=5, parse_math=False)
+        axes.text(0.1 - reach_in, reach_in - 0.1, title, va="top", fontsize=11.0, parse_math=False)
     return canvas.content
 
 
-def _texts(machine: Machine) -> list[str]:
-    texts = []
-    for state, name in enumerate(machine.names):
-        lines = textwrap.wrap(shown_name(name), _NAME_LETTERS)
-        if machine.kind is Kind.MOORE:
-            lines += textwrap.wrap(shown_output(machine.state_outputs[state]), _NAME_LETTERS)
-        texts.append("\n".join(lines))
-    return texts
+def _text(machine: Machine, state: int) -> str:
+    lines = textwrap.wrap(shown_name(machine.names[state]), _NAME_LETTERS)
+    if machine.kind is Kind.MOORE:
+        lines += textwrap.wrap(shown_output(machine.state_outputs[state]), _NAME_LETTERS)
+    return "\n".join(lines)
 
 
-def _radius_in(texts: list[str]) -> float:
-    sizes = [
-        hypot(_LETTER_IN * max(map(len, text.split("\n"))), 1.25 * _FONT_PT / 72 * (text.count("\n") + 0.5)) / 2
-        for text in texts
-    ]
-    return max(_LEAST_RADIUS_IN, max(sizes) + _RIM_IN)
+def _along(origin: _Point, angle: float, distance_in: float) -> _Point:
+    return origin[0] + distance_in * cos(angle), origin[1] + distance_in * sin(angle)
 
 
-def _extent(layout: Layout) -> tuple[float, float, float, float]:
-    """Left, right, bottom and top of the picture, with room for the labels."""
-    points = [*layout.start]
-    for x, y in layout.centres:
-        points += [(x - layout.radius_in, y - layout.radius_in), (x + layout.radius_in, y + layout.radius_in)]
-    for curve in layout.curves:
-        points += [curve.label_at, _label_end(curve)]
-    xs, ys = [x for x, _ in points], [y for _, y in points]
-    return min(xs) - _MARGIN_IN, max(xs) + _MARGIN_IN, min(ys) - _MARGIN_IN, max(ys) + _MARGIN_IN
-
-
-def _label_end(curve: Curve) -> Point:
-    length_in = _LETTER_IN * len(curve.edge.label)
-    x, y = curve.label_at
-    return x + length_in * cos(curve.label_angle), y + length_in * sin(curve.label_angle)
-
-
-def _draw_curve(axes: Any, curve: Curve, colour: str) -> None:
-    from matplotlib.path import Path
-
-    _draw_arrow(axes, colour, path=Path(curve.points, [Path.MOVETO, Path.CURVE4, Path.CURVE4, Path.CURVE4]))
-    leftwards = cos(curve.label_angle) < -1e-9
-    axes.text(
-        *curve.label_at,
-        curve.edge.label,
-        color=colour,
-        fontsize=_LABEL_PT,
-        rotation=degrees(curve.label_angle) + (180.0 if leftwards else 0.0),
-        rotation_mode="anchor",
-        ha="right" if leftwards else "left",
-        va="center_baseline",
-        bbox={"boxstyle": "square,pad=0.08", "facecolor": "white", "edgecolor": "none"},
-        zorder=3,
-        parse_math=False,
-    )
-
-
-def _draw_arrow(axes: Any, colour: str, **way: Any) -> None:
+def _arrow(axes: Any, tail: _Point, head: _Point, colour: str, bend: float) -> None:
     from matplotlib.patches import FancyArrowPatch
 
-    style = f"-|>,head_length={_ARROW_PT},head_width={0.35 * _ARROW_PT}"
-    axes.add_patch(
-        FancyArrowPatch(**way, arrowstyle=style, color=colour, linewidth=1.1, shrinkA=0, shrinkB=0, zorder=1)
-    )
+    way: Any = {"arrowstyle": "-|>,head_length=8,head_width=2.8", "connectionstyle": f"arc3,rad={bend}"}
+    axes.add_patch(FancyArrowPatch(tail, head, **way, color=colour, linewidth=1.1, shrinkA=0, shrinkB=0, zorder=1))
 
 
-def _draw_state(axes: Any, machine: Machine, layout: Layout, state: int, text: str) -> None:
+def _label(axes: Any, place: _Point, angle: float, text: str, colour: str) -> None:
+    leftwards = cos(angle) < -1e-9
+    axes.text(
+        *place, text, color=colour, fontsize=_FONT_PT, rotation=degrees(angle) + (180.0 if leftwards else 0.0),
+        rotation_mode="anchor", ha="right" if leftwards else "left", va="center_baseline", zorder=3, parse_math=False,
+        bbox={"boxstyle": "square,pad=0.08", "facecolor": "white", "edgecolor": "none"},
+    )  # fmt: skip
+
+
+def _circles(axes: Any, centre: _Point, radius_in: float, colour: str, count: int) -> None:
     from matplotlib.patches import Circle
 
-    accepts = machine.kind is Kind.DFA and bool(machine.state_outputs[state])
-    colour, centre = _COLOURS[layout.ranks[state] % len(_COLOURS)], layout.centres[state]
-    for radius_in in (layout.radius_in, layout.radius_in - _SECOND_RIM_IN)[: 1 + accepts]:
-        axes.add_patch(Circle(centre, radius_in, facecolor="white", edgecolor=colour, linewidth=1.4, zorder=4))
-    axes.text(*centre, text, ha="center", va="center", fontsize=_FONT_PT, zorder=5, parse_math=False)
+    for number in range(count):
+        style: Any = {"facecolor": "white", "edgecolor": colour, "linewidth": 1.4, "zorder": 4}
+        axes.add_patch(Circle(centre, radius_in - 0.045 * number, **style))

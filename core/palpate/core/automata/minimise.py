@@ -1,6 +1,4 @@
-"""The smallest machine that does the same, and one numbering for all that do.
-
-Hopcroft's partition refinement: O(k n log n) steps for n states and k symbols.
+"""The smallest machine that does the same, and one numbering for all that do, by Moore's partition refinement.
 
 Where nothing is known. :meth:`Machine.output_of` returns None for a word that leaves what is known, and here None is
 an output like any other: two states are merged only if the same words are known from both. A state without some
@@ -9,7 +7,7 @@ incomplete as the machine was.
 """
 
 from collections import deque
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import TypeAlias
@@ -52,47 +50,24 @@ def equivalent_states(machine: Machine, apart: Sequence[Hashable] | None = None)
     if apart is not None and len(apart) != len(machine.transitions):
         raise ConfigurationError("automaton.apart", len(apart), f"{len(machine.transitions)} classes, one a state")
     reachable = machine.reachable()
-    block_of = _refined(machine, reachable, apart)
+    block_of = _numbered(
+        {state: (machine.state_outputs[state], None if apart is None else apart[state]) for state in reachable}
+    )
+    before = 0
+    while len(set(block_of.values())) > before:
+        before = len(set(block_of.values()))
+        follow = {state: tuple(map(block_of.get, machine.transitions[state])) for state in reachable}
+        block_of = _numbered({state: (block_of[state], follow[state]) for state in reachable})
     classes: dict[int, list[int]] = {}
     for state in reachable:
         classes.setdefault(block_of[state], []).append(state)
     return tuple(tuple(states) for states in classes.values())
 
 
-def _refined(machine: Machine, states: Sequence[int], apart: Sequence[Hashable] | None) -> dict[int, int]:
-    """Number of the block of each of these states; they must be all that are reachable from any of them."""
-    into: list[dict[int, list[int]]] = [{state: [] for state in states} for _ in machine.alphabet]
-    first: dict[Hashable, set[int]] = {}
-    for state in states:
-        known = tuple(target is not None for target in machine.transitions[state])
-        first.setdefault((machine.state_outputs[state], known, None if apart is None else apart[state]), set()).add(
-            state
-        )
-        for symbol, target in enumerate(machine.transitions[state]):
-            if target is not None:
-                into[symbol][target].append(state)
-    blocks = list(first.values())
-    block_of = {state: number for number, block in enumerate(blocks) for state in block}
-    waiting = set(range(len(blocks)))
-    while waiting:
-        # A copy: the block itself may be cut while it is cutting others.
-        splitter = tuple(blocks[waiting.pop()])
-        for sources in into:
-            leading_in: dict[int, set[int]] = {}
-            for target in splitter:
-                for source in sources[target]:
-                    leading_in.setdefault(block_of[source], set()).add(source)
-            for number, part in leading_in.items():
-                if len(part) == len(blocks[number]):
-                    continue
-                blocks[number] -= part
-                new = len(blocks)
-                blocks.append(part)
-                block_of.update(dict.fromkeys(part, new))
-                # In a block all states have the same symbols, so cutting by one half cuts by the other as well.
-                smaller = new if len(part) <= len(blocks[number]) else number
-                waiting.add(new if number in waiting else smaller)
-    return block_of
+def _numbered(keys: Mapping[int, Hashable]) -> dict[int | None, int]:
+    """A number for each key; None, which is no state, has none."""
+    numbers: dict[Hashable, int] = {}
+    return {state: numbers.setdefault(key, len(numbers)) for state, key in keys.items()}
 
 
 def _merged(machine: Machine, classes: Classes) -> Machine:
@@ -122,10 +97,6 @@ def different(labels: Iterable[str]) -> tuple[str, ...]:
         numbered = (f"{label} ({number})" for number in count(2))
         found[label if label not in found else next(name for name in numbered if name not in found)] = None
     return tuple(found)
-
-
-_Pair: TypeAlias = tuple[int, int]
-_Steps: TypeAlias = dict[_Pair, tuple[_Pair, int] | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,47 +133,27 @@ def difference(one: Machine, other: Machine) -> AutomatonDifference | None:
     Raises:
         ConfigurationError: They are of different kinds, or their alphabets differ, be it in the order alone.
     """
-    _require_comparable(one, other)
-    at_once = one.state_outputs[one.start], other.state_outputs[other.start]
-    if at_once[0] != at_once[1]:
-        return AutomatonDifference((), (), at_once)
-    # Breadth first over pairs of states, so each pair is found by its first word. A pair of a state and nothing never
-    # enters the queue: it differs already.
-    begin = (one.start, other.start)
-    came_from: _Steps = {begin: None}
-    queue = deque((begin,))
-    while queue:
-        pair = queue.popleft()
-        for symbol in range(len(one.alphabet)):
-            outputs = _answer(one, pair[0], symbol), _answer(other, pair[1], symbol)
-            if outputs[0] != outputs[1]:
-                word = (*_word_to(pair, came_from), symbol)
-                return AutomatonDifference(word, tuple(one.alphabet[number] for number in word), outputs)
-            mine, theirs = one.transitions[pair[0]][symbol], other.transitions[pair[1]][symbol]
-            if mine is not None and theirs is not None and (mine, theirs) not in came_from:
-                came_from[mine, theirs] = (pair, symbol)
-                queue.append((mine, theirs))
-    return None
-
-
-def _answer(machine: Machine, state: int, symbol: int) -> Output | None:
-    target = machine.transitions[state][symbol]
-    return None if target is None else machine.state_outputs[target]
-
-
-def _word_to(pair: _Pair, came_from: _Steps) -> tuple[int, ...]:
-    word = []
-    step = came_from[pair]
-    while step is not None:
-        pair, symbol = step
-        word.append(symbol)
-        step = came_from[pair]
-    return tuple(reversed(word))
-
-
-def _require_comparable(one: Machine, other: Machine) -> None:
     if one.kind is not other.kind:
         raise ConfigurationError("automaton.kind", other.kind.value, f"{one.kind.value}, as of the other machine")
     if one.alphabet != other.alphabet:
         accepted = f"{one.alphabet}, in this order, as of the other machine"
         raise ConfigurationError("automaton.alphabet", other.alphabet, accepted)
+    # Breadth first over pairs of states, so each pair is found by its first word.
+    queue: deque[tuple[tuple[int, ...], tuple[int | None, int | None]]] = deque([((), (one.start, other.start))])
+    seen = {queue[0][1]}
+    while queue:
+        word, (mine, theirs) = queue.popleft()
+        outputs = _output(one, mine), _output(other, theirs)
+        if outputs[0] != outputs[1]:
+            return AutomatonDifference(word, tuple(one.alphabet[number] for number in word), outputs)
+        if mine is None or theirs is None:
+            continue
+        for symbol, pair in enumerate(zip(one.transitions[mine], other.transitions[theirs], strict=True)):
+            if pair not in seen:
+                seen.add(pair)
+                queue.append(((*word, symbol), pair))
+    return None
+
+
+def _output(machine: Machine, state: int | None) -> Output | None:
+    return None if state is None else machine.state_outputs[state]
