@@ -18,7 +18,6 @@ from palpate.core.ports import Range, Settings
 ENDINGS: Final = (".mp4", ".gif")
 LEAST_PX: Final = 120
 """Smaller pictures leave no room for what is written into them."""
-_FILM_SIZE: Final = (640, 480)
 _MOST_PX: Final = 4096
 _GIF_MOST: Final = 2_000
 _MP4_MOST: Final = 20_000
@@ -53,36 +52,36 @@ class RenderOptions(Settings):
 
 def render(options: RenderOptions) -> int:
     """Draw a log into a file; returns the exit code."""
-    plan = _plan(options)
+    out, ending = Path(options.to), Path(options.to).suffix.lower()
+    options.require("to", ending in ENDINGS, f"a file that ends with {', '.join(ENDINGS)}")
+    is_gif = ending == ".gif"
     with _mujoco_without_graphics():
-        from palpate.adapters.visualisation.film import (
-            Painter,
-            course_of,
-            require_video,
-            write_gif,
-            write_mp4,
-        )
+        from palpate.adapters.mujoco import CAMERAS
+        from palpate.adapters.visualisation.film import Painter, course_of, require_video, write_gif, write_mp4
+    require_one_of("camera", options.camera, CAMERAS)
+    size = _size(options.size)
+    options.require("size", is_gif or not (size[0] % 2 or size[1] % 2), "even numbers for .mp4")
+    fps = (12.5 if is_gif else 25.0) if options.fps is None else options.fps
+    require_in("fps", fps, 0.1, _GIF_MOST_FPS if is_gif else 240.0)
     from tqdm import tqdm
 
     from palpate.adapters.files import new_file, require_no_file
     from palpate.adapters.log import read_log
 
-    out = Path(options.to)
     require_no_file(out, "--to")
     log = read_log(options.log)
     print_damage(log)
-    if plan.ending == ".mp4":
+    if not is_gif:
         require_video()
     course = course_of(log)
     stretch = course.stretch(options.begin_s, options.end_s)
-    moments = course.film(*stretch, plan.fps, options.speed, _GIF_MOST if plan.ending == ".gif" else _MP4_MOST)
-    with new_file(out, "--to") as passing, Painter(log, course, plan.size, options.camera) as painter:
-        shown = tqdm(moments, unit="picture", file=sys.stderr, leave=False, disable=None)
-        pictures = map(painter.paint, shown)
-        if plan.ending == ".gif":
-            write_gif(passing, pictures, plan.fps, len(moments))
+    moments = course.film(*stretch, fps, options.speed, _GIF_MOST if is_gif else _MP4_MOST)
+    with new_file(out, "--to") as passing, Painter(log, course, size, options.camera) as painter:
+        pictures = map(painter.paint, tqdm(moments, unit="picture", file=sys.stderr, leave=False, disable=None))
+        if is_gif:
+            write_gif(passing, pictures, fps, len(moments))
         else:
-            write_mp4(passing, pictures, plan.fps)
+            write_mp4(passing, pictures, fps)
     sys.stdout.write(
         f"{len(moments)} pictures of {stretch[0]:.2f} to {stretch[1]:.2f} s of the trial in {out},"
         f" {os.path.getsize(out) / 1e6:.2f} MB\n"
@@ -90,31 +89,8 @@ def render(options: RenderOptions) -> int:
     return 0
 
 
-@dataclass(frozen=True)
-class _Plan:
-    ending: str
-    size: tuple[int, int]
-    fps: float
-
-
-def _plan(options: RenderOptions) -> _Plan:
-    ending = Path(options.to).suffix.lower()
-    options.require("to", ending in ENDINGS, f"a file that ends with {', '.join(ENDINGS)}")
-    # Imported here, because it brings numpy with it.
-    from palpate.adapters.mujoco import CAMERAS
-
-    require_one_of("camera", options.camera, CAMERAS)
-    size = _size(options.size)
-    options.require("size", ending != ".mp4" or not (size[0] % 2 or size[1] % 2), "even numbers for .mp4")
-    fps = (12.5 if ending == ".gif" else 25.0) if options.fps is None else options.fps
-    require_in("fps", fps, 0.1, _GIF_MOST_FPS if ending == ".gif" else 240.0)
-    return _Plan(ending, size, fps)
-
-
 def _size(text: str) -> tuple[int, int]:
-    if not text:
-        return _FILM_SIZE
-    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text)
+    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text or "640x480")
     if match is None:
         raise ConfigurationError("size", text, "WIDTHxHEIGHT in pixels, as in 640x480")
     width, height = int(match[1]), int(match[2])
@@ -129,12 +105,10 @@ def _mujoco_without_graphics() -> Iterator[None]:
 
     Here it shall load none: which one works is found out later.
     """
-    named = os.environ.get("MUJOCO_GL")
+    before = dict(os.environ)
     os.environ["MUJOCO_GL"] = "off"
     try:
         yield
     finally:
-        if named is None:
-            del os.environ["MUJOCO_GL"]
-        else:
-            os.environ["MUJOCO_GL"] = named
+        del os.environ["MUJOCO_GL"]
+        os.environ.update(before)

@@ -10,7 +10,7 @@ from PIL import Image
 from palpate.adapters.log import DecisionEntry, EventEntry, read_log
 from palpate.adapters.mujoco import ACTION, FORCE, Moment
 from palpate.adapters.visualisation.film import Painter, captions, require_video, write_gif, write_mp4
-from palpate.adapters.visualisation.film.course import FORCE_TICKS, Course, course_of
+from palpate.adapters.visualisation.film.course import FORCE_TICKS, course_of
 from palpate.adapters.visualisation.film.film import HOLD_S, gif_durations_ms
 from palpate.core.errors import LogError, UsageError
 from palpate.core.ports import JointSample, Validity, WrenchSample
@@ -22,33 +22,29 @@ MOMENT = Moment(7, 1.234, POSTURE, (0.0, 0.0, -5.0), (0.0, 0.0, 0.0), "explore",
 
 
 def test_picture_shows_time_phase_symbol_state_action_and_force():
-    assert captions.now_lines(MOMENT, (0.04, -0.04, -5.06)) == [
-        ("time", "1.23 s"), ("phase", "explore"), ("symbol", "x+ y0"), ("state", "seen"), ("action", "-x (learned)"),
-        ("force", "5.1 N"), ("x y z", "+0.0 +0.0 -5.1 N"),
+    assert captions.now_text(MOMENT, (0.04, -0.04, -5.06)).splitlines() == [
+        "time   1.23 s", "phase  explore", "symbol x+ y0", "state  seen", "action -x (learned)", "force  5.1 N",
+        "x y z  +0.0 +0.0 -5.1 N",
     ]  # fmt: skip
 
 
 def test_missing_value_is_a_dash():
-    bare = Moment(0, 0.0, POSTURE, None, None, "lift", None)
-    lines = dict(captions.now_lines(bare, None))
-    assert (lines["symbol"], lines["action"], lines["force"], lines["x y z"]) == ("-", "-", "not measured", "-")
-    # Pictures of one film have the same number of lines, so that nothing jumps.
-    assert len(captions.now_lines(bare, None)) == len(captions.now_lines(MOMENT, (0.0, 0.0, 0.0)))
+    bare = captions.now_text(Moment(0, 0.0, POSTURE, None, None, "lift", None), None).splitlines()
+    assert bare[2:] == ["symbol -", "state  -", "action -", "force  not measured", "x y z  -"]
 
 
 def test_notes_say_whose_hole_it_is_and_whether_the_force_is_raw():
-    tared, raw = Course((MOMENT,), True), Course((MOMENT,), False)
-    assert captions.notes_of(tared, hole_known=True, world="simulator") == ["hole: where the simulator had it"]
-    assert captions.notes_of(raw, hole_known=False, world="bench") == [
+    assert captions.notes_of(tared=True, hole_known=True, world="simulator") == ["hole: where the simulator had it"]
+    assert captions.notes_of(tared=False, hole_known=False, world="bench") == [
         "hole: where it is believed to be", "force: raw, weight included",
     ]  # fmt: skip
 
 
 @pytest.mark.parametrize("size", [(120, 120), (640, 480), (320, 900), (1920, 1080)])
-def test_block_fits_into_a_picture_of_any_size(size):
+def test_text_fits_into_a_picture_of_any_size(size):
     picture = Image.new("RGB", size, (0, 0, 0))
     longest = Moment(7, 99.99, POSTURE, None, None, "approach", DECISION)
-    captions.write_block(picture, (2, 2), captions.now_lines(longest, (-11.1, -22.2, -33.3)), captions.font_px(*size))
+    captions.write(picture, (0.03, 0.03), captions.now_text(longest, (-11.1, -22.2, -33.3)), "la")
     pixels = np.array(picture).sum(axis=2)
     assert pixels[2:, 2:].any()
     assert not pixels[-1].any()

@@ -12,8 +12,6 @@ from palpate.core.errors import UsageError
 
 HOLD_S: Final = 1.0
 """How long a film rests on its last picture."""
-_GIF_TICKS_PER_S: Final = 100
-_QUALITY: Final = "20"
 
 
 def require_video() -> Any:
@@ -45,7 +43,7 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
     first = next(frames)
     with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
         # One thread: with more of them the bytes depend on their number.
-        stream = container.add_stream("libx264", rate=rate, options={"crf": _QUALITY, "threads": "1"})
+        stream = container.add_stream("libx264", rate=rate, options={"crf": "20", "threads": "1"})
         stream.width, stream.height, stream.pix_fmt = *first.size, "yuv420p"
         last = first
         for last in chain((first,), frames):
@@ -67,7 +65,7 @@ def write_gif(path: Path, pictures: Iterable[Image.Image], fps: float, count: in
 
 def gif_durations_ms(count: int, fps: float) -> list[int]:
     """How long each picture stays: whole hundredths of a second, rounded so that no error adds up."""
-    ends = [round(_GIF_TICKS_PER_S * k / fps) for k in range(count + 1)]
+    ends = [round(100 * k / fps) for k in range(count + 1)]
     durations = [10 * (b - a) for a, b in pairwise(ends)]
     durations[-1] += round(1000 * HOLD_S)
     return durations

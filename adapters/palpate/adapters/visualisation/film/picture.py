@@ -6,7 +6,7 @@ from math import dist
 from typing import Final
 
 import numpy as np
-from PIL import Image, ImageDraw
+from PIL import Image, ImageDraw, ImageOps
 
 from palpate.adapters.log import TrialLog
 from palpate.adapters.mujoco import (
@@ -60,7 +60,8 @@ class Painter:
         self._outcome = captions.outcome_of(log)
         self._last = course.moments[-1].tick
         part = "contour" if self._cell.contour else "hole"
-        notes = captions.notes_of(course, hole_known=self._cell.hole_known, world=log.start.world, part=part)
+        known = self._cell.hole_known
+        notes = captions.notes_of(tared=course.tared, hole_known=known, world=log.start.world, part=part)
         self._notes = [captions.title_of(log), *notes]
         self._to_task: Array = self._cell.goal_in_base.rotation.T
         self._stage = Stage(self._cell, size)
@@ -86,7 +87,8 @@ class Painter:
         sheet = Image.new("RGBA", size, (255, 255, 255, 0))
         draw = ImageDraw.Draw(sheet)
         if view.cut:
-            rim = [view.pixel_of(point, *size) for point in self._rim()]
+            # Towards the camera, where the plate is cut away.
+            rim = [] if self._cell.contour else [view.pixel_of(point, *size) for point in self._cell.rim_m(_CORNERS)]
             for dash in zip(rim[::2], rim[1::2], strict=True):
                 draw.line(dash, fill=_RING, width=max(size[1] // 240, 2))
         m_per_N, width = metres_per_N(self._reference_N, view), size[1] / 75
@@ -104,38 +106,20 @@ class Painter:
         sheet = sheet.resize(self._size, Image.Resampling.BOX)
         picture.paste(sheet, mask=sheet)
 
-    def _rim(self) -> list[Array]:
-        """The rim of the hole, towards the camera: there the plate is cut away."""
-        return [] if self._cell.contour else list(self._cell.rim_m(_CORNERS))
-
     def _add_inset(self, picture: Image.Image) -> None:
         width, height = self._size
         side = round(min(_INSET * height, 0.34 * width))
         inset = Image.fromarray(self._stage.picture(self._arm, side, side))
-        margin = max(height // 60, 2)
-        corner = (width - side - margin, margin)
-        edge = max(height // 240, 1)
-        frame = (corner[0] - edge, corner[1] - edge, corner[0] + side + edge - 1, corner[1] + side + edge - 1)
-        ImageDraw.Draw(picture).rectangle(frame, fill=(255, 255, 255))
-        picture.paste(inset, corner)
+        corner, edge = (width - side - max(height // 60, 2), max(height // 60, 2)), max(height // 240, 1)
+        picture.paste(ImageOps.expand(inset, edge, (255, 255, 255)), (corner[0] - edge, corner[1] - edge))
 
     def _write(self, picture: Image.Image, moment: Moment, force: Array | None) -> None:
-        width, height = self._size
-        letters = captions.font_px(width, height)
-        margin = max(height // 60, 2)
         in_task = None if force is None else (self._to_task @ force).tolist()
-        captions.write_block(picture, (margin, margin), captions.now_lines(moment, in_task), letters)
-        small = max(round(letters * 0.85), captions.SMALLEST_PX)
-        scale = f"{self._reference_N:g} N on the tool"
-        captions.write_line(
-            picture, (width * _SCALE_AT[0] + small * 0.35, height * (_SCALE_AT[1] - 0.03)), scale, small, "ls"
-        )
+        captions.write(picture, (0.03, 0.03), captions.now_text(moment, in_task), "la")
+        captions.write(picture, (_SCALE_AT[0], _SCALE_AT[1] - 0.03), f"{self._reference_N:g} N on the tool", "ls")
         # The outcome comes last in time and stands above, so that nothing moves when it appears.
         remarks = [self._outcome] if self._outcome and moment.tick == self._last else []
-        remarks += self._notes
-        for row, text in enumerate(reversed(remarks)):
-            at = (width - margin - small * 0.35, height - margin - small * 0.35 - row * captions.line_px(small) * 1.25)
-            captions.write_line(picture, at, text, small, "rd")
+        captions.write(picture, (0.97, 0.97), "\n".join((*remarks, *self._notes)), "rd")
 
     def __enter__(self) -> Painter:
         return self
