@@ -109,7 +109,7 @@ def desk(palpate, trained, tmp_path):
         ("show", "policy file"),
         ("rig doctor", "rig"),
         ("log info", "name one or more"),
-        ("log export sound.mcap --out x", "to = '' is refused: one of csv, rerun"),
+        ("log export sound.mcap --out x --to json", "to = 'json' is refused: one of csv"),
         ("replay", "no log was named"),
         ("infer walks.txt", "--out"),
         ("infer --show even.json all.json", "1 automaton file (got 2)"),

@@ -79,10 +79,7 @@ COMMANDS: dict[str, Command] = {
         "summarise logs: configuration, timing, completeness, outcome", "log:info", "log:InfoOptions"
     ),
     "log plot": Command("a picture of one trial over time", "log:plot", "log:PlotOptions"),
-    "log export": Command(
-        "the same data as CSV files, or for Rerun",
-        "log:export", "log:ExportOptions",
-    ),
+    "log export": Command("the same data as CSV files", "log:export", "log:ExportOptions"),
 }  # fmt: skip
 
 GROUPS: dict[str, tuple[str, str]] = {

@@ -41,15 +41,12 @@ class PlotOptions(Settings):
 
 @dataclass(frozen=True)
 class ExportOptions(Settings):
-    """Write logs in another format: csv keeps every bit.
-
-    rerun is what palpate run --live shows: frames, scene and values. Foxglove opens the logs themselves.
-    """
+    """Write logs as CSV, which keeps every bit. Rerun and Foxglove open the logs themselves."""
 
     files: Files = ()
     """Logs, or folders with logs in or below them."""
-    to: str = ""
-    """csv, or rerun (RRD)."""
+    to: str = "csv"
+    """csv."""
     out: str = ""
     """Folder for the result; it must be new or empty."""
 
@@ -96,23 +93,15 @@ def plot(options: PlotOptions) -> int:
 def export(options: ExportOptions) -> int:
     """Write trials in another format."""
     paths = _logs(options.files, "export")
-    require_one_of("to", options.to, ("csv", "rerun"))
+    require_one_of("to", options.to, ("csv",))
     options.require("out", bool(options.out), "a folder for the result")
     out = Path(options.out)
-    from palpate.adapters.log import read_log
+    from palpate.adapters.log import export_csv, read_log
 
     for path in paths:
         print_damage(read_log(path))
-    if options.to == "csv":
-        from palpate.adapters.log import export_csv
-
-        folders = export_csv(paths, out)
-        sys.stdout.write(f"{len(folders)} trial{'s' * (len(folders) > 1)} as CSV in {out}\n")
-        return 0
-    from palpate.adapters.visualisation.live import export_rerun
-
-    made = export_rerun(paths, out)
-    sys.stdout.write(f"{len(made)} trial{'s' * (len(made) > 1)} for Rerun in {out}\n")
+    folders = export_csv(paths, out)
+    sys.stdout.write(f"{len(folders)} trial{'s' * (len(folders) > 1)} as CSV in {out}\n")
     return 0
 
 

@@ -7,51 +7,71 @@ import os
 import signal
 import socket
 import subprocess
+from collections import deque
 from typing import Final, Self
 
+import numpy as np
 import rerun as rr
 import rerun_cli
+from rerun import blueprint
 from typing_extensions import override
 
-from palpate.adapters.config import to_toml, with_options
+from palpate.adapters.config import RunConfig, to_toml, with_options
 from palpate.adapters.experiments import Trials, TrialsObserver
-from palpate.adapters.log import (
-    SCHEMA,
-    DecisionEntry,
-    EventEntry,
-    StartRecord,
-    TickRecord,
-    TrialLog,
-    dump_json,
-    end_of,
-    world_of,
-)
-from palpate.adapters.visualisation.live.recording import Recording, layout, values_in
-from palpate.core.errors import ConfigurationError
-from palpate.core.policy import document_of
-from palpate.core.ports import AppliedCommand, JointCommand, Snapshot
-from palpate.core.trial import TrialReport
+from palpate.adapters.log import SCHEMA, EventEntry, StartRecord, Tare, TrialLog, dump_json, tare_of, world_of
+from palpate.adapters.mujoco import Moment
+from palpate.adapters.visualisation.live.cell_shapes import CellShapes, Row
+from palpate.core.errors import ConfigurationError, LogError
+from palpate.core.ports import AppliedCommand, JointCommand, Snapshot, Validity
+from palpate.core.trial import Outcome, TrialReport
 
 PORT: Final = 9876
 """The port at which Rerun's viewer looks by itself."""
 _MEMORY: Final = "512MB"
 """What the server keeps for viewers that come late; then it drops the oldest."""
+_CLOCK: Final = "run clock"
+_SERIES: Final[dict[str, tuple[str, ...]]] = {
+    "wrench": ("fx_N", "fy_N", "fz_N", "tx_Nm", "ty_Nm", "tz_Nm"),
+    "tip": ("x_mm", "y_mm", "z_mm"),
+    "timing": ("late_ms", "wrench_age_ms"),
+}
+"""Time series: the tared wrench in the sensor's frame; the tip in the task frame; how late a tick began and how old its
+wrench was."""
+_POSE_TICKS: Final = 5
+"""Ticks between two poses: 28 poses a second."""
+_FLUSH_TICKS: Final = 14
+"""Time series are sent together, ten times a second."""
+_MEAN_TICKS: Final = 5
+"""The force arrow is a mean over this many ticks; the noise of single samples would make it flicker."""
+_MOST_TRIALS: Final = 1000
+_NO_TARE: Final = Tare((0.0,) * 6, "nothing")
 
 
 class LiveView(TrialsObserver):
     """Shows trials while they run. A context manager.
 
     Args:
+        stream: What Rerun records.
         server: Rerun's server process, which ends with the view.
         address: Where viewers connect.
     """
 
-    def __init__(self, recording: Recording, server: subprocess.Popen[bytes] | None = None, address: str = "") -> None:
-        self._recording, self._server, self.address = recording, server, address
+    def __init__(self, stream: rr.RecordingStream, server: subprocess.Popen[bytes] | None = None, address: str = ""):
+        self._stream, self._server, self.address = stream, server, address
         self._trials: Trials | None = None
+        self._log: TrialLog | None = None
         self._report: TrialReport | None = None
-        self._trial: TrialLog | None = None
+        self._cell: CellShapes | None = None
+        self._tare, self._times_s = _NO_TARE, list[float]()
         self._events = self._decisions = self._deadline_ns = 0
+        self._wrenches: deque[Row] = deque(maxlen=_MEAN_TICKS)
+        self._rows: dict[str, tuple[list[int], list[Row]]] = {topic: ([], []) for topic in _SERIES}
+        # The wall clock says nothing about the run.
+        stream.set_log_time_enabled(False)
+        stream.set_log_tick_enabled(False)
+        for topic, names in _SERIES.items():
+            stream.log(topic, rr.SeriesLines(names=list(names)), static=True)
+        stream.log("cell", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
 
     @classmethod
     def serving(cls, port: int = 0) -> Self:
@@ -81,14 +101,15 @@ class LiveView(TrialsObserver):
             env={**os.environ, "CI": "1"},
         )  # fmt: skip
         stream, address = rr.RecordingStream("palpate"), f"rerun+http://127.0.0.1:{port}/proxy"
-        stream.connect_grpc(address, default_blueprint=layout())
-        return cls(Recording(stream), server, address)
+        stream.connect_grpc(address, default_blueprint=_layout())
+        return cls(stream, server, address)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *error: object) -> None:
-        self._recording.__exit__(*error)
+        self._stream.flush()
+        self._stream.disconnect()
         if self._server is not None:
             self._server.kill()
             self._server.wait()
@@ -102,18 +123,19 @@ class LiveView(TrialsObserver):
         trials = self._trials
         if trials is None:
             return
-        ready, world = trials.ready, world_of(trials.rig)
-        start = StartRecord(
-            schema=SCHEMA, command="live", config_toml=to_toml(with_options(trials.config)), arm=str(trials.config.arm),
-            model_sha256="", core_sha256="", seed=report.setup.seed, trial=report.setup.index,
-            start_m=report.setup.start_m, ready_rad=tuple(ready.q_rad.tolist()),
-            tip_rotation=tuple(ready.tip_rotation.ravel().tolist()), perception_json="", policy=trials.name,
-            world=world.kind, world_json=dump_json(world.facts),
-        )  # fmt: skip
-        document = None if trials.name else document_of(trials.policy, created_with={}, perception={})
-        self._report, self._deadline_ns, self._events, self._decisions = report, start_ns, 0, 0
-        self._trial = TrialLog("live view", 0, start)
-        self._recording.begin(self._trial, start_ns, values_in(document, None))
+        self._report, self._cell, self._tare, self._events, self._decisions = report, None, _NO_TARE, 0, 0
+        self._wrenches.clear()
+        self._at(start_ns)
+        self._tell(f"trial {report.setup.index - trials.first} begins: {trials.name or trials.config.arm}")
+        self._log = _as_log(trials, report)
+        try:
+            self._cell = CellShapes(self._log)
+        except LogError as error:
+            self._tell(str(error), serious=True)
+            return
+        for frame, shapes in self._cell.shapes.items():
+            for name, shape in shapes.items():
+                self._stream.log(f"cell/{frame}/{name}", shape)
 
     @override
     def waited(self, tick: int, deadline_ns: int) -> None:
@@ -121,30 +143,126 @@ class LiveView(TrialsObserver):
 
     @override
     def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
-        self._recording.tick(TickRecord.of(self._deadline_ns, snapshot, command, applied))
+        time_ns, sample = snapshot.time_ns, snapshot.wrench
+        self._at(time_ns)
+        wrench = self._tare.taken_from(sample)
+        if wrench is None:
+            self._wrenches.clear()
+        else:
+            self._wrenches.append(wrench)
+            self._add("wrench", time_ns, wrench)
+        late, age = time_ns - self._deadline_ns, time_ns - sample.receive_time_ns
+        self._add("timing", time_ns, (late * 1e-6, age * 1e-6))
+        if snapshot.joints.validity is not Validity.INVALID and not snapshot.tick % _POSE_TICKS:
+            self._pose(snapshot.tick, time_ns, snapshot.joints.position_rad)
+        if not snapshot.tick % _FLUSH_TICKS:
+            self._flush()
         self._follow()
 
     @override
     def stopped(self, error: BaseException | None) -> None:
-        report, trial = self._report, self._trial
-        if report is None or trial is None:
+        report = self._report
+        if report is None:
             return
         self._follow()
-        if report.outcome is not None:
-            trial.end = end_of(report)
-        self._recording.end()
+        self._flush()
+        outcome = Outcome.TRIPPED if report.trip is not None else report.outcome
+        self._tell(f"trial is over: {error or ('' if outcome is None else outcome.value)}", serious=error is not None)
+        if error is None and outcome not in (None, Outcome.INTERRUPTED):
+            self._times_s.append(report.exploration_time_s)
+            # Rerun draws lines over time only: one bar for each trial.
+            self._stream.log("learning_curve", rr.BarChart(self._times_s[-_MOST_TRIALS:]))
         self._report = None
 
     def _follow(self) -> None:
         """Show what the report holds that is new."""
         report = self._report
-        if report is None or (len(report.events) == self._events and len(report.decisions) == self._decisions):
+        if report is None:
             return
         for event in report.events[self._events :]:
-            self._recording.event(EventEntry(tick=event.tick, name=event.name, detail=event.detail))
-        for number in range(self._decisions, len(report.decisions)):
-            self._recording.decision(DecisionEntry.of(number, report.decisions[number], report.temperature))
+            if event.name == "tare" and self._log is not None:
+                self._log.events.append(EventEntry(tick=event.tick, name=event.name, detail=event.detail))
+                self._tare = tare_of(self._log, [])
+            self._tell(f"{event.name}: {event.detail}".rstrip(": "), serious=event.name in ("clamp", "trip"))
+        for number, one in enumerate(report.decisions[self._decisions :], start=self._decisions):
+            text = f"{number}: **{one.action}** in {one.state}, symbol {one.symbol}, {one.source}"
+            self._stream.log("decision", rr.TextDocument(text, media_type="text/markdown"))
         self._events, self._decisions = len(report.events), len(report.decisions)
+
+    def _pose(self, tick: int, time_ns: int, joints_rad: Row) -> None:
+        if self._cell is None:
+            return
+        force, torque = None, None
+        # Before the tare the arrow would show the tool's weight.
+        if self._wrenches and any(self._tare.bias):
+            fx, fy, fz, tx, ty, tz = np.mean(self._wrenches, axis=0).tolist()
+            force, torque = (fx, fy, fz), (tx, ty, tz)
+        frames, arrow, tip_mm = self._cell.at(Moment(tick, 0.0, joints_rad, force, torque, "", None))
+        for name, (position_m, (w, x, y, z)) in frames.items():
+            self._stream.log(f"cell/{name}", rr.Transform3D(translation=position_m, quaternion=(x, y, z, w)))
+        origins, vectors = ([], []) if arrow is None else ([arrow[0]], [arrow[1]])
+        shown = rr.Arrows3D(origins=origins, vectors=vectors, colors=(217, 26, 26), radii=0.002)
+        self._stream.log("cell/base/force", shown)
+        self._add("tip", time_ns, tip_mm)
+
+    def _add(self, topic: str, time_ns: int, row: Row) -> None:
+        times_ns, rows = self._rows[topic]
+        times_ns.append(time_ns)
+        rows.append(row)
+
+    def _flush(self) -> None:
+        for topic, (times_ns, rows) in self._rows.items():
+            if rows:
+                columns = rr.Scalars.columns(scalars=np.array(rows).ravel()).partition([len(rows[0])] * len(rows))
+                index = [rr.TimeColumn(_CLOCK, duration=np.array(times_ns, "timedelta64[ns]"))]
+                self._stream.send_columns(topic, index, columns)
+                self._rows[topic] = [], []
+
+    def _tell(self, text: str, *, serious: bool = False) -> None:
+        self._stream.log("log", rr.TextLog(text, level="WARN" if serious else "INFO"))
+
+    def _at(self, time_ns: int) -> None:
+        self._stream.set_time(_CLOCK, duration=np.timedelta64(time_ns, "ns"))
+
+
+def _as_log(trials: Trials, report: TrialReport) -> TrialLog:
+    """The log of a trial as far as its cell follows from it."""
+    ready, world, setup = trials.ready, world_of(trials.rig), report.setup
+    start = StartRecord(
+        schema=SCHEMA, command="live", config_toml=to_toml(with_options(trials.config)), arm=str(trials.config.arm),
+        model_sha256="", core_sha256="", seed=setup.seed, trial=setup.index, start_m=setup.start_m,
+        ready_rad=tuple(ready.q_rad.tolist()), tip_rotation=tuple(ready.tip_rotation.ravel().tolist()),
+        perception_json="", policy=trials.name, world=world.kind, world_json=dump_json(world.facts),
+    )  # fmt: skip
+    return TrialLog("live view", 0, start)
+
+
+def _layout() -> blueprint.Blueprint:
+    """Which views the viewer shows where."""
+    goal = RunConfig().task.goal
+    x_m, y_m, z_m = goal.x_mm * 1e-3, goal.y_mm * 1e-3, goal.z_mm * 1e-3 + 0.1
+    eye = blueprint.EyeControls3D(position=(x_m + 0.5, y_m + 0.7, z_m + 0.25), look_target=(x_m - 0.1, y_m, z_m))
+    return blueprint.Blueprint(
+        blueprint.Horizontal(
+            blueprint.Vertical(
+                blueprint.Spatial3DView(name="Cell", origin="/cell", eye_controls=eye),
+                blueprint.TextLogView(name="Events", origin="/log"),
+                row_shares=[3, 1],
+            ),
+            blueprint.Vertical(
+                blueprint.TimeSeriesView(name="Force (N), torque (N m)", origin="/wrench"),
+                blueprint.TimeSeriesView(name="Tip (mm)", origin="/tip"),
+                blueprint.TimeSeriesView(name="Lateness (ms)", origin="/timing"),
+            ),
+            blueprint.Vertical(
+                blueprint.TextDocumentView(name="Decision", origin="/decision"),
+                blueprint.BarChartView(name="Exploration time of each trial (s)", origin="/learning_curve"),
+            ),
+            column_shares=[2, 2, 1],
+        ),
+        blueprint.TimePanel(timeline=_CLOCK, state="collapsed"),
+        collapse_panels=True,
+    )
 
 
 def _end_with_parent() -> None:
