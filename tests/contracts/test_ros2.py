@@ -63,6 +63,9 @@ class Bench(VirtualDomain):
 
 
 class TestRos2Encoder(JointEncoderContract):
+    # It is the arm, whose lives are below.
+    test_life_follows_the_table = None
+
     def make(self):
         bench = Bench()
         arm = bench.arm()
@@ -86,6 +89,8 @@ class TestRos2Arm(ArmCommandContract):
 
 
 class TestRos2VelocityArm(TestRos2Arm):
+    # Its link and its states are those of positions.
+    test_life_follows_the_table = None
     table = VELOCITIES
     tolerance_rad = 5e-4
 

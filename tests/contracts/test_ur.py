@@ -61,6 +61,9 @@ class Bench(VirtualUr):
 
 
 class TestUrEncoder(JointEncoderContract):
+    # It is the arm, whose lives are below.
+    test_life_follows_the_table = None
+
     def make(self):
         bench = Bench()
         arm = bench.arm()

@@ -43,6 +43,9 @@ class Bench(BusBench):
 
 
 class TestZebraEncoder(JointEncoderContract):
+    # It is the arm, whose lives are below.
+    test_life_follows_the_table = None
+
     def make(self):
         bench = Bench()
         return JointEncoderRig(max_age_ns=150_000_000, joints=6, expected_rad=HOME_RAD, arm=bench.arm, **bench.knobs())

@@ -108,6 +108,20 @@ class UrController:
         self._lookahead_s = 0.1
         self._executing = self._stopping = False
         self._fed_ns, self._watchdog_ns, self._tripped_ns = 0, 0, 0
+        self._fields: dict[str, Callable[[], Value]] = {
+            "timestamp": lambda: self._now_ns * 1e-9, "actual_q": lambda: self._measured,
+            "target_q": self.targets_rad, "actual_qd": lambda: tuple(self._speed),
+            "target_qd": lambda: tuple(self._speed), "ft_raw_wrench": lambda: self._wrench(self._now_ns),
+            "robot_mode": lambda: int(self.robot_mode), "safety_mode": lambda: int(self.safety_mode),
+            "runtime_state": lambda: int(self.runtime), "robot_status_bits": self._status_bits,
+            "safety_status_bits": lambda: _STATUS_BITS[self.safety_mode], "payload": lambda: self.config.payload_kg,
+            "payload_cog": lambda: self.config.payload_cog_m, "tcp_offset": lambda: self.config.tcp_offset,
+            "actual_TCP_pose": lambda: tool_pose(self.config.arm, self._measured, self.config.tcp_offset),
+        }  # fmt: skip
+
+    def _status_bits(self) -> int:
+        powered = int(self.robot_mode is RobotMode.RUNNING)
+        return powered | 2 * (self.runtime is RuntimeState.PLAYING)
 
     def targets_rad(self) -> tuple[float, ...]:
         """Joint angles that the servos hold now, (6,)."""
@@ -145,19 +159,7 @@ class UrController:
             number = int(index)
             outputs = {"output_int": self._ints[number], "output_double": self._doubles[number]}
             return outputs.get(kind, self.inputs.get(name))
-        moving, bits = tuple(self._speed), _STATUS_BITS[self.safety_mode]
-        powered = int(self.robot_mode is RobotMode.RUNNING)
-        fields: dict[str, Callable[[], Value]] = {
-            "timestamp": lambda: self._now_ns * 1e-9, "actual_q": lambda: self._measured,
-            "target_q": self.targets_rad, "actual_qd": lambda: moving, "target_qd": lambda: moving,
-            "ft_raw_wrench": lambda: self._wrench(self._now_ns), "robot_mode": lambda: int(self.robot_mode),
-            "safety_mode": lambda: int(self.safety_mode), "runtime_state": lambda: int(self.runtime),
-            "robot_status_bits": lambda: powered | 2 * (self.runtime is RuntimeState.PLAYING),
-            "safety_status_bits": lambda: bits, "payload": lambda: self.config.payload_kg,
-            "payload_cog": lambda: self.config.payload_cog_m, "tcp_offset": lambda: self.config.tcp_offset,
-            "actual_TCP_pose": lambda: tool_pose(self.config.arm, self._measured, self.config.tcp_offset),
-        }  # fmt: skip
-        return fields[name]() if name in fields else None
+        return self._fields[name]() if name in self._fields else None
 
     def run_script(self, text: bytes) -> None:
         """Start the control program, where remote control, power and safety allow it."""

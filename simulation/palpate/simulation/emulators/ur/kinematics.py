@@ -5,7 +5,7 @@ from math import cos, pi, sin
 from typing import Final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import pinocchio as pin
 
 LENGTHS_M: Final = {
     "ur3": (-0.24365, -0.21325, 0.1519, 0.11235, 0.08535, 0.0819),
@@ -35,5 +35,5 @@ def tool_pose(arm: str, joints_rad: Sequence[float], offset: Sequence[float]) ->
         link = ((c, -s * ca, s * sa, a * c), (s, c * ca, -c * sa, a * s), (0.0, sa, ca, d), (0.0, 0.0, 0.0, 1.0))
         at = at @ np.array(link)
     place = at[:3, 3] + at[:3, :3] @ np.array(offset[:3])
-    turn = Rotation.from_matrix(at[:3, :3]) * Rotation.from_rotvec(offset[3:])
-    return tuple(float(value) for value in (*place, *turn.as_rotvec()))
+    turn = at[:3, :3] @ pin.exp3(np.array(offset[3:]))
+    return tuple(float(value) for value in (*place, *pin.log3(turn)))
