@@ -28,8 +28,8 @@ class VirtualPort(Generic[Emulator]):
         is_whole: Whether the cable beyond the adapter is: cut, it carries nothing either way.
     """
 
-    def __init__(self, clock, emulator, timing):
-        self.line = SerialLine(emulator, timing)
+    def __init__(self, clock, emulator, *, paced=True):
+        self.line = SerialLine(emulator, paced=paced)
         self.baudrate = emulator.baud
         self.timeout = None
         self.write_timeout = None
@@ -225,9 +225,9 @@ class VirtualDesk:
         condition = SimpleNamespace(Condition=lambda: VirtualCondition(self.clock))
         self._patch.setattr(mailbox, "threading", condition)
 
-    def serial(self, name, emulator, timing=None):
+    def serial(self, name, emulator):
         """Plug a device in at a serial port."""
-        port = VirtualPort(self.clock, emulator, timing)
+        port = VirtualPort(self.clock, emulator)
         self._ports[name] = port
         self.clock.devices.append(port)
         return port

@@ -17,7 +17,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, FaultLatch, Ports
 from palpate.core.supervision import SampleWatch
 from palpate.drivers.ros2 import WRENCH
 from palpate.simulation.emulators.ati import NetFtServer
-from palpate.simulation.emulators.lines import PtyServer, SlcanServer
+from palpate.simulation.emulators.lines import PtyServer, SlcanAdapter
 from palpate.simulation.emulators.ros2 import Ros2Server
 from palpate.simulation.emulators.ur import UrServer
 from tests.support.arm_thread import arm_in_thread
@@ -45,7 +45,9 @@ class VirtualCell(EmulatedCell):
         super().__init__(config, ready, emulation, hidden=hidden)
         for device, table in ((self.arm, "arm"), (self.sensor, "force_sensor")):
             server = device.server
-            if isinstance(server, PtyServer):
+            if isinstance(server, PtyServer) and isinstance(adapter := server._serial.emulator, SlcanAdapter):
+                desk.can(table, *adapter.bus._nodes)
+            elif isinstance(server, PtyServer):
                 desk.serial(table, server._serial.emulator)
             elif isinstance(server, UrServer):
                 self.link = VirtualUr(desk.clock, server._controller)
@@ -54,8 +56,6 @@ class VirtualCell(EmulatedCell):
             elif isinstance(server, Ros2Server):
                 self.domain = VirtualDomain(desk.clock, server._robot)
                 self.domain.wrench = server._wrench
-            elif isinstance(server, SlcanServer):
-                desk.can(table, *server.wire._nodes)
         self._begin_ns, self._late_ns, self._done = begin_ns, late_ns, 0
         desk.clock.devices.append(self)
 

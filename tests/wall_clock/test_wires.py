@@ -12,7 +12,7 @@ from palpate.core.errors import DeviceError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports import Life
 from palpate.simulation.emulators.cia402.node import CanopenDrive
-from palpate.simulation.emulators.lines import EmulatedCanBus, SlcanServer
+from palpate.simulation.emulators.lines import EmulatedCanBus, PtyServer, SlcanAdapter
 from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors
 from tests.support.arm_thread import arm_in_thread
 from tests.support.arms import driver_arm
@@ -39,9 +39,10 @@ class Following(DirectMotors):
 def test_serial_adapter_that_fails_is_noticed(line):
     motors = Following(SCALE, HOME_RAD)
     context = RigContext(MonotonicClock(), arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 6)
-    with SlcanServer(EmulatedCanBus([CanopenDrive(axis + 1, motors, axis) for axis in range(6)])) as server:
+    bus = EmulatedCanBus([CanopenDrive(axis + 1, motors, axis) for axis in range(6)])
+    with PtyServer(SlcanAdapter(bus), paced=False) as server:
         table = {
-            "interface": "slcan", "channel": server.channel, "counts_per_rad": list(SCALE), "divider": 4,
+            "interface": "slcan", "channel": server.path, "counts_per_rad": list(SCALE), "divider": 4,
             "patience": 5.0,
         }  # fmt: skip
         arm = arm_in_thread(driver_arm("cia402", table, context), context.clock, LONG_NS)
@@ -52,7 +53,8 @@ def test_serial_adapter_that_fails_is_noticed(line):
         if line is None:
             server.unplug()
         else:
-            server.inject(line)
+            with server.exclusive():
+                server._backlog += line
         wait_for(lambda: arm.life is Life.FAULTED)
         arm.stop()
         arm.close()

@@ -32,8 +32,6 @@ class EmulationConfig(Settings):
     """Control ticks per bus cycle: 2 is 70 Hz."""
     wrist_backlash_deg: Annotated[float, Range(0.0, 5.0)] = 0.0
     """Full gap of the wrist's gears."""
-    usb_latency_ms: Annotated[float, Range(0.0, 100.0)] = 0.0
-    """Latency timer of an emulated USB adapter on the arm's serial line; 16 is usual, 1 a good setting."""
     hide: bool = False
     """Let the tool's weight, the sensor's mounting, the plate's height, the hole's place and the gripper's stiffness be
     other than the rig file has them, drawn from the seed: palpate rig calibrate has to find them."""

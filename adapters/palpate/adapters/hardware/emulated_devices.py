@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
-from functools import partial
 from math import radians
 from typing import Any, Final, Protocol, TypeAlias
 
@@ -16,7 +15,7 @@ from palpate.core.ports import JointVector
 from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
 from palpate.simulation.emulators.cia402 import CanopenDrive
 from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
-from palpate.simulation.emulators.lines import EmulatedCanBus, LineSpeed, PtyServer, SlcanServer
+from palpate.simulation.emulators.lines import EmulatedCanBus, PtyServer, SlcanAdapter
 from palpate.simulation.emulators.motors import DirectMotors, JointPlant
 from palpate.simulation.emulators.nmc import NmcChain
 from palpate.simulation.emulators.ros2 import WRENCH, Ros2Robot, Ros2Server
@@ -100,12 +99,12 @@ def emulated_arm(
 def _zebra(emulation: EmulationConfig, start: JointVector, counts_file: str) -> EmulatedArm:
     plant = JointPlant(start, radians(emulation.wrist_backlash_deg))
     chain = NmcChain(plant)
-    server = PtyServer(chain, LineSpeed(usb_latency_s=emulation.usb_latency_ms * 1e-3))
-    # Emulated modules wake at once: the wait is for the reset to get through line and adapter.
+    server = PtyServer(chain)
+    # Emulated modules wake at once: the wait is for the reset to get through the line.
     arm = EmulatedArm(server, lambda: {
         "adapter": "zebra-nmc", "port": server.path, "baud": emulation.baud,
-        "adapter_latency_ms": emulation.usb_latency_ms, "divider": emulation.divider, "at_home": True,
-        "counts_file": counts_file, "reset_wait_ms": 20.0 + 2.0 * emulation.usb_latency_ms,
+        "adapter_latency_ms": 0.0, "divider": emulation.divider, "at_home": True,
+        "counts_file": counts_file, "reset_wait_ms": 20.0,
     }, motors=plant, hold=server.exclusive)  # fmt: skip
     arm.faults["cable-pulled"] = server.unplug
     arm.faults["emergency-stop"] = arm.held(lambda: chain.set_power(powered=False))
@@ -116,15 +115,14 @@ def _cia402(emulation: EmulationConfig, start: JointVector) -> EmulatedArm:
     scale = (_COUNTS_PER_RAD,) * len(start)
     motors = DirectMotors(scale, start)
     drives = [CanopenDrive(axis + 1, motors, axis) for axis in range(len(start))]
-    bus = SlcanServer(EmulatedCanBus(drives))
-    faults: dict[str, Callable[[], object]] = {
-        "cable-pulled": bus.unplug,
-        "emergency-stop": lambda: bus.do(partial(_lose_voltage, drives)),
-    }
-    return EmulatedArm(bus, lambda: {
-        "adapter": "cia402", "interface": "slcan", "channel": bus.channel, "divider": emulation.divider,
+    server = PtyServer(SlcanAdapter(EmulatedCanBus(drives)), paced=False)
+    arm = EmulatedArm(server, lambda: {
+        "adapter": "cia402", "interface": "slcan", "channel": server.path, "divider": emulation.divider,
         "nodes": [drive + 1 for drive in range(len(start))], "counts_per_rad": list(scale), "patience": 10.0,
-    }, faults, motors=motors)  # fmt: skip
+    }, motors=motors, hold=server.exclusive)  # fmt: skip
+    arm.faults["cable-pulled"] = server.unplug
+    arm.faults["emergency-stop"] = arm.held(lambda: _lose_voltage(drives))
+    return arm
 
 
 def _ur(config: RunConfig, start: JointVector, feel: WrenchSource) -> EmulatedArm:
@@ -185,13 +183,13 @@ def emulated_sensor(
         }, faults, _noise(config))  # fmt: skip
     # The board was switched on long before anyone connects.
     node = Jr3CanNode(_JR3_NODE, feel, Jr3Config(boot_ns=0))
-    bus = SlcanServer(EmulatedCanBus([node]))
+    server = PtyServer(SlcanAdapter(EmulatedCanBus([node])), paced=False)
     faults = {
         "sensor-silent": lambda: setattr(node.firmware, "silent", True),
         "sensor-cable": lambda: setattr(node.firmware, "connected", False),
     }
-    return EmulatedDevice(bus, lambda: {
-        "adapter": "jr3-can", "interface": "slcan", "channel": bus.channel, "node": _JR3_NODE,
+    return EmulatedDevice(server, lambda: {
+        "adapter": "jr3-can", "interface": "slcan", "channel": server.path, "node": _JR3_NODE,
     }, faults, _noise(config, _BEHIND_FILTER))  # fmt: skip
 
 
@@ -213,6 +211,6 @@ def _entered(config: RunConfig, start: JointVector) -> dict[str, Any]:
     return {"payload_kg": tool.mass_kg, "payload_cog_m": rounded[0], "tcp_offset": rounded[1]}
 
 
-def _lose_voltage(drives: Sequence[CanopenDrive], _now_ns: int) -> None:
+def _lose_voltage(drives: Sequence[CanopenDrive]) -> None:
     for drive in drives:
         drive.fail(_NO_VOLTAGE)

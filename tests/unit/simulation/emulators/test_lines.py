@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import select
 import struct
 import threading
 import time
@@ -15,8 +14,7 @@ import pytest
 import serial
 
 from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
-from palpate.simulation.emulators.lines import BusFrame, EmulatedCanBus, LineSpeed, PtyServer, SlcanServer
-from palpate.simulation.emulators.lines.slcan import BACKLOG_BYTES, Adapter, frame_line
+from palpate.simulation.emulators.lines import BusFrame, EmulatedCanBus, PtyServer, SlcanAdapter
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.support.ideal_motors import IdealPlant
 from tests.unit.simulation.emulators.nmc_host import ALL, address_all, command
@@ -25,7 +23,6 @@ from tests.virtual_time import VirtualTime
 
 MS = 1_000_000
 NOP = command(1, 0xE)
-AT_ONCE = LineSpeed(paced=False)
 
 
 class Echo:
@@ -51,9 +48,9 @@ class Echo:
 class Host:
     """A host on a serial line in virtual time."""
 
-    def __init__(self, emulator, timing=AT_ONCE, baud=None):
+    def __init__(self, emulator, *, paced=False, baud=None):
         self.clock = VirtualTime()
-        self.port = VirtualPort(self.clock, emulator, timing)
+        self.port = VirtualPort(self.clock, emulator, paced=paced)
         self.port.baudrate = baud or emulator.baud
         self.port.timeout = 0.1
         self.clock.devices.append(self.port)
@@ -98,21 +95,12 @@ def test_spontaneous_message_at_the_wrong_rate_is_garbage():
 
 @pytest.mark.parametrize("baud", [9_600, 115_200])
 def test_bytes_take_their_time(baud):
-    host = Host(Echo(baud), LineSpeed())
+    host = Host(Echo(baud), paced=True)
     taken = [host.takes_s(bytes(39) + b"\n", 40) for _ in range(5)]
     # There and back; received bytes are taken in grains of half a millisecond.
     least_s = 2 * 40 * 10 / baud
     assert min(taken) >= least_s - 1e-6
     assert max(taken) <= least_s + 0.0005
-
-
-def test_usb_adapter_delivers_when_its_timer_ends_or_a_packet_is_full():
-    host = Host(Echo(), LineSpeed(paced=False, usb_latency_s=0.016))
-    host.exchange(b"\n", 1)
-    for _ in range(10):
-        host.clock.sleep(0.004)
-        assert host.takes_s(b"\n", 1) == pytest.approx(0.012)
-    assert max(host.takes_s(bytes(69) + b"\n", 70) for _ in range(10)) <= 0.001
 
 
 @pytest.fixture
@@ -130,7 +118,7 @@ def connect(path, baud=115_200):
 @pytest.mark.parametrize("baud", [115_200, 250_000])  # the second has no name in termios
 def test_every_byte_value_passes_a_terminal(baud):
     everything = bytes(value for value in range(256) if value != 10) + b"\n"
-    with PtyServer(Echo(baud), AT_ONCE) as server, connect(server.path, baud) as port:
+    with PtyServer(Echo(baud), paced=False) as server, connect(server.path, baud) as port:
         port.write(everything)
         assert port.read(256) == everything
 
@@ -138,7 +126,7 @@ def test_every_byte_value_passes_a_terminal(baud):
 @pytest.mark.usefixtures("nothing_leaks")
 def test_unplugging_a_terminal_is_a_hang_up_while_the_device_keeps_its_state():
     chain = NmcChain(IdealPlant())
-    with PtyServer(chain, AT_ONCE) as server:
+    with PtyServer(chain, paced=False) as server:
         with connect(server.path, 19_200) as port:
             port.write(command(0, 0x1, bytes([1, ALL])))
             assert port.read(2) == b"\x19\x19"
@@ -155,7 +143,7 @@ def test_unplugging_a_terminal_is_a_hang_up_while_the_device_keeps_its_state():
 
 @pytest.mark.usefixtures("nothing_leaks")
 def test_host_that_never_reads_blocks_nobody():
-    with PtyServer(Echo(), AT_ONCE) as server, connect(server.path) as port:
+    with PtyServer(Echo(), paced=False) as server, connect(server.path) as port:
         for _ in range(40):
             with server.exclusive() as emulator:
                 emulator.spontaneous = bytes(1_000)
@@ -191,26 +179,30 @@ def test_frame_reaches_all_but_its_sender_in_the_order_sent():
     assert two.heard == [0x10, 0x601, 0x090, 0x11]
 
 
-def opened():
-    adapter = Adapter()
-    assert adapter.take(b"S8\rO\r") == (b"\r\r", [])
+def opened(*nodes):
+    adapter = SlcanAdapter(EmulatedCanBus(nodes))
+    assert adapter.feed(b"S8\rO\r", 0) == b"\r\r"
     return adapter
 
 
 def test_adapter_takes_the_greeting_of_python_can():
-    adapter = Adapter()
+    adapter = SlcanAdapter(EmulatedCanBus([]))
     # Close, set, an empty line, and open twice.
-    assert adapter.take(b"C\rS8\r\rO\rO\r") == (b"\a\r\r\a", [])
+    assert adapter.feed(b"C\rS8\r\rO\rO\r", 0) == b"\a\r\r\a"
     assert (adapter.is_open, adapter.bit_rate_Hz) == (True, 1_000_000)
-    assert adapter.take(b"C\rt0800\r") == (b"\r\a", [])
+    assert adapter.feed(b"C\rt0800\r", 0) == b"\r\a"
 
 
 def test_adapter_takes_frames_whole_or_in_pieces():
-    adapter = opened()
-    assert adapter.take(b"t2016C80010270000\r") == (b"z\r", [BusFrame(0x201, bytes.fromhex("C80010270000"))])
-    assert adapter.take(b"t08") == (b"", [])
-    assert adapter.take(b"00\rt0") == (b"z\r", [BusFrame(0x080, b"")])
-    assert frame_line(BusFrame(0x601, bytes.fromhex("01AB"))) == b"t601201AB\r"
+    node = Talker()
+    adapter = opened(node)
+    assert adapter.feed(b"t2016C80010270000\r", 0) == b"z\r"
+    assert adapter.feed(b"t08", 0) == b""
+    assert adapter.feed(b"00\rt0", 0) == b"z\r"
+    assert node.heard == [0x201, 0x080]
+    node.outbox = [BusFrame(0x601, bytes.fromhex("01AB"))]
+    assert adapter.advance(0) == b"t601201AB\r"
+    assert adapter.feed(b"102ABCD\r", 0) == b"z\rt0112ABCD\r"
 
 
 @pytest.mark.parametrize(
@@ -222,134 +214,66 @@ def test_adapter_takes_frames_whole_or_in_pieces():
 )  # fmt: skip
 def test_bad_line_rings_the_bell(line):
     adapter = opened()
-    assert adapter.take(line + b"\r") == (b"\a", [])
-    assert adapter.take(b"t0800\r") == (b"z\r", [BusFrame(0x080, b"")])
-
-
-class TurnedSlcan(SlcanServer):
-    """Turned by hand: what is written has come to the other end before time goes on."""
-
-    now_ns = MS
-
-    def __init__(self, *nodes):
-        super().__init__(EmulatedCanBus(nodes), clock_ns=lambda: self.now_ns)
-
-    def await_host(self):
-        assert select.select([self._master], [], [], 30.0)[0]
-
-    def turns(self, milliseconds=1):
-        for _ in range(2 * milliseconds):
-            self.now_ns += MS // 2
-            self.turn()
-
-    def _write(self):
-        wrote = bool(self._backlog)
-        super()._write()
-        if wrote:
-            assert select.select([self._line._slave], [], [], 30.0)[0]
+    assert adapter.feed(line + b"\r", 0) == b"\a"
+    assert adapter.feed(b"t0800\r", 0) == b"z\r"
 
 
 def jr3(node_id=1):
     full = (115.0, 111.0, 185.0, 5.6, 5.2, 6.1)
-    return Jr3CanNode(node_id, lambda _: full, Jr3Config(boot_ns=50 * MS, eeprom_ns=0))
+    return Jr3CanNode(node_id, lambda _: full, Jr3Config(boot_ns=0, eeprom_ns=0))
 
 
 class CanHost:
     """A host's view of the bus."""
 
     def __init__(self, server, bitrate=1_000_000):
-        self.server = server
-        self.bus = can.Bus(
-            interface="slcan", channel=server.channel, bitrate=bitrate, sleep_after_open=0.0, timeout=0.0
-        )
-        while not server.adapter.is_open:
-            server.await_host()
-            server.turns()
+        self.bus = can.Bus(interface="slcan", channel=server.path, bitrate=bitrate, sleep_after_open=0.0, timeout=0.01)
 
     def send(self, arbitration_id, data=b"", **kind):
         self.bus.send(can.Message(arbitration_id=arbitration_id, data=data, **({"is_extended_id": False} | kind)))
-        self.server.await_host()
-
-    def receive(self):
-        """The next frame within 100 ms."""
-        for _ in range(100):
-            message = self.bus.recv(0.0)
-            if message is not None:
-                return message
-            self.server.turns()
-        return None
 
     def expect(self, arbitration_id):
-        while (message := self.receive()) is not None:
-            if message.arbitration_id == arbitration_id:
+        end_s = time.monotonic() + 30.0
+        while time.monotonic() < end_s:
+            message = self.bus.recv(0.1)
+            if message is not None and message.arbitration_id == arbitration_id:
                 return bytes(message.data)
         raise AssertionError(f"0x{arbitration_id:03X} did not come")
 
 
 @contextmanager
 def on_adapter(*nodes, bitrate=1_000_000):
-    server = TurnedSlcan(*nodes)
-    host = CanHost(server, bitrate)
-    yield host
-    host.bus.shutdown()
-    server.close()
+    with PtyServer(SlcanAdapter(EmulatedCanBus(nodes)), paced=False) as server:
+        host = CanHost(server, bitrate)
+        yield server, host
+        host.bus.shutdown()
 
 
-def test_nodes_boot_answer_and_stream_to_python_can():
-    with on_adapter(jr3(1), jr3(2)) as host:
-        host.expect(0x701)
-        host.expect(0x702)
+@pytest.mark.usefixtures("nothing_leaks")
+def test_nodes_answer_and_stream_to_python_can():
+    with on_adapter(jr3(1), jr3(2)) as (_, host):
         host.send(0x482)
         assert host.expect(0x102) == b"\x00" + struct.pack("<3H", 115, 111, 185)
         host.send(0x201, struct.pack("<HI", 0, 1_000))
         assert host.expect(0x101) == b"\x00"
         counters = [struct.unpack("<H", host.expect(0x601)[6:])[0] for _ in range(200)]
         assert set((np.diff(counters) & 0xFFFF).tolist()) <= {7, 8}
-        assert host.server.frames_lost == 0
 
 
 def test_second_host_may_come_after_the_first():
-    with on_adapter(jr3()) as host:
-        host.expect(0x701)
+    with on_adapter(jr3()) as (server, host):
+        host.send(0x401)
+        host.expect(0x101)
         host.bus.shutdown()
-        host.server.await_host()
-        host.server.turns()
-        host.bus = CanHost(host.server).bus
+        host.bus = CanHost(server).bus
         host.send(0x401)
         assert host.expect(0x101) == b"\x00"
 
 
 @pytest.mark.parametrize(("bitrate", "kind"), [(500_000, {}), (1_000_000, {"is_extended_id": True})])
 def test_no_node_hears_another_rate_or_kind_of_frame(bitrate, kind):
-    with on_adapter(jr3(), bitrate=bitrate) as host:
-        host.server.turns(100)
-        while host.receive() is not None:
-            pass
-        host.send(0x401, **kind)
-        assert host.receive() is None
-
-
-def test_host_that_does_not_read_loses_frames():
-    server = TurnedSlcan(jr3())
-    server._write = lambda: SlcanServer._write(server)  # type: ignore[method-assign]
-    with serial.Serial(server.channel, timeout=0.5) as port:
-        for words in (b"S8\rO\r", b"t2016" + struct.pack("<HI", 0, 222).hex().encode() + b"\r", b""):
-            port.write(words)
-            if words:
-                server.await_host()
-            server.turns(500)
-        assert server.frames_lost > 0
-        assert len(server._backlog) <= BACKLOG_BYTES + 64
-    server.close()
-
-
-@pytest.mark.usefixtures("nothing_leaks")
-def test_thread_of_the_adapter_serves_until_it_is_closed():
-    with SlcanServer(EmulatedCanBus([jr3()])) as server:
-        can.Bus(interface="slcan", channel=server.channel, bitrate=1_000_000, sleep_after_open=0.0).shutdown()
-        done = []
-        server.do(done.append)
-        assert len(done) == 1
-    server.close()
-    with pytest.raises(TimeoutError, match="did not respond"):
-        server.do(lambda _: None, timeout_s=0.01)
+    node = Talker()
+    with on_adapter(node, bitrate=bitrate) as (_, host):
+        host.send(0x010, **kind)
+        assert host.bus.recv(0.2) is None
+    assert node.heard == []

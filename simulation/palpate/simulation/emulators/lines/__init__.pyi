@@ -2,5 +2,4 @@ from .can_bus import BusFrame as BusFrame
 from .can_bus import CanNode as CanNode
 from .can_bus import EmulatedCanBus as EmulatedCanBus
 from .pty_server import PtyServer as PtyServer
-from .serial_line import LineSpeed as LineSpeed
-from .slcan import SlcanServer as SlcanServer
+from .slcan import SlcanAdapter as SlcanAdapter

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final, Generic
 
-from palpate.simulation.emulators.lines.serial_line import Emulator, LineSpeed, SerialLine
+from palpate.simulation.emulators.lines.serial_line import Emulator, SerialLine
 
 _TCGETS2: Final = (
     0x802C542A  # FACT, Linux <asm-generic/termbits.h>: struct termios2 has 44 bytes, the output speed last
@@ -49,10 +49,12 @@ class PtyLine:
         except BlockingIOError:
             return b""
 
-    def write(self, data: bytes) -> None:
-        """Hand bytes to the host; what its full buffer cannot take is lost, as in a UART without handshake."""
-        if select.select([], [self.master], [], 0.0)[1]:
-            os.write(self.master, data)
+    def write(self, data: bytes | bytearray) -> int:
+        """Hand bytes to the host; returns how many its buffer has taken."""
+        try:
+            return os.write(self.master, data)
+        except BlockingIOError:
+            return 0
 
     def close(self) -> None:
         """Hang up."""
@@ -62,6 +64,8 @@ class PtyLine:
 
 _NS: Final = 1_000_000_000
 _READ_SIZE: Final = 4096
+_BACKLOG_BYTES: Final = 16_384
+"""What is kept for a host that does not read; what comes later is lost, as in a UART without handshake. assumed."""
 _WAKES_LATE_NS: Final = 60_000  # an ordinary kernel ends a sleep about that much late
 
 
@@ -69,10 +73,14 @@ class PtyServer(Generic[Emulator]):
     """A thread that connects an emulator to a pseudo-terminal. A context manager: inside, it is plugged in.
 
     Others act on the device within `exclusive()`.
+
+    Args:
+        paced: Whether bytes take their time on the line.
     """
 
-    def __init__(self, emulator: Emulator, timing: LineSpeed | None = None) -> None:
-        self._serial = SerialLine(emulator, timing)
+    def __init__(self, emulator: Emulator, *, paced: bool = True) -> None:
+        self._serial = SerialLine(emulator, paced=paced)
+        self._backlog = bytearray()
         self._lock = threading.Lock()
         self._line: PtyLine | None = None
         self._thread = threading.Thread(target=self._serve, name="serial-emulator", daemon=True)
@@ -114,8 +122,8 @@ class PtyServer(Generic[Emulator]):
         while not self._stopping:
             with self._lock:
                 for data in self._serial.step(time.monotonic_ns()):
-                    if self._line is not None:
-                        self._line.write(data)
+                    self._backlog += data if len(self._backlog) < _BACKLOG_BYTES else b""
+                self._write()
                 fds = [] if self._line is None else [self._line.master]
                 timeout_s = max(0, self._serial.next_event_ns() - time.monotonic_ns() - _WAKES_LATE_NS) / _NS
             try:
@@ -124,5 +132,11 @@ class PtyServer(Generic[Emulator]):
             except OSError:
                 continue  # the terminal was closed between the lock and the call
             with self._lock:
+                self._write()
                 if self._line is not None and self._line.master in ready:
                     self._serial.receive(self._line.read(_READ_SIZE), time.monotonic_ns())
+
+    def _write(self) -> None:
+        # A full terminal takes nothing or a part; the rest waits for its turn.
+        if self._backlog and self._line is not None:
+            del self._backlog[: self._line.write(self._backlog)]

@@ -2,7 +2,6 @@
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final, Generic, Protocol, TypeVar
 
 import numpy as np
@@ -13,7 +12,6 @@ _RX_GRAIN_NS: Final = 500_000
 _LONGEST_BYTE: Final = 12  # a slow byte covers no more fast ones than 230400 baud has in one of 19200
 _POLL_NS: Final = 1_000_000
 """Longest time between two calls of `advance`."""
-_FTDI_PACKET: Final = 62  # payload of a full-speed USB packet of 64 bytes (FACT, FTDI chips put two status bytes first)
 _RATE_TOLERANCE: Final = 0.04  # half a bit over ten is 5 %, and both ends have their share (assumed)
 
 
@@ -37,27 +35,17 @@ class SerialEmulator(Protocol):
 Emulator = TypeVar("Emulator", bound=SerialEmulator)
 
 
-@dataclass(frozen=True, slots=True)
-class LineSpeed:
-    """How fast a line is.
+class SerialLine(Generic[Emulator]):
+    """The line, without any input, output or clock of its own. The device keeps its power while no host is there.
 
-    Attributes:
+    Args:
         paced: Whether bytes take their time (10 bits each at the device's rate); else everything is at once.
-        usb_latency_s: Latency timer of a USB adapter: what has arrived is handed to the host when the timer ends or
-            62 bytes are together. 0 is a plain port, 0.016 an FTDI chip's default, 0.001 its lowest setting.
     """
 
-    paced: bool = True
-    usb_latency_s: float = 0.0
-
-
-class SerialLine(Generic[Emulator]):
-    """The line, without any input, output or clock of its own. The device keeps its power while no host is there."""
-
-    def __init__(self, emulator: Emulator, timing: LineSpeed | None = None) -> None:
+    def __init__(self, emulator: Emulator, *, paced: bool = True) -> None:
         self.emulator = emulator
         self._rng = np.random.default_rng(0)
-        self._timing = timing or LineSpeed()
+        self._paced = paced
         self._host_baud: Callable[[], int] | None = None
         self._rx: deque[tuple[int, bytes]] = deque()
         self._tx: deque[tuple[int, bytes]] = deque()
@@ -89,13 +77,15 @@ class SerialLine(Generic[Emulator]):
         if not data or self._host_baud is None:
             return
         baud, host_baud = self.emulator.baud, self._host_baud()
-        if not same_rate(host_baud, baud):
+        if not _same_rate(host_baud, baud):
             data = self._garbage(data, baud / host_baud)
-        byte_ns = self._byte_ns(baud)
         at_ns = max(self._rx_clear_ns, now_ns)
-        for byte in data:
-            at_ns += byte_ns
-            self._rx.append((at_ns, bytes([byte])))
+        if self._paced:
+            for byte in data:
+                at_ns += _BITS_PER_BYTE * _NS // baud
+                self._rx.append((at_ns, bytes([byte])))
+        else:
+            self._rx.append((at_ns, data))
         self._rx_clear_ns = at_ns
 
     def step(self, now_ns: int) -> list[bytes]:
@@ -118,31 +108,15 @@ class SerialLine(Generic[Emulator]):
         if not reply or self._host_baud is None:
             return
         host_baud = self._host_baud()
-        data = reply if same_rate(host_baud, baud) else self._garbage(reply, host_baud / baud)
-        self._tx_clear_ns = max(start_ns, self._tx_clear_ns) + len(reply) * self._byte_ns(baud)
-        self._tx.append((self._handed_over_ns(self._tx_clear_ns, len(data)), data))
+        data = reply if _same_rate(host_baud, baud) else self._garbage(reply, host_baud / baud)
+        line_ns = len(reply) * (_BITS_PER_BYTE * _NS // baud) if self._paced else 0
+        self._tx_clear_ns = max(start_ns, self._tx_clear_ns) + line_ns
+        self._tx.append((self._tx_clear_ns, data))
 
     def _garbage(self, data: bytes, stretch: float) -> bytes:
         """What a receiver at another line rate makes of bytes: others, and about `stretch` times as many."""
         return self._rng.bytes(max(1, round(len(data) * min(stretch, _LONGEST_BYTE))))
 
-    def _handed_over_ns(self, arrived_ns: int, size: int) -> int:
-        """When a USB adapter hands bytes to the host: when its timer next ends, or at once if a packet is full."""
-        latency_ns = round(self._timing.usb_latency_s * _NS)
-        if latency_ns == 0:
-            return arrived_ns
-        due_ns = -(-arrived_ns // latency_ns) * latency_ns
-        waiting = size + sum(len(data) for at_ns, data in self._tx if at_ns >= due_ns)
-        if waiting < _FTDI_PACKET:
-            return due_ns
-        for index, (at_ns, data) in enumerate(self._tx):
-            self._tx[index] = (min(at_ns, arrived_ns), data)
-        return arrived_ns
 
-    def _byte_ns(self, baud: int) -> int:
-        return _BITS_PER_BYTE * _NS // baud if self._timing.paced else 0
-
-
-def same_rate(host_baud: int, device_baud: int) -> bool:
-    """Whether two ends of a line understand each other."""
+def _same_rate(host_baud: int, device_baud: int) -> bool:
     return abs(host_baud - device_baud) <= _RATE_TOLERANCE * device_baud
