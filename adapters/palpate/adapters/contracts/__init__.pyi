@@ -23,4 +23,3 @@ from .running import clauses as clauses
 from .running import run_clauses as run_clauses
 from .sensors import ForceSensorContract as ForceSensorContract
 from .sensors import JointEncoderContract as JointEncoderContract
-from .sinks import SinkContract as SinkContract

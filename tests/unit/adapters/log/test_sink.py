@@ -10,115 +10,22 @@ import time
 
 import pytest
 
-from palpate.adapters.contracts import ContractViolation, SinkContract
 from palpate.adapters.log import EndRecord, FileSink, LogFile, LogMessage, read_log
 from palpate.adapters.log import sink as module
-from palpate.adapters.log.container import read_messages
-from palpate.adapters.log.reader import assemble
-from palpate.core.errors import LogError
-from tests.support.memory_sink import MemorySink
 from tests.unit.adapters.log.made_logs import STARTING, tick
-
-
-class OfLogs(SinkContract):
-    """Batches of seven ticks; the end is in the last one."""
-
-    def batch(self, number, *, unfit=False):
-        begin = 7 * number
-        records = [STARTING] if number == 0 else [tick(begin)]
-        records += [tick(at) for at in range(begin + 1, begin + 7)]
-        messages = [LogMessage(record, 0, begin + place, begin + place) for place, record in enumerate(records)]
-        # It takes the place of a tick.
-        return [*messages[:-1], messages[-1]._replace(record=EndRecord(tick=2**64))] if unfit else messages
-
-    def kept(self, path):
-        log = self.read(path)
-        numbers = [0, *(record.tick // 7 for record in log.records() if record.tick % 7 == 0)]
-        assert sum(log.counts.values()) == 7 * len(numbers)
-        return numbers, not log.damage
-
-    def read(self, path):
-        return read_log(path)
-
-
-class TestFileSink(OfLogs):
-    def make(self):
-        return FileSink()
-
-
-class TestMemorySink(OfLogs):
-    def make(self):
-        self.made = self.broken()
-        return self.made
-
-    def broken(self):
-        return MemorySink()
-
-    def read(self, path):
-        data = self.made.streams[path].getvalue()
-        return assemble(str(path), data, *read_messages(str(path), data))
-
-
-class Forgetful(MemorySink):
-    def put(self, batch):
-        if batch[0].tick != 14:
-            super().put(batch)
-
-
-class Unfinished(MemorySink):
-    def shut(self):
-        self._log = None
-        self.streams.clear()
-
-
-class OneAtATime(MemorySink):
-    def open(self, path, metadata):
-        if self._log is None:
-            super().open(path, metadata)
-
-
-class Silent(MemorySink):
-    def put(self, batch):
-        super().put(batch)
-        self.troubles = []
-
-
-class Overwriting(MemorySink):
-    def open(self, path, metadata):
-        self.streams.pop(path, None)
-        super().open(path, metadata)
-
-
-class ShutOnce(MemorySink):
-    shutting = iter([None])
-
-    def shut(self):
-        next(self.shutting)
-
-
-@pytest.mark.parametrize(
-    ("sink", "clause"),
-    [
-        (Forgetful, "closed_log"),
-        (Unfinished, "not_closed"),
-        (OneAtATime, "next_log"),
-        (Silent, "cannot_be_packed"),
-        (Overwriting, "existing_log"),
-        (ShutOnce, "shut_can_be"),
-    ],
-)
-def test_each_clause_finds_a_sink_that_breaks_it(sink, clause, tmp_path):
-    suite = TestMemorySink()
-    suite.broken = sink  # type: ignore[method-assign]
-    (name,) = [name for name in dir(suite) if name.startswith("test_") and clause in name]
-    with pytest.raises((ContractViolation, LogError, KeyError, RuntimeError)):
-        getattr(suite, name)(tmp_path)
 
 
 def batches(ticks):
     """A trial, seven messages at a time."""
-    suite = TestFileSink()
-    return [suite.batch(number) for number in range(ticks // 7)]
+    records = [STARTING, *map(tick, range(1, ticks))]
+    messages = [LogMessage(record, 0, place, place) for place, record in enumerate(records)]
+    return [messages[begin : begin + 7] for begin in range(0, ticks - 6, 7)]
+
+
+def ticks_of(path):
+    """The ticks that a log holds, and whether it was closed."""
+    log = read_log(path)
+    return [record.tick for record in log.records()], not log.damage
 
 
 def write(sink, path, ticks=35):
@@ -129,6 +36,46 @@ def write(sink, path, ticks=35):
         sink.put(batch)
     sink.close()
     return sink.troubles[before:]
+
+
+def test_log_can_be_read_once_it_is_closed_and_the_next_one_too(tmp_path):
+    sink = FileSink()
+    for name in ("a.mcap", "b.mcap"):
+        assert write(sink, tmp_path / "new" / name) == []
+        assert ticks_of(tmp_path / "new" / name) == (list(range(1, 35)), True)
+    sink.shut()
+    sink.shut()
+
+
+def test_log_that_is_left_open_ends_with_the_next_one_or_with_the_run(tmp_path):
+    sink = FileSink()
+    for name in ("a.mcap", "b.mcap"):
+        sink.open(tmp_path / name, {})
+        for batch in batches(35):
+            sink.put(batch)
+    sink.shut()
+    for name in ("a.mcap", "b.mcap"):
+        assert ticks_of(tmp_path / name) == (list(range(1, 35)), False)
+
+
+def test_message_that_cannot_be_packed_is_a_trouble_and_costs_no_other(tmp_path):
+    sink, (first, second) = FileSink(), batches(14)
+    sink.open(tmp_path / "a.mcap", {})
+    sink.put([*first[:-1], first[-1]._replace(record=EndRecord(tick=2**64))])
+    sink.put(second)
+    sink.close()
+    assert ticks_of(tmp_path / "a.mcap") == ([1, 2, 3, 4, 5, *range(7, 14)], True)
+    assert len(sink.troubles) == 1
+    sink.shut()
+
+
+def test_existing_log_stays_as_it_is_and_the_next_one_is_recorded(tmp_path):
+    sink = FileSink()
+    write(sink, tmp_path / "a.mcap")
+    assert len(write(sink, tmp_path / "a.mcap", 14)) == 1
+    assert ticks_of(tmp_path / "a.mcap") == (list(range(1, 35)), True)
+    assert write(sink, tmp_path / "b.mcap") == []
+    sink.shut()
 
 
 def test_no_thread_is_left():
